@@ -1,0 +1,1 @@
+//! Names, types, dimensions and instantiation: the syntax tree to a typed tree without generics.

@@ -1,0 +1,1 @@
+//! Derivatives of IR functions, as IR functions: tangent, Jacobian, pullback.

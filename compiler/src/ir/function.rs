@@ -1,0 +1,234 @@
+//! The intermediate representation: pure scalar functions in SSA form with structured control flow.
+//!
+//! A function is a list of nodes in which operands come before their uses. Nothing has a side effect, so a node
+//! may be merged with an equal one, moved or dropped. Branches and loops are nodes that name *functions* for their
+//! bodies (the values that a body uses from outside are handed in as arguments); every transformation therefore
+//! works on functions only. Points, arrays, tuples and closures were split into scalars by the lowering.
+
+use crate::source::Span;
+
+/// A value: the index of the node that makes it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Value(pub u32);
+
+/// Index of a function in its [`Module`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FunctionId(pub u32);
+
+/// Index of a failure in its [`Module`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FailureId(pub u32);
+
+/// The type of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Type {
+    /// IEEE double.
+    Real,
+    /// Signed 64-bit integer; arithmetic wraps (the lowering guards what must not).
+    Int,
+    /// Truth value.
+    Bool,
+    /// Several values; only [`Op::Project`] may use them.
+    Multi,
+}
+
+/// A program's functions and failures.
+#[derive(Clone, Debug, Default)]
+pub struct Module {
+    /// A function names only functions of its module; recursion goes through [`Op::Call`] alone.
+    pub functions: Vec<Function>,
+    /// What [`Op::Guard`] may report.
+    pub failures: Vec<Failure>,
+}
+
+/// What to say where a guard fails.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// Where in the source.
+    pub span: Span,
+    /// A sentence in the user's words, without a full stop.
+    pub message: String,
+}
+
+/// A function.
+#[derive(Clone, Debug, Default)]
+pub struct Function {
+    /// For people; need not be unique.
+    pub name: String,
+    /// Names of the parameters. Node i is `Op::Param(i)` for every parameter i.
+    pub params: Vec<Parameter>,
+    /// The nodes; an operand's index is lower than its user's.
+    pub nodes: Vec<Node>,
+    /// What it returns.
+    pub results: Vec<Value>,
+    /// Names of the results, for people; as many as results.
+    pub result_names: Vec<String>,
+}
+
+/// A parameter of a function.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// For people.
+    pub name: String,
+    /// Never `Multi`.
+    pub ty: Type,
+}
+
+/// A node.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// What it computes.
+    pub op: Op,
+    /// The type of its value.
+    pub ty: Type,
+    /// Where in the source it comes from; merged nodes keep the first.
+    pub span: Span,
+}
+
+/// An operation. Reals are compared by their bits, so that equal operations can be found by hashing.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Op {
+    /// The function's parameter of that index.
+    Param(u32),
+    /// A constant, as `f64::to_bits`.
+    Real(u64),
+    /// A constant.
+    Int(i64),
+    /// A constant.
+    Bool(bool),
+    /// One operand.
+    Unary(Unary, Value),
+    /// Two operands.
+    Binary(Binary, Value, Value),
+    /// Real to a constant integer power, by multiplication; 0^0 = 1.
+    PowInt(Value, i32),
+    /// Two operands of type Real or Int; the result is Bool.
+    Compare(Compare, Value, Value),
+    /// `if condition { a } else { b }` where computing both is harmless.
+    Select(Value, Value, Value),
+    /// Runs one of two functions on the same arguments; they return the same types.
+    If {
+        /// Which.
+        condition: Value,
+        /// Run where it holds.
+        then: FunctionId,
+        /// Run where it does not.
+        otherwise: FunctionId,
+        /// Handed to either.
+        args: Vec<Value>,
+    },
+    /// `carried = init; for i in 0..count { carried = body(i, carried.., invariant..) }`; none where count <= 0.
+    Loop {
+        /// How often; Int.
+        count: Value,
+        /// `(i: Int, carried.., invariant..) -> carried..`
+        body: FunctionId,
+        /// First values of what is carried.
+        init: Vec<Value>,
+        /// Handed to every turn.
+        invariant: Vec<Value>,
+    },
+    /// Runs a function.
+    Call {
+        /// Which.
+        function: FunctionId,
+        /// Its arguments.
+        args: Vec<Value>,
+    },
+    /// The directional derivative of a function: its results' tangents for the given tangents of some of its (Real)
+    /// parameters, at `args`. From the `'` of the language; `diff` replaces it before anything is run.
+    Tangent {
+        /// Which function.
+        function: FunctionId,
+        /// Where.
+        args: Vec<Value>,
+        /// Parameter indices, ascending, with the tangent of each; the others' are zero.
+        seeds: Vec<(u32, Value)>,
+    },
+    /// Result k of an `If`, `Loop`, `Call` or `Tangent`.
+    Project(Value, u32),
+    /// The value, where the condition holds; else the evaluation ends with the failure.
+    Guard {
+        /// Returned.
+        value: Value,
+        /// Must hold.
+        condition: Value,
+        /// Else this is reported.
+        failure: FailureId,
+    },
+}
+
+/// Operations of one operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "they are their names")]
+pub enum Unary {
+    Neg,
+    Abs,
+    /// -1, 0 or 1; 0 at 0: the derivative of abs.
+    Sign,
+    Sqrt,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Floor,
+    Ceil,
+    /// Half away from zero.
+    Round,
+    /// Real unchanged, derivative zero: `stop(x)`.
+    Stop,
+    Not,
+    /// Int to Real.
+    ToReal,
+    /// Real to Int, towards zero, saturating; NaN gives 0.
+    ToInt,
+}
+
+/// Operations of two operands of one type: Real, or Int where noted; And and Or on Bool.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "they are their names")]
+pub enum Binary {
+    /// Real or Int.
+    Add,
+    /// Real or Int.
+    Sub,
+    /// Real or Int.
+    Mul,
+    /// Real, or Int towards zero (0 where the divisor is 0: the lowering guards it).
+    Div,
+    /// Remainder with the divisor's sign (Real or Int), so that x % n is periodic in x; Int: 0 where the divisor is 0.
+    Rem,
+    /// Real.
+    Pow,
+    /// Real.
+    Atan2,
+    /// Real or Int.
+    Min,
+    /// Real or Int.
+    Max,
+    /// a * b, but 0 where a is 0 even if b is infinite or NaN: a tangent that is zero stays zero at a pole.
+    MulOrZero,
+    /// a / b, but 0 where a is 0 even if b is 0 or NaN.
+    DivOrZero,
+    And,
+    Or,
+}
+
+/// Comparisons; false where either is NaN, but for Ne.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "they are their names")]
+pub enum Compare {
+    Eq,
+    Ne,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+}

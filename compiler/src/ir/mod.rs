@@ -1,0 +1,5 @@
+//! Scalar functions in SSA form with structured control flow.
+
+pub mod function;
+
+pub use function::*;

@@ -1,0 +1,22 @@
+//! The .gml compiler: text in, [`Program`](program::Program) out.
+//!
+//! A script passes through these stages, each a folder that knows only the ones before it:
+//!
+//! 1. [`syntax`]: text to tokens (logos) to a tree (LALRPOP). Never fails; returns diagnostics beside the tree.
+//! 2. [`check`]: names, types, dimensions; generics are instantiated. The typed tree has no generics left.
+//! 3. [`ir`]: the typed tree lowered to scalar functions in SSA form; simplified; validated; printed; interpreted.
+//! 4. [`diff`]: tangent, Jacobian and pullback of those functions, again as functions.
+//! 5. [`jit`]: machine code for them, by Cranelift.
+//! 6. [`program`]: what everything outside may know of a compiled script.
+//!
+//! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
+//! [`source::Loader`].
+
+pub mod check;
+pub mod diagnostic;
+pub mod diff;
+pub mod ir;
+pub mod jit;
+pub mod program;
+pub mod source;
+pub mod syntax;

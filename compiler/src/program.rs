@@ -1,0 +1,97 @@
+//! A compiled script, as everything outside the compiler knows it.
+
+use crate::source::Span;
+use serde::{Deserialize, Serialize};
+
+/// The quantity that a parameter or input measures; values are in millimetres and radians.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Quantity {
+    /// Without a unit.
+    Real,
+    /// Millimetres.
+    Length,
+    /// Radians.
+    Angle,
+    /// A whole number (inputs only).
+    Int,
+    /// 0 or 1 (inputs only).
+    Bool,
+}
+
+impl Quantity {
+    /// The unit of values: `mm`, `rad`, or empty.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Quantity::Length => "mm",
+            Quantity::Angle => "rad",
+            Quantity::Real | Quantity::Int | Quantity::Bool => "",
+        }
+    }
+}
+
+/// A continuous, free parameter of a model.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its doc comment.
+    pub doc: String,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// Its default, within its bounds at the defaults.
+    pub default: f64,
+    /// Lower bound at the defaults; -infinity where there is none. (`Program::bounds` gives them at any x.)
+    #[serde(with = "infinite_as_null")]
+    pub lower: f64,
+    /// Upper bound likewise.
+    #[serde(with = "infinite_as_null")]
+    pub upper: f64,
+    /// Where it is declared.
+    #[serde(skip)]
+    pub span: Span,
+}
+
+/// A value given from outside, without derivative, fixed when the program is compiled.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Input {
+    /// Its name.
+    pub name: String,
+    /// Its doc comment.
+    pub doc: String,
+    /// What it measures.
+    pub quantity: Quantity,
+    /// The value that it was compiled with.
+    pub value: f64,
+    /// Bounds; infinite where there is none.
+    #[serde(with = "infinite_as_null")]
+    pub lower: f64,
+    /// Upper bound likewise.
+    #[serde(with = "infinite_as_null")]
+    pub upper: f64,
+}
+
+/// One patch of surface of a model: a part, or one member of a group of parts.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Part {
+    /// `body`, `hole[2]`, `leg.shaft`.
+    pub name: String,
+    /// The name without an index: `hole`.
+    pub group: String,
+    /// The indices of the parameters that this patch depends on, ascending.
+    pub active: Vec<u32>,
+}
+
+/// JSON has no infinity: a missing bound is null.
+mod infinite_as_null {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(x: &f64, s: S) -> Result<S::Ok, S::Error> {
+        x.is_finite().then_some(*x).serialize(s)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
+        Ok(Option::<f64>::deserialize(d)?.unwrap_or(f64::INFINITY))
+    }
+}

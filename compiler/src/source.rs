@@ -1,0 +1,101 @@
+//! Source files and positions in them.
+
+use serde::{Deserialize, Serialize};
+
+/// Index of a file in [`Sources`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct FileId(pub u32);
+
+/// A range of bytes in a source file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Span {
+    /// The file.
+    pub file: FileId,
+    /// First byte.
+    pub start: u32,
+    /// One past the last byte.
+    pub end: u32,
+}
+
+impl Span {
+    /// The smallest span that covers both; `self` where they are in different files.
+    #[must_use]
+    pub fn to(self, other: Span) -> Span {
+        if self.file != other.file {
+            return self;
+        }
+        Span { file: self.file, start: self.start.min(other.start), end: self.end.max(other.end) }
+    }
+}
+
+/// A source file: its name as the user would write it, and its text.
+#[derive(Clone, Debug)]
+pub struct SourceFile {
+    /// Path, or `std.curve` for a module of the standard library.
+    pub name: String,
+    /// The whole text.
+    pub text: String,
+}
+
+/// Every file that took part in a compilation, for messages that quote them.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    files: Vec<SourceFile>,
+}
+
+impl Sources {
+    /// Adds a file.
+    pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> FileId {
+        self.files.push(SourceFile { name: name.into(), text: text.into() });
+        FileId(u32::try_from(self.files.len() - 1).expect("fewer than 2^32 files"))
+    }
+
+    /// The file, if there is one of that index.
+    #[must_use]
+    pub fn get(&self, id: FileId) -> Option<&SourceFile> {
+        self.files.get(id.0 as usize)
+    }
+
+    /// The text under a span; empty where the span lies outside its file.
+    #[must_use]
+    pub fn text(&self, span: Span) -> &str {
+        self.get(span.file).and_then(|f| f.text.get(span.start as usize..span.end as usize)).unwrap_or("")
+    }
+
+    /// Line and column of a span's start, both from 1; the column counts characters.
+    #[must_use]
+    pub fn line_column(&self, span: Span) -> (usize, usize) {
+        let Some(file) = self.get(span.file) else {
+            return (1, 1);
+        };
+        let before = &file.text[..file.text.floor_char_boundary(span.start as usize)];
+        let line = before.bytes().filter(|b| *b == b'\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        (line, column)
+    }
+
+    /// All files in the order in which they were added.
+    pub fn iter(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
+        self.files.iter().enumerate().map(|(i, f)| (FileId(i as u32), f))
+    }
+}
+
+/// Gives the compiler the text of files that a script names in `use`; the caller decides how.
+/// The standard library needs none: it is part of the compiler.
+pub trait Loader {
+    /// The text of `path` (as written, relative to the file `from`) with the name to show for it.
+    ///
+    /// # Errors
+    /// A sentence that says why the file cannot be had.
+    fn load(&self, path: &str, from: &str) -> Result<SourceFile, String>;
+}
+
+/// A loader for scripts that use nothing but the standard library.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoFiles;
+
+impl Loader for NoFiles {
+    fn load(&self, path: &str, _from: &str) -> Result<SourceFile, String> {
+        Err(format!("'{path}' cannot be used here: only the standard library is at hand"))
+    }
+}

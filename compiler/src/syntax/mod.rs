@@ -1,0 +1,3 @@
+//! Text to tree. Knows no types and no names.
+
+pub mod ast;

@@ -1,0 +1,1 @@
+//! The documents: X3D, pictures, meshes, report.

@@ -1,0 +1,1 @@
+//! Parameters and pose from a scan.

@@ -1,0 +1,19 @@
+//! What a compiled model is for: scans are read and made, the model is fitted to them, the deviations are measured
+//! and documented. No argument parsing, no printing.
+//!
+//! - [`mesh`]: triangle meshes, the plain data that stages exchange.
+//! - [`scan`]: reading and cleaning scans, normals, noise; the virtual laser scanner.
+//! - [`model`]: a model as evaluable surface patches; tessellation, charts and texels.
+//! - [`fit`]: parameters and pose from a scan.
+//! - [`variance`]: distances from every texel of the model's surface to the scan; statistics.
+//! - [`export`]: the documents: X3D, pictures, meshes, report.
+//!
+//! `fit` and `variance` use `model` and `scan` and not each other; `export` reads all results.
+
+pub mod export;
+pub mod fit;
+pub mod mesh;
+pub mod model;
+pub mod progress;
+pub mod scan;
+pub mod variance;

@@ -1,0 +1,104 @@
+//! What the runtime needs of a model: named parameters and, for their values, patches of surface over [0, 1]^2 with
+//! exact derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
+
+use gml_compiler::program::{Parameter, Part};
+use thiserror::Error;
+
+/// A point of a surface with its first partial derivatives. Millimetres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct Partials {
+    /// S(u, v).
+    pub point: [f64; 3],
+    /// dS/du.
+    pub du: [f64; 3],
+    /// dS/dv.
+    pub dv: [f64; 3],
+}
+
+/// Second partial derivatives of a surface beside the first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub struct SecondPartials {
+    /// The point and the first partials.
+    pub first: Partials,
+    /// d2S/du2.
+    pub duu: [f64; 3],
+    /// d2S/du dv.
+    pub duv: [f64; 3],
+    /// d2S/dv2.
+    pub dvv: [f64; 3],
+}
+
+/// A model: a function from parameters to patches of surface. How many patches there are, and what they are called,
+/// does not depend on the parameters.
+pub trait Model: Sync {
+    /// Its name.
+    fn name(&self) -> &str;
+    /// Its free parameters, in order.
+    fn parameters(&self) -> &[Parameter];
+    /// Its patches, in order.
+    fn parts(&self) -> &[Part];
+    /// Bounds of every parameter at x (a bound may depend on earlier parameters); infinite where there is none.
+    fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)>;
+    /// The model at x.
+    ///
+    /// # Errors
+    /// A `require` that does not hold, a limit, or a value that is not finite, with the place in the source.
+    fn instantiate<'a>(&'a self, x: &[f64]) -> Result<Box<dyn Instance + 'a>, EvaluationError>;
+}
+
+/// A model at certain parameters. Batches: `u`, `v` and the output have one entry a point.
+pub trait Instance: Sync {
+    /// Points of patch `patch`.
+    ///
+    /// # Errors
+    /// A limit, or a value that is not finite. (Fits that want to go on treat the patch as absent.)
+    fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError>;
+
+    /// Points with first partials.
+    ///
+    /// # Errors
+    /// As `points`.
+    fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError>;
+
+    /// Points with first and second partials.
+    ///
+    /// # Errors
+    /// As `points`.
+    fn second_partials(
+        &self,
+        patch: usize,
+        u: &[f64],
+        v: &[f64],
+        out: &mut [SecondPartials],
+    ) -> Result<(), EvaluationError>;
+
+    /// dS/dx over the patch's active parameters: `out[(i * active + a) * 3 + c]` is the derivative of coordinate c of
+    /// point i with respect to parameter `parts()[patch].active[a]`.
+    ///
+    /// # Errors
+    /// As `points`.
+    fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError>;
+
+    /// Adds sum over i of (dS/dx at point i)^T w[i] to `gradient`, which has an entry for every parameter of the model.
+    ///
+    /// # Errors
+    /// As `points`.
+    fn pullback(
+        &self,
+        patch: usize,
+        u: &[f64],
+        v: &[f64],
+        w: &[[f64; 3]],
+        gradient: &mut [f64],
+    ) -> Result<(), EvaluationError>;
+}
+
+/// Why a model could not be evaluated.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{message}")]
+pub struct EvaluationError {
+    /// A sentence for the user, with the place in the source where there is one (`cup.gml:12:5: ...`).
+    pub message: String,
+}

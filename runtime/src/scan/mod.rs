@@ -1,0 +1,1 @@
+//! Scans: reading, cleaning, normals, noise; and the virtual laser scanner.

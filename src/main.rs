@@ -1,0 +1,2 @@
+//! gmlc
+fn main() {}
