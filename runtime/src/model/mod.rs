@@ -1,5 +1,7 @@
 //! A model as evaluable surface patches; its tessellation, charts and texels.
 
 mod surface;
+mod texels;
 
 pub use surface::{EvaluationError, Instance, Model, Partials, SecondPartials};
+pub use texels::Texels;

@@ -1,5 +1,1 @@
 //! Distances from every texel of the model's surface to the scan; statistics.
-
-mod texels;
-
-pub use texels::Texels;
