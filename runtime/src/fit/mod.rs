@@ -1,1 +1,5 @@
 //! Parameters and pose from a scan.
+
+mod result;
+
+pub use result::{FitResult, FittedParameter, FittedPose};
