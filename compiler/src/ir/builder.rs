@@ -8,7 +8,7 @@
 
 use super::facts::Facts;
 use super::scalar::{self, Scalar};
-use super::{Binary, Compare, FailureId, Function, FunctionId, Node, Op, Parameter, Type, Unary, Value};
+use super::{Binary, Compare, FailureId, Function, FunctionId, Node, Op, Parameter, Type, Unary, Value, arithmetic};
 use crate::source::Span;
 use std::collections::HashMap;
 
@@ -129,7 +129,8 @@ impl FunctionBuilder {
         self.node(Op::Bool(b), Type::Bool)
     }
 
-    /// An operation of one operand.
+    /// An operation of one operand. Those of an Int are made of the operations of two, so that nobody else
+    /// need know them.
     pub fn unary(&mut self, op: Unary, a: Value) -> Value {
         if let Some(x) = self.constant(a)
             && let Some(y) = scalar::unary(op, x)
@@ -139,6 +140,9 @@ impl FunctionBuilder {
         }
         if let Some(simpler) = self.simpler_unary(op, a) {
             return simpler;
+        }
+        if self.ty(a) == Type::Int && op != Unary::ToReal {
+            return self.int_unary(op, a);
         }
         let ty = match op {
             Unary::ToReal => Type::Real,
@@ -196,7 +200,7 @@ impl FunctionBuilder {
     /// x to a whole power.
     pub fn pow_int(&mut self, x: Value, n: i32) -> Value {
         if let Some(Scalar::Real(c)) = self.constant(x) {
-            let power = scalar::pow_int(c, n);
+            let power = arithmetic::pow_int(c, n);
             if power.is_finite() {
                 return self.real(power);
             }
@@ -310,6 +314,24 @@ impl FunctionBuilder {
             Op::Guard { value, condition, failure } => self.guard(value, condition, failure),
             Op::Project(multi, k) => self.project(multi, k, ty),
             Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Tangent { .. } => self.node(op.clone(), ty),
+        }
+    }
+
+    fn int_unary(&mut self, op: Unary, a: Value) -> Value {
+        let (zero, one) = (self.int(0), self.int(1));
+        match op {
+            Unary::Neg => self.sub(zero, a),
+            Unary::Abs => {
+                let negative = self.sub(zero, a);
+                self.binary(Binary::Max, a, negative)
+            }
+            Unary::Sign => {
+                let minus_one = self.int(-1);
+                let below_one = self.binary(Binary::Min, a, one);
+                self.binary(Binary::Max, below_one, minus_one)
+            }
+            // Whole already (what else there is takes no Int, which `validate` says).
+            _ => a,
         }
     }
 

@@ -3,6 +3,7 @@
 //! [`FunctionBuilder`] makes functions and simplifies while it does so; the passes rebuild functions
 //! through it.
 
+pub mod arithmetic;
 pub mod builder;
 pub mod function;
 pub mod operands;

@@ -1,6 +1,6 @@
-//! What the scalar operations compute: the one definition, which folding, interpreting and compiling follow.
+//! Values at run time, and the operations of [`arithmetic`] on them.
 
-use super::{Binary, Compare, Type, Unary};
+use super::{Binary, Compare, Type, Unary, arithmetic};
 
 /// A value at run time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,96 +42,25 @@ impl Scalar {
 pub fn unary(op: Unary, a: Scalar) -> Option<Scalar> {
     Some(match (op, a) {
         (Unary::Not, Scalar::Bool(a)) => Scalar::Bool(!a),
-        (Unary::Neg, Scalar::Int(a)) => Scalar::Int(a.wrapping_neg()),
-        (Unary::Abs, Scalar::Int(a)) => Scalar::Int(a.wrapping_abs()),
-        (Unary::Sign, Scalar::Int(a)) => Scalar::Int(a.signum()),
         (Unary::ToReal, Scalar::Int(a)) => Scalar::Real(a as f64),
         // `as` saturates and gives 0 for NaN, as the operation is defined.
         (Unary::ToInt, Scalar::Real(a)) => Scalar::Int(a as i64),
-        (Unary::Not | Unary::ToReal | Unary::ToInt, _) => return None,
-        (op, Scalar::Real(a)) => Scalar::Real(real_unary(op, a)),
+        (op, Scalar::Real(a)) => Scalar::Real(arithmetic::unary(op, a)?),
         _ => return None,
     })
-}
-
-fn real_unary(op: Unary, a: f64) -> f64 {
-    match op {
-        Unary::Neg => -a,
-        Unary::Abs => a.abs(),
-        Unary::Sign if a > 0.0 => 1.0,
-        Unary::Sign if a < 0.0 => -1.0,
-        // Zero for zero, NaN for NaN.
-        Unary::Sign => a * 0.0,
-        Unary::Sqrt => a.sqrt(),
-        Unary::Exp => a.exp(),
-        Unary::Ln => a.ln(),
-        Unary::Sin => a.sin(),
-        Unary::Cos => a.cos(),
-        Unary::Tan => a.tan(),
-        Unary::Asin => a.asin(),
-        Unary::Acos => a.acos(),
-        Unary::Atan => a.atan(),
-        Unary::Sinh => a.sinh(),
-        Unary::Cosh => a.cosh(),
-        Unary::Tanh => a.tanh(),
-        Unary::Floor => a.floor(),
-        Unary::Ceil => a.ceil(),
-        Unary::Round => a.round(),
-        Unary::Stop | Unary::Not | Unary::ToReal | Unary::ToInt => a,
-    }
 }
 
 /// Applies a binary operation; nothing where an operand has the wrong type.
 #[must_use]
 pub fn binary(op: Binary, a: Scalar, b: Scalar) -> Option<Scalar> {
     Some(match (a, b) {
-        (Scalar::Real(a), Scalar::Real(b)) => Scalar::Real(real_binary(op, a, b)?),
-        (Scalar::Int(a), Scalar::Int(b)) => Scalar::Int(int_binary(op, a, b)?),
+        (Scalar::Real(a), Scalar::Real(b)) => Scalar::Real(arithmetic::binary(op, a, b)?),
+        (Scalar::Int(a), Scalar::Int(b)) => Scalar::Int(arithmetic::binary_int(op, a, b)?),
         (Scalar::Bool(a), Scalar::Bool(b)) => Scalar::Bool(match op {
             Binary::And => a && b,
             Binary::Or => a || b,
             _ => return None,
         }),
-        _ => return None,
-    })
-}
-
-fn real_binary(op: Binary, a: f64, b: f64) -> Option<f64> {
-    Some(match op {
-        Binary::Add => a + b,
-        Binary::Sub => a - b,
-        Binary::Mul => a * b,
-        Binary::Div => a / b,
-        Binary::Rem => a - b * (a / b).floor(),
-        Binary::Pow => a.powf(b),
-        Binary::Atan2 => a.atan2(b),
-        // NaN where either is NaN, so that it is seen and reported.
-        Binary::Min if a.is_nan() || b.is_nan() => f64::NAN,
-        Binary::Max if a.is_nan() || b.is_nan() => f64::NAN,
-        Binary::Min => a.min(b),
-        Binary::Max => a.max(b),
-        Binary::MulOrZero if a == 0.0 => 0.0,
-        Binary::MulOrZero => a * b,
-        Binary::DivOrZero if a == 0.0 => 0.0,
-        Binary::DivOrZero => a / b,
-        Binary::And | Binary::Or => return None,
-    })
-}
-
-fn int_binary(op: Binary, a: i64, b: i64) -> Option<i64> {
-    Some(match op {
-        Binary::Add => a.wrapping_add(b),
-        Binary::Sub => a.wrapping_sub(b),
-        Binary::Mul => a.wrapping_mul(b),
-        Binary::Div if b == 0 => 0,
-        Binary::Div => a.wrapping_div(b),
-        Binary::Rem if b == 0 => 0,
-        Binary::Rem => {
-            let r = a.wrapping_rem(b);
-            if r != 0 && (r < 0) != (b < 0) { r + b } else { r }
-        }
-        Binary::Min => a.min(b),
-        Binary::Max => a.max(b),
         _ => return None,
     })
 }
@@ -154,22 +83,4 @@ pub fn compare(op: Compare, a: Scalar, b: Scalar) -> Option<bool> {
         (Scalar::Int(a), Scalar::Int(b)) => Some(holds(op, a, b)),
         _ => None,
     }
-}
-
-/// x^n by repeated squaring, the lowest bit of |n| first; a negative n gives the reciprocal; 0^0 = 1.
-#[must_use]
-pub fn pow_int(x: f64, n: i32) -> f64 {
-    let mut power = 1.0;
-    let mut square = x;
-    let mut left = n.unsigned_abs();
-    while left > 0 {
-        if left & 1 == 1 {
-            power *= square;
-        }
-        left >>= 1;
-        if left > 0 {
-            square *= square;
-        }
-    }
-    if n < 0 { 1.0 / power } else { power }
 }
