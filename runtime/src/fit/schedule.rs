@@ -152,7 +152,8 @@ pub(crate) struct Last {
 }
 
 impl<'a> Setting<'a> {
-    fn new(
+    /// The setting of a fit that begins at `x`.
+    pub(crate) fn new(
         model: &'a dyn Model,
         points: &'a Points,
         x: &[f64],

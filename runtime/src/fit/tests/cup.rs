@@ -1,9 +1,13 @@
 use super::shapes::cup;
 use crate::fit::{FitOptions, FitResult, fit};
 use crate::mesh::TriangleMesh;
+use crate::model::{Model, Partials};
 use crate::progress::Silent;
 use crate::scan::{Cleaning, Scan, ScanSource};
-use glam::DQuat;
+use glam::{DQuat, DVec3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::Distribution;
 
 pub(crate) fn load(path: &str) -> Scan {
     let bytes = std::fs::read(path).unwrap();
@@ -55,6 +59,45 @@ pub(crate) fn check(result: &FitResult, truth: &[f64]) {
         assert!((value - truth).abs() < allowed, "{name} = {value}, not {truth}");
     }
     assert!(result.converged, "{:?}", result.warnings);
+}
+
+/// A cup that is far from the defaults in every way.
+pub(crate) const SYNTHETIC: [f64; 15] =
+    [30.0, -12.0, 55.0, 2.2, 0.7, -1.9, 3.0, 44.0, 80.0, 0.97, 1.8, 0.9, 1.75, 0.25, 0.84];
+
+/// A scan of that cup.
+pub(crate) fn synthetic(noise: f64, count: usize, seed: u64) -> Scan {
+    scan_of(&cup(), &SYNTHETIC, noise, count, seed)
+}
+
+/// About `count` points spread evenly over a model's surface, with noise along the normal, which points out of a
+/// surface whose du x dv does.
+pub(crate) fn scan_of(model: &dyn Model, x: &[f64], noise: f64, count: usize, seed: u64) -> Scan {
+    let instance = model.instantiate(x).unwrap();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut mesh = TriangleMesh::default();
+    // Points uniform in (u, v) are kept with a probability proportional to the area that they stand for.
+    let draws: Vec<(usize, f64, f64, f64)> =
+        (0..40 * count).map(|i| (i % model.parts().len(), rng.random(), rng.random(), rng.random())).collect();
+    let partials: Vec<Partials> = draws
+        .iter()
+        .map(|(patch, u, v, _)| {
+            let mut out = [Partials::default()];
+            instance.partials(*patch, &[*u], &[*v], &mut out).unwrap();
+            out[0]
+        })
+        .collect();
+    let cross = |p: &Partials| DVec3::from_array(p.du).cross(DVec3::from_array(p.dv));
+    let total: f64 = partials.iter().map(|p| cross(p).length()).sum();
+    let normal = rand_distr::Normal::new(0.0, noise).unwrap();
+    for (p, (.., chance)) in partials.iter().zip(&draws) {
+        if chance * total < cross(p).length() * count as f64 {
+            let n = cross(p).normalize();
+            mesh.positions.push((DVec3::from_array(p.point) + n * normal.sample(&mut rng)).to_array());
+            mesh.normals.push(n.to_array());
+        }
+    }
+    Scan { mesh, source: ScanSource::default(), noise, cleaning: Cleaning::default() }
 }
 
 #[test]

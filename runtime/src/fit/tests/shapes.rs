@@ -47,6 +47,11 @@ impl<F: Formula> Handmade<F> {
         };
         Self { formula, parameters, parts: parts.iter().map(part).collect(), below: Vec::new() }
     }
+
+    pub(crate) fn set_bounds(&mut self, i: usize, lower: f64, upper: f64) {
+        self.parameters[i].lower = lower;
+        self.parameters[i].upper = upper;
+    }
 }
 
 impl<F: Formula> Model for Handmade<F> {
@@ -62,7 +67,7 @@ impl<F: Formula> Model for Handmade<F> {
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         let mut bounds: Vec<_> = self.parameters.iter().map(|p| (p.lower, p.upper)).collect();
         for (i, j) in &self.below {
-            bounds[*i].1 = x[*j];
+            bounds[*i].1 = bounds[*i].1.min(x[*j]);
         }
         bounds
     }
@@ -242,4 +247,48 @@ pub(crate) fn cup() -> Handmade<Cup> {
     let body = [0, 1, 2, 3, 4, 5, 6, 7, 8];
     let all: Vec<u32> = (0..15).collect();
     Handmade::new(Cup, &rows, &[("outside", &body), ("inside", &body), ("lip", &body), ("handle", &all)])
+}
+
+/// A sphere, a cylinder, a plane, a cone or a torus in a fixed place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Simple {
+    /// Radius.
+    Sphere,
+    /// Radius, height.
+    Cylinder,
+    /// Side.
+    Plane,
+    /// Radius at the bottom, height; the tip is at the top.
+    Cone,
+    /// Radius of the circle, radius of the tube.
+    Torus,
+}
+
+impl Formula for Simple {
+    fn surface<T: Number>(&self, _: usize, x: &[T], u: T, v: T) -> [T; 3] {
+        let c = T::constant;
+        let turn = u * c(TAU);
+        let revolve = |radius: T, height: T| [radius * turn.cos(), radius * turn.sin(), height];
+        match self {
+            Simple::Sphere => {
+                let latitude = (v - c(0.5)) * c(TAU / 2.0);
+                revolve(x[0] * latitude.cos(), x[0] * latitude.sin())
+            }
+            Simple::Cylinder => revolve(x[0], x[1] * v),
+            Simple::Plane => [x[0] * (u - c(0.5)), x[0] * (v - c(0.5)), c(0.0)],
+            Simple::Cone => revolve(x[0] * (c(1.0) - v), x[1] * v),
+            Simple::Torus => {
+                let around = v * c(TAU);
+                revolve(x[0] + x[1] * around.cos(), x[1] * around.sin())
+            }
+        }
+    }
+}
+
+/// A simple shape; parameters are lengths between 1 and 200.
+pub(crate) fn simple(shape: Simple, defaults: &[f64]) -> Handmade<Simple> {
+    const NAMES: [&str; 2] = ["a", "b"];
+    let rows: Vec<Row> = NAMES.iter().zip(defaults).map(|(n, d)| (*n, Quantity::Length, 1.0, 200.0, *d)).collect();
+    let active: Vec<u32> = (0..defaults.len() as u32).collect();
+    Handmade::new(shape, &rows, &[("all", &active)])
 }
