@@ -1,1 +1,3 @@
 //! The documents: X3D, pictures, meshes, report.
+
+pub mod colormap;
