@@ -6,6 +6,8 @@
 pub mod arithmetic;
 pub mod builder;
 pub mod function;
+pub mod lower;
+pub mod lowered;
 pub mod operands;
 pub mod scalar;
 
@@ -17,3 +19,4 @@ mod powers;
 
 pub use builder::FunctionBuilder;
 pub use function::*;
+pub use lowered::{LoweredModel, LoweredPart, LoweredRequire};
