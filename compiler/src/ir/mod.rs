@@ -10,6 +10,7 @@ pub mod function;
 pub mod graph;
 pub mod inline;
 pub mod interpret;
+pub mod lower;
 pub mod lowered;
 pub mod operands;
 pub mod print;
