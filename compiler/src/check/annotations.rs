@@ -146,7 +146,7 @@ impl Checker<'_> {
         if expr.ty.is_error() {
             return expr;
         }
-        match self.target(&expr.ty, wanted, expr.span) {
+        match self.fits(&expr.ty, wanted, expr.span) {
             Some(ty) => self.convert(expr, &ty),
             None => {
                 let message =
@@ -162,7 +162,7 @@ impl Checker<'_> {
     }
 
     /// The type that a value of type `from` takes on where `wanted` is asked for.
-    fn target(&mut self, from: &Type, wanted: &Wanted, span: Span) -> Option<Type> {
+    pub(super) fn fits(&mut self, from: &Type, wanted: &Wanted, span: Span) -> Option<Type> {
         match (wanted, from) {
             (Wanted::Any, _) | (Wanted::Int, Type::Int(_)) | (Wanted::Bool, Type::Bool(_)) | (_, Type::Error) => {
                 Some(from.clone())
@@ -173,18 +173,18 @@ impl Checker<'_> {
             (Wanted::Real(want), Type::Int(_)) => want.is_none().then_some(Type::REAL),
             (Wanted::Tuple(parts), Type::Tuple(types)) if parts.len() == types.len() => {
                 let types: Option<Vec<Type>> =
-                    parts.iter().zip(&**types).map(|(w, t)| self.target(t, w, span)).collect();
+                    parts.iter().zip(&**types).map(|(w, t)| self.fits(t, w, span)).collect();
                 Some(Type::tuple(types?))
             }
             (Wanted::Point, Type::Tuple(types)) if types.len() == 2 || types.len() == 3 => {
-                self.target(from, &Wanted::vector(types.len(), Dimension::LENGTH), span)
+                self.fits(from, &Wanted::vector(types.len(), Dimension::LENGTH), span)
             }
             (Wanted::Array(element), Type::Array(ty, n)) => {
-                Some(Type::Array(self.target(ty, element, span)?.into(), *n))
+                Some(Type::Array(self.fits(ty, element, span)?.into(), *n))
             }
             // An array of functions that differ.
             (Wanted::Array(element), Type::Tuple(types)) if matches!(**element, Wanted::Function(..)) => {
-                let types: Option<Vec<Type>> = types.iter().map(|t| self.target(t, element, span)).collect();
+                let types: Option<Vec<Type>> = types.iter().map(|t| self.fits(t, element, span)).collect();
                 Some(Type::tuple(types?))
             }
             (Wanted::Function(params, result), Type::Closure(id)) if self.accepts(*id, params.len()) => {
@@ -200,7 +200,7 @@ impl Checker<'_> {
         let Some(args) = params.iter().map(Wanted::exact).collect::<Option<Vec<Type>>>() else { return };
         let args = args.into_iter().map(Some).collect();
         let Some((_, ty)) = self.instantiate(id, args, span) else { return };
-        if ty.is_error() || self.target(&ty, result, span).is_some() {
+        if ty.is_error() || self.fits(&ty, result, span).is_some() {
             return;
         }
         let message = format!(

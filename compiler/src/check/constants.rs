@@ -46,7 +46,7 @@ pub(super) fn exponent_of(e: &Expr) -> Option<Exponent> {
 }
 
 /// The value of an expression made of literals.
-fn constant(e: &Expr) -> Option<f64> {
+pub(super) fn constant(e: &Expr) -> Option<f64> {
     match &e.kind {
         ExprKind::Real(x) => Some(*x),
         ExprKind::Int(k) => Some(*k as f64),

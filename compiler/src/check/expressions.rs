@@ -3,7 +3,7 @@
 use super::context::{Binding, Checker, Code, boolean, error, int, known};
 use super::free;
 use super::typed::{Expr, ExprKind, LocalId, Statement, Type};
-use super::types::{ClosureId, Dimension};
+use super::types::Dimension;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::syntax::ast::{self, FnParam, FunctionDecl, Ident, Item, ItemKind, Pattern, UnaryOp, Unit};
@@ -299,7 +299,10 @@ impl<'a> Checker<'a> {
 
     pub(super) fn bind_name(&mut self, name: &'a Ident, value: Expr, out: &mut Vec<Statement>) {
         let id = self.local(&name.text, value.ty.clone(), name.span);
-        out.push(Statement::Let(id, value));
+        // Whoever reads a known value gets the constant.
+        if !matches!((&value.ty, &value.kind), (Type::Int(Some(_)), ExprKind::Int(_)) | (Type::Bool(Some(_)), ExprKind::Bool(_))) {
+            out.push(Statement::Let(id, value));
+        }
         self.env.names.push((&name.text, Binding::Local(id)));
     }
 
@@ -375,10 +378,6 @@ impl<'a> Checker<'a> {
         }
         let id = self.intern(name, code, captures);
         Expr { kind: ExprKind::Aggregate(values), ty: Type::Closure(id), span }
-    }
-
-    pub(super) fn closure_value(&self, id: ClosureId, captures: Vec<Expr>, span: Span) -> Expr {
-        Expr { kind: ExprKind::Aggregate(captures), ty: Type::Closure(id), span }
     }
 }
 

@@ -41,7 +41,7 @@ impl<'a> Checker<'a> {
                 None => super::context::error(span),
             });
         }
-        if let Some(value) = builtins::constant(name, span) {
+        if let Some(value) = builtins::constant_named(name, span) {
             return Some(value);
         }
         if let Some(builtin) = Builtin::named(name) {

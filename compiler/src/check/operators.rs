@@ -134,7 +134,8 @@ impl<'a> Checker<'a> {
 
     fn sum(&mut self, op: BinaryOp, a: Expr, b: Expr, span: Span) -> Expr {
         let kind = if op == BinaryOp::Add { Binary::Add } else { Binary::Sub };
-        if let (Some((a, da)), Some((b, db))) = (self.real(a.clone()), self.real(b.clone())) {
+        if is_number(&a.ty) && is_number(&b.ty) {
+            let (Some((a, da)), Some((b, db))) = (self.real(a), self.real(b)) else { return error(span) };
             return match self.common_dimension(op, &a, da, &b, db, span) {
                 Some(d) => binary(kind, a, b, Type::Real(d), span),
                 None => error(span),
@@ -281,7 +282,7 @@ impl<'a> Checker<'a> {
         if e.ty.is_error() {
             return None;
         }
-        if !matches!(e.ty, Type::Int(_) | Type::Real(_)) {
+        if !is_number(&e.ty) {
             self.no_number(&e, what);
             return None;
         }
@@ -349,7 +350,8 @@ impl<'a> Checker<'a> {
                 }
             };
         }
-        if let (Some((a, da)), Some((b, db))) = (self.real(a.clone()), self.real(b.clone())) {
+        if is_number(&a.ty) && is_number(&b.ty) {
+            let (Some((a, da)), Some((b, db))) = (self.real(a), self.real(b)) else { return error(span) };
             return match self.common_dimension(op, &a, da, &b, db, span) {
                 Some(_) => binary(comparison(op), a, b, Type::BOOL, span),
                 None => error(span),
@@ -367,6 +369,10 @@ pub(super) fn common(a: Dimension, b: Dimension) -> Option<Dimension> {
         return Some(a);
     }
     ((a.angle && b.is_none()) || (a.is_none() && b.angle)).then_some(Dimension::NONE)
+}
+
+fn is_number(ty: &Type) -> bool {
+    matches!(ty, Type::Int(_) | Type::Real(_))
 }
 
 fn zero(e: &Expr) -> bool {
