@@ -49,9 +49,7 @@ impl Wanted {
             "point2" => Wanted::vector(2, Dimension::LENGTH),
             "point3" => Wanted::vector(3, Dimension::LENGTH),
             "curve" => Wanted::Function(vec![real], Box::new(Wanted::Point)),
-            "surface" => {
-                Wanted::Function(vec![real.clone(), real], Box::new(Wanted::vector(3, Dimension::LENGTH)))
-            }
+            "surface" => Wanted::Function(vec![real.clone(), real], Box::new(Wanted::vector(3, Dimension::LENGTH))),
             _ => return None,
         })
     }
@@ -79,9 +77,7 @@ impl Wanted {
                 (3, Some(Wanted::Real(Dimension::LENGTH))) if parts.iter().all(|p| *p == parts[0]) => {
                     "a point in space".to_owned()
                 }
-                (2, Some(Wanted::Real(Dimension::LENGTH))) if parts[0] == parts[1] => {
-                    "a point in the plane".to_owned()
-                }
+                (2, Some(Wanted::Real(Dimension::LENGTH))) if parts[0] == parts[1] => "a point in the plane".to_owned(),
                 (n, Some(Wanted::Real(Dimension::NONE))) if parts.iter().all(|p| *p == parts[0]) => {
                     format!("a vector of {n} bare numbers")
                 }
@@ -149,8 +145,7 @@ impl Checker<'_> {
         match self.fits(&expr.ty, wanted, expr.span) {
             Some(ty) => self.convert(expr, &ty),
             None => {
-                let message =
-                    format!("{what} must be {}, but this is {}", wanted.describe(), self.describe(&expr.ty));
+                let message = format!("{what} must be {}, but this is {}", wanted.describe(), self.describe(&expr.ty));
                 let error = Diagnostic::error(mismatch_code(&expr.ty, wanted), expr.span, message);
                 let error = match self.unit_hint(&expr, wanted) {
                     Some(hint) => error.hint(hint),
@@ -172,16 +167,13 @@ impl Checker<'_> {
             }
             (Wanted::Real(want), Type::Int(_)) => want.is_none().then_some(Type::REAL),
             (Wanted::Tuple(parts), Type::Tuple(types)) if parts.len() == types.len() => {
-                let types: Option<Vec<Type>> =
-                    parts.iter().zip(&**types).map(|(w, t)| self.fits(t, w, span)).collect();
+                let types: Option<Vec<Type>> = parts.iter().zip(&**types).map(|(w, t)| self.fits(t, w, span)).collect();
                 Some(Type::tuple(types?))
             }
             (Wanted::Point, Type::Tuple(types)) if types.len() == 2 || types.len() == 3 => {
                 self.fits(from, &Wanted::vector(types.len(), Dimension::LENGTH), span)
             }
-            (Wanted::Array(element), Type::Array(ty, n)) => {
-                Some(Type::Array(self.fits(ty, element, span)?.into(), *n))
-            }
+            (Wanted::Array(element), Type::Array(ty, n)) => Some(Type::Array(self.fits(ty, element, span)?.into(), *n)),
             // An array of functions that differ.
             (Wanted::Array(element), Type::Tuple(types)) if matches!(**element, Wanted::Function(..)) => {
                 let types: Option<Vec<Type>> = types.iter().map(|t| self.fits(t, element, span)).collect();
@@ -203,11 +195,7 @@ impl Checker<'_> {
         if ty.is_error() || self.fits(&ty, result, span).is_some() {
             return;
         }
-        let message = format!(
-            "this function must give {}, but it gives {}",
-            result.describe(),
-            self.describe(&ty)
-        );
+        let message = format!("this function must give {}, but it gives {}", result.describe(), self.describe(&ty));
         let mut error = Diagnostic::error("wrong-result", span, message);
         if let Type::Tuple(parts) = &ty
             && parts.iter().any(|t| matches!(t, Type::Int(_) | Type::Real(Dimension::NONE)))

@@ -245,7 +245,11 @@ impl<'a> Checker<'a> {
         let mut diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
         if d.is_none() {
             diagnostic.hint = unit_advice(&x, Dimension::ANGLE).map(|advice| {
-                if advice.starts_with("did") { advice } else { "multiply by 1deg or 1rad to say which is meant".to_owned() }
+                if advice.starts_with("did") {
+                    advice
+                } else {
+                    "multiply by 1deg or 1rad to say which is meant".to_owned()
+                }
             });
         }
         self.fail(diagnostic)
@@ -315,7 +319,11 @@ impl<'a> Checker<'a> {
             let Some(items) = self.items(best, &mut statements) else { return error(span) };
             rest = items;
             if rest.is_empty() {
-                return self.fail(Diagnostic::error("arguments", span, "an empty array has no least or greatest element"));
+                return self.fail(Diagnostic::error(
+                    "arguments",
+                    span,
+                    "an empty array has no least or greatest element",
+                ));
             }
             best = rest.remove(0);
         }

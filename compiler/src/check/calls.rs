@@ -32,11 +32,9 @@ impl<'a> Checker<'a> {
             Code::Lambda(_, params, _) => params.iter().map(parameter).collect(),
             Code::Model(_, model) => model.items.iter().filter_map(model_parameter).collect(),
             Code::Global(..) => Vec::new(),
-            Code::Builtin(builtin) => builtin
-                .parameters()
-                .iter()
-                .map(|name| Parameter { name, ty: None, optional: false })
-                .collect(),
+            Code::Builtin(builtin) => {
+                builtin.parameters().iter().map(|name| Parameter { name, ty: None, optional: false }).collect()
+            }
             Code::Derivative(of, _) => self.parameters(of),
         }
     }

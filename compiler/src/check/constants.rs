@@ -41,7 +41,11 @@ pub(super) fn exponent_of(e: &Expr) -> Option<Exponent> {
     (1..=12).find_map(|denominator| {
         let numerator = x * f64::from(denominator);
         let close = (numerator - numerator.round()).abs() < 1e-12 * numerator.abs().max(1.0);
-        if close && numerator.abs() < 1e4 { Exponent::new(numerator.round() as i64, i64::from(denominator)) } else { None }
+        if close && numerator.abs() < 1e4 {
+            Exponent::new(numerator.round() as i64, i64::from(denominator))
+        } else {
+            None
+        }
     })
 }
 

@@ -210,7 +210,8 @@ impl<'a> Checker<'a> {
         self.nodes = self.nodes.saturating_add(nodes);
         if self.nodes > self.options.nodes && !self.exhausted {
             self.exhausted = true;
-            let message = format!("the script grows beyond {} nodes when its functions are instantiated", self.options.nodes);
+            let message =
+                format!("the script grows beyond {} nodes when its functions are instantiated", self.options.nodes);
             self.report(
                 Diagnostic::error("too-large", span, message)
                     .hint("long loops and deep recursion over known numbers are written out; shorten them"),

@@ -48,11 +48,12 @@ impl<'a> Checker<'a> {
             });
             return None;
         };
-        let position = params.iter().position(|p| p.name == argument.text).or(match (argument.text.as_str(), params.len()) {
-            ("u", 2) => Some(0),
-            ("v", 2) => Some(1),
-            _ => None,
-        });
+        let position =
+            params.iter().position(|p| p.name == argument.text).or(match (argument.text.as_str(), params.len()) {
+                ("u", 2) => Some(0),
+                ("v", 2) => Some(1),
+                _ => None,
+            });
         if position.is_none() {
             let names: Vec<&str> = params.iter().map(|p| p.name).collect();
             let message = format!("'{name}' has no argument '{}' to derive in", argument.text);

@@ -104,7 +104,8 @@ pub(super) fn defaults(model: &mut Model, defaults: &[Option<Expr>], checker: &C
         param.default = default;
         let shown = |x: f64| in_units(x, param.quantity);
         if lower > upper {
-            let message = format!("the bounds of '{}' are the wrong way round: {} to {}", param.name, shown(lower), shown(upper));
+            let message =
+                format!("the bounds of '{}' are the wrong way round: {} to {}", param.name, shown(lower), shown(upper));
             diagnostics.push(Diagnostic::error("out-of-bounds", param.span, message));
         } else if (default < lower || default > upper) && e.as_ref().is_some_and(|e| !e.ty.is_error()) {
             let message = format!(

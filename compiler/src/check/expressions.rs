@@ -98,7 +98,8 @@ impl<'a> Checker<'a> {
                         self.describe(&item.ty),
                         self.describe(&ty)
                     );
-                    let mut error = Diagnostic::error("mixed-array", item.span, message).related(first.span, "first element");
+                    let mut error =
+                        Diagnostic::error("mixed-array", item.span, message).related(first.span, "first element");
                     if let Type::Real(d) = ty
                         && let Some(hint) = super::convert::unit_advice(item, d)
                     {
@@ -165,8 +166,12 @@ impl<'a> Checker<'a> {
     ) -> Expr {
         let condition = self.expr(condition);
         let Some(otherwise) = otherwise else {
-            let error = Diagnostic::error("missing-else", span, "this 'if' has no 'else', so it has no value where the condition fails")
-                .hint("add `else { ... }`");
+            let error = Diagnostic::error(
+                "missing-else",
+                span,
+                "this 'if' has no 'else', so it has no value where the condition fails",
+            )
+            .hint("add `else { ... }`");
             return self.fail(error);
         };
         match condition.ty {
@@ -201,11 +206,19 @@ impl<'a> Checker<'a> {
         let Some(ty) = self.join(&a.ty, &b.ty) else {
             let (first, second) = (self.describe(&a.ty), self.describe(&b.ty));
             let diagnostic = if has_function(&a.ty) && has_function(&b.ty) {
-                Diagnostic::error("function-choice", span, "a condition that is known only at run time cannot choose between functions")
-                    .hint("let the function choose between values: |u, v| if c { f(u, v) } else { g(u, v) }")
+                Diagnostic::error(
+                    "function-choice",
+                    span,
+                    "a condition that is known only at run time cannot choose between functions",
+                )
+                .hint("let the function choose between values: |u, v| if c { f(u, v) } else { g(u, v) }")
             } else {
-                let error = Diagnostic::error("branches-differ", b.span, format!("the sides of this 'if' differ: {first} and {second}"))
-                    .related(a.span, first);
+                let error = Diagnostic::error(
+                    "branches-differ",
+                    b.span,
+                    format!("the sides of this 'if' differ: {first} and {second}"),
+                )
+                .related(a.span, first);
                 let advice = match (&a.ty, &b.ty) {
                     (Type::Real(d), _) => super::convert::unit_advice(&b, *d),
                     (_, Type::Real(d)) => super::convert::unit_advice(&a, *d),
@@ -300,7 +313,10 @@ impl<'a> Checker<'a> {
     pub(super) fn bind_name(&mut self, name: &'a Ident, value: Expr, out: &mut Vec<Statement>) {
         let id = self.local(&name.text, value.ty.clone(), name.span);
         // Whoever reads a known value gets the constant.
-        if !matches!((&value.ty, &value.kind), (Type::Int(Some(_)), ExprKind::Int(_)) | (Type::Bool(Some(_)), ExprKind::Bool(_))) {
+        if !matches!(
+            (&value.ty, &value.kind),
+            (Type::Int(Some(_)), ExprKind::Int(_)) | (Type::Bool(Some(_)), ExprKind::Bool(_))
+        ) {
             out.push(Statement::Let(id, value));
         }
         self.env.names.push((&name.text, Binding::Local(id)));
@@ -339,11 +355,7 @@ impl<'a> Checker<'a> {
 
     fn lambda(&mut self, params: &'a [FnParam], body: &'a ast::Expr, span: Span) -> Expr {
         let address = std::ptr::from_ref(body) as usize;
-        let free = self
-            .free_names
-            .entry(address)
-            .or_insert_with(|| free::of_lambda(params, body).into())
-            .clone();
+        let free = self.free_names.entry(address).or_insert_with(|| free::of_lambda(params, body).into()).clone();
         let names: Vec<&str> = params
             .iter()
             .map(|p| match &p.pattern {

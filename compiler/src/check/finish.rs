@@ -2,11 +2,12 @@
 
 use super::context::Checker;
 use super::typed::{Closure, Expr, Function, FunctionId, Model};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Moves the functions that the model uses into it, with closures and locals.
 pub(super) fn finish(checker: &Checker<'_>, model: &mut Model) {
-    let mut order = Order { checker, state: HashMap::new(), done: Vec::new() };
+    let mut order =
+        Order { checker, visits: HashMap::new(), waiting: Vec::new(), recursive: HashSet::new(), done: Vec::new() };
     let mut roots = Vec::new();
     model.for_each_root(&mut |e| callees(e, &mut roots));
     for root in roots {
@@ -14,7 +15,12 @@ pub(super) fn finish(checker: &Checker<'_>, model: &mut Model) {
     }
     let numbers: HashMap<FunctionId, FunctionId> =
         order.done.iter().enumerate().map(|(new, (old, _))| (*old, FunctionId(new as u32))).collect();
-    model.functions = order.done.into_iter().map(|(_, function)| function).collect();
+    let recursive = order.recursive;
+    model.functions = order
+        .done
+        .into_iter()
+        .map(|(id, function)| Function { recursive: recursive.contains(&id), ..function })
+        .collect();
     model.for_each_root_mut(&mut |e| renumber(e, &numbers));
     for function in &mut model.functions {
         renumber(&mut function.body, &numbers);
@@ -30,47 +36,52 @@ pub(super) fn finish(checker: &Checker<'_>, model: &mut Model) {
     model.locals = checker.locals.clone();
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum State {
-    Open,
-    Done,
+/// A function on the way: its number in the order of visits, and the least such number that it reaches.
+struct Visit {
+    number: usize,
+    least: usize,
+    /// Whether its circle of recursion is complete.
+    closed: bool,
 }
 
 struct Order<'c, 'a> {
     checker: &'c Checker<'a>,
-    state: HashMap<FunctionId, State>,
+    visits: HashMap<FunctionId, Visit>,
+    /// Functions whose circle is not complete (Tarjan's stack).
+    waiting: Vec<FunctionId>,
+    recursive: HashSet<FunctionId>,
     done: Vec<(FunctionId, Function)>,
 }
 
 impl Order<'_, '_> {
-    /// Depth first, without recursion. A call of a function that is still open closes a circle: all on the path since are recursive.
+    /// Depth first, without recursion, finding circles of calls as Tarjan does (Depth-first search and linear graph
+    /// algorithms, 1972).
     fn visit(&mut self, root: FunctionId) {
-        let mut path: Vec<(FunctionId, Vec<FunctionId>, bool)> = Vec::new();
+        let mut path: Vec<(FunctionId, Vec<FunctionId>)> = Vec::new();
         self.open(root, &mut path);
-        while let Some((id, rest, _)) = path.last_mut() {
+        while let Some((id, rest)) = path.last_mut() {
             let id = *id;
-            match rest.pop() {
-                Some(callee) => match self.state.get(&callee) {
-                    None => self.open(callee, &mut path),
-                    Some(State::Open) => {
-                        let start = path.iter().position(|(f, ..)| *f == callee).unwrap_or(0);
-                        path[start..].iter_mut().for_each(|(.., recursive)| *recursive = true);
-                    }
-                    Some(State::Done) => {}
-                },
-                None => {
-                    let recursive = path.pop().is_some_and(|(.., recursive)| recursive);
-                    self.state.insert(id, State::Done);
-                    if let Some(function) = self.checker.function(id) {
-                        self.done.push((id, Function { recursive, ..function.clone() }));
-                    }
+            let Some(callee) = rest.pop() else {
+                path.pop();
+                self.close(id, path.last().map(|(caller, _)| *caller));
+                continue;
+            };
+            if callee == id {
+                self.recursive.insert(id);
+            }
+            match self.visits.get(&callee) {
+                None => self.open(callee, &mut path),
+                Some(visit) if !visit.closed => {
+                    let number = visit.number;
+                    self.lower(id, number);
                 }
+                Some(_) => {}
             }
         }
     }
 
-    fn open(&mut self, id: FunctionId, path: &mut Vec<(FunctionId, Vec<FunctionId>, bool)>) {
-        if self.state.contains_key(&id) {
+    fn open(&mut self, id: FunctionId, path: &mut Vec<(FunctionId, Vec<FunctionId>)>) {
+        if self.visits.contains_key(&id) {
             return;
         }
         let mut rest = Vec::new();
@@ -78,8 +89,40 @@ impl Order<'_, '_> {
             callees(&function.body, &mut rest);
         }
         rest.reverse();
-        self.state.insert(id, State::Open);
-        path.push((id, rest, false));
+        let number = self.visits.len();
+        self.visits.insert(id, Visit { number, least: number, closed: false });
+        self.waiting.push(id);
+        path.push((id, rest));
+    }
+
+    fn lower(&mut self, id: FunctionId, number: usize) {
+        if let Some(visit) = self.visits.get_mut(&id) {
+            visit.least = visit.least.min(number);
+        }
+    }
+
+    fn close(&mut self, id: FunctionId, caller: Option<FunctionId>) {
+        if let Some(function) = self.checker.function(id) {
+            self.done.push((id, function.clone()));
+        }
+        let Some(visit) = self.visits.get(&id) else { return };
+        let (number, least) = (visit.number, visit.least);
+        if let Some(caller) = caller {
+            self.lower(caller, least);
+        }
+        if number != least {
+            return;
+        }
+        let start = self.waiting.iter().rposition(|f| *f == id).unwrap_or(0);
+        let circle = self.waiting.split_off(start);
+        for member in &circle {
+            if circle.len() > 1 {
+                self.recursive.insert(*member);
+            }
+            if let Some(visit) = self.visits.get_mut(member) {
+                visit.closed = true;
+            }
+        }
     }
 }
 

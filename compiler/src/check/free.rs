@@ -154,11 +154,7 @@ impl<'a> Walk<'a> {
                 self.exprs(result.as_deref());
                 self.bound.truncate(mark);
             }
-            ExprKind::Int(_)
-            | ExprKind::Real(..)
-            | ExprKind::Bool(_)
-            | ExprKind::Text(_)
-            | ExprKind::Error => {}
+            ExprKind::Int(_) | ExprKind::Real(..) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Error => {}
         }
     }
 }

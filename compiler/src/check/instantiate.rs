@@ -162,7 +162,14 @@ impl<'a> Checker<'a> {
         self.env = outer;
         self.trail.pop();
         let (captures, params, body) = body?;
-        Some(Function { name: name.to_string(), captures, params, body, recursive: false, span: definition(code, span) })
+        Some(Function {
+            name: name.to_string(),
+            captures,
+            params,
+            body,
+            recursive: false,
+            span: definition(code, span),
+        })
     }
 
     fn capture_locals(&mut self, id: ClosureId, span: Span) -> Vec<LocalId> {

@@ -50,7 +50,8 @@ impl<'a> Checker<'a> {
                 return Some((from..from + count).map(|i| int(i, span)).collect());
             }
             Type::Range(..) => {
-                let message = "how many turns this has is known only at run time, and an array's length must be known before";
+                let message =
+                    "how many turns this has is known only at run time, and an array's length must be known before";
                 self.report(
                     Diagnostic::error("unknown-length", span, message)
                         .hint("run over a range whose bounds are literals or inputs, or use fold"),
@@ -190,8 +191,7 @@ impl<'a> Checker<'a> {
                 self.make_record(values, span)
             }
             Type::Tuple(types) => {
-                let values =
-                    (0..types.len()).map(|i| self.each_inner(element(whole.clone(), i), f, span)).collect();
+                let values = (0..types.len()).map(|i| self.each_inner(element(whole.clone(), i), f, span)).collect();
                 self.make_tuple(values, span)
             }
             Type::Array(_, n) => {

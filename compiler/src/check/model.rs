@@ -144,7 +144,8 @@ impl<'a> Checker<'a> {
         for item in items {
             match &item.kind {
                 ItemKind::Param(decl) | ItemKind::Input(decl) if body.loops + body.conditions > 0 => {
-                    let message = format!("'{}' must stand directly in its model, not in a loop or condition", decl.name.text);
+                    let message =
+                        format!("'{}' must stand directly in its model, not in a loop or condition", decl.name.text);
                     self.report(Diagnostic::error("misplaced", item.span, message));
                 }
                 ItemKind::Param(decl) | ItemKind::Input(decl) => {
@@ -178,19 +179,14 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn if_items(
-        &mut self,
-        decl: &'a ast::IfItems,
-        body: &mut Body<'a>,
-        source: Source<'_>,
-        locals: &mut Vec<LocalId>,
-    ) {
+    fn if_items(&mut self, decl: &'a ast::IfItems, body: &mut Body<'a>, source: Source<'_>, locals: &mut Vec<LocalId>) {
         let condition = self.expr(&decl.condition);
         let items = match condition.ty {
             Type::Bool(Some(true)) => &decl.then,
             Type::Bool(Some(false)) => &decl.otherwise,
             Type::Bool(None) => {
-                let message = "which parts a model has must be known before its parameters are, and this condition is not";
+                let message =
+                    "which parts a model has must be known before its parameters are, and this condition is not";
                 self.report(
                     Diagnostic::error("unknown-condition", condition.span, message)
                         .hint("let the condition depend on inputs only"),
@@ -223,7 +219,7 @@ impl<'a> Checker<'a> {
             }
         };
         let wanted = Wanted::Real(dimension(quantity));
-        let mut bound = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
+        let bound = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
             let e = checker.expr(e);
             Some(checker.fit(e, &wanted, what))
         };
@@ -284,12 +280,13 @@ impl<'a> Checker<'a> {
             Wanted::Real(Dimension::LENGTH) => Quantity::Length,
             Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
             _ => {
-                let message = format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
+                let message =
+                    format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
                 self.report(Diagnostic::error("invalid-type", decl.ty.span, message));
                 Quantity::Real
             }
         };
-        let mut constant = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
+        let constant = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
             let e = checker.expr(e);
             let e = checker.fit(e, &wanted, what);
             checker.constant_value(&e)
@@ -443,9 +440,7 @@ impl<'a> Checker<'a> {
             && !std::ptr::eq(before.decl, decl)
         {
             let (message, span) = (format!("there are two parts '{}'", decl.name.text), before.decl.name.span);
-            self.report(
-                Diagnostic::error("duplicate-name", decl.name.span, message).related(span, "first named here"),
-            );
+            self.report(Diagnostic::error("duplicate-name", decl.name.span, message).related(span, "first named here"));
         }
         // Later statements may use the part by its name.
         self.bind_name(&decl.name, shape, &mut body.statements);

@@ -42,7 +42,7 @@ pub(super) enum Definition<'a> {
     Function(&'a FunctionDecl),
     /// The binding, and the way to the name in its pattern.
     Let(&'a Let),
-    Model(&'a Model, &'a Item),
+    Model(&'a Model),
 }
 
 impl<'a> Definition<'a> {
@@ -51,7 +51,7 @@ impl<'a> Definition<'a> {
         match self {
             Definition::Function(decl) => decl.name.span,
             Definition::Let(decl) => pattern_span(&decl.pattern),
-            Definition::Model(model, _) => model.name.span,
+            Definition::Model(model) => model.name.span,
         }
     }
 }
@@ -225,8 +225,7 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
     let mut modules: Vec<Module<'_>> = loaded
         .iter()
         .map(|file| {
-            let mut module =
-                Module { name: &file.name, std: file.std, items: &file.ast.items, ..Module::default() };
+            let mut module = Module { name: &file.name, std: file.std, items: &file.ast.items, ..Module::default() };
             for item in module.items {
                 define(&mut module, item, &mut diagnostics);
             }
@@ -264,8 +263,7 @@ fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
     if module.definitions.contains_key(name.text.as_str()) {
         return None;
     }
-    let error =
-        Diagnostic::error("unknown-name", name.span, format!("{} has no '{}'", quoted(module.name), name.text));
+    let error = Diagnostic::error("unknown-name", name.span, format!("{} has no '{}'", quoted(module.name), name.text));
     Some(match nearest(&name.text, module.definitions.keys().copied()) {
         Some(near) => error.hint(format!("did you mean '{near}'?")),
         None => error,
@@ -289,7 +287,7 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
     };
     match &item.kind {
         ItemKind::Function(decl) => add(&decl.name, Definition::Function(decl)),
-        ItemKind::Model(model) => add(&model.name, Definition::Model(model, item)),
+        ItemKind::Model(model) => add(&model.name, Definition::Model(model)),
         ItemKind::Let(decl) => {
             let mut open = vec![&decl.pattern];
             while let Some(pattern) = open.pop() {

@@ -64,8 +64,7 @@ impl<'a> Checker<'a> {
             Some(definition) => self.definition(name, *definition, target, span),
             None => {
                 let names = self.modules[target].definitions.keys().copied();
-                let error =
-                    Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
+                let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
                 let error = match nearest(name, names) {
                     Some(near) => error.hint(format!("did you mean '{near}'?")),
                     None => error,
@@ -80,9 +79,7 @@ impl<'a> Checker<'a> {
             Binding::Local(id) => self.read(id, span),
             Binding::Itself(closure, first) => {
                 let count = self.closure(closure).captures.len() as u32;
-                let captures = (first.0..first.0 + count)
-                    .map(|i| self.read(super::typed::LocalId(i), span))
-                    .collect();
+                let captures = (first.0..first.0 + count).map(|i| self.read(super::typed::LocalId(i), span)).collect();
                 Expr { kind: ExprKind::Aggregate(captures), ty: Type::Closure(closure), span }
             }
         }
@@ -91,7 +88,7 @@ impl<'a> Checker<'a> {
     fn definition(&mut self, name: &'a str, definition: Definition<'a>, module: usize, span: Span) -> Expr {
         let code = match definition {
             Definition::Function(decl) => Code::Function(module, decl),
-            Definition::Model(model, _) => Code::Model(module, model),
+            Definition::Model(model) => Code::Model(module, model),
             Definition::Let(decl) => return self.global(name, decl, module, span),
         };
         let id = self.intern(name, code, Vec::new());

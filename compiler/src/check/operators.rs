@@ -322,7 +322,8 @@ impl<'a> Checker<'a> {
         } else {
             let Some(exponent) = constant else {
                 let message = format!("{da} takes only a constant exponent, or its dimension would not be known");
-                let diagnostic = Diagnostic::error("variable-exponent", b.span, message).related(a.span, da.to_string());
+                let diagnostic =
+                    Diagnostic::error("variable-exponent", b.span, message).related(a.span, da.to_string());
                 return self.fail(diagnostic.hint("divide the base by a length first, such as (r / 1mm) ^ n"));
             };
             match da.power(exponent) {
@@ -340,8 +341,20 @@ impl<'a> Checker<'a> {
             let equal = op == BinaryOp::Eq;
             return match (*x, *y) {
                 (Some(x), Some(y)) => boolean((x == y) == equal, span),
-                (Some(x), None) => if x == equal { b } else { self.not(b, span) },
-                (None, Some(y)) => if y == equal { a } else { self.not(a, span) },
+                (Some(x), None) => {
+                    if x == equal {
+                        b
+                    } else {
+                        self.not(b, span)
+                    }
+                }
+                (None, Some(y)) => {
+                    if y == equal {
+                        a
+                    } else {
+                        self.not(a, span)
+                    }
+                }
                 (None, None) => {
                     let opposite = unary(Unary::Not, b.clone(), Type::BOOL, span);
                     let (then, otherwise) = if equal { (b, opposite) } else { (opposite, b) };
@@ -401,8 +414,7 @@ pub(super) fn map_dimensions(ty: &Type, f: &dyn Fn(Dimension) -> Option<Dimensio
         Type::Tuple(ts) => Type::tuple(ts.iter().map(|t| map_dimensions(t, f)).collect::<Option<_>>()?),
         Type::Array(t, n) => Type::Array(map_dimensions(t, f)?.into(), *n),
         Type::Record(fields) => {
-            let fields: Option<Vec<_>> =
-                fields.iter().map(|(n, t)| Some((n.clone(), map_dimensions(t, f)?))).collect();
+            let fields: Option<Vec<_>> = fields.iter().map(|(n, t)| Some((n.clone(), map_dimensions(t, f)?))).collect();
             Type::Record(fields?.into())
         }
         other => other.clone(),

@@ -113,7 +113,8 @@ impl<'a> Checker<'a> {
 
     /// What a part's surface gives must be a point in space.
     fn surface_point(&mut self, point: Expr, name: &str) -> Expr {
-        let message = format!("the surface '{name}' must give points in space, but it gives {}", self.describe(&point.ty));
+        let message =
+            format!("the surface '{name}' must give points in space, but it gives {}", self.describe(&point.ty));
         let hint = match &point.ty {
             Type::Tuple(types) if types.len() == 2 => {
                 "a surface needs three coordinates; a profile in the plane can be turned: revolve(profile)"
