@@ -54,8 +54,7 @@ fn check_parameters(program: &Program, random: &mut Random) {
     for _ in 0..VECTORS {
         let x = random.parameters(program);
         let instance = program.instantiate(&x).unwrap();
-        let (u, v): (Vec<f64>, Vec<f64>) =
-            (0..POINTS).map(|_| (random.next(), random.between(0.02, 0.98))).unzip();
+        let (u, v): (Vec<f64>, Vec<f64>) = (0..POINTS).map(|_| (random.next(), random.between(0.02, 0.98))).unzip();
         let w: Vec<[f64; 3]> = (0..POINTS).map(|_| [0; 3].map(|_| random.between(-1.0, 1.0))).collect();
         for (patch, part) in program.parts().iter().enumerate() {
             let active = part.active.len();
@@ -66,8 +65,10 @@ fn check_parameters(program: &Program, random: &mut Random) {
             for param in 0..x.len() {
                 let position = part.active.iter().position(|a| *a as usize == param);
                 let derivative: Vec<f64> = match position {
-                    Some(a) => (0..POINTS).flat_map(|i| (0..3).map(move |c| (i, c)))
-                        .map(|(i, c)| jacobian[(i * active + a) * 3 + c]).collect(),
+                    Some(a) => (0..POINTS)
+                        .flat_map(|i| (0..3).map(move |c| (i, c)))
+                        .map(|(i, c)| jacobian[(i * active + a) * 3 + c])
+                        .collect(),
                     None => vec![0.0; 3 * POINTS],
                 };
                 let at = |h: f64| {

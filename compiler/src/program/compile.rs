@@ -77,9 +77,10 @@ pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Re
     let Some(model) = model else {
         if !diagnostics.iter().any(|d| d.severity == Severity::Error) {
             let whole = Span { file: main, start: 0, end: 0 };
-            diagnostics.push(Diagnostic::error("no-model", whole, "the file has no model").hint(
-                "a model begins with `model NAME {`; a file of functions is for other files to `use`",
-            ));
+            diagnostics.push(
+                Diagnostic::error("no-model", whole, "the file has no model")
+                    .hint("a model begins with `model NAME {`; a file of functions is for other files to `use`"),
+            );
         }
         return Err(Failed { diagnostics, sources });
     };

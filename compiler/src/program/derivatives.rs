@@ -5,8 +5,8 @@ use crate::diff::{self, Entry};
 use crate::ir::graph::References;
 use crate::ir::split::{Body, split_all};
 use crate::ir::{
-    self, Function, FunctionBuilder, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value,
-    inline,
+    self, Function, FunctionBuilder, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type,
+    Value, inline,
 };
 use std::collections::BTreeMap;
 
@@ -174,21 +174,15 @@ fn partials(module: &mut Module, body: FunctionId, captures: u32) -> Result<(Fun
 ///
 /// Two ways lead there: the body's tangent in the direction of each parameter, or its Jacobian by the captures, times
 /// the slopes. The one with fewer operations is taken.
-fn jacobian(
-    module: &mut Module,
-    body: &Body,
-    table: &[Slope],
-) -> Result<(FunctionId, Vec<u32>, Vec<u32>), BuildError> {
+fn jacobian(module: &mut Module, body: &Body, table: &[Slope]) -> Result<(FunctionId, Vec<u32>, Vec<u32>), BuildError> {
     let wrapper = Wrapper::new(body, table);
     let by_tangents = wrapper.by_tangents(module)?;
     let by_captures = wrapper.by_captures(module)?;
-    let smaller =
-        if size(module, by_tangents) <= size(module, by_captures) { by_tangents } else { by_captures };
+    let smaller = if size(module, by_tangents) <= size(module, by_captures) { by_tangents } else { by_captures };
     // What turned out to be zero in all three coordinates is no influence.
     let function = module.function(smaller);
     let is_zero = |k: usize| *function.op(function.results[k]) == Op::Real(0);
-    let active: Vec<usize> =
-        (0..wrapper.by_param.len()).filter(|a| (0..3).any(|c| !is_zero(3 * a + c))).collect();
+    let active: Vec<usize> = (0..wrapper.by_param.len()).filter(|a| (0..3).any(|c| !is_zero(3 * a + c))).collect();
     let picks: Vec<Option<usize>> = active.iter().flat_map(|a| (0..3).map(move |c| Some(3 * a + c))).collect();
     let picked = pick(function, "jacobian", &picks);
     let params: Vec<u32> = wrapper.by_param.keys().copied().collect();

@@ -67,7 +67,8 @@ impl Program {
                 self.error(self.span_of(place), &message, place, None)
             }
             Stop::Depth => {
-                let message = format!("calls are nested deeper than {}, or than there is memory for", self.limits.depth);
+                let message =
+                    format!("calls are nested deeper than {}, or than there is memory for", self.limits.depth);
                 self.error(self.span_of(place), &message, place, None)
             }
         }
@@ -94,7 +95,8 @@ impl Program {
         }
         let all: Vec<u32> = (0..self.parameters.len() as u32).collect();
         let params = params.unwrap_or_else(|| place.patch.map_or(&all[..], |p| &self.parts[p].active));
-        let shown: Vec<String> = params.iter().map(|i| shown(&self.parameters[*i as usize], place.x[*i as usize])).collect();
+        let shown: Vec<String> =
+            params.iter().map(|i| shown(&self.parameters[*i as usize], place.x[*i as usize])).collect();
         if !shown.is_empty() {
             values.push(format!("where {}", shown.join(", ")));
         }
@@ -127,7 +129,8 @@ impl Instance<'_> {
     ) -> EvaluationError {
         let program = self.program;
         let place = Place::of_part(&self.x, patch, Some(uv));
-        let found = self.origin_in_prelude(patch).or_else(|| origin(program, &program.functions.module, function, arguments));
+        let found =
+            self.origin_in_prelude(patch).or_else(|| origin(program, &program.functions.module, function, arguments));
         self.describe_origin(found, &place)
     }
 

@@ -1,9 +1,9 @@
 //! A model at certain parameters.
 
+use super::Program;
 use super::derivatives::SlopeValue;
 use super::failure::{EvaluationError, Place};
 use super::kernels::PartKernels;
-use super::Program;
 use crate::ir::FunctionId;
 use crate::jit::{Kernel, Points};
 use std::sync::OnceLock;

@@ -1,4 +1,6 @@
 //! What the tests of whole programs share.
+#![allow(unreachable_pub, reason = "it is a module of several tests")]
+#![allow(dead_code, reason = "not every test uses all of it")]
 
 use gml_compiler::program::{Compilation, Options, Parameter, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -38,8 +40,10 @@ impl Random {
 
     /// A value of a parameter within its bounds; where there are none, within 3 of its default (millimetres or radians).
     pub fn value(&mut self, parameter: &Parameter) -> f64 {
-        let low = parameter.lower.max(parameter.default - if parameter.lower.is_finite() { f64::INFINITY } else { 3.0 });
-        let high = parameter.upper.min(parameter.default + if parameter.upper.is_finite() { f64::INFINITY } else { 3.0 });
+        let low =
+            parameter.lower.max(parameter.default - if parameter.lower.is_finite() { f64::INFINITY } else { 3.0 });
+        let high =
+            parameter.upper.min(parameter.default + if parameter.upper.is_finite() { f64::INFINITY } else { 3.0 });
         let low = if low.is_finite() { low } else { parameter.default - 3.0 };
         let high = if high.is_finite() { high } else { parameter.default + 3.0 };
         // Not at the bound itself: differences need room.
