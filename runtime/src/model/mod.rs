@@ -1,9 +1,14 @@
 //! A model as evaluable surface patches; its tessellation, charts and texels.
 
+mod atlas;
+mod reference;
 mod surface;
 mod tessellation;
 mod texels;
+pub(crate) mod vector;
 
+pub use atlas::{Atlas, AtlasError, Chart};
+pub use reference::{ReferenceError, ReferenceSurface};
 pub use surface::{EvaluationError, Instance, Model, Partials, SecondPartials};
-pub use tessellation::{SurfacePoint, Tessellation};
+pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;

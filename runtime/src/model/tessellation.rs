@@ -1,6 +1,8 @@
 //! A model's surface as triangles that remember where they come from.
 
-use crate::mesh::TriangleMesh;
+use super::atlas::Atlas;
+use super::{EvaluationError, Instance, Model, Partials, SecondPartials, vector};
+use crate::mesh::{Group, TriangleMesh};
 
 /// A point of a model: a patch and its parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -13,12 +15,170 @@ pub struct SurfacePoint {
     pub v: f64,
 }
 
+/// How finely to tessellate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fineness {
+    /// Largest distance between a chord and the surface. Millimetres.
+    pub chord: f64,
+    /// Most segments along either direction of a patch.
+    pub max_segments: u32,
+}
+
+impl Default for Fineness {
+    fn default() -> Self {
+        Fineness { chord: 0.02, max_segments: 512 }
+    }
+}
+
 /// A tessellated model.
 #[derive(Clone, Debug, Default)]
 pub struct Tessellation {
-    /// Positions, unit normals of the exact surface (outward), texture coordinates in the atlas; one group a patch,
-    /// named like the part.
+    /// Positions, unit normals of the exact surface (outward), texture coordinates in the atlas (where there is one);
+    /// one group a patch, named like the part.
     pub mesh: TriangleMesh,
     /// Where every vertex comes from, so that any point of any triangle maps back to the exact surface.
     pub origins: Vec<SurfacePoint>,
+}
+
+impl Tessellation {
+    /// Tessellates every patch on a grid that keeps to the chord tolerance.
+    ///
+    /// # Errors
+    /// Where the surface cannot be evaluated.
+    pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
+        let mut result = Tessellation::default();
+        for (patch, part) in model.parts().iter().enumerate() {
+            let (nu, nv) = segments(instance, patch, fineness)?;
+            result.add_grid(instance, patch, &part.name, nu, nv)?;
+        }
+        Ok(result)
+    }
+
+    /// Tessellates every patch on a grid of the same number of segments, whatever its shape.
+    ///
+    /// # Errors
+    /// Where the surface cannot be evaluated.
+    pub fn uniform(model: &dyn Model, instance: &dyn Instance, nu: u32, nv: u32) -> Result<Self, EvaluationError> {
+        let mut result = Tessellation::default();
+        for (patch, part) in model.parts().iter().enumerate() {
+            result.add_grid(instance, patch, &part.name, nu.max(1), nv.max(1))?;
+        }
+        Ok(result)
+    }
+
+    /// Sets the texture coordinates of every vertex to its place in the atlas.
+    #[must_use]
+    pub fn with_atlas(mut self, atlas: &Atlas) -> Self {
+        self.mesh.texcoords = self.origins.iter().map(|o| atlas.texcoord(o.patch as usize, o.u, o.v)).collect();
+        self
+    }
+
+    fn add_grid(
+        &mut self,
+        instance: &dyn Instance,
+        patch: usize,
+        name: &str,
+        nu: u32,
+        nv: u32,
+    ) -> Result<(), EvaluationError> {
+        let (u, v): (Vec<f64>, Vec<f64>) = (0..=nv)
+            .flat_map(|j| (0..=nu).map(move |i| (f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv))))
+            .unzip();
+        let mut partials = vec![Partials::default(); u.len()];
+        instance.partials(patch, &u, &v, &mut partials)?;
+        let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+
+        let first_vertex = self.mesh.positions.len() as u32;
+        let first_triangle = self.mesh.triangles.len();
+        self.mesh.positions.extend(partials.iter().map(|p| p.point));
+        // A vertex of a patch without area has no normal at all; up is as good as any.
+        self.mesh.normals.extend(normals.iter().map(|n| n.unwrap_or([0.0, 0.0, 1.0])));
+        self.origins.extend(u.iter().zip(&v).map(|(&u, &v)| SurfacePoint { patch: patch as u32, u, v }));
+        for j in 0..nv {
+            for i in 0..nu {
+                let a = first_vertex + j * (nu + 1) + i;
+                self.add_quad([a, a + 1, a + nu + 2, a + nu + 1]);
+            }
+        }
+        self.mesh.groups.push(Group { name: name.to_owned(), start: first_triangle, end: self.mesh.triangles.len() });
+        Ok(())
+    }
+
+    /// Two triangles over the shorter diagonal; those that collapse (at a pole) are left out.
+    fn add_quad(&mut self, [a, b, c, d]: [u32; 4]) {
+        let p = |i: u32| self.mesh.positions[i as usize];
+        let triangles = if vector::distance(p(a), p(c)) <= vector::distance(p(b), p(d)) {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[a, b, d], [b, c, d]]
+        };
+        for t in triangles {
+            let corners = t.map(p);
+            if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
+                self.mesh.triangles.push(t);
+            }
+        }
+    }
+}
+
+/// Unit normals `du x dv / |du x dv|`; where that vanishes (a pole) the limit from a little inside the patch, and
+/// `None` where the patch has no area there either.
+///
+/// # Errors
+/// Where the surface cannot be evaluated.
+pub(super) fn unit_normals(
+    instance: &dyn Instance,
+    patch: usize,
+    u: &[f64],
+    v: &[f64],
+    partials: &[Partials],
+) -> Result<Vec<Option<[f64; 3]>>, EvaluationError> {
+    let mut normals: Vec<_> = partials.iter().map(normal).collect();
+    for step in [1e-6, 1e-4, 1e-3, 1e-2] {
+        let missing: Vec<usize> = (0..normals.len()).filter(|&i| normals[i].is_none()).collect();
+        if missing.is_empty() {
+            break;
+        }
+        let inward = |t: f64| t + (0.5 - t) * step;
+        let (nu, nv): (Vec<f64>, Vec<f64>) = missing.iter().map(|&i| (inward(u[i]), inward(v[i]))).unzip();
+        let mut near = vec![Partials::default(); missing.len()];
+        instance.partials(patch, &nu, &nv, &mut near)?;
+        for (&i, p) in missing.iter().zip(&near) {
+            normals[i] = normal(p);
+        }
+    }
+    Ok(normals)
+}
+
+/// The unit normal, unless the partial derivatives are parallel to rounding.
+fn normal(p: &Partials) -> Option<[f64; 3]> {
+    let n = vector::cross(p.du, p.dv);
+    let size = vector::length(n);
+    // Rounding of the cross product is some 1e-16 of the product of the lengths; a factor of 1e4 above it the
+    // direction is still good to 1e-4. The second bound catches partials that vanish altogether.
+    let scale = vector::length(p.du) * vector::length(p.dv);
+    (size > 1e-12 * scale && size > 1e-12 && size.is_finite()).then(|| vector::scale(n, 1.0 / size))
+}
+
+/// Segments along u and v so that no chord of the grid leaves the surface by more than the tolerance: a chord over a
+/// parameter step h deviates by |S_uu| h^2 / 8, where only the part of S_uu across S_u counts (the rest is a matter of
+/// parametrisation). Sampled on a lattice of interior points.
+fn segments(instance: &dyn Instance, patch: usize, fineness: Fineness) -> Result<(u32, u32), EvaluationError> {
+    const LATTICE: u32 = 16;
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(LATTICE);
+    let (u, v): (Vec<f64>, Vec<f64>) = (0..LATTICE).flat_map(|j| (0..LATTICE).map(move |i| (at(i), at(j)))).unzip();
+    let mut samples = vec![SecondPartials::default(); u.len()];
+    instance.second_partials(patch, &u, &v, &mut samples)?;
+    let across = |second: [f64; 3], first: [f64; 3]| {
+        let speed = vector::length(first);
+        if speed > 0.0 { vector::length(vector::cross(second, first)) / speed } else { 0.0 }
+    };
+    let count = |curvature: f64| {
+        let n = (curvature / (8.0 * fineness.chord)).sqrt().ceil();
+        // At least 4: the lattice may miss what happens at an edge. NaN becomes 4.
+        (n.max(4.0) as u32).min(fineness.max_segments.max(4))
+    };
+    let cu = samples.iter().map(|s| across(s.duu, s.first.du)).fold(0.0, f64::max);
+    let cv = samples.iter().map(|s| across(s.dvv, s.first.dv)).fold(0.0, f64::max);
+    Ok((count(cu), count(cv)))
 }

@@ -131,9 +131,8 @@ fn check(scene: &X3dScene<'_>) -> Result<(), X3dError> {
     if let Some(group) = mesh.groups.iter().find(|g| g.start > g.end || g.end > mesh.triangles.len()) {
         return Err(X3dError::Group { name: group.name.clone() });
     }
-    let finite = |i: usize| {
-        mesh.positions[i].iter().chain(&mesh.normals[i]).chain(&mesh.texcoords[i]).all(|c| c.is_finite())
-    };
+    let finite =
+        |i: usize| mesh.positions[i].iter().chain(&mesh.normals[i]).chain(&mesh.texcoords[i]).all(|c| c.is_finite());
     match (0..positions).find(|&i| !finite(i)) {
         Some(vertex) => Err(X3dError::NotFinite { vertex }),
         None => Ok(()),

@@ -60,7 +60,10 @@ fn head(scene: &X3dScene<'_>, out: &mut String) {
 /// Title, figures, background and navigation.
 fn world(scene: &X3dScene<'_>, frame: &Frame, out: &mut String) {
     let _ = writeln!(out, "    <WorldInfo title='{}'>", escape(scene.title));
-    let _ = writeln!(out, "      <MetadataSet name='deviations' containerField='metadata' reference='millimetres; positive: scan outside model'>");
+    let _ = writeln!(
+        out,
+        "      <MetadataSet name='deviations' containerField='metadata' reference='millimetres; positive: scan outside model'>"
+    );
     let settings = [("maximum distance", scene.max_distance), ("colour range", scene.colour_range)];
     for (name, value) in settings {
         let _ = writeln!(out, "        <MetadataDouble name='{name}' value='{value}' containerField='value'/>");
@@ -190,15 +193,9 @@ impl Displaced<'_, '_> {
             let _ = writeln!(out, "                <ComposedShader USE='{name}' containerField='shaders'/>");
             return;
         }
-        let _ = writeln!(
-            out,
-            "                <ComposedShader DEF='{name}' language='GLSL' containerField='shaders'>"
-        );
-        let fields = [
-            ("maxDistance", self.scene.max_distance),
-            ("colourRange", self.scene.colour_range),
-            ("exaggeration", 1.0),
-        ];
+        let _ = writeln!(out, "                <ComposedShader DEF='{name}' language='GLSL' containerField='shaders'>");
+        let fields =
+            [("maxDistance", self.scene.max_distance), ("colourRange", self.scene.colour_range), ("exaggeration", 1.0)];
         for (field, value) in fields {
             let _ = writeln!(
                 out,
@@ -264,10 +261,8 @@ fn routes(out: &mut String) {
             (format!("Filter{i}"), "inputTrue", format!("Trigger{i}"), "set_boolean"),
             (format!("Trigger{i}"), "triggerValue", "Mode".to_owned(), "whichChoice"),
         ] {
-            let _ = writeln!(
-                out,
-                "    <ROUTE fromNode='{from}' fromField='{event}' toNode='{to}' toField='{receiver}'/>"
-            );
+            let _ =
+                writeln!(out, "    <ROUTE fromNode='{from}' fromField='{event}' toNode='{to}' toField='{receiver}'/>");
         }
     }
 }

@@ -27,9 +27,7 @@ pub(super) const WEB: &[Stage] =
 
 /// The complete source of a stage.
 pub(super) fn complete(source: &str, colours: ColourScale) -> String {
-    source
-        .replace("//!common\n", COMMON)
-        .replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale(colours)))
+    source.replace("//!common\n", COMMON).replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale(colours)))
 }
 
 /// Statements that return the colour for `t` in [0, 1].

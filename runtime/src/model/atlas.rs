@@ -1,0 +1,193 @@
+//! Charts: where on the texture each patch lies.
+
+use super::{EvaluationError, Instance, Model, Partials, vector};
+use guillotiere::{AtlasAllocator, size2};
+use thiserror::Error;
+
+/// Texels left free around every chart, so that dilated colours of neighbours never meet.
+const GUTTER: u32 = 2;
+
+/// A patch's rectangle on the texture. The patch's (u, v) run linearly over it: u to the right and v upwards, or, where
+/// `transposed`, v to the right and u upwards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Chart {
+    /// First column.
+    pub x: u32,
+    /// First row, counted from the top.
+    pub y: u32,
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Whether u and v are exchanged.
+    pub transposed: bool,
+}
+
+impl Chart {
+    /// Surface parameters of the centre of the texel in column `i` and row `j` of the chart.
+    #[must_use]
+    pub fn parameters(&self, i: u32, j: u32) -> (f64, f64) {
+        let right = (f64::from(i) + 0.5) / f64::from(self.width);
+        let up = 1.0 - (f64::from(j) + 0.5) / f64::from(self.height);
+        if self.transposed { (up, right) } else { (right, up) }
+    }
+}
+
+/// A square texture with a chart for every patch.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Atlas {
+    /// Side in texels.
+    pub size: u32,
+    /// The charts, in the order of the patches.
+    pub charts: Vec<Chart>,
+}
+
+/// Why there is no atlas.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum AtlasError {
+    /// The surface cannot be evaluated.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+    /// Too many patches for the resolution.
+    #[error("{patches} patches do not fit on a texture of {size} x {size} texels: ask for a higher resolution")]
+    TooSmall {
+        /// How many.
+        patches: usize,
+        /// Side of the texture.
+        size: u32,
+    },
+}
+
+impl Atlas {
+    /// Lays the patches out on `size` x `size` texels, as large as they fit, each in proportion to its true area and to
+    /// its mean extents along u and v.
+    ///
+    /// # Errors
+    /// Where the surface cannot be evaluated or there are too many patches.
+    pub fn new(model: &dyn Model, instance: &dyn Instance, size: u32) -> Result<Atlas, AtlasError> {
+        let extents = (0..model.parts().len()).map(|p| extent(instance, p)).collect::<Result<Vec<_>, _>>()?;
+        let sizes: Vec<[f64; 2]> = extents;
+        let charts = largest_packing(&sizes, size).ok_or(AtlasError::TooSmall { patches: sizes.len(), size })?;
+        Ok(Atlas { size, charts })
+    }
+
+    /// Texture coordinates (s to the right, t upwards, both in [0, 1]) of a point of a patch.
+    #[must_use]
+    pub fn texcoord(&self, patch: usize, u: f64, v: f64) -> [f64; 2] {
+        let c = &self.charts[patch];
+        let (right, up) = if c.transposed { (v, u) } else { (u, v) };
+        let side = f64::from(self.size);
+        let column = f64::from(c.x) + right * f64::from(c.width);
+        let row = f64::from(c.y) + (1.0 - up) * f64::from(c.height);
+        [column / side, 1.0 - row / side]
+    }
+
+    /// Fraction of the texture that charts cover.
+    #[must_use]
+    pub fn used(&self) -> f64 {
+        let covered: u64 = self.charts.iter().map(|c| u64::from(c.width) * u64::from(c.height)).sum();
+        covered as f64 / (f64::from(self.size) * f64::from(self.size))
+    }
+}
+
+/// Width and height in millimetres of the rectangle that stands for a patch: its proportions are those of the mean
+/// lengths of the lines along u and v, its area is the patch's.
+fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationError> {
+    const LATTICE: u32 = 32;
+    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(LATTICE);
+    let (u, v): (Vec<f64>, Vec<f64>) = (0..LATTICE).flat_map(|j| (0..LATTICE).map(move |i| (at(i), at(j)))).unzip();
+    let mut samples = vec![Partials::default(); u.len()];
+    instance.partials(patch, &u, &v, &mut samples)?;
+    let mean = |f: &dyn Fn(&Partials) -> f64| samples.iter().map(f).sum::<f64>() / samples.len() as f64;
+    let along_u = mean(&|p| vector::length(p.du));
+    let along_v = mean(&|p| vector::length(p.dv));
+    let area = mean(&|p| vector::length(vector::cross(p.du, p.dv)));
+    if !(along_u > 0.0 && along_v > 0.0 && area > 0.0) {
+        return Ok([0.0, 0.0]);
+    }
+    let correction = (area / (along_u * along_v)).sqrt();
+    Ok([along_u * correction, along_v * correction])
+}
+
+/// Packs rectangles at the largest common scale at which they fit (bisection), tall ones laid down. A rectangle has at
+/// least two texels a side, so that every patch is on the texture.
+pub(super) fn largest_packing(sizes: &[[f64; 2]], side: u32) -> Option<Vec<Chart>> {
+    let area: f64 = sizes.iter().map(|s| s[0] * s[1]).sum();
+    let mut low = 0.0;
+    let mut best = pack(sizes, side, low)?;
+    let mut high = if area > 0.0 { f64::from(side) / area.sqrt() } else { 0.0 };
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        match pack(sizes, side, middle) {
+            Some(charts) => {
+                best = charts;
+                low = middle;
+            }
+            None => high = middle,
+        }
+    }
+    Some(best)
+}
+
+fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
+    let charts: Vec<Chart> = sizes
+        .iter()
+        .map(|s| {
+            let texels = s.map(|d| (d * scale).floor().clamp(2.0, f64::from(side)) as u32);
+            let transposed = texels[1] > texels[0];
+            let [width, height] = if transposed { [texels[1], texels[0]] } else { texels };
+            Chart { x: 0, y: 0, width, height, transposed }
+        })
+        .collect();
+    let mut order: Vec<usize> = (0..charts.len()).collect();
+    order.sort_by_key(|&i| (std::cmp::Reverse((charts[i].height, charts[i].width)), i));
+    let mut free = AtlasAllocator::new(size2(side as i32, side as i32));
+    let mut placed = charts;
+    for i in order {
+        let c = &mut placed[i];
+        let wanted = size2((c.width + 2 * GUTTER) as i32, (c.height + 2 * GUTTER) as i32);
+        let at = free.allocate(wanted)?.rectangle.min;
+        c.x = at.x as u32 + GUTTER;
+        c.y = at.y as u32 + GUTTER;
+    }
+    Some(placed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn charts_do_not_overlap_and_keep_their_gutters() {
+        let sizes: Vec<[f64; 2]> = (1..40).map(|i| [f64::from(i % 7 + 1), f64::from(i % 11 + 1) * 3.0]).collect();
+        let charts = largest_packing(&sizes, 512).expect("they fit");
+        for (i, a) in charts.iter().enumerate() {
+            assert!(a.x >= GUTTER && a.y >= GUTTER);
+            assert!(a.x + a.width + GUTTER <= 512 && a.y + a.height + GUTTER <= 512);
+            for b in &charts[i + 1..] {
+                let apart_x = a.x + a.width + 2 * GUTTER <= b.x || b.x + b.width + 2 * GUTTER <= a.x;
+                let apart_y = a.y + a.height + 2 * GUTTER <= b.y || b.y + b.height + 2 * GUTTER <= a.y;
+                assert!(apart_x || apart_y, "{a:?} and {b:?} overlap");
+            }
+        }
+    }
+
+    #[test]
+    fn too_many_patches_are_refused() {
+        assert_eq!(largest_packing(&vec![[1.0, 1.0]; 1000], 64), None);
+    }
+
+    #[test]
+    fn a_texel_centre_maps_back_to_its_texel() {
+        let charts = largest_packing(&[[30.0, 10.0], [5.0, 20.0]], 128).expect("they fit");
+        let atlas = Atlas { size: 128, charts };
+        for (patch, c) in atlas.charts.iter().enumerate() {
+            for (i, j) in [(0, 0), (c.width - 1, 0), (1, c.height - 1)] {
+                let (u, v) = c.parameters(i, j);
+                let [s, t] = atlas.texcoord(patch, u, v);
+                assert!((s * 128.0 - (f64::from(c.x + i) + 0.5)).abs() < 1e-9);
+                assert!(((1.0 - t) * 128.0 - (f64::from(c.y + j) + 0.5)).abs() < 1e-9);
+            }
+        }
+    }
+}

@@ -1,0 +1,409 @@
+//! A mesh from elsewhere in the place of a model ([VA] sect. 6): texture coordinates of its own, or charts made here,
+//! and the texels on its triangles.
+
+use super::atlas::{Chart, largest_packing};
+use super::texels::Texel;
+use super::{Tessellation, Texels, vector};
+use crate::mesh::{Group, TriangleMesh};
+use std::collections::HashMap;
+use thiserror::Error;
+
+/// A reference mesh with a texture.
+#[derive(Clone, Debug)]
+pub struct ReferenceSurface {
+    /// The mesh with texture coordinates and unit normals; without origins, since there is no parametrised surface.
+    pub tessellation: Tessellation,
+    /// Its texels.
+    pub texels: Texels,
+    /// What the user should know: for example that its own texture coordinates overlap and were not used.
+    pub notices: Vec<String>,
+}
+
+/// Why a mesh has no texture.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum ReferenceError {
+    /// Nothing to measure from.
+    #[error("the reference mesh has no triangles with an area")]
+    NoTriangles,
+    /// The charts do not fit.
+    #[error(
+        "the reference mesh falls into {charts} charts, too many for {size} x {size} texels: ask for a higher resolution"
+    )]
+    TooSmall {
+        /// How many.
+        charts: usize,
+        /// Side of the texture.
+        size: u32,
+    },
+}
+
+impl ReferenceSurface {
+    /// Gives the mesh a texture of `size` x `size` texels: with its own texture coordinates where it has usable ones
+    /// (within [0, 1] and without overlaps), else with charts of triangles that look the same way along an axis.
+    ///
+    /// # Errors
+    /// A mesh without area, or more charts than fit.
+    pub fn new(mesh: &TriangleMesh, size: u32) -> Result<ReferenceSurface, ReferenceError> {
+        if !mesh.triangles.iter().any(|t| facet(mesh, *t).1 > 0.0) {
+            return Err(ReferenceError::NoTriangles);
+        }
+        let mut notices = Vec::new();
+        if !mesh.texcoords.is_empty() {
+            let raster = Raster::new(mesh, &mesh.texcoords, size);
+            match raster.usable(mesh) {
+                Ok(()) => return Ok(assemble(mesh.clone(), raster, notices)),
+                Err(why) => notices.push(format!("the mesh's own texture coordinates are not used: {why}")),
+            }
+        }
+        let (charted, raster) = chart(mesh, size)?;
+        Ok(assemble(charted, raster, notices))
+    }
+}
+
+fn assemble(mut mesh: TriangleMesh, raster: Raster, notices: Vec<String>) -> ReferenceSurface {
+    if mesh.groups.is_empty() {
+        mesh.groups.push(Group { name: "surface".into(), start: 0, end: mesh.triangles.len() });
+    }
+    let texels = raster.texels(&mesh);
+    if mesh.normals.is_empty() {
+        mesh.normals = vertex_normals(&mesh);
+    }
+    ReferenceSurface { tessellation: Tessellation { mesh, origins: Vec::new() }, texels, notices }
+}
+
+/// The facet's unit normal (zero where there is none) and area.
+fn facet(mesh: &TriangleMesh, t: [u32; 3]) -> ([f64; 3], f64) {
+    let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
+    let n = vector::cross(vector::sub(b, a), vector::sub(c, a));
+    let size = vector::length(n);
+    if size > 0.0 && size.is_finite() { (vector::scale(n, 1.0 / size), 0.5 * size) } else { ([0.0; 3], 0.0) }
+}
+
+/// Area-weighted unit vertex normals.
+fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
+    let mut normals = vec![[0.0; 3]; mesh.positions.len()];
+    for &t in &mesh.triangles {
+        let (n, area) = facet(mesh, t);
+        for i in t {
+            for k in 0..3 {
+                normals[i as usize][k] += n[k] * area;
+            }
+        }
+    }
+    for n in &mut normals {
+        let size = vector::length(*n);
+        *n = if size > 0.0 { vector::scale(*n, 1.0 / size) } else { [0.0, 0.0, 1.0] };
+    }
+    normals
+}
+
+/// Which triangle covers which texel.
+struct Raster {
+    size: u32,
+    /// Texel index to (triangle, barycentric coordinates of the texel's centre).
+    cells: HashMap<u32, (u32, [f64; 3])>,
+    /// Area of every triangle on the texture, in texels.
+    texel_area: Vec<f64>,
+    /// Triangles that met a texel covered by a triangle with which they share no vertex.
+    overlapping: Vec<u32>,
+}
+
+impl Raster {
+    fn new(mesh: &TriangleMesh, texcoords: &[[f64; 2]], size: u32) -> Raster {
+        let side = f64::from(size);
+        let mut raster = Raster {
+            size,
+            cells: HashMap::new(),
+            texel_area: Vec::with_capacity(mesh.triangles.len()),
+            overlapping: Vec::new(),
+        };
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            // Columns to the right and rows downwards, so that a texel's centre is at half-integers.
+            let p = corners.map(|i| {
+                let [s, t] = texcoords[i as usize];
+                [s * side, (1.0 - t) * side]
+            });
+            raster.add(mesh, t as u32, p);
+        }
+        raster
+    }
+
+    fn add(&mut self, mesh: &TriangleMesh, t: u32, p: [[f64; 2]; 3]) {
+        let doubled = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
+        self.texel_area.push(0.5 * doubled.abs());
+        if doubled == 0.0 || !doubled.is_finite() {
+            return;
+        }
+        // Centres of texels between the least and the greatest coordinate, clamped to the texture.
+        let cells = |k: usize| {
+            let least = p.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
+            let greatest = p.iter().map(|q| q[k]).fold(f64::NEG_INFINITY, f64::max);
+            let first = (least - 0.5).ceil().max(0.0) as u32;
+            let last = (greatest - 0.5).floor().min(f64::from(self.size) - 1.0);
+            first..if last < 0.0 { first } else { last as u32 + 1 }
+        };
+        let (columns, rows) = (cells(0), cells(1));
+        let mut overlaps = false;
+        for y in rows {
+            for x in columns.clone() {
+                let c = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+                let weight = |a: [f64; 2], b: [f64; 2]| {
+                    ((a[0] - c[0]) * (b[1] - c[1]) - (b[0] - c[0]) * (a[1] - c[1])) / doubled
+                };
+                let w = [weight(p[1], p[2]), weight(p[2], p[0]), weight(p[0], p[1])];
+                if w.iter().any(|w| *w < 0.0) {
+                    continue;
+                }
+                let other = *self.cells.entry(y * self.size + x).or_insert((t, w));
+                overlaps |= other.0 != t && !share_vertex(mesh, other.0, t);
+            }
+        }
+        if overlaps {
+            self.overlapping.push(t);
+        }
+    }
+
+    /// Whether texture coordinates of the mesh's own give every triangle a place of its own.
+    fn usable(&self, mesh: &TriangleMesh) -> Result<(), String> {
+        if let Some(i) = mesh.texcoords.iter().position(|c| c.iter().any(|x| !(0.0..=1.0).contains(x))) {
+            return Err(format!("those of vertex {i} lie outside of [0, 1]"));
+        }
+        if !self.overlapping.is_empty() {
+            return Err(format!("{} triangles overlap others on the texture", self.overlapping.len()));
+        }
+        let flat = (0..mesh.triangles.len())
+            .filter(|&t| self.texel_area[t] <= 0.0 && facet(mesh, mesh.triangles[t]).1 > 0.0)
+            .count();
+        if flat > 0 { Err(format!("{flat} triangles have no area on the texture")) } else { Ok(()) }
+    }
+
+    fn texels(&self, mesh: &TriangleMesh) -> Texels {
+        let mut part_of = vec![0; mesh.triangles.len()];
+        for (k, g) in mesh.groups.iter().enumerate() {
+            part_of[g.start..g.end].fill(k as u32);
+        }
+        let texel = |(&index, &(t, w)): (&u32, &(u32, [f64; 3]))| {
+            let corners = mesh.triangles[t as usize];
+            let (facet_normal, area) = facet(mesh, corners);
+            let mix = |values: &[[f64; 3]]| {
+                let mut sum = [0.0; 3];
+                for (corner, weight) in corners.iter().zip(w) {
+                    for (s, x) in sum.iter_mut().zip(values[*corner as usize]) {
+                        *s += weight * x;
+                    }
+                }
+                sum
+            };
+            let mut normal = if mesh.normals.is_empty() { facet_normal } else { mix(&mesh.normals) };
+            let size = vector::length(normal);
+            normal = if size > 1e-6 { vector::scale(normal, 1.0 / size) } else { facet_normal };
+            (area > 0.0).then(|| Texel {
+                index,
+                part: part_of[t as usize],
+                position: mix(&mesh.positions),
+                normal: normal.map(|c| c as f32),
+                area: (area / self.texel_area[t as usize]) as f32,
+            })
+        };
+        let names = mesh.groups.iter().map(|g| g.name.clone()).collect();
+        Texels::new(self.size, self.size, names, self.cells.iter().filter_map(texel).collect())
+    }
+}
+
+fn share_vertex(mesh: &TriangleMesh, a: u32, b: u32) -> bool {
+    let positions = |t: u32| mesh.triangles[t as usize].map(|i| mesh.positions[i as usize]);
+    let second = positions(b);
+    positions(a).iter().any(|p| second.contains(p))
+}
+
+/// Charts of connected triangles whose normals have the same greatest component, projected along that axis (so that no
+/// triangle is seen from behind, and none shrinks by more than sqrt(3)). Where a chart still covers itself (a helical
+/// ramp), the triangles on top move to a chart of their own, and again, until nothing overlaps.
+fn chart(mesh: &TriangleMesh, size: u32) -> Result<(TriangleMesh, Raster), ReferenceError> {
+    let mut chart_of = connected_charts(mesh);
+    for round in 0.. {
+        let (charted, texcoords) = lay_out(mesh, &chart_of, size)?;
+        let raster = Raster::new(&charted, &texcoords, size);
+        if raster.overlapping.is_empty() {
+            return Ok((TriangleMesh { texcoords, ..charted }, raster));
+        }
+        // A round peels off one layer of every chart. A mesh of very many layers gets a chart a triangle in the end,
+        // so that the work is bounded.
+        let count = chart_of.iter().max().map_or(0, |c| c + 1);
+        let mut fresh = HashMap::new();
+        for &t in &raster.overlapping {
+            let next = count + fresh.len() as u32;
+            let key = if round < 16 { chart_of[t as usize] } else { u32::MAX - t };
+            chart_of[t as usize] = *fresh.entry(key).or_insert(next);
+        }
+    }
+    unreachable!("the rounds have no end but by returning")
+}
+
+/// The direction of the normal's greatest component: 0..6, positive axes first.
+fn axis(n: [f64; 3]) -> u8 {
+    let k = (0..3).max_by(|&a, &b| n[a].abs().total_cmp(&n[b].abs())).unwrap_or(2);
+    k as u8 + if n[k] < 0.0 { 3 } else { 0 }
+}
+
+fn connected_charts(mesh: &TriangleMesh) -> Vec<u32> {
+    let axes: Vec<u8> = mesh.triangles.iter().map(|t| axis(facet(mesh, *t).0)).collect();
+    let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
+    for (t, c) in mesh.triangles.iter().enumerate() {
+        for (a, b) in [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])] {
+            edges.entry((a.min(b), a.max(b))).or_default().push(t as u32);
+        }
+    }
+    let mut part_of = vec![0; mesh.triangles.len()];
+    for (k, g) in mesh.groups.iter().enumerate() {
+        part_of[g.start..g.end].fill(k);
+    }
+    const NONE: u32 = u32::MAX;
+    let mut chart_of = vec![NONE; mesh.triangles.len()];
+    let mut count = 0;
+    for first in 0..mesh.triangles.len() {
+        if chart_of[first] != NONE {
+            continue;
+        }
+        chart_of[first] = count;
+        let mut open = vec![first];
+        while let Some(t) = open.pop() {
+            let c = mesh.triangles[t];
+            for (a, b) in [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])] {
+                for &n in &edges[&(a.min(b), a.max(b))] {
+                    let n = n as usize;
+                    if chart_of[n] == NONE && axes[n] == axes[t] && part_of[n] == part_of[t] {
+                        chart_of[n] = count;
+                        open.push(n);
+                    }
+                }
+            }
+        }
+        count += 1;
+    }
+    chart_of
+}
+
+/// Places the charts: a vertex is repeated for every chart that uses it.
+fn lay_out(mesh: &TriangleMesh, chart_of: &[u32], size: u32) -> Result<(TriangleMesh, Vec<[f64; 2]>), ReferenceError> {
+    let charts = chart_of.iter().max().map_or(0, |c| c + 1) as usize;
+    let mut vertex_of: HashMap<(u32, u32), u32> = HashMap::new();
+    let mut laid = TriangleMesh { groups: mesh.groups.clone(), ..TriangleMesh::default() };
+    let mut flat: Vec<[f64; 2]> = Vec::new();
+    let mut vertex_chart: Vec<u32> = Vec::new();
+    let mut low = vec![[f64::INFINITY; 2]; charts];
+    let mut high = vec![[f64::NEG_INFINITY; 2]; charts];
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        let c = chart_of[t];
+        let direction = axis(facet(mesh, *corners).0);
+        laid.triangles.push(corners.map(|i| {
+            *vertex_of.entry((c, i)).or_insert_with(|| {
+                let p = mesh.positions[i as usize];
+                let q = project(p, direction);
+                for k in 0..2 {
+                    low[c as usize][k] = low[c as usize][k].min(q[k]);
+                    high[c as usize][k] = high[c as usize][k].max(q[k]);
+                }
+                laid.positions.push(p);
+                laid.normals.extend(mesh.normals.get(i as usize));
+                flat.push(q);
+                vertex_chart.push(c);
+                (flat.len() - 1) as u32
+            })
+        }));
+    }
+    let extents: Vec<[f64; 2]> = low.iter().zip(&high).map(|(l, h)| [h[0] - l[0], h[1] - l[1]]).collect();
+    let packed = largest_packing(&extents, size).ok_or(ReferenceError::TooSmall { charts, size })?;
+    let texcoords = flat
+        .iter()
+        .zip(&vertex_chart)
+        .map(|(q, &c)| place(*q, low[c as usize], extents[c as usize], &packed[c as usize], size))
+        .collect();
+    Ok((laid, texcoords))
+}
+
+/// Drops the axis, keeping counter-clockwise triangles counter-clockwise.
+fn project(p: [f64; 3], direction: u8) -> [f64; 2] {
+    match direction {
+        0 => [p[1], p[2]],
+        1 => [p[2], p[0]],
+        2 => [p[0], p[1]],
+        3 => [p[2], p[1]],
+        4 => [p[0], p[2]],
+        _ => [p[1], p[0]],
+    }
+}
+
+/// Texture coordinates of a projected point within its chart's rectangle.
+fn place(q: [f64; 2], low: [f64; 2], extent: [f64; 2], chart: &Chart, size: u32) -> [f64; 2] {
+    let fraction = |k: usize| if extent[k] > 0.0 { (q[k] - low[k]) / extent[k] } else { 0.5 };
+    let (right, up) = if chart.transposed { (fraction(1), fraction(0)) } else { (fraction(0), fraction(1)) };
+    let side = f64::from(size);
+    let column = f64::from(chart.x) + right * f64::from(chart.width);
+    let row = f64::from(chart.y) + (1.0 - up) * f64::from(chart.height);
+    [column / side, 1.0 - row / side]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A closed box of 10 x 20 x 30 mm.
+    fn box_mesh() -> TriangleMesh {
+        let positions = (0..8)
+            .map(|i| [f64::from(i & 1) * 10.0, f64::from(i >> 1 & 1) * 20.0, f64::from(i >> 2 & 1) * 30.0])
+            .collect();
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+        TriangleMesh { positions, triangles, ..TriangleMesh::default() }
+    }
+
+    #[test]
+    fn a_box_gets_six_charts_whose_texels_make_up_its_area() {
+        let surface = ReferenceSurface::new(&box_mesh(), 256).expect("a box");
+        let area: f64 = surface.texels.area.iter().map(|a| f64::from(*a)).sum();
+        let truth = 2.0 * (10.0 * 20.0 + 20.0 * 30.0 + 10.0 * 30.0);
+        // Charts are whole texels wide: an error of half a texel in some 60 on each side.
+        assert!((area / truth - 1.0).abs() < 0.02, "{area} against {truth}");
+        assert_eq!(surface.tessellation.mesh.positions.len(), 24, "four corners a face");
+        for (p, n) in surface.texels.position.iter().zip(&surface.texels.normal) {
+            let centre = [5.0, 10.0, 15.0];
+            let outward: f64 = (0..3).map(|k| (p[k] - centre[k]) * f64::from(n[k])).sum();
+            assert!(outward > 0.0, "the normal at {p:?} points inwards");
+        }
+    }
+
+    #[test]
+    fn overlapping_texture_coordinates_are_not_used() {
+        let mut mesh = box_mesh();
+        mesh.texcoords = mesh.positions.iter().map(|p| [p[0] / 10.0, p[1] / 20.0]).collect();
+        let surface = ReferenceSurface::new(&mesh, 128).expect("a box");
+        assert_eq!(surface.notices.len(), 1);
+    }
+
+    #[test]
+    fn a_helical_ramp_is_cut_where_it_covers_itself() {
+        let steps = 120;
+        let mut mesh = TriangleMesh::default();
+        for i in 0..=steps {
+            // Three turns around the z axis, 5 mm a turn: every chart that looks up lies above itself.
+            let a = f64::from(i) / f64::from(steps) * 3.0 * std::f64::consts::TAU;
+            for r in [10.0, 20.0] {
+                mesh.positions.push([r * a.cos(), r * a.sin(), 5.0 * a / std::f64::consts::TAU]);
+            }
+        }
+        for i in 0..steps {
+            let a = 2 * i as u32;
+            mesh.triangles.extend([[a, a + 1, a + 3], [a, a + 3, a + 2]]);
+        }
+        let area: f64 = mesh.triangles.iter().map(|t| facet(&mesh, *t).1).sum();
+        let surface = ReferenceSurface::new(&mesh, 512).expect("a ramp");
+        let covered: f64 = surface.texels.area.iter().map(|a| f64::from(*a)).sum();
+        assert!((covered / area - 1.0).abs() < 0.02, "{covered} against {area}");
+    }
+
+    #[test]
+    fn nothing_to_measure_from_is_an_error() {
+        assert_eq!(ReferenceSurface::new(&TriangleMesh::default(), 64).err(), Some(ReferenceError::NoTriangles));
+    }
+}
