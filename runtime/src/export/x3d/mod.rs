@@ -13,9 +13,6 @@ mod tests;
 use crate::model::Tessellation;
 use thiserror::Error;
 
-/// Colour of a deviation: -1 is the negative end of the scale (the scan lies inside the model), 1 the positive end.
-pub type ColourScale = fn(f64) -> [u8; 3];
-
 /// What goes into the file.
 #[derive(Clone, Copy, Debug)]
 pub struct X3dScene<'a> {
@@ -29,8 +26,6 @@ pub struct X3dScene<'a> {
     pub max_distance: f64,
     /// Deviation at which the colour scale ends. Millimetres.
     pub colour_range: f64,
-    /// The colour scale.
-    pub colours: ColourScale,
     /// Title of the document.
     pub title: &'a str,
     /// Groups of figures, kept in the file as metadata: overall and per part.

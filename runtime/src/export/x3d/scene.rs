@@ -211,7 +211,7 @@ impl Displaced<'_, '_> {
             _ => shaders::WEB,
         };
         for (stage, source) in stages {
-            let source = shaders::complete(source, self.scene.colours);
+            let source = shaders::complete(source);
             let _ = writeln!(
                 out,
                 "                  <ShaderPart type='{stage}'><![CDATA[data:text/plain,{source}]]></ShaderPart>"

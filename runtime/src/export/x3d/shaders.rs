@@ -1,6 +1,6 @@
 //! The shaders, from their files, with what they share put in.
 
-use super::ColourScale;
+use crate::export::colormap::diverging;
 use std::fmt::Write;
 
 const COMMON: &str = include_str!("glsl/common.glsl");
@@ -26,15 +26,15 @@ pub(super) const WEB: &[Stage] =
     &[("VERTEX", include_str!("glsl/web.vert")), ("FRAGMENT", include_str!("glsl/web.frag"))];
 
 /// The complete source of a stage.
-pub(super) fn complete(source: &str, colours: ColourScale) -> String {
-    source.replace("//!common\n", COMMON).replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale(colours)))
+pub(super) fn complete(source: &str) -> String {
+    source.replace("//!common\n", COMMON).replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale()))
 }
 
 /// Statements that return the colour for `t` in [0, 1].
-fn scale(colours: ColourScale) -> String {
+fn scale() -> String {
     let segments = SCALE_SAMPLES - 1;
     let vector = |i: usize| {
-        let [r, g, b] = colours(2.0 * i as f64 / segments as f64 - 1.0).map(|c| f64::from(c) / 255.0);
+        let [r, g, b] = diverging(2.0 * i as f64 / segments as f64 - 1.0).map(|c| f64::from(c) / 255.0);
         format!("vec3({r:.4}, {g:.4}, {b:.4})")
     };
     let mut out = format!("  vec3 c = {};\n  t *= {segments}.0;\n", vector(0));

@@ -1,4 +1,5 @@
 use super::{MetadataGroup, X3dError, X3dScene, write};
+use crate::export::colormap::diverging;
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::Tessellation;
 use std::process::Command;
@@ -20,10 +21,6 @@ fn tessellation() -> Tessellation {
     }
 }
 
-fn grey(t: f64) -> [u8; 3] {
-    [(127.5 + 127.5 * t) as u8; 3]
-}
-
 fn scene<'a>(tessellation: &'a Tessellation, metadata: &'a [MetadataGroup]) -> X3dScene<'a> {
     X3dScene {
         tessellation,
@@ -31,7 +28,6 @@ fn scene<'a>(tessellation: &'a Tessellation, metadata: &'a [MetadataGroup]) -> X
         texture_size: [4, 2],
         max_distance: 10.0,
         colour_range: 2.5,
-        colours: grey,
         title: "A <plate> & 'more'",
         metadata,
     }
@@ -127,9 +123,9 @@ fn shaders_are_complete() {
         assert!(source.contains("vec2 deviation(vec3 code)") || source.contains("modelNormal = castle_Normal"));
     }
     assert_eq!(text.matches("data:text/plain,#version 300 es\n").count(), 2);
-    // The ends of the scale: black and white.
-    assert!(text.contains("vec3 c = vec3(0.0000, 0.0000, 0.0000);"));
-    assert!(text.contains("c = mix(c, vec3(1.0000, 1.0000, 1.0000), clamp(t - 15.0, 0.0, 1.0));"));
+    let end = |x: f64| diverging(x).map(|c| format!("{:.4}", f64::from(c) / 255.0)).join(", ");
+    assert!(text.contains(&format!("vec3 c = vec3({});", end(-1.0))));
+    assert!(text.contains(&format!("c = mix(c, vec3({}), clamp(t - 15.0, 0.0, 1.0));", end(1.0))));
 }
 
 #[test]
