@@ -4,7 +4,8 @@
 
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::mesh::{Group, TriangleMesh};
-use gml_runtime::model::{SurfacePoint, Tessellation};
+use gml_runtime::model::{SurfacePoint, Tessellation, Texels};
+use gml_runtime::variance::{Deviations, DistanceTexture};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -12,6 +13,8 @@ const RADIUS: f64 = 40.0;
 const HEIGHT: f64 = 90.0;
 const MAX_DISTANCE: f64 = 10.0;
 const SIDE: usize = 512;
+
+const NAMES: [&str; 2] = ["wall", "lid \"<2>\" & 'more'"];
 
 /// Charts: x, y (from the top), width, height in texels.
 const WALL: [usize; 4] = [10, 10, 400, 240];
@@ -22,24 +25,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(&folder);
     std::fs::create_dir_all(folder)?;
     let tessellation = tessellation();
-    let png = texture()?;
+    let png = png(&DistanceTexture::new(&deviations()))?;
     let scene = X3dScene {
         tessellation: &tessellation,
         texture_png: &png,
         texture_size: [SIDE as u32; 2],
         max_distance: MAX_DISTANCE,
-        colour_range: MAX_DISTANCE,
-        colours: blue_white_red,
+        colour_range: 8.0,
         title: "A cylinder with a bump & a dent",
         metadata: &[MetadataGroup { name: "wall".into(), entries: vec![("mean".into(), "0.25 mm".into())] }],
     };
     std::fs::write(folder.join("scene.x3d"), x3d::write(&scene)?)?;
     Ok(())
-}
-
-fn blue_white_red(t: f64) -> [u8; 3] {
-    let fade = |c: f64, s: f64| (255.0 * (1.0 - s * (1.0 - c))) as u8;
-    if t < 0.0 { [fade(0.1, -t), fade(0.3, -t), fade(0.8, -t)] } else { [fade(0.8, t), fade(0.1, t), fade(0.1, t)] }
 }
 
 /// The deviation of the wall at (u, v), u once around from the back, v upwards; None in the hole.
@@ -74,7 +71,7 @@ type Surface = fn(f64, f64) -> ([f64; 3], [f64; 3]);
 fn tessellation() -> Tessellation {
     let mut mesh = TriangleMesh::default();
     let mut origins = Vec::new();
-    let patches: [(&str, Surface, [usize; 4]); 2] = [("wall", wall, WALL), ("lid \"<2>\" & 'more'", lid, LID)];
+    let patches: [(&str, Surface, [usize; 4]); 2] = [(NAMES[0], wall, WALL), (NAMES[1], lid, LID)];
     for (patch, (name, surface, chart)) in patches.into_iter().enumerate() {
         let start = mesh.triangles.len();
         let first = mesh.positions.len() as u32;
@@ -102,28 +99,41 @@ fn tessellation() -> Tessellation {
     Tessellation { mesh, origins }
 }
 
-fn texture() -> Result<Vec<u8>, png::EncodingError> {
-    let mut rgb = vec![0u8; SIDE * SIDE * 3];
-    for (chart, deviation) in [(WALL, wall_deviation as fn(f64, f64) -> Option<f64>), (LID, |_, _| Some(2.0))] {
+/// What ray casting would find.
+fn deviations() -> Deviations {
+    let mut texels = Texels { width: SIDE as u32, height: SIDE as u32, ..Texels::default() };
+    let (mut outward, mut inward) = (Vec::new(), Vec::new());
+    for (part, chart) in [WALL, LID].into_iter().enumerate() {
         let [x, y, width, height] = chart;
         for j in 0..height {
             for i in 0..width {
                 let u = (i as f64 + 0.5) / width as f64;
                 let v = 1.0 - (j as f64 + 0.5) / height as f64;
-                let Some(d) = deviation(u, v) else { continue };
-                let code = (d.abs() / MAX_DISTANCE * 255.0).round() as u8;
-                let texel = &mut rgb[3 * ((y + j) * SIDE + x + i)..][..3];
-                // The farther wall of the scan is in reach where the near one is outside, so that the nearer has to win.
-                texel.copy_from_slice(&if d >= 0.0 { [code, 240, 192] } else { [0, code, 64] });
+                let ((position, normal), d) =
+                    if part == 0 { (wall(u, v), wall_deviation(u, v)) } else { (lid(u, v), Some(2.0)) };
+                texels.index.push(((y + j) * SIDE + x + i) as u32);
+                texels.part.push(part as u32);
+                texels.position.push(position);
+                texels.normal.push(normal.map(|c| c as f32));
+                texels.area.push(if part == 0 { 1.0 } else { 2.0 * v as f32 });
+                let d = d.map_or(f32::NAN, |d| d as f32);
+                // The far side of the scan is in reach where the near one is outside, so that the nearer has to win.
+                outward.push(if d >= 0.0 { d } else { f32::NAN });
+                inward.push(if d >= 0.0 { 9.5 } else { -d });
             }
         }
     }
+    texels.part_names = NAMES.map(str::to_owned).to_vec();
+    Deviations { texels, max_distance: MAX_DISTANCE, outward, inward }
+}
+
+fn png(texture: &DistanceTexture) -> Result<Vec<u8>, png::EncodingError> {
     let mut png = Vec::new();
-    let mut encoder = png::Encoder::new(&mut png, SIDE as u32, SIDE as u32);
+    let mut encoder = png::Encoder::new(&mut png, texture.width, texture.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(&rgb)?;
+    writer.write_image_data(&texture.rgb)?;
     writer.finish()?;
     Ok(png)
 }
