@@ -10,6 +10,11 @@ const FARTHEST: f64 = 1e12;
 /// A unit normal may be this far from length 1 (single precision written with few digits).
 const UNIT_TOLERANCE: f64 = 1e-3;
 
+/// Neither NaN nor infinite nor absurdly large.
+pub(super) fn is_usable(coordinate: f64) -> bool {
+    coordinate.abs() <= FARTHEST
+}
+
 /// A file's geometry. Every index is valid; everything else may be as bad as the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RawMesh {
@@ -34,7 +39,7 @@ impl RawMesh {
     pub(super) fn to_millimetres(mut self, unit: f64) -> Result<Self, ScanFault> {
         for (i, position) in self.positions.iter_mut().enumerate() {
             *position = position.map(|c| c * unit);
-            if !position.iter().all(|c| c.abs() <= FARTHEST) {
+            if !position.iter().all(|&c| is_usable(c)) {
                 return Err(ScanFault::NonFinite { vertex: i + 1, at: *position });
             }
         }
