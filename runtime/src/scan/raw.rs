@@ -36,7 +36,7 @@ pub(super) struct RawMesh {
 
 impl RawMesh {
     /// Scales to millimetres and checks that every position is usable.
-    pub(super) fn to_millimetres(mut self, unit: f64) -> Result<Self, ScanFault> {
+    pub(super) fn into_millimetres(mut self, unit: f64) -> Result<Self, ScanFault> {
         for (i, position) in self.positions.iter_mut().enumerate() {
             *position = position.map(|c| c * unit);
             if !position.iter().all(|&c| is_usable(c)) {
@@ -116,9 +116,9 @@ pub(super) struct VertexNormal {
 impl VertexNormal {
     fn plus(self, normal: [f64; 3]) -> Self {
         let length = DVec3::from(normal).length();
-        let mended = self.mended || !((length - 1.0).abs() <= UNIT_TOLERANCE);
+        let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
         let unit = if length.is_finite() && length > 1e-12 { DVec3::from(normal) / length } else { DVec3::ZERO };
-        Self { sum: self.sum + unit, mended }
+        Self { sum: self.sum + unit, mended: self.mended || !is_unit }
     }
 
     pub(super) fn merged(self, other: Self) -> Self {
