@@ -141,14 +141,14 @@ impl Builder<'_> {
     pub(super) fn file(&mut self, items: Vec<Deep<Item>>) -> File {
         for item in &items {
             let stray = match &item.node.kind {
-                ItemKind::Param(_) => "`param`",
-                ItemKind::Input(_) => "`input`",
-                ItemKind::Part(_) => "`part`",
-                ItemKind::Require(_) => "`require`",
+                ItemKind::Param(_) => "'param'",
+                ItemKind::Input(_) => "'input'",
+                ItemKind::Part(_) => "'part'",
+                ItemKind::Require(_) => "'require'",
                 _ => continue,
             };
             let message = format!("{stray} stands outside a model");
-            let hint = "write `model name { ... }` around it";
+            let hint = "write 'model name { ... }' around it";
             self.diagnostics.push(Diagnostic::error("misplaced-item", item.node.span, message).hint(hint));
         }
         File { items: split_all(items).0 }
@@ -276,8 +276,8 @@ impl Builder<'_> {
     fn body(&mut self, items: Vec<Deep<Item>>) -> (Vec<Item>, u32) {
         for item in &items {
             let stray = match &item.node.kind {
-                ItemKind::Use(_) => "`use`",
-                ItemKind::Model(_) => "`model`",
+                ItemKind::Use(_) => "'use'",
+                ItemKind::Model(_) => "'model'",
                 _ => continue,
             };
             let message = format!("{stray} stands inside a model");
@@ -369,7 +369,7 @@ impl Builder<'_> {
             && first.span.start == a.node.span.start
         {
             let text = |e: &Expr| self.slice(e.span.start, e.span.end);
-            let hint = format!("write `{} and {} {} {}`", text(&a.node), text(second), op.text(), text(&c.node));
+            let hint = format!("write '{} and {} {} {}'", text(&a.node), text(second), op.text(), text(&c.node));
             let span = a.node.span.to(c.node.span);
             self.report(Diagnostic::error("comparison-chain", span, "comparisons do not chain").hint(hint));
             return Deep::flat(Expr { span, kind: ExprKind::Error });
@@ -494,7 +494,7 @@ impl Builder<'_> {
                 }
                 Statement::Expr(expr) => {
                     let message = "this value is not used: only the last line of a block is its value";
-                    let hint = "give it a name with `let`, or remove it";
+                    let hint = "give it a name with 'let', or remove it";
                     self.report(Diagnostic::error("unused-value", expr.node.span, message).hint(hint));
                 }
                 Statement::Bad(span) if last => value = Some(Box::new(Expr { span, kind: ExprKind::Error })),
@@ -507,11 +507,11 @@ impl Builder<'_> {
 
     fn judge_block_item(&mut self, item: &Item) {
         let (stray, hint) = match &item.kind {
-            ItemKind::Use(_) => ("`use`", "move it to the top of the file"),
-            ItemKind::Model(_) => ("`model`", "move it out of the block"),
-            ItemKind::Param(_) => ("`param`", "parameters are declared in the model itself; here `let` names a value"),
-            ItemKind::Input(_) => ("`input`", "inputs are declared in the model itself; here `let` names a value"),
-            ItemKind::Part(_) => ("`part`", "parts are declared in the model itself, also inside its `for` and `if`"),
+            ItemKind::Use(_) => ("'use'", "move it to the top of the file"),
+            ItemKind::Model(_) => ("'model'", "move it out of the block"),
+            ItemKind::Param(_) => ("'param'", "parameters are declared in the model itself; here 'let' names a value"),
+            ItemKind::Input(_) => ("'input'", "inputs are declared in the model itself; here 'let' names a value"),
+            ItemKind::Part(_) => ("'part'", "parts are declared in the model itself, also inside its 'for' and 'if'"),
             _ => return,
         };
         let message = format!("{stray} stands inside a block of values");
