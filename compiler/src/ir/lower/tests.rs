@@ -89,9 +89,7 @@ fn functions_closures_and_records() {
          let r = {first: lines[0], factor: 2.0 * a}",
         "((r.first)(u).x * r.factor, lines[1](v).y, lines[0](u).y)",
     );
-    agrees(&model, |a, b, u, v| {
-        [(a + (b - a) * u) * 2.0 * a, 1.0 + (a - 1.0) * v, b + (a - b) * u]
-    });
+    agrees(&model, |a, b, u, v| [(a + (b - a) * u) * 2.0 * a, 1.0 + (a - 1.0) * v, b + (a - b) * u]);
 }
 
 #[test]
@@ -115,7 +113,8 @@ fn sides_see_what_is_outside() {
 
 #[test]
 fn long_folds_are_loops() {
-    let model = surface("", "(fold(a, 5..1005, |acc, i| acc + b * u * i), fold((0.0, 1.0), 0..200, |(x, y), i| (y, x)).x, v)");
+    let model =
+        surface("", "(fold(a, 5..1005, |acc, i| acc + b * u * i), fold((0.0, 1.0), 0..200, |(x, y), i| (y, x)).x, v)");
     assert!(occurs(&model, |op| matches!(op, Op::Loop { .. })), "a thousand turns are not written out");
     agrees(&model, |a, b, u, v| {
         let sum: f64 = (5..1005).map(|i| b * u * f64::from(i)).sum();
