@@ -13,7 +13,9 @@ model m {
 fn f(u: real, v: real) -> (real, real) = (u * v ^ 2, u - v)
 model m {
   param a: real = 3
-  require f'u(a, 2) == (4, 1) and f'v(a, 2) == (12, -1) and f'u'v(a, 2) == (4, 0), "both"
+  require f'u(a, 2).x == 4 and f'u(a, 2).y == 1, "in u"
+  require f'v(a, 2).x == 12 and f'v(a, 2).y == -1, "in v"
+  require f'u'v(a, 2).x == 4 and f'u'v(a, 2).y == 0, "in both"
   part p = cylinder(1mm, 1mm)
 }
 

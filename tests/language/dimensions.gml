@@ -21,7 +21,7 @@ fn k(x: real, n: real) -> real = x ^ n
 // --- units
 model m {
   require 1in == 25.4mm and 1cm == 10mm and 1m == 1000mm, "lengths"
-  require abs(1turn - 360deg) < 1e-12 and abs(180deg - pi) < 1e-12 and 1rad * 1 == 1rad, "angles"
+  require abs(1turn - 360deg) < 1e-12rad and abs(180deg - pi) < 1e-12rad and 1rad * 1 == 1rad, "angles"
   part p = cylinder(1mm, 1mm)
 }
 
@@ -39,12 +39,12 @@ model m {
   let p = (1mm, 2mm, 3mm)
   let v = (1, 2, 3)
   require (p + v * 1mm).y == 4mm and (p / 2).z == 1.5mm and (-p).x == -1mm, "components"
-  require (p - p) == (0mm, 0mm, 0mm), "equal"
   part q = cylinder(1mm, 1mm)
 }
 let a = (1mm, 2mm) + (1, 2)
 let b = (1mm, 2mm) + (1mm, 2mm, 3mm)
 let c = (1mm, 2mm) * (1mm, 2mm)
+let d = (1mm, 2mm) == (1mm, 2mm)
 
 // --- a default outside its bounds
 model m {

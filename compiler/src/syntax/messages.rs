@@ -170,7 +170,7 @@ impl Expected<'_> {
         if self.has("separator") && !begins && !self.has("{") {
             wanted.push("the end of the line".to_owned());
         }
-        if self.has("}") && !self.has("separator") {
+        if self.has("}") && !self.has("separator") && !self.item() {
             wanted.push("'}'".to_owned());
         }
         join_or(&wanted)

@@ -2,6 +2,7 @@
 
 use super::lower;
 use crate::check::{CheckOptions, check};
+use crate::diagnostic::Severity;
 use crate::ir::interpret::{Limits, RunError, run, run_real};
 use crate::ir::scalar::Scalar;
 use crate::ir::validate::validate;
@@ -13,7 +14,7 @@ fn lowered(text: &str) -> LoweredModel {
     let mut sources = Sources::default();
     let main = sources.add("test.gml", text);
     let (model, diagnostics) = check(&mut sources, &NoFiles, main, &BTreeMap::new(), &CheckOptions::default());
-    assert_eq!(diagnostics, [], "in {text}");
+    assert!(diagnostics.iter().all(|d| d.severity == Severity::Warning), "{diagnostics:?} in {text}");
     let lowered = lower(&model.expect("a model")).expect("a model that is not too large");
     validate(&lowered.module).expect("valid functions");
     lowered
@@ -209,12 +210,12 @@ fn parts_compute_only_what_they_need() {
 
 #[test]
 fn too_large_a_model_is_refused() {
-    let text = "model m { param a: real = 1\n let xs = for i in 0..4000 { a * i }\n \
-                let ys = for i in 0..4000 { xs[floor(stop(a)) + i] }\n part p = |u, v| (sum(ys) * 1mm, 0mm, 0mm) }";
+    let text = "model m { param a: real = 1\n let xs = for i in 0..2000 { a * i }\n \
+                let ys = for i in 0..2000 { xs[floor(stop(a)) + i] }\n part p = |u, v| (sum(ys) * 1mm, 0mm, 0mm) }";
     let mut sources = Sources::default();
     let main = sources.add("test.gml", text);
     let (model, diagnostics) = check(&mut sources, &NoFiles, main, &BTreeMap::new(), &CheckOptions::default());
     assert_eq!(diagnostics, []);
-    let error = lower(&model.expect("a model")).expect_err("sixteen million selections are too many");
+    let error = lower(&model.expect("a model")).expect_err("four million selections are too many");
     assert_eq!(error.code, "too-large");
 }
