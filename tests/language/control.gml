@@ -19,9 +19,17 @@ model m {
 }
 
 // --- conditions of the wrong kind
+// Error: 28-29 a condition must be a truth value, and this is a bare number
+// Hint: compare it with something
 fn f(x: real) -> real = if x { 1 } else { 2 }
+// Error: 47-50 the sides of this 'if' differ: a whole number and a length
+// Hint: did you mean 1mm?
 fn g(x: real) -> real = if x > 0 { 1 } else { 1mm }
+// Error: 25-39 this 'if' has no 'else', so it has no value where the condition fails
+// Hint: add `else { ... }`
 fn h(x: real) -> real = if x > 0 { 1 }
+// Error: 25-26 a condition must be a truth value, and this is a bare number
+// Hint: compare it with something
 fn k(x: real) -> bool = x and true
 
 // --- blocks
@@ -35,18 +43,24 @@ model m {
 
 // --- an index beyond the array
 let xs = [1, 2, 3]
+// Error: 12-13 there is no element 3: the array has 3, counted from 0
 let a = xs[3]
+// Error: 12-14 there is no element -1: the array has 3, counted from 0
 let b = xs[-1]
+// Error: 12-15 an index must be a whole number, and this is a bare number
+// Hint: floor(...) makes one of a number
 let c = xs[0.5]
 
 // --- requirements
 model m {
   param a: real = 1
+  // Fails: 3-34 a is too small
   require a > 2, "a is too small"
   part p = cylinder(1mm, 1mm)
 }
 
 // --- a function's requirement
+// Fails: 28-74 no root of a negative number
 fn root(x: real) -> real { require x >= 0, "no root of a negative number"; sqrt(x) }
 model m {
   param a: real = -1
@@ -63,7 +77,11 @@ model m {
 }
 
 // --- how many parts there are cannot depend on a parameter
+// Warning: 7-8 the model 'm' has no parts
+// Hint: add one: part name = surface
 model m {
   param a: real = 3
+  // Error: 12-23 how many turns this has is known only at run time, and an array's length must be known before
+  // Hint: run over a range whose bounds are literals or inputs, or use fold
   for i in 0..floor(a) { part p = cylinder(1mm, 1mm) }
 }

@@ -10,9 +10,14 @@ model m {
 
 // --- wrong arguments
 fn f(a: real, b: real = 2) -> real = a + b
+// Error: 9-12 this call of 'f' lacks 'a'
 let x = f()
+// Error: 17-18 'f' takes 2 arguments, and this is one more
 let y = f(1, 2, 3)
+// Error: 14-15 'f' has no parameter 'd'
+// Hint: its parameters are a, b
 let z = f(1, d: 3)
+// Error: 20-21 'a' is given twice
 let w = f(a: 1, a: 2)
 
 // --- functions are values
@@ -41,17 +46,27 @@ model m {
 }
 
 // --- recursion without end
+// Error: 23-31 calls are nested more than 400 deep, most deeply in 'f'
+// Hint: recursion must end on a known whole number or array length, or the function's parameters and result must be annotated with their types
 fn f(n: int) -> int = f(n + 1)
 let x = f(0)
 
 // --- what is called must be known
 model m {
   param a: real = 1
+  // Error: 11-45 a condition that is known only at run time cannot choose between functions
+  // Hint: let the function choose between values: |u, v| if c { f(u, v) } else { g(u, v) }
   let f = if a > 0 { |x| x } else { |x| -x }
   part p = cylinder(1mm, 1mm)
 }
 
 // --- names
+// Error: 30-36 there is no 'length' here
+// Hint: did you mean 'lenght'?
 fn f(lenght: real) -> real = length * 2
+// Error: 9-17 there is no 'cylindre' here
+// Hint: did you mean 'cylinder'?
 let a = cylindre(1mm, 2mm)
+// Error: 16-17 a vector of 2 bare numbers has no '.w'
+// Hint: the components are .x, .y and .z
 let b = (1, 2).w
