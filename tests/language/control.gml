@@ -77,8 +77,6 @@ model m {
 }
 
 // --- how many parts there are cannot depend on a parameter
-// Warning: 7-8 the model 'm' has no parts
-// Hint: add one: part name = surface
 model m {
   param a: real = 3
   // Error: 12-23 how many turns this has is known only at run time, and an array's length must be known before

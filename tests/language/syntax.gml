@@ -23,8 +23,6 @@ modle m {
 }
 
 // --- shapes need names
-// Warning: 7-8 the model 'm' has no parts
-// Hint: add one: part name = surface
 model m {
   // Error: 3-11 expected a declaration ('let', 'param', 'part', ...), found 'cylinder'
   // Hint: a shape gets a name: 'part NAME = ...'
@@ -96,10 +94,8 @@ fn f(x: real) -> real {
 // Error: 1-18 this belongs in a model
 // Hint: write it between the braces of `model name { ... }`
 param x: real = 1
-// Warning: 7-8 the model 'm' has no parts
-// Hint: add one: part name = surface
 model m {
-  // Error: 3-25 this cannot stand here
+  // Error: 3-25 this belongs at the top of the file
   use std.curve (bezier)
   // Error: 13-30 this belongs in the body of a model
   // Hint: write it directly between the braces of `model name { ... }`
