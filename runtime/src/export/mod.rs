@@ -9,5 +9,6 @@ pub mod obj;
 pub mod picture;
 pub mod ply;
 pub mod raster;
+pub mod render;
 pub mod stl;
 pub mod x3d;
