@@ -1,0 +1,208 @@
+//! Types and dimensions.
+
+use std::fmt;
+use std::sync::Arc;
+
+/// A rational exponent of length, in lowest terms with a positive denominator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Exponent {
+    numerator: i16,
+    denominator: i16,
+}
+
+impl Exponent {
+    /// Zero: no length at all.
+    pub const ZERO: Exponent = Exponent { numerator: 0, denominator: 1 };
+    /// One: a length.
+    pub const ONE: Exponent = Exponent { numerator: 1, denominator: 1 };
+
+    /// `numerator / denominator`; `None` where it is out of range (beyond 1000, or the denominator zero).
+    #[must_use]
+    pub fn new(numerator: i64, denominator: i64) -> Option<Exponent> {
+        if denominator == 0 {
+            return None;
+        }
+        let divisor = i64::try_from(gcd(numerator.unsigned_abs(), denominator.unsigned_abs())).ok()?;
+        let sign = denominator.signum();
+        let (n, d) = (numerator.checked_div(divisor)?.checked_mul(sign)?, (denominator / divisor).checked_mul(sign)?);
+        if n.abs() > 1000 || d > 1000 {
+            return None;
+        }
+        Some(Exponent { numerator: i16::try_from(n).ok()?, denominator: i16::try_from(d).ok()? })
+    }
+
+    fn parts(self) -> (i64, i64) {
+        (i64::from(self.numerator), i64::from(self.denominator))
+    }
+
+    fn add(self, other: Exponent) -> Option<Exponent> {
+        let ((a, b), (c, d)) = (self.parts(), other.parts());
+        Exponent::new(a * d + c * b, b * d)
+    }
+
+    fn negate(self) -> Exponent {
+        Exponent { numerator: -self.numerator, denominator: self.denominator }
+    }
+
+    fn multiply(self, other: Exponent) -> Option<Exponent> {
+        let ((a, b), (c, d)) = (self.parts(), other.parts());
+        Exponent::new(a * c, b * d)
+    }
+}
+
+impl fmt::Display for Exponent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.numerator, self.denominator) {
+            (n, 1) => write!(f, "{n}"),
+            (n, d) => write!(f, "({n}/{d})"),
+        }
+    }
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    if b == 0 { a.max(1) } else { gcd(b, a % b) }
+}
+
+/// What a number measures: a power of length, or an angle, or neither.
+///
+/// An angle is a number of its own kind: it widens to a bare number wherever one is wanted, but not back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Dimension {
+    /// The exponent of length; zero for angles.
+    pub length: Exponent,
+    /// Whether it is an angle.
+    pub angle: bool,
+}
+
+impl Dimension {
+    /// A bare number.
+    pub const NONE: Dimension = Dimension { length: Exponent::ZERO, angle: false };
+    /// A length.
+    pub const LENGTH: Dimension = Dimension { length: Exponent::ONE, angle: false };
+    /// An angle.
+    pub const ANGLE: Dimension = Dimension { length: Exponent::ZERO, angle: true };
+
+    /// A power of length.
+    #[must_use]
+    pub fn of_length(length: Exponent) -> Dimension {
+        Dimension { length, angle: false }
+    }
+
+    /// Whether it is a bare number (an angle is not).
+    #[must_use]
+    pub fn is_none(self) -> bool {
+        self == Dimension::NONE
+    }
+
+    /// The dimension of a product: angle times bare number is an angle, angle times length a length, angle times
+    /// angle a bare number. `None` where the exponent gets out of range.
+    #[must_use]
+    pub fn times(self, other: Dimension) -> Option<Dimension> {
+        let angle = (self.angle && other.is_none()) || (self.is_none() && other.angle);
+        Some(Dimension { length: self.length.add(other.length)?, angle })
+    }
+
+    /// The dimension of a quotient: angle over bare number is an angle, angle over angle a bare number.
+    #[must_use]
+    pub fn over(self, other: Dimension) -> Option<Dimension> {
+        let angle = self.angle && other.is_none();
+        Some(Dimension { length: self.length.add(other.length.negate())?, angle })
+    }
+
+    /// The dimension of a power; an angle's power is a bare number (but for the first, which is an angle).
+    #[must_use]
+    pub fn power(self, exponent: Exponent) -> Option<Dimension> {
+        let angle = self.angle && exponent == Exponent::ONE;
+        Some(Dimension { length: self.length.multiply(exponent)?, angle })
+    }
+}
+
+impl fmt::Display for Dimension {
+    /// In the user's words, with an article: `a length`, `an area`, `a bare number`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.angle {
+            return f.write_str("an angle");
+        }
+        match self.length.parts() {
+            (0, _) => f.write_str("a bare number"),
+            (1, 1) => f.write_str("a length"),
+            (2, 1) => f.write_str("an area"),
+            (3, 1) => f.write_str("a volume"),
+            (-1, 1) => f.write_str("a curvature (1/length)"),
+            _ => write!(f, "a length^{}", self.length),
+        }
+    }
+}
+
+/// Index of a closure type: what is called, and the types of what it captured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ClosureId(pub u32);
+
+/// The type of a value. Ints and bools that are known while compiling carry their value in the type; it plays no
+/// role in how the value is represented.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Type {
+    /// Of something that is wrong and was reported; agrees with everything. Never in a finished tree.
+    Error,
+    /// A double.
+    Real(Dimension),
+    /// A whole number, with its value where it is known.
+    Int(Option<i64>),
+    /// A truth value likewise.
+    Bool(Option<bool>),
+    /// A text; it has no representation.
+    Text,
+    /// `a..b` of ints: two ints.
+    Range(Option<i64>, Option<i64>),
+    /// Components in order. Vectors and points are tuples of reals; arrays of functions that differ are tuples too.
+    Tuple(Arc<[Type]>),
+    /// That many elements of one type.
+    Array(Arc<Type>, usize),
+    /// Fields in the order in which they were written.
+    Record(Arc<[(Arc<str>, Type)]>),
+    /// A function value: what it captured, in order (see `typed::Model::closures`).
+    Closure(ClosureId),
+}
+
+impl Type {
+    /// A bare real.
+    pub const REAL: Type = Type::Real(Dimension::NONE);
+    /// A length.
+    pub const LENGTH: Type = Type::Real(Dimension::LENGTH);
+    /// An angle.
+    pub const ANGLE: Type = Type::Real(Dimension::ANGLE);
+    /// An int that is not known while compiling.
+    pub const INT: Type = Type::Int(None);
+    /// A bool likewise.
+    pub const BOOL: Type = Type::Bool(None);
+
+    /// A tuple.
+    #[must_use]
+    pub fn tuple(components: Vec<Type>) -> Type {
+        Type::Tuple(components.into())
+    }
+
+    /// `n` reals of one dimension: a vector or point.
+    #[must_use]
+    pub fn vector(n: usize, dimension: Dimension) -> Type {
+        Type::Tuple(vec![Type::Real(dimension); n].into())
+    }
+
+    /// A point in space.
+    #[must_use]
+    pub fn point3() -> Type {
+        Type::vector(3, Dimension::LENGTH)
+    }
+
+    /// Whether it is, or contains, [`Type::Error`].
+    #[must_use]
+    pub fn is_error(&self) -> bool {
+        match self {
+            Type::Error => true,
+            Type::Tuple(ts) => ts.iter().any(Type::is_error),
+            Type::Array(t, _) => t.is_error(),
+            Type::Record(fields) => fields.iter().any(|(_, t)| t.is_error()),
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! Rules for sums, products and quotients. See [`builder`](super::builder) for what they assume.
+
+use super::scalar::Scalar;
+use super::{Binary, FunctionBuilder, Op, Type, Unary, Value};
+
+impl FunctionBuilder {
+    pub(super) fn simpler_binary(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
+        match (op, self.ty(a)) {
+            (Binary::And | Binary::Or, _) => self.simpler_logic(op, a, b),
+            (Binary::Min | Binary::Max, _) => (a == b).then_some(a),
+            (op, Type::Int) => self.simpler_int(op, a, b),
+            (Binary::Add, _) => self.simpler_add(a, b),
+            (Binary::Sub, _) => self.simpler_sub(a, b),
+            (Binary::Mul, _) => self.simpler_mul(a, b),
+            (Binary::Div, _) => self.simpler_div(a, b),
+            (Binary::Pow, _) => self.simpler_pow(a, b),
+            (Binary::MulOrZero, _) => self.simpler_mul_or_zero(a, b),
+            (Binary::DivOrZero, _) => self.simpler_div_or_zero(a, b),
+            (Binary::Rem | Binary::Atan2, _) => None,
+        }
+    }
+
+    /// Wrapping addition and multiplication are associative, so these are exact.
+    fn simpler_int(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
+        let int = |v| if let Some(Scalar::Int(i)) = self.constant(v) { Some(i) } else { None };
+        match (op, int(a), int(b)) {
+            (Binary::Add, Some(0), _) | (Binary::Mul, Some(1), _) => Some(b),
+            (Binary::Add | Binary::Sub, _, Some(0)) | (Binary::Mul | Binary::Div, _, Some(1)) => Some(a),
+            (Binary::Mul, Some(0), _) => Some(a),
+            (Binary::Mul, _, Some(0)) => Some(b),
+            (Binary::Rem, _, Some(1)) => Some(self.int(0)),
+            (Binary::Sub, ..) if a == b => Some(self.int(0)),
+            (Binary::Sub, None, Some(j)) => {
+                let negative = self.int(j.wrapping_neg());
+                Some(self.add(a, negative))
+            }
+            (Binary::Add, None, Some(j)) => {
+                let Op::Binary(Binary::Add, x, c) = *self.op(a) else { return None };
+                let Some(Scalar::Int(i)) = self.constant(c) else { return None };
+                let sum = self.int(i.wrapping_add(j));
+                Some(self.add(x, sum))
+            }
+            (Binary::Add, Some(_), None) => Some(self.add(b, a)),
+            _ => None,
+        }
+    }
+
+    /// `c * x` of a value: 2 * x is (2, x), -x is (-1, x), anything else (1, itself).
+    fn coefficient(&self, v: Value) -> (f64, Value) {
+        match *self.op(v) {
+            Op::Unary(Unary::Neg, x) => (-1.0, x),
+            Op::Binary(Binary::Mul, c, x) => self.real_constant(c).map_or((1.0, v), |c| (c, x)),
+            _ => (1.0, v),
+        }
+    }
+
+    /// c * v.
+    pub(super) fn scaled(&mut self, c: f64, v: Value) -> Value {
+        let c = self.real(c);
+        self.mul(c, v)
+    }
+
+    fn simpler_add(&mut self, a: Value, b: Value) -> Option<Value> {
+        if let Some(c) = self.real_constant(a) {
+            // The constant last; both constant means that their sum is not finite.
+            return if c == 0.0 { Some(b) } else { self.constant(b).is_none().then(|| self.add(b, a)) };
+        }
+        if let Some(c) = self.real_constant(b) {
+            return if c == 0.0 { Some(a) } else { self.add_constant(a, c) };
+        }
+        let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
+        if x == y {
+            return Some(self.scaled(p + q, x));
+        }
+        if self.is_square_of(a, Unary::Sin, b, Unary::Cos) || self.is_square_of(a, Unary::Cos, b, Unary::Sin) {
+            return Some(self.real(1.0));
+        }
+        if q < 0.0 {
+            let y = self.scaled(-q, y);
+            return Some(self.sub(a, y));
+        }
+        if p < 0.0 {
+            let x = self.scaled(-p, x);
+            return Some(self.sub(b, x));
+        }
+        None
+    }
+
+    /// a is f(x)^2 and b is g(x)^2 of the same x.
+    fn is_square_of(&self, a: Value, f: Unary, b: Value, g: Unary) -> bool {
+        let base = |v, f| match *self.op(v) {
+            Op::PowInt(u, 2) => match *self.op(u) {
+                Op::Unary(h, x) if h == f => Some(x),
+                _ => None,
+            },
+            _ => None,
+        };
+        base(a, f).is_some_and(|x| base(b, g) == Some(x))
+    }
+
+    /// a + c, c not zero.
+    fn add_constant(&mut self, a: Value, c: f64) -> Option<Value> {
+        match *self.op(a) {
+            Op::Binary(Binary::Add, x, d) => {
+                let sum = self.real_constant(d)? + c;
+                let sum = sum.is_finite().then(|| self.real(sum))?;
+                Some(self.add(x, sum))
+            }
+            Op::Binary(Binary::Sub, d, x) => {
+                let sum = self.real_constant(d)? + c;
+                let sum = sum.is_finite().then(|| self.real(sum))?;
+                Some(self.sub(sum, x))
+            }
+            Op::Unary(Unary::Neg, x) => {
+                let c = self.real(c);
+                Some(self.sub(c, x))
+            }
+            _ => None,
+        }
+    }
+
+    fn simpler_sub(&mut self, a: Value, b: Value) -> Option<Value> {
+        if a == b {
+            return Some(self.real(0.0));
+        }
+        if let Some(c) = self.real_constant(b) {
+            let negative = self.real(-c);
+            return (self.constant(a).is_none()).then(|| self.add(a, negative));
+        }
+        if let Some(c) = self.real_constant(a) {
+            return if c == 0.0 { Some(self.neg(b)) } else { self.subtract_from_constant(c, b) };
+        }
+        let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
+        if x == y {
+            return Some(self.scaled(p - q, x));
+        }
+        if q < 0.0 {
+            let y = self.scaled(-q, y);
+            return Some(self.add(a, y));
+        }
+        if p == -1.0 {
+            let sum = self.add(x, b);
+            return Some(self.neg(sum));
+        }
+        None
+    }
+
+    /// c - b, c not zero.
+    fn subtract_from_constant(&mut self, c: f64, b: Value) -> Option<Value> {
+        match *self.op(b) {
+            Op::Binary(Binary::Add, x, d) => {
+                let difference = c - self.real_constant(d)?;
+                let difference = difference.is_finite().then(|| self.real(difference))?;
+                Some(self.sub(difference, x))
+            }
+            Op::Binary(Binary::Sub, d, x) => {
+                let difference = c - self.real_constant(d)?;
+                let difference = difference.is_finite().then(|| self.real(difference))?;
+                Some(self.add(x, difference))
+            }
+            Op::Unary(Unary::Neg, x) => {
+                let c = self.real(c);
+                Some(self.add(x, c))
+            }
+            Op::Binary(Binary::Mul, d, x) => {
+                let d = self.real_constant(d).filter(|d| *d < 0.0)?;
+                let (x, c) = (self.scaled(-d, x), self.real(c));
+                Some(self.add(x, c))
+            }
+            _ => None,
+        }
+    }
+
+    fn simpler_mul(&mut self, a: Value, b: Value) -> Option<Value> {
+        if let Some(c) = self.real_constant(a) {
+            return self.multiply_by_constant(c, b);
+        }
+        if let Some(c) = self.real_constant(b) {
+            return self.multiply_by_constant(c, a);
+        }
+        let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
+        if (p, q) != (1.0, 1.0) {
+            let product = self.mul(x, y);
+            return Some(self.scaled(p * q, product));
+        }
+        if let Some(power) = self.product_of_powers(a, b) {
+            return Some(power);
+        }
+        // a * (c / b) is c * a / b: so that 1 / b as a factor becomes a division.
+        let (whole, quotient) = if matches!(self.op(b), Op::Binary(Binary::Div, ..)) { (a, b) } else { (b, a) };
+        if let Op::Binary(Binary::Div, numerator, denominator) = *self.op(quotient)
+            && self.constant(numerator).is_some()
+        {
+            let numerator = self.mul(numerator, whole);
+            return Some(self.div(numerator, denominator));
+        }
+        None
+    }
+
+    fn multiply_by_constant(&mut self, c: f64, x: Value) -> Option<Value> {
+        if c == 0.0 {
+            return Some(self.real(0.0));
+        }
+        if c == 1.0 {
+            return Some(x);
+        }
+        if self.constant(x).is_some() {
+            // The product is not finite: it stays.
+            return None;
+        }
+        match *self.op(x) {
+            Op::Unary(Unary::Neg, y) => Some(self.scaled(-c, y)),
+            Op::Binary(Binary::Sub, y, z) if c == -1.0 => Some(self.sub(z, y)),
+            Op::Binary(Binary::Mul, d, y) => {
+                let product = c * self.real_constant(d)?;
+                (product != 0.0 && product.is_finite()).then(|| self.scaled(product, y))
+            }
+            Op::Binary(Binary::Div, d, y) => {
+                let product = c * self.real_constant(d)?;
+                let product = (product != 0.0 && product.is_finite()).then(|| self.real(product))?;
+                Some(self.div(product, y))
+            }
+            _ if c == -1.0 => Some(self.neg(x)),
+            _ => None,
+        }
+    }
+
+    fn simpler_div(&mut self, a: Value, b: Value) -> Option<Value> {
+        if let Some(c) = self.real_constant(b) {
+            return self.divide_by_constant(a, c);
+        }
+        if self.real_constant(a) == Some(0.0) && self.facts(b).nonzero {
+            return Some(a);
+        }
+        if a == b && self.facts(b).nonzero {
+            return Some(self.real(1.0));
+        }
+        let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
+        if p == -1.0 || q != 1.0 {
+            // The sign and the denominator's constant come out; a constant above stays there.
+            let quotient = self.div(x, y);
+            return (p / q).is_finite().then(|| self.scaled(p / q, quotient));
+        }
+        if let Op::Binary(Binary::Div, numerator, inner) = *self.op(a)
+            && self.constant(inner).is_none()
+        {
+            let denominator = self.mul(inner, b);
+            return Some(self.div(numerator, denominator));
+        }
+        None
+    }
+
+    fn divide_by_constant(&mut self, a: Value, c: f64) -> Option<Value> {
+        if c == 0.0 || !c.is_finite() || self.constant(a).is_some() {
+            return None;
+        }
+        let (p, x) = self.coefficient(a);
+        if c == 1.0 {
+            Some(a)
+        } else if p != 1.0 && (p / c).is_finite() && p / c != 0.0 {
+            Some(self.scaled(p / c, x))
+        } else if is_power_of_two(c) && (1.0 / c).is_normal() {
+            // Exact, and cheaper.
+            Some(self.scaled(1.0 / c, a))
+        } else {
+            None
+        }
+    }
+
+    fn simpler_mul_or_zero(&mut self, a: Value, b: Value) -> Option<Value> {
+        if self.real_constant(a) == Some(0.0) || self.real_constant(b) == Some(0.0) {
+            return Some(self.real(0.0));
+        }
+        if self.facts(a).nonzero || self.facts(b).finite {
+            return Some(self.mul(a, b));
+        }
+        let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
+        if (p, q) != (1.0, 1.0) {
+            let product = self.binary(Binary::MulOrZero, x, y);
+            return Some(self.scaled(p * q, product));
+        }
+        // a * (c / d), with c known not to be zero.
+        if let Op::Binary(Binary::Div, numerator, denominator) = *self.op(b)
+            && let Some(c) = self.real_constant(numerator)
+            && c != 0.0
+        {
+            let numerator = self.mul(numerator, a);
+            return Some(self.binary(Binary::DivOrZero, numerator, denominator));
+        }
+        None
+    }
+
+    fn simpler_div_or_zero(&mut self, a: Value, b: Value) -> Option<Value> {
+        if self.real_constant(a) == Some(0.0) {
+            return Some(a);
+        }
+        if self.facts(a).nonzero || self.facts(b).nonzero {
+            return Some(self.div(a, b));
+        }
+        let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
+        if p == -1.0 || q != 1.0 {
+            let quotient = self.binary(Binary::DivOrZero, x, y);
+            return (p / q).is_finite().then(|| self.scaled(p / q, quotient));
+        }
+        None
+    }
+}
+
+/// A power of two, of either sign and normal: dividing by it is exact.
+fn is_power_of_two(c: f64) -> bool {
+    c.is_normal() && c.to_bits() & ((1 << 52) - 1) == 0
+}
