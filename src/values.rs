@@ -104,7 +104,8 @@ pub(crate) fn parameters(texts: &[String], known: &[Parameter]) -> Result<Vec<(u
         .collect()
 }
 
-/// The value of an input.
+/// The value of an input: a whole number, true or false, or a number with an optional unit. Whether it fits is for the
+/// compiler to say, which knows the declaration.
 pub(crate) fn input(name: &str, text: &str, known: &[Input]) -> Result<f64, CommandError> {
     let names = known.iter().map(|i| i.name.as_str());
     let input = known
