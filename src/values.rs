@@ -1,7 +1,8 @@
 //! Values on the command line: `42mm`, `30deg`, `4`, `r=42mm`.
 
 use crate::error::CommandError;
-use gml_compiler::program::{Input, Parameter, Quantity};
+use gml_compiler::check::InputValue;
+use gml_compiler::program::{Parameter, Quantity};
 
 /// Units that a value may have, with what they measure and their size in millimetres or radians.
 const UNITS: [(&str, Quantity, f64); 7] = [
@@ -104,15 +105,18 @@ pub(crate) fn parameters(texts: &[String], known: &[Parameter]) -> Result<Vec<(u
         .collect()
 }
 
-/// The value of an input: a whole number, true or false, or a number with an optional unit. Whether it fits is for the
-/// compiler to say, which knows the declaration.
-pub(crate) fn input(name: &str, text: &str, known: &[Input]) -> Result<f64, CommandError> {
-    let names = known.iter().map(|i| i.name.as_str());
-    let input = known
-        .iter()
-        .find(|i| i.name == name)
-        .ok_or_else(|| CommandError::usage(unknown("--input", "input", name, names)))?;
-    parse(&format!("--input {name}"), text, input.quantity)
+/// The value of an input: true or false, a whole number, or a number with an optional unit. Whether it fits its
+/// declaration is for the compiler to say.
+pub(crate) fn input_value(name: &str, text: &str) -> Result<InputValue, CommandError> {
+    let what = format!("--input {name}");
+    if let Ok(flag) = text.parse() {
+        return Ok(InputValue::Bool(flag));
+    }
+    if let Ok(whole) = text.parse() {
+        return Ok(InputValue::Int(whole));
+    }
+    let quantity = UNITS.iter().filter(|u| text.ends_with(u.0)).map(|u| u.1).next_back();
+    parse(&what, text, quantity.unwrap_or(Quantity::Real)).map(InputValue::Real)
 }
 
 fn unknown<'a>(option: &str, kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
