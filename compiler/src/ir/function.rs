@@ -12,7 +12,7 @@ use crate::source::Span;
 pub struct Value(pub u32);
 
 /// Index of a function in its [`Module`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FunctionId(pub u32);
 
 /// Index of a failure in its [`Module`].

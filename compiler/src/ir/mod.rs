@@ -6,6 +6,7 @@
 pub mod arithmetic;
 pub mod builder;
 pub mod function;
+pub mod lowered;
 pub mod operands;
 pub mod scalar;
 
@@ -17,3 +18,4 @@ mod powers;
 
 pub use builder::FunctionBuilder;
 pub use function::*;
+pub use lowered::{LoweredModel, LoweredPart, LoweredRequire};

@@ -1,3 +1,41 @@
 //! Text to tree. Knows no types and no names.
+//!
+//! [`parse`] never fails: it returns a tree and what is wrong with it, several findings a file. The text passes
+//! through the lexer ([`token`]), a pass that gives line ends their meaning and matches brackets (`layout`), and the
+//! grammar (`grammar.lalrpop`), whose actions build the tree (`builder`). A statement that the grammar rejects is
+//! reported, taken out whole and stands in the tree as an error node; then the file is parsed anew (`recover`).
+//!
+//! No tree is deeper than [`NESTING_LIMIT`], so that everything that walks one may recurse.
 
 pub mod ast;
+mod builder;
+mod layout;
+mod literal;
+mod messages;
+mod print;
+mod recover;
+mod token;
+
+#[cfg(test)]
+mod tests;
+
+pub use print::{print, print_expression};
+pub use recover::{parse, parse_expression};
+
+use crate::source::{FileId, Span};
+
+/// The greatest depth of a tree.
+pub const NESTING_LIMIT: u32 = 200;
+
+/// The greatest length of a file in bytes.
+pub const LENGTH_LIMIT: usize = 4 << 20;
+
+fn spanned(file: FileId, start: u32, end: u32) -> Span {
+    Span { file, start, end }
+}
+
+lalrpop_util::lalrpop_mod!(
+    #[allow(clippy::all, clippy::pedantic, missing_docs, unreachable_pub, unused, unreachable_patterns)]
+    grammar,
+    "/syntax/grammar.rs"
+);

@@ -1,1 +1,6 @@
 //! The documents: X3D, pictures, meshes, report.
+
+pub mod atomic;
+pub mod obj;
+pub mod ply;
+pub mod stl;

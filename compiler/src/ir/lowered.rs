@@ -1,0 +1,56 @@
+//! A model as scalar functions: what the lowering hands to everything after it.
+
+use super::{FunctionId, Module};
+use crate::program::{Input, Parameter};
+use crate::source::Span;
+
+/// A model as functions of its parameters' values (all Real, millimetres and radians, in order).
+///
+/// Calls are not inlined yet, and `'` is still [`Op::Tangent`](super::Op::Tangent).
+#[derive(Clone, Debug, Default)]
+pub struct LoweredModel {
+    /// Its name.
+    pub name: String,
+    /// Its doc comment.
+    pub doc: String,
+    /// All functions below, and those that they call.
+    pub module: Module,
+    /// The free parameters, in order.
+    pub params: Vec<Parameter>,
+    /// The inputs with the values that they were compiled with (constants in the functions).
+    pub inputs: Vec<Input>,
+    /// The patches, in order.
+    pub parts: Vec<LoweredPart>,
+    /// `(params..) -> (lower, upper) of each parameter in order`; infinite constants where there is no bound.
+    pub bounds: FunctionId,
+    /// What must hold of the parameters, in order; to be tried before the parts are evaluated.
+    pub requires: Vec<LoweredRequire>,
+}
+
+/// A part.
+#[derive(Clone, Debug)]
+pub struct LoweredPart {
+    /// `body`, `hole[2]`, `leg.shaft`.
+    pub name: String,
+    /// The name without an index: `hole`.
+    pub group: String,
+    /// Its doc comment.
+    pub doc: String,
+    /// `(params.., u, v) -> (x, y, z)`.
+    pub surface: FunctionId,
+    /// `(params..) -> length`, where the part has a tolerance of its own.
+    pub tolerance: Option<FunctionId>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A condition of the model's body.
+#[derive(Clone, Debug)]
+pub struct LoweredRequire {
+    /// `(params..) -> Bool`.
+    pub function: FunctionId,
+    /// What is said where it does not hold.
+    pub message: String,
+    /// Where it is written.
+    pub span: Span,
+}

@@ -1,0 +1,266 @@
+//! Text to the tokens that the grammar reads: brackets are matched, line ends become separators where they end a
+//! statement, and what depends on more than one token of look-ahead is decided.
+//!
+//! What leaves this pass has only matched brackets, at most [`NESTING_LIMIT`] deep; a bracket that had to be made up
+//! to that end has an empty span.
+
+use super::token::Token;
+use super::{NESTING_LIMIT, spanned};
+use crate::diagnostic::Diagnostic;
+use crate::source::FileId;
+use logos::Logos;
+
+/// A token and its bytes in the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lexeme {
+    pub(super) token: Token,
+    pub(super) start: u32,
+    pub(super) end: u32,
+}
+
+/// The tokens of a file. With `statements` false the text is one expression, and line ends mean nothing outside
+/// blocks.
+pub(super) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
+    let mut layout = Layout {
+        file,
+        text,
+        statements,
+        out: Vec::new(),
+        open: Vec::new(),
+        diagnostics: Vec::new(),
+        line_end: false,
+        semicolon: false,
+        doc: None,
+    };
+    let raw = layout.scan();
+    for (i, lexeme) in raw.iter().enumerate() {
+        if !layout.step(*lexeme, &raw[i + 1..]) {
+            // Brackets nested beyond the limit: what follows would only be misread.
+            return (Vec::new(), layout.diagnostics);
+        }
+    }
+    layout.close_all(text.len() as u32);
+    (layout.out, layout.diagnostics)
+}
+
+struct Layout<'t> {
+    file: FileId,
+    text: &'t str,
+    statements: bool,
+    out: Vec<Lexeme>,
+    /// Open brackets.
+    open: Vec<Lexeme>,
+    diagnostics: Vec<Diagnostic>,
+    /// A line end was passed since the last token.
+    line_end: bool,
+    /// A `;` was passed since the last token.
+    semicolon: bool,
+    /// The doc comment since the last token.
+    doc: Option<Lexeme>,
+}
+
+impl Layout<'_> {
+    /// Runs the lexer; what it rejects becomes error tokens.
+    fn scan(&mut self) -> Vec<Lexeme> {
+        let mut raw: Vec<Lexeme> = Vec::new();
+        for (result, range) in Token::lexer(self.text).spanned() {
+            let mut lexeme =
+                Lexeme { token: result.unwrap_or(Token::Error), start: range.start as u32, end: range.end as u32 };
+            match lexeme.token {
+                Token::Error => {
+                    // One message for a run of rubbish.
+                    match raw.last_mut() {
+                        Some(last) if last.token == Token::Error && last.end == lexeme.start => {
+                            last.end = lexeme.end;
+                            continue;
+                        }
+                        _ => self.report_rubbish(lexeme),
+                    }
+                }
+                Token::Prime | Token::PrimeName if !raw.last().is_some_and(|l| can_be_primed(*l, lexeme)) => {
+                    lexeme.token = Token::Error;
+                    if raw.last().is_some_and(|l| l.token == Token::Error && l.end == lexeme.start) {
+                        continue;
+                    }
+                    let message = "a prime must directly follow what it differentiates, as in `f'` or `s'u`";
+                    let hint = "texts are written in double quotes";
+                    let span = spanned(self.file, lexeme.start, lexeme.end);
+                    self.diagnostics.push(Diagnostic::error("stray-prime", span, message).hint(hint));
+                }
+                _ => {}
+            }
+            raw.push(lexeme);
+        }
+        raw
+    }
+
+    fn report_rubbish(&mut self, lexeme: Lexeme) {
+        let span = spanned(self.file, lexeme.start, lexeme.end);
+        let text = &self.text[lexeme.start as usize..lexeme.end as usize];
+        let diagnostic = if text.starts_with('"') {
+            Diagnostic::error("unclosed-text", span, "this text is not closed on its line")
+                .hint("end it with a double quote, and write a double quote inside it as \\\"")
+        } else {
+            let shown: String = text.chars().take(8).flat_map(char::escape_debug).collect();
+            let diagnostic = Diagnostic::error("unknown-character", span, format!("`{shown}` means nothing here"));
+            match text.chars().next() {
+                Some('&') => diagnostic.hint("`and` joins two conditions"),
+                Some('!') => diagnostic.hint("`not` negates a condition"),
+                Some('#') => diagnostic.hint("comments begin with `//`"),
+                Some('°') => diagnostic.hint("degrees are written `30deg`"),
+                Some('“' | '”' | '‘' | '’') => diagnostic.hint("texts are written in straight double quotes"),
+                _ => diagnostic,
+            }
+        };
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// Takes one raw token; `rest` are those after it. False where brackets are nested too deep.
+    fn step(&mut self, lexeme: Lexeme, rest: &[Lexeme]) -> bool {
+        match lexeme.token {
+            Token::Newline => self.line_end = true,
+            Token::Comment => self.comment(lexeme),
+            Token::Semicolon if self.in_statements() => self.semicolon = true,
+            _ => {
+                self.recover_unclosed(lexeme);
+                self.separate(lexeme);
+                self.emit_doc(lexeme);
+                (self.line_end, self.semicolon, self.doc) = (false, false, None);
+                return self.emit(lexeme, rest);
+            }
+        }
+        true
+    }
+
+    /// Whether the innermost open bracket holds statements.
+    fn in_statements(&self) -> bool {
+        self.open.last().map_or(self.statements, |b| b.token == Token::BraceOpen)
+    }
+
+    fn comment(&mut self, lexeme: Lexeme) {
+        let text = &self.text[lexeme.start as usize..lexeme.end as usize];
+        let own_line = self.line_end || self.out.is_empty();
+        if own_line && text.starts_with("///") && !text.starts_with("////") {
+            match &mut self.doc {
+                Some(doc) => doc.end = lexeme.end,
+                None => self.doc = Some(Lexeme { token: Token::Doc, ..lexeme }),
+            }
+        }
+    }
+
+    /// A line that begins with a keyword of an item cannot lie within brackets other than braces: a bracket before it
+    /// was forgotten.
+    fn recover_unclosed(&mut self, lexeme: Lexeme) {
+        if self.line_end && lexeme.token.begins_item() {
+            while !self.in_statements() && !self.open.is_empty() {
+                self.close_unclosed(lexeme.start);
+            }
+        }
+    }
+
+    fn separate(&mut self, lexeme: Lexeme) {
+        let Some(last) = self.out.last().copied() else { return };
+        let begins = matches!(last.token, Token::Separator | Token::BraceOpen);
+        if !self.in_statements() || begins || lexeme.token == Token::BraceClose {
+            return;
+        }
+        // After an operator an item cannot go on; the statement was left unfinished.
+        let goes_on = last.token.continues_after() && !lexeme.token.begins_item();
+        let line_end = self.line_end && !goes_on && !lexeme.token.continues_before();
+        if self.semicolon || line_end {
+            self.out.push(Lexeme { token: Token::Separator, start: last.end, end: lexeme.start });
+        }
+    }
+
+    /// A doc comment counts where an item follows; elsewhere it is a comment.
+    fn emit_doc(&mut self, next: Lexeme) {
+        let at_start = self.out.last().is_none_or(|l| matches!(l.token, Token::Separator | Token::BraceOpen));
+        if let Some(doc) = self.doc
+            && at_start
+            && self.in_statements()
+            && next.token.begins_item()
+        {
+            self.out.push(doc);
+        }
+    }
+
+    fn emit(&mut self, mut lexeme: Lexeme, rest: &[Lexeme]) -> bool {
+        if lexeme.token.is_closer() {
+            self.close(lexeme);
+            return true;
+        }
+        match lexeme.token {
+            Token::BraceOpen if opens_record(rest) => lexeme.token = Token::RecordOpen,
+            Token::Name if self.is_tolerance(lexeme) => lexeme.token = Token::Tolerance,
+            _ => {}
+        }
+        if lexeme.token.closer().is_some() {
+            self.open.push(lexeme);
+            if self.open.len() > NESTING_LIMIT as usize {
+                self.diagnostics.push(too_deep(self.file, lexeme.start, lexeme.end));
+                return false;
+            }
+        }
+        self.out.push(lexeme);
+        true
+    }
+
+    /// `tolerance` is a keyword only after the name of a part.
+    fn is_tolerance(&self, lexeme: Lexeme) -> bool {
+        &self.text[lexeme.start as usize..lexeme.end as usize] == "tolerance"
+            && matches!(
+                self.out.last_chunk(),
+                Some([Lexeme { token: Token::Part, .. }, Lexeme { token: Token::Name, .. }])
+            )
+    }
+
+    /// Takes a closing bracket: those opened since its partner are closed first; without a partner it is an error.
+    fn close(&mut self, lexeme: Lexeme) {
+        if !self.open.iter().any(|b| b.token.closer() == Some(lexeme.token)) {
+            let span = spanned(self.file, lexeme.start, lexeme.end);
+            let text = &self.text[lexeme.start as usize..lexeme.end as usize];
+            self.diagnostics.push(Diagnostic::error("unmatched-bracket", span, format!("`{text}` closes nothing")));
+            self.out.push(Lexeme { token: Token::Error, ..lexeme });
+            return;
+        }
+        while self.open.last().is_some_and(|b| b.token.closer() != Some(lexeme.token)) {
+            self.close_unclosed(lexeme.start);
+        }
+        self.open.pop();
+        self.out.push(lexeme);
+    }
+
+    fn close_unclosed(&mut self, at: u32) {
+        let Some(bracket) = self.open.pop() else { return };
+        let span = spanned(self.file, bracket.start, bracket.end);
+        let text = &self.text[bracket.start as usize..bracket.end as usize];
+        self.diagnostics.push(Diagnostic::error("unclosed-bracket", span, format!("`{text}` is never closed")));
+        if let Some(token) = bracket.token.closer() {
+            let at = self.out.last().map_or(at, |l| l.end);
+            self.out.push(Lexeme { token, start: at, end: at });
+        }
+    }
+
+    fn close_all(&mut self, at: u32) {
+        while !self.open.is_empty() {
+            self.close_unclosed(at);
+        }
+    }
+}
+
+/// `{` opens a record where a name and a colon follow.
+fn opens_record(rest: &[Lexeme]) -> bool {
+    let mut tokens = rest.iter().map(|l| l.token).filter(|t| !matches!(t, Token::Newline | Token::Comment));
+    tokens.next() == Some(Token::Name) && tokens.next() == Some(Token::Colon)
+}
+
+fn can_be_primed(last: Lexeme, prime: Lexeme) -> bool {
+    use Token::*;
+    last.end == prime.start && matches!(last.token, Name | ParenClose | BracketClose | BraceClose | Prime | PrimeName)
+}
+
+/// The message for a tree that would be too deep to walk.
+pub(super) fn too_deep(file: FileId, start: u32, end: u32) -> Diagnostic {
+    let message = format!("this is nested more than {NESTING_LIMIT} deep");
+    Diagnostic::error("too-deep", spanned(file, start, end), message).hint("name its parts with `let`")
+}

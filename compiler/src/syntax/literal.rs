@@ -1,0 +1,117 @@
+//! Numbers, texts and doc comments: from their spelling to their value.
+
+use super::ast::{ExprKind, Unit};
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// The value of a number with what is glued to it.
+pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Diagnostic> {
+    let (number, suffix) = split_number(text);
+    let unit = match suffix {
+        "" => None,
+        suffix => Some(unit(suffix).ok_or_else(|| unknown_unit(span, number, suffix))?),
+    };
+    let digits = number.replace('_', "");
+    if unit.is_none() && digits.bytes().all(|c| c.is_ascii_digit()) {
+        return digits.parse().map(ExprKind::Int).map_err(|_| {
+            let hint = format!("as a real number it is written `{digits}.0`");
+            Diagnostic::error("bad-number", span, "this whole number is too large").hint(hint)
+        });
+    }
+    match digits.parse::<f64>() {
+        Ok(x) if x.is_finite() => Ok(ExprKind::Real(x, unit)),
+        _ => Err(Diagnostic::error("bad-number", span, "this number is too large")),
+    }
+}
+
+/// `1.5e-3mm` to `1.5e-3` and `mm`.
+fn split_number(text: &str) -> (&str, &str) {
+    let bytes = text.as_bytes();
+    let digits = |from: usize| from + bytes[from..].iter().take_while(|c| c.is_ascii_digit() || **c == b'_').count();
+    let mut end = digits(0);
+    if bytes.get(end) == Some(&b'.') {
+        end = digits(end + 1);
+    }
+    // `_` belongs to the digits, so `3_mm` is `3_` and `mm`.
+    if matches!(bytes.get(end), Some(b'e' | b'E')) {
+        let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
+        let exponent = bytes[end + 1 + sign..].iter().take_while(|c| c.is_ascii_digit()).count();
+        if exponent > 0 {
+            end += 1 + sign + exponent;
+        }
+    }
+    text.split_at(end)
+}
+
+fn unit(suffix: &str) -> Option<Unit> {
+    Some(match suffix {
+        "mm" => Unit::Mm,
+        "cm" => Unit::Cm,
+        "m" => Unit::M,
+        "in" => Unit::In,
+        "deg" => Unit::Deg,
+        "rad" => Unit::Rad,
+        "turn" => Unit::Turn,
+        _ => return None,
+    })
+}
+
+fn unknown_unit(span: Span, number: &str, suffix: &str) -> Diagnostic {
+    let message = format!("`{suffix}` is no unit");
+    let hint = match suffix {
+        "degree" | "degrees" | "grad" => "degrees are written `deg`".to_owned(),
+        "inch" | "inches" => "inches are written `in`".to_owned(),
+        "um" | "µm" | "nm" => format!("write it in millimetres, such as `{number}e-3mm`"),
+        _ => format!("the units are mm, cm, m, in, deg, rad and turn; a product is written `{number} * {suffix}`"),
+    };
+    Diagnostic::error("unknown-unit", span, message).hint(hint)
+}
+
+impl Unit {
+    /// As it is written.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Unit::Mm => "mm",
+            Unit::Cm => "cm",
+            Unit::M => "m",
+            Unit::In => "in",
+            Unit::Deg => "deg",
+            Unit::Rad => "rad",
+            Unit::Turn => "turn",
+        }
+    }
+}
+
+/// The value of a text in its quotes.
+pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) -> String {
+    let inner = quoted.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(quoted);
+    let mut out = String::with_capacity(inner.len());
+    let mut chars = inner.char_indices();
+    while let Some((at, c)) = chars.next() {
+        if c != '\\' {
+            out.push(c);
+            continue;
+        }
+        match chars.next() {
+            Some((_, 'n')) => out.push('\n'),
+            Some((_, 't')) => out.push('\t'),
+            Some((_, c @ ('"' | '\\'))) => out.push(c),
+            other => {
+                let c = other.map_or(' ', |o| o.1);
+                let start = span.start + 1 + at as u32;
+                let span = Span { start, end: start + 1 + c.len_utf8() as u32, ..span };
+                let message = format!("`\\{c}` means nothing in a text");
+                let hint = r#"there are \", \\, \n and \t"#;
+                diagnostics.push(Diagnostic::error("unknown-escape", span, message).hint(hint));
+            }
+        }
+    }
+    out
+}
+
+/// The text of `///` lines (and whatever lies between them) without the slashes.
+pub(super) fn doc(text: &str) -> String {
+    let lines = text.lines().filter_map(|line| line.trim().strip_prefix("///").map(str::trim));
+    lines.collect::<Vec<_>>().join("\n")
+}

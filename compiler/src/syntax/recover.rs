@@ -1,0 +1,178 @@
+//! Drives the grammar over a file, statement by statement where there are errors.
+
+use super::LENGTH_LIMIT;
+use super::ast::{Expr, ExprKind, File};
+use super::builder::Builder;
+use super::grammar::{ExpressionParser, FileParser};
+use super::layout::{Lexeme, layout};
+use super::messages::{Place, unexpected};
+use super::spanned;
+use super::token::Token;
+use crate::diagnostic::Diagnostic;
+use crate::source::FileId;
+use lalrpop_util::ParseError;
+
+/// After so many broken statements the rest of a file is taken as read wrongly.
+const ERROR_LIMIT: usize = 20;
+
+/// The tree of a file, and what is wrong with it in the order of the text. What could not be parsed stands in the
+/// tree as error nodes.
+#[must_use]
+pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
+    if let Some(diagnostic) = too_long(file, text) {
+        return (File::default(), vec![diagnostic]);
+    }
+    let (mut tokens, mut diagnostics) = layout(file, text, true);
+    for _ in 0..ERROR_LIMIT {
+        let mut builder = Builder::new(file, text);
+        match FileParser::new().parse(&mut builder, triples(&tokens)) {
+            Ok(tree) => {
+                diagnostics.append(&mut builder.diagnostics);
+                return (tree, sorted(diagnostics));
+            }
+            Err(error) => {
+                let failure = Failure::new(error, &tokens, text);
+                diagnostics.extend(failure.diagnostic(file, text, &tokens));
+                cut_statement(&mut tokens, failure.index);
+            }
+        }
+    }
+    let end = text.len() as u32;
+    diagnostics.push(Diagnostic::error("too-many-errors", spanned(file, end, end), "too many errors to go on reading"));
+    (File::default(), sorted(diagnostics))
+}
+
+/// The tree of one expression, such as a value given on the command line.
+#[must_use]
+pub fn parse_expression(file: FileId, text: &str) -> (Expr, Vec<Diagnostic>) {
+    let failed = Expr { span: spanned(file, 0, text.len() as u32), kind: ExprKind::Error };
+    if let Some(diagnostic) = too_long(file, text) {
+        return (failed, vec![diagnostic]);
+    }
+    let (tokens, mut diagnostics) = layout(file, text, false);
+    if tokens.is_empty() && !diagnostics.is_empty() {
+        return (failed, diagnostics);
+    }
+    let mut builder = Builder::new(file, text);
+    match ExpressionParser::new().parse(&mut builder, triples(&tokens)) {
+        Ok(expr) => {
+            diagnostics.append(&mut builder.diagnostics);
+            (expr, sorted(diagnostics))
+        }
+        Err(error) => {
+            let failure = Failure::new(error, &tokens, text);
+            diagnostics.extend(failure.diagnostic(file, text, &tokens));
+            (failed, sorted(diagnostics))
+        }
+    }
+}
+
+fn too_long(file: FileId, text: &str) -> Option<Diagnostic> {
+    let message = format!("this file is longer than {} MiB", LENGTH_LIMIT >> 20);
+    (text.len() > LENGTH_LIMIT).then(|| Diagnostic::error("too-long", spanned(file, 0, 0), message))
+}
+
+fn triples(tokens: &[Lexeme]) -> impl Iterator<Item = Result<(u32, Token, u32), ()>> {
+    tokens.iter().map(|l| Ok((l.start, l.token, l.end)))
+}
+
+fn sorted(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
+    diagnostics
+}
+
+/// Where and why the grammar stopped.
+struct Failure {
+    /// The index of the token that it did not expect; the number of tokens at the end of the file.
+    index: usize,
+    start: u32,
+    end: u32,
+    expected: Vec<String>,
+}
+
+impl Failure {
+    fn new(error: ParseError<u32, Token, ()>, tokens: &[Lexeme], text: &str) -> Failure {
+        let eof = text.trim_end().len() as u32;
+        let (start, end, expected) = match error {
+            ParseError::UnrecognizedToken { token: (start, _, end), expected } => (start, end, expected),
+            ParseError::ExtraToken { token: (start, _, end) } => (start, end, Vec::new()),
+            ParseError::UnrecognizedEof { expected, .. } => (u32::MAX, eof, expected),
+            ParseError::InvalidToken { .. } | ParseError::User { .. } => (u32::MAX, eof, Vec::new()),
+        };
+        // Several tokens may begin where an empty one does; all but the last of them are empty.
+        let index = tokens.partition_point(|t| (t.start, t.end) < (start, end));
+        Failure { index, start: start.min(eof), end, expected }
+    }
+
+    /// What to say; nothing where the token itself is the trace of an error that was reported.
+    fn diagnostic(&self, file: FileId, text: &str, tokens: &[Lexeme]) -> Option<Diagnostic> {
+        let found = tokens.get(self.index).map(|l| l.token);
+        let made_up = found.is_some() && self.start == self.end;
+        if made_up || matches!(found, Some(Token::Error | Token::BadStatement)) {
+            return None;
+        }
+        let place = Place { file, text, tokens, index: self.index, start: self.start, end: self.end };
+        Some(unexpected(&place, &self.expected))
+    }
+}
+
+/// Replaces the innermost statement around a token by one that stands for a broken one. Where nothing is left to
+/// replace there, the statement around it is taken.
+fn cut_statement(tokens: &mut Vec<Lexeme>, mut index: usize) {
+    loop {
+        let Statement { from, to, opener } = statement_around(tokens, index);
+        let spent = from >= to || (to - from == 1 && tokens[from].token == Token::BadStatement);
+        match opener {
+            Some(opener) if spent => index = opener,
+            None if spent => return tokens.clear(),
+            _ => {
+                let bad = Lexeme { token: Token::BadStatement, start: tokens[from].start, end: tokens[to - 1].end };
+                tokens.splice(from..to, [bad]);
+                return;
+            }
+        }
+    }
+}
+
+/// A statement's tokens and the index of the brace that opens the block around it.
+struct Statement {
+    from: usize,
+    to: usize,
+    opener: Option<usize>,
+}
+
+/// The innermost statement that contains the token; where the token ends a statement, that statement.
+fn statement_around(tokens: &[Lexeme], index: usize) -> Statement {
+    let (mut from, mut depth, mut crossed, mut opener) = (index, 0, 0, None);
+    while from > 0 {
+        let token = tokens[from - 1].token;
+        if token.is_closer() {
+            depth += 1;
+        } else if token.closer().is_some() && depth > 0 {
+            depth -= 1;
+        } else if token == Token::BraceOpen {
+            opener = Some(from - 1);
+            break;
+        } else if token.closer().is_some() {
+            crossed += 1;
+        } else if token == Token::Separator && depth == 0 {
+            break;
+        }
+        from -= 1;
+    }
+    let (mut to, mut depth) = (index, crossed);
+    while let Some(lexeme) = tokens.get(to) {
+        if lexeme.token.closer().is_some() {
+            depth += 1;
+        } else if lexeme.token.is_closer() {
+            if depth == 0 {
+                break;
+            }
+            depth -= 1;
+        } else if lexeme.token == Token::Separator && depth == 0 {
+            break;
+        }
+        to += 1;
+    }
+    Statement { from, to, opener }
+}
