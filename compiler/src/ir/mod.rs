@@ -6,6 +6,7 @@
 pub mod arithmetic;
 pub mod builder;
 pub mod function;
+pub mod lower;
 pub mod lowered;
 pub mod operands;
 pub mod scalar;

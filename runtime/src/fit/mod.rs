@@ -1,5 +1,32 @@
-//! Parameters and pose from a scan.
+//! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) ([VA] eq. 1 and 2).
+//!
+//! - [`FitOptions`], [`FitError`], [`FitResult`]: what goes in and what comes out of [`fit()`].
+//! - `points` thins the scan evenly; `facets` and `tree` find the nearest facet of the model within the cut-off,
+//!   `distance` the exact foot point; `objective` sums psi and its derivatives.
+//! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`). `pose` finds the
+//!   script's own pose parameters and writes the motion back into them.
+//! - `lbfgs` and `gauss_newton` minimise; `screening` finds where to begin, `schedule` goes from coarse to fine.
 
+mod distance;
+mod facets;
+mod gauss_newton;
+mod lbfgs;
+mod loss;
+mod motion;
+mod objective;
+mod options;
+mod points;
+mod pose;
+mod report;
 mod result;
+mod schedule;
+mod screening;
+mod space;
+mod tree;
 
+#[cfg(test)]
+mod tests;
+
+pub use options::{FitError, FitOptions};
 pub use result::{FitResult, FittedParameter, FittedPose};
+pub use schedule::fit;

@@ -1,0 +1,154 @@
+//! Distances to the exact surface: the nearest facet's point is refined by projected Newton steps in (u, v).
+
+use crate::model::{EvaluationError, Instance, SecondPartials};
+use glam::DVec3;
+
+/// The point of a patch nearest to a given one.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Foot {
+    /// Where on the patch, in [0, 1]^2.
+    pub(crate) uv: [f64; 2],
+    /// S(u, v). Millimetres.
+    pub(crate) point: DVec3,
+    /// dS/du x dS/dv, not of unit length; zero at a pole.
+    pub(crate) normal: DVec3,
+    /// Squared distance.
+    pub(crate) d2: f64,
+}
+
+/// Newton evaluations a foot point is given at most; four suffice but for the start across a sharp bend.
+const EVALUATIONS: usize = 16;
+
+/// A foot point on its way.
+#[derive(Clone, Copy)]
+struct Search {
+    /// Index of the point.
+    index: usize,
+    trial: [f64; 2],
+    step: [f64; 2],
+}
+
+/// Moves every `uv` to the nearest point of the patch to its `q`, until another step would lower the squared distance
+/// by less than `tolerance` squared. `closed` says whether the patch closes in u and in v: there a foot point crosses the
+/// seam, elsewhere it stops at the edge.
+///
+/// # Errors
+/// The patch cannot be evaluated.
+pub(crate) fn refine(
+    instance: &dyn Instance,
+    patch: usize,
+    closed: [bool; 2],
+    q: &[DVec3],
+    uv: &[[f64; 2]],
+    tolerance: f64,
+) -> Result<Vec<Foot>, EvaluationError> {
+    let mut feet = vec![Foot { d2: f64::INFINITY, ..Foot::default() }; q.len()];
+    let mut active: Vec<Search> =
+        uv.iter().enumerate().map(|(index, uv)| Search { index, trial: *uv, step: [0.0; 2] }).collect();
+    let (mut u, mut v, mut surface) = (Vec::new(), Vec::new(), Vec::new());
+    for _ in 0..EVALUATIONS {
+        if active.is_empty() {
+            break;
+        }
+        u.clear();
+        v.clear();
+        u.extend(active.iter().map(|s| s.trial[0]));
+        v.extend(active.iter().map(|s| s.trial[1]));
+        surface.resize(active.len(), SecondPartials::default());
+        instance.second_partials(patch, &u, &v, &mut surface)?;
+        let mut kept = 0;
+        for i in 0..active.len() {
+            let mut search = active[i];
+            let index = search.index;
+            if advance(&mut search, &mut feet[index], &surface[i], q[index], closed, tolerance) {
+                active[kept] = search;
+                kept += 1;
+            }
+        }
+        active.truncate(kept);
+    }
+    Ok(feet)
+}
+
+/// Takes a trial in if it is nearer and chooses the next one; false when the search is over.
+fn advance(
+    search: &mut Search,
+    foot: &mut Foot,
+    s: &SecondPartials,
+    q: DVec3,
+    closed: [bool; 2],
+    tolerance: f64,
+) -> bool {
+    let [point, du, dv] = [s.first.point, s.first.du, s.first.dv].map(DVec3::from_array);
+    let r = point - q;
+    let d2 = r.length_squared();
+    if d2 <= foot.d2 {
+        *foot = Foot { uv: search.trial, point, normal: du.cross(dv), d2 };
+        let second = [s.duu, s.duv, s.dvv].map(|d| r.dot(DVec3::from_array(d)));
+        let (step, gain) =
+            newton(search.trial, closed, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
+        // `gain` is what the step would take from d^2; below rounding there is nothing to be had.
+        if gain <= (tolerance * tolerance).max(1e-16 * d2) {
+            return false;
+        }
+        search.step = step;
+    } else {
+        search.step = search.step.map(|s| 0.25 * s);
+        if search.step.iter().all(|s| s.abs() < 1e-14) {
+            return false;
+        }
+    }
+    for k in 0..2 {
+        let x = foot.uv[k] + search.step[k];
+        search.trial[k] = if closed[k] { x - x.floor() } else { x.clamp(0.0, 1.0) };
+    }
+    true
+}
+
+/// The step that minimises the quadratic model of |S - q|^2 / 2 inside the patch, and by how much it lowers |S - q|^2.
+/// `metric` is the first fundamental form, `bend` the rest of the Hessian.
+fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: [f64; 3]) -> ([f64; 2], f64) {
+    let blocked = |k: usize| !closed[k] && ((uv[k] <= 0.0 && g[k] > 0.0) || (uv[k] >= 1.0 && g[k] < 0.0));
+    let free = [!blocked(0), !blocked(1)];
+    // Where the full Hessian is not safely positive (the point lies beyond a centre of curvature), the metric alone
+    // (Gauss-Newton) still gives a descent direction.
+    let mut h = [metric[0] + bend[0], metric[1] + bend[1], metric[2] + bend[2]];
+    let positive = |k: usize| h[2 * k] > 1e-3 * metric[2 * k];
+    let both = free[0] && free[1];
+    if (free[0] && !positive(0))
+        || (free[1] && !positive(1))
+        || (both && h[0] * h[2] - h[1] * h[1] <= 1e-6 * h[0] * h[2])
+    {
+        h = [metric[0] + bend[0].abs(), metric[1], metric[2] + bend[2].abs()];
+    }
+    // A pole has no metric in one direction; the ridge keeps the solution finite.
+    let ridge = 1e-14 * (h[0].abs() + h[2].abs()) + f64::MIN_POSITIVE;
+    h[0] += ridge;
+    h[2] += ridge;
+    let mut step = match free {
+        [true, true] => {
+            let det = h[0] * h[2] - h[1] * h[1];
+            [(h[1] * g[1] - h[2] * g[0]) / det, (h[1] * g[0] - h[0] * g[1]) / det]
+        }
+        [true, false] => [-g[0] / h[0], 0.0],
+        [false, true] => [0.0, -g[1] / h[2]],
+        [false, false] => [0.0; 2],
+    };
+    // A step that leaves through one edge follows the edge: the other variable is solved again.
+    for k in 0..2 {
+        let clipped = if closed[k] { step[k].clamp(-0.25, 0.25) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
+        if clipped != step[k] {
+            step[k] = clipped;
+            let other = 1 - k;
+            if free[other] {
+                step[other] = -(g[other] + h[1] * clipped) / h[2 * other];
+            }
+        }
+    }
+    for k in 0..2 {
+        step[k] = if closed[k] { step[k].clamp(-0.25, 0.25) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
+    }
+    let linear = g[0] * step[0] + g[1] * step[1];
+    let quadratic = h[0] * step[0] * step[0] + 2.0 * h[1] * step[0] * step[1] + h[2] * step[1] * step[1];
+    (step, -(2.0 * linear + quadratic))
+}

@@ -1,0 +1,234 @@
+//! The model's surface as facets for the search of nearest points: a grid of quadrilaterals a patch, in a tree of boxes
+//! that is built once a level and refitted at every evaluation.
+
+use super::tree::{Tree, triangle_closest};
+use crate::model::{Instance, Model};
+use glam::DVec3;
+
+/// Vertices of the grids in (u, v), and the quadrilaterals between them. Does not depend on the parameters.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Layout {
+    /// One a patch.
+    grids: Vec<Grid>,
+    /// (u, v) of every vertex.
+    uv: Vec<[f64; 2]>,
+    quads: Vec<Quad>,
+    tree: Tree,
+}
+
+/// The grid of one patch.
+#[derive(Clone, Debug)]
+struct Grid {
+    first: usize,
+    u: Vec<f64>,
+    v: Vec<f64>,
+    /// Whether the patch closes in u, and in v, so that a foot point may cross the seam.
+    closed: [bool; 2],
+}
+
+/// Vertices in the order (u, v), (u+, v), (u+, v+), (u, v+): counter-clockwise about dS/du x dS/dv.
+#[derive(Clone, Copy, Debug)]
+struct Quad {
+    patch: u32,
+    vertices: [u32; 4],
+}
+
+/// The facets at certain parameters.
+#[derive(Clone, Debug)]
+pub(crate) struct Facets<'a> {
+    layout: &'a Layout,
+    positions: Vec<[f64; 3]>,
+    tree: Tree,
+    /// Patches that could not be evaluated here; they are never found.
+    pub(crate) absent: usize,
+}
+
+/// The nearest point of the facets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Nearest {
+    pub(crate) patch: u32,
+    pub(crate) uv: [f64; 2],
+}
+
+/// What a point's own normal demands of the surface that it may belong to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facing<'a> {
+    /// Unit normal of the point, in the model's frame.
+    pub(crate) normal: DVec3,
+    /// Per patch: +1 where dS/du x dS/dv points out of the material, -1 where it points into it, 0 where unknown.
+    pub(crate) signs: &'a [i8],
+}
+
+/// Samples each way when a patch is gauged.
+const GAUGE: usize = 12;
+/// Limits of a grid's cells each way.
+const CELLS: (usize, usize) = (1, 48);
+
+impl Layout {
+    /// Facets whose distance from the exact surface is about `tolerance`, at the model's current shape.
+    pub(crate) fn new(model: &dyn Model, instance: &dyn Instance, tolerance: f64, size: f64) -> Self {
+        let mut layout = Self::default();
+        for patch in 0..model.parts().len() {
+            let gauge = gauge(instance, patch, tolerance, size);
+            layout.push_grid(patch, gauge);
+        }
+        let mut positions = vec![[f64::NAN; 3]; layout.uv.len()];
+        layout.place(instance, &mut positions);
+        let centres: Vec<DVec3> = layout.quads.iter().map(|q| centre(q, &positions)).collect();
+        let (tree, order) = Tree::build(&centres);
+        layout.quads = order.iter().map(|i| layout.quads[*i as usize]).collect();
+        layout.tree = tree;
+        layout
+    }
+
+    fn push_grid(&mut self, patch: usize, gauge: Gauge) {
+        let [nu, nv] = gauge.cells;
+        let first = self.uv.len();
+        let (mut us, mut vs) = (Vec::new(), Vec::new());
+        for j in 0..=nv {
+            for i in 0..=nu {
+                us.push(i as f64 / nu as f64);
+                vs.push(j as f64 / nv as f64);
+            }
+        }
+        self.uv.extend(us.iter().zip(&vs).map(|(u, v)| [*u, *v]));
+        for j in 0..nv {
+            for i in 0..nu {
+                let a = (first + j * (nu + 1) + i) as u32;
+                let above = a + nu as u32 + 1;
+                self.quads.push(Quad { patch: patch as u32, vertices: [a, a + 1, above + 1, above] });
+            }
+        }
+        self.grids.push(Grid { first, u: us, v: vs, closed: gauge.closed });
+    }
+
+    /// Evaluates every vertex; a patch that fails is left NaN. Returns how many failed.
+    fn place(&self, instance: &dyn Instance, positions: &mut [[f64; 3]]) -> usize {
+        let mut absent = 0;
+        for (patch, grid) in self.grids.iter().enumerate() {
+            let out = &mut positions[grid.first..grid.first + grid.u.len()];
+            if instance.points(patch, &grid.u, &grid.v, out).is_err() {
+                out.fill([f64::NAN; 3]);
+                absent += 1;
+            }
+        }
+        absent
+    }
+
+    /// The facets where `instance` puts them.
+    pub(crate) fn facets(&self, instance: &dyn Instance) -> Facets<'_> {
+        let mut positions = vec![[f64::NAN; 3]; self.uv.len()];
+        let absent = self.place(instance, &mut positions);
+        let mut tree = self.tree.clone();
+        tree.refit(|quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
+        Facets { layout: self, positions, tree, absent }
+    }
+
+    /// Whether patch `patch` closes in u, and in v.
+    pub(crate) fn closed(&self, patch: usize) -> [bool; 2] {
+        self.grids[patch].closed
+    }
+}
+
+impl Facets<'_> {
+    /// The nearest facet within `cutoff` of `q`, and where on it; None where there is none. With `facing`, only facets
+    /// that look the way the point's normal does.
+    pub(crate) fn nearest(&self, q: DVec3, cutoff: f64, facing: Option<Facing>) -> Option<Nearest> {
+        let mut best: Option<Nearest> = None;
+        self.tree.visit(q, cutoff * cutoff, |quad, limit| {
+            let Quad { patch, vertices } = self.layout.quads[quad];
+            let corner = vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
+            let mut limit = limit;
+            for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+                if facing.is_some_and(|f| f.rejects(patch, corner[a], corner[b], corner[c])) {
+                    continue;
+                }
+                let (weights, d2) = triangle_closest(q, corner[a], corner[b], corner[c]);
+                if d2 < limit {
+                    limit = d2;
+                    let at = |k: usize| {
+                        let uv = |n: usize| self.layout.uv[vertices[n] as usize][k];
+                        weights[0] * uv(a) + weights[1] * uv(b) + weights[2] * uv(c)
+                    };
+                    best = Some(Nearest { patch, uv: [at(0), at(1)] });
+                }
+            }
+            limit
+        });
+        best
+    }
+
+    /// Area-weighted centre and total area of the facets, and the radius of gyration about the centre.
+    pub(crate) fn moments(&self) -> (DVec3, f64, f64) {
+        let (mut sum, mut area, mut second) = (DVec3::ZERO, 0.0, 0.0);
+        for quad in &self.layout.quads {
+            let c = quad.vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
+            let a = 0.5 * ((c[2] - c[0]).cross(c[3] - c[1])).length();
+            let m = (c[0] + c[1] + c[2] + c[3]) / 4.0;
+            if a.is_finite() {
+                sum += m * a;
+                area += a;
+                second += a * m.length_squared();
+            }
+        }
+        let centre = sum / area.max(f64::MIN_POSITIVE);
+        (centre, area, (second / area.max(f64::MIN_POSITIVE) - centre.length_squared()).max(0.0).sqrt())
+    }
+}
+
+impl Facing<'_> {
+    fn rejects(&self, patch: u32, a: DVec3, b: DVec3, c: DVec3) -> bool {
+        let sign = f64::from(self.signs[patch as usize]);
+        sign * (b - a).cross(c - a).dot(self.normal) < 0.0
+    }
+}
+
+fn centre(quad: &Quad, positions: &[[f64; 3]]) -> DVec3 {
+    let sum: DVec3 = quad.vertices.iter().map(|v| DVec3::from_array(positions[*v as usize])).sum();
+    sum / 4.0
+}
+
+/// How finely a patch must be divided, and whether it closes.
+struct Gauge {
+    cells: [usize; 2],
+    closed: [bool; 2],
+}
+
+/// Chord error h^2 |S''| / 8 from second differences on a coarse grid; beside it no cell longer than a tenth of the
+/// size, so that boxes stay small.
+fn gauge(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Gauge {
+    let n = GAUGE + 1;
+    let (mut u, mut v) = (Vec::new(), Vec::new());
+    for j in 0..n {
+        for i in 0..n {
+            u.push(i as f64 / GAUGE as f64);
+            v.push(j as f64 / GAUGE as f64);
+        }
+    }
+    let mut p = vec![[0.0; 3]; n * n];
+    if instance.points(patch, &u, &v, &mut p).is_err() {
+        return Gauge { cells: [GAUGE; 2], closed: [false; 2] };
+    }
+    let at = |i: usize, j: usize, swap: bool| DVec3::from_array(if swap { p[i * n + j] } else { p[j * n + i] });
+    let mut cells = [1; 2];
+    let mut closed = [false; 2];
+    for (k, swap) in [(0, false), (1, true)] {
+        let (mut bend, mut length, mut gap) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for j in 0..n {
+            let mut line = 0.0;
+            for i in 1..n {
+                line += at(i, j, swap).distance(at(i - 1, j, swap));
+                if i + 1 < n {
+                    bend = bend.max((at(i + 1, j, swap) - 2.0 * at(i, j, swap) + at(i - 1, j, swap)).length());
+                }
+            }
+            length = length.max(line);
+            gap = gap.max(at(0, j, swap).distance(at(n - 1, j, swap)));
+        }
+        let by_bend = GAUGE as f64 * (bend / (8.0 * tolerance)).sqrt();
+        let by_length = 10.0 * length / size;
+        cells[k] = by_bend.max(by_length).ceil().clamp(CELLS.0 as f64, CELLS.1 as f64) as usize;
+        closed[k] = length > 0.0 && gap < 1e-9 * size && bend > 0.0;
+    }
+    Gauge { cells, closed }
+}

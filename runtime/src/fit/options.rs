@@ -1,0 +1,126 @@
+//! What a fit is told, and why it may be refused.
+
+use crate::model::{EvaluationError, Model};
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// What the user may say about a fit; the defaults say nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FitOptions {
+    /// Start values by parameter, in millimetres and radians; the script's defaults hold for the others. A start value
+    /// of a parameter of the script's pose is taken as a pose to begin from, and orientations are not screened.
+    pub start: BTreeMap<String, f64>,
+    /// Parameters that keep their start value.
+    pub fixed: Vec<String>,
+    /// Do not add or search a pose: the scan already lies where the script puts the model, but for what the script's own
+    /// parameters do.
+    pub no_pose: bool,
+    /// The scale of psi at the end, in millimetres; from the scan where absent.
+    pub sigma: Option<f64>,
+    /// Do not use the scan's normals.
+    pub ignore_normals: bool,
+}
+
+/// Why there is no fit.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum FitError {
+    /// A start value or a fixed name for a parameter that the model does not have.
+    #[error("the model has no parameter `{name}`{}", .nearest.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
+    UnknownParameter {
+        /// As given.
+        name: String,
+        /// The parameter with the most similar name.
+        nearest: Option<String>,
+    },
+    /// A start value outside the parameter's bounds, or not finite.
+    #[error("the start value {value} of `{name}` is not within its bounds {low} to {high}")]
+    OutOfBounds {
+        /// The parameter.
+        name: String,
+        /// As given.
+        value: f64,
+        /// Lower bound.
+        low: f64,
+        /// Upper bound.
+        high: f64,
+    },
+    /// Sigma is not a positive number.
+    #[error("sigma must be a positive number of millimetres, not {0}")]
+    Sigma(f64),
+    /// The scan has too few points to determine anything, or they coincide.
+    #[error("the scan has {points} points, too few or too close to one another to fit a model")]
+    EmptyScan {
+        /// Its points.
+        points: usize,
+    },
+    /// The model has no surface.
+    #[error("the model has no parts, so there is nothing to fit")]
+    EmptyModel,
+    /// The model cannot be evaluated where the fit begins.
+    #[error("the model cannot be evaluated at the start values: {0}")]
+    Evaluation(#[from] EvaluationError),
+}
+
+impl FitOptions {
+    /// The start vector and which parameters are fixed.
+    pub(crate) fn resolve(&self, model: &dyn Model) -> Result<(Vec<f64>, Vec<bool>), FitError> {
+        if let Some(sigma) = self.sigma
+            && !(sigma > 0.0 && sigma.is_finite())
+        {
+            return Err(FitError::Sigma(sigma));
+        }
+        let parameters = model.parameters();
+        let index = |name: &String| {
+            parameters.iter().position(|p| p.name == *name).ok_or_else(|| FitError::UnknownParameter {
+                name: name.clone(),
+                nearest: nearest(name, parameters.iter().map(|p| p.name.as_str())),
+            })
+        };
+        let mut x: Vec<f64> = parameters.iter().map(|p| p.default).collect();
+        let mut given = vec![false; x.len()];
+        for (name, value) in &self.start {
+            let i = index(name)?;
+            x[i] = *value;
+            given[i] = true;
+        }
+        let bounds = model.bounds(&x);
+        for i in 0..x.len() {
+            let (low, high) = bounds[i];
+            // Rounding of a value printed and read again is not the user's error.
+            let slack = 1e-9 * (1.0 + x[i].abs());
+            if given[i] && !(x[i].is_finite() && x[i] >= low - slack && x[i] <= high + slack) {
+                return Err(FitError::OutOfBounds { name: parameters[i].name.clone(), value: x[i], low, high });
+            }
+        }
+        let mut fixed = vec![false; x.len()];
+        for name in &self.fixed {
+            fixed[index(name)?] = true;
+        }
+        Ok((x, fixed))
+    }
+}
+
+/// The name at the smallest edit distance, if it is near at all.
+fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Option<String> {
+    names
+        .map(|n| (edits(name, n), n))
+        .min()
+        .filter(|(distance, n)| *distance <= 1 + n.len() / 3)
+        .map(|(_, n)| n.to_owned())
+}
+
+/// Levenshtein's distance.
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}

@@ -1,0 +1,126 @@
+//! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
+
+use crate::scan::Scan;
+use glam::DVec3;
+
+/// Points of a scan. Millimetres.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Points {
+    pub(crate) position: Vec<DVec3>,
+    /// Unit normals, as many as positions, or none.
+    pub(crate) normal: Vec<DVec3>,
+}
+
+impl Points {
+    /// All points of a scan, in the order of a walk through cells of space, so that neighbours in the list are
+    /// neighbours in space (the search of nearest facets then finds its boxes in the cache).
+    pub(crate) fn of(scan: &Scan) -> Self {
+        let position: Vec<DVec3> = scan.mesh.positions.iter().map(|p| DVec3::from_array(*p)).collect();
+        let all = Self {
+            normal: if scan.mesh.normals.len() == position.len() {
+                scan.mesh.normals.iter().map(|n| DVec3::from_array(*n)).collect()
+            } else {
+                Vec::new()
+            },
+            position,
+        };
+        let (low, high) = all.bounds();
+        let cell = (high - low).max_element().max(f64::MIN_POSITIVE) / 64.0;
+        let mut order: Vec<(u64, u32)> = all
+            .position
+            .iter()
+            .enumerate()
+            .map(|(i, p)| (morton(((*p - low) / cell).as_u64vec3()), i as u32))
+            .collect();
+        order.sort_unstable();
+        all.pick(order.iter().map(|(_, i)| *i as usize))
+    }
+
+    fn pick(&self, indices: impl Iterator<Item = usize> + Clone) -> Self {
+        Self {
+            position: indices.clone().map(|i| self.position[i]).collect(),
+            normal: if self.normal.is_empty() { Vec::new() } else { indices.map(|i| self.normal[i]).collect() },
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// The box around all points; around the origin if there are none.
+    pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
+        let low = self.position.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = self.position.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        if self.position.is_empty() { (DVec3::ZERO, DVec3::ZERO) } else { (low, high) }
+    }
+
+    /// The mean.
+    pub(crate) fn centre(&self) -> DVec3 {
+        self.position.iter().copied().sum::<DVec3>() / self.len().max(1) as f64
+    }
+
+    /// Root mean square distance from the mean.
+    pub(crate) fn gyration(&self) -> f64 {
+        let centre = self.centre();
+        let sum: f64 = self.position.iter().map(|p| p.distance_squared(centre)).sum();
+        (sum / self.len().max(1) as f64).sqrt()
+    }
+
+    /// About `count` points, one a cell of a cubic grid, the one nearest to the cell's middle: even in space, whatever
+    /// the scan's density. All points where there are not more.
+    pub(crate) fn sample(&self, count: usize) -> Self {
+        if self.len() <= count {
+            return self.clone();
+        }
+        let (low, high) = self.bounds();
+        let extent = (high - low).max_element();
+        // Surfaces fill about (extent / cell)^2 cells; bisection finds the cell that gives the count.
+        let (mut coarse, mut fine) = (1.0_f64, 4096.0_f64);
+        let mut chosen = Vec::new();
+        for _ in 0..14 {
+            let middle = (coarse * fine).sqrt();
+            let picked = self.one_a_cell(low, extent / middle);
+            if picked.len() > count {
+                fine = middle;
+            } else {
+                coarse = middle;
+                chosen = picked;
+                if chosen.len() * 20 > count * 19 {
+                    break;
+                }
+            }
+        }
+        chosen.sort_unstable();
+        self.pick(chosen.into_iter())
+    }
+
+    fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<usize> {
+        let mut keyed: Vec<(u64, f64, usize)> = self
+            .position
+            .iter()
+            .enumerate()
+            .map(|(i, p)| {
+                let scaled = (*p - low) / cell;
+                let off = scaled - scaled.floor() - 0.5;
+                (morton(scaled.as_u64vec3()), off.length_squared(), i)
+            })
+            .collect();
+        keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
+        keyed.dedup_by_key(|k| k.0);
+        keyed.into_iter().map(|(_, _, i)| i).collect()
+    }
+}
+
+/// Interleaves the bits of a cell's coordinates (21 of each): neighbours in space come out near in order.
+fn morton(cell: glam::U64Vec3) -> u64 {
+    let spread = |x: u64| {
+        let mut x = x & 0x1f_ffff;
+        x = (x | x << 32) & 0x001f_0000_0000_ffff;
+        x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+        x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+        x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+        (x | x << 2) & 0x1249_2492_4924_9249
+    };
+    spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2
+}

@@ -1,0 +1,64 @@
+//! Distances against closed formulas.
+
+use super::shapes::{Simple, simple};
+use crate::fit::distance::refine;
+use crate::fit::facets::Layout;
+use crate::model::Model;
+use glam::{DVec2, DVec3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const SIZE: f64 = 100.0;
+
+/// The distance from q to a shape of size 100.
+fn truth(shape: Simple, x: &[f64], q: DVec3) -> f64 {
+    let radial = DVec2::new(q.x, q.y).length();
+    let segment = |a: DVec2, b: DVec2| {
+        let p = DVec2::new(radial, q.z);
+        let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+        p.distance(a + (b - a) * t)
+    };
+    match shape {
+        Simple::Sphere => (q.length() - x[0]).abs(),
+        Simple::Cylinder => segment(DVec2::new(x[0], 0.0), DVec2::new(x[0], x[1])),
+        Simple::Plane => {
+            let out = |a: f64| (a.abs() - x[0] / 2.0).max(0.0);
+            DVec3::new(out(q.x), out(q.y), q.z).length()
+        }
+        Simple::Cone => segment(DVec2::new(x[0], 0.0), DVec2::new(0.0, x[1])),
+        Simple::Torus => (DVec2::new(radial - x[0], q.z).length() - x[1]).abs(),
+    }
+}
+
+#[test]
+fn distances_are_those_of_the_exact_surface_whatever_the_facets() {
+    let cases: [(Simple, &[f64]); 5] = [
+        (Simple::Sphere, &[50.0]),
+        (Simple::Cylinder, &[30.0, 100.0]),
+        (Simple::Plane, &[100.0]),
+        (Simple::Cone, &[40.0, 100.0]),
+        (Simple::Torus, &[40.0, 12.0]),
+    ];
+    for (shape, x) in cases {
+        let model = simple(shape, x);
+        let instance = model.instantiate(x).unwrap();
+        for tolerance in [5.0, 0.5, 0.05] {
+            let layout = Layout::new(&model, &*instance, tolerance, SIZE);
+            let facets = layout.facets(&*instance);
+            let mut rng = ChaCha8Rng::seed_from_u64(5);
+            for _ in 0..2000 {
+                // Near enough that the facets' own error (of `tolerance`) cannot choose the wrong side.
+                let at = |rng: &mut ChaCha8Rng| rng.random_range(0.0..1.0);
+                let (u, v) = (at(&mut rng), at(&mut rng));
+                let mut p = [[0.0; 3]];
+                instance.points(0, &[u], &[v], &mut p).unwrap();
+                let off = DVec3::new(at(&mut rng) - 0.5, at(&mut rng) - 0.5, at(&mut rng) - 0.5) * 8.0;
+                let q = DVec3::from_array(p[0]) + off;
+                let near = facets.nearest(q, 50.0, None).unwrap();
+                let foot = refine(&*instance, 0, layout.closed(0), &[q], &[near.uv], 1e-7).unwrap()[0];
+                let (d, expected) = (foot.d2.sqrt(), truth(shape, x, q));
+                assert!((d - expected).abs() < 1e-9 * SIZE, "{shape:?} {tolerance} at {q}: {d}, not {expected}");
+            }
+        }
+    }
+}
