@@ -92,7 +92,7 @@ pub(crate) fn measure(
     let started = Instant::now();
     let bvh = Bvh::build(&scan.mesh).map_err(|e| CommandError::Failed(format!("{}: {e}", scan.source.path)))?;
     let build = started.elapsed().as_secs_f64();
-    let flipped = variance::agree_with_scan(&mut texels, &mut tessellation.mesh, &bvh, max_distance);
+    let flipped = variance::agree_with_scan(&mut texels, &mut tessellation.mesh, &scan.mesh, &bvh, max_distance);
     progress.report("casting rays", f64::NAN, &format!("{} texels", texels.len()));
     let started = Instant::now();
     let device = match device {
