@@ -2,6 +2,9 @@
 
 pub mod atomic;
 pub mod colormap;
+mod glyphs;
 pub mod obj;
+pub mod picture;
 pub mod ply;
+pub mod raster;
 pub mod stl;
