@@ -63,8 +63,7 @@ fn tables(program: &Program) -> String {
         .parts()
         .iter()
         .map(|p| {
-            let names: Vec<&str> =
-                p.active.iter().map(|&i| program.parameters()[i as usize].name.as_str()).collect();
+            let names: Vec<&str> = p.active.iter().map(|&i| program.parameters()[i as usize].name.as_str()).collect();
             vec![p.name.clone(), names.join(" ")]
         })
         .collect();

@@ -62,7 +62,9 @@ pub(crate) enum Format {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'")]
+#[command(
+    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'"
+)]
 pub(crate) struct CheckArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
@@ -83,7 +85,9 @@ pub(crate) struct ValueArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply")]
+#[command(
+    after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply"
+)]
 pub(crate) struct MeshArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
@@ -232,7 +236,7 @@ pub(crate) enum DeviceArg {
 /// What steers the measurement of deviations.
 #[derive(Debug, Args)]
 pub(crate) struct VarianceControls {
-    /// How far from the model the scan is looked for; by default a twentieth of the model's size
+    /// How far from the model the scan is looked for; by default a tenth of the model's size
     #[arg(long, value_name = "LENGTH")]
     pub(crate) max_distance: Option<String>,
     /// Side of the square distance texture, a power of two

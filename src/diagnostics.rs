@@ -59,8 +59,7 @@ fn render_one(d: &Diagnostic, sources: &Sources, colour: bool, out: &mut Vec<u8>
         Severity::Warning => (ReportKind::Warning, Color::Yellow),
     };
     let range = |s: Span| (s.file, s.start as usize..(s.end.max(s.start)) as usize);
-    let config =
-        Config::default().with_color(colour).with_char_set(CharSet::Unicode).with_index_type(IndexType::Byte);
+    let config = Config::default().with_color(colour).with_char_set(CharSet::Unicode).with_index_type(IndexType::Byte);
     let label = if d.label.is_empty() { "here" } else { &d.label };
     let mut report = Report::build(kind, range(d.span))
         .with_config(config)

@@ -6,12 +6,13 @@ use crate::mesh::make_folder;
 use crate::{table, values};
 use gml_compiler::program::Program;
 use gml_runtime::bvh::Bvh;
-use gml_runtime::export::{atomic, colormap, json, picture};
+use gml_runtime::export::picture::{self, Picture};
+use gml_runtime::export::{atomic, json, raster};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Tessellation, Texels};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
-use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Statistics, VarianceReport};
+use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Facing, Statistics, VarianceReport};
 use std::path::Path;
 use std::time::Instant;
 
@@ -43,7 +44,12 @@ pub(crate) struct Measured {
 
 impl Surface {
     /// The surface of a model at x, moved.
-    pub(crate) fn of_program(program: &Program, x: &[f64], motion: &Motion, size: u32) -> Result<Surface, CommandError> {
+    pub(crate) fn of_program(
+        program: &Program,
+        x: &[f64],
+        motion: &Motion,
+        size: u32,
+    ) -> Result<Surface, CommandError> {
         let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
         let atlas = Atlas::new(program, &*instance, size).map_err(CommandError::failed)?;
         let mut texels = Texels::of_model(program, &*instance, &atlas).map_err(CommandError::failed)?;
@@ -60,6 +66,16 @@ impl Surface {
         let ReferenceSurface { tessellation, texels, notices } =
             ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
         Ok(Surface { tessellation, texels, notices })
+    }
+}
+
+impl Measured {
+    /// The coded texture as a PNG file.
+    pub(crate) fn coded_png(&self) -> Result<Vec<u8>, CommandError> {
+        let notes =
+            [("Comment", "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -")];
+        raster::png_rgb(self.texture.width, self.texture.height, &self.texture.rgb, &notes)
+            .map_err(CommandError::failed)
     }
 }
 
@@ -87,7 +103,7 @@ pub(crate) fn measure(
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
     let Surface { mut tessellation, mut texels, notices } = surface;
-    let max_distance = max_distance.unwrap_or_else(|| round_up(0.1 * diagonal(&tessellation.mesh)));
+    let max_distance = max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
     let bvh = Bvh::build(&scan.mesh).map_err(|e| CommandError::Failed(format!("{}: {e}", scan.source.path)))?;
@@ -95,12 +111,13 @@ pub(crate) fn measure(
     let flipped = variance::agree_with_scan(&mut texels, &mut tessellation.mesh, &scan.mesh, &bvh, max_distance);
     progress.report("casting rays", f64::NAN, &format!("{} texels", texels.len()));
     let started = Instant::now();
+    let facing = if scan.oriented { Facing::Same } else { Facing::Any };
     let device = match device {
         DeviceArg::Auto => Device::Auto,
         DeviceArg::Cpu => Device::Cpu,
         DeviceArg::Gpu => Device::Gpu,
     };
-    let trace = variance::trace(texels, &bvh, max_distance, device).map_err(CommandError::failed)?;
+    let trace = variance::trace(texels, &bvh, max_distance, facing, device).map_err(CommandError::failed)?;
     let cast = started.elapsed().as_secs_f64();
     let started = Instant::now();
     let mut report = VarianceReport::new(&trace.deviations, &scan.source, &trace.device);
@@ -117,45 +134,40 @@ pub(crate) fn measure(
     }
     progress.report("coding texture", f64::NAN, "");
     let texture = DistanceTexture::new(&trace.deviations);
-    let colour_range = colour_range(&report.overall, max_distance);
+    let colour_range = picture::scale_end(&report.overall, max_distance);
     Ok(Measured { tessellation, deviations: trace.deviations, texture, report, colour_range })
 }
 
 /// Diagonal of the box around a mesh.
 fn diagonal(mesh: &TriangleMesh) -> f64 {
     let extent = |k: usize| {
-        let (low, high) = mesh
-            .positions
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+        let (low, high) =
+            mesh.positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
         if high > low { high - low } else { 0.0 }
     };
     (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The least of 1, 2, 5, 10, ... that is not below x.
-fn round_up(x: f64) -> f64 {
-    let decade = 10f64.powf(x.max(1e-9).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|r| *r >= x * (1.0 - 1e-12)).unwrap_or(10.0 * decade)
-}
-
-/// Colours end where 95 % of the surface's deviations are, rounded up, so that a few gross ones do not bleach the rest.
-fn colour_range(overall: &Statistics, max_distance: f64) -> f64 {
-    let p95 = overall.weighted.percentiles.p95;
-    if p95.is_finite() && p95 > 0.0 { round_up(p95).min(max_distance) } else { max_distance }
-}
-
 /// Writes the coded texture, the lossless distances, the colours and the statistics.
 pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandError> {
     make_folder(folder)?;
-    let failed = CommandError::failed::<atomic::WriteError>;
-    json::write(&folder.join("variance.json"), &measured.report).map_err(failed)?;
-    atomic::write(&folder.join("distance.png"), &measured.texture.png()).map_err(failed)?;
-    let signed = variance::signed_distances(&measured.deviations);
-    let size = [measured.texture.width, measured.texture.height];
-    atomic::write(&folder.join("distance.tif"), &variance::tiff(&signed, size)).map_err(failed)?;
-    let picture = picture::colour_map(&signed, size, measured.colour_range, colormap::diverging);
-    atomic::write(&folder.join("colours.png"), &picture.png()).map_err(failed)
+    let texture = &measured.texture;
+    let (width, height) = (texture.width, texture.height);
+    let sign = format!("signed distance in mm; {}", variance::SIGN_CONVENTION);
+    let lossless = variance::signed_distances(&measured.deviations);
+    let tiff = raster::tiff_f32(width, height, &lossless, &sign).map_err(CommandError::failed)?;
+    let coded = measured.coded_png()?;
+    let colours = png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
+    for (name, bytes) in [("distance.png", &coded), ("distance.tif", &tiff), ("colours.png", &colours)] {
+        atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
+    }
+    json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)
+}
+
+/// A picture as a PNG file.
+pub(crate) fn png(picture: &Picture) -> Result<Vec<u8>, CommandError> {
+    let rgb = picture.pixels.as_flattened();
+    raster::png_rgb(picture.width as u32, picture.height as u32, rgb, &[]).map_err(CommandError::failed)
 }
 
 /// The table that people read.
@@ -186,16 +198,4 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         out.push_str(&format!("warning: {w}\n"));
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::round_up;
-
-    #[test]
-    fn ranges_are_round_numbers() {
-        for (x, expected) in [(0.07, 0.1), (0.1, 0.1), (0.11, 0.2), (3.0, 5.0), (5.1, 10.0), (15.0, 20.0)] {
-            assert!((round_up(x) - expected).abs() < 1e-12, "{x}: {}", round_up(x));
-        }
-    }
 }

@@ -14,7 +14,8 @@ impl TerminalProgress {
     pub(crate) fn new() -> TerminalProgress {
         // indicatif hides a bar whose target is no terminal by itself.
         let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr_with_hz(10));
-        let style = ProgressStyle::with_template("{prefix:<22} {bar:24} {wide_msg}").unwrap_or_else(|_| ProgressStyle::default_bar());
+        let style = ProgressStyle::with_template("{prefix:<22} {bar:24} {wide_msg}")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
         TerminalProgress { bar }
     }

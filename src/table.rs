@@ -3,9 +3,8 @@
 /// Lays rows out in columns two spaces apart; columns whose cells (but for the heading) are numbers are set to the right.
 pub(crate) fn render(headings: &[&str], rows: &[Vec<String>]) -> String {
     let columns = headings.len();
-    let width = |c: usize| {
-        rows.iter().map(|r| r[c].chars().count()).chain([headings[c].chars().count()]).max().unwrap_or(0)
-    };
+    let width =
+        |c: usize| rows.iter().map(|r| r[c].chars().count()).chain([headings[c].chars().count()]).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let numeric = |c: usize| {
         let mut filled = rows.iter().map(|r| r[c].as_str()).filter(|t| !t.is_empty()).peekable();

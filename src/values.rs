@@ -87,10 +87,7 @@ pub(crate) fn assignment<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'
 /// The index of a parameter, with the nearest name where there is none of this.
 pub(crate) fn parameter(option: &str, name: &str, parameters: &[Parameter]) -> Result<usize, CommandError> {
     let known = parameters.iter().map(|p| p.name.as_str());
-    known
-        .clone()
-        .position(|p| p == name)
-        .ok_or_else(|| CommandError::usage(unknown(option, "parameter", name, known)))
+    known.clone().position(|p| p == name).ok_or_else(|| CommandError::usage(unknown(option, "parameter", name, known)))
 }
 
 /// Parameter values from `-p` options: index and value, within the declared bounds at the defaults where those exist.

@@ -7,4 +7,5 @@ pub mod obj;
 pub mod picture;
 pub mod ply;
 pub mod raster;
+pub mod render;
 pub mod stl;
