@@ -33,7 +33,6 @@ pub(crate) fn load(path: &str) -> Scan {
     Scan {
         mesh: TriangleMesh { positions, normals, texcoords: Vec::new(), triangles, groups: Vec::new() },
         source: ScanSource::default(),
-        oriented: true,
         noise: 0.3,
         cleaning: Cleaning::default(),
     }
