@@ -32,6 +32,7 @@ pub(crate) fn load(path: &str) -> Scan {
     let normals = normals.iter().map(|n| n.normalize_or_zero().to_array()).collect();
     Scan {
         mesh: TriangleMesh { positions, normals, texcoords: Vec::new(), triangles, groups: Vec::new() },
+        oriented: true,
         source: ScanSource::default(),
         noise: 0.3,
         cleaning: Cleaning::default(),
