@@ -6,14 +6,14 @@ use crate::measure::{self, Measured, Surface};
 use crate::progress::TerminalProgress;
 use crate::{fit, mesh, script, table};
 use gml_compiler::program::Program;
-use gml_runtime::export::colormap::diverging;
 use gml_runtime::export::picture::Picture;
-use gml_runtime::export::render::{self, Paint, Texture, VIEWS};
+use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::export::{atomic, json};
-use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::fit::FitResult;
+use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Model, Motion, Tessellation};
+use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
 use gml_runtime::variance::Statistics;
 
@@ -40,10 +40,8 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
-    let pose = fitted.pose.as_ref().map_or(Motion::IDENTITY, |p| Motion {
-        rotation: p.rotation,
-        translation: p.translation,
-    });
+    let pose =
+        fitted.pose.as_ref().map_or(Motion::IDENTITY, |p| Motion { rotation: p.rotation, translation: p.translation });
     let progress = TerminalProgress::new();
     let surface = Surface::of_program(&program, &x, &pose, size)?;
     let measured = measure::measure(surface, &scan, max_distance, args.variance.device, &progress)?;
@@ -92,7 +90,6 @@ fn document(
         texture_size: [measured.texture.width, measured.texture.height],
         max_distance: measured.deviations.max_distance,
         colour_range: measured.colour_range,
-        colours: diverging,
         title: &format!("{} compared with {}", fitted.model, scan.source.path),
         metadata: &metadata(fitted, measured),
     })
@@ -102,14 +99,16 @@ fn document(
 
 /// The scan in the upper row, the model in the colours of its deviations in the lower one.
 fn views(scan: &Scan, measured: &Measured, upright: &Motion) -> Picture {
-    let clay = Paint::Plain(SCAN_COLOUR);
-    let coloured = Paint::Texture(Texture::of_deviations(&measured.deviations, measured.colour_range));
-    let row = |mesh: &TriangleMesh, paint: &Paint| {
-        VIEWS.map(|view| render::render(&[(mesh, paint)], upright, view, VIEW_SIZE, VIEW_SIZE))
+    let colours = DeviationColours::new(&measured.deviations, measured.colour_range);
+    let row = |mesh: &TriangleMesh, paint: Paint<'_>| {
+        [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| {
+            let layer = Layer { mesh, paint, opacity: 1.0 };
+            render::render(&[layer], &view.of_turned(&upright.rotation), VIEW_SIZE, VIEW_SIZE)
+        })
     };
-    let mut pictures = row(&scan.mesh, &clay).to_vec();
-    pictures.extend(row(&measured.tessellation.mesh, &coloured));
-    render::sheet(&pictures, VIEWS.len())
+    let mut pictures = row(&scan.mesh, Paint::Plain(SCAN_COLOUR)).to_vec();
+    pictures.extend(row(&measured.tessellation.mesh, Paint::Deviations(&colours)));
+    Picture::sheet(&pictures, 4)
 }
 
 fn metadata(fitted: &FitResult, measured: &Measured) -> Vec<MetadataGroup> {

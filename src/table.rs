@@ -14,7 +14,7 @@ pub(crate) fn render(headings: &[&str], rows: &[Vec<String>]) -> String {
     let line = |cells: &mut dyn Iterator<Item = &str>| {
         let text: Vec<String> = cells
             .enumerate()
-            .map(|(c, t)| if right[c] { format!("{t:>1$}", widths[c]) } else { format!("{t:<1$}", widths[c]) })
+            .map(|(c, t)| if right[c] { format!("{t:>0$}", widths[c]) } else { format!("{t:<0$}", widths[c]) })
             .collect();
         format!("{}\n", text.join("  ").trim_end())
     };

@@ -82,11 +82,10 @@ mod tests {
     #[test]
     fn the_motion_between_moved_points_is_found() {
         let (sin, cos) = 2.3f64.sin_cos();
-        let truth = Motion {
-            rotation: [[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]],
-            translation: [3.0, -4.0, 100.0],
-        };
-        let from: Vec<[f64; 3]> = (0..20).map(f64::from).map(|i| [i, (i * 1.7).sin() * 9.0, (i * 0.9).cos() * 5.0]).collect();
+        let truth =
+            Motion { rotation: [[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]], translation: [3.0, -4.0, 100.0] };
+        let from: Vec<[f64; 3]> =
+            (0..20).map(f64::from).map(|i| [i, (i * 1.7).sin() * 9.0, (i * 0.9).cos() * 5.0]).collect();
         let to: Vec<[f64; 3]> = from.iter().map(|p| truth.point(*p)).collect();
         let found = Motion::between(&from, &to);
         for (p, q) in from.iter().zip(&to) {
