@@ -192,7 +192,9 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     let mut out = table::render(&headings, &rows);
     out.push_str(&format!(
         "distances in mm, at most {}; {}; cast by {}\n",
-        report.max_distance, report.sign_convention, report.device
+        table::number(report.max_distance),
+        report.sign_convention,
+        report.device
     ));
     for w in &report.warnings {
         out.push_str(&format!("warning: {w}\n"));

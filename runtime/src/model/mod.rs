@@ -2,6 +2,7 @@
 
 mod atlas;
 mod motion;
+mod packing;
 mod program;
 mod reference;
 mod surface;
