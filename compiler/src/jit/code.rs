@@ -46,15 +46,8 @@ pub struct Stopped {
 type PlainFunction = unsafe extern "C" fn(*mut Context, *const u64, *mut u64) -> u32;
 
 /// `(context, uniforms, u, v, w, n, out) -> status`.
-type KernelFunction = unsafe extern "C" fn(
-    *mut Context,
-    *const f64,
-    *const f64,
-    *const f64,
-    *const [f64; 3],
-    i64,
-    *mut f64,
-) -> u32;
+type KernelFunction =
+    unsafe extern "C" fn(*mut Context, *const f64, *const f64, *const f64, *const [f64; 3], i64, *mut f64) -> u32;
 
 impl Code {
     /// The entries must be finalized functions of the memory, with the signatures that their kind has.
@@ -71,13 +64,7 @@ impl Code {
     ///
     /// # Panics
     /// If `arguments` or `results` do not have the routine's lengths, or it is not of this code.
-    pub fn call(
-        &self,
-        routine: Routine,
-        arguments: &[u64],
-        results: &mut [u64],
-        limits: Limits,
-    ) -> Result<(), Stop> {
+    pub fn call(&self, routine: Routine, arguments: &[u64], results: &mut [u64], limits: Limits) -> Result<(), Stop> {
         let Callable { entry, address } = &self.entries[routine.0 as usize];
         assert!(entry.shape.is_none(), "a routine of another program");
         assert_eq!((arguments.len(), results.len()), (entry.inputs, entry.results), "lengths of a routine's slices");
@@ -125,7 +112,8 @@ impl Code {
         let Callable { entry, address } = &self.entries[kernel.0 as usize];
         let shape = entry.shape.expect("a kernel of another program");
         let n = points.u.len();
-        let outputs = if shape.output == Output::Accumulate { Some(entry.results) } else { entry.results.checked_mul(n) };
+        let outputs =
+            if shape.output == Output::Accumulate { Some(entry.results) } else { entry.results.checked_mul(n) };
         assert_eq!(uniforms.len(), entry.inputs, "length of a kernel's uniforms");
         assert_eq!(points.v.len(), n, "length of v");
         assert_eq!(points.w.len(), if shape.weights { n } else { 0 }, "length of w");

@@ -20,11 +20,8 @@ impl Lowering<'_, '_, '_> {
     ) -> Result<Vec<Value>, JitError> {
         let blocks = [self.builder.create_block(), self.builder.create_block()];
         let after = self.builder.create_block();
-        let results: Vec<Value> = self
-            .result_types(bodies[0])
-            .into_iter()
-            .map(|ty| self.builder.append_block_param(after, ty))
-            .collect();
+        let results: Vec<Value> =
+            self.result_types(bodies[0]).into_iter().map(|ty| self.builder.append_block_param(after, ty)).collect();
         self.builder.ins().brif(condition, blocks[0], [], blocks[1], []);
         for (block, body) in blocks.into_iter().zip(bodies) {
             self.builder.switch_to_block(block);

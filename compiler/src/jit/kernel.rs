@@ -49,8 +49,7 @@ pub(super) fn build(
 
     // A point.
     let index = lowering.builder.append_block_param(turn, types::I64);
-    let sums: Vec<Value> =
-        (1..first.len()).map(|_| lowering.builder.append_block_param(turn, types::F64)).collect();
+    let sums: Vec<Value> = (1..first.len()).map(|_| lowering.builder.append_block_param(turn, types::F64)).collect();
     lowering.builder.switch_to_block(turn);
     lowering.fail = late_fail;
     if lowering.compiler.plan.counts_steps(shape.function) {

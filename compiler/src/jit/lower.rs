@@ -145,12 +145,8 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             Op::Binary(op, a, b) if ty == Type::Real => self.binary(*op, frame.value(*a), frame.value(*b)),
             Op::Binary(op, a, b) => self.binary_int(*op, frame.value(*a), frame.value(*b)),
             Op::PowInt(a, n) => self.pow_int(frame.value(*a), *n),
-            Op::Compare(op, a, b) => {
-                self.compare(*op, frame.function.ty(*a), frame.value(*a), frame.value(*b))
-            }
-            Op::Select(c, a, b) => {
-                self.builder.ins().select(frame.value(*c), frame.value(*a), frame.value(*b))
-            }
+            Op::Compare(op, a, b) => self.compare(*op, frame.function.ty(*a), frame.value(*a), frame.value(*b)),
+            Op::Select(c, a, b) => self.builder.ins().select(frame.value(*c), frame.value(*a), frame.value(*b)),
             Op::Guard { value, condition, failure } => {
                 self.guard(frame.value(*condition), *failure);
                 frame.value(*value)

@@ -27,10 +27,7 @@ fn a_branch_runs_one_side_only() {
     let id = module.add(raw.returns(&[result]));
     let native = Native::new(&module, id);
     assert_eq!(native.call(&[Scalar::Bool(true), real(2.0)], Limits::default()), Ok(vec![real(3.0)]));
-    assert_eq!(
-        native.call(&[Scalar::Bool(false), real(2.0)], Limits::default()),
-        Err(Stop::Failure(FailureId(0)))
-    );
+    assert_eq!(native.call(&[Scalar::Bool(false), real(2.0)], Limits::default()), Err(Stop::Failure(FailureId(0))));
 }
 
 /// (n, x, y) -> n turns of (a, b) = (b + i, a * y), from (x, y).
@@ -138,8 +135,7 @@ fn deep_nesting_and_shared_bodies_stay_small() {
     let mut inner = module.add(Raw::new(&[Type::Bool, Type::Real]).returns(&[Value(1)]));
     for _ in 0..300 {
         let mut raw = Raw::new(&[Type::Bool, Type::Real]);
-        let branch =
-            Op::If { condition: Value(0), then: inner, otherwise: inner, args: vec![Value(0), Value(1)] };
+        let branch = Op::If { condition: Value(0), then: inner, otherwise: inner, args: vec![Value(0), Value(1)] };
         let branch = raw.node(branch, Type::Multi);
         let below = raw.real(Op::Project(branch, 0));
         let one = raw.constant(1.0);

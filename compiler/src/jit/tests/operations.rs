@@ -64,8 +64,7 @@ const REAL_BINARY: [Binary; 11] = [
 ];
 const INT_BINARY: [Binary; 7] =
     [Binary::Add, Binary::Sub, Binary::Mul, Binary::Div, Binary::Rem, Binary::Min, Binary::Max];
-const COMPARES: [Compare; 6] =
-    [Compare::Eq, Compare::Ne, Compare::Lt, Compare::Le, Compare::Gt, Compare::Ge];
+const COMPARES: [Compare; 6] = [Compare::Eq, Compare::Ne, Compare::Lt, Compare::Le, Compare::Gt, Compare::Ge];
 
 /// Compares a function of one operation each with what `expected` gives.
 fn agree(params: &[Type], ops: &[(Op, Type)], args: &[Vec<Scalar>], expected: impl Fn(&Op, &[Scalar]) -> Scalar) {
@@ -137,8 +136,9 @@ fn binary_operations() {
 
 #[test]
 fn integer_powers() {
-    let ops: Vec<_> =
-        [0, 1, 2, 3, 5, 7, 16, 1000, -1, -2, -7, i32::MAX, i32::MIN].map(|n| (Op::PowInt(Value(0), n), Type::Real)).to_vec();
+    let ops: Vec<_> = [0, 1, 2, 3, 5, 7, 16, 1000, -1, -2, -7, i32::MAX, i32::MIN]
+        .map(|n| (Op::PowInt(Value(0), n), Type::Real))
+        .to_vec();
     let args: Vec<_> = REALS.map(|x| vec![Scalar::Real(x)]).to_vec();
     agree(&[Type::Real], &ops, &args, |op, args| {
         let Op::PowInt(_, n) = op else { unreachable!() };
