@@ -34,7 +34,6 @@ pub(crate) fn load(path: &str) -> Scan {
         mesh: TriangleMesh { positions, normals, texcoords: Vec::new(), triangles, groups: Vec::new() },
         oriented: true,
         source: ScanSource::default(),
-        oriented: true,
         noise: 0.3,
         cleaning: Cleaning::default(),
     }
