@@ -280,15 +280,14 @@ impl<'a> Checker<'a> {
                 self.require(condition, decl.message.as_deref(), item.span, out);
             }
             ItemKind::Derivative(decl) => self.report(super::modules::unsupported_derivative(decl)),
-            // The parser says of these that they cannot stand here.
-            ItemKind::Error
-            | ItemKind::Param(_)
-            | ItemKind::Input(_)
-            | ItemKind::Part(_)
-            | ItemKind::Use(_)
-            | ItemKind::Model(_)
-            | ItemKind::For(_)
-            | ItemKind::If(_) => {}
+            ItemKind::Error => {}
+            ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) => {
+                let error = Diagnostic::error("misplaced", item.span, "this belongs in the body of a model");
+                self.report(error.hint("write it directly between the braces of `model name { ... }`"));
+            }
+            ItemKind::Use(_) | ItemKind::Model(_) | ItemKind::For(_) | ItemKind::If(_) => {
+                self.report(Diagnostic::error("misplaced", item.span, "this belongs at the top of the file"));
+            }
         }
     }
 

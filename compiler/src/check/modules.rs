@@ -309,13 +309,13 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
         }
         ItemKind::Derivative(decl) => diagnostics.push(unsupported_derivative(decl)),
         ItemKind::Use(_) | ItemKind::Error => {}
-        // The parser says of these that they stand outside of a model.
-        ItemKind::Param(_)
-        | ItemKind::Input(_)
-        | ItemKind::Part(_)
-        | ItemKind::Require(_)
-        | ItemKind::For(_)
-        | ItemKind::If(_) => {}
+        ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) | ItemKind::Require(_) => diagnostics.push(
+            Diagnostic::error("misplaced", item.span, "this belongs in a model")
+                .hint("write it between the braces of `model name { ... }`"),
+        ),
+        ItemKind::For(_) | ItemKind::If(_) => {
+            diagnostics.push(Diagnostic::error("misplaced", item.span, "a statement like this belongs in a model"));
+        }
     }
 }
 
