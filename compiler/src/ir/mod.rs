@@ -16,6 +16,7 @@ pub mod operands;
 pub mod print;
 pub mod scalar;
 pub mod simplify;
+pub mod split;
 pub mod validate;
 
 mod algebra;
