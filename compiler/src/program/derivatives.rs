@@ -3,7 +3,7 @@
 use super::compile::BuildError;
 use crate::diff::{self, Entry};
 use crate::ir::graph::References;
-use crate::ir::split::{Body, split_all};
+use crate::ir::split::{Body, Split, split_all};
 use crate::ir::{
     self, Function, FunctionBuilder, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type,
     Value, inline,
@@ -76,7 +76,10 @@ impl ModelFunctions {
         diff::expand(&mut module, &roots)?;
         clean(&mut module, &roots)?;
         let n = lowered.params.len() as u32;
-        let split = split_all(&mut module, &surfaces, &[n, n + 1]);
+        let split = match surfaces[..] {
+            [] => Split { prelude: nothing(&mut module, lowered), bodies: Vec::new() },
+            _ => split_all(&mut module, &surfaces, &[n, n + 1]),
+        };
         let wrt: Vec<u32> = (0..n).collect();
         let (jacobian, pattern) = diff::jacobian(&mut module, split.prelude, &wrt)?;
         let (slopes, slope_table) = slopes(&mut module, jacobian, &pattern);
@@ -120,6 +123,12 @@ impl PartFunctions {
             active,
         })
     }
+}
+
+/// The prelude of a model without parts.
+fn nothing(module: &mut Module, lowered: &LoweredModel) -> FunctionId {
+    let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
+    module.add(FunctionBuilder::new("prelude", params).finish([]))
 }
 
 fn clean(module: &mut Module, roots: &[FunctionId]) -> Result<(), BuildError> {

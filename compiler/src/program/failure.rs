@@ -128,28 +128,27 @@ impl Instance<'_> {
         uv: [f64; 2],
     ) -> EvaluationError {
         let program = self.program;
-        let place = Place::of_part(&self.x, patch, Some(uv));
         let found =
             self.origin_in_prelude(patch).or_else(|| origin(program, &program.functions.module, function, arguments));
-        self.describe_origin(found, &place)
+        let span = found.filter(|s| s.end > s.start);
+        let text = span.map_or("", |s| program.sources.text(s));
+        let what = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {
+            "a value".to_owned()
+        } else {
+            format!("`{text}`")
+        };
+        let message = if self.is_finite_at(patch, uv) {
+            format!("the derivative of {what} is not finite")
+        } else {
+            format!("{what} is not a finite number")
+        };
+        program.error(span, &message, &Place::of_part(&self.x, patch, Some(uv)), None)
     }
 
     /// The error for sums that are too large although every term is finite.
     pub(super) fn overflow(&self, patch: usize) -> EvaluationError {
         let message = "the derivatives of the points add up to more than a number can hold";
         self.program.error(None, message, &Place::of_part(&self.x, patch, None), None)
-    }
-
-    fn describe_origin(&self, span: Option<Span>, place: &Place<'_>) -> EvaluationError {
-        let program = self.program;
-        let span = span.filter(|s| s.end > s.start);
-        let text = span.map_or("", |s| program.sources.text(s));
-        let message = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {
-            "a value or its derivative is not finite".to_owned()
-        } else {
-            format!("`{text}` or its derivative is not finite")
-        };
-        program.error(span, &message, place, None)
     }
 
     /// Where a capture of a part, or its derivative, became infinite or NaN.

@@ -144,6 +144,16 @@ impl<'p> Instance<'p> {
         self.slopes.get_or_init(compute).as_deref().map_err(Clone::clone)
     }
 
+    /// Whether the point itself is finite.
+    pub(super) fn is_finite_at(&self, patch: usize, [u, v]: [f64; 2]) -> bool {
+        let program = self.program;
+        let mut point = [0.0; 3];
+        let points = Points { u: &[u], v: &[v], w: &[] };
+        let kernel = program.kernels.parts[patch].points;
+        let run = program.kernels.code.run(kernel, &self.uniforms[patch], points, &mut point, program.limits);
+        run.is_ok() && all_finite(&point)
+    }
+
     /// Runs a kernel and looks for what is not finite in its output.
     fn batch(
         &self,
