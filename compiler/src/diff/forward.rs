@@ -1,7 +1,7 @@
 //! Forward differentiation: every value carries its tangents.
 
 use super::dependence::{Dependence, Set};
-use super::rules::{self, Rule};
+use super::rules::{self, Factor, Rule};
 use super::{DiffError, check_size};
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::{BTreeMap, HashMap};
@@ -253,10 +253,15 @@ fn simple(b: &mut FunctionBuilder, op: &Op, value: Value, tangents: &[&Tangents]
             Rule::Linear(factors) => {
                 let mut total = zero;
                 for (operand, factor) in factors {
-                    if let Some(t) = of(*operand) {
-                        let term = factor.apply(b, t, false);
-                        total = b.add(total, term);
-                    }
+                    total = match (of(*operand), factor) {
+                        (None, _) => total,
+                        // Not by negation, which would hide that t is there already.
+                        (Some(t), Factor::Minus) => b.sub(total, t),
+                        (Some(t), factor) => {
+                            let term = factor.apply(b, t, false);
+                            b.add(total, term)
+                        }
+                    };
                 }
                 total
             }

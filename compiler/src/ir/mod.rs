@@ -26,6 +26,8 @@ mod logic;
 mod powers;
 
 #[cfg(test)]
+pub(crate) mod testing;
+#[cfg(test)]
 mod tests;
 
 pub use builder::FunctionBuilder;
