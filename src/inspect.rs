@@ -90,6 +90,7 @@ fn document(
         texture_size: [measured.texture.width, measured.texture.height],
         max_distance: measured.deviations.max_distance,
         colour_range: measured.colour_range,
+        turned: upright.rotation,
         title: &format!("{} compared with {}", fitted.model, scan.source.path),
         metadata: &metadata(fitted, measured),
     })
