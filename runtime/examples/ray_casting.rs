@@ -4,12 +4,12 @@
 //! Casts from side x side points on the scan's own surface, displaced by up to 1 mm, along its normal in both
 //! directions up to 5 mm. Points follow the triangles' order, so that neighbours are near each other, as in a texture.
 
+use glam::DVec3;
 use gml_runtime::bvh::Bvh;
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::Texels;
 use gml_runtime::scan::{self, ReadOptions};
 use gml_runtime::variance::{Device, DistanceTexture, Statistics, trace};
-use glam::DVec3;
 use rayon::prelude::*;
 use std::error::Error;
 use std::time::Instant;
