@@ -16,6 +16,7 @@
 use gml_compiler::check::typed::Model;
 use gml_compiler::check::{CheckOptions, check};
 use gml_compiler::diagnostic::{Diagnostic, Severity};
+use gml_compiler::diff::expand;
 use gml_compiler::ir::interpret::{Limits, RunError, run};
 use gml_compiler::ir::lower::lower;
 use gml_compiler::ir::scalar::Scalar;
@@ -120,10 +121,15 @@ fn annotated(case: &str) -> String {
 
 /// What fails when the model is run with its defaults: requirements, then each part at some points.
 fn failures(model: &Model) -> Vec<Diagnostic> {
-    let lowered = match lower(model) {
+    let mut lowered = match lower(model) {
         Ok(lowered) => lowered,
         Err(diagnostic) => return vec![diagnostic],
     };
+    let requires = lowered.requires.iter().map(|r| r.function);
+    let roots: Vec<FunctionId> = requires.chain(lowered.parts.iter().map(|p| p.surface)).collect();
+    if let Err(error) = expand(&mut lowered.module, &roots) {
+        return vec![Diagnostic::error("derivative", error.span(), error.to_string())];
+    }
     let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Scalar::Real(p.default)).collect();
     let mut failures = Vec::new();
     for require in &lowered.requires {
