@@ -27,8 +27,16 @@ impl<'a> Checker<'a> {
         use ast::ExprKind as K;
         let span = expr.span;
         match &expr.kind {
-            K::Int(value) => int(*value, span),
-            K::Real(value, unit) => number(*value, *unit, span),
+            K::Int(value) => {
+                self.bare_literals.insert(span);
+                int(*value, span)
+            }
+            K::Real(value, unit) => {
+                if unit.is_none() {
+                    self.bare_literals.insert(span);
+                }
+                number(*value, *unit, span)
+            }
             K::Bool(value) => boolean(*value, span),
             K::Text(text) => Expr { kind: ExprKind::Text(text.clone()), ty: Type::Text, span },
             K::Name(name) => self.name(name, span),
@@ -101,7 +109,7 @@ impl<'a> Checker<'a> {
                     let mut error =
                         Diagnostic::error("mixed-array", item.span, message).related(first.span, "first element");
                     if let Type::Real(d) = ty
-                        && let Some(hint) = super::convert::unit_advice(item, d)
+                        && let Some(hint) = self.unit_advice(item, d)
                     {
                         error = error.hint(hint);
                     }
@@ -220,8 +228,8 @@ impl<'a> Checker<'a> {
                 )
                 .related(a.span, first);
                 let advice = match (&a.ty, &b.ty) {
-                    (Type::Real(d), _) => super::convert::unit_advice(&b, *d),
-                    (_, Type::Real(d)) => super::convert::unit_advice(&a, *d),
+                    (Type::Real(d), _) => self.unit_advice(&b, *d),
+                    (_, Type::Real(d)) => self.unit_advice(&a, *d),
                     _ => None,
                 };
                 match advice {

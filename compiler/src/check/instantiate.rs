@@ -279,14 +279,16 @@ impl<'a> Checker<'a> {
         for item in self.modules[0].items {
             if let ast::ItemKind::Let(decl) = &item.kind {
                 let id = self.intern(first_name(&decl.pattern), Code::Global(0, decl), Vec::new());
-                self.instantiate(id, Vec::new(), item.span);
+                self.instantiate(id, Vec::new(), super::modules::pattern_span(&decl.pattern));
             }
             let ast::ItemKind::Function(decl) = &item.kind else { continue };
             let id = self.intern(&decl.name.text, Code::Function(0, decl), Vec::new());
             let params: Vec<Parameter<'a>> = self.parameters(id);
+            // Whole numbers may have to be known to it, which here they are not.
             let types: Option<Vec<Option<Type>>> = params
                 .iter()
-                .map(|p| p.ty.map(|ty| self.wanted(ty)).and_then(|wanted| wanted.exact()).map(Some))
+                .map(|p| p.ty.map(|ty| self.wanted(ty)).and_then(|wanted| wanted.exact()))
+                .map(|ty| ty.filter(|ty| !matches!(ty, Type::Int(_) | Type::Bool(_))).map(Some))
                 .collect();
             if let Some(types) = types {
                 self.instantiate(id, types, decl.name.span);

@@ -10,6 +10,7 @@
 //! `expressions` dispatches on the kind of expression; `instantiate` makes function instances; `model` does the body of a model; `finish` numbers
 //! what is used.
 
+mod activity;
 mod annotations;
 mod builtins;
 mod calls;

@@ -7,7 +7,7 @@ use super::expressions::wrap;
 use super::suggest::nearest;
 use super::typed::{Binary, Expr, ExprKind, Input, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
-use super::{InputValue, finish};
+use super::{InputValue, activity, finish};
 use crate::diagnostic::Diagnostic;
 use crate::program::Quantity;
 use crate::source::Span;
@@ -81,12 +81,13 @@ impl<'a> Checker<'a> {
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
         let parts = self.parts(&body.entries);
-        if parts.is_empty() && body.entries.is_empty() {
+        let failed = self.has_errors();
+        if body.entries.is_empty() && !failed {
             let message = format!("the model '{}' has no parts", decl.name.text);
             self.report(Diagnostic::warning("no-parts", decl.name.span, message).hint("add one: part name = surface"));
         }
         for param in &body.params {
-            if !self.used[param.local.0 as usize] {
+            if !self.used[param.local.0 as usize] && !failed {
                 let message = format!("the parameter '{}' is not used", param.name);
                 self.report(Diagnostic::warning("unused-parameter", param.span, message));
             }
@@ -102,8 +103,15 @@ impl<'a> Checker<'a> {
             ..Model::default()
         };
         finish::finish(self, &mut model);
+        // In a model with errors not every default has a value, and that was said already.
+        let failed = self.has_errors();
         for diagnostic in evaluate::defaults(&mut model, &body.defaults, self) {
-            self.report(diagnostic);
+            if !failed || diagnostic.code == "out-of-bounds" {
+                self.report(diagnostic);
+            }
+        }
+        if !failed {
+            activity::check(self, &model);
         }
         model
     }

@@ -2,7 +2,7 @@
 
 use super::constants::{exponent_of, int_binary};
 use super::context::{Checker, boolean, error, int, known};
-use super::convert::{exponent_error, is_bare_literal, unit_advice};
+use super::convert::{exponent_error, is_bare_literal};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::Diagnostic;
@@ -208,8 +208,8 @@ impl<'a> Checker<'a> {
             .related(b.span, format!("this is {second}"));
         let bare = |e: &Expr| matches!(e.ty, Type::Int(_) | Type::Real(Dimension::NONE));
         let advice = match (&a.ty, &b.ty) {
-            (Type::Real(d), _) if bare(b) => unit_advice(b, *d),
-            (_, Type::Real(d)) if bare(a) => unit_advice(a, *d),
+            (Type::Real(d), _) if bare(b) => self.unit_advice(b, *d),
+            (_, Type::Real(d)) if bare(a) => self.unit_advice(a, *d),
             (Type::Tuple(x), Type::Tuple(y)) if x.len() != y.len() => {
                 Some(format!("one has {} components, the other {}", x.len(), y.len()))
             }
