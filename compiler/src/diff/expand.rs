@@ -12,6 +12,14 @@ use crate::ir::{self, Function, FunctionBuilder, FunctionId, Module, Op, Type, V
 /// # Errors
 /// If a function needs its own derivative, or a derivative would be too large.
 pub fn expand(module: &mut Module, roots: &[FunctionId]) -> Result<(), DiffError> {
+    expand_within(module, roots, Limits::default())
+}
+
+/// [`expand`] with limits of one's own; they hold for every function whose derivative is taken.
+///
+/// # Errors
+/// As [`expand`].
+pub fn expand_within(module: &mut Module, roots: &[FunctionId], limits: Limits) -> Result<(), DiffError> {
     let references = References::new(module, roots);
     for id in &references.order {
         let function = module.function(*id);
@@ -28,22 +36,22 @@ pub fn expand(module: &mut Module, roots: &[FunctionId]) -> Result<(), DiffError
         }
         targets.sort_unstable();
         targets.dedup();
-        ir::inline(module, &targets, Limits::default())?;
+        ir::inline(module, &targets, limits)?;
         ir::simplify(module, &targets);
         let function = module.function(*id).clone();
-        let expanded = expanded(module, &function)?;
+        let expanded = expanded(module, &function, limits)?;
         module.define(*id, expanded);
     }
     ir::validate::after_pass(module, "expand");
     Ok(())
 }
 
-fn expanded(module: &mut Module, function: &Function) -> Result<Function, DiffError> {
+fn expanded(module: &mut Module, function: &Function, limits: Limits) -> Result<Function, DiffError> {
     let mut b = FunctionBuilder::new(function.name.clone(), function.params.clone());
-    let mut forward = Forward::new(module);
+    let mut forward = Forward::new(module, limits);
     let mut values: Vec<Expanded> = Vec::with_capacity(function.nodes.len());
     for node in &function.nodes {
-        check_size(&b, &function.name)?;
+        check_size(&b, &function.name, limits.nodes)?;
         b.set_span(node.span);
         let get = |v: &Value| values[v.0 as usize].one();
         let value = match &node.op {

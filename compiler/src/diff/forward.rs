@@ -3,6 +3,7 @@
 use super::dependence::{Dependence, Set};
 use super::rules::{self, Factor, Rule};
 use super::{DiffError, check_size};
+use crate::ir::inline::Limits;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::{BTreeMap, HashMap};
 
@@ -25,6 +26,7 @@ struct Derived {
 /// Forward differentiation in a module.
 pub(super) struct Forward<'m> {
     module: &'m mut Module,
+    limit: usize,
     dependence: Dependence,
     made: HashMap<Derived, FunctionId>,
     /// Named already, but still to be made.
@@ -38,8 +40,14 @@ enum Node {
 }
 
 impl<'m> Forward<'m> {
-    pub(super) fn new(module: &'m mut Module) -> Forward<'m> {
-        Forward { module, dependence: Dependence::default(), made: HashMap::new(), left: Vec::new() }
+    pub(super) fn new(module: &'m mut Module, limits: Limits) -> Forward<'m> {
+        Forward {
+            module,
+            limit: limits.nodes,
+            dependence: Dependence::default(),
+            made: HashMap::new(),
+            left: Vec::new(),
+        }
     }
 
     pub(super) fn function(&self, id: FunctionId) -> Function {
@@ -65,7 +73,7 @@ impl<'m> Forward<'m> {
     ) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
         let mut nodes: Vec<Node> = Vec::with_capacity(function.nodes.len());
         for node in &function.nodes {
-            check_size(b, &function.name)?;
+            check_size(b, &function.name, self.limit)?;
             b.set_span(node.span);
             let made = match &node.op {
                 Op::Param(i) => Node::One(args[*i as usize], tangents[*i as usize].clone()),

@@ -136,7 +136,8 @@ pub enum Op {
         args: Vec<Value>,
     },
     /// The directional derivative of a function: its results' tangents for the given tangents of some of its (Real)
-    /// parameters, at `args`. From the `'` of the language; `diff` replaces it before anything is run.
+    /// parameters, at `args`. All of its results are Real: one for each result of the function, 0 for those that are
+    /// not. From the `'` of the language; `diff` replaces it before anything is run.
     Tangent {
         /// Which function.
         function: FunctionId,
@@ -158,7 +159,7 @@ pub enum Op {
     },
 }
 
-/// Operations of one operand.
+/// Operations of one operand: Real, but for Not (Bool) and ToReal (Int).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "they are their names")]
 pub enum Unary {

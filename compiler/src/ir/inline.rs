@@ -16,7 +16,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { nodes: 2_000_000, nesting: 100 }
+        Limits { nodes: 400_000, nesting: 100 }
     }
 }
 

@@ -13,15 +13,18 @@ use origin::Origin;
 pub struct Limits {
     /// Nodes evaluated.
     pub steps: u64,
-    /// Functions running at once.
+    /// Functions running at once; more than 1000 are never allowed, since they take the stack of the thread.
     pub depth: usize,
     /// Values held at once.
     pub memory: usize,
 }
 
+/// What fits on the stack of a thread of 2 MiB (the default of Rust's) with room to spare.
+const MOST_DEPTH: usize = 1000;
+
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { steps: 100_000_000, depth: 1000, memory: 50_000_000 }
+        Limits { steps: 100_000_000, depth: MOST_DEPTH, memory: 50_000_000 }
     }
 }
 
@@ -61,7 +64,7 @@ impl RunError {
 /// # Errors
 /// If a guard fails or a limit is met.
 pub fn run(module: &Module, function: FunctionId, args: &[Scalar], limits: Limits) -> Result<Vec<Scalar>, RunError> {
-    let mut interpreter = Interpreter { module, steps: limits.steps, depth: limits.depth, memory: limits.memory };
+    let mut interpreter = Interpreter::new(module, limits);
     interpreter.check(function, args)?;
     interpreter.run(function, args.to_vec(), Span::default())
 }
@@ -88,7 +91,7 @@ pub fn non_finite(
     args: &[Scalar],
     limits: Limits,
 ) -> Result<Option<Span>, RunError> {
-    let mut interpreter = Interpreter { module, steps: limits.steps, depth: limits.depth, memory: limits.memory };
+    let mut interpreter = Interpreter::new(module, limits);
     interpreter.check(function, args)?;
     let results = interpreter.run(function, args.to_vec(), Span::default())?;
     let Some(k) = results.iter().position(|r| !r.is_finite()) else { return Ok(None) };
@@ -112,7 +115,11 @@ enum Computed {
     Many(Vec<Scalar>),
 }
 
-impl Interpreter<'_> {
+impl<'m> Interpreter<'m> {
+    fn new(module: &'m Module, limits: Limits) -> Interpreter<'m> {
+        Interpreter { module, steps: limits.steps, depth: limits.depth.min(MOST_DEPTH), memory: limits.memory }
+    }
+
     fn check(&self, function: FunctionId, args: &[Scalar]) -> Result<(), RunError> {
         let params = self.module.functions.get(function.0 as usize).map(|f| f.params.iter().map(|p| p.ty));
         let fits = params.is_some_and(|p| p.eq(args.iter().map(|a| a.ty())));

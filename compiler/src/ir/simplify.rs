@@ -18,7 +18,7 @@ const CHEAP_BRANCH: usize = 12;
 
 /// Bodies are copied and fitted to constant arguments until so many nodes were made; from then on each body is fitted
 /// once. (Copies of copies could grow without bound.)
-const MOST_FITTED_NODES: usize = 4_000_000;
+const MOST_FITTED_NODES: usize = 1_000_000;
 
 /// Simplifies the roots, and all functions that they reach by calls, in place. Signatures stay as they are.
 pub fn simplify(module: &mut Module, roots: &[FunctionId]) {

@@ -88,7 +88,7 @@ fn a_loop_and_a_branch() {
     let c = b.compare(ir::Compare::Lt, s, one);
     let r = b.if_(c, sides[0], sides[1], vec![s], &[Type::Real])[0];
     let f = module.add(b.finish([("r".to_owned(), r)]));
-    inline(&mut module, &[f], inline::Limits::default()).unwrap();
+    inline(&mut module, &[f], Limits::default()).unwrap();
     insta::assert_snapshot!(jacobian_text(&mut module, f, &[1]));
     let back = pullback(&mut module, f, &[1], true).unwrap();
     insta::assert_snapshot!(gml(&module, back));

@@ -5,6 +5,7 @@ use crate::ir::testing::random::random_function;
 use crate::ir::testing::run_with;
 use crate::ir::{Op, inline, simplify, split};
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
 
 const PARAMS: usize = 3;
 const RESULTS: usize = 2;
@@ -56,12 +57,29 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
+/// The properties below would hold of anything if no differences could be had: in most cases they can.
+#[test]
+fn differences_can_mostly_be_had() {
+    let mut runner = proptest::test_runner::TestRunner::deterministic();
+    let (mut had, mut all) = (0, 0);
+    for _ in 0..100 {
+        let Ok(tree) = case().new_tree(&mut runner) else { continue };
+        let (bytes, n, x, v, _) = tree.current();
+        let (module, f) = random_function(&bytes, PARAMS, RESULTS);
+        let slopes = difference(|t| run_with(&module, f, n, &along(&x, &v, t)));
+        // Of those that are not simply zero.
+        all += slopes.iter().filter(|s| **s != Some(0.0)).count();
+        had += slopes.iter().filter(|s| s.is_some_and(|s| s != 0.0)).count();
+    }
+    assert!(had > 80 && had * 10 > all * 9, "{had} of {all}");
+}
+
 proptest! {
     #[test]
     fn simplifying_keeps_values((bytes, n, x, ..) in case()) {
         let (mut module, f) = random_function(&bytes, PARAMS, RESULTS);
         let before = run_with(&module, f, n, &x);
-        inline(&mut module, &[f], inline::Limits::default()).unwrap();
+        inline(&mut module, &[f], Limits::default()).unwrap();
         let inlined = run_with(&module, f, n, &x);
         simplify(&mut module, &[f]);
         let simplified = run_with(&module, f, n, &x);
@@ -83,7 +101,7 @@ proptest! {
     fn splitting_keeps_values((bytes, n, x, ..) in case()) {
         let (mut module, f) = random_function(&bytes, PARAMS, RESULTS);
         let expected = run_with(&module, f, n, &x);
-        inline(&mut module, &[f], inline::Limits::default()).unwrap();
+        inline(&mut module, &[f], Limits::default()).unwrap();
         simplify(&mut module, &[f]);
         let split = split::split_all(&mut module, &[f, f], &[2, 3]);
         let captures = run_with(&module, split.prelude, n, &x[..1]);
@@ -133,7 +151,7 @@ proptest! {
     #[test]
     fn second_derivatives_agree((bytes, n, x, v, w) in case()) {
         let (mut module, f) = random_function(&bytes, PARAMS, RESULTS);
-        inline(&mut module, &[f], inline::Limits::default()).unwrap();
+        inline(&mut module, &[f], Limits::default()).unwrap();
         simplify(&mut module, &[f]);
         // Forward over forward, along the same direction.
         let first = tangent(&mut module, f, &WRT).unwrap();

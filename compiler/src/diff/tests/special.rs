@@ -191,3 +191,61 @@ fn a_long_loop_in_reverse_is_halved() {
         }
     }
 }
+
+/// f(x, k) = if x < k { d/dx (x^3 k) } else { x }, differentiated again by x and by k: 6 x k and 3 x^2, or 1 and 0.
+#[test]
+fn a_derivative_inside_a_branch_is_expanded_and_differentiated() {
+    let mut module = Module::default();
+    let params = || vec![Parameter::real("x"), Parameter::real("k")];
+    let mut b = FunctionBuilder::new("cube", params());
+    let cube = b.pow_int(b.param(0), 3);
+    let r = b.mul(cube, b.param(1));
+    let cube = module.add(b.finish([("r".to_owned(), r)]));
+    let mut b = FunctionBuilder::new("slope", params());
+    let one = b.real(1.0);
+    let r = b.tangent(cube, b.params(), vec![(0, one)], 1)[0];
+    let then = module.add(b.finish([("r".to_owned(), r)]));
+    let mut b = FunctionBuilder::new("itself", params());
+    let x = b.param(0);
+    // Long enough not to be made a selection.
+    let mut r = x;
+    for _ in 0..3 {
+        let s = b.unary(Unary::Sinh, r);
+        r = b.unary(Unary::Ln, s);
+    }
+    let otherwise = module.add(b.finish([("r".to_owned(), r)]));
+    let mut b = FunctionBuilder::new("f", params());
+    let c = b.compare(Compare::Lt, b.param(0), b.param(1));
+    let r = b.if_(c, then, otherwise, b.params(), &[Type::Real])[0];
+    let f = module.add(b.finish([("r".to_owned(), r)]));
+    expand(&mut module, &[f]).unwrap();
+    assert_eq!(run(&module, f, &[2.0, 5.0]), [60.0]);
+    let (id, pattern) = jacobian(&mut module, f, &[0, 1]).unwrap();
+    assert_eq!(pattern, [Entry { result: 0, param: 0 }, Entry { result: 0, param: 1 }]);
+    assert_eq!(run(&module, id, &[2.0, 5.0]), [60.0, 60.0, 12.0]);
+    assert_eq!(run(&module, id, &[6.0, 5.0])[2], 0.0);
+}
+
+/// Derivatives of ever higher order of sin(x) ln(x) grow; the limit on size ends that with an error.
+#[test]
+fn derivatives_without_end_meet_the_limit() {
+    let mut module = Module::default();
+    let mut b = FunctionBuilder::new("f0", vec![Parameter::real("x")]);
+    let x = b.param(0);
+    let (mut r, one) = (x, b.real(1.0));
+    for _ in 0..12 {
+        let s = b.unary(Unary::Sin, r);
+        let t = b.add(s, one);
+        let q = b.div(t, r);
+        r = b.pow(q, x);
+    }
+    let mut f = module.add(b.finish([("r".to_owned(), r)]));
+    for k in 1..60 {
+        let mut b = FunctionBuilder::new(format!("f{k}"), vec![Parameter::real("x")]);
+        let (x, one) = (b.param(0), b.real(1.0));
+        let r = b.tangent(f, vec![x], vec![(0, one)], 1)[0];
+        f = module.add(b.finish([("r".to_owned(), r)]));
+    }
+    let limits = Limits { nodes: 10_000, ..Limits::default() };
+    assert!(matches!(expand_within(&mut module, &[f], limits), Err(DiffError::Size(_))));
+}
