@@ -117,9 +117,10 @@ impl Bvh {
         self.half_extent
     }
 
-    /// A ray for [`cast`](Self::cast). Origin and direction must be finite, the direction not zero.
-    pub(crate) fn local_ray(&self, origin: Vec3A, direction: Vec3A) -> LocalRay {
-        LocalRay::new(origin, direction, self.half_extent)
+    /// A ray for [`cast`](Self::cast). Origin and direction must be finite, the direction not zero. It hits triangles
+    /// whose normal goes with it (`facing` 1), against it (-1), or any (0).
+    pub(crate) fn local_ray(&self, origin: Vec3A, direction: Vec3A, facing: f32) -> LocalRay {
+        LocalRay::new(origin, direction, self.half_extent, facing)
     }
 
     /// The nodes, root first, the children of an inner node side by side; and the triangles, of which the leaf that
