@@ -74,7 +74,7 @@ pub fn fit(
         start
     } else {
         progress.report("screening orientations", f64::NAN, "");
-        screening::screen(&setting, &start).into_iter().next().map_or(start, |c| c.estimate)
+        screening::screen(&setting, &start).unwrap_or(start)
     };
     clock.lap("screen");
     progress.report("fitting", f64::NAN, "");
@@ -182,15 +182,6 @@ impl<'a> Setting<'a> {
         Ok(())
     }
 
-    /// The space in which only the motion varies.
-    pub(crate) fn rigid(&self, start: &Estimate) -> Space<'a> {
-        let x = self.space.x(&start.z).unwrap_or_else(|| self.start_x.clone());
-        let mut rigid = Space::new(self.model, &x, Vec::new(), true);
-        rigid.centre = self.space.centre;
-        rigid.radius = self.space.radius;
-        rigid
-    }
-
     /// An objective without normals.
     pub(crate) fn objective<'s>(&'s self, space: &'s Space<'s>, points: &'s Points, loss: Welsch) -> Objective<'s> {
         Objective {
@@ -247,7 +238,8 @@ impl<'a> Setting<'a> {
     /// present scale, and never below the noise's.
     fn scale(&self, at: &Estimate, points: &Points, loss: Welsch, signs: &[i8], noise: f64) -> Welsch {
         let objective = Objective { signs: Some(signs), ..self.objective(&self.space, points, loss) };
-        let mut distances = objective.distances(at);
+        let Ok(placed) = objective.place(at) else { return loss };
+        let mut distances: Vec<f64> = objective.feet(&placed, &at.motion).iter().map(|(_, f)| f.d2.sqrt()).collect();
         let spread = robust_deviation(&mut distances, loss.cutoff()).max(noise).max(1e-6 * self.radius);
         let next = Welsch::with_half_at(INLIER_DEVIATIONS * spread);
         Welsch { sigma: next.sigma.min(loss.sigma).max(0.35 * loss.sigma) }

@@ -1,15 +1,21 @@
 //! Where to begin: orientations that cover all rotations are tried coarsely, the best are taken further.
 
+use super::field::DistanceField;
 use super::gauss_newton::{self, Minimum, Stop};
 use super::loss::Welsch;
 use super::motion::{Motion, rotations};
-use super::objective::Order;
+use super::proposals;
+use super::restart::restart;
 use super::schedule::Setting;
-use super::space::{Estimate, Space};
+use super::space::Estimate;
 use rayon::prelude::*;
 
+/// The finest scale of psi here, as a fraction of the scan's radius.
+const FINE: f64 = 0.07;
+/// Shapes beside the start's and the default.
+const PROPOSALS: usize = 4;
 /// Orientations that are tried.
-const ORIENTATIONS: usize = 120;
+const ORIENTATIONS: usize = 200;
 
 /// A place to begin from, and the objective there.
 #[derive(Clone, Debug)]
@@ -18,44 +24,48 @@ pub(crate) struct Candidate {
     pub(crate) value: f64,
 }
 
-/// Candidates for the pose and the parameters, best first, from all orientations. `start` is one of them.
-pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Vec<Candidate> {
-    let rigid = setting.rigid(start);
-    let candidates = orientations(setting, &rigid, start);
-    let candidates = distinct(setting, candidates, 16);
+/// The best place to begin from: of all orientations, of the start's shape, the script's default shape and others that
+/// resemble the scan.
+pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Estimate> {
+    let mut shapes = vec![start.clone()];
+    let defaults: Vec<f64> = setting.model.parameters().iter().map(|p| p.default).collect();
+    let defaults = setting.space.estimate(&defaults, start.motion);
+    if setting.space.apart(&defaults, start) > 0.05 * setting.radius {
+        shapes.push(defaults);
+    }
+    shapes.extend(proposals::propose(setting, start, PROPOSALS));
+    let mut candidates: Vec<Candidate> =
+        shapes.iter().flat_map(|shape| distinct(setting, orientations(setting, shape), 12)).collect();
+    candidates.sort_by(|a, b| a.value.total_cmp(&b.value));
+    let candidates = distinct(setting, candidates, 20);
     let candidates = advance(setting, candidates, 700, &[0.3, 0.2], 8);
     let candidates = distinct(setting, candidates, 5);
-    let candidates = advance(setting, candidates, 2000, &[0.14, 0.1, 0.07], 8);
-    distinct(setting, candidates, 3)
+    let candidates = advance(setting, candidates, 2000, &[0.14, 0.1, FINE], 8);
+    let points = setting.points.sample(2000);
+    let mut best: Vec<Candidate> = distinct(setting, candidates, 2)
+        .into_iter()
+        .map(|candidate| restart(setting, start, &points, FINE, candidate))
+        .collect();
+    best.sort_by(|a, b| a.value.total_cmp(&b.value));
+    best.into_iter().next().map(|c| c.estimate)
 }
 
-/// Every orientation, moved rigidly to where it fits best.
-fn orientations(setting: &Setting, rigid: &Space, start: &Estimate) -> Vec<Candidate> {
-    let points = setting.points.sample(400);
+/// Every orientation, moved rigidly to where it fits best, with the parameters of `shape`.
+fn orientations(setting: &Setting, shape: &Estimate) -> Vec<Candidate> {
+    let points = setting.points.sample(350);
     let loss = Welsch { sigma: 0.35 * setting.radius };
-    let objective = setting.objective(rigid, &points, loss);
-    let home = Estimate { z: Vec::new(), motion: start.motion };
-    let Ok(placed) = objective.place(&home) else { return Vec::new() };
+    let objective = setting.objective(&setting.space, &points, loss);
+    let Ok(placed) = objective.place(shape) else { return Vec::new() };
+    let Some(field) = DistanceField::new(&placed.facets, 0.5 * setting.radius) else { return Vec::new() };
     let (centre, ..) = placed.facets.moments();
     let target = points.centre();
-    let mut motions = vec![start.motion];
+    let mut motions = vec![shape.motion];
     motions.extend(rotations(ORIENTATIONS).into_iter().map(|r| Motion::taking(r, centre, target)));
     let mut found: Vec<Candidate> = motions
         .into_par_iter()
-        .filter_map(|motion| {
-            let mut at = Estimate { z: Vec::new(), motion };
-            let mut evaluation = objective.evaluate_placed(&placed, &at, Order::Normal)?;
-            for _ in 0..6 {
-                let step = gauss_newton::damped_step(&evaluation, &rigid.room(&at), 1e-3)?;
-                let next = rigid.retract(&at, step.as_slice());
-                let there = objective.evaluate_placed(&placed, &next, Order::Normal)?;
-                if there.value >= evaluation.value {
-                    break;
-                }
-                at = next;
-                evaluation = there;
-            }
-            Some(Candidate { estimate: Estimate { z: start.z.clone(), motion: at.motion }, value: evaluation.value })
+        .map(|motion| {
+            let (motion, value) = field.settle(&points, loss, motion, centre, 12);
+            Candidate { estimate: Estimate { z: shape.z.clone(), motion }, value }
         })
         .collect();
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
