@@ -2,14 +2,16 @@
 //! and documented. No argument parsing, no printing.
 //!
 //! - [`mesh`]: triangle meshes, the plain data that stages exchange.
-//! - [`scan`]: reading and cleaning scans, normals, noise; the virtual laser scanner.
+//! - [`scan`]: reading and cleaning scans, normals, noise.
+//! - [`simulate`]: the virtual laser scanner.
 //! - [`model`]: a model as evaluable surface patches; tessellation, charts and texels.
 //! - [`bvh`]: nearest hits of rays and closest points on a triangle mesh.
 //! - [`fit`]: parameters and pose from a scan.
 //! - [`variance`]: distances from every texel of the model's surface to the scan; statistics.
 //! - [`export`]: the documents: X3D, pictures, meshes, report.
 //!
-//! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `export` reads all results.
+//! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `simulate` uses `bvh`; `export` reads all
+//! results.
 
 pub mod bvh;
 pub mod export;
@@ -18,4 +20,5 @@ pub mod mesh;
 pub mod model;
 pub mod progress;
 pub mod scan;
+pub mod simulate;
 pub mod variance;

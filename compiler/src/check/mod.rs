@@ -1,4 +1,101 @@
 //! Names, types, dimensions and instantiation: the syntax tree to a typed tree without generics.
+//!
+//! Types are inferred forwards: the type of an expression follows from those of its parts. A function has no type of
+//! its own; each call instantiates its body for the types of the arguments, once for each combination. A closure's type is the
+//! place where it was written and the types of what it captured, so that every call is resolved here. Ints and bools
+//! that are known now (literals, inputs, the bounds of ranges) are carried in their types: `if` on a known condition
+//! checks only the side taken, `for` over a known range is unrolled, and recursion on a known int ends here.
+//!
+//! In reading order: [`types`] and [`typed`] are what comes out; `modules` finds the files; `context` is the state;
+//! `expressions` dispatches on the kind of expression; `instantiate` makes function instances; `model` does the body of a model; `finish` numbers
+//! what is used.
 
+mod annotations;
+mod builtins;
+mod calls;
+mod constants;
+mod context;
+mod convert;
+mod derivatives;
+mod describe;
+mod evaluate;
+mod expressions;
+mod finish;
+mod free;
+mod instantiate;
+mod iteration;
+mod model;
+mod modules;
+mod names;
+mod operators;
+mod parts;
+mod print;
+mod stdlib;
+mod suggest;
 pub mod typed;
 pub mod types;
+
+#[cfg(test)]
+mod tests;
+
+pub use print::print;
+
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::source::{FileId, Loader, Sources};
+use std::collections::BTreeMap;
+
+/// The value of an input, given from outside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum InputValue {
+    /// For an `int`; also taken for a `real`.
+    Int(i64),
+    /// For a `bool`.
+    Bool(bool),
+    /// For a `real`, or in millimetres or radians for a `length` or `angle`.
+    Real(f64),
+}
+
+/// What bounds the checker's work, so that no script takes the machine with it.
+#[derive(Clone, Debug)]
+pub struct CheckOptions {
+    /// Which model of the file; the last one where `None`.
+    pub model: Option<String>,
+    /// How many calls may be instantiated within one another: the depth of recursion on known ints.
+    pub depth: usize,
+    /// How many function instances there may be.
+    pub instances: usize,
+    /// How many turns a comprehension may have, and elements an array.
+    pub turns: usize,
+    /// How many turns of a `fold` are written out; one of more turns becomes a loop.
+    pub unroll: usize,
+    /// How many nodes the typed tree and the types in it may have.
+    pub nodes: usize,
+}
+
+impl Default for CheckOptions {
+    fn default() -> CheckOptions {
+        CheckOptions { model: None, depth: 400, instances: 20_000, turns: 4096, unroll: 64, nodes: 4_000_000 }
+    }
+}
+
+/// Checks the file `main` and what it uses, with its last model (or the one that the options name) as the main one.
+///
+/// Returns `None` where there is an error, and where the file has no model, which is none: a library is checked as far as its
+/// functions have annotated parameters. Diagnostics are in the order of the source.
+pub fn check(
+    sources: &mut Sources,
+    loader: &dyn Loader,
+    main: FileId,
+    inputs: &BTreeMap<String, InputValue>,
+    options: &CheckOptions,
+) -> (Option<typed::Model>, Vec<Diagnostic>) {
+    let (loaded, mut diagnostics) = modules::load(sources, loader, main);
+    let (modules, more) = modules::index(&loaded);
+    diagnostics.extend(more);
+    let mut checker = context::Checker::new(&modules, options);
+    let model = checker.check_main(inputs);
+    diagnostics.extend(checker.into_diagnostics());
+    diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
+    let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
+    (model.filter(|_| !failed), diagnostics)
+}

@@ -227,6 +227,134 @@ pub enum ExprKind {
     },
 }
 
+impl Expr {
+    /// The call that it makes or derives.
+    #[must_use]
+    pub fn call(&self) -> Option<&Call> {
+        match &self.kind {
+            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => Some(call),
+            _ => None,
+        }
+    }
+
+    /// The call that it makes or derives.
+    pub fn call_mut(&mut self) -> Option<&mut Call> {
+        match &mut self.kind {
+            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => Some(call),
+            _ => None,
+        }
+    }
+
+    /// Visits the expressions directly within it, in the order of evaluation.
+    pub fn for_each_child<'e>(&'e self, f: &mut dyn FnMut(&'e Expr)) {
+        match &self.kind {
+            ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_) => {}
+            ExprKind::Convert(a) | ExprKind::Unary(_, a) | ExprKind::Element(a, _) => f(a),
+            ExprKind::Binary(_, a, b) | ExprKind::Index(a, b) => {
+                f(a);
+                f(b);
+            }
+            ExprKind::If(c, a, b) => {
+                f(c);
+                f(a);
+                f(b);
+            }
+            ExprKind::Aggregate(items) => items.iter().for_each(f),
+            ExprKind::Block(statements, value) => {
+                statements.iter().for_each(|s| f(s.expr()));
+                f(value);
+            }
+            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => {
+                call.closure.iter().for_each(|e| f(e));
+                call.args.iter().for_each(f);
+            }
+            ExprKind::Fold { from, to, init, body, .. } => {
+                f(from);
+                f(to);
+                f(init);
+                f(body);
+            }
+        }
+    }
+
+    /// Visits the expressions directly within it, in the order of evaluation.
+    pub fn for_each_child_mut(&mut self, f: &mut dyn FnMut(&mut Expr)) {
+        match &mut self.kind {
+            ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_) => {}
+            ExprKind::Convert(a) | ExprKind::Unary(_, a) | ExprKind::Element(a, _) => f(a),
+            ExprKind::Binary(_, a, b) | ExprKind::Index(a, b) => {
+                f(a);
+                f(b);
+            }
+            ExprKind::If(c, a, b) => {
+                f(c);
+                f(a);
+                f(b);
+            }
+            ExprKind::Aggregate(items) => items.iter_mut().for_each(f),
+            ExprKind::Block(statements, value) => {
+                statements.iter_mut().for_each(|s| f(s.expr_mut()));
+                f(value);
+            }
+            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => {
+                call.closure.iter_mut().for_each(|e| f(e));
+                call.args.iter_mut().for_each(f);
+            }
+            ExprKind::Fold { from, to, init, body, .. } => {
+                f(from);
+                f(to);
+                f(init);
+                f(body);
+            }
+        }
+    }
+}
+
+impl Statement {
+    /// The value that is bound, or the condition.
+    #[must_use]
+    pub fn expr(&self) -> &Expr {
+        match self {
+            Statement::Let(_, e) | Statement::Require { condition: e, .. } => e,
+        }
+    }
+
+    /// The value that is bound, or the condition.
+    pub fn expr_mut(&mut self) -> &mut Expr {
+        match self {
+            Statement::Let(_, e) | Statement::Require { condition: e, .. } => e,
+        }
+    }
+}
+
+impl Model {
+    /// Visits the outermost expressions: bounds, statements, parts. Functions are not among them.
+    pub fn for_each_root<'m>(&'m self, f: &mut dyn FnMut(&'m Expr)) {
+        for param in &self.params {
+            param.lower.iter().chain(&param.upper).for_each(&mut *f);
+        }
+        self.body.iter().for_each(|s| f(s.expr()));
+        for part in &self.parts {
+            part.tolerance.iter().for_each(&mut *f);
+            f(&part.shape);
+            f(&part.point);
+        }
+    }
+
+    /// Visits the outermost expressions: bounds, statements, parts. Functions are not among them.
+    pub fn for_each_root_mut(&mut self, f: &mut dyn FnMut(&mut Expr)) {
+        for param in &mut self.params {
+            param.lower.iter_mut().chain(&mut param.upper).for_each(&mut *f);
+        }
+        self.body.iter_mut().for_each(|s| f(s.expr_mut()));
+        for part in &mut self.parts {
+            part.tolerance.iter_mut().for_each(&mut *f);
+            f(&mut part.shape);
+            f(&mut part.point);
+        }
+    }
+}
+
 /// A call.
 #[derive(Clone, Debug)]
 pub struct Call {

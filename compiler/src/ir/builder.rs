@@ -340,6 +340,21 @@ impl FunctionBuilder {
         self.node(Op::Compare(op, a, b), Type::Bool)
     }
 
+    /// Puts the nodes of a function here, in the place of a call of it; returns its results.
+    pub fn splice(&mut self, function: &Function, args: &[Value]) -> Vec<Value> {
+        let mut values: Vec<Value> = Vec::with_capacity(function.nodes.len());
+        for node in &function.nodes {
+            let value = if let Op::Param(i) = node.op {
+                args[i as usize]
+            } else {
+                self.span = node.span;
+                self.emit(&node.op.map_operands(|v| values[v.0 as usize]), node.ty)
+            };
+            values.push(value);
+        }
+        function.results.iter().map(|r| values[r.0 as usize]).collect()
+    }
+
     /// What is known of a value.
     pub(super) fn facts(&self, value: Value) -> Facts {
         self.facts[value.0 as usize]

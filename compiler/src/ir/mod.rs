@@ -1,14 +1,22 @@
 //! Scalar functions in SSA form with structured control flow.
 //!
-//! [`FunctionBuilder`] makes functions and simplifies while it does so; the passes rebuild functions
-//! through it.
+//! [`FunctionBuilder`] makes functions and simplifies while it does so; the passes ([`inline()`],
+//! [`simplify()`]) rebuild functions through it. [`validate()`] says whether a module is well formed; [`interpret`] is the
+//! oracle that every other way of running a function must agree with; [`print`] shows functions.
 
 pub mod arithmetic;
 pub mod builder;
 pub mod function;
+pub mod graph;
+pub mod inline;
+pub mod interpret;
+pub mod lower;
 pub mod lowered;
 pub mod operands;
+pub mod print;
 pub mod scalar;
+pub mod simplify;
+pub mod validate;
 
 mod algebra;
 mod dce;
@@ -16,6 +24,12 @@ mod facts;
 mod logic;
 mod powers;
 
+#[cfg(test)]
+mod tests;
+
 pub use builder::FunctionBuilder;
 pub use function::*;
+pub use inline::inline;
 pub use lowered::{LoweredModel, LoweredPart, LoweredRequire};
+pub use simplify::simplify;
+pub use validate::validate;

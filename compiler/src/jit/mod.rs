@@ -1,1 +1,27 @@
 //! Machine code for IR functions, by Cranelift.
+//!
+//! A [`Compiler`] takes functions of one IR module, as plain [`Routine`]s or as [`Kernel`]s that loop over a batch of
+//! surface points, and gives a [`Code`] that owns their machine code and frees it when dropped.
+//!
+//! Generated code never traps and never writes but to its results: every call returns a status. Loops and calls count
+//! against the budget of [`Limits`]; calls also against a depth and against the stack in use; integer divisions
+//! are guarded; conversions saturate. What an operation computes is what
+//! [`arithmetic`](crate::ir::arithmetic) says, bit for bit: elementary functions call it, and the rest are the IEEE
+//! operations that it uses.
+
+mod code;
+mod compiler;
+mod context;
+mod control;
+mod host;
+mod kernel;
+mod lower;
+mod memory;
+mod plan;
+
+#[cfg(test)]
+mod tests;
+
+pub use code::{Code, Points, Stopped};
+pub use compiler::{Compiler, JitError, Kernel, KernelShape, Listing, Options, Output, Routine};
+pub use context::{Limits, Stop};

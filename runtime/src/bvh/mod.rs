@@ -23,6 +23,8 @@ use block::TriangleBlock;
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::node::Bvh2Node;
+use ray::LocalRay;
 use thiserror::Error;
 
 /// Coordinates further than this from the mesh's centre are refused. Millimetres.
@@ -107,6 +109,22 @@ impl Bvh {
     /// A point in single precision, relative to the centre.
     pub(crate) fn to_local(&self, p: [f64; 3]) -> Vec3A {
         Vec3A::from_array(std::array::from_fn(|k| (p[k] - self.center[k]) as f32))
+    }
+
+    /// Half the sides of the mesh's bounding box.
+    pub(crate) fn half_extent(&self) -> Vec3A {
+        self.half_extent
+    }
+
+    /// A ray for [`cast`](Self::cast). Origin and direction must be finite, the direction not zero.
+    pub(crate) fn local_ray(&self, origin: Vec3A, direction: Vec3A) -> LocalRay {
+        LocalRay::new(origin, direction, self.half_extent)
+    }
+
+    /// The nodes, root first, the children of an inner node side by side; and the triangles, of which the leaf that
+    /// starts at primitive 4 b has block b.
+    pub(crate) fn parts(&self) -> (&[Bvh2Node], &[TriangleBlock]) {
+        (&self.tree.nodes, &self.blocks)
     }
 
     /// A distance that single precision cannot tell from zero: 2^-20 of the largest coordinate. Millimetres.

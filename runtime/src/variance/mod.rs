@@ -1,5 +1,21 @@
 //! Distances from every texel of the model's surface to the scan; statistics.
+//!
+//! [`trace`] casts the rays, natively or by a compute shader, and gives [`Deviations`]; [`DistanceTexture`] codes them
+//! as the paper does; [`VarianceReport`] has the statistics.
 
 mod deviations;
+mod moments;
+mod report;
+mod statistics;
+mod texture;
+mod trace;
+mod trace_cpu;
+mod trace_gpu;
 
 pub use deviations::Deviations;
+pub use moments::{Moments, Percentiles, SignedMoments};
+pub use report::{PartStatistics, SIGN_CONVENTION, VarianceReport, VarianceSeconds};
+pub use statistics::{Histogram, Statistics};
+pub use texture::{DistanceTexture, signed_distances};
+pub use trace::{Device, Trace, TraceError, trace};
+pub use trace_gpu::GpuError;

@@ -33,6 +33,7 @@ pub(crate) fn load(path: &str) -> Scan {
     Scan {
         mesh: TriangleMesh { positions, normals, texcoords: Vec::new(), triangles, groups: Vec::new() },
         source: ScanSource::default(),
+        oriented: true,
         noise: 0.3,
         cleaning: Cleaning::default(),
     }
@@ -97,7 +98,7 @@ pub(crate) fn scan_of(model: &dyn Model, x: &[f64], noise: f64, count: usize, se
             mesh.normals.push(n.to_array());
         }
     }
-    Scan { mesh, source: ScanSource::default(), noise, cleaning: Cleaning::default() }
+    Scan { mesh, oriented: true, source: ScanSource::default(), noise, cleaning: Cleaning::default() }
 }
 
 #[test]

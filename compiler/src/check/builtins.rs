@@ -1,0 +1,361 @@
+//! What is built in: only what cannot be written in the language.
+
+use super::calls::Given;
+use super::constants::constant;
+use super::context::{Checker, error, int};
+use super::convert::{exponent_error, square_root, unit_advice};
+use super::operators::{binary, common, unary};
+use super::suggest::nearest;
+use super::typed::{Binary, Expr, ExprKind, Type, Unary};
+use super::types::Dimension;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+
+/// A built-in function.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Builtin {
+    /// Bare number to bare number.
+    Plain(Unary),
+    /// Angle to bare number.
+    OfAngle(Unary),
+    /// Bare number to angle.
+    ToAngle(Unary),
+    Sqrt,
+    Abs,
+    Sign,
+    Atan2,
+    Min,
+    Max,
+    /// Bare number to whole number.
+    Rounded(Unary),
+    Real,
+    Stop,
+    Len,
+    Fold,
+    Sum,
+    Each,
+    Arity,
+}
+
+/// Name, function, names of its parameters.
+const TABLE: &[(&str, Builtin, &[&str])] = &[
+    ("sqrt", Builtin::Sqrt, &["x"]),
+    ("exp", Builtin::Plain(Unary::Exp), &["x"]),
+    ("ln", Builtin::Plain(Unary::Ln), &["x"]),
+    ("sin", Builtin::OfAngle(Unary::Sin), &["angle"]),
+    ("cos", Builtin::OfAngle(Unary::Cos), &["angle"]),
+    ("tan", Builtin::OfAngle(Unary::Tan), &["angle"]),
+    ("asin", Builtin::ToAngle(Unary::Asin), &["x"]),
+    ("acos", Builtin::ToAngle(Unary::Acos), &["x"]),
+    ("atan", Builtin::ToAngle(Unary::Atan), &["x"]),
+    ("atan2", Builtin::Atan2, &["y", "x"]),
+    ("sinh", Builtin::Plain(Unary::Sinh), &["x"]),
+    ("cosh", Builtin::Plain(Unary::Cosh), &["x"]),
+    ("tanh", Builtin::Plain(Unary::Tanh), &["x"]),
+    ("abs", Builtin::Abs, &["x"]),
+    ("sign", Builtin::Sign, &["x"]),
+    ("min", Builtin::Min, &["a", "b"]),
+    ("max", Builtin::Max, &["a", "b"]),
+    ("floor", Builtin::Rounded(Unary::Floor), &["x"]),
+    ("ceil", Builtin::Rounded(Unary::Ceil), &["x"]),
+    ("round", Builtin::Rounded(Unary::Round), &["x"]),
+    ("int", Builtin::Rounded(Unary::Truncate), &["x"]),
+    ("real", Builtin::Real, &["x"]),
+    ("stop", Builtin::Stop, &["x"]),
+    ("len", Builtin::Len, &["xs"]),
+    ("fold", Builtin::Fold, &["init", "xs", "f"]),
+    ("sum", Builtin::Sum, &["xs"]),
+    ("each", Builtin::Each, &["shape", "f"]),
+    ("arity", Builtin::Arity, &["f"]),
+];
+
+/// The value of a built-in constant.
+pub(super) fn constant_named(name: &str, span: Span) -> Option<Expr> {
+    let value = match name {
+        "pi" => std::f64::consts::PI,
+        "tau" => std::f64::consts::TAU,
+        _ => return None,
+    };
+    Some(Expr { kind: ExprKind::Real(value), ty: Type::ANGLE, span })
+}
+
+/// All names that are built in.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    TABLE.iter().map(|(name, ..)| *name).chain(["pi", "tau"])
+}
+
+impl Builtin {
+    pub(super) fn named(name: &str) -> Option<Builtin> {
+        TABLE.iter().find(|(n, ..)| *n == name).map(|(_, builtin, _)| *builtin)
+    }
+
+    fn entry(self) -> (&'static str, &'static [&'static str]) {
+        TABLE.iter().find(|(_, b, _)| *b == self).map_or(("", &[]), |(name, _, params)| (*name, *params))
+    }
+
+    pub(super) fn parameters(self) -> &'static [&'static str] {
+        self.entry().1
+    }
+
+    /// Whether it takes one argument or more.
+    pub(super) fn variadic(self) -> bool {
+        matches!(self, Builtin::Min | Builtin::Max)
+    }
+}
+
+impl<'a> Checker<'a> {
+    /// The arguments of a built-in function in order.
+    pub(super) fn builtin_args(&mut self, builtin: Builtin, args: Vec<Given<'a>>, span: Span) -> Option<Vec<Expr>> {
+        let (name, params) = builtin.entry();
+        let mut slots: Vec<Option<Expr>> = Vec::new();
+        for (i, arg) in args.into_iter().enumerate() {
+            let at = match arg.label {
+                None => i,
+                Some(label) => match params.iter().position(|p| *p == label.text) {
+                    Some(at) => at,
+                    None => {
+                        let message = format!("'{name}' has no parameter '{}'", label.text);
+                        let diagnostic = Diagnostic::error("unknown-label", label.span, message);
+                        self.report(match nearest(&label.text, params.iter().copied()) {
+                            Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
+                            None => diagnostic.hint(format!("its parameters are {}", params.join(", "))),
+                        });
+                        return None;
+                    }
+                },
+            };
+            if slots.len() <= at {
+                slots.resize_with(at + 1, || None);
+            }
+            slots[at] = Some(arg.value);
+        }
+        let given: Option<Vec<Expr>> = slots.into_iter().collect();
+        match given {
+            Some(given) if given.len() == params.len() || (builtin.variadic() && !given.is_empty()) => Some(given),
+            _ => {
+                let wanted = match params.len() {
+                    _ if builtin.variadic() => "one argument or more".to_owned(),
+                    1 => "one argument".to_owned(),
+                    n => format!("{n} arguments: {}", params.join(", ")),
+                };
+                self.report(Diagnostic::error("arguments", span, format!("'{name}' takes {wanted}")));
+                None
+            }
+        }
+    }
+
+    /// A built-in function of values, which are as many as it wants.
+    pub(super) fn builtin(&mut self, builtin: Builtin, args: Vec<Expr>, span: Span) -> Expr {
+        if args.iter().any(|a| a.ty.is_error()) || !self.charge(1, span) {
+            return error(span);
+        }
+        let mut args = args.into_iter();
+        let Some(first) = args.next() else { return error(span) };
+        match (builtin, args.next(), args.next()) {
+            (Builtin::Min | Builtin::Max, second, third) => {
+                let rest = second.into_iter().chain(third).chain(args);
+                self.extreme(builtin, first, rest.collect(), span)
+            }
+            (Builtin::Fold, Some(xs), Some(f)) => self.fold(first, xs, f, span),
+            (Builtin::Each, Some(f), None) => self.each(first, f, span),
+            (Builtin::Atan2, Some(x), None) => self.atan2(first, x, span),
+            (_, None, None) => self.builtin_of_one(builtin, first, span),
+            _ => error(span),
+        }
+    }
+
+    fn builtin_of_one(&mut self, builtin: Builtin, x: Expr, span: Span) -> Expr {
+        match builtin {
+            Builtin::Plain(op) => self.of_bare(builtin, op, x, Type::REAL, span),
+            Builtin::ToAngle(op) => self.of_bare(builtin, op, x, Type::ANGLE, span),
+            Builtin::OfAngle(op) => self.of_angle(builtin, op, x, span),
+            Builtin::Rounded(op) => self.rounded(builtin, op, x, span),
+            Builtin::Sum => self.sum_of(x, span),
+            Builtin::Len => self.len(&x, span),
+            Builtin::Stop => self.stop(x, span),
+            Builtin::Arity => {
+                let n = if let Type::Closure(id) = x.ty { self.arity(id) } else { 0 };
+                int(n as i64, span)
+            }
+            Builtin::Abs => match x.ty {
+                Type::Int(Some(k)) if k != i64::MIN => int(k.abs(), span),
+                Type::Int(_) => unary(Unary::Abs, x, Type::INT, span),
+                _ => self.keeping(builtin, Unary::Abs, x, span, Some),
+            },
+            Builtin::Sign => self.keeping(builtin, Unary::Sign, x, span, |_| Some(Dimension::NONE)),
+            Builtin::Sqrt => self.keeping(builtin, Unary::Sqrt, x, span, square_root),
+            Builtin::Real => self.keeping_value(builtin, x, span),
+            _ => error(span),
+        }
+    }
+
+    fn argument(&mut self, builtin: Builtin, x: Expr) -> Option<(Expr, Dimension)> {
+        let what = format!("'{}'", builtin.entry().0);
+        self.number(x, &what)
+    }
+
+    fn keeping_value(&mut self, builtin: Builtin, x: Expr, span: Span) -> Expr {
+        match self.argument(builtin, x) {
+            Some((x, d)) => Expr { ty: Type::Real(d), span, ..x },
+            None => error(span),
+        }
+    }
+
+    /// A function whose result's dimension follows from the argument's.
+    fn keeping(
+        &mut self,
+        builtin: Builtin,
+        op: Unary,
+        x: Expr,
+        span: Span,
+        dimension: fn(Dimension) -> Option<Dimension>,
+    ) -> Expr {
+        let Some((x, d)) = self.argument(builtin, x) else { return error(span) };
+        match dimension(d) {
+            Some(d) => unary(op, x, Type::Real(d), span),
+            None => self.fail(exponent_error(span)),
+        }
+    }
+
+    /// The argument as a bare number, or an error.
+    fn bare(&mut self, builtin: Builtin, x: Expr) -> Option<Expr> {
+        let (x, d) = self.argument(builtin, x)?;
+        if d.is_none() || d.angle {
+            return Some(x);
+        }
+        let message = format!("'{}' wants a bare number, and this is {d}", builtin.entry().0);
+        let diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
+        self.report(diagnostic.hint("divide by one of the same kind, such as x / 1mm"));
+        None
+    }
+
+    fn of_bare(&mut self, builtin: Builtin, op: Unary, x: Expr, ty: Type, span: Span) -> Expr {
+        match self.bare(builtin, x) {
+            Some(x) => unary(op, x, ty, span),
+            None => error(span),
+        }
+    }
+
+    fn of_angle(&mut self, builtin: Builtin, op: Unary, x: Expr, span: Span) -> Expr {
+        let Some((x, d)) = self.argument(builtin, x) else { return error(span) };
+        if d.angle {
+            return unary(op, x, Type::REAL, span);
+        }
+        let message = format!("'{}' wants an angle, and this is {d}", builtin.entry().0);
+        let mut diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
+        if d.is_none() {
+            diagnostic.hint = unit_advice(&x, Dimension::ANGLE).map(|advice| {
+                if advice.starts_with("did") {
+                    advice
+                } else {
+                    "multiply by 1deg or 1rad to say which is meant".to_owned()
+                }
+            });
+        }
+        self.fail(diagnostic)
+    }
+
+    fn rounded(&mut self, builtin: Builtin, op: Unary, x: Expr, span: Span) -> Expr {
+        if matches!(x.ty, Type::Int(_)) {
+            return x;
+        }
+        let Some(x) = self.bare(builtin, x) else { return error(span) };
+        if let Some(value) = constant(&x) {
+            let value = match op {
+                Unary::Floor => value.floor(),
+                Unary::Ceil => value.ceil(),
+                Unary::Round => value.round(),
+                _ => value.trunc(),
+            };
+            return int(value as i64, span);
+        }
+        unary(op, x, Type::INT, span)
+    }
+
+    fn len(&mut self, x: &Expr, span: Span) -> Expr {
+        match &x.ty {
+            Type::Array(_, n) => int(*n as i64, span),
+            Type::Tuple(types) => int(types.len() as i64, span),
+            Type::Range(Some(a), Some(b)) => int(b.saturating_sub(*a).max(0), span),
+            other => {
+                let message = format!("'len' wants an array, and this is {}", self.describe(other));
+                self.fail(Diagnostic::error("type-mismatch", x.span, message))
+            }
+        }
+    }
+
+    fn stop(&mut self, x: Expr, span: Span) -> Expr {
+        let plain = matches!(x.ty, Type::Real(_) | Type::Int(_) | Type::Tuple(_));
+        match Checker::all_real(&x.ty).filter(|_| plain) {
+            _ if matches!(x.ty, Type::Int(_)) => x,
+            Some(real) => {
+                let x = self.convert(x, &real);
+                unary(Unary::Stop, x, real, span)
+            }
+            None => {
+                let message = format!("'stop' wants a number or a vector, and this is {}", self.describe(&x.ty));
+                self.fail(Diagnostic::error("type-mismatch", x.span, message))
+            }
+        }
+    }
+
+    fn atan2(&mut self, y: Expr, x: Expr, span: Span) -> Expr {
+        let (Some((y, dy)), Some((x, dx))) = (self.argument(Builtin::Atan2, y), self.argument(Builtin::Atan2, x))
+        else {
+            return error(span);
+        };
+        if common(dy, dx).is_some() {
+            return binary(Binary::Atan2, y, x, Type::ANGLE, span);
+        }
+        let message = format!("'atan2' wants two of one kind, and these are {dy} and {dx}");
+        self.fail(Diagnostic::error("dimension-mismatch", span, message))
+    }
+
+    fn extreme(&mut self, builtin: Builtin, first: Expr, mut rest: Vec<Expr>, span: Span) -> Expr {
+        let mut statements = Vec::new();
+        let mut best = first;
+        if rest.is_empty() {
+            // Of the elements of one array.
+            let Some(items) = self.items(best, &mut statements) else { return error(span) };
+            rest = items;
+            if rest.is_empty() {
+                return self.fail(Diagnostic::error(
+                    "arguments",
+                    span,
+                    "an empty array has no least or greatest element",
+                ));
+            }
+            best = rest.remove(0);
+        }
+        for x in rest {
+            let value = self.extreme_of_two(builtin, best, x, span);
+            if value.ty.is_error() {
+                return value;
+            }
+            best = self.keep("", value, &mut statements);
+        }
+        super::expressions::wrap(statements, best, span)
+    }
+
+    fn extreme_of_two(&mut self, builtin: Builtin, a: Expr, b: Expr, span: Span) -> Expr {
+        let op = if builtin == Builtin::Min { Binary::Min } else { Binary::Max };
+        if let (Type::Int(x), Type::Int(y)) = (&a.ty, &b.ty) {
+            return match (x, y) {
+                (Some(x), Some(y)) => int(if op == Binary::Min { *x.min(y) } else { *x.max(y) }, span),
+                _ => binary(op, a, b, Type::INT, span),
+            };
+        }
+        let (Some((a, da)), Some((b, db))) = (self.argument(builtin, a), self.argument(builtin, b)) else {
+            return error(span);
+        };
+        match common(da, db) {
+            Some(d) => binary(op, a, b, Type::Real(d), span),
+            None => {
+                let message = format!("'{}' wants numbers of one kind, and these are {da} and {db}", builtin.entry().0);
+                let mut diagnostic = Diagnostic::error("dimension-mismatch", span, message);
+                diagnostic.hint = if db.is_none() { unit_advice(&b, da) } else { unit_advice(&a, db) };
+                self.fail(diagnostic)
+            }
+        }
+    }
+}

@@ -1,0 +1,312 @@
+//! Calls: which argument goes to which parameter.
+
+use super::context::{Checker, Code, error, known};
+use super::expressions::element;
+use super::suggest::nearest;
+use super::typed::{Call, Expr, ExprKind, FunctionId, Type};
+use super::types::ClosureId;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::syntax::ast::{self, Arg, FnParam, Ident, ItemKind, Pattern, TypeExpr};
+
+/// An argument of a call.
+pub(super) struct Given<'a> {
+    pub(super) label: Option<&'a Ident>,
+    pub(super) value: Expr,
+}
+
+/// A parameter as callers see it.
+#[derive(Clone, Copy)]
+pub(super) struct Parameter<'a> {
+    /// Its label; empty for a tuple pattern.
+    pub(super) name: &'a str,
+    pub(super) ty: Option<&'a TypeExpr>,
+    pub(super) optional: bool,
+}
+
+impl<'a> Checker<'a> {
+    /// The parameters of a function value.
+    pub(super) fn parameters(&self, id: ClosureId) -> Vec<Parameter<'a>> {
+        match self.closure(id).code {
+            Code::Function(_, decl) => decl.params.iter().map(parameter).collect(),
+            Code::Lambda(_, params, _) => params.iter().map(parameter).collect(),
+            Code::Model(_, model) => model.items.iter().filter_map(model_parameter).collect(),
+            Code::Global(..) => Vec::new(),
+            Code::Builtin(builtin) => {
+                builtin.parameters().iter().map(|name| Parameter { name, ty: None, optional: false }).collect()
+            }
+            Code::Derivative(of, _) => self.parameters(of),
+        }
+    }
+
+    /// How many arguments a function must be given.
+    pub(super) fn arity(&self, id: ClosureId) -> usize {
+        self.parameters(id).iter().filter(|p| !p.optional).count()
+    }
+
+    /// Whether a function can be called with `n` arguments in order.
+    pub(super) fn accepts(&self, id: ClosureId, n: usize) -> bool {
+        if let Code::Builtin(builtin) = self.closure(id).code
+            && builtin.variadic()
+        {
+            return n >= 1;
+        }
+        let params = self.parameters(id);
+        n <= params.len() && params[n..].iter().all(|p| p.optional)
+    }
+
+    pub(super) fn call_expr(&mut self, f: &'a ast::Expr, args: &'a [Arg], span: Span) -> Expr {
+        let f = self.expr(f);
+        let args = self.given(args);
+        self.call(f, args, span)
+    }
+
+    fn given(&mut self, args: &'a [Arg]) -> Vec<Given<'a>> {
+        args.iter().map(|arg| Given { label: arg.label.as_ref(), value: self.expr(&arg.value) }).collect()
+    }
+
+    /// `a.f(b)`: a function of a module used whole, a function in a field, or `f(a, b)`.
+    pub(super) fn method(&mut self, receiver: &'a ast::Expr, name: &'a Ident, args: &'a [Arg], span: Span) -> Expr {
+        if let ast::ExprKind::Name(module) = &receiver.kind
+            && let Some(f) = self.module_member(module, &name.text, name.span)
+        {
+            let args = self.given(args);
+            return self.call(f, args, span);
+        }
+        let receiver = self.expr(receiver);
+        if let Some(index) = field_index(&receiver.ty, &name.text) {
+            let f = element(receiver, index);
+            let args = self.given(args);
+            return self.call(f, args, span);
+        }
+        let f = self.find(&name.text, name.span);
+        let mut all = vec![Given { label: None, value: receiver }];
+        all.extend(self.given(args));
+        match f {
+            Some(f) => self.call(f, all, span),
+            None => self.name(&name.text, name.span),
+        }
+    }
+
+    pub(super) fn field(&mut self, e: &'a ast::Expr, name: &'a Ident, span: Span) -> Expr {
+        if let ast::ExprKind::Name(module) = &e.kind
+            && let Some(member) = self.module_member(module, &name.text, name.span)
+        {
+            return member;
+        }
+        let value = self.expr(e);
+        if value.ty.is_error() {
+            return error(span);
+        }
+        if let Some(index) = field_index(&value.ty, &name.text) {
+            return Expr { span, ..element(value, index) };
+        }
+        let message = format!("{} has no '.{}'", self.describe(&value.ty), name.text);
+        let diagnostic = Diagnostic::error("unknown-field", name.span, message);
+        let fields: Vec<&str> = match &value.ty {
+            Type::Record(fields) => fields.iter().map(|(n, _)| &**n).collect(),
+            _ => Vec::new(),
+        };
+        let diagnostic = match (nearest(&name.text, fields.iter().copied()), &value.ty) {
+            (Some(near), _) => diagnostic.hint(format!("did you mean '.{near}'?")),
+            (None, Type::Record(_)) => diagnostic.hint(format!("its fields are {}", fields.join(", "))),
+            (None, Type::Tuple(_)) => diagnostic.hint("the components are .x, .y and .z"),
+            (None, Type::Closure(_)) => diagnostic.hint("call the function first"),
+            _ => diagnostic,
+        };
+        self.fail(diagnostic)
+    }
+
+    /// Calls a function value.
+    pub(super) fn call(&mut self, f: Expr, args: Vec<Given<'a>>, span: Span) -> Expr {
+        if f.ty.is_error() || args.iter().any(|a| a.value.ty.is_error()) {
+            return error(span);
+        }
+        let Type::Closure(id) = f.ty else {
+            let message = format!("only a function can be called, and this is {}", self.describe(&f.ty));
+            let diagnostic = Diagnostic::error("not-a-function", f.span, message);
+            let number = matches!(f.ty, Type::Int(_) | Type::Real(_));
+            return self.fail(if number { diagnostic.hint("write * to multiply") } else { diagnostic });
+        };
+        let code = self.closure(id).code;
+        if let Code::Builtin(builtin) = code {
+            return match self.builtin_args(builtin, args, span) {
+                Some(args) => self.builtin(builtin, args, span),
+                None => error(span),
+            };
+        }
+        let params = self.parameters(id);
+        let Some(slots) = self.match_args(id, &params, args, span) else { return error(span) };
+        let mut types = Vec::new();
+        let mut values = Vec::new();
+        for (param, slot) in params.iter().zip(slots) {
+            let Some(value) = slot else {
+                types.push(None);
+                continue;
+            };
+            let value = match param.ty {
+                Some(ty) => {
+                    let wanted = self.wanted(ty);
+                    self.fit(value, &wanted, &format!("'{}'", param.name))
+                }
+                None => value,
+            };
+            if value.ty.is_error() {
+                return error(span);
+            }
+            values.push(value);
+            types.push(Some(values[values.len() - 1].ty.clone()));
+        }
+        self.seeds_real(id, &mut types, &mut values);
+        match self.instantiate(id, types, span) {
+            Some((function, ty)) => self.make_call(function, f, values, ty, span),
+            None => error(span),
+        }
+    }
+
+    /// Calls a function value with values in order.
+    pub(super) fn call_with(&mut self, f: Expr, values: Vec<Expr>, span: Span) -> Expr {
+        let args = values.into_iter().map(|value| Given { label: None, value }).collect();
+        self.call(f, args, span)
+    }
+
+    pub(super) fn make_call(&self, function: FunctionId, f: Expr, args: Vec<Expr>, ty: Type, span: Span) -> Expr {
+        let captures = match f.ty {
+            Type::Closure(id) => !self.closure(id).captures.is_empty(),
+            _ => false,
+        };
+        let closure = captures.then(|| Box::new(f));
+        known(Expr { kind: ExprKind::Call(Call { function, closure, args }), ty, span })
+    }
+
+    /// A derivative's argument is a real, also where an int is given.
+    fn seeds_real(&mut self, id: ClosureId, types: &mut [Option<Type>], values: &mut [Expr]) {
+        let mut code = self.closure(id).code;
+        while let Code::Derivative(of, wrt) = code {
+            let at = types[..wrt].iter().flatten().count();
+            if let Some(Some(ty @ Type::Int(_))) = types.get_mut(wrt) {
+                *ty = Type::REAL;
+                let value = std::mem::replace(&mut values[at], error(Span::default()));
+                values[at] = self.convert(value, &Type::REAL);
+            }
+            code = self.closure(of).code;
+        }
+    }
+
+    /// The argument of every parameter; `None` where it is left to its default.
+    fn match_args(
+        &mut self,
+        id: ClosureId,
+        params: &[Parameter<'a>],
+        args: Vec<Given<'a>>,
+        span: Span,
+    ) -> Option<Vec<Option<Expr>>> {
+        let name = self.closure(id).name.clone();
+        let labelled_only = matches!(self.closure(id).code, Code::Model(..));
+        let mut slots: Vec<Option<Expr>> = params.iter().map(|_| None).collect();
+        let mut position = 0;
+        let mut good = true;
+        for arg in args {
+            let at = match arg.label {
+                Some(label) => match params.iter().position(|p| p.name == label.text) {
+                    Some(at) => at,
+                    None => {
+                        let diagnostic = self.unknown_label(&name, label, params);
+                        self.report(diagnostic);
+                        good = false;
+                        continue;
+                    }
+                },
+                None if labelled_only => {
+                    let message = format!("the arguments of the model '{name}' must be labelled");
+                    let hint = params.first().map(|p| format!("write {name}({}: ...)", p.name));
+                    let mut diagnostic = Diagnostic::error("arguments", arg.value.span, message);
+                    diagnostic.hint = hint;
+                    self.report(diagnostic);
+                    return None;
+                }
+                None => {
+                    position += 1;
+                    position - 1
+                }
+            };
+            match slots.get_mut(at) {
+                None => {
+                    let message = match params.len() {
+                        0 => format!("'{name}' takes no arguments"),
+                        1 => format!("'{name}' takes one argument, and this is one more"),
+                        n => format!("'{name}' takes {n} arguments, and this is one more"),
+                    };
+                    let diagnostic = Diagnostic::error("arguments", arg.value.span, message);
+                    self.report(self.with_definition(id, diagnostic));
+                    return None;
+                }
+                Some(Some(_)) => {
+                    let message = format!("'{}' is given twice", params[at].name);
+                    self.report(Diagnostic::error("arguments", arg.value.span, message));
+                    good = false;
+                }
+                Some(slot) => *slot = Some(arg.value),
+            }
+        }
+        let missing: Vec<&str> = params
+            .iter()
+            .zip(&slots)
+            .filter(|(p, s)| s.is_none() && !p.optional)
+            .map(|(p, _)| if p.name.is_empty() { "a tuple" } else { p.name })
+            .collect();
+        if good && !missing.is_empty() {
+            let list = missing.iter().map(|m| format!("'{m}'")).collect::<Vec<_>>().join(" and ");
+            let message = format!("this call of '{name}' lacks {list}");
+            self.report(self.with_definition(id, Diagnostic::error("arguments", span, message)));
+        }
+        (good && missing.is_empty()).then_some(slots)
+    }
+
+    fn unknown_label(&self, name: &str, label: &Ident, params: &[Parameter<'a>]) -> Diagnostic {
+        let names: Vec<&str> = params.iter().map(|p| p.name).filter(|n| !n.is_empty()).collect();
+        let message = format!("'{name}' has no parameter '{}'", label.text);
+        let diagnostic = Diagnostic::error("unknown-label", label.span, message);
+        match nearest(&label.text, names.iter().copied()) {
+            Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
+            None if names.is_empty() => diagnostic,
+            None => diagnostic.hint(format!("its parameters are {}", names.join(", "))),
+        }
+    }
+
+    /// Adds where the function is defined.
+    fn with_definition(&self, id: ClosureId, diagnostic: Diagnostic) -> Diagnostic {
+        match self.closure(id).code {
+            Code::Function(_, decl) => diagnostic.related(decl.name.span, "defined here"),
+            Code::Lambda(_, _, body) => diagnostic.related(body.span, "the function"),
+            Code::Model(_, model) => diagnostic.related(model.name.span, "defined here"),
+            _ => diagnostic,
+        }
+    }
+}
+
+/// Index of a record's field, or of a tuple's component by its letter.
+pub(super) fn field_index(ty: &Type, name: &str) -> Option<usize> {
+    match ty {
+        Type::Record(fields) => fields.iter().position(|(n, _)| &**n == name),
+        Type::Tuple(types) => ["x", "y", "z", "w"].iter().position(|n| *n == name).filter(|i| *i < types.len()),
+        _ => None,
+    }
+}
+
+fn parameter(param: &FnParam) -> Parameter<'_> {
+    let name = match &param.pattern {
+        Pattern::Name(ident) => ident.text.as_str(),
+        Pattern::Tuple(..) => "",
+    };
+    Parameter { name, ty: param.ty.as_ref(), optional: param.default.is_some() }
+}
+
+fn model_parameter(item: &ast::Item) -> Option<Parameter<'_>> {
+    match &item.kind {
+        ItemKind::Param(decl) | ItemKind::Input(decl) => {
+            Some(Parameter { name: &decl.name.text, ty: Some(&decl.ty), optional: decl.default.is_some() })
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,263 @@
+//! The checker's state, and the small things that everything in it needs.
+
+use super::CheckOptions;
+use super::builtins::Builtin;
+use super::instantiate::Instance;
+use super::modules::Module;
+use super::typed::{Expr, ExprKind, Function, FunctionId, Local, LocalId, Type};
+use super::types::ClosureId;
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::source::Span;
+use crate::syntax::ast;
+use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
+
+/// Everything that is known while checking.
+pub(super) struct Checker<'a> {
+    pub(super) modules: &'a [Module<'a>],
+    pub(super) options: &'a CheckOptions,
+    /// All locals so far, and whether each is used.
+    pub(super) locals: Vec<Local>,
+    pub(super) used: Vec<bool>,
+    /// All closure types so far.
+    pub(super) closures: Vec<Closure<'a>>,
+    pub(super) closure_ids: HashMap<(Origin, Vec<Type>), ClosureId>,
+    /// Function instances; `None` while in progress.
+    pub(super) functions: Vec<Option<Function>>,
+    pub(super) instances: HashMap<InstanceKey, Instance>,
+    /// The names in scope.
+    pub(super) env: Env<'a>,
+    /// The calls that led to the instance being checked, outermost first.
+    pub(super) trail: Vec<Step>,
+    /// Free names of lambdas and functions, by the address of their tree.
+    pub(super) free_names: HashMap<usize, Rc<[&'a str]>>,
+    diagnostics: Vec<Diagnostic>,
+    reported: HashSet<(Span, String)>,
+    nodes: usize,
+    exhausted: bool,
+}
+
+/// A function instance: what is called, for which types of arguments (`None` for one left to its default), and whether ints in the
+/// result are made reals.
+pub(super) type InstanceKey = (ClosureId, Vec<Option<Type>>, bool);
+
+/// A call on the way to the instance being checked.
+pub(super) struct Step {
+    pub(super) span: Span,
+    pub(super) name: Rc<str>,
+}
+
+/// The names in scope: those of one function, in one module.
+pub(super) struct Env<'a> {
+    pub(super) module: usize,
+    pub(super) names: Vec<(&'a str, Binding)>,
+}
+
+/// What a name in scope stands for.
+#[derive(Clone, Copy)]
+pub(super) enum Binding {
+    /// A local.
+    Local(LocalId),
+    /// The closure whose body this is; its captures are the locals from that one on.
+    Itself(ClosureId, LocalId),
+}
+
+/// A closure type.
+pub(super) struct Closure<'a> {
+    pub(super) name: Rc<str>,
+    pub(super) code: Code<'a>,
+    pub(super) captures: Vec<(&'a str, Type)>,
+    /// Nodes in the types of the captures.
+    pub(super) size: usize,
+}
+
+/// What a closure runs. `usize` is the module.
+#[derive(Clone, Copy)]
+pub(super) enum Code<'a> {
+    Function(usize, &'a ast::FunctionDecl),
+    Lambda(usize, &'a [ast::FnParam], &'a ast::Expr),
+    Model(usize, &'a ast::Model),
+    /// A top-level `let`, as a function without parameters.
+    Global(usize, &'a ast::Let),
+    Builtin(Builtin),
+    /// The derivative of another closure (its only capture) in the argument of that index.
+    Derivative(ClosureId, usize),
+}
+
+/// What makes closure types the same, beside the types that they captured.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Origin {
+    /// The address of the tree.
+    Tree(usize),
+    Builtin(Builtin),
+    Derivative(ClosureId, usize),
+}
+
+impl Code<'_> {
+    pub(super) fn origin(&self) -> Origin {
+        match *self {
+            Code::Function(_, decl) => Origin::Tree(std::ptr::from_ref(decl) as usize),
+            Code::Lambda(_, _, body) => Origin::Tree(std::ptr::from_ref(body) as usize),
+            Code::Model(_, model) => Origin::Tree(std::ptr::from_ref(model) as usize),
+            Code::Global(_, decl) => Origin::Tree(std::ptr::from_ref(decl) as usize),
+            Code::Builtin(builtin) => Origin::Builtin(builtin),
+            Code::Derivative(of, wrt) => Origin::Derivative(of, wrt),
+        }
+    }
+}
+
+impl<'a> Checker<'a> {
+    pub(super) fn new(modules: &'a [Module<'a>], options: &'a CheckOptions) -> Checker<'a> {
+        Checker {
+            modules,
+            options,
+            locals: Vec::new(),
+            used: Vec::new(),
+            closures: Vec::new(),
+            closure_ids: HashMap::new(),
+            functions: Vec::new(),
+            instances: HashMap::new(),
+            env: Env { module: 0, names: Vec::new() },
+            trail: Vec::new(),
+            free_names: HashMap::new(),
+            diagnostics: Vec::new(),
+            reported: HashSet::new(),
+            nodes: 0,
+            exhausted: false,
+        }
+    }
+
+    pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
+        self.diagnostics
+    }
+
+    pub(super) fn closure(&self, id: ClosureId) -> &Closure<'a> {
+        &self.closures[id.0 as usize]
+    }
+
+    /// The closure type of some code and captures.
+    pub(super) fn intern(&mut self, name: &str, code: Code<'a>, captures: Vec<(&'a str, Type)>) -> ClosureId {
+        let key = (code.origin(), captures.iter().map(|(_, t)| t.clone()).collect());
+        if let Some(id) = self.closure_ids.get(&key) {
+            return *id;
+        }
+        let id = ClosureId(self.closures.len() as u32);
+        let size = captures.iter().map(|(_, t)| self.size(t)).sum();
+        self.closures.push(Closure { name: name.into(), code, captures, size });
+        self.closure_ids.insert(key, id);
+        id
+    }
+
+    /// A new local.
+    pub(super) fn local(&mut self, name: &str, ty: Type, span: Span) -> LocalId {
+        self.locals.push(Local { name: name.to_owned(), ty, span });
+        self.used.push(false);
+        LocalId((self.locals.len() - 1) as u32)
+    }
+
+    /// A local's value; a constant where it is known.
+    pub(super) fn read(&mut self, id: LocalId, span: Span) -> Expr {
+        self.used[id.0 as usize] = true;
+        known(Expr { kind: ExprKind::Local(id), ty: self.locals[id.0 as usize].ty.clone(), span })
+    }
+
+    /// Reports an error, once for each place and kind, with the calls that led there. In the standard library the
+    /// place to show is the call that came from outside of it.
+    pub(super) fn report(&mut self, mut diagnostic: Diagnostic) {
+        if !self.reported.insert((diagnostic.span, diagnostic.code.clone())) {
+            return;
+        }
+        let error = diagnostic.severity == Severity::Error;
+        let mut steps: Vec<(Span, Rc<str>)> = self.trail.iter().map(|s| (s.span, s.name.clone())).collect();
+        if self.in_library(diagnostic.span)
+            && let Some(last) = steps.iter().rposition(|(span, _)| !self.in_library(*span))
+        {
+            let inner = std::mem::replace(&mut diagnostic.span, steps[last].0);
+            if !self.reported.insert((diagnostic.span, diagnostic.code.clone())) {
+                return;
+            }
+            let name = steps[last].1.clone();
+            let label = std::mem::take(&mut diagnostic.label);
+            let label = if label.is_empty() { format!("in '{name}'") } else { format!("in '{name}': {label}") };
+            diagnostic.related.push((inner, label));
+            steps.truncate(last);
+        }
+        if error {
+            let long = steps.len() > 8;
+            for (i, (span, name)) in steps.iter().enumerate().rev() {
+                // The nearest calls and the outermost; in between they repeat themselves.
+                if !long || i < 2 || i + 5 > steps.len() {
+                    diagnostic.related.push((*span, format!("from this call of '{name}'")));
+                }
+            }
+        }
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// Reports an error; the expression that stands for it agrees with everything.
+    pub(super) fn fail(&mut self, diagnostic: Diagnostic) -> Expr {
+        let span = diagnostic.span;
+        self.report(diagnostic);
+        error(span)
+    }
+
+    fn in_library(&self, span: Span) -> bool {
+        self.modules.iter().any(|m| m.std && m.items.first().is_some_and(|i| i.span.file == span.file))
+    }
+
+    /// Counts nodes of the tree or of types; says so once where there are too many. False then, and ever after.
+    pub(super) fn charge(&mut self, nodes: usize, span: Span) -> bool {
+        self.nodes = self.nodes.saturating_add(nodes);
+        if self.nodes > self.options.nodes && !self.exhausted {
+            self.exhausted = true;
+            let message =
+                format!("the script grows beyond {} nodes when its functions are instantiated", self.options.nodes);
+            self.report(
+                Diagnostic::error("too-large", span, message)
+                    .hint("long loops and deep recursion over known numbers are written out; shorten them"),
+            );
+        }
+        !self.exhausted
+    }
+
+    /// Nodes of a type, counting what closures captured.
+    pub(super) fn size(&self, ty: &Type) -> usize {
+        match ty {
+            Type::Tuple(ts) => 1 + ts.iter().map(|t| self.size(t)).sum::<usize>(),
+            Type::Array(t, n) => self.size(t).saturating_mul(*n).saturating_add(1),
+            Type::Record(fields) => 1 + fields.iter().map(|(_, t)| self.size(t)).sum::<usize>(),
+            Type::Closure(id) => 1 + self.closure(*id).size,
+            _ => 1,
+        }
+    }
+
+    /// The function of an instance that is done.
+    pub(super) fn function(&self, id: FunctionId) -> Option<&Function> {
+        self.functions.get(id.0 as usize)?.as_ref()
+    }
+}
+
+/// The expression that stands for an error.
+pub(super) fn error(span: Span) -> Expr {
+    Expr { kind: ExprKind::Aggregate(Vec::new()), ty: Type::Error, span }
+}
+
+/// An expression whose type says its value becomes that constant.
+pub(super) fn known(mut expr: Expr) -> Expr {
+    match expr.ty {
+        Type::Int(Some(k)) => expr.kind = ExprKind::Int(k),
+        Type::Bool(Some(b)) => expr.kind = ExprKind::Bool(b),
+        _ => {}
+    }
+    expr
+}
+
+/// A constant int.
+pub(super) fn int(value: i64, span: Span) -> Expr {
+    Expr { kind: ExprKind::Int(value), ty: Type::Int(Some(value)), span }
+}
+
+/// A constant bool.
+pub(super) fn boolean(value: bool, span: Span) -> Expr {
+    Expr { kind: ExprKind::Bool(value), ty: Type::Bool(Some(value)), span }
+}

@@ -1,0 +1,458 @@
+//! Expressions: one function for each kind that has no file of its own.
+
+use super::context::{Binding, Checker, Code, boolean, error, int, known};
+use super::free;
+use super::typed::{Expr, ExprKind, LocalId, Statement, Type};
+use super::types::Dimension;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::syntax::ast::{self, FnParam, FunctionDecl, Ident, Item, ItemKind, Pattern, UnaryOp, Unit};
+use std::rc::Rc;
+
+/// Stack that must be left before an expression is checked, and how much is added where it is not.
+const STACK_LEFT: usize = 128 << 10;
+const STACK_MORE: usize = 2 << 20;
+
+impl<'a> Checker<'a> {
+    /// Checks an expression in the names that are in scope.
+    pub(super) fn expr(&mut self, expr: &'a ast::Expr) -> Expr {
+        if !self.charge(1, expr.span) {
+            return error(expr.span);
+        }
+        // Instantiation nests: each call checks a body. Its depth is bounded by an option, the stack follows.
+        stacker::maybe_grow(STACK_LEFT, STACK_MORE, || self.dispatch(expr))
+    }
+
+    fn dispatch(&mut self, expr: &'a ast::Expr) -> Expr {
+        use ast::ExprKind as K;
+        let span = expr.span;
+        match &expr.kind {
+            K::Int(value) => int(*value, span),
+            K::Real(value, unit) => number(*value, *unit, span),
+            K::Bool(value) => boolean(*value, span),
+            K::Text(text) => Expr { kind: ExprKind::Text(text.clone()), ty: Type::Text, span },
+            K::Name(name) => self.name(name, span),
+            K::Tuple(items) => self.tuple(items, span),
+            K::Array(items) => {
+                let items = items.iter().map(|e| self.expr(e)).collect();
+                self.array(items, span)
+            }
+            K::Record(fields) => self.record(fields, span),
+            K::Unary(UnaryOp::Neg, e) => {
+                let e = self.expr(e);
+                self.negate(e, span)
+            }
+            K::Unary(UnaryOp::Not, e) => {
+                let e = self.expr(e);
+                self.not(e, span)
+            }
+            K::Binary(op, a, b) => self.binary(*op, a, b, span),
+            K::Range(a, b) => self.range(a, b, span),
+            K::Call(f, args) => self.call_expr(f, args, span),
+            K::Method(receiver, name, args) => self.method(receiver, name, args, span),
+            K::Field(e, name) => self.field(e, name, span),
+            K::Index(e, index) => self.index(e, index, span),
+            K::Prime(f, argument) => self.prime(f, argument.as_ref(), span),
+            K::Lambda(params, body) => self.lambda(params, body, span),
+            K::If(condition, then, otherwise) => self.if_expr(condition, then, otherwise.as_deref(), span),
+            K::For(pattern, iterable, body) => self.comprehension(pattern, iterable, body, span),
+            K::Block(items, result) => self.block(items, result.as_deref(), span),
+            K::Error => error(span),
+        }
+    }
+
+    fn tuple(&mut self, items: &'a [ast::Expr], span: Span) -> Expr {
+        let items: Vec<Expr> = items.iter().map(|e| self.expr(e)).collect();
+        self.make_tuple(items, span)
+    }
+
+    pub(super) fn make_tuple(&mut self, items: Vec<Expr>, span: Span) -> Expr {
+        let ty = Type::tuple(items.iter().map(|e| e.ty.clone()).collect());
+        if ty.is_error() || !self.charge(self.size(&ty), span) {
+            return error(span);
+        }
+        Expr { kind: ExprKind::Aggregate(items), ty, span }
+    }
+
+    /// An array of values of one type; a tuple where they are functions that differ.
+    pub(super) fn array(&mut self, items: Vec<Expr>, span: Span) -> Expr {
+        if items.iter().any(|e| e.ty.is_error()) {
+            return error(span);
+        }
+        if items.len() > self.options.turns {
+            let message = format!("an array may have {} elements, and this has {}", self.options.turns, items.len());
+            return self.fail(Diagnostic::error("too-large", span, message));
+        }
+        let Some(first) = items.first() else {
+            // Nothing is known of its elements, and nothing will be asked of them.
+            return Expr { kind: ExprKind::Aggregate(items), ty: Type::Array(Type::REAL.into(), 0), span };
+        };
+        let mut ty = first.ty.clone();
+        for item in &items[1..] {
+            match self.join(&ty, &item.ty) {
+                Some(joined) => ty = joined,
+                None if has_function(&item.ty) && has_function(&ty) => return self.make_tuple(items, span),
+                None => {
+                    let message = format!(
+                        "the elements of an array must be of one kind: this is {}, the ones before are {}",
+                        self.describe(&item.ty),
+                        self.describe(&ty)
+                    );
+                    let mut error =
+                        Diagnostic::error("mixed-array", item.span, message).related(first.span, "first element");
+                    if let Type::Real(d) = ty
+                        && let Some(hint) = super::convert::unit_advice(item, d)
+                    {
+                        error = error.hint(hint);
+                    }
+                    return self.fail(error);
+                }
+            }
+        }
+        let whole = Type::Array(ty.clone().into(), items.len());
+        if !self.charge(self.size(&whole), span) {
+            return error(span);
+        }
+        let items = items.into_iter().map(|e| self.convert(e, &ty)).collect();
+        Expr { kind: ExprKind::Aggregate(items), ty: whole, span }
+    }
+
+    fn record(&mut self, fields: &'a [(Ident, ast::Expr)], span: Span) -> Expr {
+        let mut values = Vec::new();
+        for (i, (name, value)) in fields.iter().enumerate() {
+            if let Some((before, _)) = fields[..i].iter().find(|(n, _)| n.text == name.text) {
+                self.report(
+                    Diagnostic::error("duplicate-name", name.span, format!("the field '{}' is given twice", name.text))
+                        .related(before.span, "first given here"),
+                );
+            }
+            values.push((name.text.as_str(), self.expr(value)));
+        }
+        self.make_record(values, span)
+    }
+
+    pub(super) fn make_record(&mut self, values: Vec<(&str, Expr)>, span: Span) -> Expr {
+        let ty = Type::Record(values.iter().map(|(n, e)| ((*n).into(), e.ty.clone())).collect());
+        if ty.is_error() || !self.charge(self.size(&ty), span) {
+            return error(span);
+        }
+        Expr { kind: ExprKind::Aggregate(values.into_iter().map(|(_, e)| e).collect()), ty, span }
+    }
+
+    fn range(&mut self, a: &'a ast::Expr, b: &'a ast::Expr, span: Span) -> Expr {
+        let (a, b) = (self.expr(a), self.expr(b));
+        match (&a.ty, &b.ty) {
+            (Type::Int(from), Type::Int(to)) => {
+                let ty = Type::Range(*from, *to);
+                Expr { kind: ExprKind::Aggregate(vec![a, b]), ty, span }
+            }
+            (a, b) if a.is_error() || b.is_error() => error(span),
+            _ => {
+                let wrong = if matches!(a.ty, Type::Int(_)) { &b } else { &a };
+                let message = format!("a range runs over whole numbers, and this is {}", self.describe(&wrong.ty));
+                let diagnostic = Diagnostic::error("type-mismatch", wrong.span, message)
+                    .hint("for n steps over 0..1 write: for i in 0..n { ... i / n ... }");
+                self.fail(diagnostic)
+            }
+        }
+    }
+
+    fn if_expr(
+        &mut self,
+        condition: &'a ast::Expr,
+        then: &'a ast::Expr,
+        otherwise: Option<&'a ast::Expr>,
+        span: Span,
+    ) -> Expr {
+        let condition = self.expr(condition);
+        let Some(otherwise) = otherwise else {
+            let error = Diagnostic::error(
+                "missing-else",
+                span,
+                "this 'if' has no 'else', so it has no value where the condition fails",
+            )
+            .hint("add `else { ... }`");
+            return self.fail(error);
+        };
+        match condition.ty {
+            Type::Bool(Some(true)) => self.expr(then),
+            Type::Bool(Some(false)) => self.expr(otherwise),
+            Type::Bool(None) => {
+                let (a, b) = (self.expr(then), self.expr(otherwise));
+                self.choose(condition, a, b, span)
+            }
+            _ => {
+                // Both sides may have mistakes of their own.
+                self.condition_error(&condition);
+                self.expr(then);
+                self.expr(otherwise);
+                error(span)
+            }
+        }
+    }
+
+    pub(super) fn condition_error(&mut self, condition: &Expr) {
+        if !condition.ty.is_error() {
+            let message = format!("a condition must be a truth value, and this is {}", self.describe(&condition.ty));
+            self.report(Diagnostic::error("type-mismatch", condition.span, message).hint("compare it with something"));
+        }
+    }
+
+    /// `if` on a condition that is known only when the program runs.
+    pub(super) fn choose(&mut self, condition: Expr, a: Expr, b: Expr, span: Span) -> Expr {
+        if a.ty.is_error() || b.ty.is_error() {
+            return error(span);
+        }
+        let Some(ty) = self.join(&a.ty, &b.ty) else {
+            let (first, second) = (self.describe(&a.ty), self.describe(&b.ty));
+            let diagnostic = if has_function(&a.ty) && has_function(&b.ty) {
+                Diagnostic::error(
+                    "function-choice",
+                    span,
+                    "a condition that is known only at run time cannot choose between functions",
+                )
+                .hint("let the function choose between values: |u, v| if c { f(u, v) } else { g(u, v) }")
+            } else {
+                let error = Diagnostic::error(
+                    "branches-differ",
+                    b.span,
+                    format!("the sides of this 'if' differ: {first} and {second}"),
+                )
+                .related(a.span, first);
+                let advice = match (&a.ty, &b.ty) {
+                    (Type::Real(d), _) => super::convert::unit_advice(&b, *d),
+                    (_, Type::Real(d)) => super::convert::unit_advice(&a, *d),
+                    _ => None,
+                };
+                match advice {
+                    Some(hint) => error.hint(hint),
+                    None => error,
+                }
+            };
+            return self.fail(diagnostic);
+        };
+        let (a, b) = (self.convert(a, &ty), self.convert(b, &ty));
+        known(Expr { kind: ExprKind::If(Box::new(condition), Box::new(a), Box::new(b)), ty, span })
+    }
+
+    fn block(&mut self, items: &'a [Item], result: Option<&'a ast::Expr>, span: Span) -> Expr {
+        let mark = self.env.names.len();
+        let mut statements = Vec::new();
+        for item in items {
+            self.statement(item, &mut statements);
+        }
+        let value = match result {
+            Some(result) => self.expr(result),
+            None => {
+                let message = "this block has no value: its last line must be an expression";
+                self.fail(Diagnostic::error("no-value", span, message))
+            }
+        };
+        self.env.names.truncate(mark);
+        wrap(statements, value, span)
+    }
+
+    /// A statement that may stand in a block and in a model.
+    pub(super) fn statement(&mut self, item: &'a Item, out: &mut Vec<Statement>) {
+        match &item.kind {
+            ItemKind::Let(decl) => {
+                let mut value = self.expr(&decl.value);
+                if let Some(ty) = &decl.ty {
+                    let wanted = self.wanted(ty);
+                    value = self.fit(value, &wanted, "the value");
+                }
+                self.bind(&decl.pattern, value, out);
+            }
+            ItemKind::Function(decl) => {
+                let value = self.local_function(decl);
+                self.bind_name(&decl.name, value, out);
+            }
+            ItemKind::Require(decl) => {
+                let condition = self.expr(&decl.condition);
+                self.require(condition, decl.message.as_deref(), item.span, out);
+            }
+            ItemKind::Derivative(decl) => self.report(super::modules::unsupported_derivative(decl)),
+            ItemKind::Error => {}
+            ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) => {
+                let error = Diagnostic::error("misplaced", item.span, "this belongs in the body of a model");
+                self.report(error.hint("write it directly between the braces of `model name { ... }`"));
+            }
+            ItemKind::Use(_) | ItemKind::Model(_) | ItemKind::For(_) | ItemKind::If(_) => {
+                self.report(Diagnostic::error("misplaced", item.span, "this cannot stand here"));
+            }
+        }
+    }
+
+    pub(super) fn require(&mut self, condition: Expr, message: Option<&str>, span: Span, out: &mut Vec<Statement>) {
+        let message = message.unwrap_or("a condition that the script requires does not hold");
+        match condition.ty {
+            Type::Bool(Some(true)) | Type::Error => {}
+            Type::Bool(Some(false)) => self.report(Diagnostic::error("require", span, message)),
+            Type::Bool(None) => out.push(Statement::Require { condition, message: message.to_owned(), span }),
+            _ => self.condition_error(&condition),
+        }
+    }
+
+    /// Binds the names of a pattern.
+    pub(super) fn bind(&mut self, pattern: &'a Pattern, value: Expr, out: &mut Vec<Statement>) {
+        match pattern {
+            Pattern::Name(name) => self.bind_name(name, value, out),
+            Pattern::Tuple(patterns, span) => {
+                let whole = self.keep("", value, out);
+                for (i, pattern) in patterns.iter().enumerate() {
+                    let component = match self.destructured(whole.clone(), i, patterns.len(), *span) {
+                        Some(component) => component,
+                        None => error(*span),
+                    };
+                    self.bind(pattern, component, out);
+                }
+            }
+        }
+    }
+
+    pub(super) fn bind_name(&mut self, name: &'a Ident, value: Expr, out: &mut Vec<Statement>) {
+        let id = self.local(&name.text, value.ty.clone(), name.span);
+        // Whoever reads a known value gets the constant.
+        if !matches!(
+            (&value.ty, &value.kind),
+            (Type::Int(Some(_)), ExprKind::Int(_)) | (Type::Bool(Some(_)), ExprKind::Bool(_))
+        ) {
+            out.push(Statement::Let(id, value));
+        }
+        self.env.names.push((&name.text, Binding::Local(id)));
+    }
+
+    /// Binds a value that is used several times to a local, unless it is cheap to repeat.
+    pub(super) fn keep(&mut self, name: &str, value: Expr, out: &mut Vec<Statement>) -> Expr {
+        if matches!(value.kind, ExprKind::Local(_) | ExprKind::Int(_) | ExprKind::Real(_) | ExprKind::Bool(_)) {
+            return value;
+        }
+        let (ty, span) = (value.ty.clone(), value.span);
+        let id = self.local(name, ty, span);
+        out.push(Statement::Let(id, value));
+        self.read(id, span)
+    }
+
+    /// Component `index` of a value that a pattern of `count` names takes apart.
+    pub(super) fn destructured(&mut self, value: Expr, index: usize, count: usize, span: Span) -> Option<Expr> {
+        let have = match &value.ty {
+            Type::Error => return None,
+            Type::Tuple(types) => types.len(),
+            Type::Array(_, n) => *n,
+            other => {
+                let message = format!("{} cannot be taken apart into {count} names", self.describe(other));
+                self.report(Diagnostic::error("pattern", span, message));
+                return None;
+            }
+        };
+        if have != count {
+            let message = format!("this names {count} values, but there are {have}");
+            self.report(Diagnostic::error("pattern", span, message).related(value.span, self.describe(&value.ty)));
+            return None;
+        }
+        Some(element(value, index))
+    }
+
+    fn lambda(&mut self, params: &'a [FnParam], body: &'a ast::Expr, span: Span) -> Expr {
+        let address = std::ptr::from_ref(body) as usize;
+        let free = self.free_names.entry(address).or_insert_with(|| free::of_lambda(params, body).into()).clone();
+        let names: Vec<&str> = params
+            .iter()
+            .map(|p| match &p.pattern {
+                Pattern::Name(name) => name.text.as_str(),
+                Pattern::Tuple(..) => "(..)",
+            })
+            .collect();
+        let name = format!("|{}|", names.join(", "));
+        self.capture(&name, Code::Lambda(self.env.module, params, body), &free, span)
+    }
+
+    fn local_function(&mut self, decl: &'a FunctionDecl) -> Expr {
+        let address = std::ptr::from_ref(decl) as usize;
+        let free = self.free_names.entry(address).or_insert_with(|| free::of_function(decl).into()).clone();
+        self.capture(&decl.name.text, Code::Function(self.env.module, decl), &free, decl.name.span)
+    }
+
+    /// A closure over those of the names that are bound outside of it.
+    fn capture(&mut self, name: &str, code: Code<'a>, free: &Rc<[&'a str]>, span: Span) -> Expr {
+        let mut captures = Vec::new();
+        let mut values = Vec::new();
+        for name in free.iter() {
+            if self.env.names.iter().any(|(n, _)| n == name)
+                && let Some(value) = self.find(name, span)
+            {
+                if value.ty.is_error() {
+                    return error(span);
+                }
+                captures.push((*name, value.ty.clone()));
+                values.push(value);
+            }
+        }
+        let id = self.intern(name, code, captures);
+        Expr { kind: ExprKind::Aggregate(values), ty: Type::Closure(id), span }
+    }
+}
+
+/// Component `index` of a tuple, array or record.
+pub(super) fn element(value: Expr, index: usize) -> Expr {
+    let span = value.span;
+    let ty = match &value.ty {
+        Type::Tuple(types) => types.get(index).cloned(),
+        Type::Array(ty, _) => Some((**ty).clone()),
+        Type::Record(fields) => fields.get(index).map(|(_, ty)| ty.clone()),
+        Type::Range(a, b) => Some(Type::Int(if index == 0 { *a } else { *b })),
+        _ => None,
+    };
+    let Some(ty) = ty else { return error(span) };
+    if let ExprKind::Aggregate(items) = value.kind {
+        return items.into_iter().nth(index).unwrap_or_else(|| error(span));
+    }
+    known(Expr { kind: ExprKind::Element(Box::new(value), index), ty, span })
+}
+
+/// A block, where there is anything to say before the value.
+pub(super) fn wrap(statements: Vec<Statement>, value: Expr, span: Span) -> Expr {
+    if statements.is_empty() || value.ty.is_error() {
+        return value;
+    }
+    let ty = value.ty.clone();
+    known_unless_guarded(Expr { kind: ExprKind::Block(statements, Box::new(value)), ty, span })
+}
+
+/// A known value does not wait for its block, unless something is required there.
+fn known_unless_guarded(expr: Expr) -> Expr {
+    match &expr.kind {
+        ExprKind::Block(statements, _) if statements.iter().any(|s| matches!(s, Statement::Require { .. })) => expr,
+        _ => known(expr),
+    }
+}
+
+/// Whether there is a function in it.
+pub(super) fn has_function(ty: &Type) -> bool {
+    match ty {
+        Type::Closure(_) => true,
+        Type::Tuple(ts) => ts.iter().any(has_function),
+        Type::Array(t, _) => has_function(t),
+        Type::Record(fields) => fields.iter().any(|(_, t)| has_function(t)),
+        _ => false,
+    }
+}
+
+fn number(value: f64, unit: Option<Unit>, span: Span) -> Expr {
+    let (scale, dimension) = match unit {
+        None => (1.0, Dimension::NONE),
+        Some(Unit::Mm) => (1.0, Dimension::LENGTH),
+        Some(Unit::Cm) => (10.0, Dimension::LENGTH),
+        Some(Unit::M) => (1000.0, Dimension::LENGTH),
+        Some(Unit::In) => (25.4, Dimension::LENGTH),
+        Some(Unit::Deg) => (std::f64::consts::PI / 180.0, Dimension::ANGLE),
+        Some(Unit::Rad) => (1.0, Dimension::ANGLE),
+        Some(Unit::Turn) => (std::f64::consts::TAU, Dimension::ANGLE),
+    };
+    Expr { kind: ExprKind::Real(value * scale), ty: Type::Real(dimension), span }
+}
+
+/// A local's value, for code that makes trees by hand.
+pub(super) fn local_expr(id: LocalId, ty: Type, span: Span) -> Expr {
+    known(Expr { kind: ExprKind::Local(id), ty, span })
+}

@@ -1,0 +1,160 @@
+//! The names that a function uses from outside of itself, and all names of a file.
+
+use crate::syntax::ast::{Expr, ExprKind, FnParam, FunctionDecl, Item, ItemKind, Pattern};
+
+/// Names that occur free in a lambda, each once, in the order of their first use.
+pub(super) fn of_lambda<'a>(params: &'a [FnParam], body: &'a Expr) -> Vec<&'a str> {
+    let mut walk = Walk::default();
+    walk.function(params, body);
+    walk.free
+}
+
+/// Names that occur free in a function, its own name not among them.
+pub(super) fn of_function(decl: &FunctionDecl) -> Vec<&str> {
+    let mut walk = Walk::default();
+    walk.bound.push(&decl.name.text);
+    walk.function(&decl.params, &decl.body);
+    walk.free
+}
+
+/// Names that occur in items and are not bound within the same expression.
+pub(super) fn of_items(items: &[Item]) -> Vec<&str> {
+    let mut walk = Walk::default();
+    walk.items(items);
+    walk.free
+}
+
+#[derive(Default)]
+struct Walk<'a> {
+    bound: Vec<&'a str>,
+    free: Vec<&'a str>,
+    seen: std::collections::HashSet<&'a str>,
+}
+
+impl<'a> Walk<'a> {
+    fn name(&mut self, name: &'a str) {
+        if !self.bound.contains(&name) && self.seen.insert(name) {
+            self.free.push(name);
+        }
+    }
+
+    fn bind(&mut self, pattern: &'a Pattern) {
+        match pattern {
+            Pattern::Name(ident) => self.bound.push(&ident.text),
+            Pattern::Tuple(patterns, _) => patterns.iter().for_each(|p| self.bind(p)),
+        }
+    }
+
+    fn function(&mut self, params: &'a [FnParam], body: &'a Expr) {
+        let mark = self.bound.len();
+        for param in params {
+            param.default.iter().for_each(|d| self.expr(d));
+            self.bind(&param.pattern);
+        }
+        self.expr(body);
+        self.bound.truncate(mark);
+    }
+
+    fn items(&mut self, items: &'a [Item]) {
+        let mark = self.bound.len();
+        for item in items {
+            self.item(item);
+        }
+        self.bound.truncate(mark);
+    }
+
+    /// What an item binds stays bound for those after it.
+    fn item(&mut self, item: &'a Item) {
+        match &item.kind {
+            ItemKind::Function(decl) => {
+                self.bound.push(&decl.name.text);
+                self.function(&decl.params, &decl.body);
+            }
+            ItemKind::Derivative(decl) => {
+                self.name(&decl.function.text);
+                let mark = self.bound.len();
+                self.bound.extend(decl.params.iter().chain(&decl.tangents).map(|i| i.text.as_str()));
+                self.expr(&decl.body);
+                self.bound.truncate(mark);
+            }
+            ItemKind::Let(binding) => {
+                self.expr(&binding.value);
+                self.bind(&binding.pattern);
+            }
+            ItemKind::Model(model) => self.items(&model.items),
+            ItemKind::Param(decl) | ItemKind::Input(decl) => {
+                decl.bounds.iter().for_each(|(lower, upper)| {
+                    self.expr(lower);
+                    self.expr(upper);
+                });
+                decl.default.iter().for_each(|d| self.expr(d));
+                self.bound.push(&decl.name.text);
+            }
+            ItemKind::Part(decl) => {
+                decl.tolerance.iter().for_each(|t| self.expr(t));
+                self.expr(&decl.shape);
+                self.bound.push(&decl.name.text);
+            }
+            ItemKind::Require(require) => self.expr(&require.condition),
+            ItemKind::For(decl) => {
+                self.expr(&decl.iterable);
+                let mark = self.bound.len();
+                self.bind(&decl.pattern);
+                self.items(&decl.items);
+                self.bound.truncate(mark);
+            }
+            ItemKind::If(decl) => {
+                self.expr(&decl.condition);
+                self.items(&decl.then);
+                self.items(&decl.otherwise);
+            }
+            ItemKind::Use(_) | ItemKind::Error => {}
+        }
+    }
+
+    fn exprs(&mut self, exprs: impl IntoIterator<Item = &'a Expr>) {
+        exprs.into_iter().for_each(|e| self.expr(e));
+    }
+
+    fn expr(&mut self, expr: &'a Expr) {
+        match &expr.kind {
+            ExprKind::Name(name) => self.name(name),
+            ExprKind::Tuple(es) | ExprKind::Array(es) => self.exprs(es),
+            ExprKind::Record(fields) => self.exprs(fields.iter().map(|(_, e)| e)),
+            ExprKind::Unary(_, e) | ExprKind::Field(e, _) | ExprKind::Prime(e, _) => self.expr(e),
+            ExprKind::Binary(_, a, b) | ExprKind::Range(a, b) | ExprKind::Index(a, b) => {
+                self.expr(a);
+                self.expr(b);
+            }
+            ExprKind::Call(f, args) => {
+                self.expr(f);
+                self.exprs(args.iter().map(|a| &a.value));
+            }
+            ExprKind::Method(receiver, name, args) => {
+                self.expr(receiver);
+                self.name(&name.text);
+                self.exprs(args.iter().map(|a| &a.value));
+            }
+            ExprKind::Lambda(params, body) => self.function(params, body),
+            ExprKind::If(condition, then, otherwise) => {
+                self.expr(condition);
+                self.expr(then);
+                self.exprs(otherwise.as_deref());
+            }
+            ExprKind::For(pattern, iterable, body) => {
+                self.expr(iterable);
+                let mark = self.bound.len();
+                self.bind(pattern);
+                self.expr(body);
+                self.bound.truncate(mark);
+            }
+            ExprKind::Block(items, result) => {
+                let mark = self.bound.len();
+                items.iter().for_each(|i| self.item(i));
+                self.exprs(result.as_deref());
+                self.bound.truncate(mark);
+            }
+            ExprKind::Int(_) | ExprKind::Real(..) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Error => {}
+        }
+    }
+}

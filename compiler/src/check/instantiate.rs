@@ -1,0 +1,302 @@
+//! Function instances: a body checked for certain types of captures and arguments.
+
+use super::calls::Parameter;
+use super::context::{Binding, Checker, Code, Env, Step};
+use super::expressions::{local_expr, wrap};
+use super::typed::{Expr, ExprKind, Function, FunctionId, LocalId, Type};
+use super::types::ClosureId;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::syntax::ast::{self, FnParam};
+
+/// How far an instance is.
+pub(super) enum Instance {
+    /// Its body is being checked; the type of its result, where that is written.
+    Running(FunctionId, Option<Type>),
+    Done(FunctionId, Type),
+    /// Something in it is wrong and was reported.
+    Failed,
+}
+
+impl<'a> Checker<'a> {
+    /// The instance of a function for types of arguments (`None` where one is left to its default), and the type of its
+    /// result. `None` after an error.
+    pub(super) fn instantiate(
+        &mut self,
+        id: ClosureId,
+        args: Vec<Option<Type>>,
+        span: Span,
+    ) -> Option<(FunctionId, Type)> {
+        let key = (id, args, false);
+        match self.instances.get(&key) {
+            Some(Instance::Done(function, ty)) => return Some((*function, ty.clone())),
+            Some(Instance::Failed) => return None,
+            Some(Instance::Running(function, Some(ty))) => return Some((*function, ty.clone())),
+            Some(Instance::Running(_, None)) => {
+                self.unknown_result(id, span);
+                return None;
+            }
+            None => {}
+        }
+        let size = key.1.iter().flatten().map(|t| self.size(t)).sum::<usize>() + self.closure(id).size;
+        if !self.charge(1 + size, span) || !self.within_limits(id, span) {
+            return None;
+        }
+        let function = FunctionId(self.functions.len() as u32);
+        self.functions.push(None);
+        let written = self.written_result(id);
+        self.instances.insert(key.clone(), Instance::Running(function, written));
+        let made = self.make_instance(id, &key.1, span);
+        let done = match made {
+            Some(made) if !made.body.ty.is_error() => {
+                let ty = made.body.ty.clone();
+                self.functions[function.0 as usize] = Some(made);
+                Instance::Done(function, ty)
+            }
+            _ => Instance::Failed,
+        };
+        let result = match &done {
+            Instance::Done(function, ty) => Some((*function, ty.clone())),
+            _ => None,
+        };
+        self.instances.insert(key, done);
+        result
+    }
+
+    /// The same instance with every int of its result made a real, for derivatives. An error where the result holds anything
+    /// else but numbers.
+    pub(super) fn instantiate_real(
+        &mut self,
+        id: ClosureId,
+        args: &[Option<Type>],
+        span: Span,
+    ) -> Option<(FunctionId, Type)> {
+        let (inner, ty) = self.instantiate(id, args.to_vec(), span)?;
+        let Some(real) = Checker::all_real(&ty) else {
+            let message = format!("only numbers have derivatives, and this function gives {}", self.describe(&ty));
+            self.report(Diagnostic::error("no-derivative", span, message));
+            return None;
+        };
+        if real == ty {
+            return Some((inner, ty));
+        }
+        let key = (id, args.to_vec(), true);
+        if let Some(Instance::Done(function, ty)) = self.instances.get(&key) {
+            return Some((*function, ty.clone()));
+        }
+        let captures = self.capture_locals(id, span);
+        let params: Vec<LocalId> = args.iter().flatten().map(|t| self.local("", t.clone(), span)).collect();
+        let mut read = |ids: &[LocalId]| ids.iter().map(|l| self.read(*l, span)).collect::<Vec<Expr>>();
+        let (capture_values, values) = (read(&captures), read(&params));
+        let f = Expr { kind: ExprKind::Aggregate(capture_values), ty: Type::Closure(id), span };
+        let call = self.make_call(inner, f, values, ty, span);
+        let body = self.convert(call, &real);
+        let function = FunctionId(self.functions.len() as u32);
+        let name = self.closure(id).name.to_string();
+        self.functions.push(Some(Function { name, captures, params, body, recursive: false, span }));
+        self.instances.insert(key, Instance::Done(function, real.clone()));
+        Some((function, real))
+    }
+
+    fn within_limits(&mut self, id: ClosureId, span: Span) -> bool {
+        let name = self.closure(id).name.clone();
+        if self.trail.len() >= self.options.depth {
+            let message = format!("calls are nested more than {} deep, most deeply in '{name}'", self.options.depth);
+            self.report(Diagnostic::error("too-deep", span, message).hint(
+                "recursion must end on a known whole number or array length, or the function's parameters and result must be annotated with their types",
+            ));
+            return false;
+        }
+        if self.functions.len() >= self.options.instances {
+            let message = format!("functions are instantiated more than {} times", self.options.instances);
+            self.report(Diagnostic::error("too-large", span, message));
+            return false;
+        }
+        true
+    }
+
+    fn unknown_result(&mut self, id: ClosureId, span: Span) {
+        let name = self.closure(id).name.clone();
+        let diagnostic = match self.closure(id).code {
+            Code::Global(_, decl) => {
+                let message = "this constant is defined in terms of itself".to_owned();
+                Diagnostic::error("recursion", span, message)
+                    .related(super::modules::pattern_span(&decl.pattern), "defined here")
+            }
+            Code::Model(_, model) => {
+                Diagnostic::error("recursion", span, format!("the model '{name}' contains itself"))
+                    .related(model.name.span, "defined here")
+            }
+            _ => {
+                let message = format!("'{name}' calls itself, so the type of its result must be written");
+                Diagnostic::error("recursion", span, message)
+                    .hint(format!("annotate it, such as: fn {name}(...) -> real"))
+            }
+        };
+        self.report(diagnostic);
+    }
+
+    /// The type of the result, where the function says it in full.
+    fn written_result(&mut self, id: ClosureId) -> Option<Type> {
+        match self.closure(id).code {
+            Code::Function(module, decl) => {
+                let ty = decl.result.as_ref()?;
+                let before = std::mem::replace(&mut self.env.module, module);
+                let wanted = self.wanted(ty);
+                self.env.module = before;
+                wanted.exact()
+            }
+            _ => None,
+        }
+    }
+
+    fn make_instance(&mut self, id: ClosureId, args: &[Option<Type>], span: Span) -> Option<Function> {
+        let (name, code) = (self.closure(id).name.clone(), self.closure(id).code);
+        self.trail.push(Step { span, name: name.clone() });
+        let module = match code {
+            Code::Function(m, _) | Code::Lambda(m, ..) | Code::Model(m, _) | Code::Global(m, _) => m,
+            Code::Builtin(_) | Code::Derivative(..) => self.env.module,
+        };
+        let outer = std::mem::replace(&mut self.env, Env { module, names: Vec::new() });
+        let body = self.body(id, code, args, span);
+        self.env = outer;
+        self.trail.pop();
+        let (captures, params, body) = body?;
+        Some(Function {
+            name: name.to_string(),
+            captures,
+            params,
+            body,
+            recursive: false,
+            span: definition(code, span),
+        })
+    }
+
+    fn capture_locals(&mut self, id: ClosureId, span: Span) -> Vec<LocalId> {
+        let captures = self.closure(id).captures.clone();
+        captures.into_iter().map(|(name, ty)| self.local(name, ty, span)).collect()
+    }
+
+    /// Captures, parameters and body of an instance; the names in scope are already its own.
+    fn body(
+        &mut self,
+        id: ClosureId,
+        code: Code<'a>,
+        args: &[Option<Type>],
+        span: Span,
+    ) -> Option<(Vec<LocalId>, Vec<LocalId>, Expr)> {
+        if let Code::Function(_, decl) = code {
+            let first = LocalId(self.locals.len() as u32);
+            self.env.names.push((&decl.name.text, Binding::Itself(id, first)));
+        }
+        let captures = self.capture_locals(id, definition(code, span));
+        for ((name, _), local) in self.closure(id).captures.clone().into_iter().zip(&captures) {
+            self.env.names.push((name, Binding::Local(*local)));
+        }
+        match code {
+            Code::Function(_, decl) => {
+                let (params, mut body) = self.function_body(&decl.params, &decl.body, args);
+                if let Some(ty) = &decl.result {
+                    let wanted = self.wanted(ty);
+                    body = self.fit(body, &wanted, &format!("the result of '{}'", decl.name.text));
+                }
+                Some((captures, params, body))
+            }
+            Code::Lambda(_, params, body) => {
+                let (params, body) = self.function_body(params, body, args);
+                Some((captures, params, body))
+            }
+            Code::Model(_, model) => {
+                let (params, body) = self.submodel(model, args);
+                Some((captures, params, body))
+            }
+            Code::Global(_, decl) => {
+                let mut body = self.expr(&decl.value);
+                if let Some(ty) = &decl.ty {
+                    let wanted = self.wanted(ty);
+                    body = self.fit(body, &wanted, "the value");
+                }
+                Some((captures, Vec::new(), body))
+            }
+            Code::Builtin(builtin) => {
+                let params: Vec<LocalId> = args.iter().flatten().map(|t| self.local("", t.clone(), span)).collect();
+                let values = params.iter().map(|l| self.read(*l, span)).collect();
+                let body = self.builtin(builtin, values, span);
+                Some((captures, params, body))
+            }
+            Code::Derivative(of, wrt) => {
+                let (params, body) = self.derivative_body(of, wrt, captures[0], args, span)?;
+                Some((captures, params, body))
+            }
+        }
+    }
+
+    fn function_body(
+        &mut self,
+        params: &'a [FnParam],
+        body: &'a ast::Expr,
+        args: &[Option<Type>],
+    ) -> (Vec<LocalId>, Expr) {
+        let mut locals = Vec::new();
+        let mut statements = Vec::new();
+        for (i, param) in params.iter().enumerate() {
+            match (args.get(i).cloned().flatten(), &param.default) {
+                (Some(ty), _) => {
+                    let span = super::modules::pattern_span(&param.pattern);
+                    match &param.pattern {
+                        ast::Pattern::Name(name) => {
+                            let local = self.local(&name.text, ty, span);
+                            self.env.names.push((&name.text, Binding::Local(local)));
+                            locals.push(local);
+                        }
+                        ast::Pattern::Tuple(..) => {
+                            let local = self.local("", ty.clone(), span);
+                            locals.push(local);
+                            self.bind(&param.pattern, local_expr(local, ty, span), &mut statements);
+                        }
+                    }
+                }
+                (None, Some(default)) => {
+                    let mut value = self.expr(default);
+                    if let Some(ty) = &param.ty {
+                        let wanted = self.wanted(ty);
+                        value = self.fit(value, &wanted, "the default");
+                    }
+                    self.bind(&param.pattern, value, &mut statements);
+                }
+                // The call was refused before.
+                (None, None) => {}
+            }
+        }
+        let value = self.expr(body);
+        let span = value.span;
+        (locals, wrap(statements, value, span))
+    }
+
+    /// Checks functions of a library that no call has reached, as far as their parameters are annotated.
+    pub(super) fn check_annotated(&mut self) {
+        for item in self.modules[0].items {
+            let ast::ItemKind::Function(decl) = &item.kind else { continue };
+            let id = self.intern(&decl.name.text, Code::Function(0, decl), Vec::new());
+            let params: Vec<Parameter<'a>> = self.parameters(id);
+            let types: Option<Vec<Option<Type>>> = params
+                .iter()
+                .map(|p| p.ty.map(|ty| self.wanted(ty)).and_then(|wanted| wanted.exact()).map(Some))
+                .collect();
+            if let Some(types) = types {
+                self.instantiate(id, types, decl.name.span);
+            }
+        }
+    }
+}
+
+/// Where the code is written.
+fn definition(code: Code<'_>, span: Span) -> Span {
+    match code {
+        Code::Function(_, decl) => decl.name.span,
+        Code::Lambda(_, _, body) => body.span,
+        Code::Model(_, model) => model.name.span,
+        Code::Global(_, decl) => super::modules::pattern_span(&decl.pattern),
+        Code::Builtin(_) | Code::Derivative(..) => span,
+    }
+}

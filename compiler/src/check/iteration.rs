@@ -1,0 +1,281 @@
+//! Comprehensions, `fold`, `sum` and `each`.
+
+use super::context::{Checker, error, int, known};
+use super::expressions::{element, has_function, wrap};
+use super::typed::{Expr, ExprKind, Statement, Type};
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::syntax::ast::{self, BinaryOp, Pattern};
+
+impl<'a> Checker<'a> {
+    /// `for pattern in iterable { body }`: an array, written out.
+    pub(super) fn comprehension(
+        &mut self,
+        pattern: &'a Pattern,
+        iterable: &'a ast::Expr,
+        body: &'a ast::Expr,
+        span: Span,
+    ) -> Expr {
+        let iterable = self.expr(iterable);
+        let mut outer = Vec::new();
+        let Some(items) = self.items(iterable, &mut outer) else { return error(span) };
+        let mut values = Vec::with_capacity(items.len());
+        for item in items {
+            let mark = self.env.names.len();
+            let mut statements = Vec::new();
+            self.bind(pattern, item, &mut statements);
+            let value = self.expr(body);
+            self.env.names.truncate(mark);
+            if value.ty.is_error() {
+                return error(span);
+            }
+            let at = value.span;
+            values.push(wrap(statements, value, at));
+        }
+        let array = self.array(values, span);
+        wrap(outer, array, span)
+    }
+
+    /// What an array, a tuple or a known range runs over, one by one.
+    pub(super) fn items(&mut self, iterable: Expr, statements: &mut Vec<Statement>) -> Option<Vec<Expr>> {
+        let span = iterable.span;
+        let count = match &iterable.ty {
+            Type::Error => return None,
+            Type::Range(Some(from), Some(to)) => {
+                let (from, to) = (*from, *to);
+                let count = to.saturating_sub(from).max(0);
+                if !self.few_enough(count, span) {
+                    return None;
+                }
+                return Some((from..from + count).map(|i| int(i, span)).collect());
+            }
+            Type::Range(..) => {
+                let message =
+                    "how many turns this has is known only at run time, and an array's length must be known before";
+                self.report(
+                    Diagnostic::error("unknown-length", span, message)
+                        .hint("run over a range whose bounds are literals or inputs, or use fold"),
+                );
+                return None;
+            }
+            Type::Array(_, n) => *n,
+            Type::Tuple(types) => types.len(),
+            other => {
+                let message = format!("'for' runs over a range or an array, and this is {}", self.describe(other));
+                let diagnostic = Diagnostic::error("type-mismatch", span, message);
+                let number = matches!(other, Type::Int(_));
+                self.report(if number { diagnostic.hint("for n turns write 0..n") } else { diagnostic });
+                return None;
+            }
+        };
+        let whole = self.keep("", iterable, statements);
+        Some((0..count).map(|i| element(whole.clone(), i)).collect())
+    }
+
+    fn few_enough(&mut self, count: i64, span: Span) -> bool {
+        let limit = self.options.turns;
+        if usize::try_from(count).is_ok_and(|n| n <= limit) {
+            return true;
+        }
+        let message = format!("this has {count} turns, and at most {limit} are written out");
+        self.report(Diagnostic::error("too-large", span, message));
+        false
+    }
+
+    /// `fold(init, xs, f)`: f(f(f(init, x0), x1), x2)...
+    pub(super) fn fold(&mut self, init: Expr, xs: Expr, f: Expr, span: Span) -> Expr {
+        let long = match xs.ty {
+            Type::Range(Some(from), Some(to)) => {
+                usize::try_from(to.saturating_sub(from)).is_ok_and(|n| n > self.options.unroll)
+            }
+            Type::Range(..) => true,
+            _ => false,
+        };
+        if long {
+            return self.fold_loop(init, xs, f, span);
+        }
+        let mut statements = Vec::new();
+        let Some(items) = self.items(xs, &mut statements) else { return error(span) };
+        let f = self.keep("", f, &mut statements);
+        let mut accumulator = init;
+        for item in items {
+            let value = self.call_with(f.clone(), vec![accumulator, item], span);
+            if value.ty.is_error() {
+                return error(span);
+            }
+            accumulator = self.keep("", value, &mut statements);
+        }
+        wrap(statements, accumulator, span)
+    }
+
+    /// A fold over a range that is long, or known only at run time, stays a loop: the accumulator has one type.
+    fn fold_loop(&mut self, init: Expr, range: Expr, f: Expr, span: Span) -> Expr {
+        let mut statements = Vec::new();
+        let range = self.keep("", range, &mut statements);
+        let f = self.keep("", f, &mut statements);
+        let (from, to) = (element(range.clone(), 0), element(range, 1));
+        let index = self.local("", Type::INT, span);
+        let mut ty = forget(&init.ty);
+        for _ in 0..4 {
+            let accumulator = self.local("", ty.clone(), span);
+            let (a, i) = (self.read(accumulator, span), self.read(index, span));
+            let body = self.call_with(f.clone(), vec![a, i], span);
+            if body.ty.is_error() {
+                return error(span);
+            }
+            let Some(joined) = self.join(&ty, &body.ty) else {
+                ty = body.ty;
+                break;
+            };
+            if joined != ty {
+                ty = joined;
+                continue;
+            }
+            let (init, body) = (self.convert(init, &ty), self.convert(body, &ty));
+            let kind = ExprKind::Fold {
+                from: Box::new(from),
+                to: Box::new(to),
+                init: Box::new(init),
+                index,
+                accumulator,
+                body: Box::new(body),
+            };
+            return wrap(statements, known(Expr { kind, ty, span }), span);
+        }
+        let message = format!(
+            "a loop's accumulator must stay of one kind: it starts as {} and becomes {}",
+            self.describe(&init.ty),
+            self.describe(&ty)
+        );
+        self.fail(Diagnostic::error("type-mismatch", span, message))
+    }
+
+    /// `sum(xs)`.
+    pub(super) fn sum_of(&mut self, xs: Expr, span: Span) -> Expr {
+        let mut statements = Vec::new();
+        let Some(items) = self.items(xs, &mut statements) else { return error(span) };
+        let mut items = items.into_iter();
+        let Some(mut total) = items.next() else { return int(0, span) };
+        for item in items {
+            let value = self.operate(BinaryOp::Add, total, item, span);
+            if value.ty.is_error() {
+                return error(span);
+            }
+            total = self.keep("", value, &mut statements);
+        }
+        wrap(statements, total, span)
+    }
+
+    /// `each(shape, f)`: f of a function or a value; of arrays, tuples and records that hold functions, f of each.
+    pub(super) fn each(&mut self, shape: Expr, f: Expr, span: Span) -> Expr {
+        let mut statements = Vec::new();
+        let f = self.keep("", f, &mut statements);
+        let value = self.each_inner(shape, &f, span);
+        wrap(statements, value, span)
+    }
+
+    fn each_inner(&mut self, shape: Expr, f: &Expr, span: Span) -> Expr {
+        if matches!(shape.ty, Type::Closure(_)) || !has_function(&shape.ty) {
+            return self.call_with(f.clone(), vec![shape], span);
+        }
+        let mut statements = Vec::new();
+        let ty = shape.ty.clone();
+        let whole = self.keep("", shape, &mut statements);
+        let value = match ty {
+            Type::Record(fields) => {
+                let values = fields
+                    .iter()
+                    .enumerate()
+                    .map(|(i, (name, _))| (&**name, self.each_inner(element(whole.clone(), i), f, span)))
+                    .collect();
+                self.make_record(values, span)
+            }
+            Type::Tuple(types) => {
+                let values = (0..types.len()).map(|i| self.each_inner(element(whole.clone(), i), f, span)).collect();
+                self.make_tuple(values, span)
+            }
+            Type::Array(_, n) => {
+                let values = (0..n).map(|i| self.each_inner(element(whole.clone(), i), f, span)).collect();
+                self.array(values, span)
+            }
+            _ => error(span),
+        };
+        wrap(statements, value, span)
+    }
+
+    /// `a[i]`.
+    pub(super) fn index(&mut self, e: &'a ast::Expr, index: &'a ast::Expr, span: Span) -> Expr {
+        let (value, index) = (self.expr(e), self.expr(index));
+        if value.ty.is_error() || index.ty.is_error() {
+            return error(span);
+        }
+        let Type::Int(at) = index.ty else {
+            let message = format!("an index must be a whole number, and this is {}", self.describe(&index.ty));
+            let diagnostic = Diagnostic::error("type-mismatch", index.span, message);
+            return self.fail(diagnostic.hint("floor(...) makes one of a number"));
+        };
+        let count = match &value.ty {
+            Type::Array(_, n) => *n,
+            Type::Tuple(types) => types.len(),
+            other => {
+                let message = format!("only arrays and tuples have elements, and this is {}", self.describe(other));
+                return self.fail(Diagnostic::error("type-mismatch", value.span, message));
+            }
+        };
+        match at {
+            Some(at) => match usize::try_from(at).ok().filter(|i| *i < count) {
+                Some(i) => Expr { span, ..element(value, i) },
+                None => {
+                    let message = format!("there is no element {at}: the array has {count}, counted from 0");
+                    self.fail(Diagnostic::error("index", index.span, message))
+                }
+            },
+            None => self.index_later(value, index, span),
+        }
+    }
+
+    /// An index that is known only at run time: all elements must be of one kind.
+    fn index_later(&mut self, value: Expr, index: Expr, span: Span) -> Expr {
+        let ty = match &value.ty {
+            Type::Array(ty, _) => Some((**ty).clone()),
+            Type::Tuple(types) => {
+                let types = types.clone();
+                let first = types.first().cloned();
+                types.iter().fold(first, |joined, ty| joined.and_then(|j| self.join(&j, ty)))
+            }
+            _ => None,
+        };
+        let Some(ty) = ty.map(|t| forget(&t)) else {
+            let message = "an index that is known only at run time cannot choose between values of different kinds";
+            return self.fail(Diagnostic::error("function-choice", span, message));
+        };
+        let n = match &value.ty {
+            Type::Array(_, n) => *n,
+            Type::Tuple(types) => types.len(),
+            _ => 0,
+        };
+        if n == 0 {
+            return self.fail(Diagnostic::error("index", span, "this array has no elements"));
+        }
+        let value = if matches!(value.ty, Type::Tuple(_)) {
+            let whole = Type::tuple(vec![ty.clone(); n]);
+            Expr { ty: Type::Array(ty.clone().into(), n), ..self.convert(value, &whole) }
+        } else {
+            value
+        };
+        Expr { kind: ExprKind::Index(Box::new(value), Box::new(index)), ty, span }
+    }
+}
+
+/// The type without what is known of its ints and bools.
+pub(super) fn forget(ty: &Type) -> Type {
+    match ty {
+        Type::Int(_) => Type::INT,
+        Type::Bool(_) => Type::BOOL,
+        Type::Range(..) => Type::Range(None, None),
+        Type::Tuple(ts) => Type::tuple(ts.iter().map(forget).collect()),
+        Type::Array(t, n) => Type::Array(forget(t).into(), *n),
+        Type::Record(fields) => Type::Record(fields.iter().map(|(n, t)| (n.clone(), forget(t))).collect()),
+        other => other.clone(),
+    }
+}

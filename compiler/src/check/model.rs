@@ -1,0 +1,474 @@
+//! The body of a model: parameters, inputs, statements, and the parts that it names.
+
+use super::annotations::Wanted;
+use super::context::{Binding, Checker};
+use super::evaluate;
+use super::expressions::wrap;
+use super::suggest::nearest;
+use super::typed::{Binary, Expr, ExprKind, Input, LocalId, Model, Param, Statement, Type};
+use super::types::Dimension;
+use super::{InputValue, finish};
+use crate::diagnostic::Diagnostic;
+use crate::program::Quantity;
+use crate::source::Span;
+use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
+use std::collections::BTreeMap;
+
+/// A part of a model's body, before it is given its full name.
+pub(super) struct Entry<'a> {
+    pub(super) decl: &'a ast::PartDecl,
+    pub(super) doc: &'a str,
+    pub(super) span: Span,
+    /// Whether it stands in a loop, so that there may be several of it.
+    pub(super) grouped: bool,
+    pub(super) shape: Expr,
+    pub(super) tolerance: Option<Expr>,
+}
+
+/// A model while its items are gone through.
+#[derive(Default)]
+struct Body<'a> {
+    statements: Vec<Statement>,
+    entries: Vec<Entry<'a>>,
+    params: Vec<Param>,
+    defaults: Vec<Option<Expr>>,
+    inputs: Vec<Input>,
+    /// Where the items stand: how many loops and conditions are around them.
+    loops: usize,
+    conditions: usize,
+}
+
+/// Where a model's parameters come from.
+#[derive(Clone, Copy)]
+enum Source<'s> {
+    /// The main model: parameters are free, inputs are given from outside.
+    Main(&'s BTreeMap<String, InputValue>),
+    /// A model within another: the types of the arguments, `None` where one has its default.
+    Call(&'s [Option<Type>]),
+}
+
+impl<'a> Checker<'a> {
+    /// Checks the main file's model, if it has one, and then what no call has reached.
+    pub(super) fn check_main(&mut self, inputs: &BTreeMap<String, InputValue>) -> Option<Model> {
+        let models: Vec<(&'a ast::Model, &'a Item)> = self.modules[0]
+            .items
+            .iter()
+            .filter_map(|item| match &item.kind {
+                ItemKind::Model(model) => Some((model, item)),
+                _ => None,
+            })
+            .collect();
+        let chosen = match &self.options.model {
+            None => models.last(),
+            Some(name) => models.iter().find(|(m, _)| m.name.text == *name),
+        };
+        if let (None, Some(name)) = (chosen, &self.options.model) {
+            let span = self.modules[0].items.first().map_or(Span::default(), |i| i.span);
+            let diagnostic = Diagnostic::error("unknown-name", span, format!("this file has no model '{name}'"));
+            let near = nearest(name, models.iter().map(|(m, _)| m.name.text.as_str()));
+            self.report(match near {
+                Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
+                None => diagnostic,
+            });
+        }
+        let model = chosen.map(|(model, item)| self.main_model(model, &item.doc, inputs));
+        self.check_annotated();
+        model
+    }
+
+    fn main_model(&mut self, decl: &'a ast::Model, doc: &str, inputs: &BTreeMap<String, InputValue>) -> Model {
+        let mut body = Body::default();
+        self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
+        self.unknown_inputs(decl, inputs);
+        let parts = self.parts(&body.entries);
+        if parts.is_empty() && body.entries.is_empty() {
+            let message = format!("the model '{}' has no parts", decl.name.text);
+            self.report(Diagnostic::warning("no-parts", decl.name.span, message).hint("add one: part name = surface"));
+        }
+        for param in &body.params {
+            if !self.used[param.local.0 as usize] {
+                let message = format!("the parameter '{}' is not used", param.name);
+                self.report(Diagnostic::warning("unused-parameter", param.span, message));
+            }
+        }
+        self.env.names.clear();
+        let mut model = Model {
+            name: decl.name.text.clone(),
+            doc: doc.to_owned(),
+            params: body.params,
+            inputs: body.inputs,
+            body: body.statements,
+            parts,
+            ..Model::default()
+        };
+        finish::finish(self, &mut model);
+        for diagnostic in evaluate::defaults(&mut model, &body.defaults, self) {
+            self.report(diagnostic);
+        }
+        model
+    }
+
+    /// A model within another: its parts as a record.
+    pub(super) fn submodel(&mut self, decl: &'a ast::Model, args: &[Option<Type>]) -> (Vec<LocalId>, Expr) {
+        let mut body = Body::default();
+        let mut locals = Vec::new();
+        self.items_of_model(&decl.items, &mut body, Source::Call(args), &mut locals);
+        let mut fields: Vec<(&str, bool, Vec<Expr>)> = Vec::new();
+        for entry in body.entries {
+            let name = entry.decl.name.text.as_str();
+            match fields.iter_mut().find(|(n, ..)| *n == name) {
+                Some((_, _, shapes)) => shapes.push(entry.shape),
+                None => fields.push((name, entry.grouped, vec![entry.shape])),
+            }
+        }
+        let span = decl.name.span;
+        let fields = fields
+            .into_iter()
+            .map(|(name, grouped, mut shapes)| match shapes.len() {
+                1 if !grouped => (name, shapes.swap_remove(0)),
+                _ => (name, self.array(shapes, span)),
+            })
+            .collect();
+        let record = self.make_record(fields, span);
+        (locals, wrap(body.statements, record, span))
+    }
+
+    fn items_of_model(
+        &mut self,
+        items: &'a [Item],
+        body: &mut Body<'a>,
+        source: Source<'_>,
+        locals: &mut Vec<LocalId>,
+    ) {
+        let mut position = 0;
+        for item in items {
+            match &item.kind {
+                ItemKind::Param(decl) | ItemKind::Input(decl) if body.loops + body.conditions > 0 => {
+                    let message =
+                        format!("'{}' must stand directly in its model, not in a loop or condition", decl.name.text);
+                    self.report(Diagnostic::error("misplaced", item.span, message));
+                }
+                ItemKind::Param(decl) | ItemKind::Input(decl) => {
+                    let free = matches!(item.kind, ItemKind::Param(_));
+                    match source {
+                        Source::Main(_) if free => self.param(decl, item, body),
+                        Source::Main(inputs) => self.input(decl, item, body, inputs),
+                        Source::Call(args) => {
+                            let ty = args.get(position).cloned().flatten();
+                            self.argument_param(decl, ty, body, locals);
+                        }
+                    }
+                    position += 1;
+                }
+                ItemKind::Part(decl) => self.part(decl, item, body),
+                ItemKind::For(decl) => {
+                    let iterable = self.expr(&decl.iterable);
+                    let Some(turns) = self.items(iterable, &mut body.statements) else { continue };
+                    body.loops += 1;
+                    for turn in turns {
+                        let mark = self.env.names.len();
+                        self.bind(&decl.pattern, turn, &mut body.statements);
+                        self.items_of_model(&decl.items, body, source, locals);
+                        self.env.names.truncate(mark);
+                    }
+                    body.loops -= 1;
+                }
+                ItemKind::If(decl) => self.if_items(decl, body, source, locals),
+                _ => self.statement(item, &mut body.statements),
+            }
+        }
+    }
+
+    fn if_items(&mut self, decl: &'a ast::IfItems, body: &mut Body<'a>, source: Source<'_>, locals: &mut Vec<LocalId>) {
+        let condition = self.expr(&decl.condition);
+        let items = match condition.ty {
+            Type::Bool(Some(true)) => &decl.then,
+            Type::Bool(Some(false)) => &decl.otherwise,
+            Type::Bool(None) => {
+                let message =
+                    "which parts a model has must be known before its parameters are, and this condition is not";
+                self.report(
+                    Diagnostic::error("unknown-condition", condition.span, message)
+                        .hint("let the condition depend on inputs only"),
+                );
+                return;
+            }
+            _ => return self.condition_error(&condition),
+        };
+        let mark = self.env.names.len();
+        body.conditions += 1;
+        self.items_of_model(items, body, source, locals);
+        body.conditions -= 1;
+        self.env.names.truncate(mark);
+    }
+
+    fn param(&mut self, decl: &'a ParamDecl, item: &'a Item, body: &mut Body<'a>) {
+        let wanted = self.wanted(&decl.ty);
+        let quantity = match wanted {
+            Wanted::Real(Dimension::NONE) | Wanted::Any => Quantity::Real,
+            Wanted::Real(Dimension::LENGTH) => Quantity::Length,
+            Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
+            _ => {
+                let message = format!("a param must be real, length or angle, and this is {}", wanted.describe());
+                let diagnostic = Diagnostic::error("invalid-type", decl.ty.span, message);
+                self.report(match wanted {
+                    Wanted::Int | Wanted::Bool => diagnostic.hint("use `input` for what is not fitted"),
+                    _ => diagnostic,
+                });
+                Quantity::Real
+            }
+        };
+        let wanted = Wanted::Real(dimension(quantity));
+        let bound = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
+            let e = checker.expr(e);
+            Some(checker.fit(e, &wanted, what))
+        };
+        let (lower, upper) = match &decl.bounds {
+            Some((a, b)) => (bound(self, a, "the lower bound"), bound(self, b, "the upper bound")),
+            None => (None, None),
+        };
+        let default = match &decl.default {
+            Some(e) => bound(self, e, "the default"),
+            None => {
+                let message = format!("the parameter '{}' has no default", decl.name.text);
+                let hint = format!("add one, such as `= {}`", example(quantity));
+                self.report(Diagnostic::error("no-default", decl.name.span, message).hint(hint));
+                None
+            }
+        };
+        let local = self.local(&decl.name.text, Type::Real(dimension(quantity)), decl.name.span);
+        self.declare(decl, local, body);
+        body.params.push(Param {
+            name: decl.name.text.clone(),
+            doc: item.doc.clone(),
+            quantity,
+            local,
+            lower,
+            upper,
+            default: 0.0,
+            bounds: (f64::NEG_INFINITY, f64::INFINITY),
+            span: decl.name.span,
+        });
+        body.defaults.push(default);
+    }
+
+    /// Puts a parameter's name in scope.
+    fn declare(&mut self, decl: &'a ParamDecl, local: LocalId, body: &Body<'a>) {
+        let before = body.params.iter().map(|p| (&p.name, p.span)).chain(body.inputs.iter().map(|i| (&i.name, i.span)));
+        let before = before.into_iter().find(|(name, _)| **name == decl.name.text).map(|(_, span)| span);
+        if let Some(before) = before {
+            let message = format!("'{}' is declared twice", decl.name.text);
+            self.report(
+                Diagnostic::error("duplicate-name", decl.name.span, message).related(before, "first declared here"),
+            );
+        }
+        self.env.names.push((&decl.name.text, Binding::Local(local)));
+    }
+
+    fn input(
+        &mut self,
+        decl: &'a ParamDecl,
+        item: &'a Item,
+        body: &mut Body<'a>,
+        given: &BTreeMap<String, InputValue>,
+    ) {
+        let wanted = self.wanted(&decl.ty);
+        let quantity = match wanted {
+            Wanted::Int => Quantity::Int,
+            Wanted::Bool => Quantity::Bool,
+            Wanted::Real(Dimension::NONE) | Wanted::Any => Quantity::Real,
+            Wanted::Real(Dimension::LENGTH) => Quantity::Length,
+            Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
+            _ => {
+                let message =
+                    format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
+                self.report(Diagnostic::error("invalid-type", decl.ty.span, message));
+                Quantity::Real
+            }
+        };
+        let constant = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
+            let e = checker.expr(e);
+            let e = checker.fit(e, &wanted, what);
+            checker.constant_value(&e)
+        };
+        let (lower, upper) = match &decl.bounds {
+            Some((a, b)) => (constant(self, a, "the lower bound"), constant(self, b, "the upper bound")),
+            None => (None, None),
+        };
+        let bounds = (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY));
+        let default = decl.default.as_ref().and_then(|e| constant(self, e, "the default"));
+        let value = match given.get(&decl.name.text) {
+            Some(value) => self.given_input(decl, quantity, *value),
+            None if decl.default.is_none() => {
+                let message = format!("the input '{}' has no default and is not given", decl.name.text);
+                self.report(Diagnostic::error("no-default", decl.name.span, message));
+                None
+            }
+            None => default,
+        };
+        let ty = match (value, quantity) {
+            (Some(x), Quantity::Int) => Type::Int(Some(x as i64)),
+            (Some(x), Quantity::Bool) => Type::Bool(Some(x != 0.0)),
+            (Some(_), _) => Type::Real(dimension(quantity)),
+            (None, _) => Type::Error,
+        };
+        let local = self.local(&decl.name.text, ty.clone(), decl.name.span);
+        let value = value.unwrap_or(0.0);
+        if !(bounds.0 <= value && value <= bounds.1) && !ty.is_error() {
+            let message = format!(
+                "the input '{}' is {value}, outside of its bounds {} to {}",
+                decl.name.text, bounds.0, bounds.1
+            );
+            self.report(Diagnostic::error("out-of-bounds", decl.name.span, message));
+        }
+        if matches!(ty, Type::Real(_)) {
+            let constant = Expr { kind: ExprKind::Real(value), ty, span: decl.name.span };
+            body.statements.push(Statement::Let(local, constant));
+        }
+        self.declare(decl, local, body);
+        body.inputs.push(Input {
+            name: decl.name.text.clone(),
+            doc: item.doc.clone(),
+            quantity,
+            value,
+            bounds,
+            span: decl.name.span,
+        });
+    }
+
+    fn constant_value(&mut self, e: &Expr) -> Option<f64> {
+        if e.ty.is_error() {
+            return None;
+        }
+        match evaluate::constant(self, e) {
+            Ok(value) => Some(value),
+            Err(reason) => {
+                let message = format!("this must be known before the model is evaluated: {reason}");
+                self.report(Diagnostic::error("not-constant", e.span, message));
+                None
+            }
+        }
+    }
+
+    fn given_input(&mut self, decl: &ParamDecl, quantity: Quantity, value: InputValue) -> Option<f64> {
+        match (quantity, value) {
+            (Quantity::Int | Quantity::Real, InputValue::Int(k)) => Some(k as f64),
+            (Quantity::Bool, InputValue::Bool(b)) => Some(f64::from(b)),
+            (Quantity::Real | Quantity::Length | Quantity::Angle, InputValue::Real(x)) if x.is_finite() => Some(x),
+            _ => {
+                let wanted = match quantity {
+                    Quantity::Int => "a whole number",
+                    Quantity::Bool => "true or false",
+                    _ => "a finite number",
+                };
+                let message = format!("the input '{}' must be {wanted}", decl.name.text);
+                self.report(Diagnostic::error("type-mismatch", decl.name.span, message));
+                None
+            }
+        }
+    }
+
+    fn unknown_inputs(&mut self, decl: &'a ast::Model, given: &BTreeMap<String, InputValue>) {
+        let names: Vec<(&str, bool)> = decl
+            .items
+            .iter()
+            .filter_map(|item| match &item.kind {
+                ItemKind::Input(d) => Some((d.name.text.as_str(), true)),
+                ItemKind::Param(d) => Some((d.name.text.as_str(), false)),
+                _ => None,
+            })
+            .collect();
+        for name in given.keys() {
+            if names.contains(&(name.as_str(), true)) {
+                continue;
+            }
+            let message = format!("the model '{}' has no input '{name}'", decl.name.text);
+            let diagnostic = Diagnostic::error("unknown-input", decl.name.span, message);
+            self.report(if names.contains(&(name.as_str(), false)) {
+                diagnostic.hint(format!("'{name}' is a param: it is set when the model is evaluated"))
+            } else {
+                match nearest(name, names.iter().filter(|(_, input)| *input).map(|(n, _)| *n)) {
+                    Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
+                    None => diagnostic,
+                }
+            });
+        }
+    }
+
+    /// A parameter of a model within another: an argument of the call, or its default.
+    fn argument_param(
+        &mut self,
+        decl: &'a ParamDecl,
+        given: Option<Type>,
+        body: &mut Body<'a>,
+        locals: &mut Vec<LocalId>,
+    ) {
+        let wanted = self.wanted(&decl.ty);
+        let Some(ty) = given else {
+            if let Some(default) = &decl.default {
+                let value = self.expr(default);
+                let value = self.fit(value, &wanted, "the default");
+                self.bind_name(&decl.name, value, &mut body.statements);
+            }
+            return;
+        };
+        let local = self.local(&decl.name.text, ty, decl.name.span);
+        locals.push(local);
+        if let Some((lower, upper)) = &decl.bounds {
+            for (bound, op) in [(lower, Binary::Ge), (upper, Binary::Le)] {
+                let bound = self.expr(bound);
+                let bound = self.fit(bound, &wanted, "the bound");
+                let value = self.read(local, decl.name.span);
+                if bound.ty.is_error() {
+                    continue;
+                }
+                let message = format!("the parameter '{}' is outside of its bounds", decl.name.text);
+                let condition = super::operators::binary(op, value, bound, Type::BOOL, decl.name.span);
+                body.statements.push(Statement::Require { condition, message, span: decl.name.span });
+            }
+        }
+        self.env.names.push((&decl.name.text, Binding::Local(local)));
+    }
+
+    fn part(&mut self, decl: &'a ast::PartDecl, item: &'a Item, body: &mut Body<'a>) {
+        let tolerance = decl.tolerance.as_ref().map(|e| {
+            let e = self.expr(e);
+            self.fit(e, &Wanted::Real(Dimension::LENGTH), "a tolerance")
+        });
+        let shape = self.expr(&decl.shape);
+        if let Some(before) = body.entries.iter().find(|e| e.decl.name.text == decl.name.text)
+            && !std::ptr::eq(before.decl, decl)
+        {
+            let (message, span) = (format!("there are two parts '{}'", decl.name.text), before.decl.name.span);
+            self.report(Diagnostic::error("duplicate-name", decl.name.span, message).related(span, "first named here"));
+        }
+        // Later statements may use the part by its name.
+        self.bind_name(&decl.name, shape, &mut body.statements);
+        let shape = self.name(&decl.name.text, decl.name.span);
+        body.entries.push(Entry {
+            decl,
+            doc: &item.doc,
+            span: item.span,
+            grouped: body.loops > 0,
+            shape: Expr { span: decl.shape.span, ..shape },
+            tolerance,
+        });
+    }
+}
+
+/// The dimension of a parameter.
+fn dimension(quantity: Quantity) -> Dimension {
+    match quantity {
+        Quantity::Length => Dimension::LENGTH,
+        Quantity::Angle => Dimension::ANGLE,
+        Quantity::Real | Quantity::Int | Quantity::Bool => Dimension::NONE,
+    }
+}
+
+fn example(quantity: Quantity) -> &'static str {
+    match quantity {
+        Quantity::Length => "10mm",
+        Quantity::Angle => "0deg",
+        _ => "1",
+    }
+}

@@ -1,0 +1,320 @@
+//! Files: the main one, those that it uses, and the modules of the standard library whose names occur.
+
+use super::free;
+use super::stdlib::{self, MODULES};
+use super::suggest::nearest;
+use crate::diagnostic::Diagnostic;
+use crate::source::{FileId, Loader, Sources, Span};
+use crate::syntax::ast::{DerivativeDecl, File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
+use std::collections::HashMap;
+
+/// How many files a script may use, directly or not.
+const FILE_LIMIT: usize = 256;
+
+/// A file that was read, and for each of its `use`s (by item index) the file that it names.
+pub(super) struct Loaded {
+    name: String,
+    std: bool,
+    ast: File,
+    uses: Vec<(usize, usize)>,
+}
+
+/// A file's names.
+#[derive(Debug, Default)]
+pub(super) struct Module<'a> {
+    /// As shown to people.
+    pub(super) name: &'a str,
+    /// Whether it is of the standard library.
+    pub(super) std: bool,
+    /// The file's text as a tree.
+    pub(super) items: &'a [Item],
+    /// What it defines.
+    pub(super) definitions: HashMap<&'a str, Definition<'a>>,
+    /// Names in the parentheses of `use`: the module and the name there (the same).
+    pub(super) imports: HashMap<&'a str, usize>,
+    /// Modules used whole, by the last part of their name.
+    pub(super) whole: HashMap<&'a str, usize>,
+}
+
+/// A top-level definition.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Definition<'a> {
+    Function(&'a FunctionDecl),
+    /// The binding, and the way to the name in its pattern.
+    Let(&'a Let),
+    Model(&'a Model),
+}
+
+impl<'a> Definition<'a> {
+    /// Where its name stands.
+    pub(super) fn span(self) -> Span {
+        match self {
+            Definition::Function(decl) => decl.name.span,
+            Definition::Let(decl) => pattern_span(&decl.pattern),
+            Definition::Model(model) => model.name.span,
+        }
+    }
+}
+
+/// Where a pattern stands.
+pub(super) fn pattern_span(pattern: &Pattern) -> Span {
+    match pattern {
+        Pattern::Name(ident) => ident.span,
+        Pattern::Tuple(_, span) => *span,
+    }
+}
+
+/// Reads the main file and all that it needs. Module 0 is the main file.
+pub(super) fn load(sources: &mut Sources, loader: &dyn Loader, main: FileId) -> (Vec<Loaded>, Vec<Diagnostic>) {
+    let (name, text) = match sources.get(main) {
+        Some(file) => (file.name.clone(), file.text.clone()),
+        None => (String::new(), String::new()),
+    };
+    let mut reader = Reader { sources, loader, loaded: Vec::new(), ids: HashMap::new(), diagnostics: Vec::new() };
+    reader.parse(main, name.clone(), &text, false);
+    let mut next = 0;
+    while next < reader.loaded.len() {
+        reader.follow(next);
+        next += 1;
+    }
+    reader.report_cycles();
+    (reader.loaded, reader.diagnostics)
+}
+
+struct Reader<'s> {
+    sources: &'s mut Sources,
+    loader: &'s dyn Loader,
+    loaded: Vec<Loaded>,
+    /// Index of a file by its name.
+    ids: HashMap<String, usize>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Reader<'_> {
+    fn parse(&mut self, file: FileId, name: String, text: &str, std: bool) -> usize {
+        let (ast, diagnostics) = crate::syntax::parse(file, text);
+        self.diagnostics.extend(diagnostics);
+        let id = self.loaded.len();
+        self.ids.insert(name.clone(), id);
+        self.loaded.push(Loaded { name, std, ast, uses: Vec::new() });
+        id
+    }
+
+    fn std_module(&mut self, index: usize) -> usize {
+        let (name, text) = MODULES[index];
+        if let Some(id) = self.ids.get(name) {
+            return *id;
+        }
+        let file = self.sources.add(name, text);
+        self.parse(file, name.to_owned(), text, true)
+    }
+
+    /// Reads what a file uses, and the modules of the library whose names occur in it.
+    fn follow(&mut self, id: usize) {
+        let std: Vec<usize> = {
+            let mut modules: Vec<usize> =
+                free::of_items(&self.loaded[id].ast.items).into_iter().filter_map(stdlib::module_of).collect();
+            modules.sort_unstable();
+            modules.dedup();
+            modules
+        };
+        for index in std {
+            self.std_module(index);
+        }
+        let uses: Vec<(usize, UsePath)> = self.loaded[id]
+            .ast
+            .items
+            .iter()
+            .enumerate()
+            .filter_map(|(i, item)| match &item.kind {
+                ItemKind::Use(u) => Some((i, u.path.clone())),
+                _ => None,
+            })
+            .collect();
+        for (item, path) in uses {
+            let target = match &path {
+                UsePath::Module(parts) => self.use_module(parts),
+                UsePath::File(path, span) => self.use_file(id, path, *span),
+            };
+            if let Some(target) = target {
+                self.loaded[id].uses.push((item, target));
+            }
+        }
+    }
+
+    fn use_module(&mut self, parts: &[Ident]) -> Option<usize> {
+        let (first, last) = (parts.first()?, parts.last()?);
+        let span = first.span.to(last.span);
+        let name = parts.iter().map(|p| p.text.as_str()).collect::<Vec<_>>().join(".");
+        if let Some(index) = MODULES.iter().position(|(n, _)| *n == name) {
+            return Some(self.std_module(index));
+        }
+        let mut error = Diagnostic::error("unknown-module", span, format!("there is no module '{name}'"));
+        let list = MODULES.iter().map(|(n, _)| *n);
+        error = match nearest(&name, list.clone()) {
+            Some(near) => error.hint(format!("did you mean '{near}'?")),
+            None if first.text != "std" => error.hint("a file is named in quotes: use \"column.gml\" (column)"),
+            None => error.hint(format!("the modules are {}", list.collect::<Vec<_>>().join(", "))),
+        };
+        self.diagnostics.push(error);
+        None
+    }
+
+    fn use_file(&mut self, from: usize, path: &str, span: Span) -> Option<usize> {
+        if self.loaded.len() >= FILE_LIMIT {
+            self.diagnostics.push(Diagnostic::error(
+                "too-many-files",
+                span,
+                format!("the script uses more than {FILE_LIMIT} files"),
+            ));
+            return None;
+        }
+        match self.loader.load(path, &self.loaded[from].name) {
+            Ok(file) => {
+                if let Some(id) = self.ids.get(&file.name) {
+                    return Some(*id);
+                }
+                let id = self.sources.add(file.name.clone(), file.text.clone());
+                Some(self.parse(id, file.name, &file.text, false))
+            }
+            Err(reason) => {
+                self.diagnostics.push(Diagnostic::error("file-not-found", span, reason));
+                None
+            }
+        }
+    }
+
+    /// One error for every `use` that closes a circle of files.
+    fn report_cycles(&mut self) {
+        // Depth first, without recursion: (file, next use); a file on the path is grey.
+        let mut done = vec![false; self.loaded.len()];
+        let mut grey = vec![false; self.loaded.len()];
+        let mut path = vec![(0, 0)];
+        grey[0] = true;
+        while let Some((file, next)) = path.pop() {
+            let Some((item, target)) = self.loaded[file].uses.get(next).copied() else {
+                grey[file] = false;
+                done[file] = true;
+                continue;
+            };
+            path.push((file, next + 1));
+            if self.loaded[file].std || self.loaded[target].std || done[target] {
+                continue;
+            }
+            if grey[target] {
+                let start = path.iter().position(|(f, _)| *f == target).unwrap_or(0);
+                let mut names: Vec<&str> = path[start..].iter().map(|(f, _)| self.loaded[*f].name.as_str()).collect();
+                names.push(&self.loaded[target].name);
+                let message = format!("files use each other in a circle: {}", names.join(" -> "));
+                let span = self.loaded[file].ast.items[item].span;
+                self.diagnostics.push(
+                    Diagnostic::error("use-cycle", span, message)
+                        .hint("move what both need into a file that uses neither"),
+                );
+                continue;
+            }
+            grey[target] = true;
+            path.push((target, 0));
+        }
+    }
+}
+
+/// The names of every file.
+pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
+    let mut diagnostics = Vec::new();
+    let mut modules: Vec<Module<'_>> = loaded
+        .iter()
+        .map(|file| {
+            let mut module = Module { name: &file.name, std: file.std, items: &file.ast.items, ..Module::default() };
+            for item in module.items {
+                define(&mut module, item, &mut diagnostics);
+            }
+            module
+        })
+        .collect();
+    for (id, file) in loaded.iter().enumerate() {
+        for (item, target) in &file.uses {
+            let ItemKind::Use(u) = &file.ast.items[*item].kind else { continue };
+            match (&u.names, &u.path) {
+                (Some(names), _) => {
+                    for name in names {
+                        if let Some(error) = unknown_import(name, &modules[*target]) {
+                            diagnostics.push(error);
+                        }
+                        modules[id].imports.insert(&name.text, *target);
+                    }
+                }
+                (None, UsePath::Module(parts)) => {
+                    if let Some(last) = parts.last() {
+                        modules[id].whole.insert(&last.text, *target);
+                    }
+                }
+                (None, UsePath::File(path, _)) => {
+                    let stem = path.rsplit(['/', '\\']).next().unwrap_or(path);
+                    modules[id].whole.insert(stem.strip_suffix(".gml").unwrap_or(stem), *target);
+                }
+            }
+        }
+    }
+    (modules, diagnostics)
+}
+
+fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
+    if module.definitions.contains_key(name.text.as_str()) {
+        return None;
+    }
+    let error = Diagnostic::error("unknown-name", name.span, format!("{} has no '{}'", quoted(module.name), name.text));
+    Some(match nearest(&name.text, module.definitions.keys().copied()) {
+        Some(near) => error.hint(format!("did you mean '{near}'?")),
+        None => error,
+    })
+}
+
+fn quoted(name: &str) -> String {
+    format!("'{name}'")
+}
+
+fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Diagnostic>) {
+    let mut add = |name: &'a Ident, definition: Definition<'a>| {
+        if let Some(before) = module.definitions.get(name.text.as_str()) {
+            diagnostics.push(
+                Diagnostic::error("duplicate-name", name.span, format!("'{}' is defined twice", name.text))
+                    .related(before.span(), "first defined here"),
+            );
+        } else if name.text != "_" {
+            module.definitions.insert(&name.text, definition);
+        }
+    };
+    match &item.kind {
+        ItemKind::Function(decl) => add(&decl.name, Definition::Function(decl)),
+        ItemKind::Model(model) => add(&model.name, Definition::Model(model)),
+        ItemKind::Let(decl) => {
+            let mut open = vec![&decl.pattern];
+            while let Some(pattern) = open.pop() {
+                match pattern {
+                    Pattern::Name(name) => add(name, Definition::Let(decl)),
+                    Pattern::Tuple(patterns, _) => open.extend(patterns.iter().rev()),
+                }
+            }
+        }
+        ItemKind::Derivative(decl) => diagnostics.push(unsupported_derivative(decl)),
+        ItemKind::Use(_) | ItemKind::Error => {}
+        ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) | ItemKind::Require(_) => diagnostics.push(
+            Diagnostic::error("misplaced", item.span, "this belongs in a model")
+                .hint("write it between the braces of `model name { ... }`"),
+        ),
+        ItemKind::For(_) | ItemKind::If(_) => {
+            diagnostics.push(Diagnostic::error("misplaced", item.span, "a statement like this belongs in a model"));
+        }
+    }
+}
+
+/// What to say of a derivative by hand.
+pub(super) fn unsupported_derivative(decl: &DerivativeDecl) -> Diagnostic {
+    Diagnostic::error(
+        "unsupported",
+        decl.function.span,
+        format!("a derivative by hand of '{}' is not supported by this version", decl.function.text),
+    )
+    .hint("leave it out: the derivative is made from the function itself")
+}

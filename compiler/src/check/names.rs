@@ -1,0 +1,165 @@
+//! What a name means: locals, then the file's own definitions, what it uses, what is built in, the standard library.
+
+use super::builtins::{self, Builtin};
+use super::context::{Binding, Checker, Code};
+use super::modules::Definition;
+use super::stdlib;
+use super::suggest::nearest;
+use super::typed::{Call, Expr, ExprKind, Type};
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use crate::syntax::ast::{Let, Pattern};
+
+impl<'a> Checker<'a> {
+    /// The value of a name.
+    pub(super) fn name(&mut self, name: &'a str, span: Span) -> Expr {
+        match self.find(name, span) {
+            Some(expr) => expr,
+            None => {
+                let error = self.unknown_name(name, span);
+                self.fail(error)
+            }
+        }
+    }
+
+    /// The value of a name, if it is known.
+    pub(super) fn find(&mut self, name: &'a str, span: Span) -> Option<Expr> {
+        if name == "_" {
+            return None;
+        }
+        if let Some((_, binding)) = self.env.names.iter().rev().find(|(n, _)| *n == name) {
+            return Some(self.bound(*binding, span));
+        }
+        let module = self.env.module;
+        if let Some(definition) = self.modules[module].definitions.get(name) {
+            return Some(self.definition(name, *definition, module, span));
+        }
+        if let Some(target) = self.modules[module].imports.get(name) {
+            // Names that the module does not have were reported with the `use`.
+            return Some(match self.modules[*target].definitions.get(name) {
+                Some(definition) => self.definition(name, *definition, *target, span),
+                None => super::context::error(span),
+            });
+        }
+        if let Some(value) = builtins::constant_named(name, span) {
+            return Some(value);
+        }
+        if let Some(builtin) = Builtin::named(name) {
+            let id = self.intern(name, Code::Builtin(builtin), Vec::new());
+            return Some(Expr { kind: ExprKind::Aggregate(Vec::new()), ty: Type::Closure(id), span });
+        }
+        let library = stdlib::MODULES[stdlib::module_of(name)?].0;
+        let target = self.modules.iter().position(|m| m.std && m.name == library)?;
+        let definition = *self.modules[target].definitions.get(name)?;
+        Some(self.definition(name, definition, target, span))
+    }
+
+    /// The value of `module.name`, where `module` is a module used whole and no local hides it.
+    pub(super) fn module_member(&mut self, module: &'a str, name: &'a str, span: Span) -> Option<Expr> {
+        if self.env.names.iter().any(|(n, _)| *n == module) {
+            return None;
+        }
+        let target = *self.modules[self.env.module].whole.get(module)?;
+        Some(match self.modules[target].definitions.get(name) {
+            Some(definition) => self.definition(name, *definition, target, span),
+            None => {
+                let names = self.modules[target].definitions.keys().copied();
+                let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
+                let error = match nearest(name, names) {
+                    Some(near) => error.hint(format!("did you mean '{near}'?")),
+                    None => error,
+                };
+                self.fail(error)
+            }
+        })
+    }
+
+    fn bound(&mut self, binding: Binding, span: Span) -> Expr {
+        match binding {
+            Binding::Local(id) => self.read(id, span),
+            Binding::Itself(closure, first) => {
+                let count = self.closure(closure).captures.len() as u32;
+                let captures = (first.0..first.0 + count).map(|i| self.read(super::typed::LocalId(i), span)).collect();
+                Expr { kind: ExprKind::Aggregate(captures), ty: Type::Closure(closure), span }
+            }
+        }
+    }
+
+    fn definition(&mut self, name: &'a str, definition: Definition<'a>, module: usize, span: Span) -> Expr {
+        let code = match definition {
+            Definition::Function(decl) => Code::Function(module, decl),
+            Definition::Model(model) => Code::Model(module, model),
+            Definition::Let(decl) => return self.global(name, decl, module, span),
+        };
+        let id = self.intern(name, code, Vec::new());
+        Expr { kind: ExprKind::Aggregate(Vec::new()), ty: Type::Closure(id), span }
+    }
+
+    /// A top-level `let`: a call of a function without parameters, and the way to the name in its pattern.
+    fn global(&mut self, name: &'a str, decl: &'a Let, module: usize, span: Span) -> Expr {
+        let id = self.intern(name, Code::Global(module, decl), Vec::new());
+        let Some((function, ty)) = self.instantiate(id, Vec::new(), span) else {
+            return super::context::error(span);
+        };
+        let kind = ExprKind::Call(Call { function, closure: None, args: Vec::new() });
+        let mut value = super::context::known(Expr { kind, ty, span });
+        let Some(path) = path_to(&decl.pattern, name) else { return super::context::error(span) };
+        for (index, count) in path {
+            value = match self.destructured(value, index, count, super::modules::pattern_span(&decl.pattern)) {
+                Some(component) => component,
+                None => return super::context::error(span),
+            };
+        }
+        value
+    }
+
+    fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
+        let error = Diagnostic::error("unknown-name", span, format!("there is no '{name}' here"));
+        let module = &self.modules[self.env.module];
+        let near = nearest(
+            name,
+            self.env
+                .names
+                .iter()
+                .map(|(n, _)| *n)
+                .chain(module.definitions.keys().copied())
+                .chain(module.imports.keys().copied()),
+        )
+        .or_else(|| nearest(name, builtins::names()))
+        .or_else(|| nearest(name, stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text))));
+        match near {
+            Some(near) => error.hint(format!("did you mean '{near}'?")),
+            None if self.defined_in_model(name) => {
+                error.hint("it is defined further down: move its definition up, before this line")
+            }
+            None => error,
+        }
+    }
+
+    /// Whether some model of the file defines the name (so that it is not in scope yet, or elsewhere).
+    fn defined_in_model(&self, name: &str) -> bool {
+        use crate::syntax::ast::ItemKind;
+        self.modules[self.env.module].items.iter().any(|item| match &item.kind {
+            ItemKind::Model(model) => model.items.iter().any(|i| match &i.kind {
+                ItemKind::Function(decl) => decl.name.text == name,
+                ItemKind::Param(decl) | ItemKind::Input(decl) => decl.name.text == name,
+                ItemKind::Let(decl) => path_to(&decl.pattern, name).is_some(),
+                ItemKind::Part(decl) => decl.name.text == name,
+                _ => false,
+            }),
+            _ => false,
+        })
+    }
+}
+
+/// The way to a name in a pattern: index and number of components at every step.
+fn path_to(pattern: &Pattern, name: &str) -> Option<Vec<(usize, usize)>> {
+    match pattern {
+        Pattern::Name(ident) => (ident.text == name).then(Vec::new),
+        Pattern::Tuple(patterns, _) => patterns.iter().enumerate().find_map(|(i, p)| {
+            let mut path = path_to(p, name)?;
+            path.insert(0, (i, patterns.len()));
+            Some(path)
+        }),
+    }
+}

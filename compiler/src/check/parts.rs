@@ -1,0 +1,132 @@
+//! Named surfaces: what `part` names, taken apart down to single surfaces with full names.
+
+use super::annotations::Wanted;
+use super::context::{Checker, error};
+use super::expressions::element;
+use super::model::Entry;
+use super::typed::{Expr, Part, Type};
+use super::types::Dimension;
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
+use std::collections::HashMap;
+
+/// A surface's name, with and without indices.
+#[derive(Clone)]
+struct Name {
+    full: String,
+    group: String,
+}
+
+impl Name {
+    fn index(&self, i: usize) -> Name {
+        Name { full: format!("{}[{i}]", self.full), group: self.group.clone() }
+    }
+
+    fn field(&self, name: &str) -> Name {
+        Name { full: format!("{}.{name}", self.full), group: format!("{}.{name}", self.group) }
+    }
+}
+
+impl<'a> Checker<'a> {
+    /// The parts of a model. Those of a loop are numbered.
+    pub(super) fn parts(&mut self, entries: &[Entry<'a>]) -> Vec<Part> {
+        let mut parts = Vec::new();
+        let mut counts: HashMap<&str, usize> = HashMap::new();
+        for entry in entries {
+            let text = &entry.decl.name.text;
+            let mut name = Name { full: text.clone(), group: text.clone() };
+            if entry.grouped {
+                let count = counts.entry(text).or_default();
+                name = name.index(*count);
+                *count += 1;
+            }
+            self.shapes(entry, &name, entry.shape.clone(), &mut parts);
+        }
+        parts
+    }
+
+    /// One surface, or those in an array, tuple or record.
+    fn shapes(&mut self, entry: &Entry<'a>, name: &Name, shape: Expr, parts: &mut Vec<Part>) {
+        if !self.charge(1, entry.span) {
+            return;
+        }
+        match shape.ty.clone() {
+            Type::Error => {}
+            Type::Closure(id) if self.accepts(id, 2) => {
+                if let Some(part) = self.surface(entry, name, shape) {
+                    parts.push(part);
+                }
+            }
+            Type::Record(fields) => {
+                for (i, (field, _)) in fields.iter().enumerate() {
+                    self.shapes(entry, &name.field(field), element(shape.clone(), i), parts);
+                }
+            }
+            Type::Array(_, n) => {
+                for i in 0..n {
+                    self.shapes(entry, &name.index(i), element(shape.clone(), i), parts);
+                }
+            }
+            Type::Tuple(types) if types.iter().any(super::expressions::has_function) => {
+                for i in 0..types.len() {
+                    self.shapes(entry, &name.index(i), element(shape.clone(), i), parts);
+                }
+            }
+            other => {
+                let message =
+                    format!("a part must be a surface (a function of u and v), and this is {}", self.describe(&other));
+                let diagnostic = Diagnostic::error("not-a-surface", shape.span, message);
+                let curve = matches!(other, Type::Closure(id) if self.accepts(id, 1));
+                self.report(if curve {
+                    diagnostic.hint("make a surface of the curve: revolve(curve), or tube(curve, radius: 5mm)")
+                } else {
+                    diagnostic
+                });
+            }
+        }
+    }
+
+    fn surface(&mut self, entry: &Entry<'a>, name: &Name, shape: Expr) -> Option<Part> {
+        let span: Span = shape.span;
+        let local = self.local(&name.full, shape.ty.clone(), span);
+        let (u, v) = (self.local("u", Type::REAL, span), self.local("v", Type::REAL, span));
+        let values = vec![self.read(u, span), self.read(v, span)];
+        let value = self.read(local, span);
+        let point = self.call_with(value, values, span);
+        let point = self.surface_point(point, &name.full);
+        if point.ty.is_error() {
+            return None;
+        }
+        Some(Part {
+            name: name.full.clone(),
+            group: name.group.clone(),
+            doc: entry.doc.to_owned(),
+            tolerance: entry.tolerance.clone(),
+            shape,
+            local,
+            u,
+            v,
+            point,
+            span: entry.span,
+        })
+    }
+
+    /// What a part's surface gives must be a point in space.
+    fn surface_point(&mut self, point: Expr, name: &str) -> Expr {
+        let message =
+            format!("the surface '{name}' must give points in space, but it gives {}", self.describe(&point.ty));
+        let hint = match &point.ty {
+            Type::Tuple(types) if types.len() == 2 => {
+                "a surface needs three coordinates; a profile in the plane can be turned: revolve(profile)"
+            }
+            Type::Tuple(_) => "coordinates are lengths: write 0mm for 0, and multiply bare numbers by 1mm",
+            _ => "a point is written (x, y, z)",
+        };
+        let wanted = Wanted::Tuple(vec![Wanted::Real(Dimension::LENGTH); 3]);
+        match self.fits(&point.ty, &wanted, point.span) {
+            Some(ty) => self.convert(point, &ty),
+            None if point.ty.is_error() => error(point.span),
+            None => self.fail(Diagnostic::error("not-a-surface", point.span, message).hint(hint)),
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests of the checker: diagnostics as a user sees them, types, and the values of typed trees.
+
+mod cup;
+mod support;

@@ -1,0 +1,113 @@
+//! Scripts in, diagnostics as text or points out.
+
+use crate::check::evaluate::{Evaluation, Value};
+use crate::check::typed::{Model, Part, Statement};
+use crate::check::{CheckOptions, InputValue, check};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::source::{NoFiles, Sources};
+use std::collections::{BTreeMap, HashMap};
+use std::fmt::Write;
+
+/// Checks a script that uses the standard library only.
+pub(super) fn check_text(text: &str) -> (Option<Model>, Sources, Vec<Diagnostic>) {
+    check_with(text, &BTreeMap::new(), &CheckOptions::default())
+}
+
+pub(super) fn check_with(
+    text: &str,
+    inputs: &BTreeMap<String, InputValue>,
+    options: &CheckOptions,
+) -> (Option<Model>, Sources, Vec<Diagnostic>) {
+    let mut sources = Sources::default();
+    let main = sources.add("test.gml", text);
+    let (model, diagnostics) = check(&mut sources, &NoFiles, main, inputs, options);
+    (model, sources, diagnostics)
+}
+
+/// The model of a script that must be without errors.
+pub(super) fn model(text: &str) -> Model {
+    let (model, sources, diagnostics) = check_text(text);
+    match model {
+        Some(model) => model,
+        None => panic!("{}", rendered(&sources, &diagnostics)),
+    }
+}
+
+/// Diagnostics as text: position, message, the source underlined, related places, hint.
+pub(super) fn rendered(sources: &Sources, diagnostics: &[Diagnostic]) -> String {
+    let mut out = String::new();
+    for d in diagnostics {
+        let name = sources.get(d.span.file).map_or("?", |f| &f.name);
+        let (line, column) = sources.line_column(d.span);
+        let word = if d.severity == Severity::Error { "error" } else { "warning" };
+        let _ = writeln!(out, "{word}[{}] {name}:{line}:{column}: {}", d.code, d.message);
+        let _ = writeln!(out, "  > {} {}", one_line(sources.text(d.span)), d.label);
+        for (span, text) in &d.related {
+            let name = sources.get(span.file).map_or("?", |f| &f.name);
+            let (line, column) = sources.line_column(*span);
+            let _ = writeln!(out, "  {name}:{line}:{column}: {text}: {}", one_line(sources.text(*span)));
+        }
+        if let Some(hint) = &d.hint {
+            let _ = writeln!(out, "  hint: {hint}");
+        }
+    }
+    out
+}
+
+fn one_line(text: &str) -> String {
+    let line = text.lines().next().unwrap_or("");
+    if line.len() < text.len() { format!("{line} ...") } else { line.to_owned() }
+}
+
+/// The diagnostics of a script, as text.
+pub(super) fn diagnosed(text: &str) -> String {
+    let (_, sources, diagnostics) = check_text(text);
+    rendered(&sources, &diagnostics)
+}
+
+/// A model's parameters by name, at their defaults.
+pub(super) fn defaults(model: &Model) -> HashMap<String, f64> {
+    model.params.iter().map(|p| (p.name.clone(), p.default)).collect()
+}
+
+/// A point of a part.
+pub(super) fn point(model: &Model, part: &Part, params: &HashMap<String, f64>, u: f64, v: f64) -> [f64; 3] {
+    let mut evaluation = Evaluation::new(model);
+    evaluation.derivative_step = Some(1e-5);
+    for param in &model.params {
+        evaluation.values.insert(param.local, Value::Real(params[&param.name]));
+    }
+    for statement in &model.body {
+        if let Statement::Let(local, e) = statement {
+            let value = evaluation.expr(e).expect("a value");
+            evaluation.values.insert(*local, value);
+        }
+    }
+    let shape = evaluation.expr(&part.shape).expect("a shape");
+    evaluation.values.insert(part.local, shape);
+    evaluation.values.insert(part.u, Value::Real(u));
+    evaluation.values.insert(part.v, Value::Real(v));
+    let Value::Many(values) = evaluation.expr(&part.point).expect("a point") else { panic!("not a point") };
+    let coordinate = |i: usize| match values[i] {
+        Value::Real(x) => x,
+        _ => panic!("not a coordinate"),
+    };
+    [coordinate(0), coordinate(1), coordinate(2)]
+}
+
+/// The unit normal of a part by central differences.
+pub(super) fn normal(model: &Model, part: &Part, params: &HashMap<String, f64>, u: f64, v: f64) -> [f64; 3] {
+    let e = 1e-4;
+    let at = |u, v| point(model, part, params, u, v);
+    let difference = |a: [f64; 3], b: [f64; 3]| [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+    let du = difference(at(u + e, v), at(u - e, v));
+    let dv = difference(at(u, v + e), at(u, v - e));
+    let n = [du[1] * dv[2] - du[2] * dv[1], du[2] * dv[0] - du[0] * dv[2], du[0] * dv[1] - du[1] * dv[0]];
+    let length = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
+    n.map(|x| x / length)
+}
+
+/// The part of a name.
+pub(super) fn part<'m>(model: &'m Model, name: &str) -> &'m Part {
+    model.parts.iter().find(|p| p.name == name).unwrap_or_else(|| panic!("no part {name}"))
+}

@@ -1,0 +1,221 @@
+//! Runs functions node by node: slow, bounded, and the oracle that native code is tested against. It also finds where
+//! a non-finite result came from.
+
+use super::scalar::{self, Scalar};
+use super::{FailureId, Function, FunctionId, Module, Op, Value, arithmetic};
+use crate::source::Span;
+
+mod origin;
+use origin::Origin;
+
+/// Bounds on a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    /// Nodes evaluated.
+    pub steps: u64,
+    /// Functions running at once.
+    pub depth: usize,
+    /// Values held at once.
+    pub memory: usize,
+}
+
+impl Default for Limits {
+    fn default() -> Limits {
+        Limits { steps: 100_000_000, depth: 1000, memory: 50_000_000 }
+    }
+}
+
+/// Why a run ended without results.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RunError {
+    /// A guard's condition did not hold; the module's `failures` has its sentence.
+    #[error("a guard failed")]
+    Failed(FailureId),
+    /// More nodes than the limit.
+    #[error("the evaluation takes too many steps")]
+    Steps(Span),
+    /// More functions running at once than the limit.
+    #[error("the recursion is too deep")]
+    Depth(Span),
+    /// More values at once than the limit.
+    #[error("the evaluation takes too much memory")]
+    Memory(Span),
+    /// The function is not valid, or has tangents that were not expanded, or the arguments do not fit it.
+    #[error("the function cannot be run")]
+    Malformed(Span),
+}
+
+impl RunError {
+    /// Where in the source.
+    #[must_use]
+    pub fn span(&self, module: &Module) -> Span {
+        match self {
+            RunError::Failed(failure) => module.failures.get(failure.0 as usize).map_or(Span::default(), |f| f.span),
+            RunError::Steps(span) | RunError::Depth(span) | RunError::Memory(span) | RunError::Malformed(span) => *span,
+        }
+    }
+}
+
+/// The results of a function for these arguments.
+///
+/// # Errors
+/// If a guard fails or a limit is met.
+pub fn run(module: &Module, function: FunctionId, args: &[Scalar], limits: Limits) -> Result<Vec<Scalar>, RunError> {
+    let mut interpreter = Interpreter { module, steps: limits.steps, depth: limits.depth, memory: limits.memory };
+    interpreter.check(function, args)?;
+    interpreter.run(function, args.to_vec(), Span::default())
+}
+
+/// [`run`] for a function that takes and gives reals only.
+///
+/// # Errors
+/// As [`run`]; `Malformed` where there is anything but reals.
+pub fn run_real(module: &Module, function: FunctionId, args: &[f64], limits: Limits) -> Result<Vec<f64>, RunError> {
+    let args: Vec<Scalar> = args.iter().map(|x| Scalar::Real(*x)).collect();
+    let results = run(module, function, &args, limits)?;
+    results.into_iter().map(Scalar::real).collect::<Option<_>>().ok_or(RunError::Malformed(Span::default()))
+}
+
+/// Where the first infinity or NaN arises among those that the first non-finite result was computed from;
+/// nothing where all results are finite. Arms that were not selected are left out of account. A non-finite
+/// argument is no operation's fault: the span of its first use is given.
+///
+/// # Errors
+/// As [`run`].
+pub fn non_finite(
+    module: &Module,
+    function: FunctionId,
+    args: &[Scalar],
+    limits: Limits,
+) -> Result<Option<Span>, RunError> {
+    let mut interpreter = Interpreter { module, steps: limits.steps, depth: limits.depth, memory: limits.memory };
+    interpreter.check(function, args)?;
+    let results = interpreter.run(function, args.to_vec(), Span::default())?;
+    let Some(k) = results.iter().position(|r| !r.is_finite()) else { return Ok(None) };
+    interpreter.steps = limits.steps;
+    match interpreter.origin(function, args, k, Span::default())? {
+        Origin::Node(span) | Origin::Param(_, span) => Ok(Some(span)),
+    }
+}
+
+struct Interpreter<'m> {
+    module: &'m Module,
+    /// What is left of each limit.
+    steps: u64,
+    depth: usize,
+    memory: usize,
+}
+
+/// What a node computed.
+enum Computed {
+    One(Scalar),
+    Many(Vec<Scalar>),
+}
+
+impl Interpreter<'_> {
+    fn check(&self, function: FunctionId, args: &[Scalar]) -> Result<(), RunError> {
+        let params = self.module.functions.get(function.0 as usize).map(|f| f.params.iter().map(|p| p.ty));
+        let fits = params.is_some_and(|p| p.eq(args.iter().map(|a| a.ty())));
+        if fits { Ok(()) } else { Err(RunError::Malformed(Span::default())) }
+    }
+
+    fn run(&mut self, function: FunctionId, args: Vec<Scalar>, span: Span) -> Result<Vec<Scalar>, RunError> {
+        let module = self.module;
+        let function = module.function(function);
+        let values = self.evaluate(function, &args, span)?;
+        let results = function.results.iter().map(|r| one(&values, *r).ok_or(RunError::Malformed(span)));
+        let results = results.collect();
+        self.memory += function.nodes.len();
+        results
+    }
+
+    /// Every node's value. The memory that they take is the caller's to give back.
+    fn evaluate(&mut self, function: &Function, args: &[Scalar], span: Span) -> Result<Vec<Computed>, RunError> {
+        self.depth = self.depth.checked_sub(1).ok_or(RunError::Depth(span))?;
+        self.memory = self.memory.checked_sub(function.nodes.len()).ok_or(RunError::Memory(span))?;
+        let mut values = Vec::with_capacity(function.nodes.len());
+        for node in &function.nodes {
+            self.steps = self.steps.checked_sub(1).ok_or(RunError::Steps(node.span))?;
+            let value = match &node.op {
+                Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Tangent { .. } => {
+                    Computed::Many(self.structured(&values, &node.op, node.span)?)
+                }
+                Op::Project(multi, k) => match &values[multi.0 as usize] {
+                    Computed::Many(results) => {
+                        Computed::One(*results.get(*k as usize).ok_or(RunError::Malformed(node.span))?)
+                    }
+                    Computed::One(_) => return Err(RunError::Malformed(node.span)),
+                },
+                Op::Guard { condition, failure, .. } if one(&values, *condition) == Some(Scalar::Bool(false)) => {
+                    return Err(RunError::Failed(*failure));
+                }
+                op => Computed::One(simple(op, args, |v| one(&values, v)).ok_or(RunError::Malformed(node.span))?),
+            };
+            values.push(value);
+        }
+        self.depth += 1;
+        Ok(values)
+    }
+
+    fn structured(&mut self, values: &[Computed], op: &Op, span: Span) -> Result<Vec<Scalar>, RunError> {
+        let get = |v: &Value| one(values, *v).ok_or(RunError::Malformed(span));
+        let all = |vs: &[Value]| vs.iter().map(get).collect::<Result<Vec<_>, _>>();
+        match op {
+            Op::If { condition, then, otherwise, args } => {
+                let taken = if get(condition)? == Scalar::Bool(true) { *then } else { *otherwise };
+                self.run(taken, all(args)?, span)
+            }
+            Op::Call { function, args } => self.run(*function, all(args)?, span),
+            Op::Loop { count, body, init, invariant } => {
+                let Scalar::Int(count) = get(count)? else { return Err(RunError::Malformed(span)) };
+                let (mut carried, invariant) = (all(init)?, all(invariant)?);
+                for i in 0..count {
+                    carried = self.turn(*body, i, &carried, &invariant, span)?;
+                }
+                Ok(carried)
+            }
+            _ => Err(RunError::Malformed(span)),
+        }
+    }
+
+    fn turn(
+        &mut self,
+        body: FunctionId,
+        i: i64,
+        carried: &[Scalar],
+        invariant: &[Scalar],
+        span: Span,
+    ) -> Result<Vec<Scalar>, RunError> {
+        // A turn costs something even where the body is empty.
+        self.steps = self.steps.checked_sub(1).ok_or(RunError::Steps(span))?;
+        let args = [&[Scalar::Int(i)], carried, invariant].concat();
+        self.run(body, args, span)
+    }
+}
+
+fn one(values: &[Computed], v: Value) -> Option<Scalar> {
+    match values.get(v.0 as usize)? {
+        Computed::One(x) => Some(*x),
+        Computed::Many(_) => None,
+    }
+}
+
+/// An operation that runs no function; nothing where a type does not fit.
+fn simple(op: &Op, args: &[Scalar], get: impl Fn(Value) -> Option<Scalar>) -> Option<Scalar> {
+    match *op {
+        Op::Param(i) => args.get(i as usize).copied(),
+        Op::Real(bits) => Some(Scalar::Real(f64::from_bits(bits))),
+        Op::Int(i) => Some(Scalar::Int(i)),
+        Op::Bool(b) => Some(Scalar::Bool(b)),
+        Op::Unary(op, a) => scalar::unary(op, get(a)?),
+        Op::Binary(op, a, b) => scalar::binary(op, get(a)?, get(b)?),
+        Op::PowInt(a, n) => Some(Scalar::Real(arithmetic::pow_int(get(a)?.real()?, n))),
+        Op::Compare(op, a, b) => scalar::compare(op, get(a)?, get(b)?).map(Scalar::Bool),
+        Op::Select(c, a, b) => match get(c)? {
+            Scalar::Bool(c) => get(if c { a } else { b }),
+            _ => None,
+        },
+        Op::Guard { value, .. } => get(value),
+        _ => None,
+    }
+}

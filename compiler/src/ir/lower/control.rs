@@ -1,0 +1,202 @@
+//! Branches, loops and indexing.
+
+use super::Frame;
+use super::free::Free;
+use crate::check::typed::{Binary, Expr, ExprKind, LocalId, Statement, Type, Unary};
+use crate::diagnostic::Diagnostic;
+use crate::ir::scalar::Scalar;
+use crate::ir::{self, Failure, FunctionId, Value};
+use std::ops::Range;
+
+/// The greatest number of operations in a side of an `if` that is computed whether it is taken or not.
+const CHEAP: usize = 12;
+
+impl<'m> Frame<'_, 'm> {
+    pub(super) fn if_(
+        &mut self,
+        expr: &Expr,
+        condition: &Expr,
+        then: &Expr,
+        otherwise: &Expr,
+    ) -> Result<Vec<Value>, Diagnostic> {
+        let condition = self.scalar(condition)?;
+        if let Some(Scalar::Bool(holds)) = self.b.constant(condition) {
+            return self.expr(if holds { then } else { otherwise });
+        }
+        let mut budget = CHEAP;
+        if is_cheap(then, &mut budget) && is_cheap(otherwise, &mut budget) {
+            let (a, b) = (self.expr(then)?, self.expr(otherwise)?);
+            self.b.set_span(expr.span);
+            return Ok(a.into_iter().zip(b).map(|(a, b)| self.b.select(condition, a, b)).collect());
+        }
+        let (bound, passed, args) = self.outside(&[then, otherwise], &[]);
+        let then = self.outlined("then", &passed, &bound, then)?;
+        let otherwise = self.outlined("else", &passed, &bound, otherwise)?;
+        self.b.set_span(expr.span);
+        let results = self.lowerer.model.scalars(&expr.ty);
+        Ok(self.b.if_(condition, then, otherwise, args, &results))
+    }
+
+    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, Diagnostic> {
+        let ExprKind::Fold { from, to, init, index, accumulator, body } = &expr.kind else {
+            return self.expr(expr);
+        };
+        let (from, to, init) = (self.scalar(from)?, self.scalar(to)?, self.expr(init)?);
+        self.b.set_span(expr.span);
+        let count = self.b.sub(to, from);
+        let (constants, passed, invariant) = self.outside(&[body], &[*index, *accumulator]);
+        let start = self.b.constant(from);
+        let locals: Vec<LocalId> = [*index, *accumulator].into_iter().chain(passed).collect();
+        let mut frame = self.child("fold", &locals, &constants, start.is_none());
+        // The loop counts from 0.
+        let i = frame.local(*index)[0];
+        let first = match start {
+            Some(start) => frame.b.scalar(start),
+            None => frame.b.param(frame.b.params().len() - 1),
+        };
+        let i = frame.b.add(i, first);
+        frame.locals.insert(*index, vec![i]);
+        let results = frame.expr(body)?;
+        let function = frame.finish(body, results);
+        let body = self.lowerer.module.add(function);
+        let invariant = if start.is_none() { invariant.into_iter().chain([from]).collect() } else { invariant };
+        Ok(self.b.loop_(count, body, init, invariant))
+    }
+
+    /// Element of an array at an int that is not known while compiling: halves of the array are told apart by
+    /// comparing, which costs one selection an element and logarithmic depth.
+    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, Diagnostic> {
+        let (values, index) = (self.expr(array)?, self.scalar(index)?);
+        self.b.set_span(expr.span);
+        let (_, width) = self.lowerer.model.component(&array.ty, 0);
+        let length = self.length(array);
+        if let Some(Scalar::Int(i)) = self.b.constant(index)
+            && let Some(i) = usize::try_from(i).ok().filter(|i| *i < length)
+        {
+            return Ok(values[i * width..(i + 1) * width].to_vec());
+        }
+        let mut picked = match length {
+            // Nothing can be picked; the guard fails before the values are used.
+            0 => self.zeros(expr),
+            _ => (0..width).map(|k| self.pick(&values, width, k, index, 0..length)).collect(),
+        };
+        let (zero, end) = (self.b.int(0), self.b.int(length as i64));
+        let (from, to) = (self.b.compare(ir::Compare::Ge, index, zero), self.b.compare(ir::Compare::Lt, index, end));
+        let inside = self.b.binary(ir::Binary::And, from, to);
+        let message = format!("index out of range: the array has {length} elements, the first is [0]");
+        let failure = self.lowerer.module.fail(Failure { span: expr.span, message });
+        picked.iter_mut().for_each(|v| *v = self.b.guard(*v, inside, failure));
+        Ok(picked)
+    }
+
+    fn length(&self, array: &Expr) -> usize {
+        if let Type::Array(_, n) = &array.ty { *n } else { 0 }
+    }
+
+    fn pick(&mut self, values: &[Value], width: usize, k: usize, index: Value, range: Range<usize>) -> Value {
+        if range.len() == 1 {
+            return values[range.start * width + k];
+        }
+        let middle = range.start + range.len() / 2;
+        let low = self.pick(values, width, k, index, range.start..middle);
+        let high = self.pick(values, width, k, index, middle..range.end);
+        let middle = self.b.int(middle as i64);
+        let below = self.b.compare(ir::Compare::Lt, index, middle);
+        self.b.select(below, low, high)
+    }
+
+    fn zeros(&mut self, expr: &Expr) -> Vec<Value> {
+        let types = self.lowerer.model.scalars(&expr.ty);
+        let zero = |ty| match ty {
+            ir::Type::Int => self.b.int(0),
+            ir::Type::Bool => self.b.bool(false),
+            _ => self.b.real(0.0),
+        };
+        types.into_iter().map(zero).collect()
+    }
+
+    /// What expressions use from outside: the locals whose scalars are all constants, which a function for them
+    /// binds by itself; the others; and the scalars of the others.
+    fn outside(&self, exprs: &[&Expr], bound: &[LocalId]) -> (Constants, Vec<LocalId>, Vec<Value>) {
+        let (mut constants, mut passed, mut args) = (Vec::new(), Vec::new(), Vec::new());
+        for local in Free::of(exprs, bound) {
+            let values = self.local(local);
+            match values.iter().map(|v| self.b.constant(*v)).collect::<Option<Vec<Scalar>>>() {
+                Some(scalars) => constants.push((local, scalars)),
+                None => {
+                    passed.push(local);
+                    args.extend(values);
+                }
+            }
+        }
+        (constants, passed, args)
+    }
+
+    /// A function for an expression.
+    fn outlined(
+        &mut self,
+        name: &str,
+        params: &[LocalId],
+        constants: &Constants,
+        expr: &Expr,
+    ) -> Result<FunctionId, Diagnostic> {
+        let mut frame = self.child(name, params, constants, false);
+        let results = frame.expr(expr)?;
+        let function = frame.finish(expr, results);
+        Ok(self.lowerer.module.add(function))
+    }
+
+    /// Starts a function within this one: of the locals' scalars and, if `start`, an int after them.
+    fn child(&mut self, name: &str, params: &[LocalId], constants: &Constants, start: bool) -> Frame<'_, 'm> {
+        let mut frame = self.lowerer.frame(name, params, start.then_some("from"));
+        for (local, scalars) in constants {
+            let values = scalars.iter().map(|s| frame.b.scalar(*s)).collect();
+            frame.locals.insert(*local, values);
+        }
+        frame
+    }
+}
+
+/// Locals whose scalars are constants.
+type Constants = Vec<(LocalId, Vec<Scalar>)>;
+
+/// Whether an expression may be computed where it is not wanted: it has few operations, and all of them have finite
+/// results and derivatives wherever their operands are finite. Each operation is taken off the budget.
+fn is_cheap(expr: &Expr, budget: &mut usize) -> bool {
+    let free = matches!(
+        expr.kind,
+        ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_)
+    );
+    if free {
+        return true;
+    }
+    if *budget == 0 {
+        return false;
+    }
+    match &expr.kind {
+        ExprKind::Convert(a) | ExprKind::Element(a, _) => is_cheap(a, budget),
+        ExprKind::Aggregate(items) => items.iter().all(|e| is_cheap(e, budget)),
+        ExprKind::Unary(op, a) => {
+            *budget -= 1;
+            matches!(op, Unary::Neg | Unary::Abs | Unary::Sign | Unary::Stop | Unary::Not) && is_cheap(a, budget)
+        }
+        ExprKind::Binary(op, a, b) => {
+            *budget -= 1;
+            !matches!(op, Binary::Div | Binary::Rem | Binary::Pow | Binary::Atan2)
+                && is_cheap(a, budget)
+                && is_cheap(b, budget)
+        }
+        ExprKind::If(c, a, b) => {
+            *budget -= 1;
+            [c, a, b].into_iter().all(|e| is_cheap(e, budget))
+        }
+        ExprKind::Block(statements, value) => {
+            let cheap = statements.iter().all(|s| match s {
+                Statement::Let(_, value) => is_cheap(value, budget),
+                Statement::Require { .. } => false,
+            });
+            cheap && is_cheap(value, budget)
+        }
+        _ => false,
+    }
+}

@@ -1,0 +1,126 @@
+//! Expressions.
+
+use super::Frame;
+use crate::check::typed::{Call, Expr, ExprKind, LocalId, Statement, Type};
+use crate::diagnostic::Diagnostic;
+use crate::ir::{Failure, Unary, Value};
+
+impl Frame<'_, '_> {
+    /// The scalars of an expression's value.
+    pub(super) fn expr(&mut self, expr: &Expr) -> Result<Vec<Value>, Diagnostic> {
+        self.check_size(expr.span)?;
+        self.kind(expr)
+    }
+
+    fn kind(&mut self, expr: &Expr) -> Result<Vec<Value>, Diagnostic> {
+        self.b.set_span(expr.span);
+        Ok(match &expr.kind {
+            ExprKind::Real(x) => vec![self.b.real(*x)],
+            ExprKind::Int(i) => vec![self.b.int(*i)],
+            ExprKind::Bool(b) => vec![self.b.bool(*b)],
+            ExprKind::Text(_) => Vec::new(),
+            ExprKind::Local(local) => self.local(*local),
+            ExprKind::Convert(a) => self.convert(a, &expr.ty)?,
+            ExprKind::Unary(op, a) => {
+                let values = self.expr(a)?;
+                self.b.set_span(expr.span);
+                values.into_iter().map(|v| self.unary(*op, v)).collect()
+            }
+            ExprKind::Binary(op, a, b) => self.binary(*op, a, b, expr.span)?,
+            ExprKind::If(condition, then, otherwise) => self.if_(expr, condition, then, otherwise)?,
+            ExprKind::Aggregate(items) => {
+                let mut values = Vec::new();
+                for item in items {
+                    values.extend(self.expr(item)?);
+                }
+                values
+            }
+            ExprKind::Element(a, k) => self.element(a, *k)?,
+            ExprKind::Index(a, i) => self.index(expr, a, i)?,
+            ExprKind::Block(statements, value) => self.block(statements, value)?,
+            ExprKind::Call(call) => {
+                let args = self.arguments(call)?;
+                self.b.set_span(expr.span);
+                let function = self.lowerer.instances[call.function.0 as usize];
+                let results = self.lowerer.model.scalars(&expr.ty);
+                self.b.call(function, args, &results)
+            }
+            ExprKind::Derivative { call, wrt } => self.derivative(expr, call, *wrt)?,
+            ExprKind::Fold { .. } => self.fold(expr)?,
+        })
+    }
+
+    /// The value of an expression of one scalar.
+    pub(super) fn scalar(&mut self, expr: &Expr) -> Result<Value, Diagnostic> {
+        let values = self.expr(expr)?;
+        debug_assert_eq!(values.len(), 1, "a scalar");
+        Ok(values[0])
+    }
+
+    pub(super) fn local(&self, local: LocalId) -> Vec<Value> {
+        let values = self.locals.get(&local);
+        values.expect("the checker binds every local before its use, and the frame was given what it uses").clone()
+    }
+
+    fn element(&mut self, a: &Expr, k: usize) -> Result<Vec<Value>, Diagnostic> {
+        let (start, width) = self.lowerer.model.component(&a.ty, k);
+        // The rest of a long array in a local need not be copied.
+        if let ExprKind::Local(local) = &a.kind
+            && let Some(values) = self.locals.get(local)
+        {
+            return Ok(values[start..start + width].to_vec());
+        }
+        Ok(self.expr(a)?[start..start + width].to_vec())
+    }
+
+    fn block(&mut self, statements: &[Statement], value: &Expr) -> Result<Vec<Value>, Diagnostic> {
+        let mut guards = Vec::new();
+        for statement in statements {
+            match statement {
+                Statement::Let(local, value) => {
+                    let values = self.expr(value)?;
+                    self.locals.insert(*local, values);
+                }
+                Statement::Require { condition, message, span } => {
+                    let condition = self.scalar(condition)?;
+                    let failure = self.lowerer.module.fail(Failure { span: *span, message: message.clone() });
+                    guards.push((condition, failure));
+                }
+            }
+        }
+        let mut values = self.expr(value)?;
+        // The first requirement is guarded last, so that it is the first to fail.
+        for (condition, failure) in guards.into_iter().rev() {
+            values.iter_mut().for_each(|v| *v = self.b.guard(*v, condition, failure));
+        }
+        Ok(values)
+    }
+
+    fn arguments(&mut self, call: &Call) -> Result<Vec<Value>, Diagnostic> {
+        let mut values = Vec::new();
+        for arg in call.closure.iter().map(|c| &**c).chain(&call.args) {
+            values.extend(self.expr(arg)?);
+        }
+        Ok(values)
+    }
+
+    fn derivative(&mut self, expr: &Expr, call: &Call, wrt: usize) -> Result<Vec<Value>, Diagnostic> {
+        let args = self.arguments(call)?;
+        let model = self.lowerer.model;
+        let before = call.closure.iter().map(|c| &**c).chain(&call.args[..wrt]);
+        let index = before.map(|e| model.width(&e.ty)).sum::<usize>();
+        self.b.set_span(expr.span);
+        let one = self.b.real(1.0);
+        let function = self.lowerer.instances[call.function.0 as usize];
+        Ok(self.b.tangent(function, args, vec![(index as u32, one)], model.width(&expr.ty)))
+    }
+
+    /// Ints become reals where the type has reals.
+    fn convert(&mut self, a: &Expr, ty: &Type) -> Result<Vec<Value>, Diagnostic> {
+        use crate::ir::Type::{Int, Real};
+        let values = self.expr(a)?;
+        let (from, to) = (self.lowerer.model.scalars(&a.ty), self.lowerer.model.scalars(ty));
+        let scalars = values.into_iter().zip(from.into_iter().zip(to));
+        Ok(scalars.map(|(v, types)| if types == (Int, Real) { self.b.unary(Unary::ToReal, v) } else { v }).collect())
+    }
+}

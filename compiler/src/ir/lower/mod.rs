@@ -1,0 +1,233 @@
+//! The typed tree to scalar functions.
+//!
+//! Tuples, arrays, records and closures become their scalars, in order. Every function instance becomes one function
+//! of its flattened captures and arguments; a call is [`Op::Call`](super::Op::Call) (inlining is a pass of its own),
+//! a derivative is [`Op::Tangent`](super::Op::Tangent) of the function called. The sides of an `if` that may fail or
+//! cost much, and the bodies of folds, become functions of what they use from outside.
+//!
+//! Each of the model's functions ([`LoweredModel`]) computes from the parameters what it needs of the model's body.
+
+mod control;
+mod expr;
+mod free;
+mod operators;
+mod shape;
+
+#[cfg(test)]
+mod tests;
+
+use super::{FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
+use crate::check::typed::{self, Expr, LocalId, Statement};
+use crate::diagnostic::Diagnostic;
+use crate::program;
+use crate::source::Span;
+use free::Free;
+use std::collections::HashMap;
+
+/// The greatest number of nodes that a model's functions may have together before inlining.
+const NODE_LIMIT: usize = 4_000_000;
+
+/// Lowers a model.
+///
+/// # Errors
+/// A diagnostic where the model would become too large.
+pub fn lower(model: &typed::Model) -> Result<LoweredModel, Diagnostic> {
+    let mut lowerer = Lowerer::new(model);
+    for index in 0..model.functions.len() {
+        lowerer.function(index)?;
+    }
+    let bounds = lowerer.bounds()?;
+    let requires = lowerer.requires()?;
+    let parts = model.parts.iter().map(|part| lowerer.part(part)).collect::<Result<_, _>>()?;
+    Ok(LoweredModel {
+        name: model.name.clone(),
+        doc: model.doc.clone(),
+        module: lowerer.module,
+        params: model.params.iter().map(parameter).collect(),
+        inputs: model.inputs.iter().map(input).collect(),
+        parts,
+        bounds,
+        requires,
+    })
+}
+
+fn parameter(param: &typed::Param) -> program::Parameter {
+    program::Parameter {
+        name: param.name.clone(),
+        doc: param.doc.clone(),
+        quantity: param.quantity,
+        default: param.default,
+        lower: param.bounds.0,
+        upper: param.bounds.1,
+        span: param.span,
+    }
+}
+
+fn input(input: &typed::Input) -> program::Input {
+    program::Input {
+        name: input.name.clone(),
+        doc: input.doc.clone(),
+        quantity: input.quantity,
+        value: input.value,
+        lower: input.bounds.0,
+        upper: input.bounds.1,
+    }
+}
+
+/// What is made so far.
+struct Lowerer<'m> {
+    model: &'m typed::Model,
+    module: Module,
+    /// The function of each function instance.
+    instances: Vec<FunctionId>,
+    /// How many nodes the functions have that are done.
+    nodes: usize,
+}
+
+/// A function in the making, and the scalars of the locals that are bound in it.
+struct Frame<'l, 'm> {
+    lowerer: &'l mut Lowerer<'m>,
+    b: FunctionBuilder,
+    locals: HashMap<LocalId, Vec<Value>>,
+}
+
+impl<'m> Lowerer<'m> {
+    fn new(model: &'m typed::Model) -> Lowerer<'m> {
+        let mut module = Module::default();
+        let instances = model.functions.iter().map(|_| module.reserve()).collect();
+        Lowerer { model, module, instances, nodes: 0 }
+    }
+
+    /// Starts a function of these locals' scalars and, where it has a name, an int after them.
+    fn frame(&mut self, name: &str, locals: &[LocalId], int: Option<&str>) -> Frame<'_, 'm> {
+        let mut params = Vec::new();
+        let mut counts = Vec::new();
+        for &local in locals {
+            let local = &self.model.locals[local.0 as usize];
+            let before = params.len();
+            self.model.name_scalars(&local.name, &local.ty, &mut |name, ty| params.push(Parameter { name, ty }));
+            counts.push(params.len() - before);
+        }
+        params.extend(int.map(|name| Parameter::new(name, super::Type::Int)));
+        let b = FunctionBuilder::new(name, params);
+        let mut values = b.params().into_iter();
+        let bound = locals.iter().zip(counts).map(|(local, n)| (*local, values.by_ref().take(n).collect()));
+        let locals = bound.collect();
+        Frame { lowerer: self, b, locals }
+    }
+
+    /// Starts a function of the model's parameters.
+    fn model_frame(&mut self, name: &str) -> Frame<'_, 'm> {
+        let params: Vec<LocalId> = self.model.params.iter().map(|p| p.local).collect();
+        self.frame(name, &params, None)
+    }
+
+    fn function(&mut self, index: usize) -> Result<(), Diagnostic> {
+        let function = &self.model.functions[index];
+        let locals: Vec<LocalId> = function.captures.iter().chain(&function.params).copied().collect();
+        let mut frame = self.frame(&function.name, &locals, None);
+        let results = frame.expr(&function.body)?;
+        let function = frame.finish(&function.body, results);
+        self.module.define(self.instances[index], function);
+        Ok(())
+    }
+
+    fn bounds(&mut self) -> Result<FunctionId, Diagnostic> {
+        let model = self.model;
+        let mut frame = self.model_frame("bounds");
+        frame.body_for(model.params.iter().flat_map(|p| p.lower.iter().chain(&p.upper)))?;
+        let mut results = Vec::new();
+        for param in &model.params {
+            for (name, bound, none) in
+                [("lower", &param.lower, f64::NEG_INFINITY), ("upper", &param.upper, f64::INFINITY)]
+            {
+                let value = match bound {
+                    Some(bound) => frame.scalar(bound)?,
+                    None => frame.b.real(none),
+                };
+                results.push((format!("{name}.{}", param.name), value));
+            }
+        }
+        let function = frame.b.finish(results);
+        Ok(self.module.add(function))
+    }
+
+    fn requires(&mut self) -> Result<Vec<LoweredRequire>, Diagnostic> {
+        let mut requires = Vec::new();
+        for statement in &self.model.body {
+            if let Statement::Require { condition, message, span } = statement {
+                let function = self.of_params("require", condition)?;
+                requires.push(LoweredRequire { function, message: message.clone(), span: *span });
+            }
+        }
+        Ok(requires)
+    }
+
+    fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, Diagnostic> {
+        let params: Vec<LocalId> = self.model.params.iter().map(|p| p.local).chain([part.u, part.v]).collect();
+        let mut frame = self.frame(&part.name, &params, None);
+        frame.body_for([&part.shape])?;
+        let shape = frame.expr(&part.shape)?;
+        frame.locals.insert(part.local, shape);
+        let point = frame.expr(&part.point)?;
+        let function = frame.finish(&part.point, point);
+        let surface = self.module.add(function);
+        let tolerance = part.tolerance.as_ref().map(|t| self.of_params("tolerance", t)).transpose()?;
+        Ok(LoweredPart {
+            name: part.name.clone(),
+            group: part.group.clone(),
+            doc: part.doc.clone(),
+            surface,
+            tolerance,
+            span: part.span,
+        })
+    }
+
+    /// A function of the parameters with the value of an expression of the model's body.
+    fn of_params(&mut self, name: &str, expr: &Expr) -> Result<FunctionId, Diagnostic> {
+        let mut frame = self.model_frame(name);
+        frame.body_for([expr])?;
+        let results = frame.expr(expr)?;
+        let function = frame.finish(expr, results);
+        Ok(self.module.add(function))
+    }
+}
+
+impl Frame<'_, '_> {
+    /// Binds what the expressions need of the `let`s of the model's body.
+    fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), Diagnostic> {
+        let mut needed = Free::default();
+        exprs.into_iter().for_each(|e| needed.expr(e));
+        let mut lets = Vec::new();
+        for statement in self.lowerer.model.body.iter().rev() {
+            if let Statement::Let(local, value) = statement
+                && needed.locals.contains(local)
+            {
+                needed.expr(value);
+                lets.push((*local, value));
+            }
+        }
+        for (local, value) in lets.into_iter().rev() {
+            let values = self.expr(value)?;
+            self.locals.insert(local, values);
+        }
+        Ok(())
+    }
+
+    /// Ends a function whose result is the expression's value.
+    fn finish(self, expr: &Expr, results: Vec<Value>) -> super::Function {
+        self.lowerer.nodes += self.b.len();
+        let mut names = Vec::new();
+        self.lowerer.model.name_scalars("", &expr.ty, &mut |name, _| names.push(name));
+        self.b.finish(names.into_iter().zip(results))
+    }
+
+    /// Whether there is room for what is made here.
+    fn check_size(&self, span: Span) -> Result<(), Diagnostic> {
+        if self.lowerer.nodes + self.b.len() <= NODE_LIMIT {
+            return Ok(());
+        }
+        let message = "the model is too large: its program would take more than four million operations";
+        Err(Diagnostic::error("too-large", span, message))
+    }
+}

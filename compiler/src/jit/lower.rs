@@ -1,0 +1,373 @@
+//! IR nodes to Cranelift instructions.
+
+use super::compiler::{Compiler, JitError};
+use super::context::{Context, DEPTH};
+use super::host;
+use crate::ir::arithmetic::pow_int_steps;
+use crate::ir::{self, Binary, Compare, Function, FunctionId, Op, Type, Unary};
+use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
+use cranelift_codegen::ir::{AbiParam, Block, FuncRef, InstBuilder, MemFlagsData, StackSlot, Value, types};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_module::{Linkage, Module as _};
+use std::collections::HashMap;
+
+/// Memory that generated code touches is there, aligned, and its own.
+pub(super) const TRUSTED: MemFlagsData = MemFlagsData::trusted();
+
+/// One function of Cranelift in the making.
+pub(super) struct Lowering<'a, 'f, 'm> {
+    pub(super) compiler: &'a mut Compiler<'m>,
+    pub(super) builder: FunctionBuilder<'f>,
+    /// Address of the [`Context`].
+    pub(super) context: Value,
+    /// Where to go with a status that is not 0.
+    pub(super) fail: Block,
+    hosts: HashMap<&'static str, FuncRef>,
+    pub(super) natives: HashMap<FunctionId, FuncRef>,
+    /// Stack slots for arguments and results of calls, by their size in words.
+    pub(super) slots: HashMap<(bool, usize), StackSlot>,
+}
+
+/// What a node became.
+#[derive(Clone, Debug)]
+pub(super) enum Lowered {
+    /// Not lowered yet.
+    Nothing,
+    /// A value.
+    One(Value),
+    /// The results of a branch, loop or call.
+    Many(Vec<Value>),
+}
+
+/// A function that is being lowered, with the values of its nodes so far.
+pub(super) struct Frame<'m> {
+    pub(super) function: &'m Function,
+    pub(super) values: Vec<Lowered>,
+}
+
+impl<'m> Frame<'m> {
+    pub(super) fn new(function: &'m Function) -> Frame<'m> {
+        Frame { function, values: vec![Lowered::Nothing; function.nodes.len()] }
+    }
+
+    /// The value of a node that is not `Multi`.
+    pub(super) fn value(&self, v: ir::Value) -> Value {
+        match &self.values[v.0 as usize] {
+            Lowered::One(value) => *value,
+            _ => unreachable!("operands are single values made before their users"),
+        }
+    }
+
+    pub(super) fn all(&self, values: &[ir::Value]) -> Vec<Value> {
+        values.iter().map(|v| self.value(*v)).collect()
+    }
+}
+
+/// Builds `(context, arguments, results) -> status` for a function.
+pub(super) fn build_plain(
+    compiler: &mut Compiler<'_>,
+    id: FunctionId,
+    context: &mut cranelift_codegen::Context,
+    frontend: &mut FunctionBuilderContext,
+) -> Result<(), JitError> {
+    let mut builder = FunctionBuilder::new(&mut context.func, frontend);
+    let entry = builder.create_block();
+    builder.append_block_params_for_function_params(entry);
+    builder.switch_to_block(entry);
+    let &[context, arguments, results] = builder.block_params(entry) else { unreachable!("it has this signature") };
+    let fail = builder.create_block();
+    let mut lowering = Lowering::new(compiler, builder, context, fail);
+    lowering.check_stack();
+    let function = lowering.compiler.module.function(id);
+    let arguments = lowering.load_words(arguments, function.params.iter().map(|p| p.ty));
+    let values = lowering.function(function, &arguments)?;
+    lowering.store_words(results, &values);
+    lowering.return_status(0);
+    lowering.open_fail_block(fail);
+    let status = lowering.builder.block_params(fail)[0];
+    lowering.builder.ins().return_(&[status]);
+    lowering.finish();
+    Ok(())
+}
+
+impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
+    pub(super) fn new(
+        compiler: &'a mut Compiler<'m>,
+        builder: FunctionBuilder<'f>,
+        context: Value,
+        fail: Block,
+    ) -> Lowering<'a, 'f, 'm> {
+        Lowering {
+            compiler,
+            builder,
+            context,
+            fail,
+            hosts: HashMap::new(),
+            natives: HashMap::new(),
+            slots: HashMap::new(),
+        }
+    }
+
+    pub(super) fn finish(mut self) {
+        self.builder.seal_all_blocks();
+        self.builder.finalize(self.compiler.memory.module().target_config());
+    }
+
+    /// Lowers a function in place, for these arguments.
+    pub(super) fn function(&mut self, function: &'m Function, arguments: &[Value]) -> Result<Vec<Value>, JitError> {
+        let mut frame = Frame::new(function);
+        for (i, value) in arguments.iter().enumerate() {
+            frame.values[i] = Lowered::One(*value);
+        }
+        self.nodes(&mut frame, |_| true)?;
+        Ok(frame.all(&function.results))
+    }
+
+    /// Lowers the nodes that are wanted and not lowered yet.
+    pub(super) fn nodes(&mut self, frame: &mut Frame<'m>, wanted: impl Fn(usize) -> bool) -> Result<(), JitError> {
+        let function = frame.function;
+        self.compiler.spend(&function.name, function.nodes.len())?;
+        for (i, node) in function.nodes.iter().enumerate() {
+            if wanted(i) && matches!(frame.values[i], Lowered::Nothing) {
+                frame.values[i] = self.node(frame, &node.op, node.ty)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn node(&mut self, frame: &Frame<'m>, op: &Op, ty: Type) -> Result<Lowered, JitError> {
+        Ok(Lowered::One(match op {
+            Op::Param(_) => unreachable!("parameters are there before the nodes"),
+            Op::Real(bits) => self.builder.ins().f64const(f64::from_bits(*bits)),
+            Op::Int(i) => self.builder.ins().iconst(types::I64, *i),
+            Op::Bool(b) => self.builder.ins().iconst(types::I8, i64::from(*b)),
+            Op::Unary(op, a) => self.unary(*op, frame.value(*a)),
+            Op::Binary(op, a, b) if ty == Type::Real => self.binary(*op, frame.value(*a), frame.value(*b)),
+            Op::Binary(op, a, b) => self.binary_int(*op, frame.value(*a), frame.value(*b)),
+            Op::PowInt(a, n) => self.pow_int(frame.value(*a), *n),
+            Op::Compare(op, a, b) => self.compare(*op, frame.function.ty(*a), frame.value(*a), frame.value(*b)),
+            Op::Select(c, a, b) => self.builder.ins().select(frame.value(*c), frame.value(*a), frame.value(*b)),
+            Op::Guard { value, condition, failure } => {
+                self.guard(frame.value(*condition), *failure);
+                frame.value(*value)
+            }
+            Op::Project(multi, k) => match &frame.values[multi.0 as usize] {
+                Lowered::Many(values) => values[*k as usize],
+                _ => unreachable!("a projection's operand has several values"),
+            },
+            Op::If { condition, then, otherwise, args } => {
+                let condition = frame.value(*condition);
+                return self.branch(condition, [*then, *otherwise], &frame.all(args)).map(Lowered::Many);
+            }
+            Op::Loop { count, body, init, invariant } => {
+                let count = frame.value(*count);
+                return self.repeat(count, *body, &frame.all(init), &frame.all(invariant)).map(Lowered::Many);
+            }
+            Op::Call { function, args } => {
+                return self.counted_call(*function, &frame.all(args)).map(Lowered::Many);
+            }
+            Op::Tangent { .. } => return Err(JitError::Tangent(frame.function.name.clone())),
+        }))
+    }
+
+    fn unary(&mut self, op: Unary, a: Value) -> Value {
+        if let Some(name) = host::unary(op) {
+            return self.host(name, &[a]);
+        }
+        match op {
+            Unary::Neg if self.builder.func.dfg.value_type(a) == types::I64 => self.builder.ins().ineg(a),
+            Unary::Neg => self.builder.ins().fneg(a),
+            Unary::Abs => self.builder.ins().fabs(a),
+            Unary::Sign => self.sign(a),
+            Unary::Sqrt => self.builder.ins().sqrt(a),
+            Unary::Floor => self.builder.ins().floor(a),
+            Unary::Ceil => self.builder.ins().ceil(a),
+            Unary::Not => self.builder.ins().bxor_imm_u(a, 1),
+            Unary::ToReal => self.builder.ins().fcvt_from_sint(types::F64, a),
+            Unary::ToInt => self.builder.ins().fcvt_to_sint_sat(types::I64, a),
+            _ => a,
+        }
+    }
+
+    fn binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
+        if let Some(name) = host::binary(op) {
+            return self.host(name, &[a, b]);
+        }
+        match op {
+            Binary::Add => self.builder.ins().fadd(a, b),
+            Binary::Sub => self.builder.ins().fsub(a, b),
+            Binary::Mul => self.builder.ins().fmul(a, b),
+            Binary::Div => self.builder.ins().fdiv(a, b),
+            Binary::Min => self.builder.ins().fmin(a, b),
+            Binary::Max => self.builder.ins().fmax(a, b),
+            Binary::MulOrZero => {
+                let product = self.builder.ins().fmul(a, b);
+                self.zero_where_zero(a, product)
+            }
+            Binary::DivOrZero => {
+                let quotient = self.builder.ins().fdiv(a, b);
+                self.zero_where_zero(a, quotient)
+            }
+            Binary::Rem | Binary::Pow | Binary::Atan2 => unreachable!("host functions"),
+            Binary::And | Binary::Or => unreachable!("operations of truth values"),
+        }
+    }
+
+    /// Operations of integers and of truth values (which are the integers 0 and 1 in eight bits).
+    fn binary_int(&mut self, op: Binary, a: Value, b: Value) -> Value {
+        match op {
+            Binary::Add => self.builder.ins().iadd(a, b),
+            Binary::Sub => self.builder.ins().isub(a, b),
+            Binary::Mul => self.builder.ins().imul(a, b),
+            Binary::Min => self.builder.ins().smin(a, b),
+            Binary::Max => self.builder.ins().smax(a, b),
+            Binary::And => self.builder.ins().band(a, b),
+            Binary::Or => self.builder.ins().bor(a, b),
+            Binary::Div => self.divide_int(a, b).0,
+            Binary::Rem => self.divide_int(a, b).1,
+            _ => unreachable!("operations of reals"),
+        }
+    }
+
+    /// Quotient towards zero and remainder with the divisor's sign; both 0 where the divisor is 0. The machine's
+    /// division traps at a divisor of 0 and at the least integer over -1: such divisors are replaced by 1.
+    fn divide_int(&mut self, a: Value, b: Value) -> (Value, Value) {
+        let one = self.builder.ins().iconst(types::I64, 1);
+        let zero = self.builder.ins().iconst(types::I64, 0);
+        let is_zero = self.builder.ins().icmp_imm_s(IntCC::Equal, b, 0);
+        let is_minus_one = self.builder.ins().icmp_imm_s(IntCC::Equal, b, -1);
+        let special = self.builder.ins().bor(is_zero, is_minus_one);
+        let divisor = self.builder.ins().select(special, one, b);
+        let quotient = self.builder.ins().sdiv(a, divisor);
+        let negated = self.builder.ins().ineg(a);
+        let quotient = self.builder.ins().select(is_minus_one, negated, quotient);
+        let quotient = self.builder.ins().select(is_zero, zero, quotient);
+        let rest = self.builder.ins().srem(a, divisor);
+        // Another sign than the divisor's: one divisor more.
+        let signs = self.builder.ins().bxor(rest, divisor);
+        let differs = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, signs, 0);
+        let exact = self.builder.ins().icmp_imm_s(IntCC::Equal, rest, 0);
+        let moved = self.builder.ins().iadd(rest, divisor);
+        let moved = self.builder.ins().select(differs, moved, rest);
+        let remainder = self.builder.ins().select(exact, zero, moved);
+        (quotient, remainder)
+    }
+
+    fn pow_int(&mut self, x: Value, n: i32) -> Value {
+        let one = self.builder.ins().f64const(1.0);
+        let mut multiply = |a, b| self.builder.ins().fmul(a, b);
+        let power = pow_int_steps(&mut multiply, x, n.unsigned_abs()).unwrap_or(one);
+        if n < 0 { self.builder.ins().fdiv(one, power) } else { power }
+    }
+
+    fn sign(&mut self, a: Value) -> Value {
+        let zero = self.builder.ins().f64const(0.0);
+        let one = self.builder.ins().f64const(1.0);
+        let minus_one = self.builder.ins().f64const(-1.0);
+        let negative = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
+        let positive = self.builder.ins().fcmp(FloatCC::GreaterThan, a, zero);
+        let rest = self.builder.ins().select(negative, minus_one, zero);
+        self.builder.ins().select(positive, one, rest)
+    }
+
+    fn zero_where_zero(&mut self, a: Value, otherwise: Value) -> Value {
+        let zero = self.builder.ins().f64const(0.0);
+        let is_zero = self.builder.ins().fcmp(FloatCC::Equal, a, zero);
+        self.builder.ins().select(is_zero, zero, otherwise)
+    }
+
+    fn compare(&mut self, op: Compare, ty: Type, a: Value, b: Value) -> Value {
+        if ty == Type::Real {
+            let condition = match op {
+                Compare::Eq => FloatCC::Equal,
+                Compare::Ne => FloatCC::NotEqual,
+                Compare::Lt => FloatCC::LessThan,
+                Compare::Le => FloatCC::LessThanOrEqual,
+                Compare::Gt => FloatCC::GreaterThan,
+                Compare::Ge => FloatCC::GreaterThanOrEqual,
+            };
+            return self.builder.ins().fcmp(condition, a, b);
+        }
+        let condition = match op {
+            Compare::Eq => IntCC::Equal,
+            Compare::Ne => IntCC::NotEqual,
+            Compare::Lt => IntCC::SignedLessThan,
+            Compare::Le => IntCC::SignedLessThanOrEqual,
+            Compare::Gt => IntCC::SignedGreaterThan,
+            Compare::Ge => IntCC::SignedGreaterThanOrEqual,
+        };
+        self.builder.ins().icmp(condition, a, b)
+    }
+
+    /// Calls a host function of doubles.
+    fn host(&mut self, name: &'static str, arguments: &[Value]) -> Value {
+        let function = match self.hosts.get(name) {
+            Some(function) => *function,
+            None => {
+                let module = self.compiler.memory.module_mut();
+                let mut signature = module.make_signature();
+                signature.params.extend(arguments.iter().map(|_| AbiParam::new(types::F64)));
+                signature.returns.push(AbiParam::new(types::F64));
+                let id = module
+                    .declare_function(name, Linkage::Import, &signature)
+                    .expect("a host function has one signature");
+                let function = module.declare_func_in_func(id, self.builder.func);
+                self.hosts.insert(name, function);
+                function
+            }
+        };
+        let call = self.builder.ins().call(function, arguments);
+        self.builder.inst_results(call)[0]
+    }
+
+    /// Fails where the stack is used up. (The frame is there already; it is no larger than the reserve.)
+    fn check_stack(&mut self) {
+        let pointer = self.builder.ins().get_stack_pointer(types::I64);
+        let limit = self.builder.ins().load(types::I64, TRUSTED, self.context, Context::STACK_LIMIT);
+        let enough = self.builder.ins().icmp(IntCC::UnsignedGreaterThanOrEqual, pointer, limit);
+        self.require(enough, DEPTH);
+    }
+}
+
+impl Lowering<'_, '_, '_> {
+    /// Values from 64-bit words in memory.
+    pub(super) fn load_words(&mut self, base: Value, types: impl Iterator<Item = Type>) -> Vec<Value> {
+        let mut values = Vec::new();
+        for (i, ty) in types.enumerate() {
+            let offset = 8 * i as i32;
+            values.push(match ty {
+                Type::Real => self.builder.ins().load(types::F64, TRUSTED, base, offset),
+                Type::Int => self.builder.ins().load(types::I64, TRUSTED, base, offset),
+                Type::Bool => {
+                    let word = self.builder.ins().load(types::I64, TRUSTED, base, offset);
+                    self.builder.ins().icmp_imm_s(IntCC::NotEqual, word, 0)
+                }
+                Type::Multi => unreachable!("no parameter or result is Multi"),
+            });
+        }
+        values
+    }
+
+    /// Values to 64-bit words in memory.
+    pub(super) fn store_words(&mut self, base: Value, values: &[Value]) {
+        for (i, value) in values.iter().enumerate() {
+            let wide = match self.builder.func.dfg.value_type(*value) {
+                types::I8 => self.builder.ins().uextend(types::I64, *value),
+                _ => *value,
+            };
+            self.builder.ins().store(TRUSTED, wide, base, 8 * i as i32);
+        }
+    }
+
+    pub(super) fn return_status(&mut self, status: i64) {
+        let status = self.builder.ins().iconst(types::I32, status);
+        self.builder.ins().return_(&[status]);
+    }
+
+    /// Goes on in a block that others jump to with a status.
+    pub(super) fn open_fail_block(&mut self, block: Block) {
+        self.builder.append_block_param(block, types::I32);
+        self.builder.set_cold_block(block);
+        self.builder.switch_to_block(block);
+    }
+}

@@ -1,0 +1,71 @@
+//! Ownership of code memory. Cranelift's module leaks its code when it is dropped; this frees it.
+
+use super::compiler::JitError;
+use super::host;
+use cranelift_codegen::isa::OwnedTargetIsa;
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_jit::{JITBuilder, JITModule};
+use std::sync::OnceLock;
+
+/// A Cranelift module whose code lives as long as this.
+pub(super) struct CodeMemory {
+    /// Taken only by `drop`.
+    module: Option<JITModule>,
+}
+
+impl CodeMemory {
+    /// An empty module for the machine that this runs on.
+    pub(super) fn new(verify: bool) -> Result<CodeMemory, JitError> {
+        let mut builder = JITBuilder::with_isa(target(verify)?, cranelift_module::default_libcall_names());
+        builder.symbols(host::all().into_iter().map(|f| (f.name, f.address)));
+        Ok(CodeMemory { module: Some(JITModule::new(builder)) })
+    }
+
+    pub(super) fn module(&self) -> &JITModule {
+        self.module.as_ref().expect("only drop takes it")
+    }
+
+    pub(super) fn module_mut(&mut self) -> &mut JITModule {
+        self.module.as_mut().expect("only drop takes it")
+    }
+}
+
+impl Drop for CodeMemory {
+    fn drop(&mut self) {
+        if let Some(module) = self.module.take() {
+            // SAFETY: addresses of the code are kept by `Code` alone, beside this, and called only while it is borrowed.
+            // It is being dropped (or was never made), so nothing runs the code now or later.
+            unsafe { module.free_memory() };
+        }
+    }
+}
+
+// SAFETY: the module is changed only through `&mut CodeMemory`; a shared `CodeMemory` gives out nothing but
+// `&JITModule`, which `Code` does not touch once the code is finished. (What makes the module not `Sync` is a cache of
+// symbols that is used while linking.)
+unsafe impl Sync for CodeMemory {}
+
+/// The machine that this runs on, with its settings, made once for each setting.
+fn target(verify: bool) -> Result<OwnedTargetIsa, JitError> {
+    static TARGETS: [OnceLock<Result<OwnedTargetIsa, JitError>>; 2] = [OnceLock::new(), OnceLock::new()];
+    TARGETS[usize::from(verify)].get_or_init(|| make_target(verify)).clone()
+}
+
+fn make_target(verify: bool) -> Result<OwnedTargetIsa, JitError> {
+    let host = |e: &dyn std::fmt::Display| JitError::Host(e.to_string());
+    let mut flags = settings::builder();
+    let values = [
+        ("opt_level", "speed"),
+        // Calls reach anywhere in the address space.
+        ("use_colocated_libcalls", "false"),
+        ("is_pic", "false"),
+        // Nothing unwinds through generated code.
+        ("unwind_info", "false"),
+        ("enable_verifier", if verify { "true" } else { "false" }),
+    ];
+    for (name, value) in values {
+        flags.set(name, value).map_err(|e| host(&e))?;
+    }
+    let builder = cranelift_native::builder().map_err(|e| host(&e))?;
+    builder.finish(settings::Flags::new(flags)).map_err(|e| host(&e))
+}

@@ -1,0 +1,57 @@
+//! Threads, failed compilations, and texts. (That code is freed is seen in a process of its own: tests/memory.rs.)
+
+use super::*;
+use crate::ir::{Binary, Unary};
+
+/// sin(x)^2 + cos(x)^2 in a module of its own.
+fn module() -> (Module, FunctionId) {
+    let mut raw = Raw::new(&[Type::Real]);
+    let sin = raw.real(Op::Unary(Unary::Sin, Value(0)));
+    let cos = raw.real(Op::Unary(Unary::Cos, Value(0)));
+    let a = raw.real(Op::PowInt(sin, 2));
+    let b = raw.real(Op::PowInt(cos, 2));
+    let one = raw.real(Op::Binary(Binary::Add, a, b));
+    let mut module = Module::default();
+    let id = module.add(raw.returns(&[one]));
+    (module, id)
+}
+
+#[test]
+fn failed_compilations_are_freed() {
+    let (mut module, id) = module();
+    let mut raw = Raw::new(&[Type::Real]);
+    let tangent = raw.node(Op::Tangent { function: id, args: vec![Value(0)], seeds: vec![] }, Type::Multi);
+    let result = raw.real(Op::Project(tangent, 0));
+    let bad = module.add(raw.returns(&[result]));
+    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
+    compiler.routine(id).unwrap();
+    assert_eq!(compiler.routine(bad), Err(JitError::Tangent("test".to_owned())));
+}
+
+#[test]
+fn threads_compile_and_run_at_once() {
+    let (module, id) = module();
+    let shared = Native::new(&module, id);
+    std::thread::scope(|scope| {
+        for t in 0..4 {
+            let (module, shared) = (&module, &shared);
+            scope.spawn(move || {
+                for i in 0..50 {
+                    let x = [Scalar::Real(f64::from(t * 100 + i))];
+                    let own = Native::new(module, id).call(&x, Limits::default());
+                    assert_eq!(own, shared.call(&x, Limits::default()));
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn listings_show_both_texts() {
+    let (module, id) = module();
+    let mut compiler = Compiler::new(&module, Options { verify: true, listings: true }).unwrap();
+    compiler.routine(id).unwrap();
+    let [listing] = compiler.listings() else { panic!("one function") };
+    assert!(listing.clif.contains("fmul"), "{}", listing.clif);
+    assert!(listing.assembly.contains("ret"), "{}", listing.assembly);
+}

@@ -1,0 +1,64 @@
+//! The colour scale of deviations.
+
+/// The colour of a texel without data: a grey that the scale does not contain.
+pub const NO_DATA: [u8; 3] = [128, 128, 128];
+
+/// Anchors from 0 to 1 on the inner side, evenly spaced: made in OKLCh with lightness falling linearly from 0.965 to
+/// 0.4, so that equal steps of deviation are equal steps of lightness; hue from 235 to 262 degrees.
+const BLUES: [[u8; 3]; 5] = [[243, 243, 243], [149, 205, 247], [69, 158, 238], [12, 109, 209], [18, 64, 153]];
+
+/// The same lightnesses on the outer side; hue from 45 to 22 degrees.
+const REDS: [[u8; 3]; 5] = [[243, 243, 243], [245, 180, 158], [228, 115, 91], [191, 55, 48], [136, 11, 30]];
+
+/// The sRGB colour of a deviation relative to the scale's end: -1 (scan inside the model) is dark blue, 0 nearly white,
+/// 1 (scan outside) dark red; linear between anchors. Beyond the ends the end's colour; for NaN the grey of no data.
+#[must_use]
+pub fn diverging(x: f64) -> [u8; 3] {
+    if x.is_nan() {
+        return NO_DATA;
+    }
+    let anchors = if x < 0.0 { &BLUES } else { &REDS };
+    let place = x.abs().min(1.0) * 4.0;
+    let below = (place as usize).min(3);
+    let share = place - below as f64;
+    let mix = |k: usize| f64::from(anchors[below][k]) * (1.0 - share) + f64::from(anchors[below + 1][k]) * share;
+    [0, 1, 2].map(|k| mix(k).round() as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{NO_DATA, diverging};
+
+    /// CIE lightness L* of an sRGB colour.
+    fn lightness(rgb: [u8; 3]) -> f64 {
+        let linear = rgb.map(|c| {
+            let c = f64::from(c) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        });
+        116.0 * (0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]).cbrt() - 16.0
+    }
+
+    #[test]
+    fn lightness_falls_evenly_to_both_sides() {
+        for i in 0..40 {
+            let (a, b) = (f64::from(i) / 40.0, f64::from(i + 1) / 40.0);
+            for side in [-1.0, 1.0] {
+                let step = lightness(diverging(side * a)) - lightness(diverging(side * b));
+                assert!((0.5..3.0).contains(&step), "step {step} at {}", side * a);
+            }
+            assert!((lightness(diverging(a)) - lightness(diverging(-a))).abs() < 6.0);
+        }
+    }
+
+    #[test]
+    fn ends_and_no_data() {
+        assert_eq!(diverging(0.0), diverging(-0.0));
+        assert_eq!(diverging(7.0), diverging(1.0));
+        assert_eq!(diverging(f64::NEG_INFINITY), diverging(-1.0));
+        assert_eq!(diverging(f64::NAN), NO_DATA);
+        for i in -100..=100 {
+            let [r, g, b] = diverging(f64::from(i) / 100.0);
+            assert!(r.abs_diff(g).max(g.abs_diff(b)) > 20 || r > 200, "{i} looks like no data");
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Deviations as a picture for people: the texture in the colours of the scale, with a legend.
+
+use super::colormap::{NO_DATA, diverging};
+use super::glyphs::{GLYPH_HEIGHT, draw, text_width};
+use crate::variance::{Deviations, Statistics, signed_distances};
+
+/// Where no chart is, and behind the legend.
+const BACKGROUND: [u8; 3] = [38, 38, 42];
+
+/// Of the legend's letters.
+const INK: [u8; 3] = [235, 235, 235];
+
+/// A picture in sRGB.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Row by row from the top.
+    pub pixels: Vec<[u8; 3]>,
+}
+
+impl Picture {
+    /// A picture of one colour.
+    #[must_use]
+    pub fn new(width: usize, height: usize, colour: [u8; 3]) -> Self {
+        Self { width, height, pixels: vec![colour; width * height] }
+    }
+
+    /// Fills a rectangle; what lies beyond the picture is cut off.
+    pub fn fill(&mut self, x: usize, y: usize, width: usize, height: usize, colour: [u8; 3]) {
+        for row in y.min(self.height)..(y + height).min(self.height) {
+            let start = row * self.width;
+            self.pixels[start + x.min(self.width)..start + (x + width).min(self.width)].fill(colour);
+        }
+    }
+}
+
+/// A sensible end for the colour scale: the 95th percentile of the unsigned distances, rounded up to 1, 2 or 5 times a
+/// power of ten; the maximum distance where nothing was measured or everything is exact.
+#[must_use]
+pub fn scale_end(statistics: &Statistics, max_distance: f64) -> f64 {
+    let p95 = statistics.weighted.percentiles.p95;
+    if p95.is_nan() || p95 < 1e-9 {
+        return max_distance;
+    }
+    let power = 10f64.powf(p95.log10().floor());
+    let end = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|end| *end >= p95 * (1.0 - 1e-12));
+    end.map_or(max_distance, |end| end.min(max_distance))
+}
+
+/// The texture with every texel in the colour of its signed distance on a scale that ends at `end` millimetres, grey
+/// where there is no data; below it a legend with the scale, its unit and what its ends mean.
+#[must_use]
+pub fn deviation_picture(deviations: &Deviations, end: f64) -> Picture {
+    let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
+    let scale = (width / 360).max(1);
+    let legend = legend(width.max(256), scale, end);
+    let mut picture = Picture::new(width.max(256), height + legend.height, BACKGROUND);
+    let distances = signed_distances(deviations);
+    for &index in &deviations.texels.index {
+        let (x, y) = (index as usize % width, index as usize / width);
+        picture.pixels[y * picture.width + x] = diverging(f64::from(distances[index as usize]) / end);
+    }
+    let start = height * picture.width;
+    picture.pixels[start..].copy_from_slice(&legend.pixels);
+    picture
+}
+
+fn legend(width: usize, scale: usize, end: f64) -> Picture {
+    let line = (GLYPH_HEIGHT + 3) * scale;
+    let bar_height = 10 * scale;
+    let mut legend = Picture::new(width, 3 * line + bar_height + 2 * scale, BACKGROUND);
+    let swatch = 8 * scale;
+    let no_data_width = swatch + 3 * scale + text_width("no data", scale);
+    let left = text_width(&number(-end), scale) / 2 + 2 * scale;
+    let bar_width = width.saturating_sub(2 * left + no_data_width + 8 * scale).max(2);
+    for x in 0..bar_width {
+        let value = 2.0 * x as f64 / (bar_width - 1) as f64 - 1.0;
+        legend.fill(left + x, line, 1, bar_height, diverging(value));
+    }
+    let meaning = "scan outside +";
+    let right = (left + bar_width).saturating_sub(text_width(meaning, scale));
+    draw(&mut legend, left, scale, scale, INK, "- scan inside");
+    draw(&mut legend, right, scale, scale, INK, meaning);
+    let below = line + bar_height + 3 * scale;
+    for tick in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+        let x = left + ((tick + 1.0) / 2.0 * (bar_width - 1) as f64) as usize;
+        legend.fill(x, line + bar_height, scale, 2 * scale, INK);
+        let text = number(tick * end);
+        draw(&mut legend, x.saturating_sub(text_width(&text, scale) / 2), below, scale, INK, &text);
+    }
+    let middle = left + bar_width / 2;
+    draw(&mut legend, middle.saturating_sub(text_width("mm", scale) / 2), below + line, scale, INK, "mm");
+    let side = left + bar_width + left + 2 * scale;
+    legend.fill(side, line + scale, swatch, swatch, NO_DATA);
+    draw(&mut legend, side + swatch + 3 * scale, line + scale, scale, INK, "no data");
+    legend
+}
+
+/// A tick's label: signed, and no digits that say nothing.
+fn number(x: f64) -> String {
+    let plain = if x.abs() >= 1e4 || x != 0.0 && x.abs() < 1e-4 { format!("{x:.1e}") } else { format!("{x:.5}") };
+    let short = if plain.contains('e') { &plain[..] } else { plain.trim_end_matches('0').trim_end_matches('.') };
+    if x > 0.0 {
+        format!("+{short}")
+    } else if x == 0.0 {
+        "0".to_owned()
+    } else {
+        short.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BACKGROUND, deviation_picture, number};
+    use crate::export::colormap::{NO_DATA, diverging};
+    use crate::model::Texels;
+    use crate::variance::Deviations;
+
+    #[test]
+    fn texels_have_their_colours_and_the_legend_is_below() {
+        let deviations = Deviations {
+            texels: Texels {
+                width: 300,
+                height: 4,
+                index: vec![0, 301, 602],
+                part: vec![0; 3],
+                position: vec![[0.0; 3]; 3],
+                normal: vec![[0.0, 0.0, 1.0]; 3],
+                area: vec![1.0; 3],
+                part_names: vec!["a".to_owned()],
+            },
+            max_distance: 2.0,
+            outward: vec![0.25, f32::NAN, f32::NAN],
+            inward: vec![1.5, 0.5, f32::NAN],
+        };
+        let picture = deviation_picture(&deviations, 0.5);
+        assert_eq!(picture.width, 300);
+        assert_eq!(picture.pixels.len(), picture.width * picture.height);
+        assert_eq!(picture.pixels[0], diverging(0.5));
+        assert_eq!(picture.pixels[301], diverging(-1.0));
+        assert_eq!(picture.pixels[602], NO_DATA);
+        assert_eq!(picture.pixels[1], BACKGROUND);
+        let legend = &picture.pixels[4 * 300..];
+        for colour in [diverging(-1.0), diverging(1.0), NO_DATA] {
+            assert!(legend.contains(&colour));
+        }
+    }
+
+    #[test]
+    fn labels_are_short() {
+        let labels: Vec<String> = [-0.5, 0.25, 0.0, 10.0, 2e-7, -12345.0].map(number).to_vec();
+        assert_eq!(labels, ["-0.5", "+0.25", "0", "+10", "+2.0e-7", "-1.2e4"]);
+    }
+}

@@ -1,0 +1,113 @@
+//! Why a file could not be read as a scan or a mesh.
+
+use std::path::{Path, PathBuf};
+use thiserror::Error;
+
+/// A file that could not be read: which, and why.
+#[derive(Debug, Error)]
+#[error("`{}`: {fault}", path.display())]
+pub struct ScanError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is the matter with it.
+    #[source]
+    pub fault: ScanFault,
+}
+
+/// What is the matter with a file.
+#[derive(Debug, Error)]
+pub enum ScanFault {
+    /// Nothing is there.
+    #[error("there is no such file; check the path")]
+    Missing,
+    /// It is a folder.
+    #[error("it is a folder; name a file in it")]
+    Folder,
+    /// It is a device, a pipe or a socket.
+    #[error("it is not a regular file; save the scan to a file first")]
+    NotAFile,
+    /// The operating system refuses.
+    #[error("it cannot be read: {0}")]
+    Unreadable(#[source] std::io::Error),
+    /// It has no bytes.
+    #[error("the file is empty (0 bytes); export the scan again")]
+    Empty,
+    /// It has more bytes than are read.
+    #[error("the file has {bytes} bytes, more than the {limit} that are read; decimate or split the scan")]
+    TooLarge {
+        /// Size of the file.
+        bytes: u64,
+        /// Most that is read.
+        limit: u64,
+    },
+    /// It is none of the formats that are read.
+    #[error("expected an OBJ, PLY or STL file, found {found}; convert it to one of these")]
+    NotRecognised {
+        /// What it seems to be.
+        found: String,
+    },
+    /// It breaks the rules of its format.
+    #[error("malformed {format}, {place}: {message}")]
+    Malformed {
+        /// `OBJ`, `PLY` or `STL`.
+        format: &'static str,
+        /// Line, element or triangle.
+        place: String,
+        /// What was expected and what was found.
+        message: String,
+    },
+    /// There are no points in it.
+    #[error("it has no vertices; export the scan again, with its geometry")]
+    NoVertices,
+    /// A mesh is wanted and there are only points.
+    #[error("it has {vertices} vertices but no triangles; mesh the points first")]
+    NoTriangles {
+        /// Points in the file.
+        vertices: usize,
+    },
+    /// There are triangles, but not one with an area.
+    #[error("none of its {triangles} triangles has an area; check the export's precision and unit")]
+    OnlyDegenerate {
+        /// Triangles in the file.
+        triangles: usize,
+    },
+    /// A coordinate is not a number, infinite or absurdly large.
+    #[error(
+        "vertex {vertex} (counted from 1) is at ({}, {}, {}), which is not finite or beyond 1e12 mm; remove it in the scanner's software",
+        at[0], at[1], at[2]
+    )]
+    NonFinite {
+        /// Which vertex, counted from 1.
+        vertex: usize,
+        /// Its coordinates.
+        at: [f64; 3],
+    },
+    /// A face names a vertex (or a normal, or a texture coordinate) that is not there.
+    #[error("{place} names {what} {index}, but there are {count}; the file is damaged or cut off: export it again")]
+    IndexOutOfRange {
+        /// Line or face.
+        place: String,
+        /// `vertex`, `normal` or `texture coordinate`.
+        what: &'static str,
+        /// The index as the file has it.
+        index: i64,
+        /// How many there are.
+        count: usize,
+    },
+    /// More vertices or triangles than can be numbered.
+    #[error("it has more than 2^32 {what}; decimate or split the scan")]
+    TooMany {
+        /// `vertices` or `triangles`.
+        what: &'static str,
+    },
+}
+
+impl ScanFault {
+    pub(super) fn malformed(format: &'static str, place: impl Into<String>, message: impl Into<String>) -> Self {
+        Self::Malformed { format, place: place.into(), message: message.into() }
+    }
+
+    pub(super) fn at(self, path: &Path) -> ScanError {
+        ScanError { path: path.to_owned(), fault: self }
+    }
+}

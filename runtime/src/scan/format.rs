@@ -1,0 +1,87 @@
+//! Which format a file has: by its content first, by its extension second.
+
+use super::error::ScanFault;
+use std::path::Path;
+
+/// The formats that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Format {
+    Obj,
+    Ply,
+    Stl,
+}
+
+/// Beginnings of files that people confuse with scans, and what they are.
+const FOREIGN: [(&[u8], &str); 12] = [
+    (b"ASTM-E57", "an E57 file"),
+    (b"LASF", "a LAS or LAZ file"),
+    (b"glTF", "a binary glTF file"),
+    (b"# .PCD", "a PCD file"),
+    (b"VERSION", "a PCD file"),
+    (b"OFF", "an OFF file"),
+    (b"COFF", "an OFF file"),
+    (b"PK\x03\x04", "a ZIP archive (3MF, or compressed)"),
+    (b"\x1f\x8b", "a gzip-compressed file"),
+    (b"ISO-10303-21", "a STEP file"),
+    (b"\x89PNG", "a PNG picture"),
+    (b"<?xml", "an XML file"),
+];
+
+/// Recognises a file's format. A file whose content does not tell (say, an OBJ file of comments only) is taken for what
+/// its extension says, so that the message is about that format.
+pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ScanFault> {
+    if bytes.starts_with(b"ply") && bytes.get(3).is_none_or(u8::is_ascii_whitespace) {
+        return Ok(Format::Ply);
+    }
+    let start = bytes.trim_ascii_start();
+    if let Some((_, found)) = FOREIGN.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return Err(ScanFault::NotRecognised { found: (*found).to_owned() });
+    }
+    if binary_stl_size(bytes) == Some(bytes.len() as u64) || is_ascii_stl(bytes) {
+        return Ok(Format::Stl);
+    }
+    if is_obj(bytes) {
+        return Ok(Format::Obj);
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    match extension.as_str() {
+        "obj" => Ok(Format::Obj),
+        "ply" => Ok(Format::Ply),
+        "stl" => Ok(Format::Stl),
+        _ => Err(ScanFault::NotRecognised { found: describe(bytes) }),
+    }
+}
+
+/// The size that a binary STL file with this header would have.
+pub(super) fn binary_stl_size(bytes: &[u8]) -> Option<u64> {
+    let count = bytes.get(80..84)?;
+    Some(84 + 50 * u64::from(u32::from_le_bytes(count.try_into().ok()?)))
+}
+
+/// Begins with `solid` and goes on with a facet or the end. (Binary files may begin with `solid` too.)
+pub(super) fn is_ascii_stl(bytes: &[u8]) -> bool {
+    let head = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]).to_ascii_lowercase();
+    head.trim_start().starts_with("solid") && (head.contains("facet") || head.contains("endsolid"))
+}
+
+/// Has a line such as `v 1 2 3` before anything that no text file holds.
+fn is_obj(bytes: &[u8]) -> bool {
+    let text_end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
+    bytes[..text_end].split(|&b| b == b'\n').any(|line| {
+        let line = String::from_utf8_lossy(&line[..line.len().min(200)]);
+        let mut words = line.split_whitespace();
+        words.next() == Some("v") && words.next().is_some_and(|word| word.parse::<f64>().is_ok())
+    })
+}
+
+fn describe(bytes: &[u8]) -> String {
+    let head = &bytes[..bytes.len().min(1024)];
+    if head.iter().all(|b| b.is_ascii_graphic() || b.is_ascii_whitespace()) {
+        let text = String::from_utf8_lossy(head);
+        let first = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
+        format!("text that begins `{}`", first.chars().take(24).collect::<String>())
+    } else {
+        let hex: Vec<String> = head.iter().take(8).map(|b| format!("{b:02x}")).collect();
+        format!("a file that begins with the bytes {}", hex.join(" "))
+    }
+}

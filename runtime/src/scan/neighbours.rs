@@ -1,0 +1,134 @@
+//! The k nearest of many points: a k-d tree (Bentley 1975; Friedman, Bentley and Finkel 1977).
+
+/// Most points a leaf.
+const LEAF: usize = 8;
+
+/// A k-d tree over points that it borrows. It stays balanced however the points lie.
+pub(super) struct Neighbours<'a> {
+    points: &'a [[f64; 3]],
+    /// Indices of points; every node has a run of them, its children the halves of that run.
+    order: Vec<u32>,
+    /// The planes between the children; those of node i are nodes 2 i + 1 and 2 i + 2.
+    planes: Vec<Plane>,
+}
+
+/// Points with a smaller coordinate lie left; with a greater, right.
+#[derive(Clone, Copy, Default)]
+struct Plane {
+    axis: usize,
+    at: f64,
+}
+
+impl<'a> Neighbours<'a> {
+    /// Sorts finite points, fewer than 2^32.
+    pub(super) fn new(points: &'a [[f64; 3]]) -> Self {
+        let mut order: Vec<u32> = (0..points.len() as u32).collect();
+        let mut planes = Vec::new();
+        split(points, &mut order, 0, &mut planes);
+        Self { points, order, planes }
+    }
+
+    /// Indices of the k points nearest to `at` (itself among them, if it is one), nearest first; ties by index.
+    pub(super) fn nearest(&self, at: [f64; 3], k: usize) -> Vec<u32> {
+        let mut found = Found { k, nearest: Vec::with_capacity(k + 1) };
+        self.search(&self.order, 0, at, &mut found);
+        found.nearest.into_iter().map(|(_, index)| index).collect()
+    }
+
+    fn search(&self, run: &[u32], node: usize, at: [f64; 3], found: &mut Found) {
+        if run.len() <= LEAF {
+            for &index in run {
+                found.offer(squared_distance(self.points[index as usize], at), index);
+            }
+            return;
+        }
+        let plane = self.planes[node];
+        let beyond = at[plane.axis] - plane.at;
+        let (left, right) = run.split_at(run.len() / 2);
+        let (left, right) = ((left, 2 * node + 1), (right, 2 * node + 2));
+        let (near, far) = if beyond < 0.0 { (left, right) } else { (right, left) };
+        self.search(near.0, near.1, at, found);
+        if beyond * beyond <= found.reach() {
+            self.search(far.0, far.1, at, found);
+        }
+    }
+}
+
+fn split(points: &[[f64; 3]], run: &mut [u32], node: usize, planes: &mut Vec<Plane>) {
+    if run.len() <= LEAF {
+        return;
+    }
+    let axis = widest_axis(points, run);
+    let middle = run.len() / 2;
+    let key = |&i: &u32| points[i as usize][axis];
+    run.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
+    if planes.len() <= node {
+        planes.resize(node + 1, Plane::default());
+    }
+    planes[node] = Plane { axis, at: key(&run[middle]) };
+    let (left, right) = run.split_at_mut(middle);
+    split(points, left, 2 * node + 1, planes);
+    split(points, right, 2 * node + 2, planes);
+}
+
+fn widest_axis(points: &[[f64; 3]], run: &[u32]) -> usize {
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for &i in run {
+        for (c, &value) in points[i as usize].iter().enumerate() {
+            low[c] = low[c].min(value);
+            high[c] = high[c].max(value);
+        }
+    }
+    let width = |c: &usize| high[*c] - low[*c];
+    (0..3).max_by(|a, b| width(a).total_cmp(&width(b))).unwrap_or(0)
+}
+
+fn squared_distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+/// The nearest so far, ascending by squared distance and index.
+struct Found {
+    k: usize,
+    nearest: Vec<(f64, u32)>,
+}
+
+impl Found {
+    fn offer(&mut self, distance: f64, index: u32) {
+        let place = self.nearest.partition_point(|&entry| entry < (distance, index));
+        if place < self.k {
+            self.nearest.insert(place, (distance, index));
+            self.nearest.truncate(self.k);
+        }
+    }
+
+    fn reach(&self) -> f64 {
+        if self.nearest.len() < self.k { f64::INFINITY } else { self.nearest.last().map_or(-1.0, |last| last.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn agrees_with_brute_force() {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(5);
+        // Coarse coordinates, so that there are ties; one far outlier; a flat cloud.
+        for (count, steps) in [(1, 9), (9, 3), (500, 7), (500, 1_000_000)] {
+            let mut points: Vec<[f64; 3]> =
+                (0..count).map(|_| std::array::from_fn(|_| f64::from(random.random_range(0..steps)))).collect();
+            points[0] = [1e9, 0.0, 0.0];
+            let tree = Neighbours::new(&points);
+            for at in points.iter().chain(&[[0.5, 2.5, -1.0]]) {
+                let mut all: Vec<u32> = (0..points.len() as u32).collect();
+                let distance = |&i: &u32| squared_distance(points[i as usize], *at);
+                all.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
+                all.truncate(12);
+                assert_eq!(tree.nearest(*at, 12), all);
+            }
+            assert!(tree.nearest([0.0; 3], 0).is_empty());
+        }
+    }
+}

@@ -1,0 +1,278 @@
+//! Wavefront OBJ, read by `tobj` from a prepared text.
+//!
+//! The preparation mends what the library stumbles over: bytes that are not UTF-8, continued lines, colours and
+//! comments behind the numbers, materials without a name, points and lines among the faces, files of points only. It
+//! also remembers line numbers and groups.
+
+use super::error::ScanFault;
+use super::raw::RawMesh;
+use crate::mesh::Group;
+use std::borrow::Cow;
+use std::io::{self, BufRead, Read};
+use tobj::{LoadError, LoadOptions};
+
+const FORMAT: &str = "OBJ";
+
+/// Reads an OBJ file. Polygons become fans; without any face it is a cloud of points.
+pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
+    let prepared = Prepared::new(&String::from_utf8_lossy(bytes))?;
+    if prepared.vertices == 0 {
+        return Err(ScanFault::NoVertices);
+    }
+    if u32::try_from(prepared.vertices.max(prepared.triangles)).is_err() {
+        return Err(ScanFault::TooMany { what: "vertices or triangles" });
+    }
+    if prepared.triangles == 0 { prepared.cloud() } else { prepared.mesh() }
+}
+
+/// The lines that matter, and what is known of them before numbers are parsed.
+#[derive(Default)]
+struct Prepared {
+    text: String,
+    /// Line in the file of every line of `text`, counted from 1.
+    lines: Vec<u32>,
+    vertices: usize,
+    texcoords: usize,
+    normals: usize,
+    triangles: usize,
+    groups: Vec<Group>,
+    /// A face has a corner without texture coordinate; without normal.
+    bare_texcoord: bool,
+    bare_normal: bool,
+}
+
+impl Prepared {
+    fn new(text: &str) -> Result<Self, ScanFault> {
+        let mut prepared = Self::default();
+        let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+        while let Some((i, line)) = lines.next() {
+            let mut line = Cow::Borrowed(line);
+            while let Some(continued) = line.trim_end().strip_suffix('\\') {
+                line = Cow::Owned(format!("{continued} {}", lines.next().map_or("", |(_, next)| next)));
+            }
+            prepared.take(&line, i + 1)?;
+        }
+        if let Some(last) = prepared.groups.last_mut() {
+            last.end = prepared.triangles;
+        }
+        prepared.groups.retain(|group| group.start < group.end);
+        Ok(prepared)
+    }
+
+    fn take(&mut self, line: &str, number: usize) -> Result<(), ScanFault> {
+        let line = line.split('#').next().unwrap_or_default();
+        let mut words = line.split_whitespace();
+        let Some(keyword) = words.next() else { return Ok(()) };
+        match keyword {
+            "v" => {
+                let count = words.clone().count();
+                // A fourth number is the weight; more are a colour.
+                self.push(keyword, words.take(if count == 4 { 4 } else { 3 }), number);
+                self.vertices += 1;
+            }
+            "vt" => {
+                self.push(keyword, words.chain(std::iter::once("0")).take(2), number);
+                self.texcoords += 1;
+            }
+            "vn" => {
+                self.push(keyword, words.take(3), number);
+                self.normals += 1;
+            }
+            "f" => self.take_face(words, number)?,
+            "g" | "o" => {
+                let name = words.collect::<Vec<_>>().join(" ");
+                let start = self.triangles;
+                if let Some(last) = self.groups.last_mut() {
+                    last.end = start;
+                } else if start > 0 {
+                    self.groups.push(Group { name: "unnamed".into(), start: 0, end: start });
+                }
+                let name = if name.is_empty() { "unnamed".to_owned() } else { name };
+                self.groups.push(Group { name, start, end: start });
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn take_face<'a>(&mut self, words: impl Iterator<Item = &'a str> + Clone, number: usize) -> Result<(), ScanFault> {
+        let corners = words.clone().count();
+        if corners < 3 {
+            return Ok(()); // A point or a line.
+        }
+        for corner in words.clone() {
+            let mut indices = corner.split('/').skip(1);
+            self.bare_texcoord |= indices.next().is_none_or(str::is_empty);
+            self.bare_normal |= indices.next().is_none_or(str::is_empty);
+            // Indices of more digits could overflow inside the library.
+            if corner.split('/').any(|index| index.len() > 18) {
+                return Err(ScanFault::malformed(FORMAT, format!("line {number}"), "an index has too many digits"));
+            }
+        }
+        self.push("f", words, number);
+        self.triangles += corners - 2;
+        Ok(())
+    }
+
+    fn push<'a>(&mut self, keyword: &str, words: impl Iterator<Item = &'a str>, number: usize) {
+        self.text.push_str(keyword);
+        for word in words {
+            self.text.push(' ');
+            self.text.push_str(word);
+        }
+        self.text.push('\n');
+        self.lines.push(u32::try_from(number).unwrap_or(u32::MAX));
+    }
+
+    fn mesh(self) -> Result<RawMesh, ScanFault> {
+        let mut reader = CountedLines { rest: self.text.as_bytes(), lines: 0 };
+        let options = LoadOptions { triangulate: true, ..LoadOptions::default() };
+        let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(LoadError::MaterialParseError));
+        let (models, _) = loaded.map_err(|error| self.explain(error, reader.lines))?;
+        // Without `o` and `g` there is one model.
+        let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
+        let positions: Vec<[f64; 3]> = mesh.positions.as_chunks().0.to_vec();
+        if !positions.iter().flatten().all(|c| c.is_finite()) {
+            return Err(self.non_finite());
+        }
+        let corners = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
+        let mut raw = RawMesh {
+            positions,
+            triangles: corners(&mesh.indices),
+            groups: self.groups,
+            vertices_read: self.vertices,
+            ..RawMesh::default()
+        };
+        if !self.bare_normal && self.normals > 0 {
+            let values = mesh.normals.as_chunks::<3>().0;
+            raw.corner_normals = corners(&mesh.normal_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();
+        }
+        if !self.bare_texcoord && self.texcoords > 0 {
+            let values = mesh.texcoords.as_chunks::<2>().0;
+            raw.corner_texcoords =
+                corners(&mesh.texcoord_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();
+        }
+        Ok(raw)
+    }
+
+    /// Vertices only: the library keeps nothing that no face uses.
+    fn cloud(self) -> Result<RawMesh, ScanFault> {
+        let mut raw = RawMesh { vertices_read: self.vertices, ..RawMesh::default() };
+        for (keyword, numbers, line) in self.number_lines() {
+            let fault = || ScanFault::malformed(FORMAT, format!("line {line}"), "expected three numbers");
+            let values = numbers.ok_or_else(fault)?;
+            match (keyword, &values[..]) {
+                ("v", &[x, y, z]) => raw.positions.push([x, y, z]),
+                ("v", &[x, y, z, w]) => raw.positions.push([x / w, y / w, z / w]),
+                ("vn", &[x, y, z]) => raw.normals.push([x, y, z]),
+                ("vt", _) => {}
+                _ => return Err(fault()),
+            }
+        }
+        if raw.normals.len() != raw.positions.len() {
+            raw.normals.clear();
+        }
+        Ok(raw)
+    }
+
+    /// Lines of numbers: keyword, numbers if they parse, line in the file.
+    fn number_lines(&self) -> impl Iterator<Item = (&str, Option<Vec<f64>>, u32)> {
+        self.text.lines().zip(&self.lines).filter_map(|(text, &line)| {
+            let (keyword, rest) = text.split_once(' ').unwrap_or((text, ""));
+            let numbers = || rest.split_whitespace().map(|word| word.parse().ok()).collect();
+            (keyword != "f").then(|| (keyword, numbers(), line))
+        })
+    }
+
+    fn non_finite(&self) -> ScanFault {
+        let vertices = self.number_lines().filter(|(keyword, ..)| *keyword == "v");
+        let at = vertices.map(|(_, numbers, _)| numbers.unwrap_or_default()).enumerate();
+        let bad = at.into_iter().find_map(|(i, n)| match n[..] {
+            [x, y, z, ..] if !n.iter().all(|c| c.is_finite()) => Some((i + 1, [x, y, z])),
+            _ => None,
+        });
+        let (vertex, at) = bad.unwrap_or((0, [f64::NAN; 3]));
+        ScanFault::NonFinite { vertex, at }
+    }
+
+    /// What the library's error is about. `lines` have been read.
+    fn explain(&self, error: LoadError, lines: usize) -> ScanFault {
+        if matches!(
+            error,
+            LoadError::FaceVertexOutOfBounds | LoadError::FaceTexCoordOutOfBounds | LoadError::FaceNormalOutOfBounds
+        ) && let Some(fault) = self.index_out_of_range()
+        {
+            return fault;
+        }
+        let index = lines.saturating_sub(1);
+        let text: String = self.text.lines().nth(index).unwrap_or_default().chars().take(60).collect();
+        let message = match error {
+            LoadError::PositionParseError => "expected `v` and three numbers",
+            LoadError::ScalingByZeroError => "the vertex's weight (its fourth number) is zero",
+            LoadError::NormalParseError => "expected `vn` and three numbers",
+            LoadError::TexcoordParseError => "expected `vt` and two numbers",
+            LoadError::FaceParseError => "expected `f` and corners such as 1, 1/2, 1//3 or 1/2/3",
+            _ => return ScanFault::malformed(FORMAT, "faces", error.to_string()),
+        };
+        let line = self.lines.get(index).copied().unwrap_or_default();
+        ScanFault::malformed(FORMAT, format!("line {line}"), format!("{message}, found `{text}`"))
+    }
+
+    /// The first face that names what is not there. Negative indices count back from the face's line.
+    fn index_out_of_range(&self) -> Option<ScanFault> {
+        let totals = [self.vertices, self.texcoords, self.normals];
+        let mut so_far = [0_usize; 3];
+        for (text, line) in self.text.lines().zip(&self.lines) {
+            let (keyword, rest) = text.split_once(' ').unwrap_or((text, ""));
+            match keyword {
+                "v" => so_far[0] += 1,
+                "vt" => so_far[1] += 1,
+                "vn" => so_far[2] += 1,
+                _ => {}
+            }
+            for corner in rest.split_whitespace().take(if keyword == "f" { usize::MAX } else { 0 }) {
+                for (kind, index) in corner.split('/').take(3).enumerate() {
+                    let Ok(index) = index.parse::<i64>() else { continue };
+                    let (size, total) = (index.unsigned_abs(), totals[kind]);
+                    let bad = if index < 0 { size > so_far[kind] as u64 } else { size == 0 || size > total as u64 };
+                    if bad && (total > 0 || kind == 0) {
+                        let what = ["vertex", "texture coordinate", "normal"][kind];
+                        return Some(ScanFault::IndexOutOfRange {
+                            place: format!("line {line}"),
+                            what,
+                            index,
+                            count: if index < 0 { so_far[kind] } else { total },
+                        });
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Hands out a text line by line and counts how many were taken, so that an error can name its line.
+struct CountedLines<'a> {
+    rest: &'a [u8],
+    lines: usize,
+}
+
+impl Read for CountedLines<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.fill_buf()?.read(buffer)?;
+        self.consume(n);
+        Ok(n)
+    }
+}
+
+impl BufRead for CountedLines<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        let end = self.rest.iter().position(|&b| b == b'\n').map_or(self.rest.len(), |i| i + 1);
+        Ok(&self.rest[..end])
+    }
+
+    fn consume(&mut self, n: usize) {
+        self.lines += self.rest[..n].iter().filter(|&&b| b == b'\n').count();
+        self.rest = &self.rest[n..];
+    }
+}

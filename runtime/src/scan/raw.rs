@@ -1,0 +1,142 @@
+//! What a reader hands over: a file's geometry as it stands there, in the file's unit.
+
+use super::error::ScanFault;
+use crate::mesh::{Group, TriangleMesh};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Largest coordinate that is believed, in millimetres: a thousand kilometres. Squares and products of such lengths stay finite.
+const FARTHEST: f64 = 1e12;
+/// A unit normal may be this far from length 1 (single precision written with few digits).
+const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// A file's geometry. Every index is valid; everything else may be as bad as the file.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RawMesh {
+    pub(super) positions: Vec<[f64; 3]>,
+    /// None, or as many as positions.
+    pub(super) normals: Vec<[f64; 3]>,
+    /// None, or as many as positions.
+    pub(super) texcoords: Vec<[f64; 2]>,
+    /// None, or as many as triangles: normals of their corners (of formats that have them there).
+    pub(super) corner_normals: Vec<[[f64; 3]; 3]>,
+    /// None, or as many as triangles.
+    pub(super) corner_texcoords: Vec<[[f64; 2]; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// None, or they cover all triangles.
+    pub(super) groups: Vec<Group>,
+    /// Vertices in the file; more than positions where the reader has already left out unused ones.
+    pub(super) vertices_read: usize,
+}
+
+impl RawMesh {
+    /// Scales to millimetres and checks that every position is usable.
+    pub(super) fn to_millimetres(mut self, unit: f64) -> Result<Self, ScanFault> {
+        for (i, position) in self.positions.iter_mut().enumerate() {
+            *position = position.map(|c| c * unit);
+            if !position.iter().all(|c| c.abs() <= FARTHEST) {
+                return Err(ScanFault::NonFinite { vertex: i + 1, at: *position });
+            }
+        }
+        Ok(self)
+    }
+
+    /// Normals of the vertices as the file gives them; corners' normals are summed. None where the file has none.
+    pub(super) fn vertex_normals(&self) -> Vec<VertexNormal> {
+        if self.corner_normals.is_empty() {
+            return self.normals.iter().map(|&normal| VertexNormal::default().plus(normal)).collect();
+        }
+        let mut sums = vec![VertexNormal::default(); self.positions.len()];
+        for (triangle, normals) in self.triangles.iter().zip(&self.corner_normals) {
+            for (&vertex, &normal) in triangle.iter().zip(normals) {
+                sums[vertex as usize] = sums[vertex as usize].plus(normal);
+            }
+        }
+        sums
+    }
+
+    /// Normals of unit length; none in the file, or one that is zero or not finite, is replaced by the vertex's of
+    /// `computed`.
+    pub(super) fn with_usable_normals(mut self, computed: &[[f64; 3]]) -> Self {
+        let unit = |normal: [f64; 3], vertex: usize| match DVec3::from(normal).try_normalize() {
+            Some(unit) => unit.into(),
+            None => computed[vertex],
+        };
+        for (triangle, normals) in self.triangles.iter().zip(&mut self.corner_normals) {
+            *normals = std::array::from_fn(|c| unit(normals[c], triangle[c] as usize));
+        }
+        if self.normals.is_empty() {
+            self.normals = computed.to_vec();
+        }
+        self.normals = self.normals.iter().enumerate().map(|(i, &normal)| unit(normal, i)).collect();
+        self
+    }
+
+    /// One vertex for every different combination of position, texture coordinate and normal at a corner.
+    pub(super) fn split_corners(self) -> TriangleMesh {
+        if self.corner_normals.is_empty() && self.corner_texcoords.is_empty() {
+            let Self { positions, normals, texcoords, triangles, groups, .. } = self;
+            return TriangleMesh { positions, normals, texcoords, triangles, groups };
+        }
+        let mut mesh = TriangleMesh { groups: self.groups, ..TriangleMesh::default() };
+        let mut seen: HashMap<(u32, [u64; 5]), u32> = HashMap::new();
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            let corners: [u32; 3] = std::array::from_fn(|c| {
+                let vertex = triangle[c];
+                let normal = at_corner(&self.corner_normals, &self.normals, t, c, vertex);
+                let texcoord = at_corner(&self.corner_texcoords, &self.texcoords, t, c, vertex);
+                let [nx, ny, nz] = normal.unwrap_or_default().map(f64::to_bits);
+                let [s, v] = texcoord.unwrap_or_default().map(f64::to_bits);
+                *seen.entry((vertex, [nx, ny, nz, s, v])).or_insert_with(|| {
+                    mesh.positions.push(self.positions[vertex as usize]);
+                    mesh.normals.extend(normal);
+                    mesh.texcoords.extend(texcoord);
+                    u32::try_from(mesh.positions.len() - 1).unwrap_or(u32::MAX)
+                })
+            });
+            mesh.triangles.push(corners);
+        }
+        mesh
+    }
+}
+
+/// A vertex's normal as a sum of unit normals from the file.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct VertexNormal {
+    pub(super) sum: DVec3,
+    /// One of them was not of unit length, or unusable and left out.
+    pub(super) mended: bool,
+}
+
+impl VertexNormal {
+    fn plus(self, normal: [f64; 3]) -> Self {
+        let length = DVec3::from(normal).length();
+        let mended = self.mended || !((length - 1.0).abs() <= UNIT_TOLERANCE);
+        let unit = if length.is_finite() && length > 1e-12 { DVec3::from(normal) / length } else { DVec3::ZERO };
+        Self { sum: self.sum + unit, mended }
+    }
+
+    pub(super) fn merged(self, other: Self) -> Self {
+        Self { sum: self.sum + other.sum, mended: self.mended || other.mended }
+    }
+
+    /// The unit normal; none where the file's cancel out, or none was usable.
+    pub(super) fn unit(self) -> Option<DVec3> {
+        (self.sum.length() > 1e-9).then(|| self.sum.normalize())
+    }
+}
+
+fn at_corner<const N: usize>(
+    corners: &[[[f64; N]; 3]],
+    vertices: &[[f64; N]],
+    triangle: usize,
+    corner: usize,
+    vertex: u32,
+) -> Option<[f64; N]> {
+    corners.get(triangle).map(|c| c[corner]).or_else(|| vertices.get(vertex as usize).copied())
+}
+
+/// Splits a polygon of `corners` corners into a fan of triangles around its first; yields positions in the polygon.
+pub(super) fn fan(corners: usize) -> impl Iterator<Item = [usize; 3]> {
+    (2..corners).map(|c| [0, c - 1, c])
+}

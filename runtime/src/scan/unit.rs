@@ -1,0 +1,93 @@
+//! The unit of a file's coordinates. Neither OBJ, PLY nor STL says what it is.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+use thiserror::Error;
+
+/// The unit of a file's coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Unit {
+    /// Micrometres.
+    Um,
+    /// Millimetres.
+    #[default]
+    Mm,
+    /// Centimetres.
+    Cm,
+    /// Metres.
+    M,
+    /// Inches.
+    In,
+    /// Feet.
+    Ft,
+}
+
+impl Unit {
+    /// All units.
+    pub const ALL: [Self; 6] = [Self::Um, Self::Mm, Self::Cm, Self::M, Self::In, Self::Ft];
+
+    /// Its length in millimetres.
+    #[must_use]
+    pub fn millimetres(self) -> f64 {
+        match self {
+            Self::Um => 1e-3,
+            Self::Mm => 1.0,
+            Self::Cm => 10.0,
+            Self::M => 1000.0,
+            Self::In => 25.4,
+            Self::Ft => 304.8,
+        }
+    }
+
+    /// Its abbreviation.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Um => "um",
+            Self::Mm => "mm",
+            Self::Cm => "cm",
+            Self::M => "m",
+            Self::In => "in",
+            Self::Ft => "ft",
+        }
+    }
+}
+
+impl fmt::Display for Unit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A word that is no unit.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("`{0}` is no unit of length; expected um, mm, cm, m, in or ft")]
+pub struct UnknownUnit(
+    /// The word.
+    pub String,
+);
+
+impl FromStr for Unit {
+    type Err = UnknownUnit;
+
+    fn from_str(text: &str) -> Result<Self, UnknownUnit> {
+        let word = text.trim().to_ascii_lowercase();
+        Self::ALL.into_iter().find(|unit| unit.name() == word).ok_or_else(|| UnknownUnit(text.to_owned()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_back() {
+        for unit in Unit::ALL {
+            assert_eq!(unit.to_string().parse(), Ok(unit));
+        }
+        assert_eq!("MM".parse(), Ok(Unit::Mm));
+        assert!("yd".parse::<Unit>().unwrap_err().to_string().contains("mm, cm"));
+    }
+}

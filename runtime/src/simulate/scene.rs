@@ -1,0 +1,51 @@
+//! The object that is scanned: what a ray meets, and which view sees a place best.
+
+use super::view::View;
+use crate::bvh::{Bvh, BvhError};
+use crate::mesh::TriangleMesh;
+use glam::DVec3;
+
+/// A mesh made ready for rays.
+pub(super) struct Scene {
+    bvh: Bvh,
+    /// Unit normals of the triangles; zero for those without area, which no ray hits.
+    normals: Vec<DVec3>,
+    /// How far shadow rays start off the surface: a triangle's centroid lies below a curved one. Millimetres.
+    lift: f64,
+}
+
+impl Scene {
+    pub(super) fn new(mesh: &TriangleMesh, spacing: f64) -> Result<Self, BvhError> {
+        let bvh = Bvh::build(mesh)?;
+        let normal = |&triangle| mesh.triangle_normal(triangle).map_or(DVec3::ZERO, DVec3::from);
+        let lift = 4.0 * f64::from(bvh.tolerance()) + 0.1 * spacing;
+        Ok(Self { normals: mesh.triangles.iter().map(normal).collect(), bvh, lift })
+    }
+
+    /// Distance to the surface along a ray of unit direction, and the unit normal there, turned towards the eye.
+    pub(super) fn cast(&self, eye: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
+        let hit = self.bvh.nearest_hit(eye.into(), direction.into(), f64::INFINITY)?;
+        let normal = self.normals[hit.triangle as usize];
+        Some((hit.t, if normal.dot(direction) > 0.0 { -normal } else { normal }))
+    }
+
+    /// The view that sees `point` under the smallest angle to `normal`, if any sees it under less than the limit:
+    /// its number and the angle's cosine.
+    pub(super) fn best_view(
+        &self,
+        views: &[View],
+        point: DVec3,
+        normal: DVec3,
+        least_cosine: f64,
+    ) -> Option<(usize, f64)> {
+        let cosine = |view: &View| normal.dot((view.eye - point).normalize());
+        let mut candidates: Vec<(usize, f64)> =
+            views.iter().map(cosine).enumerate().filter(|candidate| candidate.1 >= least_cosine).collect();
+        candidates.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+        candidates.into_iter().find(|&(view, _)| self.sees(views[view].eye, point + self.lift * normal))
+    }
+
+    fn sees(&self, eye: DVec3, point: DVec3) -> bool {
+        self.bvh.nearest_hit(point.into(), (eye - point).into(), 1.0).is_none()
+    }
+}

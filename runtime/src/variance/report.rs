@@ -1,0 +1,141 @@
+//! The result of a variance analysis as it is written to variance.json.
+
+use super::statistics::{Sample, Samples};
+use super::{Deviations, Statistics};
+use crate::scan::ScanSource;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// What a signed distance's sign means.
+pub const SIGN_CONVENTION: &str = "positive: the scan lies outside the model, along its outward normal";
+
+/// The result of a variance analysis. The fields of `overall` stand at the top level in JSON.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct VarianceReport {
+    /// What a signed distance's sign means.
+    pub sign_convention: String,
+    /// Unit of all lengths; areas are in its square.
+    pub unit: String,
+    /// How far rays went. Millimetres.
+    pub max_distance: f64,
+    /// What cast the rays: `cpu`, or `gpu: ` and the adapter's name.
+    pub device: String,
+    /// Width and height of the texture.
+    pub resolution: [u32; 2],
+    /// The scan.
+    pub scan: ScanSource,
+    /// Over all parts.
+    #[serde(flatten)]
+    pub overall: Statistics,
+    /// By part, in the model's order.
+    pub parts: Vec<PartStatistics>,
+    /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
+    pub groups: Vec<PartStatistics>,
+    /// How long it took.
+    pub seconds: VarianceSeconds,
+    /// Sentences for the user.
+    pub warnings: Vec<String>,
+}
+
+/// Statistics of one part or of one group of parts.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartStatistics {
+    /// Its name.
+    pub name: String,
+    /// Its statistics; their fields stand beside the name in JSON.
+    #[serde(flatten)]
+    pub statistics: Statistics,
+}
+
+/// How long the stages took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct VarianceSeconds {
+    /// Positions and normals of the texels.
+    pub texels: f64,
+    /// Building the hierarchy over the scan.
+    pub build: f64,
+    /// Casting the rays.
+    pub trace: f64,
+    /// Statistics.
+    pub statistics: f64,
+}
+
+impl VarianceReport {
+    /// Computes all statistics. `device` as in [`Trace`](super::Trace); the time that the statistics take is added to
+    /// `seconds` by whoever measures it.
+    #[must_use]
+    pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str) -> Self {
+        let names = &deviations.texels.part_names;
+        let samples = Samples::of(deviations);
+        let range = deviations.max_distance;
+        let of = |members: &[usize], measured: &[Vec<Sample>], missing: &[Vec<Sample>]| {
+            let gather = |by_part: &[Vec<Sample>]| -> Vec<Sample> {
+                members.iter().flat_map(|&p| by_part[p].iter().copied()).collect()
+            };
+            let mut measured = gather(measured);
+            measured.sort_by(|a, b| a.signed.total_cmp(&b.signed));
+            Statistics::of_samples(&measured, &gather(missing), range)
+        };
+        let overall = Statistics::of_samples(&samples.measured, &samples.missing, range);
+        let (measured, missing) = (split(samples.measured, names.len()), split(samples.missing, names.len()));
+        let part = |(p, name): (usize, &String)| PartStatistics {
+            name: name.clone(),
+            statistics: Statistics::of_samples(&measured[p], &missing[p], range),
+        };
+        let group = |(name, members): (String, Vec<usize>)| PartStatistics {
+            statistics: of(&members, &measured, &missing),
+            name,
+        };
+        Self {
+            sign_convention: SIGN_CONVENTION.to_owned(),
+            unit: "mm".to_owned(),
+            max_distance: range,
+            device: device.to_owned(),
+            resolution: [deviations.texels.width, deviations.texels.height],
+            scan: scan.clone(),
+            overall,
+            parts: names.iter().enumerate().map(part).collect(),
+            groups: groups(names).into_iter().map(group).collect(),
+            seconds: VarianceSeconds::default(),
+            warnings: Vec::new(),
+        }
+    }
+}
+
+/// The samples of each part, in their order.
+fn split(samples: Vec<Sample>, parts: usize) -> Vec<Vec<Sample>> {
+    let mut split = vec![Vec::new(); parts];
+    for sample in samples {
+        if let Some(part) = split.get_mut(sample.part as usize) {
+            part.push(sample);
+        }
+    }
+    split
+}
+
+/// Names without their indices, and which parts have them, in the order of each group's first part; only names that
+/// had an index.
+fn groups(names: &[String]) -> Vec<(String, Vec<usize>)> {
+    let mut members: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (i, name) in names.iter().enumerate().filter(|(_, name)| name.contains('[')) {
+        members.entry(without_indices(name)).or_default().push(i);
+    }
+    let mut groups: Vec<_> = members.into_iter().collect();
+    groups.sort_by_key(|(_, parts)| parts[0]);
+    groups
+}
+
+/// `leg[2].hole[0]` is `leg.hole`.
+fn without_indices(name: &str) -> String {
+    let mut depth = 0u32;
+    let mut plain = String::new();
+    for c in name.chars() {
+        match c {
+            '[' => depth += 1,
+            ']' => depth = depth.saturating_sub(1),
+            c if depth == 0 => plain.push(c),
+            _ => {}
+        }
+    }
+    plain
+}

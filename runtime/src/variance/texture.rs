@@ -1,0 +1,175 @@
+//! Deviations as textures.
+
+use super::Deviations;
+
+/// How far colours reach beyond the charts: more than the gutters between charts are wide.
+const GUTTER: usize = 8;
+
+/// Bit of the third channel: there is a hit along +normal.
+const OUTWARD: u8 = 128;
+
+/// Bit of the third channel: there is a hit along -normal.
+const INWARD: u8 = 64;
+
+/// Distances as the paper codes them ([VA] sect. 6), three bytes a texel, row 0 at the top: the distance along +normal
+/// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
+/// +normal plus 64 if there is one along -normal. Texels that no chart covers take the code of the nearest covered one
+/// if it is at most 8 texels away, so that no seam shows under filtering, else (0, 0, 0).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DistanceTexture {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `3 * width * height` bytes.
+    pub rgb: Vec<u8>,
+}
+
+impl DistanceTexture {
+    /// Codes the deviations.
+    #[must_use]
+    pub fn new(deviations: &Deviations) -> Self {
+        let (width, height) = (deviations.texels.width, deviations.texels.height);
+        let mut codes = vec![[0u8; 3]; width as usize * height as usize];
+        let mut covered = vec![false; codes.len()];
+        for (i, &index) in deviations.texels.index.iter().enumerate() {
+            let index = index as usize;
+            codes[index] = code(deviations.outward[i], deviations.inward[i], deviations.max_distance);
+            covered[index] = true;
+        }
+        dilate(&mut codes, &mut covered, width as usize);
+        Self { width, height, rgb: codes.into_flattened() }
+    }
+}
+
+/// The signed distance of every texel of the texture, row by row from the top, in millimetres; NaN where there is no
+/// data and where no chart is. Nothing is rounded and nothing dilated.
+#[must_use]
+pub fn signed_distances(deviations: &Deviations) -> Vec<f32> {
+    let mut distances = vec![f32::NAN; deviations.texels.width as usize * deviations.texels.height as usize];
+    for (i, &index) in deviations.texels.index.iter().enumerate() {
+        distances[index as usize] = deviations.signed(i);
+    }
+    distances
+}
+
+fn code(outward: f32, inward: f32, max_distance: f64) -> [u8; 3] {
+    let byte = |d: f32| if d.is_nan() { 0 } else { (255.0 * f64::from(d) / max_distance).round() as u8 };
+    let flags = if outward.is_nan() { 0 } else { OUTWARD } | if inward.is_nan() { 0 } else { INWARD };
+    [byte(outward), byte(inward), flags]
+}
+
+/// Gives texels that are not covered the value of their nearest covered one, ring by ring.
+fn dilate(values: &mut [[u8; 3]], covered: &mut [bool], width: usize) {
+    if width == 0 {
+        return;
+    }
+    let height = covered.len() / width;
+    // Beside before across; of equals always the first of this order.
+    const NEIGHBOURS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
+    let around = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        NEIGHBOURS.into_iter().filter_map(move |(dx, dy)| {
+            let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
+            (x < width && y < height).then(|| y * width + x)
+        })
+    };
+    let mut frontier: Vec<usize> =
+        (0..covered.len()).filter(|&i| !covered[i] && around(i).any(|j| covered[j])).collect();
+    for ring in 0..GUTTER {
+        let filled: Vec<[u8; 3]> =
+            frontier.iter().map(|&i| around(i).find(|&j| covered[j]).map_or([0; 3], |j| values[j])).collect();
+        for (&i, value) in frontier.iter().zip(filled) {
+            values[i] = value;
+            covered[i] = true;
+        }
+        if ring + 1 < GUTTER {
+            let mut next: Vec<usize> = frontier.iter().flat_map(|&i| around(i)).filter(|&j| !covered[j]).collect();
+            next.sort_unstable();
+            next.dedup();
+            frontier = next;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DistanceTexture, signed_distances};
+    use crate::model::Texels;
+    use crate::variance::Deviations;
+
+    fn deviations(width: u32, height: u32, texels: &[(u32, f32, f32)]) -> Deviations {
+        let n = texels.len();
+        Deviations {
+            texels: Texels {
+                width,
+                height,
+                index: texels.iter().map(|t| t.0).collect(),
+                part: vec![0; n],
+                position: vec![[0.0; 3]; n],
+                normal: vec![[0.0, 0.0, 1.0]; n],
+                area: vec![1.0; n],
+                part_names: vec!["body".to_owned()],
+            },
+            max_distance: 2.0,
+            outward: texels.iter().map(|t| t.1).collect(),
+            inward: texels.iter().map(|t| t.2).collect(),
+        }
+    }
+
+    fn at(texture: &DistanceTexture, x: u32, y: u32) -> [u8; 3] {
+        let i = 3 * (y * texture.width + x) as usize;
+        [texture.rgb[i], texture.rgb[i + 1], texture.rgb[i + 2]]
+    }
+
+    #[test]
+    fn codes_are_the_papers() {
+        let nan = f32::NAN;
+        let d = deviations(4, 1, &[(0, 2.0, nan), (1, nan, 1.0), (2, 0.0, 0.0), (3, nan, nan)]);
+        let texture = DistanceTexture::new(&d);
+        assert_eq!(texture.rgb, [255, 0, 128, 0, 128, 64, 0, 0, 192, 0, 0, 0]);
+        let signed = signed_distances(&d);
+        assert_eq!(signed[..3], [2.0, -1.0, 0.0]);
+        assert!(signed[3].is_nan());
+    }
+
+    /// Every code stands for its distance to half a step.
+    #[test]
+    fn codes_lose_at_most_half_a_step() {
+        for i in 0..=1000u32 {
+            let distance = i as f32 * 0.002;
+            let texture = DistanceTexture::new(&deviations(1, 1, &[(0, distance, f32::NAN)]));
+            let decoded = f64::from(texture.rgb[0]) / 255.0 * 2.0;
+            assert!((decoded - f64::from(distance)).abs() <= 2.0 / 255.0 / 2.0 + 1e-7);
+        }
+    }
+
+    #[test]
+    fn gutters_take_the_nearest_code() {
+        let nan = f32::NAN;
+        let mut covered: Vec<(u32, f32, f32)> = (0..40).map(|y| (y * 40, 2.0, nan)).collect();
+        covered.extend((0..40).map(|y| (y * 40 + 6, nan, 2.0)));
+        let mut sorted = covered;
+        sorted.sort_by_key(|t| t.0);
+        let texture = DistanceTexture::new(&deviations(40, 40, &sorted));
+        for y in 0..40 {
+            for x in 0..40 {
+                let expected = match x {
+                    0..=2 => Some([255, 0, 128]),
+                    3 => None,
+                    4..=14 => Some([0, 255, 64]),
+                    _ => Some([0, 0, 0]),
+                };
+                assert!(expected.is_none_or(|e| e == at(&texture, x, y)), "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn missing_data_is_dilated_as_missing() {
+        let texture = DistanceTexture::new(&deviations(3, 1, &[(0, f32::NAN, f32::NAN), (2, 1.0, f32::NAN)]));
+        assert_eq!(at(&texture, 0, 0), [0, 0, 0]);
+        let empty = DistanceTexture::new(&deviations(0, 0, &[]));
+        assert!(empty.rgb.is_empty());
+    }
+}

@@ -1,0 +1,114 @@
+//! Casting the rays: where, and what came of it.
+
+use super::trace_gpu::{Gpu, GpuError};
+use super::{Deviations, trace_cpu};
+use crate::bvh::Bvh;
+use crate::model::Texels;
+use glam::Vec3A;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// What casts the rays.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Device {
+    /// A real GPU where there is one, else native code.
+    #[default]
+    Auto,
+    /// Native code.
+    Cpu,
+    /// A GPU, or failing that software that acts as one (which is slower than native code).
+    Gpu,
+}
+
+/// Deviations and how they were found.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// What was found.
+    pub deviations: Deviations,
+    /// What cast the rays: `cpu`, or `gpu: ` and the adapter's name.
+    pub device: String,
+    /// A sentence for the user where the rays were cast by something else than asked for.
+    pub notice: Option<String>,
+}
+
+/// Why no rays can be cast.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum TraceError {
+    /// The maximum distance makes no sense.
+    #[error("the maximum distance must be a positive number of millimetres below 1e12, not {0}")]
+    MaxDistance(f64),
+}
+
+/// For every texel the distances to the nearest points of the scan along +normal and along -normal, at most
+/// `max_distance`, on either side of the scan's triangles: which way they face plays no role. Where the scan passes
+/// through the texel, as far as single precision can tell, both distances are zero. A texel whose position or normal
+/// is not finite, or whose normal is zero, has no data.
+///
+/// Where a GPU fails, native code takes over and the result's notice says so.
+///
+/// # Errors
+/// Where `max_distance` is not positive and finite.
+pub fn trace(texels: Texels, scan: &Bvh, max_distance: f64, device: Device) -> Result<Trace, TraceError> {
+    if !(max_distance > 0.0 && max_distance < 1e12) || (max_distance as f32) == 0.0 {
+        return Err(TraceError::MaxDistance(max_distance));
+    }
+    let rays = Rays { texels: &texels, scan, max_distance: max_distance as f32, tolerance: scan.tolerance() };
+    let (found, device, notice) = match on_gpu(&rays, device) {
+        Some(Ok((found, name))) => (found, format!("gpu: {name}"), None),
+        Some(Err(error)) => {
+            (trace_cpu::trace(&rays), "cpu".to_owned(), Some(format!("rays were cast by native code: {error}")))
+        }
+        None => (trace_cpu::trace(&rays), "cpu".to_owned(), None),
+    };
+    let Distances { outward, inward } = found;
+    Ok(Trace { deviations: Deviations { texels, max_distance, outward, inward }, device, notice })
+}
+
+/// None where a GPU is not asked for, or not insisted on and absent.
+fn on_gpu(rays: &Rays, device: Device) -> Option<Result<(Distances, String), GpuError>> {
+    if device == Device::Cpu {
+        return None;
+    }
+    let gpu = match (device, Gpu::open(device == Device::Gpu)) {
+        (Device::Auto, Err(GpuError::NoAdapter)) => return None,
+        (_, Ok(gpu)) => gpu,
+        (_, Err(error)) => return Some(Err(error)),
+    };
+    Some(gpu.trace(rays).map(|found| (found, gpu.name().to_owned())))
+}
+
+/// Distances along +normal and -normal, one a ray; NaN where nothing is hit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Distances {
+    pub(super) outward: Vec<f32>,
+    pub(super) inward: Vec<f32>,
+}
+
+/// The rays of all texels, and what they are cast at.
+pub(super) struct Rays<'a> {
+    pub(super) texels: &'a Texels,
+    pub(super) scan: &'a Bvh,
+    pub(super) max_distance: f32,
+    /// Hits this far behind a ray's origin count as distance zero.
+    pub(super) tolerance: f32,
+}
+
+impl Rays<'_> {
+    pub(super) fn len(&self) -> usize {
+        self.texels.position.len()
+    }
+
+    /// Origin, relative to the scan's centre, and unit direction of ray i; none where they are not finite, or where
+    /// the origin is so far away that the ray cannot reach the scan.
+    pub(super) fn get(&self, i: usize) -> Option<(Vec3A, Vec3A)> {
+        let origin = self.scan.to_local(self.texels.position[i]);
+        let normal = Vec3A::from_array(self.texels.normal[i]);
+        let length = normal.length();
+        let near = origin.abs().cmple(self.scan.half_extent() + 2.0 * self.max_distance + self.tolerance).all();
+        (near && length.is_finite() && length > 0.0).then(|| (origin, normal / length))
+    }
+}
+
+#[cfg(test)]
+mod tests;

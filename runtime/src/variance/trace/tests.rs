@@ -1,0 +1,225 @@
+use super::{Device, Rays, Trace, TraceError, trace};
+use crate::bvh::Bvh;
+use crate::mesh::TriangleMesh;
+use crate::model::Texels;
+use crate::variance::trace_gpu::{Gpu, GpuError};
+use crate::variance::{Deviations, trace_cpu};
+use glam::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::f64::consts::{PI, TAU};
+
+/// Texels at the given points with the given normals.
+fn texels(points: &[(DVec3, DVec3)]) -> Texels {
+    let n = points.len();
+    Texels {
+        width: n as u32,
+        height: 1,
+        index: (0..n as u32).collect(),
+        part: vec![0; n],
+        position: points.iter().map(|(p, _)| p.to_array()).collect(),
+        normal: points.iter().map(|(_, n)| n.as_vec3().to_array()).collect(),
+        area: vec![1.0; n],
+        part_names: vec!["body".to_owned()],
+    }
+}
+
+/// Directions of a grid over the sphere, without its poles.
+fn directions(rings: u32, sectors: u32) -> Vec<DVec3> {
+    let direction = |i: u32, j: u32| {
+        let (sin, cos) = (PI * f64::from(i + 1) / f64::from(rings + 1)).sin_cos();
+        let (y, x) = (TAU * f64::from(j) / f64::from(sectors)).sin_cos();
+        DVec3::new(sin * x, sin * y, cos)
+    };
+    (0..rings).flat_map(|i| (0..sectors).map(move |j| direction(i, j))).collect()
+}
+
+/// A surface over `directions`, open at the poles; `radius` by direction; cells for which `keep` fails are holes.
+fn star(
+    rings: u32,
+    sectors: u32,
+    center: DVec3,
+    radius: impl Fn(DVec3) -> f64,
+    mut keep: impl FnMut(u32, u32) -> bool,
+) -> TriangleMesh {
+    let positions = directions(rings, sectors).into_iter().map(|d| (center + d * radius(d)).to_array()).collect();
+    let at = |i: u32, j: u32| i * sectors + j % sectors;
+    let mut triangles = Vec::new();
+    for i in 0..rings - 1 {
+        for j in 0..sectors {
+            if keep(i, j) {
+                triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+                triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+            }
+        }
+    }
+    TriangleMesh { positions, triangles, ..TriangleMesh::default() }
+}
+
+fn cast(points: &[(DVec3, DVec3)], scan: &TriangleMesh, max_distance: f64, device: Device) -> Trace {
+    trace(texels(points), &Bvh::build(scan).unwrap(), max_distance, device).unwrap()
+}
+
+/// Every ray goes through a vertex of the scan; far from the origin of coordinates.
+#[test]
+fn a_sphere_and_a_larger_one_differ_by_a_constant() {
+    let center = DVec3::new(4e5, -1e6, 300.0);
+    // Without the first and the last ring, which are the scan's open ends.
+    let inner = directions(50, 60)[60..49 * 60].to_vec();
+    let points: Vec<_> = inner.into_iter().map(|d| (center + d * 40.0, d)).collect();
+    for offset in [1.25, -0.75, 0.0] {
+        let scan = star(50, 60, center, |_| 40.0 + offset, |_, _| true);
+        let Trace { deviations, device, notice } = cast(&points, &scan, 2.0, Device::Cpu);
+        assert_eq!((device.as_str(), notice), ("cpu", None));
+        for i in 0..points.len() {
+            // Positions of 1e6 mm have steps of 1e-10 mm; single precision within the scan of 4e-6.
+            assert!((f64::from(deviations.signed(i)) - offset).abs() < 2e-5);
+            assert_eq!(deviations.outward[i].is_nan(), offset < 0.0);
+            assert_eq!(deviations.inward[i].is_nan(), offset > 0.0);
+            if offset == 0.0 {
+                assert!(deviations.outward[i] < 2e-5 && deviations.inward[i] < 2e-5);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_tilted_plane_lies_at_its_equation() {
+    let corners = [[-3.0, -3.0], [3.0, -3.0], [3.0, 3.0], [-3.0, 3.0]];
+    let height = |x: f64, y: f64| 0.3 * x - 0.1 * y + 0.05;
+    let positions = corners.iter().map(|&[x, y]| [x, y, height(x, y)]).collect();
+    let scan = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..TriangleMesh::default() };
+    let points: Vec<_> = (0..2500)
+        .map(|i| (DVec3::new(f64::from(i % 50) * 0.1 - 2.45, f64::from(i / 50) * 0.1 - 2.45, 0.0), DVec3::Z))
+        .collect();
+    let found = cast(&points, &scan, 0.8, Device::Cpu).deviations;
+    let mut missing = 0;
+    for (i, (p, _)) in points.iter().enumerate() {
+        let expected = height(p.x, p.y);
+        if (expected.abs() - 0.8).abs() < 1e-6 {
+            continue;
+        }
+        if expected.abs() < 0.8 {
+            assert!((f64::from(found.signed(i)) - expected).abs() < 1e-6);
+        } else {
+            assert!(found.signed(i).is_nan());
+            missing += 1;
+        }
+    }
+    assert!(missing > 0);
+}
+
+#[test]
+fn texels_that_make_no_sense_have_no_data() {
+    let scan = star(10, 10, DVec3::ZERO, |_| 10.0, |_, _| true);
+    let points = [
+        (DVec3::NAN, DVec3::X),
+        (DVec3::new(f64::INFINITY, 0.0, 0.0), DVec3::X),
+        (DVec3::X * 1e30, DVec3::X),
+        (DVec3::X * 9.5, DVec3::ZERO),
+        (DVec3::X * 9.5, DVec3::NAN),
+        (DVec3::X * 9.0, DVec3::X),
+    ];
+    let found = cast(&points, &scan, 2.0, Device::Cpu).deviations;
+    assert!((0..5).all(|i| found.signed(i).is_nan()));
+    assert!(!found.signed(5).is_nan());
+    let nothing = cast(&points, &TriangleMesh::default(), 2.0, Device::Cpu).deviations;
+    assert!((0..6).all(|i| nothing.signed(i).is_nan()));
+}
+
+#[test]
+fn the_maximum_distance_must_be_positive() {
+    let scan = Bvh::build(&TriangleMesh::default()).unwrap();
+    for max_distance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-60] {
+        let result = trace(Texels::default(), &scan, max_distance, Device::Cpu);
+        assert!(matches!(result, Err(TraceError::MaxDistance(_))));
+    }
+}
+
+#[test]
+fn distances_do_not_depend_on_the_number_of_threads() {
+    let (points, scan) = rough_scene(5000);
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let Deviations { outward, inward, .. } = pool.install(|| cast(&points, &scan, 3.0, Device::Cpu)).deviations;
+        [outward, inward].map(|d| d.into_iter().map(f32::to_bits).collect::<Vec<_>>())
+    };
+    assert!(run(1) == run(3));
+}
+
+/// Random texels on a sphere and a rough scan of it with noise and holes.
+fn rough_scene(count: usize) -> (Vec<(DVec3, DVec3)>, TriangleMesh) {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let center = DVec3::new(100.0, -250.0, 1000.0);
+    let points = (0..count)
+        .map(|_| {
+            let d = DVec3::from(std::array::from_fn::<f64, 3, _>(|_| rng.random_range(-1.0..1.0))).normalize();
+            (center + d * 50.0, d)
+        })
+        .collect();
+    let wave = |d: DVec3| (7.0 * d.x).sin() * (5.0 * d.y).cos() * (6.0 * d.z).sin();
+    let mut noise = ChaCha8Rng::seed_from_u64(8);
+    let mut scan = star(150, 220, center, |d| 50.0 + 2.5 * wave(d), |i, j| (i * 31 + j * 17) % 97 != 0);
+    for p in &mut scan.positions {
+        p.iter_mut().for_each(|x| *x += noise.random_range(-0.1..0.1));
+    }
+    (points, scan)
+}
+
+/// Says so where there is no Vulkan device at all, and fails if the environment insists on one.
+fn gpu() -> Option<Gpu> {
+    match Gpu::open(true) {
+        Ok(gpu) => Some(gpu),
+        Err(GpuError::NoAdapter) if std::env::var_os("GMLC_REQUIRE_GPU").is_none_or(|v| v != "1") => {
+            println!("skipped: there is no Vulkan device (GMLC_REQUIRE_GPU=1 makes this a failure)");
+            None
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Texels at which two arrays of distances differ by more than 1e-4 of the maximum distance.
+fn disagreements(a: &[f32], b: &[f32], max_distance: f32) -> usize {
+    let differ = |(a, b): (&f32, &f32)| a.is_nan() != b.is_nan() || (a - b).abs() > 1e-4 * max_distance;
+    a.iter().zip(b).filter(|&pair| differ(pair)).count()
+}
+
+#[test]
+fn the_shader_agrees_with_native_code() {
+    let Some(gpu) = gpu() else { return };
+    let (mut points, scan) = rough_scene(200_000);
+    points[17].0 = DVec3::NAN;
+    let (texels, scan) = (texels(&points), Bvh::build(&scan).unwrap());
+    let rays = Rays { texels: &texels, scan: &scan, max_distance: 2.0, tolerance: scan.tolerance() };
+    let native = trace_cpu::trace(&rays);
+    let shader = gpu.trace(&rays).unwrap();
+    let missing = native.outward.iter().filter(|d| d.is_nan()).count();
+    assert!((50_000..150_000).contains(&missing), "the scene has hits and misses, {missing} misses");
+    let differing =
+        disagreements(&native.outward, &shader.outward, 2.0).max(disagreements(&native.inward, &shader.inward, 2.0));
+    println!("{}: {differing} of {} texels differ", gpu.name(), points.len());
+    assert!(differing <= points.len() / 100_000);
+}
+
+/// Rays through vertices and edges, one triangle, nothing: the shader's corner cases.
+#[test]
+fn the_shader_is_watertight_and_copes_with_small_scans() {
+    let Some(gpu) = gpu() else { return };
+    let scans = [
+        star(50, 60, DVec3::ZERO, |_| 41.0, |_, _| true),
+        star(2, 3, DVec3::ZERO, |_| 41.0, |_, j| j == 0),
+        star(2, 3, DVec3::ZERO, |_| 41.0, |_, _| false),
+    ];
+    let points: Vec<_> = directions(50, 60).into_iter().map(|d| (d * 40.0, d)).collect();
+    let inner = 60..49 * 60;
+    for (n, scan) in scans.iter().enumerate() {
+        let (texels, scan) = (texels(&points), Bvh::build(scan).unwrap());
+        let rays = Rays { texels: &texels, scan: &scan, max_distance: 30.0, tolerance: scan.tolerance() };
+        let native = trace_cpu::trace(&rays);
+        let shader = gpu.trace(&rays).unwrap();
+        assert!(n != 0 || shader.outward[inner.clone()].iter().all(|d| (d - 1.0).abs() < 1e-4));
+        // The rays of a regular grid may run exactly along open edges, where rounding decides.
+        assert!(disagreements(&native.outward, &shader.outward, 30.0) <= 1);
+        assert!(disagreements(&native.inward, &shader.inward, 30.0) <= 1);
+    }
+}

@@ -1,0 +1,315 @@
+//! Casting rays by a compute shader.
+
+use super::trace::{Distances, Rays};
+use bytemuck::{Pod, Zeroable};
+use pollster::block_on;
+use rayon::prelude::*;
+use std::sync::{Arc, Mutex, PoisonError};
+use thiserror::Error;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+/// Rays a workgroup; the shader's `@workgroup_size`.
+const WORKGROUP: usize = 64;
+
+/// Rays a dispatch, where the limits allow as many: enough to fill a GPU, little enough memory.
+const DISPATCH: usize = 1 << 20;
+
+/// Why a GPU did not cast the rays. Native code can, so that this becomes a notice.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+pub enum GpuError {
+    /// There is none, or only software that acts as one where a real one was wanted.
+    #[error("no Vulkan device was found")]
+    NoAdapter,
+    /// It cannot be opened.
+    #[error("{adapter} cannot be opened: {message}")]
+    Open {
+        /// The device's name.
+        adapter: String,
+        /// What its driver says.
+        message: String,
+    },
+    /// The scan does not fit into what the device can address at once.
+    #[error("the scan needs a buffer of {bytes} bytes, but {adapter} addresses at most {limit} at once")]
+    TooLarge {
+        /// The device's name.
+        adapter: String,
+        /// Bytes needed.
+        bytes: u64,
+        /// Bytes possible.
+        limit: u64,
+    },
+    /// Its memory ran out.
+    #[error("the memory of {adapter} ran out")]
+    OutOfMemory {
+        /// The device's name.
+        adapter: String,
+    },
+    /// It was lost: switched off, reset, or its driver crashed.
+    #[error("{adapter} was lost: {message}")]
+    Lost {
+        /// The device's name.
+        adapter: String,
+        /// What its driver says.
+        message: String,
+    },
+    /// Anything else.
+    #[error("{adapter} failed: {message}")]
+    Failed {
+        /// The device's name.
+        adapter: String,
+        /// What it says.
+        message: String,
+    },
+}
+
+/// An opened GPU with the compiled shader.
+pub(super) struct Gpu {
+    name: String,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    pipeline: wgpu::ComputePipeline,
+    faults: Faults,
+}
+
+/// The first thing that went wrong on a device, whichever way it was reported.
+#[derive(Clone)]
+struct Faults {
+    adapter: String,
+    first: Arc<Mutex<Option<GpuError>>>,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct GpuRay {
+    origin: [f32; 3],
+    present: f32,
+    direction: [f32; 3],
+    unused: f32,
+}
+
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Setup {
+    half_extent: [f32; 3],
+    max_distance: f32,
+    tolerance: f32,
+    count: u32,
+    unused: [u32; 2],
+}
+
+/// The buffers of one run.
+struct Buffers {
+    setup: wgpu::Buffer,
+    rays: wgpu::Buffer,
+    distances: wgpu::Buffer,
+    download: wgpu::Buffer,
+    bindings: wgpu::BindGroup,
+    /// Rays that fit.
+    capacity: usize,
+}
+
+impl Gpu {
+    /// Opens the best Vulkan device; software that acts as one only with `or_software`.
+    pub(super) fn open(or_software: bool) -> Result<Self, GpuError> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::VULKAN,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let rank = |adapter: &wgpu::Adapter| match adapter.get_info().device_type {
+            wgpu::DeviceType::DiscreteGpu => Some(0),
+            wgpu::DeviceType::IntegratedGpu => Some(1),
+            wgpu::DeviceType::VirtualGpu => Some(2),
+            wgpu::DeviceType::Other => Some(3),
+            wgpu::DeviceType::Cpu => or_software.then_some(4),
+        };
+        let adapters = block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+        let best = adapters.into_iter().filter_map(|a| rank(&a).map(|r| (r, a))).min_by_key(|(r, _)| *r);
+        let adapter = best.ok_or(GpuError::NoAdapter)?.1;
+        let name = adapter.get_info().name;
+        let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
+        let (device, queue) = block_on(adapter.request_device(&descriptor))
+            .map_err(|e| GpuError::Open { adapter: name.clone(), message: e.to_string() })?;
+        let faults = Faults { adapter: name.clone(), first: Arc::default() };
+        faults.listen(&device);
+        let pipeline = faults.scope(&device, || {
+            let module = device.create_shader_module(wgpu::include_wgsl!("trace.wgsl"));
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some("trace"),
+                layout: None,
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            })
+        })?;
+        Ok(Self { name, device, queue, pipeline, faults })
+    }
+
+    /// The device's name.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Casts all rays.
+    pub(super) fn trace(&self, rays: &Rays) -> Result<Distances, GpuError> {
+        let mut found = Distances { outward: vec![f32::NAN; rays.len()], inward: vec![f32::NAN; rays.len()] };
+        if rays.scan.triangle_count() == 0 || rays.len() == 0 {
+            return Ok(found);
+        }
+        let buffers = self.buffers(rays)?;
+        for start in (0..rays.len()).step_by(buffers.capacity) {
+            let end = rays.len().min(start + buffers.capacity);
+            let upload: Vec<GpuRay> = (start..end).into_par_iter().map(|i| gpu_ray(rays, i)).collect();
+            let distances = self.dispatch(&buffers, &upload, rays)?;
+            for (i, [outward, inward]) in (start..end).zip(distances) {
+                let distance = |d: f32| if d >= 0.0 { d } else { f32::NAN };
+                (found.outward[i], found.inward[i]) = (distance(outward), distance(inward));
+            }
+        }
+        Ok(found)
+    }
+
+    fn buffers(&self, rays: &Rays) -> Result<Buffers, GpuError> {
+        let (nodes, blocks) = rays.scan.parts();
+        let (nodes, blocks): (&[u8], &[u8]) = (bytemuck::cast_slice(nodes), bytemuck::cast_slice(blocks));
+        let limits = self.device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        for bytes in [nodes.len() as u64, blocks.len() as u64] {
+            if bytes > limit {
+                return Err(GpuError::TooLarge { adapter: self.name.clone(), bytes, limit });
+            }
+        }
+        let workgroups = limits.max_compute_workgroups_per_dimension as usize;
+        let fitting = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<GpuRay>();
+        let capacity = DISPATCH.min(fitting).min(workgroups * WORKGROUP).min(rays.len()).max(1);
+        let buffer = |label, size: usize, usage| {
+            let descriptor =
+                wgpu::BufferDescriptor { label: Some(label), size: size as u64, usage, mapped_at_creation: false };
+            self.device.create_buffer(&descriptor)
+        };
+        let filled = |label, contents| {
+            let usage = wgpu::BufferUsages::STORAGE;
+            self.device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        use wgpu::BufferUsages as Usage;
+        self.faults.scope(&self.device, || {
+            let setup = buffer("setup", size_of::<Setup>(), Usage::UNIFORM | Usage::COPY_DST);
+            let nodes = filled("nodes", nodes);
+            let blocks = filled("blocks", blocks);
+            let rays = buffer("rays", capacity * size_of::<GpuRay>(), Usage::STORAGE | Usage::COPY_DST);
+            let size = capacity * size_of::<[f32; 2]>();
+            let distances = buffer("distances", size, Usage::STORAGE | Usage::COPY_SRC);
+            let download = buffer("download", size, Usage::MAP_READ | Usage::COPY_DST);
+            let entries: Vec<_> = [&setup, &nodes, &blocks, &rays, &distances]
+                .into_iter()
+                .zip(0..)
+                .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+                .collect();
+            let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("trace"),
+                layout: &self.pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            });
+            Buffers { setup, rays, distances, download, bindings, capacity }
+        })
+    }
+
+    /// Casts at most `buffers.capacity` rays and waits for the answers.
+    fn dispatch(&self, buffers: &Buffers, upload: &[GpuRay], rays: &Rays) -> Result<Vec<[f32; 2]>, GpuError> {
+        let setup = Setup {
+            half_extent: rays.scan.half_extent().to_array(),
+            max_distance: rays.max_distance,
+            tolerance: rays.tolerance,
+            count: upload.len() as u32,
+            unused: [0; 2],
+        };
+        let bytes = std::mem::size_of_val(upload) as u64 / size_of::<GpuRay>() as u64 * size_of::<[f32; 2]>() as u64;
+        self.faults.scope(&self.device, || {
+            self.queue.write_buffer(&buffers.setup, 0, bytemuck::bytes_of(&setup));
+            self.queue.write_buffer(&buffers.rays, 0, bytemuck::cast_slice(upload));
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            {
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+                pass.set_pipeline(&self.pipeline);
+                pass.set_bind_group(0, &buffers.bindings, &[]);
+                pass.dispatch_workgroups(upload.len().div_ceil(WORKGROUP) as u32, 1, 1);
+            }
+            encoder.copy_buffer_to_buffer(&buffers.distances, 0, &buffers.download, 0, Some(bytes));
+            self.queue.submit([encoder.finish()]);
+            let faults = self.faults.clone();
+            buffers.download.map_async(wgpu::MapMode::Read, 0..bytes, move |mapped| {
+                if let Err(error) = mapped {
+                    faults.report(error.to_string());
+                }
+            });
+            if let Err(error) = self.device.poll(wgpu::PollType::wait_indefinitely()) {
+                self.faults.report(error.to_string());
+            }
+        })?;
+        let mapped = buffers.download.get_mapped_range(0..bytes).map_err(|e| self.faults.failed(e.to_string()))?;
+        let distances = bytemuck::pod_collect_to_vec(&mapped[..]);
+        drop(mapped);
+        buffers.download.unmap();
+        Ok(distances)
+    }
+}
+
+fn gpu_ray(rays: &Rays, i: usize) -> GpuRay {
+    rays.get(i).map_or(GpuRay::zeroed(), |(origin, direction)| GpuRay {
+        origin: origin.to_array(),
+        present: 1.0,
+        direction: direction.to_array(),
+        unused: 0.0,
+    })
+}
+
+impl Faults {
+    /// Has everything reported here that no scope catches; unheard, it would be a panic.
+    fn listen(&self, device: &wgpu::Device) {
+        let faults = self.clone();
+        device.on_uncaptured_error(Arc::new(move |error| faults.keep(faults.of(error))));
+        let faults = self.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            // Dropping the device at the end is reported, too.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                faults.keep(GpuError::Lost { adapter: faults.adapter.clone(), message });
+            }
+        });
+    }
+
+    /// Does `work` and gives its result, or the first thing that went wrong so far.
+    fn scope<T>(&self, device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T, GpuError> {
+        use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+        let [a, b, c] = [Validation, OutOfMemory, Internal].map(|filter| device.push_error_scope(filter));
+        let result = work();
+        // Scopes end in reverse order.
+        for scope in [c, b, a] {
+            if let Some(error) = block_on(scope.pop()) {
+                self.keep(self.of(error));
+            }
+        }
+        match &*self.first.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(error) => Err(error.clone()),
+            None => Ok(result),
+        }
+    }
+
+    fn report(&self, message: String) {
+        self.keep(self.failed(message));
+    }
+
+    fn failed(&self, message: String) -> GpuError {
+        GpuError::Failed { adapter: self.adapter.clone(), message }
+    }
+
+    fn of(&self, error: wgpu::Error) -> GpuError {
+        match error {
+            wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory { adapter: self.adapter.clone() },
+            other => self.failed(other.to_string()),
+        }
+    }
+
+    fn keep(&self, error: GpuError) {
+        self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+}
