@@ -278,7 +278,7 @@ impl<'a> Checker<'a> {
                 self.report(error.hint("write it directly between the braces of `model name { ... }`"));
             }
             ItemKind::Use(_) | ItemKind::Model(_) | ItemKind::For(_) | ItemKind::If(_) => {
-                self.report(Diagnostic::error("misplaced", item.span, "this cannot stand here"));
+                self.report(Diagnostic::error("misplaced", item.span, "this belongs at the top of the file"));
             }
         }
     }

@@ -273,9 +273,14 @@ impl<'a> Checker<'a> {
         (locals, wrap(statements, value, span))
     }
 
-    /// Checks functions of a library that no call has reached, as far as their parameters are annotated.
+    /// Checks what of the file no call has reached: its constants, and functions as far as their parameters are
+    /// annotated.
     pub(super) fn check_annotated(&mut self) {
         for item in self.modules[0].items {
+            if let ast::ItemKind::Let(decl) = &item.kind {
+                let id = self.intern(first_name(&decl.pattern), Code::Global(0, decl), Vec::new());
+                self.instantiate(id, Vec::new(), item.span);
+            }
             let ast::ItemKind::Function(decl) = &item.kind else { continue };
             let id = self.intern(&decl.name.text, Code::Function(0, decl), Vec::new());
             let params: Vec<Parameter<'a>> = self.parameters(id);
@@ -287,6 +292,14 @@ impl<'a> Checker<'a> {
                 self.instantiate(id, types, decl.name.span);
             }
         }
+    }
+}
+
+/// The name by which a constant is checked, which is one of those that it binds.
+fn first_name(pattern: &ast::Pattern) -> &str {
+    match pattern {
+        ast::Pattern::Name(name) => &name.text,
+        ast::Pattern::Tuple(patterns, _) => patterns.first().map_or("_", first_name),
     }
 }
 

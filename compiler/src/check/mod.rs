@@ -97,5 +97,9 @@ pub fn check(
     diagnostics.extend(checker.into_diagnostics());
     diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
     let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
+    if failed {
+        // What seems to be unused or missing may lie in what could not be read.
+        diagnostics.retain(|d| d.severity == Severity::Error);
+    }
     (model.filter(|_| !failed), diagnostics)
 }

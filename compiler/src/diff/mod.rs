@@ -1,1 +1,199 @@
-//! Derivatives of IR functions, as IR functions: tangent, Jacobian, pullback.
+//! Derivatives of IR functions, as IR functions: [`tangent`], [`jacobian`], [`pullback`]; and [`expand`], which
+//! replaces the derivatives that a script itself asks for.
+//!
+//! All of them differentiate the program, operation by operation, by the rules of `rules`; what comes out is
+//! simplified, valid, and can be differentiated again. A function is best inlined before it is differentiated
+//! ([`inline`](crate::ir::inline())); what is left of calls (recursive ones), branches and loops is differentiated as
+//! such: a branch becomes a branch of the derivatives of its sides, a call becomes a call.
+//!
+//! - **Forward**, values carry tangents in several directions at once; a direction that a value does not depend on takes
+//!   nothing. A loop carries the tangents of what it carries.
+//! - **In reverse**, adjoints are summed from the results to the parameters. A loop's earlier states are needed last
+//!   first, and functions have no memory to store n of them: a loop of a small known count is unrolled; else it is
+//!   halved recursively (the state in the middle is computed, then the second half is reversed, then the first), which
+//!   takes about (n/2) log2(n) turns beside the n reversed ones, and log2(n) states at once. (Griewank and Walther,
+//!   Evaluating Derivatives, 2nd ed., chapter 12.) Transposing the forward derivative would take n turns for each
+//!   unknown.
+
+use crate::ir::inline::{self, InlineError};
+use crate::ir::{self, FunctionBuilder, FunctionId, Module, Parameter, Type, Value};
+use crate::source::Span;
+
+mod dependence;
+mod expand;
+mod forward;
+mod reverse;
+mod reverse_loop;
+mod rules;
+#[cfg(test)]
+mod tests;
+
+pub use expand::expand;
+use forward::{Forward, Tangents};
+use reverse::Reverse;
+
+/// Why a derivative cannot be had.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DiffError {
+    /// The derivative would be too large a program.
+    #[error(transparent)]
+    Size(#[from] InlineError),
+    /// A function needs its own derivative to compute its value: its order would have no end.
+    #[error("'{function}' needs its own derivative to compute its value")]
+    Recursive {
+        /// The function.
+        function: String,
+        /// Where the derivative is taken.
+        span: Span,
+    },
+}
+
+impl DiffError {
+    /// Where in the source.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        match self {
+            DiffError::Size(e) => e.span(),
+            DiffError::Recursive { span, .. } => *span,
+        }
+    }
+}
+
+/// An entry of a Jacobian: the derivative of a result by a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Entry {
+    /// Index of the result.
+    pub result: u32,
+    /// Index of the parameter.
+    pub param: u32,
+}
+
+/// The directional derivative: `(p.., dp of each active..) -> (r.., dr of each Real result..)`.
+/// The active parameters must be Real.
+///
+/// # Errors
+/// If the derivative would be too large.
+pub fn tangent(module: &mut Module, function: FunctionId, active: &[u32]) -> Result<FunctionId, DiffError> {
+    let old = module.function(function).clone();
+    let mut params = old.params.clone();
+    params.extend(active.iter().map(|i| Parameter::real(format!("d{}", old.params[*i as usize].name))));
+    let mut builder = FunctionBuilder::new(format!("d{}", old.name), params);
+    let mut tangents = vec![Tangents::new(); old.params.len()];
+    for (position, i) in active.iter().enumerate() {
+        tangents[*i as usize].insert(0, builder.param(old.params.len() + position));
+    }
+    let args = builder.params()[..old.params.len()].to_vec();
+    let mut forward = Forward::new(module);
+    let (results, tangents) = forward.splice(&mut builder, &old, &args, &tangents)?;
+    forward.finish()?;
+    let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
+    for (k, name) in old.result_names.iter().enumerate() {
+        if old.ty(old.results[k]) == Type::Real {
+            let zero = builder.real(0.0);
+            named.push((format!("d{name}"), tangents[k].get(&0).copied().unwrap_or(zero)));
+        }
+    }
+    let id = module.add(builder.finish(named));
+    clean(module, id)?;
+    Ok(id)
+}
+
+/// The values and the sparse Jacobian: `(p..) -> (r.., entries..)`; the second result says which derivative each entry
+/// is, by result and then by parameter. Derivatives that are zero whatever the parameters are left out. The
+/// parameters `wrt` must be Real.
+///
+/// # Errors
+/// If the derivative would be too large.
+pub fn jacobian(module: &mut Module, function: FunctionId, wrt: &[u32]) -> Result<(FunctionId, Vec<Entry>), DiffError> {
+    let old = module.function(function).clone();
+    let mut builder = FunctionBuilder::new(format!("jacobian_{}", old.name), old.params.clone());
+    let one = builder.real(1.0);
+    let mut tangents = vec![Tangents::new(); old.params.len()];
+    for i in wrt {
+        tangents[*i as usize].insert(*i, one);
+    }
+    let args = builder.params();
+    let mut forward = Forward::new(module);
+    let (results, tangents) = forward.splice(&mut builder, &old, &args, &tangents)?;
+    forward.finish()?;
+    let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
+    let mut pattern = Vec::new();
+    for (k, tangents) in tangents.iter().enumerate() {
+        for (i, tangent) in tangents {
+            named.push((format!("d{}_d{}", old.result_names[k], old.params[*i as usize].name), *tangent));
+            pattern.push(Entry { result: k as u32, param: *i });
+        }
+    }
+    let id = module.add(builder.finish(named));
+    clean(module, id)?;
+    drop_zeros(module, id, &mut pattern);
+    Ok((id, pattern))
+}
+
+/// Drops the entries that have turned out to be zero.
+fn drop_zeros(module: &mut Module, id: FunctionId, pattern: &mut Vec<Entry>) {
+    let function = &mut module.functions[id.0 as usize];
+    let values = function.results.len() - pattern.len();
+    let zero = |r: Value| *function.op(r) == ir::Op::Real(0);
+    let kept: Vec<bool> = function.results.iter().enumerate().map(|(k, r)| k < values || !zero(*r)).collect();
+    let mut keep = kept.iter();
+    function.results.retain(|_| *keep.next().unwrap_or(&true));
+    let mut keep = kept.iter();
+    function.result_names.retain(|_| *keep.next().unwrap_or(&true));
+    let mut keep = kept[values..].iter();
+    pattern.retain(|_| *keep.next().unwrap_or(&true));
+    function.drop_unused();
+}
+
+/// The reverse derivative: `(p.., adjoint of each Real result..) -> (adjoint of each parameter of wrt..)`, preceded
+/// by the results themselves if `with_results`. The parameters `wrt` must be Real.
+///
+/// # Errors
+/// If the derivative would be too large.
+pub fn pullback(
+    module: &mut Module,
+    function: FunctionId,
+    wrt: &[u32],
+    with_results: bool,
+) -> Result<FunctionId, DiffError> {
+    let old = module.function(function).clone();
+    let real: Vec<usize> = (0..old.results.len()).filter(|k| old.ty(old.results[*k]) == Type::Real).collect();
+    let mut params = old.params.clone();
+    params.extend(real.iter().map(|k| Parameter::real(format!("{}_bar", old.result_names[*k]))));
+    let mut builder = FunctionBuilder::new(format!("pullback_{}", old.name), params);
+    let args = builder.params()[..old.params.len()].to_vec();
+    let mut adjoints = vec![None; old.results.len()];
+    for (position, k) in real.iter().enumerate() {
+        adjoints[*k] = Some(reverse::Adjoint { value: builder.param(args.len() + position), masked: false });
+    }
+    let mut reverse = Reverse::new(module);
+    let (results, adjoints) = reverse.splice(&mut builder, &old, &args, &adjoints, wrt)?;
+    reverse.finish()?;
+    let mut named = Vec::new();
+    if with_results {
+        named.extend(old.result_names.iter().cloned().zip(results));
+    }
+    for (i, adjoint) in wrt.iter().zip(adjoints) {
+        let zero = builder.real(0.0);
+        named.push((format!("{}_bar", old.params[*i as usize].name), adjoint.unwrap_or(zero)));
+    }
+    let id = module.add(builder.finish(named));
+    clean(module, id)?;
+    Ok(id)
+}
+
+/// Inlines and simplifies what was made.
+fn clean(module: &mut Module, id: FunctionId) -> Result<(), DiffError> {
+    ir::inline(module, &[id], inline::Limits::default())?;
+    ir::simplify(module, &[id]);
+    Ok(())
+}
+
+/// An error if a function in the making has outgrown the limit.
+fn check_size(builder: &FunctionBuilder, function: &str) -> Result<(), DiffError> {
+    let limit = inline::Limits::default().nodes;
+    if builder.len() <= limit {
+        return Ok(());
+    }
+    Err(InlineError::TooLarge { function: function.to_owned(), span: builder.span(), limit }.into())
+}

@@ -211,14 +211,10 @@ impl FunctionBuilder {
         match *self.op(x) {
             Op::Unary(Unary::Neg, y) => Some(self.scaled(-c, y)),
             Op::Binary(Binary::Sub, y, z) if c == -1.0 => Some(self.sub(z, y)),
-            Op::Binary(Binary::Mul, d, y) => {
-                let product = c * self.real_constant(d)?;
-                (product != 0.0 && product.is_finite()).then(|| self.scaled(product, y))
-            }
-            Op::Binary(Binary::Div, d, y) => {
+            Op::Binary(op @ (Binary::Mul | Binary::Div), d, y) if self.real_constant(d).is_some() => {
                 let product = c * self.real_constant(d)?;
                 let product = (product != 0.0 && product.is_finite()).then(|| self.real(product))?;
-                Some(self.div(product, y))
+                Some(self.binary(op, product, y))
             }
             _ if c == -1.0 => Some(self.neg(x)),
             _ => None,
@@ -236,8 +232,8 @@ impl FunctionBuilder {
             return Some(self.real(1.0));
         }
         let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
-        if p == -1.0 || q != 1.0 {
-            // The sign and the denominator's constant come out; a constant above stays there.
+        if (p, q) != (1.0, 1.0) {
+            // Constants come out, so that they can meet others.
             let quotient = self.div(x, y);
             return (p / q).is_finite().then(|| self.scaled(p / q, quotient));
         }
@@ -298,7 +294,7 @@ impl FunctionBuilder {
             return Some(self.div(a, b));
         }
         let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
-        if p == -1.0 || q != 1.0 {
+        if (p, q) != (1.0, 1.0) {
             let quotient = self.binary(Binary::DivOrZero, x, y);
             return (p / q).is_finite().then(|| self.scaled(p / q, quotient));
         }

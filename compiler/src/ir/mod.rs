@@ -16,6 +16,7 @@ pub mod operands;
 pub mod print;
 pub mod scalar;
 pub mod simplify;
+pub mod split;
 pub mod validate;
 
 mod algebra;
@@ -24,6 +25,8 @@ mod facts;
 mod logic;
 mod powers;
 
+#[cfg(test)]
+pub(crate) mod testing;
 #[cfg(test)]
 mod tests;
 

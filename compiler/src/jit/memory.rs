@@ -1,6 +1,6 @@
 //! Ownership of code memory. Cranelift's module leaks its code when it is dropped; this frees it.
 
-use super::compiler::JitError;
+use super::compiler::{JitError, Options};
 use super::host;
 use cranelift_codegen::isa::OwnedTargetIsa;
 use cranelift_codegen::settings::{self, Configurable};
@@ -15,8 +15,8 @@ pub(super) struct CodeMemory {
 
 impl CodeMemory {
     /// An empty module for the machine that this runs on.
-    pub(super) fn new(verify: bool) -> Result<CodeMemory, JitError> {
-        let mut builder = JITBuilder::with_isa(target(verify)?, cranelift_module::default_libcall_names());
+    pub(super) fn new(options: Options) -> Result<CodeMemory, JitError> {
+        let mut builder = JITBuilder::with_isa(target(options)?, cranelift_module::default_libcall_names());
         builder.symbols(host::all().into_iter().map(|f| (f.name, f.address)));
         Ok(CodeMemory { module: Some(JITModule::new(builder)) })
     }
@@ -45,23 +45,25 @@ impl Drop for CodeMemory {
 // symbols that is used while linking.)
 unsafe impl Sync for CodeMemory {}
 
-/// The machine that this runs on, with its settings, made once for each setting.
-fn target(verify: bool) -> Result<OwnedTargetIsa, JitError> {
-    static TARGETS: [OnceLock<Result<OwnedTargetIsa, JitError>>; 2] = [OnceLock::new(), OnceLock::new()];
-    TARGETS[usize::from(verify)].get_or_init(|| make_target(verify)).clone()
+/// The machine that this runs on, with its settings, made once for each combination of them.
+fn target(options: Options) -> Result<OwnedTargetIsa, JitError> {
+    static TARGETS: [OnceLock<Result<OwnedTargetIsa, JitError>>; 4] = [const { OnceLock::new() }; 4];
+    let index = usize::from(options.verify) + 2 * usize::from(options.quick);
+    TARGETS[index].get_or_init(|| make_target(options)).clone()
 }
 
-fn make_target(verify: bool) -> Result<OwnedTargetIsa, JitError> {
+fn make_target(options: Options) -> Result<OwnedTargetIsa, JitError> {
     let host = |e: &dyn std::fmt::Display| JitError::Host(e.to_string());
     let mut flags = settings::builder();
     let values = [
-        ("opt_level", "speed"),
+        ("opt_level", if options.quick { "none" } else { "speed" }),
+        ("regalloc_algorithm", if options.quick { "single_pass" } else { "backtracking" }),
         // Calls reach anywhere in the address space.
         ("use_colocated_libcalls", "false"),
         ("is_pic", "false"),
         // Nothing unwinds through generated code.
         ("unwind_info", "false"),
-        ("enable_verifier", if verify { "true" } else { "false" }),
+        ("enable_verifier", if options.verify { "true" } else { "false" }),
     ];
     for (name, value) in values {
         flags.set(name, value).map_err(|e| host(&e))?;

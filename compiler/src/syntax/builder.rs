@@ -138,19 +138,7 @@ impl Builder<'_> {
 
 // Items.
 impl Builder<'_> {
-    pub(super) fn file(&mut self, items: Vec<Deep<Item>>) -> File {
-        for item in &items {
-            let stray = match &item.node.kind {
-                ItemKind::Param(_) => "`param`",
-                ItemKind::Input(_) => "`input`",
-                ItemKind::Part(_) => "`part`",
-                ItemKind::Require(_) => "`require`",
-                _ => continue,
-            };
-            let message = format!("{stray} stands outside a model");
-            let hint = "write `model name { ... }` around it";
-            self.diagnostics.push(Diagnostic::error("misplaced-item", item.node.span, message).hint(hint));
-        }
+    pub(super) fn file(&self, items: Vec<Deep<Item>>) -> File {
         File { items: split_all(items).0 }
     }
 
@@ -203,7 +191,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn model(&mut self, name: Ident, items: Vec<Deep<Item>>) -> Deep<ItemKind> {
-        let (items, depth) = self.body(items);
+        let (items, depth) = split_all(items);
         Deep { node: ItemKind::Model(Model { name, items }), depth }
     }
 
@@ -252,7 +240,7 @@ impl Builder<'_> {
         r: u32,
     ) -> Deep<Item> {
         let (iterable, a) = iterable.split();
-        let (items, c) = self.body(items);
+        let (items, c) = split_all(items);
         let kind = ItemKind::For(ForItems { pattern, iterable, items });
         self.item(None, l, Deep { node: kind, depth: a.max(c) }, r)
     }
@@ -266,25 +254,10 @@ impl Builder<'_> {
         r: u32,
     ) -> Deep<Item> {
         let (condition, a) = condition.split();
-        let (then, c) = self.body(then);
-        let (otherwise, d) = self.body(otherwise.unwrap_or_default());
+        let (then, c) = split_all(then);
+        let (otherwise, d) = split_all(otherwise.unwrap_or_default());
         let kind = ItemKind::If(IfItems { condition, then, otherwise });
         self.item(None, l, Deep { node: kind, depth: a.max(c).max(d) }, r)
-    }
-
-    /// The items of a model or of a `for` or `if` in one.
-    fn body(&mut self, items: Vec<Deep<Item>>) -> (Vec<Item>, u32) {
-        for item in &items {
-            let stray = match &item.node.kind {
-                ItemKind::Use(_) => "`use`",
-                ItemKind::Model(_) => "`model`",
-                _ => continue,
-            };
-            let message = format!("{stray} stands inside a model");
-            let hint = "move it to the top of the file";
-            self.diagnostics.push(Diagnostic::error("misplaced-item", item.node.span, message).hint(hint));
-        }
-        split_all(items)
     }
 }
 
@@ -369,7 +342,7 @@ impl Builder<'_> {
             && first.span.start == a.node.span.start
         {
             let text = |e: &Expr| self.slice(e.span.start, e.span.end);
-            let hint = format!("write `{} and {} {} {}`", text(&a.node), text(second), op.text(), text(&c.node));
+            let hint = format!("write '{} and {} {} {}'", text(&a.node), text(second), op.text(), text(&c.node));
             let span = a.node.span.to(c.node.span);
             self.report(Diagnostic::error("comparison-chain", span, "comparisons do not chain").hint(hint));
             return Deep::flat(Expr { span, kind: ExprKind::Error });
@@ -484,7 +457,6 @@ impl Builder<'_> {
             let last = i + 1 == count;
             match line {
                 Statement::Item(item) => {
-                    self.judge_block_item(&item.node);
                     depth = depth.max(item.depth);
                     items.push(item.node);
                 }
@@ -494,7 +466,7 @@ impl Builder<'_> {
                 }
                 Statement::Expr(expr) => {
                     let message = "this value is not used: only the last line of a block is its value";
-                    let hint = "give it a name with `let`, or remove it";
+                    let hint = "give it a name with 'let', or remove it";
                     self.report(Diagnostic::error("unused-value", expr.node.span, message).hint(hint));
                 }
                 Statement::Bad(span) if last => value = Some(Box::new(Expr { span, kind: ExprKind::Error })),
@@ -503,18 +475,5 @@ impl Builder<'_> {
         }
         let span = self.span(l, r);
         self.expr(span, ExprKind::Block(items, value), depth)
-    }
-
-    fn judge_block_item(&mut self, item: &Item) {
-        let (stray, hint) = match &item.kind {
-            ItemKind::Use(_) => ("`use`", "move it to the top of the file"),
-            ItemKind::Model(_) => ("`model`", "move it out of the block"),
-            ItemKind::Param(_) => ("`param`", "parameters are declared in the model itself; here `let` names a value"),
-            ItemKind::Input(_) => ("`input`", "inputs are declared in the model itself; here `let` names a value"),
-            ItemKind::Part(_) => ("`part`", "parts are declared in the model itself, also inside its `for` and `if`"),
-            _ => return,
-        };
-        let message = format!("{stray} stands inside a block of values");
-        self.report(Diagnostic::error("misplaced-item", item.span, message).hint(hint));
     }
 }

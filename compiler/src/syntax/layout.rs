@@ -82,7 +82,7 @@ impl Layout<'_> {
                     if raw.last().is_some_and(|l| l.token == Token::Error && l.end == lexeme.start) {
                         continue;
                     }
-                    let message = "a prime must directly follow what it differentiates, as in `f'` or `s'u`";
+                    let message = "a prime must directly follow what it differentiates, as in f' or s'u";
                     let hint = "texts are written in double quotes";
                     let span = spanned(self.file, lexeme.start, lexeme.end);
                     self.diagnostics.push(Diagnostic::error("stray-prime", span, message).hint(hint));
@@ -102,12 +102,12 @@ impl Layout<'_> {
                 .hint("end it with a double quote, and write a double quote inside it as \\\"")
         } else {
             let shown: String = text.chars().take(8).flat_map(char::escape_debug).collect();
-            let diagnostic = Diagnostic::error("unknown-character", span, format!("`{shown}` means nothing here"));
+            let diagnostic = Diagnostic::error("unknown-character", span, format!("'{shown}' means nothing here"));
             match text.chars().next() {
-                Some('&') => diagnostic.hint("`and` joins two conditions"),
-                Some('!') => diagnostic.hint("`not` negates a condition"),
-                Some('#') => diagnostic.hint("comments begin with `//`"),
-                Some('°') => diagnostic.hint("degrees are written `30deg`"),
+                Some('&') => diagnostic.hint("'and' joins two conditions"),
+                Some('!') => diagnostic.hint("'not' negates a condition"),
+                Some('#') => diagnostic.hint("comments begin with '//'"),
+                Some('°') => diagnostic.hint("degrees are written '30deg'"),
                 Some('“' | '”' | '‘' | '’') => diagnostic.hint("texts are written in straight double quotes"),
                 _ => diagnostic,
             }
@@ -219,7 +219,7 @@ impl Layout<'_> {
         if !self.open.iter().any(|b| b.token.closer() == Some(lexeme.token)) {
             let span = spanned(self.file, lexeme.start, lexeme.end);
             let text = &self.text[lexeme.start as usize..lexeme.end as usize];
-            self.diagnostics.push(Diagnostic::error("unmatched-bracket", span, format!("`{text}` closes nothing")));
+            self.diagnostics.push(Diagnostic::error("unmatched-bracket", span, format!("'{text}' closes nothing")));
             self.out.push(Lexeme { token: Token::Error, ..lexeme });
             return;
         }
@@ -234,7 +234,7 @@ impl Layout<'_> {
         let Some(bracket) = self.open.pop() else { return };
         let span = spanned(self.file, bracket.start, bracket.end);
         let text = &self.text[bracket.start as usize..bracket.end as usize];
-        self.diagnostics.push(Diagnostic::error("unclosed-bracket", span, format!("`{text}` is never closed")));
+        self.diagnostics.push(Diagnostic::error("unclosed-bracket", span, format!("'{text}' is never closed")));
         if let Some(token) = bracket.token.closer() {
             let at = self.out.last().map_or(at, |l| l.end);
             self.out.push(Lexeme { token, start: at, end: at });
@@ -262,5 +262,5 @@ fn can_be_primed(last: Lexeme, prime: Lexeme) -> bool {
 /// The message for a tree that would be too deep to walk.
 pub(super) fn too_deep(file: FileId, start: u32, end: u32) -> Diagnostic {
     let message = format!("this is nested more than {NESTING_LIMIT} deep");
-    Diagnostic::error("too-deep", spanned(file, start, end), message).hint("name its parts with `let`")
+    Diagnostic::error("too-deep", spanned(file, start, end), message).hint("name its parts with 'let'")
 }

@@ -14,7 +14,7 @@ pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Diagnostic> {
     let digits = number.replace('_', "");
     if unit.is_none() && digits.bytes().all(|c| c.is_ascii_digit()) {
         return digits.parse().map(ExprKind::Int).map_err(|_| {
-            let hint = format!("as a real number it is written `{digits}.0`");
+            let hint = format!("as a real number it is written '{digits}.0'");
             Diagnostic::error("bad-number", span, "this whole number is too large").hint(hint)
         });
     }
@@ -57,12 +57,12 @@ fn unit(suffix: &str) -> Option<Unit> {
 }
 
 fn unknown_unit(span: Span, number: &str, suffix: &str) -> Diagnostic {
-    let message = format!("`{suffix}` is no unit");
+    let message = format!("'{suffix}' is no unit");
     let hint = match suffix {
-        "degree" | "degrees" | "grad" => "degrees are written `deg`".to_owned(),
-        "inch" | "inches" => "inches are written `in`".to_owned(),
-        "um" | "µm" | "nm" => format!("write it in millimetres, such as `{number}e-3mm`"),
-        _ => format!("the units are mm, cm, m, in, deg, rad and turn; a product is written `{number} * {suffix}`"),
+        "degree" | "degrees" | "grad" => "degrees are written 'deg'".to_owned(),
+        "inch" | "inches" => "inches are written 'in'".to_owned(),
+        "um" | "µm" | "nm" => format!("write it in millimetres, such as '{number}e-3mm'"),
+        _ => format!("the units are mm, cm, m, in, deg, rad and turn; a product is written '{number} * {suffix}'"),
     };
     Diagnostic::error("unknown-unit", span, message).hint(hint)
 }
@@ -101,7 +101,7 @@ pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) 
                 let c = other.map_or(' ', |o| o.1);
                 let start = span.start + 1 + at as u32;
                 let span = Span { start, end: start + 1 + c.len_utf8() as u32, ..span };
-                let message = format!("`\\{c}` means nothing in a text");
+                let message = format!("'\\{c}' means nothing in a text");
                 let hint = r#"there are \", \\, \n and \t"#;
                 diagnostics.push(Diagnostic::error("unknown-escape", span, message).hint(hint));
             }

@@ -25,7 +25,7 @@ pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
         && expected.has("name")
         && !expected.value()
     {
-        let message = format!("`{keyword}` is a word of the language and cannot be a name");
+        let message = format!("'{keyword}' is a word of the language and cannot be a name");
         return Diagnostic::error("reserved-word", place.span(), message);
     }
     let wanted = expected.describe();
@@ -71,13 +71,13 @@ impl Place<'_> {
         let text = self.slice(self.index);
         match self.token() {
             None => "the end of the file".to_owned(),
-            Some(Token::Separator) if text.contains(';') => "`;`".to_owned(),
+            Some(Token::Separator) if text.contains(';') => "';'".to_owned(),
             Some(Token::Separator) => "the end of the line".to_owned(),
             Some(Token::Doc) => "a doc comment".to_owned(),
             Some(Token::Text) => "a text".to_owned(),
             Some(_) => {
                 let shown: String = text.chars().take(40).collect();
-                format!("`{shown}`")
+                format!("'{shown}'")
             }
         }
     }
@@ -137,7 +137,7 @@ impl Expected<'_> {
     fn describe(&self) -> String {
         let mut wanted: Vec<String> = Vec::new();
         if self.item() {
-            wanted.push("a declaration (`let`, `param`, `part`, ...)".to_owned());
+            wanted.push("a declaration ('let', 'param', 'part', ...)".to_owned());
         }
         if self.value() {
             wanted.push("a value".to_owned());
@@ -158,11 +158,11 @@ impl Expected<'_> {
                 _ => false,
             };
             if self.has(punctuation) && !(begins && matches!(punctuation, "(" | "|")) && !of_operand {
-                wanted.push(format!("`{punctuation}`"));
+                wanted.push(format!("'{punctuation}'"));
             }
         }
         if self.has("{") && !self.value() {
-            wanted.push("`{`".to_owned());
+            wanted.push("'{'".to_owned());
         }
         if self.operator() && wanted.is_empty() {
             wanted.push("an operator".to_owned());
@@ -170,8 +170,8 @@ impl Expected<'_> {
         if self.has("separator") && !begins && !self.has("{") {
             wanted.push("the end of the line".to_owned());
         }
-        if self.has("}") && !self.has("separator") {
-            wanted.push("`}`".to_owned());
+        if self.has("}") && !self.has("separator") && !self.item() {
+            wanted.push("'}'".to_owned());
         }
         join_or(&wanted)
     }
@@ -193,27 +193,27 @@ fn hint(place: &Place<'_>, expected: &Expected<'_>) -> Option<String> {
             let number = place.slice(place.index - 1);
             Some(match text {
                 "mm" | "cm" | "m" | "deg" | "rad" | "turn" => {
-                    format!("a unit is glued to its number: `{number}{text}`")
+                    format!("a unit is glued to its number: '{number}{text}'")
                 }
-                _ => format!("a product is written `{number} * {text}`"),
+                _ => format!("a product is written '{number} * {text}'"),
             })
         }
         Token::Name if place.before(1) == Some(Token::Name) && expected.operator() => {
-            nearest_keyword(place.slice(place.index - 1)).map(|word| format!("did you mean `{word}`?"))
+            nearest_keyword(place.slice(place.index - 1)).map(|word| format!("did you mean '{word}'?"))
         }
         Token::Equals if place.before(1) == Some(Token::Name) && starts_at(place, 2) => {
-            Some(format!("`let {} = ...` names a value", place.slice(place.index - 1)))
+            Some(format!("'let {} = ...' names a value", place.slice(place.index - 1)))
         }
-        Token::Equals if expected.has("{") || expected.has("separator") => Some("`==` compares two values".to_owned()),
+        Token::Equals if expected.has("{") || expected.has("separator") => Some("'==' compares two values".to_owned()),
         Token::Bar if expected.operator() && place.after() == Some(Token::Bar) => {
-            Some("`or` joins two conditions".to_owned())
+            Some("'or' joins two conditions".to_owned())
         }
-        Token::Star if place.before(1) == Some(Token::Star) => Some("a power is written `a ^ b`".to_owned()),
+        Token::Star if place.before(1) == Some(Token::Star) => Some("a power is written 'a ^ b'".to_owned()),
         Token::Dot if place.after() == Some(Token::Number) && expected.value() => {
-            Some(format!("a number begins with a digit: `0.{}`", place.slice(place.index + 1)))
+            Some(format!("a number begins with a digit: '0.{}'", place.slice(place.index + 1)))
         }
         Token::Separator | Token::BraceClose if expected.has("=") && place.before(2) == Some(Token::Part) => {
-            Some(format!("`part {} = ...` gives it a shape", place.slice(place.index - 1)))
+            Some(format!("'part {} = ...' gives it a shape", place.slice(place.index - 1)))
         }
         _ => None,
     }
@@ -226,12 +226,12 @@ fn starts_at(place: &Place<'_>, back: usize) -> bool {
 
 fn item_hint(place: &Place<'_>, word: &str) -> String {
     if place.after() == Some(Token::Equals) {
-        return format!("`let {word} = ...` names a value");
+        return format!("'let {word} = ...' names a value");
     }
     if let Some(keyword) = nearest_keyword(word) {
-        return format!("did you mean `{keyword}`?");
+        return format!("did you mean '{keyword}'?");
     }
-    "a shape gets a name: `part NAME = ...`".to_owned()
+    "a shape gets a name: 'part NAME = ...'".to_owned()
 }
 
 /// The word of the language that was probably meant.

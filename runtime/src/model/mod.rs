@@ -1,6 +1,7 @@
 //! A model as evaluable surface patches; its tessellation, charts and texels.
 
 mod atlas;
+mod program;
 mod reference;
 mod surface;
 mod tessellation;

@@ -1,11 +1,12 @@
 //! What the runtime needs of a model: named parameters and, for their values, patches of surface over [0, 1]^2 with
 //! exact derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
 
+use bytemuck::{Pod, Zeroable};
 use gml_compiler::program::{Parameter, Part};
 use thiserror::Error;
 
 /// A point of a surface with its first partial derivatives. Millimetres.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Partials {
     /// S(u, v).
@@ -17,7 +18,7 @@ pub struct Partials {
 }
 
 /// Second partial derivatives of a surface beside the first.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct SecondPartials {
     /// The point and the first partials.

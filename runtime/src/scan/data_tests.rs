@@ -11,8 +11,11 @@ fn data() -> Option<PathBuf> {
     folder
 }
 
-/// What awkward files must give: points and triangles, or a part of the error.
-const AWKWARD: [(&str, Result<(usize, usize), &str>); 53] = [
+/// Points and triangles, or a part of the error.
+type Outcome = Result<(usize, usize), &'static str>;
+
+/// What awkward files must give.
+const AWKWARD: [(&str, Outcome); 53] = [
     ("pdal/LICENSE", Err("text that begins")),
     ("pdal/badheader.txt", Err("text that begins `X,Y,X`")),
     ("pdal/crlf_test.txt", Err("text that begins `X,Y,Z")),

@@ -152,7 +152,7 @@ pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
 /// As `read`; or there are no triangles.
 pub fn read_mesh(path: &Path, unit: Unit) -> Result<TriangleMesh, ScanError> {
     let mesh = || {
-        let raw = parse(path, load(path)?)?.to_millimetres(unit.millimetres())?;
+        let raw = parse(path, load(path)?)?.into_millimetres(unit.millimetres())?;
         if raw.triangles.is_empty() {
             return Err(ScanFault::NoTriangles { vertices: raw.vertices_read });
         }
@@ -168,7 +168,7 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<TriangleMesh, ScanError> {
 }
 
 fn finish(raw: RawMesh, options: &ReadOptions, mut source: ScanSource) -> Result<Scan, ScanFault> {
-    let raw = raw.to_millimetres(options.unit.millimetres())?;
+    let raw = raw.into_millimetres(options.unit.millimetres())?;
     let Cleaned { mesh, cleaning, oriented } = clean::clean(&raw, options.normals)?;
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();

@@ -5,7 +5,7 @@
 //! also remembers line numbers and groups.
 
 use super::error::ScanFault;
-use super::raw::RawMesh;
+use super::raw::{RawMesh, is_usable};
 use crate::mesh::Group;
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read};
@@ -132,8 +132,10 @@ impl Prepared {
         // Without `o` and `g` there is one model.
         let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
         let positions: Vec<[f64; 3]> = mesh.positions.as_chunks().0.to_vec();
-        if !positions.iter().flatten().all(|c| c.is_finite()) {
-            return Err(self.non_finite());
+        // The library drops vertices that no face uses; they are looked at all the same.
+        let suspicious = positions.len() < self.vertices || positions.iter().flatten().any(|&c| !is_usable(c));
+        if let Some(fault) = suspicious.then(|| self.non_finite()).flatten() {
+            return Err(fault);
         }
         let corners = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
         let mut raw = RawMesh {
@@ -184,15 +186,15 @@ impl Prepared {
         })
     }
 
-    fn non_finite(&self) -> ScanFault {
+    /// The first vertex that is not usable, by its number in the file.
+    fn non_finite(&self) -> Option<ScanFault> {
         let vertices = self.number_lines().filter(|(keyword, ..)| *keyword == "v");
-        let at = vertices.map(|(_, numbers, _)| numbers.unwrap_or_default()).enumerate();
-        let bad = at.into_iter().find_map(|(i, n)| match n[..] {
-            [x, y, z, ..] if !n.iter().all(|c| c.is_finite()) => Some((i + 1, [x, y, z])),
+        vertices.enumerate().find_map(|(i, (_, numbers, _))| match numbers.unwrap_or_default()[..] {
+            [x, y, z, ..] if ![x, y, z].into_iter().all(is_usable) => {
+                Some(ScanFault::NonFinite { vertex: i + 1, at: [x, y, z] })
+            }
             _ => None,
-        });
-        let (vertex, at) = bad.unwrap_or((0, [f64::NAN; 3]));
-        ScanFault::NonFinite { vertex, at }
+        })
     }
 
     /// What the library's error is about. `lines` have been read.

@@ -10,6 +10,11 @@ const FARTHEST: f64 = 1e12;
 /// A unit normal may be this far from length 1 (single precision written with few digits).
 const UNIT_TOLERANCE: f64 = 1e-3;
 
+/// Neither NaN nor infinite nor absurdly large.
+pub(super) fn is_usable(coordinate: f64) -> bool {
+    coordinate.abs() <= FARTHEST
+}
+
 /// A file's geometry. Every index is valid; everything else may be as bad as the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RawMesh {
@@ -31,10 +36,10 @@ pub(super) struct RawMesh {
 
 impl RawMesh {
     /// Scales to millimetres and checks that every position is usable.
-    pub(super) fn to_millimetres(mut self, unit: f64) -> Result<Self, ScanFault> {
+    pub(super) fn into_millimetres(mut self, unit: f64) -> Result<Self, ScanFault> {
         for (i, position) in self.positions.iter_mut().enumerate() {
             *position = position.map(|c| c * unit);
-            if !position.iter().all(|c| c.abs() <= FARTHEST) {
+            if !position.iter().all(|&c| is_usable(c)) {
                 return Err(ScanFault::NonFinite { vertex: i + 1, at: *position });
             }
         }
@@ -111,9 +116,9 @@ pub(super) struct VertexNormal {
 impl VertexNormal {
     fn plus(self, normal: [f64; 3]) -> Self {
         let length = DVec3::from(normal).length();
-        let mended = self.mended || !((length - 1.0).abs() <= UNIT_TOLERANCE);
+        let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
         let unit = if length.is_finite() && length > 1e-12 { DVec3::from(normal) / length } else { DVec3::ZERO };
-        Self { sum: self.sum + unit, mended }
+        Self { sum: self.sum + unit, mended: self.mended || !is_unit }
     }
 
     pub(super) fn merged(self, other: Self) -> Self {

@@ -225,6 +225,8 @@ fn bad_files_get_a_clear_error() {
             "vertex 3 (counted from 1) is at (NaN, 0, 0)",
         ),
         ("a.obj", "v 0 0 0\nv 1e300 0 0\nv 0 1 0\n".into(), "vertex 2 (counted from 1)"),
+        ("a.obj", "v 1 1 1\nv 1e300 0 0\nv 0 1 0\nf 2 1 3\n".into(), "vertex 2 (counted from 1)"),
+        ("a.obj", "v 1 1 1\nv 1 0 0\nv 0 1 0\nv nan 0 0\nf 2 1 3\n".into(), "vertex 4 (counted from 1)"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n".into(), "none of its 1 triangles has an area"),
         ("a.ply", ply("end_header\n"), "has no vertices"),
         ("a.ply", ply("element vertex 3\n"), "the file ends before `end_header`"),

@@ -105,5 +105,5 @@ fn keep(
     }
     // The true normals, not the triangle's: along a silhouette those of views side by side would disagree more.
     let facing = (a.normal + b.normal + c.normal).try_normalize().unwrap_or(normal);
-    scene.best_view(views, centroid, facing, least_cosine).is_some_and(|(best, _)| best == number)
+    scene.is_best(number, views, centroid, facing)
 }

@@ -45,6 +45,17 @@ impl Scene {
         candidates.into_iter().find(|&(view, _)| self.sees(views[view].eye, point + self.lift * normal))
     }
 
+    /// Whether view `number` is the one that sees the place best.
+    pub(super) fn is_best(&self, number: usize, views: &[View], point: DVec3, normal: DVec3) -> bool {
+        let cosine = |view: &View| normal.dot((view.eye - point).normalize());
+        let own = cosine(&views[number]);
+        let better = |(i, view): (usize, &View)| {
+            let its = cosine(view);
+            (its > own || (its == own && i < number)) && self.sees(view.eye, point + self.lift * normal)
+        };
+        !views.iter().enumerate().any(better) && self.sees(views[number].eye, point + self.lift * normal)
+    }
+
     fn sees(&self, eye: DVec3, point: DVec3) -> bool {
         self.bvh.nearest_hit(point.into(), (eye - point).into(), 1.0).is_none()
     }

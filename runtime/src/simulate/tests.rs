@@ -5,8 +5,7 @@ use crate::bvh::Bvh;
 use crate::progress::Silent;
 use std::f64::consts::{PI, TAU};
 
-/// The surface of revolution about z of a profile of (radius, height); triangles face left of the profile's direction
-/// when z points up and the radius to the right.
+/// The surface of revolution about z of a profile of (radius, height).
 fn revolve(profile: &[[f64; 2]], n: usize) -> TriangleMesh {
     let mut mesh = TriangleMesh::default();
     for &[r, z] in profile {
@@ -44,7 +43,7 @@ fn joined(mut a: TriangleMesh, b: &TriangleMesh) -> TriangleMesh {
 
 /// No noise, nothing lost, no pose.
 fn exact() -> Scanner {
-    Scanner { noise: 0.0, outliers: 0.0, dropouts: 0.0, random_pose: false, ..Scanner::default() }
+    Scanner { spacing: 1.2, noise: 0.0, outliers: 0.0, dropouts: 0.0, random_pose: false, ..Scanner::default() }
 }
 
 fn area(mesh: &TriangleMesh) -> f64 {
@@ -64,7 +63,7 @@ fn a_sphere_is_covered_once() {
     let covered = area(&scan.mesh) / sphere_area;
     assert!((covered - 1.0).abs() < 0.02, "{covered}");
     // One point a squared spacing; borders of regions repeat some points.
-    let expected = sphere_area / 0.64;
+    let expected = sphere_area / 1.44;
     let points = scan.truth.points as f64 / expected;
     assert!((0.95..1.15).contains(&points), "{points}");
     for &triangle in &scan.mesh.triangles {
@@ -73,6 +72,45 @@ fn a_sphere_is_covered_once() {
     }
     // The tessellated sphere lies up to 30 (1 - cos(pi / 200)) + the same along the meridians inside the true one.
     assert!(scan.mesh.positions.iter().all(|&p| (29.99 - 2e-2..30.001).contains(&radius(p))));
+}
+
+/// The paper's cup with shape 4, r 40, h 90, without its handle: outside, lip, inside.
+fn cup() -> TriangleMesh {
+    let steps = |n: u32| (0..=n).map(move |i| f64::from(i) / f64::from(n));
+    let rim = (24.0_f64 / 25.0).powf(1.0 / 6.0) - 0.1;
+    let outside = steps(200).map(|t| [40.0 * t, 90.0 * t.powi(7)]);
+    let inside = steps(200).map(|t| [40.0 * rim * t, 90.0 * (0.04 + (rim * t + 0.1).powi(6))]);
+    let profile: Vec<[f64; 2]> = outside.chain(inside.rev()).collect();
+    revolve(&profile, 400)
+}
+
+/// A tube of radius 5 around the cubic Bezier curve of the cup's handle.
+fn handle() -> TriangleMesh {
+    let control = [[39.2, 78.13], [76.0, 85.5], [72.0, 18.0], [34.0, 28.85]].map(|[x, z]| DVec3::new(x, 0.0, z));
+    let [a, b, c, d] = control;
+    let mut mesh = TriangleMesh::default();
+    for i in 0..=100_u32 {
+        let (t, s) = (f64::from(i) / 100.0, 1.0 - f64::from(i) / 100.0);
+        let point = a * s.powi(3) + b * (3.0 * s * s * t) + c * (3.0 * s * t * t) + d * t.powi(3);
+        let slope = ((b - a) * s * s + (c - b) * (2.0 * s * t) + (d - c) * t * t).normalize();
+        for j in 0..60_u32 {
+            let (sin, cos) = (TAU * f64::from(j) / 60.0).sin_cos();
+            mesh.positions.push((point + 5.0 * (cos * slope.cross(DVec3::Y) + sin * DVec3::Y)).into());
+            if i > 0 {
+                let (k, l) = (60 * (i - 1) + j, 60 * (i - 1) + (j + 1) % 60);
+                mesh.triangles.push([k, k + 60, l + 60]);
+                mesh.triangles.push([k, l + 60, l]);
+            }
+        }
+    }
+    mesh
+}
+
+#[test]
+fn the_papers_cup_gets_about_its_numbers() {
+    let scan = scan(&joined(cup(), &handle()), &Scanner { holes: 8, ..Scanner::default() }, &Silent).unwrap();
+    assert!((60_000..72_000).contains(&scan.truth.points), "{}", scan.truth.points);
+    assert!((115_000..140_000).contains(&scan.truth.triangles), "{}", scan.truth.triangles);
 }
 
 #[test]
@@ -88,7 +126,7 @@ fn a_beaker_is_seen_inside_through_its_opening() {
     // Outside, rim, inside; wall 2, depth 57.
     let beaker =
         revolve(&[[0.01, 0.0], [30.0, 0.0], [30.0, 60.0], [28.0, 60.0], [28.0, 3.0], [0.01, 3.0]].map(|p| p), 200);
-    let scan = scan(&beaker, &Scanner { spacing: 1.0, ..exact() }, &Silent).unwrap();
+    let scan = scan(&beaker, &exact(), &Silent).unwrap();
     let inside = |t: &[u32; 3]| {
         let [x, y, z] = scan.mesh.positions[t[0] as usize];
         x.hypot(y) < 28.1 && z > 2.9
@@ -107,7 +145,7 @@ fn a_beaker_is_seen_inside_through_its_opening() {
 
 #[test]
 fn noise_is_as_ordered_and_the_pose_undoes() {
-    let scanner = Scanner { noise: 0.3, outliers: 0.02, dropouts: 0.1, seed: 4, ..Scanner::default() };
+    let scanner = Scanner { spacing: 1.2, noise: 0.3, outliers: 0.02, dropouts: 0.1, seed: 4, ..Scanner::default() };
     let scan = scan(&sphere(30.0), &scanner, &Silent).unwrap();
     let truth = &scan.truth;
     let centre = DVec3::from(truth.pose.translation);

@@ -9,7 +9,8 @@ impl Frame<'_, '_> {
     /// The scalars of an expression's value.
     pub(super) fn expr(&mut self, expr: &Expr) -> Result<Vec<Value>, Diagnostic> {
         self.check_size(expr.span)?;
-        self.kind(expr)
+        // The tree may be deeper than what a thread's stack has room for.
+        stacker::maybe_grow(128 << 10, 2 << 20, || self.kind(expr))
     }
 
     fn kind(&mut self, expr: &Expr) -> Result<Vec<Value>, Diagnostic> {

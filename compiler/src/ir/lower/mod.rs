@@ -25,7 +25,7 @@ use free::Free;
 use std::collections::HashMap;
 
 /// The greatest number of nodes that a model's functions may have together before inlining.
-const NODE_LIMIT: usize = 4_000_000;
+const NODE_LIMIT: usize = 1_000_000;
 
 /// Lowers a model.
 ///
@@ -227,7 +227,7 @@ impl Frame<'_, '_> {
         if self.lowerer.nodes + self.b.len() <= NODE_LIMIT {
             return Ok(());
         }
-        let message = "the model is too large: its program would take more than four million operations";
+        let message = "the model is too large: its program would take more than a million operations";
         Err(Diagnostic::error("too-large", span, message))
     }
 }

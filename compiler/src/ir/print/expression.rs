@@ -87,7 +87,7 @@ pub(super) fn binary(op: Binary, a: &Text, b: &Text) -> Text {
     let infix =
         |sign: &str, level: Level, right: Level| Text::new(format!("{} {sign} {}", a.at(level), b.at(right)), level);
     match op {
-        // A sum within a sum, or a product within a product, needs no parentheses on the right either.
+        // A sum within a sum, or a product within a product, is written without parentheses on the right as well.
         Binary::Add => match b.text.strip_prefix('-') {
             Some(positive) if b.level == Level::Negative => {
                 Text::new(format!("{} - {positive}", a.at(Level::Sum)), Level::Sum)
@@ -96,8 +96,9 @@ pub(super) fn binary(op: Binary, a: &Text, b: &Text) -> Text {
         },
         Binary::Sub => infix("-", Level::Sum, Level::Product),
         Binary::Mul | Binary::MulOrZero => {
-            let right = if b.text.contains(['/', '%']) { Level::Negative } else { Level::Product };
-            infix("*", Level::Product, right)
+            // 2 * (x / y) is 2 * x / y, but for rounding.
+            let remainder = b.level == Level::Product && b.text.contains('%');
+            infix("*", Level::Product, if remainder { Level::Negative } else { Level::Product })
         }
         Binary::Div | Binary::DivOrZero => infix("/", Level::Product, Level::Negative),
         Binary::Rem => infix("%", Level::Product, Level::Negative),

@@ -224,18 +224,20 @@ fn tuple(texts: &[Text]) -> String {
     }
 }
 
+/// How often the text of every node would be written.
 fn count_uses(function: &Function) -> Vec<usize> {
     let mut uses = vec![0; function.nodes.len()];
+    let mut count = |v: Value, times: usize| uses[v.0 as usize] += times;
     for node in &function.nodes {
-        let mut seen = Vec::new();
-        node.op.visit_operands(|v| seen.push(v));
-        for v in seen {
-            // A structured operation names its operands in more than one place.
-            uses[v.0 as usize] += if node.ty == Type::Multi { 2 } else { 1 };
-        }
+        // What a body is handed stands wherever the body uses it.
+        let handed: &[Value] = match &node.op {
+            Op::If { args, .. } => args,
+            Op::Loop { invariant, .. } => invariant,
+            _ => &[],
+        };
+        handed.iter().for_each(|v| count(*v, 1));
+        node.op.visit_operands(|v| count(v, 1));
     }
-    for r in &function.results {
-        uses[r.0 as usize] += 1;
-    }
+    function.results.iter().for_each(|r| count(*r, 1));
     uses
 }

@@ -169,7 +169,7 @@ fn large_frames_are_refused() {
     }
     let mut module = Module::default();
     let id = module.add(raw.returns(&[sum]));
-    let mut compiler = Compiler::new(&module, Options::default()).unwrap();
+    let mut compiler = Compiler::new(&module, Options { quick: true, ..OPTIONS }).unwrap();
     assert!(matches!(compiler.routine(id), Err(JitError::TooLarge(_, "it needs too much stack"))));
 }
 

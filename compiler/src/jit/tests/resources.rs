@@ -49,7 +49,7 @@ fn threads_compile_and_run_at_once() {
 #[test]
 fn listings_show_both_texts() {
     let (module, id) = module();
-    let mut compiler = Compiler::new(&module, Options { verify: true, listings: true }).unwrap();
+    let mut compiler = Compiler::new(&module, Options { listings: true, ..OPTIONS }).unwrap();
     compiler.routine(id).unwrap();
     let [listing] = compiler.listings() else { panic!("one function") };
     assert!(listing.clif.contains("fmul"), "{}", listing.clif);

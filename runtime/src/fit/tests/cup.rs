@@ -32,8 +32,8 @@ pub(crate) fn load(path: &str) -> Scan {
     let normals = normals.iter().map(|n| n.normalize_or_zero().to_array()).collect();
     Scan {
         mesh: TriangleMesh { positions, normals, texcoords: Vec::new(), triangles, groups: Vec::new() },
-        source: ScanSource::default(),
         oriented: true,
+        source: ScanSource::default(),
         noise: 0.3,
         cleaning: Cleaning::default(),
     }

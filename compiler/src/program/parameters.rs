@@ -1,4 +1,4 @@
-//! A compiled script, as everything outside the compiler knows it.
+//! What a script declares: parameters, inputs, parts.
 
 use crate::source::Span;
 use serde::{Deserialize, Serialize};

@@ -1,0 +1,318 @@
+//! Forward differentiation: every value carries its tangents.
+
+use super::dependence::{Dependence, Set};
+use super::rules::{self, Factor, Rule};
+use super::{DiffError, check_size};
+use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
+use std::collections::{BTreeMap, HashMap};
+
+/// The tangents of a value by direction; it does not change in a direction that is not there.
+pub(super) type Tangents = BTreeMap<u32, Value>;
+
+/// The directions in which each of some values has a tangent, ascending.
+type Pattern = Vec<Vec<u32>>;
+
+/// A function to be differentiated as such: `(p.., dp.., q.., dq..) -> (r.., dr..)`, where p are its parameters before
+/// `split` and q the others.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Derived {
+    function: FunctionId,
+    split: usize,
+    params: Pattern,
+    results: Pattern,
+}
+
+/// Forward differentiation in a module.
+pub(super) struct Forward<'m> {
+    module: &'m mut Module,
+    dependence: Dependence,
+    made: HashMap<Derived, FunctionId>,
+    /// Named already, but still to be made.
+    left: Vec<(Derived, FunctionId)>,
+}
+
+/// What a node has become.
+enum Node {
+    One(Value, Tangents),
+    Many(Vec<Value>, Vec<Tangents>),
+}
+
+impl<'m> Forward<'m> {
+    pub(super) fn new(module: &'m mut Module) -> Forward<'m> {
+        Forward { module, dependence: Dependence::default(), made: HashMap::new(), left: Vec::new() }
+    }
+
+    pub(super) fn function(&self, id: FunctionId) -> Function {
+        self.module.function(id).clone()
+    }
+
+    /// Makes the derived functions that what was spliced calls.
+    pub(super) fn finish(mut self) -> Result<(), DiffError> {
+        while let Some((derived, id)) = self.left.pop() {
+            let function = self.derive(&derived)?;
+            self.module.define(id, function);
+        }
+        Ok(())
+    }
+
+    /// Puts a function's nodes and their tangents into a builder; returns its results and theirs.
+    pub(super) fn splice(
+        &mut self,
+        b: &mut FunctionBuilder,
+        function: &Function,
+        args: &[Value],
+        tangents: &[Tangents],
+    ) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
+        let mut nodes: Vec<Node> = Vec::with_capacity(function.nodes.len());
+        for node in &function.nodes {
+            check_size(b, &function.name)?;
+            b.set_span(node.span);
+            let made = match &node.op {
+                Op::Param(i) => Node::One(args[*i as usize], tangents[*i as usize].clone()),
+                Op::Project(multi, k) => match &nodes[multi.0 as usize] {
+                    Node::Many(results, tangents) => Node::One(results[*k as usize], tangents[*k as usize].clone()),
+                    // Nothing is known of a tangent that is still to be expanded.
+                    Node::One(multi, _) => Node::One(b.project(*multi, *k, node.ty), Tangents::new()),
+                },
+                op => {
+                    let tangents: Vec<&Tangents> = op.operands().iter().map(|v| tangents_of(&nodes, *v)).collect();
+                    let op = op.map_operands(|v| value_of(&nodes, v));
+                    match op {
+                        Op::If { .. } | Op::Loop { .. } | Op::Call { .. } => {
+                            let (results, tangents) = self.structured(b, &op, &tangents);
+                            Node::Many(results, tangents)
+                        }
+                        op => {
+                            let value = b.emit(&op, node.ty);
+                            let tangents =
+                                if node.ty == Type::Real { simple(b, &op, value, &tangents) } else { Tangents::new() };
+                            Node::One(value, tangents)
+                        }
+                    }
+                }
+            };
+            nodes.push(made);
+        }
+        Ok(function.results.iter().map(|r| (value_of(&nodes, *r), tangents_of(&nodes, *r).clone())).unzip())
+    }
+
+    fn structured(&mut self, b: &mut FunctionBuilder, op: &Op, tangents: &[&Tangents]) -> (Vec<Value>, Vec<Tangents>) {
+        match op {
+            Op::Call { function, args } => {
+                let (pattern, labels) = pattern_of(tangents);
+                let results = self.reached(*function, &pattern);
+                let derived = self.derived(*function, args.len(), &pattern, &results);
+                let types = self.result_types(*function, &results);
+                let made = b.call(derived, with_tangents(args, tangents), &types);
+                split_results(b, made, &results, &labels)
+            }
+            Op::If { condition, then, otherwise, args } => {
+                let tangents = &tangents[1..];
+                let (pattern, labels) = pattern_of(tangents);
+                let mut results = self.reached(*then, &pattern);
+                for (directions, more) in results.iter_mut().zip(self.reached(*otherwise, &pattern)) {
+                    *directions = union(directions, &more);
+                }
+                let sides = [*then, *otherwise].map(|side| self.derived(side, args.len(), &pattern, &results));
+                let types = self.result_types(*then, &results);
+                let made = b.if_(*condition, sides[0], sides[1], with_tangents(args, tangents), &types);
+                split_results(b, made, &results, &labels)
+            }
+            Op::Loop { count, body, init, invariant } => {
+                let tangents = &tangents[1..];
+                let (pattern, labels) = pattern_of(tangents);
+                let (first, fixed) = pattern.split_at(init.len());
+                let carried = self.carried(*body, first, fixed);
+                let params: Pattern = [vec![vec![]], carried.clone(), fixed.to_vec()].concat();
+                let derived = self.derived(*body, 1 + init.len(), &params, &carried);
+                let zero = b.real(0.0);
+                let mut start = init.clone();
+                for (directions, tangents) in carried.iter().zip(tangents) {
+                    let get = |d: &u32| tangents.get(&labels[*d as usize]).copied().unwrap_or(zero);
+                    start.extend(directions.iter().map(get));
+                }
+                let fixed = with_tangents(invariant, &tangents[init.len()..]);
+                let made = b.loop_(*count, derived, start, fixed);
+                split_results(b, made, &carried, &labels)
+            }
+            _ => (Vec::new(), Vec::new()),
+        }
+    }
+
+    /// The directions that the results have tangents in, given those of the parameters.
+    fn reached(&mut self, function: FunctionId, params: &Pattern) -> Pattern {
+        let sets = self.dependence.of(self.module, function);
+        sets.iter().map(|set| set.iter().fold(Vec::new(), |all, p| union(&all, &params[p]))).collect()
+    }
+
+    /// The directions of what a loop carries, in every turn.
+    fn carried(&mut self, body: FunctionId, init: &[Vec<u32>], invariant: &[Vec<u32>]) -> Pattern {
+        let sets = self.dependence.of(self.module, body);
+        let as_sets = |pattern: &[Vec<u32>]| -> Vec<Set> {
+            let set = |directions: &Vec<u32>| {
+                let mut set = Set::default();
+                directions.iter().for_each(|d| set.insert(*d as usize));
+                set
+            };
+            pattern.iter().map(set).collect()
+        };
+        let (init, invariant) = (as_sets(init), as_sets(invariant));
+        let carried = super::dependence::carried_sets(
+            &sets,
+            &init.iter().collect::<Vec<_>>(),
+            &invariant.iter().collect::<Vec<_>>(),
+        );
+        carried.iter().map(|set| set.iter().map(|d| d as u32).collect()).collect()
+    }
+
+    fn result_types(&self, function: FunctionId, results: &Pattern) -> Vec<Type> {
+        let mut types = self.module.function(function).result_types();
+        types.extend(results.iter().flatten().map(|_| Type::Real));
+        types
+    }
+
+    /// The id of a derived function, which will be made by [`Forward::finish`] if it is new.
+    fn derived(&mut self, function: FunctionId, split: usize, params: &Pattern, results: &Pattern) -> FunctionId {
+        if params.iter().all(Vec::is_empty) {
+            return function;
+        }
+        let derived = Derived { function, split, params: params.clone(), results: results.clone() };
+        if let Some(known) = self.made.get(&derived) {
+            return *known;
+        }
+        let id = self.module.reserve();
+        self.made.insert(derived.clone(), id);
+        self.left.push((derived, id));
+        id
+    }
+
+    fn derive(&mut self, derived: &Derived) -> Result<Function, DiffError> {
+        let old = self.module.function(derived.function).clone();
+        let (mut params, mut args, mut tangents) = (Vec::new(), Vec::new(), Vec::new());
+        for range in [0..derived.split, derived.split..old.params.len()] {
+            for i in range.clone() {
+                args.push(Value(params.len() as u32));
+                params.push(old.params[i].clone());
+            }
+            for i in range {
+                let mut own = Tangents::new();
+                for d in &derived.params[i] {
+                    own.insert(*d, Value(params.len() as u32));
+                    params.push(Parameter::real(tangent_name(&old.params[i].name, *d)));
+                }
+                tangents.push(own);
+            }
+        }
+        let mut b = FunctionBuilder::new(format!("d{}", old.name), params);
+        let (results, tangents) = self.splice(&mut b, &old, &args, &tangents)?;
+        let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
+        let zero = b.real(0.0);
+        for (k, directions) in derived.results.iter().enumerate() {
+            for d in directions {
+                let tangent = tangents[k].get(d).copied().unwrap_or(zero);
+                named.push((tangent_name(&old.result_names[k], *d), tangent));
+            }
+        }
+        Ok(b.finish(named))
+    }
+}
+
+fn tangent_name(name: &str, direction: u32) -> String {
+    if direction == 0 { format!("d{name}") } else { format!("d{name}_{direction}") }
+}
+
+fn value_of(nodes: &[Node], v: Value) -> Value {
+    match &nodes[v.0 as usize] {
+        Node::One(value, _) => *value,
+        // Only projections use a structured node.
+        Node::Many(..) => Value(u32::MAX),
+    }
+}
+
+fn tangents_of(nodes: &[Node], v: Value) -> &Tangents {
+    static NONE: Tangents = Tangents::new();
+    match &nodes[v.0 as usize] {
+        Node::One(_, tangents) => tangents,
+        Node::Many(..) => &NONE,
+    }
+}
+
+/// The tangents of an operation that runs no function.
+fn simple(b: &mut FunctionBuilder, op: &Op, value: Value, tangents: &[&Tangents]) -> Tangents {
+    let mut sum = Tangents::new();
+    let directions = tangents.iter().fold(Vec::new(), |all, t| union(&all, &t.keys().copied().collect::<Vec<_>>()));
+    if directions.is_empty() || b.constant(value).is_some() {
+        return sum;
+    }
+    let needed: Vec<bool> = tangents.iter().map(|t| !t.is_empty()).collect();
+    let rule = rules::rule(b, op, value, &needed);
+    let zero = b.real(0.0);
+    for d in directions {
+        let of = |operand: usize| tangents[operand].get(&d).copied();
+        let tangent = match &rule {
+            Rule::Linear(factors) => {
+                let mut total = zero;
+                for (operand, factor) in factors {
+                    total = match (of(*operand), factor) {
+                        (None, _) => total,
+                        // Not by negation, which would hide that t is there already.
+                        (Some(t), Factor::Minus) => b.sub(total, t),
+                        (Some(t), factor) => {
+                            let term = factor.apply(b, t, false);
+                            b.add(total, term)
+                        }
+                    };
+                }
+                total
+            }
+            Rule::Select(condition) => b.select(*condition, of(1).unwrap_or(zero), of(2).unwrap_or(zero)),
+            Rule::Extreme(first, second) => {
+                let (x, y) = (of(0).unwrap_or(zero), of(1).unwrap_or(zero));
+                let (half, both) = (b.real(0.5), b.add(x, y));
+                let tie = b.mul(half, both);
+                let rest = b.select(*second, y, tie);
+                b.select(*first, x, rest)
+            }
+        };
+        if tangent != zero {
+            sum.insert(d, tangent);
+        }
+    }
+    sum
+}
+
+/// The directions of some tangents, numbered in ascending order so that functions differentiated in other directions
+/// of the same pattern are the same; and the direction of each number.
+fn pattern_of(tangents: &[&Tangents]) -> (Pattern, Vec<u32>) {
+    let labels = tangents.iter().fold(Vec::new(), |all, t| union(&all, &t.keys().copied().collect::<Vec<_>>()));
+    let number = |d: &u32| labels.binary_search(d).unwrap_or(0) as u32;
+    (tangents.iter().map(|t| t.keys().map(number).collect()).collect(), labels)
+}
+
+fn with_tangents(args: &[Value], tangents: &[&Tangents]) -> Vec<Value> {
+    args.iter().copied().chain(tangents.iter().flat_map(|t| t.values().copied())).collect()
+}
+
+/// Results of a derived function: those of the function, and the tangents by the directions' labels.
+fn split_results(
+    b: &FunctionBuilder,
+    made: Vec<Value>,
+    pattern: &Pattern,
+    labels: &[u32],
+) -> (Vec<Value>, Vec<Tangents>) {
+    let mut rest = made[pattern.len()..].iter();
+    let mut own = |directions: &Vec<u32>| -> Tangents {
+        let labelled = directions.iter().map(|d| labels[*d as usize]).zip(rest.by_ref().copied());
+        labelled.filter(|(_, t)| b.constant(*t) != Some(crate::ir::scalar::Scalar::Real(0.0))).collect()
+    };
+    let tangents = pattern.iter().map(&mut own).collect();
+    (made[..pattern.len()].to_vec(), tangents)
+}
+
+/// Of two ascending lists.
+fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
+    let mut all = [a, b].concat();
+    all.sort_unstable();
+    all.dedup();
+    all
+}

@@ -1,0 +1,261 @@
+//! Reverse differentiation: adjoints are summed from the results back to the parameters.
+
+use super::dependence::{Dependence, Set};
+use super::rules::{self, Rule};
+use super::{DiffError, check_size};
+use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
+use std::collections::HashMap;
+
+/// The derivative of what is differentiated by a value.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Adjoint {
+    pub(super) value: Value,
+    /// Whether it may be zero because a branch was not taken, behind which values need not be finite.
+    pub(super) masked: bool,
+}
+
+/// A pullback to be made as a function: `(p.., adjoint of each of results..) -> (adjoint of each of params..)`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Derived {
+    pub(super) function: FunctionId,
+    pub(super) params: Vec<u32>,
+    pub(super) results: Vec<u32>,
+    masked: bool,
+}
+
+/// Reverse differentiation in a module.
+pub(super) struct Reverse<'m> {
+    pub(super) module: &'m mut Module,
+    pub(super) dependence: Dependence,
+    made: HashMap<Derived, FunctionId>,
+    /// Named already, but still to be made.
+    left: Vec<(Derived, FunctionId)>,
+}
+
+/// The adjoints of the nodes of a function, on the way back.
+pub(super) struct Adjoints {
+    pub(super) of: Vec<Option<Adjoint>>,
+    /// Which nodes depend on what the derivative is taken by; the others' adjoints are not wanted.
+    active: Vec<bool>,
+}
+
+impl Adjoints {
+    pub(super) fn add(&mut self, b: &mut FunctionBuilder, node: Value, more: Adjoint) {
+        if !self.is_active(node) {
+            return;
+        }
+        let slot = &mut self.of[node.0 as usize];
+        *slot = Some(match *slot {
+            None => more,
+            Some(sum) => Adjoint { value: b.add(sum.value, more.value), masked: sum.masked && more.masked },
+        });
+    }
+
+    pub(super) fn is_active(&self, node: Value) -> bool {
+        self.active[node.0 as usize]
+    }
+}
+
+impl<'m> Reverse<'m> {
+    pub(super) fn new(module: &'m mut Module) -> Reverse<'m> {
+        Reverse { module, dependence: Dependence::default(), made: HashMap::new(), left: Vec::new() }
+    }
+
+    /// Makes the pullbacks that what was spliced calls.
+    pub(super) fn finish(mut self) -> Result<(), DiffError> {
+        while let Some((derived, id)) = self.left.pop() {
+            let function = self.derive(&derived)?;
+            self.module.define(id, function);
+        }
+        Ok(())
+    }
+
+    /// Puts a function's nodes and then its reverse sweep into a builder; returns its results, and the adjoints of
+    /// the parameters `wrt` for the given adjoints of its results. Nothing stands for zero.
+    pub(super) fn splice(
+        &mut self,
+        b: &mut FunctionBuilder,
+        function: &Function,
+        args: &[Value],
+        adjoints: &[Option<Adjoint>],
+        wrt: &[u32],
+    ) -> Result<(Vec<Value>, Vec<Option<Value>>), DiffError> {
+        let values = primal(b, function, args);
+        let mut wanted = Set::default();
+        wrt.iter().for_each(|i| wanted.insert(*i as usize));
+        let sets = self.dependence.of_nodes(self.module, function);
+        let active = sets.iter().map(|set| set.meets(&wanted)).collect();
+        let mut sums = Adjoints { of: vec![None; function.nodes.len()], active };
+        for (result, adjoint) in function.results.iter().zip(adjoints) {
+            if let Some(adjoint) = adjoint {
+                sums.add(b, *result, *adjoint);
+            }
+        }
+        // The adjoints of a structured node's results, until the sweep comes to it.
+        let mut several: HashMap<Value, Vec<(u32, Adjoint)>> = HashMap::new();
+        for node in function.values().rev() {
+            check_size(b, &function.name)?;
+            b.set_span(function.nodes[node.0 as usize].span);
+            let op = function.op(node);
+            if let Some(mut results) = several.remove(&node) {
+                results.sort_by_key(|(k, _)| *k);
+                self.structured(b, function, op, &values, &results, &mut sums)?;
+                continue;
+            }
+            let Some(adjoint) = sums.of[node.0 as usize] else { continue };
+            if let Op::Project(multi, k) = op {
+                several.entry(*multi).or_default().push((*k, adjoint));
+            } else {
+                simple(b, op, &values, node, adjoint, &mut sums);
+            }
+        }
+        let results = function.results.iter().map(|r| values[r.0 as usize]).collect();
+        let own = |i: &u32| sums.of[*i as usize].map(|a| a.value);
+        Ok((results, wrt.iter().map(own).collect()))
+    }
+
+    fn structured(
+        &mut self,
+        b: &mut FunctionBuilder,
+        function: &Function,
+        op: &Op,
+        values: &[Value],
+        results: &[(u32, Adjoint)],
+        sums: &mut Adjoints,
+    ) -> Result<(), DiffError> {
+        let value = |v: &Value| values[v.0 as usize];
+        let masked = results.iter().any(|(_, a)| a.masked);
+        let wanted: Vec<u32> = results.iter().map(|(k, _)| *k).collect();
+        let (args, made) = match op {
+            Op::Call { function: callee, args } => {
+                let params = self.reached(&[*callee], &wanted, args, sums);
+                let pullback = self.derived(*callee, params.clone(), wanted, masked);
+                let types = vec![Type::Real; params.len()];
+                let made = b.call(pullback, with_adjoints(args.iter().map(value), results), &types);
+                (args, params.into_iter().zip(made).collect::<Vec<_>>())
+            }
+            Op::If { condition, then, otherwise, args } => {
+                let params = self.reached(&[*then, *otherwise], &wanted, args, sums);
+                let sides = [*then, *otherwise].map(|side| self.derived(side, params.clone(), wanted.clone(), masked));
+                let types = vec![Type::Real; params.len()];
+                let all = with_adjoints(args.iter().map(value), results);
+                let made = b.if_(value(condition), sides[0], sides[1], all, &types);
+                (args, params.into_iter().zip(made).collect())
+            }
+            Op::Loop { .. } => return self.loop_(b, op, values, results, sums),
+            _ => {
+                debug_assert!(false, "a tangent in '{}' was not expanded", function.name);
+                return Ok(());
+            }
+        };
+        for (param, adjoint) in made {
+            sums.add(b, args[param as usize], Adjoint { value: adjoint, masked: true });
+        }
+        Ok(())
+    }
+
+    /// The parameters by which the wanted results of any of some functions have a derivative that is wanted.
+    fn reached(&mut self, functions: &[FunctionId], results: &[u32], args: &[Value], sums: &Adjoints) -> Vec<u32> {
+        let mut reached = Set::default();
+        for function in functions {
+            let sets = self.dependence.of(self.module, *function);
+            results.iter().for_each(|k| reached.union(&sets[*k as usize]));
+        }
+        reached.iter().filter(|p| sums.is_active(args[*p])).map(|p| p as u32).collect()
+    }
+
+    /// The id of a pullback, which will be made by [`Reverse::finish`] if it is new.
+    pub(super) fn derived(
+        &mut self,
+        function: FunctionId,
+        params: Vec<u32>,
+        results: Vec<u32>,
+        masked: bool,
+    ) -> FunctionId {
+        let derived = Derived { function, params, results, masked };
+        if let Some(known) = self.made.get(&derived) {
+            return *known;
+        }
+        let id = self.module.reserve();
+        self.made.insert(derived.clone(), id);
+        self.left.push((derived, id));
+        id
+    }
+
+    fn derive(&mut self, derived: &Derived) -> Result<Function, DiffError> {
+        let old = self.module.function(derived.function).clone();
+        let mut params = old.params.clone();
+        params.extend(derived.results.iter().map(|k| bar(&old.result_names[*k as usize])));
+        let mut b = FunctionBuilder::new(format!("pullback_{}", old.name), params);
+        let args = b.params()[..old.params.len()].to_vec();
+        let mut adjoints = vec![None; old.results.len()];
+        for (position, k) in derived.results.iter().enumerate() {
+            let value = b.param(args.len() + position);
+            adjoints[*k as usize] = Some(Adjoint { value, masked: derived.masked });
+        }
+        let (_, adjoints) = self.splice(&mut b, &old, &args, &adjoints, &derived.params)?;
+        let zero = b.real(0.0);
+        let named = derived.params.iter().zip(adjoints);
+        Ok(b.finish(named.map(|(i, a)| (bar(&old.params[*i as usize].name).name, a.unwrap_or(zero)))))
+    }
+}
+
+/// The parameter that hands in the adjoint of a result.
+pub(super) fn bar(name: &str) -> Parameter {
+    Parameter::real(format!("{name}_bar"))
+}
+
+/// The values of a function's nodes in a builder.
+fn primal(b: &mut FunctionBuilder, function: &Function, args: &[Value]) -> Vec<Value> {
+    let mut values: Vec<Value> = Vec::with_capacity(function.nodes.len());
+    for node in &function.nodes {
+        let value = if let Op::Param(i) = node.op {
+            args[i as usize]
+        } else {
+            b.set_span(node.span);
+            b.emit(&node.op.map_operands(|v| values[v.0 as usize]), node.ty)
+        };
+        values.push(value);
+    }
+    values
+}
+
+fn with_adjoints(args: impl Iterator<Item = Value>, results: &[(u32, Adjoint)]) -> Vec<Value> {
+    args.chain(results.iter().map(|(_, a)| a.value)).collect()
+}
+
+/// Hands the adjoint of an operation that runs no function to its operands.
+fn simple(b: &mut FunctionBuilder, op: &Op, values: &[Value], node: Value, adjoint: Adjoint, sums: &mut Adjoints) {
+    let operands = op.operands();
+    let needed: Vec<bool> = operands.iter().map(|v| sums.is_active(*v)).collect();
+    if !needed.contains(&true) {
+        return;
+    }
+    let mapped = op.map_operands(|v| values[v.0 as usize]);
+    let Adjoint { value: t, masked } = adjoint;
+    match rules::rule(b, &mapped, values[node.0 as usize], &needed) {
+        Rule::Linear(factors) => {
+            for (operand, factor) in factors {
+                if needed[operand] {
+                    let value = factor.apply(b, t, masked);
+                    sums.add(b, operands[operand], Adjoint { value, masked });
+                }
+            }
+        }
+        Rule::Select(condition) => {
+            let zero = b.real(0.0);
+            for (operand, value) in [(1, b.select(condition, t, zero)), (2, b.select(condition, zero, t))] {
+                sums.add(b, operands[operand], Adjoint { value, masked: true });
+            }
+        }
+        Rule::Extreme(first, second) => {
+            let (zero, half) = (b.real(0.0), b.real(0.5));
+            let tie = b.mul(half, t);
+            for (operand, own, other) in [(0, first, second), (1, second, first)] {
+                let rest = b.select(other, zero, tie);
+                let value = b.select(own, t, rest);
+                sums.add(b, operands[operand], Adjoint { value, masked: true });
+            }
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Tests of derivatives.
+
+mod printed;
+mod properties;
+mod special;

@@ -1,0 +1,137 @@
+//! From text to a program: all stages.
+
+use super::derivatives::ModelFunctions;
+use super::kernels::Kernels;
+use super::{Part, Program};
+use crate::check::{self, CheckOptions, InputValue, typed};
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::diff::DiffError;
+use crate::ir::inline::InlineError;
+use crate::ir::lower;
+use crate::jit::{JitError, Limits};
+use crate::source::{Loader, SourceFile, Sources, Span};
+use std::collections::BTreeMap;
+use thiserror::Error;
+
+/// How to compile.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Values of inputs by name; the others have their defaults.
+    pub inputs: BTreeMap<String, InputValue>,
+    /// Which model of the file, and the limits of the checker.
+    pub check: CheckOptions,
+    /// The limits of every evaluation.
+    pub limits: Limits,
+}
+
+/// What comes out of a script without errors.
+pub struct Compilation {
+    /// The program.
+    pub program: Program,
+    /// Warnings.
+    pub warnings: Vec<Diagnostic>,
+    /// The files that the spans are in.
+    pub sources: Sources,
+}
+
+/// What comes out of a script with errors.
+#[derive(Clone, Debug, Error)]
+#[error("{}", summary(.diagnostics, .sources))]
+pub struct Failed {
+    /// Errors, and warnings among them; one error at least.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The files that the spans are in.
+    pub sources: Sources,
+}
+
+/// Why a checked model cannot be compiled.
+#[derive(Debug, Error)]
+pub(super) enum BuildError {
+    #[error(transparent)]
+    Inline(#[from] InlineError),
+    #[error(transparent)]
+    Diff(#[from] DiffError),
+    #[error(transparent)]
+    Jit(#[from] JitError),
+}
+
+impl BuildError {
+    fn diagnostic(&self, model: Span) -> Diagnostic {
+        match self {
+            BuildError::Inline(e) => Diagnostic::error("too-large", e.span(), e.to_string()),
+            BuildError::Diff(e @ DiffError::Size(_)) => Diagnostic::error("too-large", e.span(), e.to_string()),
+            BuildError::Diff(e) => Diagnostic::error("derivative", e.span(), e.to_string()),
+            BuildError::Jit(e) => Diagnostic::error("machine-code", model, e.to_string()),
+        }
+    }
+}
+
+/// Compiles a script: its last model, or the one that the options name.
+///
+/// # Errors
+/// What is wrong with the script, in the order of its text.
+pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Result<Compilation, Failed> {
+    let mut sources = Sources::default();
+    let main = sources.add(script.name, script.text);
+    let (model, mut diagnostics) = check::check(&mut sources, loader, main, &options.inputs, &options.check);
+    let Some(model) = model else {
+        if !diagnostics.iter().any(|d| d.severity == Severity::Error) {
+            let whole = Span { file: main, start: 0, end: 0 };
+            diagnostics.push(
+                Diagnostic::error("no-model", whole, "the file has no model")
+                    .hint("a model begins with `model NAME {`; a file of functions is for other files to `use`"),
+            );
+        }
+        return Err(Failed { diagnostics, sources });
+    };
+    let span = model.parts.first().map_or(Span { file: main, start: 0, end: 0 }, |p| p.span);
+    match build(model, &sources, options) {
+        Ok(program) => Ok(Compilation { program, warnings: diagnostics, sources }),
+        Err(e) => {
+            diagnostics.push(match e {
+                Stage::Lower(diagnostic) => *diagnostic,
+                Stage::Build(e) => e.diagnostic(span),
+            });
+            Err(Failed { diagnostics, sources })
+        }
+    }
+}
+
+enum Stage {
+    Lower(Box<Diagnostic>),
+    Build(BuildError),
+}
+
+/// The stages after the check.
+fn build(typed: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Stage> {
+    let lowered = lower::lower(&typed).map_err(|d| Stage::Lower(Box::new(d)))?;
+    let functions = ModelFunctions::new(&lowered).map_err(Stage::Build)?;
+    let kernels = Kernels::new(&functions).map_err(|e| Stage::Build(e.into()))?;
+    let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
+        name: part.name.clone(),
+        group: part.group.clone(),
+        active: functions.active.clone(),
+    });
+    Ok(Program {
+        name: lowered.name.clone(),
+        doc: lowered.doc.clone(),
+        parameters: lowered.params.clone(),
+        inputs: lowered.inputs.clone(),
+        parts: parts.collect(),
+        sources: sources.clone(),
+        typed,
+        functions,
+        kernels,
+        limits: options.limits,
+    })
+}
+
+/// The first error, with its place, for callers that show nothing else.
+fn summary(diagnostics: &[Diagnostic], sources: &Sources) -> String {
+    let Some(first) = diagnostics.iter().find(|d| d.severity == Severity::Error) else {
+        return "the script cannot be compiled".to_owned();
+    };
+    let (line, column) = sources.line_column(first.span);
+    let file = sources.get(first.span.file).map_or("", |f| f.name.as_str());
+    format!("{file}:{line}:{column}: {}", first.message)
+}

@@ -1,0 +1,307 @@
+//! The functions of a model: prelude and bodies, with their derivatives.
+
+use super::compile::BuildError;
+use crate::diff::{self, Entry};
+use crate::ir::graph::References;
+use crate::ir::split::{Body, Split, split_all};
+use crate::ir::{
+    self, Function, FunctionBuilder, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type,
+    Value, inline,
+};
+use std::collections::BTreeMap;
+
+/// Every function that is compiled, all in one module.
+pub(super) struct ModelFunctions {
+    pub(super) module: Module,
+    /// `(params..) -> (lower, upper)..`.
+    pub(super) bounds: FunctionId,
+    /// To be tried in order, before the prelude.
+    pub(super) requires: Vec<LoweredRequire>,
+    /// `(params..) -> captures..`.
+    pub(super) prelude: FunctionId,
+    /// `(params..) -> slopes..`: the derivatives of captures by parameters that are not constant.
+    pub(super) slopes: FunctionId,
+    /// The derivatives of captures by parameters that are not zero, by capture.
+    pub(super) slope_table: Vec<Slope>,
+    pub(super) parts: Vec<PartFunctions>,
+}
+
+/// The derivative of a capture by a parameter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slope {
+    pub(super) capture: u32,
+    pub(super) param: u32,
+    pub(super) value: SlopeValue,
+}
+
+/// Its value.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum SlopeValue {
+    /// Whatever the parameters.
+    Constant(f64),
+    /// Result of `ModelFunctions::slopes`.
+    Computed(u32),
+}
+
+/// A part's functions. C stands for its captures, in order.
+pub(super) struct PartFunctions {
+    /// The whole, for texts and for the interpreter: `(params.., u, v) -> (x, y, z)`.
+    pub(super) surface: FunctionId,
+    /// Which captures it uses.
+    pub(super) captures: Vec<u32>,
+    /// `(C.., u, v) -> point`.
+    pub(super) points: FunctionId,
+    /// `(C.., u, v) -> (point, du, dv)`.
+    pub(super) partials: FunctionId,
+    /// `(C.., u, v) -> (point, du, dv, duu, duv, dvv)`.
+    pub(super) second_partials: FunctionId,
+    /// `(C.., slopes.., u, v) -> (point's derivative by each active parameter)..`.
+    pub(super) jacobian: FunctionId,
+    /// Which slopes `jacobian` takes.
+    pub(super) jacobian_slopes: Vec<u32>,
+    /// `(C.., u, v, w..) -> adjoints of C..`.
+    pub(super) pullback: FunctionId,
+    /// Parameters that the part depends on, ascending.
+    pub(super) active: Vec<u32>,
+}
+
+impl ModelFunctions {
+    /// Differentiates a model.
+    pub(super) fn new(lowered: &LoweredModel) -> Result<ModelFunctions, BuildError> {
+        let mut module = lowered.module.clone();
+        let surfaces: Vec<FunctionId> = lowered.parts.iter().map(|p| p.surface).collect();
+        let mut roots = surfaces.clone();
+        roots.push(lowered.bounds);
+        roots.extend(lowered.requires.iter().map(|r| r.function));
+        diff::expand(&mut module, &roots)?;
+        clean(&mut module, &roots)?;
+        let n = lowered.params.len() as u32;
+        let split = match surfaces[..] {
+            [] => Split { prelude: nothing(&mut module, lowered), bodies: Vec::new() },
+            _ => split_all(&mut module, &surfaces, &[n, n + 1]),
+        };
+        let wrt: Vec<u32> = (0..n).collect();
+        let (jacobian, pattern) = diff::jacobian(&mut module, split.prelude, &wrt)?;
+        let (slopes, slope_table) = slopes(&mut module, jacobian, &pattern);
+        let mut parts = Vec::new();
+        for (surface, part) in surfaces.iter().zip(split.bodies) {
+            parts.push(PartFunctions::new(&mut module, *surface, part, &slope_table)?);
+        }
+        Ok(ModelFunctions {
+            module,
+            bounds: lowered.bounds,
+            requires: lowered.requires.clone(),
+            prelude: split.prelude,
+            slopes,
+            slope_table,
+            parts,
+        })
+    }
+}
+
+impl PartFunctions {
+    fn new(
+        module: &mut Module,
+        surface: FunctionId,
+        body: Body,
+        slope_table: &[Slope],
+    ) -> Result<PartFunctions, BuildError> {
+        let n = body.captures.len() as u32;
+        let (partials, second_partials) = partials(module, body.function, n)?;
+        let (jacobian, jacobian_slopes, active) = jacobian(module, &body, slope_table)?;
+        let wrt: Vec<u32> = (0..n).collect();
+        let pullback = diff::pullback(module, body.function, &wrt, false)?;
+        Ok(PartFunctions {
+            surface,
+            captures: body.captures,
+            points: body.function,
+            partials,
+            second_partials,
+            jacobian,
+            jacobian_slopes,
+            pullback,
+            active,
+        })
+    }
+}
+
+/// The prelude of a model without parts.
+fn nothing(module: &mut Module, lowered: &LoweredModel) -> FunctionId {
+    let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
+    module.add(FunctionBuilder::new("prelude", params).finish([]))
+}
+
+fn clean(module: &mut Module, roots: &[FunctionId]) -> Result<(), BuildError> {
+    ir::inline(module, roots, inline::Limits::default())?;
+    ir::simplify(module, roots);
+    Ok(())
+}
+
+/// Separates the constants from the prelude's Jacobian, `(params..) -> (captures.., entries..)`.
+fn slopes(module: &mut Module, jacobian: FunctionId, pattern: &[Entry]) -> (FunctionId, Vec<Slope>) {
+    let function = module.function(jacobian);
+    let first = function.results.len() - pattern.len();
+    let mut picks = Vec::new();
+    let mut table = Vec::new();
+    for (entry, result) in pattern.iter().zip(first..) {
+        let value = match function.op(function.results[result]) {
+            Op::Real(bits) => SlopeValue::Constant(f64::from_bits(*bits)),
+            _ => {
+                picks.push(Some(result));
+                SlopeValue::Computed(picks.len() as u32 - 1)
+            }
+        };
+        table.push(Slope { capture: entry.result, param: entry.param, value });
+    }
+    let picked = pick(function, "slopes", &picks);
+    (module.add(picked), table)
+}
+
+/// `(C.., u, v) -> (point, du, dv)`, and the same with second partials.
+fn partials(module: &mut Module, body: FunctionId, captures: u32) -> Result<(FunctionId, FunctionId), BuildError> {
+    let uv = [captures, captures + 1];
+    let (first, pattern) = diff::jacobian(module, body, &uv)?;
+    let entry = |pattern: &[Entry], results: usize, result: u32, param: u32| {
+        pattern.iter().position(|e| e.result == result && e.param == param).map(|i| results + i)
+    };
+    let mut picks: Vec<Option<usize>> = (0..3).map(Some).collect();
+    picks.extend(uv.iter().flat_map(|p| (0..3).map(|r| entry(&pattern, 3, r, *p)).collect::<Vec<_>>()));
+    let partials = pick(module.function(first), "partials", &picks);
+    let partials = module.add(partials);
+
+    let (second, pattern) = diff::jacobian(module, partials, &uv)?;
+    let mut picks: Vec<Option<usize>> = (0..9).map(Some).collect();
+    // The partials of du are duu and duv; of those of dv, dvv is new.
+    for (results, param) in [(3..6, uv[0]), (3..6, uv[1]), (6..9, uv[1])] {
+        picks.extend(results.map(|r| entry(&pattern, 9, r, param)));
+    }
+    let second = pick(module.function(second), "second_partials", &picks);
+    Ok((partials, module.add(second)))
+}
+
+/// `(C.., slopes.., u, v) -> derivatives by active parameters`, with the slopes that it takes and the parameters.
+///
+/// Two ways lead there: the body's tangent in the direction of each parameter, or its Jacobian by the captures, times
+/// the slopes. The one with fewer operations is taken.
+fn jacobian(module: &mut Module, body: &Body, table: &[Slope]) -> Result<(FunctionId, Vec<u32>, Vec<u32>), BuildError> {
+    let wrapper = Wrapper::new(body, table);
+    let by_tangents = wrapper.by_tangents(module)?;
+    let by_captures = wrapper.by_captures(module)?;
+    let smaller = if size(module, by_tangents) <= size(module, by_captures) { by_tangents } else { by_captures };
+    // What turned out to be zero in all three coordinates is no influence.
+    let function = module.function(smaller);
+    let is_zero = |k: usize| *function.op(function.results[k]) == Op::Real(0);
+    let active: Vec<usize> = (0..wrapper.by_param.len()).filter(|a| (0..3).any(|c| !is_zero(3 * a + c))).collect();
+    let picks: Vec<Option<usize>> = active.iter().flat_map(|a| (0..3).map(move |c| Some(3 * a + c))).collect();
+    let picked = pick(function, "jacobian", &picks);
+    let params: Vec<u32> = wrapper.by_param.keys().copied().collect();
+    let active = active.into_iter().map(|a| params[a]).collect();
+    Ok((module.add(picked), wrapper.computed, active))
+}
+
+/// A function around a body: `(C.., slopes.., u, v)`.
+struct Wrapper<'b> {
+    body: &'b Body,
+    /// For every parameter with slopes: the position among C of the capture, and its slope.
+    by_param: BTreeMap<u32, Vec<(u32, SlopeValue)>>,
+    /// The slopes that are parameters of the function.
+    computed: Vec<u32>,
+}
+
+impl<'b> Wrapper<'b> {
+    fn new(body: &'b Body, table: &[Slope]) -> Wrapper<'b> {
+        let mut by_param: BTreeMap<u32, Vec<(u32, SlopeValue)>> = BTreeMap::new();
+        let mut computed = Vec::new();
+        for slope in table {
+            let Some(position) = body.captures.iter().position(|c| *c == slope.capture) else { continue };
+            by_param.entry(slope.param).or_default().push((position as u32, slope.value));
+            if let SlopeValue::Computed(k) = slope.value {
+                computed.push(k);
+            }
+        }
+        Wrapper { body, by_param, computed }
+    }
+
+    /// The builder, with the arguments of the body.
+    fn start(&self, module: &Module) -> (FunctionBuilder, Vec<Value>) {
+        let body = module.function(self.body.function);
+        let n = self.body.captures.len();
+        let mut params = body.params[..n].to_vec();
+        params.extend(self.computed.iter().map(|k| Parameter::real(format!("slope{k}"))));
+        params.extend(body.params[n..].iter().cloned());
+        let builder = FunctionBuilder::new("jacobian", params);
+        let mut args = builder.params();
+        args.drain(n..n + self.computed.len());
+        (builder, args)
+    }
+
+    fn slope(&self, builder: &mut FunctionBuilder, value: SlopeValue) -> Value {
+        match value {
+            SlopeValue::Constant(x) => builder.real(x),
+            SlopeValue::Computed(k) => {
+                let position = self.computed.iter().position(|c| *c == k).expect("it was listed");
+                builder.param(self.body.captures.len() + position)
+            }
+        }
+    }
+
+    fn by_tangents(&self, module: &mut Module) -> Result<FunctionId, BuildError> {
+        let (mut builder, args) = self.start(module);
+        let mut results = Vec::new();
+        for slopes in self.by_param.values() {
+            let seeds = slopes.iter().map(|(c, value)| (*c, self.slope(&mut builder, *value))).collect();
+            results.extend(builder.tangent(self.body.function, args.clone(), seeds, 3));
+        }
+        let id = module.add(builder.finish(named(results)));
+        diff::expand(module, &[id])?;
+        clean(module, &[id])?;
+        Ok(id)
+    }
+
+    fn by_captures(&self, module: &mut Module) -> Result<FunctionId, BuildError> {
+        let wrt: Vec<u32> = (0..self.body.captures.len() as u32).collect();
+        let (jacobian, pattern) = diff::jacobian(module, self.body.function, &wrt)?;
+        let (mut builder, args) = self.start(module);
+        let types = vec![Type::Real; module.function(jacobian).results.len()];
+        let entries = builder.call(jacobian, args, &types);
+        let mut results = Vec::new();
+        for slopes in self.by_param.values() {
+            for coordinate in 0..3 {
+                let mut sum = builder.real(0.0);
+                for (capture, value) in slopes {
+                    let entry = pattern.iter().position(|e| e.result == coordinate && e.param == *capture);
+                    if let Some(entry) = entry {
+                        let slope = self.slope(&mut builder, *value);
+                        let product = builder.mul(slope, entries[3 + entry]);
+                        sum = builder.add(sum, product);
+                    }
+                }
+                results.push(sum);
+            }
+        }
+        let id = module.add(builder.finish(named(results)));
+        clean(module, &[id])?;
+        Ok(id)
+    }
+}
+
+fn named(results: Vec<Value>) -> impl Iterator<Item = (String, Value)> {
+    results.into_iter().enumerate().map(|(i, v)| (format!("d{i}"), v))
+}
+
+/// Operations of a function and of all that it names.
+fn size(module: &Module, id: FunctionId) -> usize {
+    References::new(module, &[id]).order.iter().map(|f| module.function(*f).nodes.len()).sum()
+}
+
+/// A function with some of another's results; zero where nothing is picked.
+fn pick(function: &Function, name: &str, picks: &[Option<usize>]) -> Function {
+    let mut picked = Function { name: name.to_owned(), ..function.clone() };
+    let zero = Value(picked.nodes.len() as u32);
+    picked.nodes.push(Node { op: Op::Real(0), ty: Type::Real, span: crate::source::Span::default() });
+    picked.results = picks.iter().map(|p| p.map_or(zero, |k| function.results[k])).collect();
+    picked.result_names =
+        picks.iter().map(|p| p.map_or_else(|| "zero".to_owned(), |k| function.result_names[k].clone())).collect();
+    picked.drop_unused();
+    picked
+}

@@ -1,0 +1,182 @@
+//! Why an evaluation failed, said with the place in the source and the values that led there.
+
+use super::instance::Instance;
+use super::{Parameter, Program, Quantity};
+use crate::ir::scalar::Scalar;
+use crate::ir::{FunctionId, Module, interpret};
+use crate::jit::Stop;
+use crate::source::Span;
+use std::fmt::Write as _;
+use thiserror::Error;
+
+/// A model could not be evaluated.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{message}")]
+pub struct EvaluationError {
+    /// A sentence for the user, with the place in the source (`cup.gml:12:5: ...`) and the values that led there.
+    pub message: String,
+    /// The place in the source, where it is known.
+    pub span: Option<Span>,
+}
+
+/// What was being evaluated.
+pub(super) struct Place<'x> {
+    x: &'x [f64],
+    patch: Option<usize>,
+    uv: Option<[f64; 2]>,
+}
+
+impl<'x> Place<'x> {
+    /// What all parts have in common.
+    pub(super) fn of_model(x: &'x [f64]) -> Place<'x> {
+        Place { x, patch: None, uv: None }
+    }
+
+    /// A part, at a point if it is known.
+    pub(super) fn of_part(x: &'x [f64], patch: usize, uv: Option<[f64; 2]>) -> Place<'x> {
+        Place { x, patch: Some(patch), uv }
+    }
+}
+
+impl Program {
+    /// Tries what the script requires of its parameters.
+    pub(super) fn check_requires(&self, x: &[f64]) -> Result<(), EvaluationError> {
+        let arguments: Vec<u64> = x.iter().map(|x| x.to_bits()).collect();
+        for (require, routine) in self.functions.requires.iter().zip(&self.kernels.requires) {
+            let mut holds = [0];
+            let place = Place::of_model(x);
+            let call = self.kernels.code.call(*routine, &arguments, &mut holds, self.limits);
+            call.map_err(|stop| self.stopped(stop, &place))?;
+            if holds[0] == 0 {
+                let used = self.used_params(require.function);
+                return Err(self.error(Some(require.span), &require.message, &place, Some(&used)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The error for code that stopped early.
+    pub(super) fn stopped(&self, stop: Stop, place: &Place<'_>) -> EvaluationError {
+        match stop {
+            Stop::Failure(id) => {
+                let failure = &self.functions.module.failures[id.0 as usize];
+                self.error(Some(failure.span), &failure.message, place, None)
+            }
+            Stop::Steps => {
+                let message = format!("the evaluation takes more than {} steps", self.limits.steps);
+                self.error(self.span_of(place), &message, place, None)
+            }
+            Stop::Depth => {
+                let message =
+                    format!("calls are nested deeper than {}, or than there is memory for", self.limits.depth);
+                self.error(self.span_of(place), &message, place, None)
+            }
+        }
+    }
+
+    fn span_of(&self, place: &Place<'_>) -> Option<Span> {
+        place.patch.map(|p| self.typed.parts[p].span)
+    }
+
+    /// `file:line:column: message (where r = 40mm, ...)`.
+    fn error(&self, span: Option<Span>, message: &str, place: &Place<'_>, params: Option<&[u32]>) -> EvaluationError {
+        let mut text = String::new();
+        if let Some(file) = span.and_then(|s| self.sources.get(s.file)) {
+            let (line, column) = self.sources.line_column(span.unwrap_or_default());
+            let _ = write!(text, "{}:{line}:{column}: ", file.name);
+        }
+        text.push_str(message);
+        let mut values = Vec::new();
+        if let Some(patch) = place.patch {
+            values.push(format!("in part {}", self.parts[patch].name));
+        }
+        if let Some([u, v]) = place.uv {
+            values.push(format!("at u = {u}, v = {v}"));
+        }
+        let all: Vec<u32> = (0..self.parameters.len() as u32).collect();
+        let params = params.unwrap_or_else(|| place.patch.map_or(&all[..], |p| &self.parts[p].active));
+        let shown: Vec<String> =
+            params.iter().map(|i| shown(&self.parameters[*i as usize], place.x[*i as usize])).collect();
+        if !shown.is_empty() {
+            values.push(format!("where {}", shown.join(", ")));
+        }
+        if !values.is_empty() {
+            let _ = write!(text, " ({})", values.join("; "));
+        }
+        EvaluationError { message: text, span }
+    }
+
+    /// The parameters that a function of all parameters uses.
+    fn used_params(&self, function: FunctionId) -> Vec<u32> {
+        let function = self.functions.module.function(function);
+        let mut used = vec![false; function.nodes.len()];
+        function.results.iter().for_each(|r| used[r.0 as usize] = true);
+        for (node, _) in function.nodes.iter().enumerate().rev().map(|(i, n)| (n, i)) {
+            node.op.visit_operands(|v| used[v.0 as usize] = true);
+        }
+        (0..function.params.len() as u32).filter(|i| used[*i as usize]).collect()
+    }
+}
+
+impl Instance<'_> {
+    /// The error for a result that is not finite: goes the same way again with the interpreter to find the place.
+    pub(super) fn not_finite(
+        &self,
+        patch: usize,
+        function: FunctionId,
+        arguments: &[f64],
+        uv: [f64; 2],
+    ) -> EvaluationError {
+        let program = self.program;
+        let found =
+            self.origin_in_prelude(patch).or_else(|| origin(program, &program.functions.module, function, arguments));
+        let span = found.filter(|s| s.end > s.start);
+        let text = span.map_or("", |s| program.sources.text(s));
+        let what = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {
+            "a value".to_owned()
+        } else {
+            format!("`{text}`")
+        };
+        let message = if self.is_finite_at(patch, uv) {
+            format!("the derivative of {what} is not finite")
+        } else {
+            format!("{what} is not a finite number")
+        };
+        program.error(span, &message, &Place::of_part(&self.x, patch, Some(uv)), None)
+    }
+
+    /// The error for sums that are too large although every term is finite.
+    pub(super) fn overflow(&self, patch: usize) -> EvaluationError {
+        let message = "the derivatives of the points add up to more than a number can hold";
+        self.program.error(None, message, &Place::of_part(&self.x, patch, None), None)
+    }
+
+    /// Where a capture of a part, or its derivative, became infinite or NaN.
+    fn origin_in_prelude(&self, patch: usize) -> Option<Span> {
+        let functions = &self.program.functions;
+        let part = &functions.parts[patch];
+        let bad = part.captures.iter().find(|c| !self.captures[**c as usize].is_finite())?;
+        // The interpreter looks for the first result that is not finite: let it be the only one.
+        let mut module = functions.module.clone();
+        let mut prelude = module.function(functions.prelude).clone();
+        prelude.results = vec![prelude.results[*bad as usize]];
+        prelude.result_names.truncate(1);
+        let id = module.add(prelude);
+        origin(self.program, &module, id, &self.x)
+    }
+}
+
+fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {
+    let arguments: Vec<Scalar> = arguments.iter().map(|x| Scalar::Real(*x)).collect();
+    interpret::non_finite(module, function, &arguments, program.replay_limits()).ok().flatten()
+}
+
+/// `r = 40mm`.
+fn shown(parameter: &Parameter, value: f64) -> String {
+    let (value, unit) = match parameter.quantity {
+        Quantity::Length => (value, "mm"),
+        Quantity::Angle => (value.to_degrees(), "deg"),
+        Quantity::Real | Quantity::Int | Quantity::Bool => (value, ""),
+    };
+    format!("{} = {value}{unit}", parameter.name)
+}

@@ -1,0 +1,188 @@
+//! A model at certain parameters.
+
+use super::Program;
+use super::derivatives::SlopeValue;
+use super::failure::{EvaluationError, Place};
+use super::kernels::PartKernels;
+use crate::ir::FunctionId;
+use crate::jit::{Kernel, Points};
+use std::sync::OnceLock;
+
+/// A model at certain parameters: patches that are evaluated in batches. Batches may be evaluated by several threads at
+/// once. `u`, `v` and the output have one entry a point.
+pub struct Instance<'p> {
+    pub(super) program: &'p Program,
+    pub(super) x: Vec<f64>,
+    pub(super) captures: Vec<f64>,
+    /// Every part's captures, in its order.
+    uniforms: Vec<Vec<f64>>,
+    slopes: OnceLock<Result<Vec<f64>, EvaluationError>>,
+}
+
+/// A derived function and the machine code for it.
+struct Evaluator {
+    function: FunctionId,
+    kernel: Kernel,
+    /// Numbers a point.
+    results: usize,
+}
+
+impl<'p> Instance<'p> {
+    pub(super) fn new(program: &'p Program, x: &[f64]) -> Result<Instance<'p>, EvaluationError> {
+        assert_eq!(x.len(), program.parameters.len(), "a value for every parameter");
+        program.check_requires(x)?;
+        let captures = program
+            .kernels
+            .code
+            .call_reals(program.kernels.prelude, x, program.limits)
+            .map_err(|stop| program.stopped(stop, &Place::of_model(x)))?;
+        let gather = |indices: &[u32]| indices.iter().map(|c| captures[*c as usize]).collect();
+        let uniforms = program.functions.parts.iter().map(|p| gather(&p.captures)).collect();
+        Ok(Instance { program, x: x.to_vec(), captures, uniforms, slopes: OnceLock::new() })
+    }
+
+    /// The parameters.
+    #[must_use]
+    pub fn x(&self) -> &[f64] {
+        &self.x
+    }
+
+    /// Points of a patch: x, y, z each.
+    ///
+    /// # Errors
+    /// A failure of the script, a limit, or a value that is not finite.
+    ///
+    /// # Panics
+    /// If there is no such patch or a slice has the wrong length, as in all evaluations.
+    pub fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        self.batch(patch, |f, k| (f.points, k.points), 3, &self.uniforms[patch], (u, v), out)
+    }
+
+    /// Points with first partials: point, dS/du, dS/dv.
+    ///
+    /// # Errors
+    /// As [`Instance::points`].
+    pub fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        self.batch(patch, |f, k| (f.partials, k.partials), 9, &self.uniforms[patch], (u, v), out)
+    }
+
+    /// Points with first and second partials: point, dS/du, dS/dv, d2S/du2, d2S/du dv, d2S/dv2.
+    ///
+    /// # Errors
+    /// As [`Instance::points`].
+    pub fn second_partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        self.batch(patch, |f, k| (f.second_partials, k.second_partials), 18, &self.uniforms[patch], (u, v), out)
+    }
+
+    /// dS/dx over the patch's active parameters: for every point, for every active parameter, three coordinates.
+    ///
+    /// # Errors
+    /// As [`Instance::points`].
+    pub fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        let part = &self.program.functions.parts[patch];
+        let slopes = self.slopes()?;
+        let mut uniforms = self.uniforms[patch].clone();
+        uniforms.extend(part.jacobian_slopes.iter().map(|k| slopes[*k as usize]));
+        self.batch(patch, |f, k| (f.jacobian, k.jacobian), 3 * part.active.len(), &uniforms, (u, v), out)
+    }
+
+    /// Adds sum over the points of (dS/dx)^T w to `gradient`, which has an entry for every parameter of the model.
+    ///
+    /// # Errors
+    /// As [`Instance::points`]; `gradient` is then unchanged.
+    pub fn pullback(
+        &self,
+        patch: usize,
+        u: &[f64],
+        v: &[f64],
+        w: &[[f64; 3]],
+        gradient: &mut [f64],
+    ) -> Result<(), EvaluationError> {
+        assert_eq!(gradient.len(), self.x.len(), "an entry for every parameter");
+        let part = &self.program.functions.parts[patch];
+        let kernel = self.program.kernels.parts[patch].pullback;
+        let uniforms = &self.uniforms[patch];
+        let slopes = self.slopes()?;
+        let run = |points: Points<'_>| {
+            let mut adjoints = vec![0.0; part.captures.len()];
+            let run = self.program.kernels.code.run(kernel, uniforms, points, &mut adjoints, self.program.limits);
+            run.map(|()| adjoints)
+        };
+        let adjoints = run(Points { u, v, w }).map_err(|stopped| {
+            let at = Some([u[stopped.point], v[stopped.point]]);
+            self.program.stopped(stopped.stop, &Place::of_part(&self.x, patch, at))
+        })?;
+        if !adjoints.iter().all(|a| a.is_finite()) {
+            // The sum does not tell which point it was.
+            for i in 0..u.len() {
+                let points = Points { u: &u[i..=i], v: &v[i..=i], w: &w[i..=i] };
+                if run(points).is_ok_and(|adjoints| adjoints.iter().any(|a| !a.is_finite())) {
+                    let arguments: Vec<f64> = uniforms.iter().chain([&u[i], &v[i]]).chain(&w[i]).copied().collect();
+                    return Err(self.not_finite(patch, part.pullback, &arguments, [u[i], v[i]]));
+                }
+            }
+            return Err(self.overflow(patch));
+        }
+        for slope in &self.program.functions.slope_table {
+            let Some(position) = part.captures.iter().position(|c| *c == slope.capture) else { continue };
+            let value = match slope.value {
+                SlopeValue::Constant(x) => x,
+                SlopeValue::Computed(k) => slopes[k as usize],
+            };
+            gradient[slope.param as usize] += adjoints[position] * value;
+        }
+        Ok(())
+    }
+
+    /// The derivatives of captures by parameters, computed when first needed.
+    fn slopes(&self) -> Result<&[f64], EvaluationError> {
+        let program = self.program;
+        let compute = || {
+            let call = program.kernels.code.call_reals(program.kernels.slopes, &self.x, program.limits);
+            call.map_err(|stop| program.stopped(stop, &Place::of_model(&self.x)))
+        };
+        self.slopes.get_or_init(compute).as_deref().map_err(Clone::clone)
+    }
+
+    /// Whether the point itself is finite.
+    pub(super) fn is_finite_at(&self, patch: usize, [u, v]: [f64; 2]) -> bool {
+        let program = self.program;
+        let mut point = [0.0; 3];
+        let points = Points { u: &[u], v: &[v], w: &[] };
+        let kernel = program.kernels.parts[patch].points;
+        let run = program.kernels.code.run(kernel, &self.uniforms[patch], points, &mut point, program.limits);
+        run.is_ok() && all_finite(&point)
+    }
+
+    /// Runs a kernel and looks for what is not finite in its output.
+    fn batch(
+        &self,
+        patch: usize,
+        which: impl Fn(&super::derivatives::PartFunctions, &PartKernels) -> (FunctionId, Kernel),
+        results: usize,
+        uniforms: &[f64],
+        (u, v): (&[f64], &[f64]),
+        out: &mut [f64],
+    ) -> Result<(), EvaluationError> {
+        let program = self.program;
+        let (function, kernel) = which(&program.functions.parts[patch], &program.kernels.parts[patch]);
+        let evaluator = Evaluator { function, kernel, results };
+        let points = Points { u, v, w: &[] };
+        program.kernels.code.run(evaluator.kernel, uniforms, points, out, program.limits).map_err(|stopped| {
+            let at = Some([u[stopped.point], v[stopped.point]]);
+            program.stopped(stopped.stop, &Place::of_part(&self.x, patch, at))
+        })?;
+        if all_finite(out) {
+            return Ok(());
+        }
+        let i = out.iter().position(|x| !x.is_finite()).unwrap_or(0) / evaluator.results;
+        let arguments: Vec<f64> = uniforms.iter().chain([&u[i], &v[i]]).copied().collect();
+        Err(self.not_finite(patch, evaluator.function, &arguments, [u[i], v[i]]))
+    }
+}
+
+/// Whether no value is infinite or NaN: by integers, which the compiler makes into wide instructions.
+fn all_finite(values: &[f64]) -> bool {
+    const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
+    values.chunks(256).all(|chunk| !chunk.iter().fold(false, |any, x| any | (x.to_bits() & EXPONENT == EXPONENT)))
+}

@@ -1,0 +1,115 @@
+//! A compiled script, as everything outside the compiler knows it.
+//!
+//! [`compile`] runs all stages. A [`Program`] then answers for any parameters x: their bounds, and an [`Instance`], whose
+//! patches of surface are evaluated in batches, with derivatives.
+//!
+//! What the parts have in common is computed once for each x: the *prelude* takes the parameters to *captures*, and a
+//! part's *body* takes captures, u and v to a point. The prelude is differentiated forward, sparsely; bodies whichever
+//! way is cheaper (`derivatives`). All of it is machine code (`kernels`); where that meets a failure or a value
+//! that is not finite, the interpreter goes the same way again to find the place in the source (`failure`).
+
+mod compile;
+mod derivatives;
+mod failure;
+mod instance;
+mod kernels;
+mod parameters;
+mod text;
+
+pub use compile::{Compilation, Failed, Options, compile};
+pub use failure::EvaluationError;
+pub use instance::Instance;
+pub use parameters::{Input, Parameter, Part, Quantity};
+pub use text::EmitStage;
+
+use crate::check::typed;
+use crate::ir::interpret;
+use crate::jit::Limits;
+use crate::source::Sources;
+use derivatives::ModelFunctions;
+use kernels::Kernels;
+
+/// A compiled script: a model as machine code, with its derivatives. Freed when dropped; may be used by several
+/// threads at once.
+pub struct Program {
+    name: String,
+    doc: String,
+    parameters: Vec<Parameter>,
+    inputs: Vec<Input>,
+    parts: Vec<Part>,
+    sources: Sources,
+    typed: typed::Model,
+    functions: ModelFunctions,
+    kernels: Kernels,
+    limits: Limits,
+}
+
+impl Program {
+    /// The model's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The model's doc comment.
+    #[must_use]
+    pub fn doc(&self) -> &str {
+        &self.doc
+    }
+
+    /// The free parameters, in order.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.parameters
+    }
+
+    /// The inputs with the values that it was compiled with.
+    #[must_use]
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// The patches of surface, in order.
+    #[must_use]
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// The defaults of all parameters.
+    #[must_use]
+    pub fn defaults(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| p.default).collect()
+    }
+
+    /// Bounds of every parameter at x, as a bound may depend on other parameters; infinite where there is none, and where
+    /// the bound cannot be computed at x.
+    ///
+    /// # Panics
+    /// If x does not have a value for every parameter.
+    #[must_use]
+    pub fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
+        assert_eq!(x.len(), self.parameters.len(), "a value for every parameter");
+        let Ok(flat) = self.kernels.code.call_reals(self.kernels.bounds, x, self.limits) else {
+            return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()];
+        };
+        let lower = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
+        let upper = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
+        flat.chunks_exact(2).map(|pair| (lower(pair[0]), upper(pair[1]))).collect()
+    }
+
+    /// The model at x.
+    ///
+    /// # Errors
+    /// If a `require` does not hold, a limit is met, or something cannot be computed.
+    ///
+    /// # Panics
+    /// If x does not have a value for every parameter.
+    pub fn instantiate(&self, x: &[f64]) -> Result<Instance<'_>, EvaluationError> {
+        Instance::new(self, x)
+    }
+
+    /// Limits for a replay by the interpreter, which counts every operation as a step.
+    fn replay_limits(&self) -> interpret::Limits {
+        interpret::Limits { depth: self.limits.depth as usize, ..interpret::Limits::default() }
+    }
+}

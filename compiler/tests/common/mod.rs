@@ -1,0 +1,64 @@
+//! What the tests of whole programs share.
+#![allow(unreachable_pub, reason = "it is a module of several tests")]
+#![allow(dead_code, reason = "not every test uses all of it")]
+
+use gml_compiler::program::{Compilation, Options, Parameter, Program, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
+use std::path::Path;
+
+/// A script of the examples, compiled.
+pub fn example(name: &str) -> Program {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name).join(format!("{name}.gml"));
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    program(&format!("{name}.gml"), &text)
+}
+
+/// A script, compiled.
+pub fn program(name: &str, text: &str) -> Program {
+    let script = SourceFile { name: name.to_owned(), text: text.to_owned() };
+    match compile(script, &NoFiles, &Options::default()) {
+        Ok(Compilation { program, .. }) => program,
+        Err(failed) => panic!("{failed}\n{:#?}", failed.diagnostics),
+    }
+}
+
+/// Numbers in 0..1 that are the same in every run: splitmix64 (Steele, Lea and Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.next()
+    }
+
+    /// A value of a parameter within its bounds; where there are none, within 3 of its default (millimetres or radians).
+    pub fn value(&mut self, parameter: &Parameter) -> f64 {
+        let low =
+            parameter.lower.max(parameter.default - if parameter.lower.is_finite() { f64::INFINITY } else { 3.0 });
+        let high =
+            parameter.upper.min(parameter.default + if parameter.upper.is_finite() { f64::INFINITY } else { 3.0 });
+        let low = if low.is_finite() { low } else { parameter.default - 3.0 };
+        let high = if high.is_finite() { high } else { parameter.default + 3.0 };
+        // Not at the bound itself: differences need room.
+        self.between(low + 0.01 * (high - low), high - 0.01 * (high - low))
+    }
+
+    /// Parameters for which the model exists. Bounds that depend on other parameters and `require` reject some.
+    pub fn parameters(&mut self, program: &Program) -> Vec<f64> {
+        for _ in 0..10_000 {
+            let x: Vec<f64> = program.parameters().iter().map(|p| self.value(p)).collect();
+            let bounded = program.bounds(&x).iter().zip(&x).all(|((low, high), x)| low < x && x < high);
+            if bounded && program.instantiate(&x).is_ok() {
+                return x;
+            }
+        }
+        panic!("no parameters within the bounds were found");
+    }
+}

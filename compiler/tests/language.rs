@@ -1,0 +1,200 @@
+//! Runs the language tests: `tests/language/*.gml` beside the workspace's manifest.
+//!
+//! A file holds cases, each begun by a line `// --- what it shows`. What the compiler must find is written above the line
+//! that it is found in, with its columns (from 1, the end excluded):
+//!
+//! ```text
+//! // Error: 9-12 what is said
+//! // Hint: how it is mended
+//! let a = sin(30)
+//! ```
+//!
+//! `Warning` likewise, and `Fails` for what fails when the model is run with the defaults of its parameters: a
+//! `require` that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. With
+//! `GMLC_UPDATE=1` the lines are rewritten to what was found, to be looked at before they are committed.
+
+use gml_compiler::check::typed::Model;
+use gml_compiler::check::{CheckOptions, check};
+use gml_compiler::diagnostic::{Diagnostic, Severity};
+use gml_compiler::ir::interpret::{Limits, RunError, run};
+use gml_compiler::ir::lower::lower;
+use gml_compiler::ir::scalar::Scalar;
+use gml_compiler::ir::{FunctionId, Module};
+use gml_compiler::source::{FileId, Loader, SourceFile, Sources, Span};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+const MARKS: [&str; 4] = ["// Error:", "// Warning:", "// Fails:", "// Hint:"];
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/language")
+}
+
+/// Files that the tests `use` lie in a folder of their own.
+struct Files;
+
+impl Loader for Files {
+    fn load(&self, path: &str, _from: &str) -> Result<SourceFile, String> {
+        let text = std::fs::read_to_string(folder().join("files").join(path)).map_err(|_| "no such file".to_owned())?;
+        Ok(SourceFile { name: path.to_owned(), text })
+    }
+}
+
+#[test]
+fn language() {
+    let update = std::env::var_os("GMLC_UPDATE").is_some();
+    let mut wrong = String::new();
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(folder())
+        .expect("the folder of the language tests")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_some_and(|e| e == "gml"))
+        .collect();
+    paths.sort();
+    assert!(!paths.is_empty(), "there are language tests");
+    for path in paths {
+        let text = std::fs::read_to_string(&path).expect("a readable test");
+        let found: String = cases(&text).iter().map(|case| annotated(case)).collect();
+        if update && found != text {
+            std::fs::write(&path, &found).expect("a writable test");
+        } else if found != text {
+            let _ = writeln!(wrong, "{}:\n{}", path.display(), difference(&text, &found));
+        }
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
+}
+
+/// Every ```gml block of the language's reference compiles and runs.
+#[test]
+fn reference() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/language.md");
+    let text = std::fs::read_to_string(path).expect("the reference");
+    let blocks: Vec<&str> = text.split("```gml\n").skip(1).filter_map(|b| b.split("```").next()).collect();
+    assert!(!blocks.is_empty(), "the reference has examples");
+    let wrong: String = blocks.iter().map(|b| difference(b, &annotated(b))).collect();
+    assert!(wrong.is_empty(), "\n{wrong}");
+}
+
+/// The texts between the lines that begin a case, those lines included.
+fn cases(text: &str) -> Vec<String> {
+    let mut cases: Vec<String> = vec![String::new()];
+    for line in text.split_inclusive('\n') {
+        if line.starts_with("// ---") {
+            cases.push(String::new());
+        }
+        if let Some(case) = cases.last_mut() {
+            case.push_str(line);
+        }
+    }
+    cases
+}
+
+/// The case with what is found, in place of what was expected.
+fn annotated(case: &str) -> String {
+    let text: String = case.split_inclusive('\n').filter(|line| !is_mark(line)).collect();
+    let mut sources = Sources::default();
+    let main = sources.add("test.gml", text.clone());
+    let (model, findings) = check(&mut sources, &Files, main, &BTreeMap::new(), &CheckOptions::default());
+    let mut marks: Vec<(usize, String)> = Vec::new();
+    for finding in &findings {
+        let word = if finding.severity == Severity::Error { "Error" } else { "Warning" };
+        marks.push(mark(&text, main, word, finding));
+    }
+    for failure in model.map(|m| failures(&m)).unwrap_or_default() {
+        marks.push(mark(&text, main, "Fails", &failure));
+    }
+    let mut out = String::new();
+    for (number, line) in text.split_inclusive('\n').enumerate() {
+        let indent = &line[..line.len() - line.trim_start_matches(' ').len()];
+        for (_, mark) in marks.iter().filter(|(at, _)| *at == number) {
+            mark.lines().for_each(|m| out.push_str(&format!("{indent}{m}\n")));
+        }
+        out.push_str(line);
+    }
+    out
+}
+
+/// What fails when the model is run with its defaults: requirements, then each part at some points.
+fn failures(model: &Model) -> Vec<Diagnostic> {
+    let lowered = match lower(model) {
+        Ok(lowered) => lowered,
+        Err(diagnostic) => return vec![diagnostic],
+    };
+    let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Scalar::Real(p.default)).collect();
+    let mut failures = Vec::new();
+    for require in &lowered.requires {
+        match evaluate(&lowered.module, require.function, &defaults) {
+            Err(failure) => failures.push(failure),
+            Ok(values) if values == [Scalar::Bool(true)] => {}
+            Ok(_) => failures.push(Diagnostic::error("require", require.span, &require.message)),
+        }
+    }
+    for part in &lowered.parts {
+        let points = [(0.25, 0.5), (0.5, 0.75), (0.875, 0.125)];
+        let failure = points.iter().find_map(|(u, v)| {
+            let args: Vec<Scalar> = defaults.iter().copied().chain([Scalar::Real(*u), Scalar::Real(*v)]).collect();
+            let values = evaluate(&lowered.module, part.surface, &args);
+            match values {
+                Err(failure) => Some(failure),
+                Ok(values) if values.iter().all(|v| v.is_finite()) => None,
+                Ok(_) => Some(Diagnostic::error("non-finite", part.span, "the part is not finite")),
+            }
+        });
+        failures.extend(failure);
+    }
+    failures
+}
+
+fn evaluate(module: &Module, function: FunctionId, args: &[Scalar]) -> Result<Vec<Scalar>, Diagnostic> {
+    run(module, function, args, Limits::default()).map_err(|error| {
+        let message = match &error {
+            RunError::Failed(id) => module.failures[id.0 as usize].message.clone(),
+            other => other.to_string(),
+        };
+        Diagnostic::error("run", error.span(module), message)
+    })
+}
+
+/// The line that a finding is in (from 0), and how it is written above it.
+fn mark(text: &str, main: FileId, word: &str, finding: &Diagnostic) -> (usize, String) {
+    let Span { file, start, end } = finding.span;
+    let hint = finding.hint.iter().map(|h| format!("\n// Hint: {h}")).collect::<String>();
+    if file != main {
+        return (0, format!("// {word}: elsewhere: {}{hint}", finding.message));
+    }
+    let position = |at: u32| {
+        let before = &text[..at as usize];
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        (before.matches('\n').count(), column)
+    };
+    let ((line, from), (last, to)) = (position(start), position(end));
+    let to = if last > line { format!("+{}:{to}", last - line) } else { to.to_string() };
+    // The end of the file has no line of its own.
+    (line.min(text.lines().count().saturating_sub(1)), format!("// {word}: {from}-{to} {}{hint}", finding.message))
+}
+
+fn is_mark(line: &str) -> bool {
+    MARKS.iter().any(|m| line.trim_start().starts_with(m))
+}
+
+/// The lines that differ, which are all marks: those of the test with `-`, those found with `+` and the line below them.
+fn difference(test: &str, found: &str) -> String {
+    let (test, found): (Vec<&str>, Vec<&str>) = (test.lines().collect(), found.lines().collect());
+    let mut out = String::new();
+    let (mut i, mut j) = (0, 0);
+    while i < test.len() || j < found.len() {
+        if test.get(i) == found.get(j) {
+            (i, j) = (i + 1, j + 1);
+        } else if test.get(i).is_some_and(|line| is_mark(line)) {
+            let _ = writeln!(out, "{:4} - {}", i + 1, test[i]);
+            i += 1;
+        } else {
+            let _ = writeln!(out, "{:4} + {}", i + 1, found.get(j).copied().unwrap_or("(nothing)"));
+            let below = found.get(j + 1).filter(|line| !is_mark(line));
+            below.iter().for_each(|line| out.push_str(&format!("       {line}\n")));
+            j += 1;
+            i += usize::from(j > found.len());
+        }
+    }
+    out
+}

@@ -1,0 +1,96 @@
+//! Pictures of surfaces without a graphics card: an orthographic rasteriser with a depth buffer, two lights and
+//! supersampling.
+
+mod paint;
+mod raster;
+#[cfg(test)]
+mod tests;
+mod view;
+
+pub use paint::{DeviationColours, Paint};
+pub use view::{IDENTITY, View};
+
+use super::glyphs::{GLYPH_HEIGHT, draw};
+use super::picture::Picture;
+use crate::mesh::TriangleMesh;
+use raster::Canvas;
+use view::Camera;
+
+/// Behind the surfaces.
+const BACKGROUND: [u8; 3] = [250, 250, 251];
+
+/// Of letters on it.
+const INK: [u8; 3] = [60, 62, 66];
+
+/// Samples a pixel along each side.
+const SAMPLES: usize = 2;
+
+/// A surface in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Layer<'a> {
+    /// The surface; triangles with vertices that do not exist or are not finite are left out.
+    pub mesh: &'a TriangleMesh,
+    /// Its colours.
+    pub paint: Paint<'a>,
+    /// 1 hides what is behind, 0 hides nothing.
+    pub opacity: f32,
+}
+
+/// Draws the layers as seen from `view`, fitted to the picture.
+#[must_use]
+pub fn render(layers: &[Layer<'_>], view: &View, width: usize, height: usize) -> Picture {
+    let camera = Camera::fit(layers, view, width * SAMPLES, height * SAMPLES);
+    let drawn: Vec<(Canvas, f32)> = layers
+        .iter()
+        .map(|layer| {
+            let mut canvas = Canvas::new(width * SAMPLES, height * SAMPLES);
+            canvas.draw(layer, &camera);
+            (canvas, layer.opacity.clamp(0.0, 1.0))
+        })
+        .collect();
+    let mut picture = Picture::new(width, height, BACKGROUND);
+    let samples = (SAMPLES * SAMPLES) as f32;
+    for (i, pixel) in picture.pixels.iter_mut().enumerate() {
+        let (x, y) = (i % width * SAMPLES, i / width * SAMPLES);
+        let mut sum = [0.0f32; 3];
+        for k in 0..SAMPLES * SAMPLES {
+            let sample = (y + k / SAMPLES) * width * SAMPLES + x + k % SAMPLES;
+            let colour = composite(&drawn, sample);
+            for c in 0..3 {
+                sum[c] += colour[c];
+            }
+        }
+        *pixel = sum.map(|c| (c / samples).round() as u8);
+    }
+    picture
+}
+
+/// The colour of a sample: layers from the farthest to the nearest over the background. Of equally near ones the later
+/// is in front.
+fn composite(drawn: &[(Canvas, f32)], sample: usize) -> [f32; 3] {
+    let mut colour = BACKGROUND.map(f32::from);
+    let mut behind = f32::NEG_INFINITY;
+    let mut after = 0;
+    // Few layers: looking for the next one is cheaper than sorting.
+    loop {
+        let later = |(i, depth): (usize, f32)| (depth, i) > (behind, after) || behind == f32::NEG_INFINITY;
+        let next = drawn
+            .iter()
+            .enumerate()
+            .map(|(i, (canvas, _))| (i, canvas.depth[sample]))
+            .filter(|&(i, depth)| depth > f32::NEG_INFINITY && later((i, depth)))
+            .min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+        let Some((i, depth)) = next else { return colour };
+        let (canvas, opacity) = &drawn[i];
+        for (c, over) in colour.iter_mut().zip(canvas.colour[sample]) {
+            *c += opacity * (f32::from(over) - *c);
+        }
+        (behind, after) = (depth, i);
+    }
+}
+
+/// Writes a caption into the picture's upper left corner. Only the letters of the built-in font appear.
+pub fn caption(picture: &mut Picture, text: &str) {
+    let scale = (picture.height / 300).max(1);
+    draw(picture, GLYPH_HEIGHT * scale, GLYPH_HEIGHT * scale, scale, INK, text);
+}

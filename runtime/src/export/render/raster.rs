@@ -1,0 +1,137 @@
+//! Triangles to samples.
+
+use super::paint::Paint;
+use super::view::Camera;
+use super::{Layer, view};
+use crate::export::colormap::NO_DATA;
+use crate::mesh::TriangleMesh;
+use crate::model::vector::{cross, length, scale, sub};
+
+/// Two lights from the upper left and from the right, as right, up, towards the eye, with strengths; the rest is ambient.
+const LIGHTS: [([f32; 3], f32); 2] = [([-0.37, 0.56, 0.74], 0.6), ([0.62, 0.1, 0.78], 0.25)];
+const AMBIENT: f32 = 0.28;
+
+/// How much light surfaces return that show their back.
+const BACK: f32 = 0.8;
+
+/// Nearest depths and their colours.
+pub(super) struct Canvas {
+    width: usize,
+    height: usize,
+    /// Minus infinity where there is nothing.
+    pub(super) depth: Vec<f32>,
+    pub(super) colour: Vec<[u8; 3]>,
+}
+
+/// A triangle's corner on the canvas.
+#[derive(Clone, Copy)]
+struct Corner {
+    /// Column, row, depth.
+    at: [f32; 3],
+    normal: [f32; 3],
+    texcoord: [f32; 2],
+    colour: [f32; 3],
+}
+
+impl Canvas {
+    pub(super) fn new(width: usize, height: usize) -> Canvas {
+        Canvas { width, height, depth: vec![f32::NEG_INFINITY; width * height], colour: vec![[0; 3]; width * height] }
+    }
+
+    /// Draws a layer's triangles.
+    pub(super) fn draw(&mut self, layer: &Layer<'_>, camera: &view::Camera) {
+        for triangle in &layer.mesh.triangles {
+            if let Some(corners) = corners(layer, camera, *triangle) {
+                self.triangle(&corners, layer.paint, camera.nearest);
+            }
+        }
+    }
+
+    /// Samples lie at the middles of unit squares; one on an edge may belong to both neighbours, which the depth
+    /// comparison settles in favour of the first.
+    fn triangle(&mut self, corners: &[Corner; 3], paint: Paint<'_>, nearest: f32) {
+        let [a, b, c] = corners.each_ref().map(|c| c.at);
+        let area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        if area == 0.0 || !area.is_finite() {
+            return;
+        }
+        let range = |k: usize, size: usize| {
+            let low = (a[k].min(b[k]).min(c[k]) - 0.5).ceil().max(0.0);
+            let high = (a[k].max(b[k]).max(c[k]) - 0.5).floor();
+            let end = if high < 0.0 { 0 } else { (high as usize + 1).min(size) };
+            low as usize..end
+        };
+        for y in range(1, self.height) {
+            for x in range(0, self.width) {
+                let (px, py) = (x as f32 + 0.5, y as f32 + 0.5);
+                let side =
+                    |p: [f32; 3], q: [f32; 3]| ((q[0] - p[0]) * (py - p[1]) - (px - p[0]) * (q[1] - p[1])) / area;
+                let w = [side(b, c), side(c, a), side(a, b)];
+                if w.iter().any(|w| *w < 0.0) {
+                    continue;
+                }
+                let depth = w[0] * a[2] + w[1] * b[2] + w[2] * c[2];
+                let sample = y * self.width + x;
+                if depth > self.depth[sample] && depth <= nearest {
+                    self.depth[sample] = depth;
+                    self.colour[sample] = shade(corners, w, paint);
+                }
+            }
+        }
+    }
+}
+
+fn corners(layer: &Layer<'_>, camera: &Camera, triangle: [u32; 3]) -> Option<[Corner; 3]> {
+    let mesh = layer.mesh;
+    let mut positions = [[0.0; 3]; 3];
+    for (p, &v) in positions.iter_mut().zip(&triangle) {
+        *p = *mesh.positions.get(v as usize)?;
+        if p.iter().any(|c| !c.is_finite()) {
+            return None;
+        }
+    }
+    let face = face_normal(positions)?;
+    Some([0, 1, 2].map(|k| corner(layer, mesh, camera, triangle[k] as usize, positions[k], face)))
+}
+
+fn corner(layer: &Layer<'_>, mesh: &TriangleMesh, camera: &Camera, v: usize, at: [f64; 3], face: [f64; 3]) -> Corner {
+    let grey = NO_DATA.map(f32::from);
+    Corner {
+        at: camera.project(at),
+        normal: camera.turn(mesh.normals.get(v).copied().unwrap_or(face)),
+        texcoord: mesh.texcoords.get(v).map_or([0.0; 2], |t| t.map(|c| c as f32)),
+        colour: match layer.paint {
+            Paint::Plain(colour) => colour.map(f32::from),
+            Paint::Vertices(colours) => colours.get(v).map_or(grey, |c| c.map(f32::from)),
+            Paint::Deviations(_) => grey,
+        },
+    }
+}
+
+fn face_normal([a, b, c]: [[f64; 3]; 3]) -> Option<[f64; 3]> {
+    let n = cross(sub(b, a), sub(c, a));
+    let l = length(n);
+    (l > 0.0).then(|| scale(n, 1.0 / l))
+}
+
+/// The lit colour at barycentric coordinates w.
+fn shade(corners: &[Corner; 3], w: [f32; 3], paint: Paint<'_>) -> [u8; 3] {
+    let mixed = |f: &dyn Fn(&Corner) -> f32| w[0] * f(&corners[0]) + w[1] * f(&corners[1]) + w[2] * f(&corners[2]);
+    let base = match paint {
+        Paint::Deviations(colours) => {
+            let (s, t) = (mixed(&|c| c.texcoord[0]), mixed(&|c| c.texcoord[1]));
+            colours.at(s, t).map(f32::from)
+        }
+        Paint::Plain(_) | Paint::Vertices(_) => [0, 1, 2].map(|k| mixed(&|c| c.colour[k])),
+    };
+    let mut normal = [0, 1, 2].map(|k| mixed(&|c| c.normal[k]));
+    let length = normal.iter().map(|c| c * c).sum::<f32>().sqrt().max(1e-9);
+    let back = normal[2] < 0.0;
+    normal = normal.map(|c| c / if back { -length } else { length });
+    let mut light = AMBIENT;
+    for (direction, strength) in LIGHTS {
+        light += strength * (0..3).map(|k| normal[k] * direction[k]).sum::<f32>().max(0.0);
+    }
+    let light = if back { light * BACK } else { light };
+    base.map(|c| (c * light).clamp(0.0, 255.0) as u8)
+}

@@ -1,0 +1,143 @@
+use super::{BACKGROUND, DeviationColours, IDENTITY, Layer, Paint, View, render};
+use crate::export::colormap::{NO_DATA, diverging};
+use crate::mesh::TriangleMesh;
+use crate::model::Texels;
+use crate::variance::Deviations;
+
+const RED: Paint<'static> = Paint::Plain([200, 0, 0]);
+const GREEN: Paint<'static> = Paint::Plain([0, 200, 0]);
+
+/// A square of side 2 around the origin at z, seen from above.
+fn square(z: f64) -> TriangleMesh {
+    TriangleMesh {
+        positions: vec![[-1.0, -1.0, z], [1.0, -1.0, z], [1.0, 1.0, z], [-1.0, 1.0, z]],
+        texcoords: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..TriangleMesh::default()
+    }
+}
+
+fn opaque<'a>(mesh: &'a TriangleMesh, paint: Paint<'a>) -> Layer<'a> {
+    Layer { mesh, paint, opacity: 1.0 }
+}
+
+/// Whether a pixel is rather red or rather green.
+fn is_red(pixel: [u8; 3]) -> bool {
+    pixel[0] > 100 && pixel[1] < 50
+}
+
+#[test]
+fn a_triangle_covers_the_pixels_it_should() {
+    let mesh = TriangleMesh {
+        positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0]],
+        triangles: vec![[0, 1, 2]],
+        ..TriangleMesh::default()
+    };
+    let picture = render(&[opaque(&mesh, RED)], &View::TOP, 100, 100);
+    // The margin is 6 pixels: the square spans 6..94, the triangle is what lies below its diagonal.
+    for y in 0..100 {
+        for x in 0..100 {
+            let pixel = picture.pixels[y * 100 + x];
+            let inside = (7..93).contains(&x) && (7..93).contains(&y) && x + y > 101;
+            let outside = !(5..95).contains(&x) || !(5..95).contains(&y) || x + y < 97;
+            assert!(!inside || is_red(pixel), "{x} {y} is {pixel:?}");
+            assert!(!outside || pixel == BACKGROUND, "{x} {y} is {pixel:?}");
+        }
+    }
+    let covered = picture.pixels.iter().filter(|p| is_red(**p)).count() as f64;
+    assert!((covered - 88.0 * 88.0 / 2.0).abs() < 88.0, "{covered} pixels");
+}
+
+#[test]
+fn the_nearer_hides_the_farther_whatever_the_order() {
+    let (high, low) = (square(1.0), square(-1.0));
+    let middle = |layers: &[Layer<'_>], view: &View| render(layers, view, 20, 20).pixels[10 * 20 + 10];
+    let below = View { toward: [0.0, 0.0, -1.0], ..View::TOP };
+    for layers in [[opaque(&high, RED), opaque(&low, GREEN)], [opaque(&low, GREEN), opaque(&high, RED)]] {
+        assert!(is_red(middle(&layers, &View::TOP)));
+        assert!(!is_red(middle(&layers, &below)));
+    }
+    // The same within one mesh.
+    let mut both = square(-1.0);
+    both.positions.extend(square(1.0).positions);
+    both.triangles.extend([[4, 5, 6], [4, 6, 7]]);
+    let colours: Vec<[u8; 3]> = [[0, 200, 0]; 4].into_iter().chain([[200, 0, 0]; 4]).collect();
+    assert!(is_red(middle(&[opaque(&both, Paint::Vertices(&colours))], &View::TOP)));
+    assert!(!is_red(middle(&[opaque(&both, Paint::Vertices(&colours))], &below)));
+}
+
+#[test]
+fn a_cut_view_shows_what_is_behind() {
+    let (high, low) = (square(1.0), square(-1.0));
+    let cut = View { cut: true, ..View::TOP };
+    let picture = render(&[opaque(&high, RED), opaque(&low, GREEN)], &cut, 20, 20);
+    let [r, g, _] = picture.pixels[10 * 20 + 10];
+    assert!(g > 100 && r < 50);
+}
+
+#[test]
+fn translucent_layers_let_through() {
+    let (high, low) = (square(1.0), square(-1.0));
+    let glass = Layer { opacity: 0.5, ..opaque(&high, RED) };
+    for layers in [[glass, opaque(&low, GREEN)], [opaque(&low, GREEN), glass]] {
+        let [r, g, _] = render(&layers, &View::TOP, 20, 20).pixels[10 * 20 + 10];
+        assert!(r.abs_diff(g) < 3 && r > 50, "{r} {g}");
+    }
+    let hidden = Layer { opacity: 0.5, ..opaque(&low, RED) };
+    assert!(!is_red(render(&[opaque(&high, GREEN), hidden], &View::TOP, 20, 20).pixels[210]));
+}
+
+#[test]
+fn deviations_lie_where_their_texels_are() {
+    // Upper left outside, lower right inside, upper right without data, lower left without a chart.
+    let deviations = Deviations {
+        texels: Texels {
+            width: 2,
+            height: 2,
+            index: vec![0, 1, 3],
+            part: vec![0; 3],
+            position: vec![[0.0; 3]; 3],
+            normal: vec![[0.0, 0.0, 1.0]; 3],
+            area: vec![1.0; 3],
+            part_names: vec!["a".to_owned()],
+        },
+        max_distance: 2.0,
+        outward: vec![1.0, f32::NAN, f32::NAN],
+        inward: vec![f32::NAN, f32::NAN, 1.0],
+    };
+    let colours = DeviationColours::new(&deviations, 1.0);
+    assert_eq!(colours.at(0.1, 0.9), diverging(1.0));
+    assert_eq!(colours.at(0.9, 0.9), NO_DATA);
+    assert_eq!(colours.at(0.9, 0.1), diverging(-1.0));
+    assert_eq!(colours.at(0.1, 0.1), diverging(1.0), "of equally near texels the first");
+    let mesh = square(0.0);
+    let picture = render(&[opaque(&mesh, Paint::Deviations(&colours))], &View::TOP, 40, 40);
+    let (upper_left, lower_right) = (picture.pixels[10 * 40 + 10], picture.pixels[30 * 40 + 30]);
+    assert!(upper_left[0] > 2 * upper_left[2] && lower_right[2] > 2 * lower_right[0]);
+}
+
+#[test]
+fn a_turned_model_looks_as_before() {
+    let mut mesh = square(0.3);
+    mesh.positions[2] = [0.4, 0.9, 0.7];
+    let turn = [[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]];
+    let turned =
+        TriangleMesh { positions: mesh.positions.iter().map(|p| [-p[1], -p[2], p[0]]).collect(), ..mesh.clone() };
+    let before = render(&[opaque(&mesh, RED)], &View::FRONT, 50, 40);
+    let after = render(&[opaque(&turned, RED)], &View::FRONT.of_turned(&turn), 50, 40);
+    let different = before.pixels.iter().zip(&after.pixels).filter(|(a, b)| a[0].abs_diff(b[0]) > 8).count();
+    assert!(different < 8, "{different} pixels: only edges may round differently");
+    assert_eq!(View::BACK.of_turned(&IDENTITY), View::BACK);
+}
+
+#[test]
+fn nothing_and_nonsense_are_drawn_as_background() {
+    let mut bad = square(0.0);
+    bad.positions[2] = [f64::NAN, 1e308, -1e308];
+    bad.triangles.push([0, 1, 99]);
+    bad.triangles.push([0, 0, 0]);
+    let picture = render(&[opaque(&bad, RED), opaque(&TriangleMesh::default(), GREEN)], &View::FRONT, 30, 20);
+    assert!(picture.pixels.iter().all(|p| *p == BACKGROUND));
+    assert!(render(&[], &View { toward: [0.0; 3], ..View::TOP }, 3, 3).pixels.iter().all(|p| *p == BACKGROUND));
+    assert!(render(&[], &View::TOP, 0, 0).pixels.is_empty());
+}

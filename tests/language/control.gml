@@ -1,0 +1,85 @@
+// --- comprehensions, sums and folds
+model m {
+  let squares = for i in 0..5 { i * i }
+  require sum(squares) == 30 and len(squares) == 5 and squares[4] == 16, "an array"
+  require sum(for (a, b) in [(1, 2), (3, 4)] { a * b }) == 14, "patterns"
+  require fold(0, 0..100, |acc, i| acc + i) == 4950, "a fold"
+  require fold(1.0, squares, |acc, x| acc + x) == 31, "a fold over an array"
+  part p = cylinder(1mm, 1mm)
+}
+
+// --- conditions
+model m {
+  param a: real = 2
+  require (if a > 1 { 3 } else { 4 }) == 3, "if"
+  require (if a > 3 { 3 } else if a > 1 { 4 } else { 5 }) == 4, "else if"
+  require a > 1 and not a > 3 or false, "and, not, or"
+  require a > 0 or 1 / (a - 2) > 0, "the second condition"
+  part p = cylinder(1mm, 1mm)
+}
+
+// --- conditions of the wrong kind
+// Error: 28-29 a condition must be a truth value, and this is a bare number
+// Hint: compare it with something
+fn f(x: real) -> real = if x { 1 } else { 2 }
+// Error: 47-50 the sides of this 'if' differ: a whole number and a length
+// Hint: did you mean 1mm?
+fn g(x: real) -> real = if x > 0 { 1 } else { 1mm }
+// Error: 25-39 this 'if' has no 'else', so it has no value where the condition fails
+// Hint: add `else { ... }`
+fn h(x: real) -> real = if x > 0 { 1 }
+// Error: 25-26 a condition must be a truth value, and this is a bare number
+// Hint: compare it with something
+fn k(x: real) -> bool = x and true
+
+// --- blocks
+model m {
+  let a = { let b = 2; fn f(x) = x * b; f(3) }
+  require a == 6, "a function in a block"
+  require { let a = 1; a } == 1, "a name within a block"
+  require a == 6, "hides the one outside only there"
+  part p = cylinder(1mm, 1mm)
+}
+
+// --- an index beyond the array
+let xs = [1, 2, 3]
+// Error: 12-13 there is no element 3: the array has 3, counted from 0
+let a = xs[3]
+// Error: 12-14 there is no element -1: the array has 3, counted from 0
+let b = xs[-1]
+// Error: 12-15 an index must be a whole number, and this is a bare number
+// Hint: floor(...) makes one of a number
+let c = xs[0.5]
+
+// --- requirements
+model m {
+  param a: real = 1
+  // Fails: 3-34 a is too small
+  require a > 2, "a is too small"
+  part p = cylinder(1mm, 1mm)
+}
+
+// --- a function's requirement
+// Fails: 28-74 no root of a negative number
+fn root(x: real) -> real { require x >= 0, "no root of a negative number"; sqrt(x) }
+model m {
+  param a: real = -1
+  require root(a) > 0, "never said"
+  part p = cylinder(1mm, 1mm)
+}
+
+// --- parts of loops and conditions
+model m {
+  input n: int in 0..5 = 3
+  for i in 0..n {
+    if i % 2 == 0 { part even = cylinder(1mm, 1mm * (i + 1)) } else { part odd = cylinder(1mm, 1mm) }
+  }
+}
+
+// --- how many parts there are cannot depend on a parameter
+model m {
+  param a: real = 3
+  // Error: 12-23 how many turns this has is known only at run time, and an array's length must be known before
+  // Hint: run over a range whose bounds are literals or inputs, or use fold
+  for i in 0..floor(a) { part p = cylinder(1mm, 1mm) }
+}
