@@ -71,7 +71,7 @@ fn retry(
     from: &Candidate,
 ) -> Option<Candidate> {
     let fine = Welsch { sigma: scale * setting.radius };
-    let objective = setting.objective(&setting.space, points, fine);
+    let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, points, fine) };
     // What the other patches explain says nothing about this group.
     let (rest, axis) = unexplained(&objective, &from.estimate, group)?;
     if rest.len() < 8 {
@@ -79,7 +79,8 @@ fn retry(
     }
     let rest = rest.sample(250);
     let variants = variants(setting, start, group, from);
-    let coarse = setting.objective(&setting.space, &rest, Welsch { sigma: 0.15 * setting.radius });
+    let coarse = Welsch { sigma: 0.1 * setting.radius };
+    let coarse = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, &rest, coarse) };
     let ranked: Vec<(usize, Candidate)> = variants
         .into_par_iter()
         .enumerate()
@@ -94,7 +95,7 @@ fn retry(
                         at.motion = at.motion.after_local(shift * angle, rotation * angle, setting.space.centre);
                     }
                     let value = coarse.evaluate_placed(placed.as_ref()?, &at, Order::Value)?.value;
-                    Some((number, Candidate { estimate: at, value }))
+                    Some((number, Candidate { estimate: at, value, signs: from.signs.clone() }))
                 })
                 .collect();
             tried
@@ -148,26 +149,23 @@ fn pursue(
     scale: f64,
     candidate: Candidate,
 ) -> Option<Candidate> {
-    let x = setting.space.x(&candidate.estimate.z)?;
+    let Candidate { estimate, signs, .. } = candidate;
+    let x = setting.space.x(&estimate.z)?;
     let free: Vec<usize> = group.members.iter().map(|k| setting.space.free[*k]).collect();
     let mut local = Space::new(setting.model, &x, free, false);
     local.copy_scale(&setting.space);
-    let mut at = local.estimate(&x, candidate.estimate.motion);
-    for sigma in [0.15, 0.08] {
-        let objective = setting.objective(&local, rest, Welsch { sigma: sigma * setting.radius });
-        let stop = Stop { iterations: 10, step: 1e-3 * setting.radius };
-        at = gauss_newton::minimise(&objective, at, stop)?.estimate;
-    }
+    let at = local.estimate(&x, estimate.motion);
+    let sided = |space, points, sigma: f64| Objective {
+        signs: Some(&signs),
+        ..setting.objective(space, points, Welsch { sigma: sigma * setting.radius })
+    };
+    let stop = Stop { iterations: 12, step: 1e-3 * setting.radius };
+    let at = gauss_newton::minimise(&sided(&local, rest, 1.2 * scale), at, stop)?.estimate;
     let x = local.x(&at.z)?;
-    let mut at = setting.space.estimate(&x, at.motion);
-    let mut value = f64::INFINITY;
-    for sigma in [2.0 * scale, scale] {
-        let objective = setting.objective(&setting.space, points, Welsch { sigma: sigma * setting.radius });
-        let stop = Stop { iterations: 10, step: 5e-4 * setting.radius };
-        let minimum = gauss_newton::minimise(&objective, at, stop)?;
-        (at, value) = (minimum.estimate, minimum.evaluation.value);
-    }
-    Some(Candidate { estimate: at, value })
+    let at = setting.space.estimate(&x, at.motion);
+    let stop = Stop { iterations: 12, step: 5e-4 * setting.radius };
+    let minimum = gauss_newton::minimise(&sided(&setting.space, points, scale), at, stop)?;
+    Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, signs })
 }
 
 /// The present values, the start's, and values spread over the bounds.

@@ -1,9 +1,10 @@
 //! Where to begin: orientations that cover all rotations are tried coarsely, the best are taken further.
 
 use super::field::DistanceField;
-use super::gauss_newton::{self, Minimum, Stop};
+use super::gauss_newton::{self, Stop};
 use super::loss::Welsch;
 use super::motion::{Motion, rotations};
+use super::objective::Objective;
 use super::proposals;
 use super::restart::restart;
 use super::schedule::Setting;
@@ -22,11 +23,20 @@ const ORIENTATIONS: usize = 200;
 pub(crate) struct Candidate {
     pub(crate) estimate: Estimate,
     pub(crate) value: f64,
+    /// Per patch, which way is out, as learnt so far (see `Facing`).
+    pub(crate) signs: Vec<i8>,
+}
+
+impl Candidate {
+    /// A candidate of which nothing is known.
+    pub(crate) fn new(setting: &Setting, estimate: Estimate) -> Self {
+        Self { estimate, value: f64::INFINITY, signs: vec![0; setting.model.parts().len()] }
+    }
 }
 
 /// The best place to begin from: of all orientations, of the start's shape, the script's default shape and others that
 /// resemble the scan.
-pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Estimate> {
+pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
     let mut shapes = vec![start.clone()];
     let defaults: Vec<f64> = setting.model.parameters().iter().map(|p| p.default).collect();
     let defaults = setting.space.estimate(&defaults, start.motion);
@@ -38,16 +48,16 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Estimate> {
         shapes.iter().flat_map(|shape| distinct(setting, orientations(setting, shape), 12)).collect();
     candidates.sort_by(|a, b| a.value.total_cmp(&b.value));
     let candidates = distinct(setting, candidates, 20);
-    let candidates = advance(setting, candidates, 700, &[0.3, 0.2], 8);
+    let candidates = advance(setting, candidates, 700, &[0.3, 0.2], false);
     let candidates = distinct(setting, candidates, 5);
-    let candidates = advance(setting, candidates, 2000, &[0.14, 0.1, FINE], 8);
+    let candidates = advance(setting, candidates, 2000, &[0.14, 0.1, FINE], true);
     let points = setting.points.sample(2000);
     let mut best: Vec<Candidate> = distinct(setting, candidates, 2)
         .into_iter()
         .map(|candidate| restart(setting, start, &points, FINE, candidate))
         .collect();
     best.sort_by(|a, b| a.value.total_cmp(&b.value));
-    best.into_iter().next().map(|c| c.estimate)
+    best.into_iter().next()
 }
 
 /// Every orientation, moved rigidly to where it fits best, with the parameters of `shape`.
@@ -65,35 +75,36 @@ fn orientations(setting: &Setting, shape: &Estimate) -> Vec<Candidate> {
         .into_par_iter()
         .map(|motion| {
             let (motion, value) = field.settle(&points, loss, motion, centre, 12);
-            Candidate { estimate: Estimate { z: shape.z.clone(), motion }, value }
+            let estimate = Estimate { z: shape.z.clone(), motion };
+            Candidate { value, ..Candidate::new(setting, estimate) }
         })
         .collect();
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
     found
 }
 
-/// Optimises all coordinates of every candidate through scales of psi (fractions of the radius).
-fn advance(
-    setting: &Setting,
-    candidates: Vec<Candidate>,
-    count: usize,
-    scales: &[f64],
-    iterations: u32,
-) -> Vec<Candidate> {
+/// Optimises all coordinates of every candidate through scales of psi (fractions of the radius). Where the scales are
+/// coarser than walls are thick, the sides are still to be learnt; after that they are `sided`.
+fn advance(setting: &Setting, candidates: Vec<Candidate>, count: usize, scales: &[f64], sided: bool) -> Vec<Candidate> {
     let points = setting.points.sample(count);
     let mut found: Vec<Candidate> = candidates
         .into_par_iter()
-        .filter_map(|candidate| {
-            let mut at = candidate.estimate;
-            let mut value = candidate.value;
+        .filter_map(|mut candidate| {
             for scale in scales {
-                let objective = setting.objective(&setting.space, &points, Welsch { sigma: scale * setting.radius });
-                let stop = Stop { iterations, step: 2e-3 * setting.radius };
-                let Minimum { estimate, evaluation, .. } = gauss_newton::minimise(&objective, at, stop)?;
-                at = estimate;
-                value = evaluation.value;
+                let loss = Welsch { sigma: scale * setting.radius };
+                let objective = Objective {
+                    signs: sided.then_some(&candidate.signs),
+                    ..setting.objective(&setting.space, &points, loss)
+                };
+                let stop = Stop { iterations: 8, step: 2e-3 * setting.radius };
+                let minimum = gauss_newton::minimise(&objective, candidate.estimate, stop)?;
+                if !sided {
+                    candidate.signs = setting.facing(&minimum.evaluation);
+                }
+                candidate.estimate = minimum.estimate;
+                candidate.value = minimum.evaluation.value;
             }
-            Some(Candidate { estimate: at, value })
+            Some(candidate)
         })
         .collect();
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
