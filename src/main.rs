@@ -1,2 +1,43 @@
-//! gmlc
-fn main() {}
+//! `gmlc`, the command: one module a subcommand. The only code that prints, reads arguments or exits.
+
+mod check;
+mod cli;
+mod diagnostics;
+mod diff;
+mod emit;
+mod error;
+mod fit;
+mod inspect;
+mod measure;
+mod mesh;
+mod progress;
+mod scan;
+mod script;
+mod table;
+mod values;
+mod variance;
+
+use clap::Parser;
+use cli::{Cli, Command};
+use error::CommandError;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let result = match &cli.command {
+        Command::Check(args) => check::run(args),
+        Command::Mesh(args) => mesh::run(args),
+        Command::Diff(args) => diff::run(args),
+        Command::Emit(args) => emit::run(args),
+        Command::Scan(args) => scan::run(args),
+        Command::Fit(args) => fit::run(args),
+        Command::Variance(args) => variance::run(args),
+        Command::Inspect(args) => inspect::run(args),
+    };
+    let Err(error) = result else { return ExitCode::SUCCESS };
+    match &error {
+        CommandError::Failed(message) | CommandError::Usage(message) => eprintln!("error: {message}"),
+        CommandError::Script(errors) => diagnostics::print(&errors.diagnostics, &errors.sources),
+    }
+    ExitCode::from(error.status())
+}

@@ -1,18 +1,18 @@
 /// A profile turned about the z axis. The profile gives (radius, height); u runs once around, v along the profile.
 /// A profile that runs upwards has its normal away from the axis, one that runs inwards has it upwards.
-fn revolve(profile) = |u: real, v: real| {
+fn revolve(profile: real -> point2) = |u: real, v: real| {
   let p = profile(v)
   let a = u * 1turn
   (p.x * cos(a), p.x * sin(a), p.y)
 }
 
 /// A surface turned inside out: the same points, the normal the other way.
-fn flip(surface) = |u: real, v: real| surface(u, 1 - v)
+fn flip(surface: surface) = |u: real, v: real| surface(u, 1 - v)
 
 /// A tube about a curve, u around it and v along, with the normal away from the curve. A curve in the plane counts as (radius,
 /// height) in the half plane of x and z. `radii` are the semi-axes of an elliptic section: the first in the plane at right angles
 /// to `up`, the second towards `up`, which must nowhere be parallel to the curve. Both may be functions of v.
-fn tube(curve, radius = 1mm, radii = (radius, radius), up = (0, 1, 0)) {
+fn tube(curve: curve, radius = 1mm, radii = (radius, radius), up = (0, 1, 0)) {
   let path = spatial(curve)
   |u: real, v: real| {
     let along = normalize(path'(v))

@@ -1,17 +1,23 @@
-//! Writes a scene whose appearance is known into a folder, for looking at in X3D viewers (tests/viewers/README.md): a
+//! Writes documents whose appearance is known into a folder, for looking at in viewers (tests/viewers/README.md): a
 //! cylinder (radius 40, height 90) whose scan has, seen from the front, a red bump of 8 mm on the upper left, a blue
 //! dent of 6 mm on the lower right, a hole in the middle, and a lid that is 2 mm too high.
 
+use gml_runtime::export::picture::{self, Picture};
+use gml_runtime::export::raster;
+use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
+use gml_runtime::export::report::{self, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::mesh::{Group, TriangleMesh};
 use gml_runtime::model::{SurfacePoint, Tessellation, Texels};
-use gml_runtime::variance::{Deviations, DistanceTexture};
+use gml_runtime::scan::ScanSource;
+use gml_runtime::variance::{Deviations, DistanceTexture, VarianceReport};
 use std::f64::consts::TAU;
 use std::path::Path;
 
 const RADIUS: f64 = 40.0;
 const HEIGHT: f64 = 90.0;
 const MAX_DISTANCE: f64 = 10.0;
+const COLOUR_RANGE: f64 = 8.0;
 const SIDE: usize = 512;
 
 const NAMES: [&str; 2] = ["wall", "lid \"<2>\" & 'more'"];
@@ -25,18 +31,51 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new(&folder);
     std::fs::create_dir_all(folder)?;
     let tessellation = tessellation();
-    let png = png(&DistanceTexture::new(&deviations()))?;
+    let deviations = deviations();
+    let texture = DistanceTexture::new(&deviations);
+    let distance_png = raster::png_rgb(texture.width, texture.height, &texture.rgb, &[])?;
     let scene = X3dScene {
         tessellation: &tessellation,
-        texture_png: &png,
+        texture_png: &distance_png,
         texture_size: [SIDE as u32; 2],
         max_distance: MAX_DISTANCE,
-        colour_range: 8.0,
+        colour_range: COLOUR_RANGE,
+        turned: render::IDENTITY,
         title: "A cylinder with a bump & a dent",
         metadata: &[MetadataGroup { name: "wall".into(), entries: vec![("mean".into(), "0.25 mm".into())] }],
     };
     std::fs::write(folder.join("scene.x3d"), x3d::write(&scene)?)?;
+
+    let mut views = Vec::new();
+    let colours = DeviationColours::new(&deviations, COLOUR_RANGE);
+    let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
+    for (name, view) in [("front", View::FRONT), ("back", View::BACK), ("top", View::TOP), ("inside", View::INSIDE)] {
+        let png = encode(&render::render(&[layer], &view, 480, 360))?;
+        std::fs::write(folder.join(format!("{name}.png")), &png)?;
+        views.push((name, png));
+    }
+    let scan = ScanSource { path: "bumpy.ply".into(), unit: "mm".into(), ..ScanSource::default() };
+    let page = report::write(&Report {
+        title: "Cylinder compared with bumpy.ply",
+        model: "cylinder.gml",
+        date: "2024-05-06",
+        tool: "gmlc",
+        fit: None,
+        variance: &VarianceReport::new(&deviations, &scan, "cpu"),
+        deviations: &deviations,
+        tessellation: &tessellation,
+        turned: render::IDENTITY,
+        distance_png: &distance_png,
+        colour_png: &encode(&picture::deviation_picture(&deviations, COLOUR_RANGE))?,
+        colour_range: COLOUR_RANGE,
+        pictures: &views.iter().map(|(name, png)| (*name, png.as_slice())).collect::<Vec<_>>(),
+    });
+    std::fs::write(folder.join("report.html"), page)?;
     Ok(())
+}
+
+fn encode(picture: &Picture) -> Result<Vec<u8>, raster::RasterError> {
+    raster::png_rgb(picture.width as u32, picture.height as u32, picture.pixels.as_flattened(), &[])
 }
 
 /// The deviation of the wall at (u, v), u once around from the back, v upwards; None in the hole.
@@ -125,15 +164,4 @@ fn deviations() -> Deviations {
     }
     texels.part_names = NAMES.map(str::to_owned).to_vec();
     Deviations { texels, max_distance: MAX_DISTANCE, outward, inward }
-}
-
-fn png(texture: &DistanceTexture) -> Result<Vec<u8>, png::EncodingError> {
-    let mut png = Vec::new();
-    let mut encoder = png::Encoder::new(&mut png, texture.width, texture.height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&texture.rgb)?;
-    writer.finish()?;
-    Ok(png)
 }

@@ -68,5 +68,5 @@ fn f(lenght: real) -> real = length * 2
 // Hint: did you mean 'cylinder'?
 let a = cylindre(1mm, 2mm)
 // Error: 16-17 a vector of 2 bare numbers has no '.w'
-// Hint: the components are .x, .y and .z
+// Hint: the components are .x and .y
 let b = (1, 2).w

@@ -143,6 +143,7 @@ impl Checker<'_> {
             return expr;
         }
         match self.fits(&expr.ty, wanted, expr.span) {
+            Some(ty) if ty.is_error() => super::context::error(expr.span),
             Some(ty) => self.convert(expr, &ty),
             None => {
                 let message = format!("{what} must be {}, but this is {}", wanted.describe(), self.describe(&expr.ty));
@@ -180,20 +181,20 @@ impl Checker<'_> {
                 Some(Type::tuple(types?))
             }
             (Wanted::Function(params, result), Type::Closure(id)) if self.accepts(*id, params.len()) => {
-                self.check_function_type(*id, params, result, span);
-                Some(from.clone())
+                Some(if self.is_of_function_type(*id, params, result, span) { from.clone() } else { Type::Error })
             }
             _ => None,
         }
     }
 
-    /// Where the written type says exactly what a function is given, what it gives back must be as written.
-    fn check_function_type(&mut self, id: ClosureId, params: &[Wanted], result: &Wanted, span: Span) {
-        let Some(args) = params.iter().map(Wanted::exact).collect::<Option<Vec<Type>>>() else { return };
+    /// Where the written type says exactly what a function is given, what it gives back must be as written. Else that is
+    /// reported here.
+    fn is_of_function_type(&mut self, id: ClosureId, params: &[Wanted], result: &Wanted, span: Span) -> bool {
+        let Some(args) = params.iter().map(Wanted::exact).collect::<Option<Vec<Type>>>() else { return true };
         let args = args.into_iter().map(Some).collect();
-        let Some((_, ty)) = self.instantiate(id, args, span) else { return };
-        if ty.is_error() || self.fits(&ty, result, span).is_some() {
-            return;
+        let Some((_, ty)) = self.instantiate(id, args, span) else { return false };
+        if self.fits(&ty, result, span).is_some() {
+            return true;
         }
         let message = format!("this function must give {}, but it gives {}", result.describe(), self.describe(&ty));
         let mut error = Diagnostic::error("wrong-result", span, message);
@@ -203,6 +204,7 @@ impl Checker<'_> {
             error = error.hint("coordinates are lengths: write 0mm for 0, and multiply bare numbers by 1mm");
         }
         self.report(error);
+        false
     }
 }
 

@@ -3,7 +3,7 @@
 use super::calls::Given;
 use super::constants::constant;
 use super::context::{Checker, error, int};
-use super::convert::{exponent_error, square_root, unit_advice};
+use super::convert::{exponent_error, square_root};
 use super::operators::{binary, common, unary};
 use super::suggest::nearest;
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
@@ -244,13 +244,7 @@ impl<'a> Checker<'a> {
         let message = format!("'{}' wants an angle, and this is {d}", builtin.entry().0);
         let mut diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
         if d.is_none() {
-            diagnostic.hint = unit_advice(&x, Dimension::ANGLE).map(|advice| {
-                if advice.starts_with("did") {
-                    advice
-                } else {
-                    "multiply by 1deg or 1rad to say which is meant".to_owned()
-                }
-            });
+            diagnostic.hint = self.unit_advice(&x, Dimension::ANGLE);
         }
         self.fail(diagnostic)
     }
@@ -308,7 +302,9 @@ impl<'a> Checker<'a> {
             return binary(Binary::Atan2, y, x, Type::ANGLE, span);
         }
         let message = format!("'atan2' wants two of one kind, and these are {dy} and {dx}");
-        self.fail(Diagnostic::error("dimension-mismatch", span, message))
+        let mut diagnostic = Diagnostic::error("dimension-mismatch", span, message);
+        diagnostic.hint = if dx.is_none() { self.unit_advice(&x, dy) } else { self.unit_advice(&y, dx) };
+        self.fail(diagnostic)
     }
 
     fn extreme(&mut self, builtin: Builtin, first: Expr, mut rest: Vec<Expr>, span: Span) -> Expr {
@@ -334,7 +330,7 @@ impl<'a> Checker<'a> {
             }
             best = self.keep("", value, &mut statements);
         }
-        super::expressions::wrap(statements, best, span)
+        super::bindings::wrap(statements, best, span)
     }
 
     fn extreme_of_two(&mut self, builtin: Builtin, a: Expr, b: Expr, span: Span) -> Expr {
@@ -353,7 +349,7 @@ impl<'a> Checker<'a> {
             None => {
                 let message = format!("'{}' wants numbers of one kind, and these are {da} and {db}", builtin.entry().0);
                 let mut diagnostic = Diagnostic::error("dimension-mismatch", span, message);
-                diagnostic.hint = if db.is_none() { unit_advice(&b, da) } else { unit_advice(&a, db) };
+                diagnostic.hint = if db.is_none() { self.unit_advice(&b, da) } else { self.unit_advice(&a, db) };
                 self.fail(diagnostic)
             }
         }

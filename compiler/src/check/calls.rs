@@ -110,7 +110,11 @@ impl<'a> Checker<'a> {
         let diagnostic = match (nearest(&name.text, fields.iter().copied()), &value.ty) {
             (Some(near), _) => diagnostic.hint(format!("did you mean '.{near}'?")),
             (None, Type::Record(_)) => diagnostic.hint(format!("its fields are {}", fields.join(", "))),
-            (None, Type::Tuple(_)) => diagnostic.hint("the components are .x, .y and .z"),
+            (None, Type::Tuple(types)) => diagnostic.hint(match types.len() {
+                2 => "the components are .x and .y",
+                3 => "the components are .x, .y and .z",
+                _ => "components are had by index, as in t[3]",
+            }),
             (None, Type::Closure(_)) => diagnostic.hint("call the function first"),
             _ => diagnostic,
         };
@@ -201,7 +205,7 @@ impl<'a> Checker<'a> {
         args: Vec<Given<'a>>,
         span: Span,
     ) -> Option<Vec<Option<Expr>>> {
-        let name = self.closure(id).name.clone();
+        let name = self.called(id);
         let labelled_only = matches!(self.closure(id).code, Code::Model(..));
         let mut slots: Vec<Option<Expr>> = params.iter().map(|_| None).collect();
         let mut position = 0;
@@ -218,8 +222,8 @@ impl<'a> Checker<'a> {
                     }
                 },
                 None if labelled_only => {
-                    let message = format!("the arguments of the model '{name}' must be labelled");
-                    let hint = params.first().map(|p| format!("write {name}({}: ...)", p.name));
+                    let message = format!("the arguments of the model {name} must be labelled");
+                    let hint = params.first().map(|p| format!("write {}: before the value, for example", p.name));
                     let mut diagnostic = Diagnostic::error("arguments", arg.value.span, message);
                     diagnostic.hint = hint;
                     self.report(diagnostic);
@@ -233,9 +237,9 @@ impl<'a> Checker<'a> {
             match slots.get_mut(at) {
                 None => {
                     let message = match params.len() {
-                        0 => format!("'{name}' takes no arguments"),
-                        1 => format!("'{name}' takes one argument, and this is one more"),
-                        n => format!("'{name}' takes {n} arguments, and this is one more"),
+                        0 => format!("{name} takes no arguments"),
+                        1 => format!("{name} takes one argument, and this is one more"),
+                        n => format!("{name} takes {n} arguments, and this is one more"),
                     };
                     let diagnostic = Diagnostic::error("arguments", arg.value.span, message);
                     self.report(self.with_definition(id, diagnostic));
@@ -257,7 +261,7 @@ impl<'a> Checker<'a> {
             .collect();
         if good && !missing.is_empty() {
             let list = missing.iter().map(|m| format!("'{m}'")).collect::<Vec<_>>().join(" and ");
-            let message = format!("this call of '{name}' lacks {list}");
+            let message = format!("this call of {name} lacks {list}");
             self.report(self.with_definition(id, Diagnostic::error("arguments", span, message)));
         }
         (good && missing.is_empty()).then_some(slots)
@@ -265,7 +269,7 @@ impl<'a> Checker<'a> {
 
     fn unknown_label(&self, name: &str, label: &Ident, params: &[Parameter<'a>]) -> Diagnostic {
         let names: Vec<&str> = params.iter().map(|p| p.name).filter(|n| !n.is_empty()).collect();
-        let message = format!("'{name}' has no parameter '{}'", label.text);
+        let message = format!("{name} has no parameter '{}'", label.text);
         let diagnostic = Diagnostic::error("unknown-label", label.span, message);
         match nearest(&label.text, names.iter().copied()) {
             Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),

@@ -31,6 +31,8 @@ pub(super) struct Checker<'a> {
     pub(super) trail: Vec<Step>,
     /// Free names of lambdas and functions, by the address of their tree.
     pub(super) free_names: HashMap<usize, Rc<[&'a str]>>,
+    /// Where numbers are written without a unit.
+    pub(super) bare_literals: HashSet<Span>,
     diagnostics: Vec<Diagnostic>,
     reported: HashSet<(Span, String)>,
     nodes: usize,
@@ -120,6 +122,7 @@ impl<'a> Checker<'a> {
             env: Env { module: 0, names: Vec::new() },
             trail: Vec::new(),
             free_names: HashMap::new(),
+            bare_literals: HashSet::new(),
             diagnostics: Vec::new(),
             reported: HashSet::new(),
             nodes: 0,
@@ -168,7 +171,8 @@ impl<'a> Checker<'a> {
             return;
         }
         let error = diagnostic.severity == Severity::Error;
-        let mut steps: Vec<(Span, Rc<str>)> = self.trail.iter().map(|s| (s.span, s.name.clone())).collect();
+        let mut steps: Vec<(Span, Rc<str>)> =
+            self.trail.iter().filter(|s| !self.is_definition(s)).map(|s| (s.span, s.name.clone())).collect();
         if self.in_library(diagnostic.span)
             && let Some(last) = steps.iter().rposition(|(span, _)| !self.in_library(*span))
         {
@@ -176,9 +180,9 @@ impl<'a> Checker<'a> {
             if !self.reported.insert((diagnostic.span, diagnostic.code.clone())) {
                 return;
             }
-            let name = steps[last].1.clone();
+            let name = quoted(&steps[last].1);
             let label = std::mem::take(&mut diagnostic.label);
-            let label = if label.is_empty() { format!("in '{name}'") } else { format!("in '{name}': {label}") };
+            let label = if label.is_empty() { format!("in {name}") } else { format!("in {name}: {label}") };
             diagnostic.related.push((inner, label));
             steps.truncate(last);
         }
@@ -187,11 +191,16 @@ impl<'a> Checker<'a> {
             for (i, (span, name)) in steps.iter().enumerate().rev() {
                 // The nearest calls and the outermost; in between they repeat themselves.
                 if !long || i < 2 || i + 5 > steps.len() {
-                    diagnostic.related.push((*span, format!("from this call of '{name}'")));
+                    diagnostic.related.push((*span, format!("from this call of {}", quoted(name))));
                 }
             }
         }
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Whether an error was reported.
+    pub(super) fn has_errors(&self) -> bool {
+        self.diagnostics.iter().any(|d| d.severity == Severity::Error)
     }
 
     /// Reports an error; the expression that stands for it agrees with everything.
@@ -199,6 +208,17 @@ impl<'a> Checker<'a> {
         let span = diagnostic.span;
         self.report(diagnostic);
         error(span)
+    }
+
+    /// A step that no call made: a library's function is checked without one.
+    fn is_definition(&self, step: &Step) -> bool {
+        self.modules[0].definitions.get(&*step.name).is_some_and(|d| d.span() == step.span)
+    }
+
+    /// A function in a message: its name in quotes, where it has one.
+    pub(super) fn called(&self, id: ClosureId) -> String {
+        let name = &self.closure(id).name;
+        if name.contains('|') { "this function".to_owned() } else { format!("'{name}'") }
     }
 
     fn in_library(&self, span: Span) -> bool {
@@ -235,6 +255,10 @@ impl<'a> Checker<'a> {
     pub(super) fn function(&self, id: FunctionId) -> Option<&Function> {
         self.functions.get(id.0 as usize)?.as_ref()
     }
+}
+
+fn quoted(name: &str) -> String {
+    if name.contains('|') { "a function".to_owned() } else { format!("'{name}'") }
 }
 
 /// The expression that stands for an error.

@@ -127,26 +127,26 @@ impl<'a> Checker<'a> {
     pub(super) fn unit_hint(&self, expr: &Expr, wanted: &Wanted) -> Option<String> {
         let Wanted::Real(want) = wanted else { return None };
         match expr.ty {
-            Type::Int(_) | Type::Real(Dimension::NONE) => unit_advice(expr, *want),
+            Type::Int(_) | Type::Real(Dimension::NONE) => self.unit_advice(expr, *want),
             Type::Real(have) if want.is_none() && have == Dimension::LENGTH => {
                 Some("divide by a length, such as 1mm, to get a bare number".to_owned())
             }
             _ => None,
         }
     }
-}
 
-/// `did you mean 3mm?`, or how to give a number the dimension.
-pub(super) fn unit_advice(expr: &Expr, want: Dimension) -> Option<String> {
-    let (unit, one) = match want {
-        Dimension::LENGTH => ("mm", "1mm"),
-        Dimension::ANGLE => ("deg", "1deg"),
-        _ => return None,
-    };
-    Some(match literal(expr) {
-        Some(number) => format!("did you mean {number}{unit}?"),
-        None => format!("multiply by {one} to give it a unit"),
-    })
+    /// `did you mean 3mm?`, or how to give a number the dimension.
+    pub(super) fn unit_advice(&self, expr: &Expr, want: Dimension) -> Option<String> {
+        let (unit, one) = match want {
+            Dimension::LENGTH => ("mm", "by 1mm to give it a unit"),
+            Dimension::ANGLE => ("deg", "by 1deg or 1rad to say which is meant"),
+            _ => return None,
+        };
+        Some(match literal(expr).filter(|_| self.bare_literals.contains(&inner_span(expr))) {
+            Some(number) => format!("did you mean {number}{unit}?"),
+            None => format!("multiply {one}"),
+        })
+    }
 }
 
 /// The number of a literal.
@@ -159,6 +159,14 @@ fn literal(expr: &Expr) -> Option<f64> {
             literal(e).map(|x| sign * x)
         }
         _ => None,
+    }
+}
+
+/// Where the digits of a literal stand.
+fn inner_span(expr: &Expr) -> Span {
+    match &expr.kind {
+        ExprKind::Unary(Unary::Neg, e) | ExprKind::Convert(e) => inner_span(e),
+        _ => expr.span,
     }
 }
 

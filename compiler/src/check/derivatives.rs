@@ -34,14 +34,14 @@ impl<'a> Checker<'a> {
     /// Which argument a derivative is taken in. `u` and `v` are also the first and second of any function of two.
     fn argument_index(&mut self, id: ClosureId, argument: Option<&Ident>, span: Span) -> Option<usize> {
         let params = self.parameters(id);
-        let name = self.closure(id).name.clone();
+        let name = self.called(id);
         let Some(argument) = argument else {
             if self.arity(id) == 1 || params.len() == 1 {
                 return Some(0);
             }
-            let message = format!("'{name}' has {} arguments: say in which one to derive", params.len());
+            let message = format!("{name} has {} arguments: say in which one to derive", params.len());
             let diagnostic = Diagnostic::error("no-derivative", span, message);
-            let hint = params.first().map(|p| format!("name it after the prime, as in {name}'{}", p.name));
+            let hint = params.first().map(|p| format!("name it after the prime, as in f'{}", p.name));
             self.report(match hint {
                 Some(hint) => diagnostic.hint(hint),
                 None => diagnostic,
@@ -56,7 +56,7 @@ impl<'a> Checker<'a> {
             });
         if position.is_none() {
             let names: Vec<&str> = params.iter().map(|p| p.name).collect();
-            let message = format!("'{name}' has no argument '{}' to derive in", argument.text);
+            let message = format!("{name} has no argument '{}' to derive in", argument.text);
             let diagnostic = Diagnostic::error("unknown-label", argument.span, message);
             self.report(diagnostic.hint(format!("its arguments are {}", names.join(", "))));
         }

@@ -1,6 +1,7 @@
 //! The names that a function uses from outside of itself, and all names of a file.
 
 use crate::syntax::ast::{Expr, ExprKind, FnParam, FunctionDecl, Item, ItemKind, Pattern};
+use std::collections::{HashMap, HashSet};
 
 /// Names that occur free in a lambda, each once, in the order of their first use.
 pub(super) fn of_lambda<'a>(params: &'a [FnParam], body: &'a Expr) -> Vec<&'a str> {
@@ -12,7 +13,7 @@ pub(super) fn of_lambda<'a>(params: &'a [FnParam], body: &'a Expr) -> Vec<&'a st
 /// Names that occur free in a function, its own name not among them.
 pub(super) fn of_function(decl: &FunctionDecl) -> Vec<&str> {
     let mut walk = Walk::default();
-    walk.bound.push(&decl.name.text);
+    walk.push(&decl.name.text);
     walk.function(&decl.params, &decl.body);
     walk.free
 }
@@ -27,20 +28,35 @@ pub(super) fn of_items(items: &[Item]) -> Vec<&str> {
 #[derive(Default)]
 struct Walk<'a> {
     bound: Vec<&'a str>,
+    /// How often each name is bound at present.
+    counts: HashMap<&'a str, u32>,
     free: Vec<&'a str>,
-    seen: std::collections::HashSet<&'a str>,
+    seen: HashSet<&'a str>,
 }
 
 impl<'a> Walk<'a> {
     fn name(&mut self, name: &'a str) {
-        if !self.bound.contains(&name) && self.seen.insert(name) {
+        if self.counts.get(name).is_none_or(|n| *n == 0) && self.seen.insert(name) {
             self.free.push(name);
+        }
+    }
+
+    fn push(&mut self, name: &'a str) {
+        self.bound.push(name);
+        *self.counts.entry(name).or_default() += 1;
+    }
+
+    fn truncate(&mut self, mark: usize) {
+        for name in self.bound.drain(mark..) {
+            if let Some(count) = self.counts.get_mut(name) {
+                *count -= 1;
+            }
         }
     }
 
     fn bind(&mut self, pattern: &'a Pattern) {
         match pattern {
-            Pattern::Name(ident) => self.bound.push(&ident.text),
+            Pattern::Name(ident) => self.push(&ident.text),
             Pattern::Tuple(patterns, _) => patterns.iter().for_each(|p| self.bind(p)),
         }
     }
@@ -52,7 +68,7 @@ impl<'a> Walk<'a> {
             self.bind(&param.pattern);
         }
         self.expr(body);
-        self.bound.truncate(mark);
+        self.truncate(mark);
     }
 
     fn items(&mut self, items: &'a [Item]) {
@@ -60,22 +76,22 @@ impl<'a> Walk<'a> {
         for item in items {
             self.item(item);
         }
-        self.bound.truncate(mark);
+        self.truncate(mark);
     }
 
     /// What an item binds stays bound for those after it.
     fn item(&mut self, item: &'a Item) {
         match &item.kind {
             ItemKind::Function(decl) => {
-                self.bound.push(&decl.name.text);
+                self.push(&decl.name.text);
                 self.function(&decl.params, &decl.body);
             }
             ItemKind::Derivative(decl) => {
                 self.name(&decl.function.text);
                 let mark = self.bound.len();
-                self.bound.extend(decl.params.iter().chain(&decl.tangents).map(|i| i.text.as_str()));
+                decl.params.iter().chain(&decl.tangents).for_each(|i| self.push(&i.text));
                 self.expr(&decl.body);
-                self.bound.truncate(mark);
+                self.truncate(mark);
             }
             ItemKind::Let(binding) => {
                 self.expr(&binding.value);
@@ -88,12 +104,12 @@ impl<'a> Walk<'a> {
                     self.expr(upper);
                 });
                 decl.default.iter().for_each(|d| self.expr(d));
-                self.bound.push(&decl.name.text);
+                self.push(&decl.name.text);
             }
             ItemKind::Part(decl) => {
                 decl.tolerance.iter().for_each(|t| self.expr(t));
                 self.expr(&decl.shape);
-                self.bound.push(&decl.name.text);
+                self.push(&decl.name.text);
             }
             ItemKind::Require(require) => self.expr(&require.condition),
             ItemKind::For(decl) => {
@@ -101,7 +117,7 @@ impl<'a> Walk<'a> {
                 let mark = self.bound.len();
                 self.bind(&decl.pattern);
                 self.items(&decl.items);
-                self.bound.truncate(mark);
+                self.truncate(mark);
             }
             ItemKind::If(decl) => {
                 self.expr(&decl.condition);
@@ -146,13 +162,13 @@ impl<'a> Walk<'a> {
                 let mark = self.bound.len();
                 self.bind(pattern);
                 self.expr(body);
-                self.bound.truncate(mark);
+                self.truncate(mark);
             }
             ExprKind::Block(items, result) => {
                 let mark = self.bound.len();
                 items.iter().for_each(|i| self.item(i));
                 self.exprs(result.as_deref());
-                self.bound.truncate(mark);
+                self.truncate(mark);
             }
             ExprKind::Int(_) | ExprKind::Real(..) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Error => {}
         }

@@ -1,8 +1,9 @@
 //! Function instances: a body checked for certain types of captures and arguments.
 
+use super::bindings::wrap;
 use super::calls::Parameter;
 use super::context::{Binding, Checker, Code, Env, Step};
-use super::expressions::{local_expr, wrap};
+use super::expressions::local_expr;
 use super::typed::{Expr, ExprKind, Function, FunctionId, LocalId, Type};
 use super::types::ClosureId;
 use crate::diagnostic::Diagnostic;
@@ -279,14 +280,16 @@ impl<'a> Checker<'a> {
         for item in self.modules[0].items {
             if let ast::ItemKind::Let(decl) = &item.kind {
                 let id = self.intern(first_name(&decl.pattern), Code::Global(0, decl), Vec::new());
-                self.instantiate(id, Vec::new(), item.span);
+                self.instantiate(id, Vec::new(), super::modules::pattern_span(&decl.pattern));
             }
             let ast::ItemKind::Function(decl) = &item.kind else { continue };
             let id = self.intern(&decl.name.text, Code::Function(0, decl), Vec::new());
             let params: Vec<Parameter<'a>> = self.parameters(id);
+            // Whole numbers may have to be known to it, which here they are not.
             let types: Option<Vec<Option<Type>>> = params
                 .iter()
-                .map(|p| p.ty.map(|ty| self.wanted(ty)).and_then(|wanted| wanted.exact()).map(Some))
+                .map(|p| p.ty.map(|ty| self.wanted(ty)).and_then(|wanted| wanted.exact()))
+                .map(|ty| ty.filter(|ty| !matches!(ty, Type::Int(_) | Type::Bool(_))).map(Some))
                 .collect();
             if let Some(types) = types {
                 self.instantiate(id, types, decl.name.span);

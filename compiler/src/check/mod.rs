@@ -10,9 +10,12 @@
 //! `expressions` dispatches on the kind of expression; `instantiate` makes function instances; `model` does the body of a model; `finish` numbers
 //! what is used.
 
+mod activity;
 mod annotations;
+mod bindings;
 mod builtins;
 mod calls;
+mod comparisons;
 mod constants;
 mod context;
 mod convert;
@@ -22,6 +25,7 @@ mod evaluate;
 mod expressions;
 mod finish;
 mod free;
+mod inputs;
 mod instantiate;
 mod iteration;
 mod model;
@@ -34,6 +38,7 @@ mod stdlib;
 mod suggest;
 pub mod typed;
 pub mod types;
+mod values;
 
 #[cfg(test)]
 mod tests;

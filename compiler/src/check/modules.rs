@@ -6,7 +6,7 @@ use super::suggest::nearest;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Loader, Sources, Span};
 use crate::syntax::ast::{DerivativeDecl, File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// How many files a script may use, directly or not.
 const FILE_LIMIT: usize = 256;
@@ -16,7 +16,7 @@ pub(super) struct Loaded {
     name: String,
     std: bool,
     ast: File,
-    uses: Vec<(usize, usize)>,
+    uses: Vec<(usize, Option<usize>)>,
 }
 
 /// A file's names.
@@ -34,6 +34,8 @@ pub(super) struct Module<'a> {
     pub(super) imports: HashMap<&'a str, usize>,
     /// Modules used whole, by the last part of their name.
     pub(super) whole: HashMap<&'a str, usize>,
+    /// Names that a `use` should have brought, whose module could not be had.
+    pub(super) broken: HashSet<&'a str>,
 }
 
 /// A top-level definition.
@@ -136,9 +138,7 @@ impl Reader<'_> {
                 UsePath::Module(parts) => self.use_module(parts),
                 UsePath::File(path, span) => self.use_file(id, path, *span),
             };
-            if let Some(target) = target {
-                self.loaded[id].uses.push((item, target));
-            }
+            self.loaded[id].uses.push((item, target));
         }
     }
 
@@ -198,6 +198,7 @@ impl Reader<'_> {
                 continue;
             };
             path.push((file, next + 1));
+            let Some(target) = target else { continue };
             if self.loaded[file].std || self.loaded[target].std || done[target] {
                 continue;
             }
@@ -235,28 +236,37 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
     for (id, file) in loaded.iter().enumerate() {
         for (item, target) in &file.uses {
             let ItemKind::Use(u) = &file.ast.items[*item].kind else { continue };
-            match (&u.names, &u.path) {
-                (Some(names), _) => {
-                    for name in names {
-                        if let Some(error) = unknown_import(name, &modules[*target]) {
-                            diagnostics.push(error);
-                        }
+            for name in u.names.iter().flatten() {
+                match target {
+                    Some(target) => {
+                        diagnostics.extend(unknown_import(name, &modules[*target]));
                         modules[id].imports.insert(&name.text, *target);
                     }
+                    None => _ = modules[id].broken.insert(&name.text),
                 }
-                (None, UsePath::Module(parts)) => {
-                    if let Some(last) = parts.last() {
-                        modules[id].whole.insert(&last.text, *target);
-                    }
-                }
-                (None, UsePath::File(path, _)) => {
-                    let stem = path.rsplit(['/', '\\']).next().unwrap_or(path);
-                    modules[id].whole.insert(stem.strip_suffix(".gml").unwrap_or(stem), *target);
+            }
+            if u.names.is_none()
+                && let Some(name) = whole_name(&u.path)
+            {
+                match target {
+                    Some(target) => _ = modules[id].whole.insert(name, *target),
+                    None => _ = modules[id].broken.insert(name),
                 }
             }
         }
     }
     (modules, diagnostics)
+}
+
+/// The name of a module that is used whole: the last part of its own, or of its file's without the ending.
+fn whole_name(path: &UsePath) -> Option<&str> {
+    match path {
+        UsePath::Module(parts) => parts.last().map(|last| last.text.as_str()),
+        UsePath::File(path, _) => {
+            let file = path.rsplit(['/', '\\']).next()?;
+            Some(file.strip_suffix(".gml").unwrap_or(file))
+        }
+    }
 }
 
 fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {

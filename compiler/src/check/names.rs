@@ -41,6 +41,9 @@ impl<'a> Checker<'a> {
                 None => super::context::error(span),
             });
         }
+        if self.modules[module].broken.contains(name) {
+            return Some(super::context::error(span));
+        }
         if let Some(value) = builtins::constant_named(name, span) {
             return Some(value);
         }
@@ -58,6 +61,9 @@ impl<'a> Checker<'a> {
     pub(super) fn module_member(&mut self, module: &'a str, name: &'a str, span: Span) -> Option<Expr> {
         if self.env.names.iter().any(|(n, _)| *n == module) {
             return None;
+        }
+        if self.modules[self.env.module].broken.contains(module) {
+            return Some(super::context::error(span));
         }
         let target = *self.modules[self.env.module].whole.get(module)?;
         Some(match self.modules[target].definitions.get(name) {

@@ -27,8 +27,9 @@ use obvhs::bvh2::node::Bvh2Node;
 use ray::LocalRay;
 use thiserror::Error;
 
-/// Coordinates further than this from the mesh's centre are refused. Millimetres.
-const MAX_EXTENT: f64 = 1e12;
+/// Coordinates further than this from the mesh's centre are refused: third powers must stay within single precision.
+/// Millimetres.
+const MAX_EXTENT: f64 = 1e9;
 
 /// A bounding volume hierarchy over a triangle mesh.
 pub struct Bvh {
@@ -57,7 +58,7 @@ pub enum BvhError {
         vertices: usize,
     },
     /// A triangle's corner is NaN or infinite, or lies too far from the mesh's centre.
-    #[error("a corner of triangle {triangle} is not finite or more than 1e12 mm away")]
+    #[error("a corner of triangle {triangle} is not finite or more than 1e9 mm from the mesh's centre")]
     BadPosition {
         /// Which triangle.
         triangle: usize,
@@ -116,9 +117,10 @@ impl Bvh {
         self.half_extent
     }
 
-    /// A ray for [`cast`](Self::cast). Origin and direction must be finite, the direction not zero.
-    pub(crate) fn local_ray(&self, origin: Vec3A, direction: Vec3A) -> LocalRay {
-        LocalRay::new(origin, direction, self.half_extent)
+    /// A ray for [`cast`](Self::cast). Origin and direction must be finite, the direction not zero. It hits triangles
+    /// whose normal goes with it (`facing` 1), against it (-1), or any (0).
+    pub(crate) fn local_ray(&self, origin: Vec3A, direction: Vec3A, facing: f32) -> LocalRay {
+        LocalRay::new(origin, direction, self.half_extent, facing)
     }
 
     /// The nodes, root first, the children of an inner node side by side; and the triangles, of which the leaf that

@@ -10,5 +10,6 @@ pub mod picture;
 pub mod ply;
 pub mod raster;
 pub mod render;
+pub mod report;
 pub mod stl;
 pub mod x3d;

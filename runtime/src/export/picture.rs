@@ -35,6 +35,23 @@ impl Picture {
             self.pixels[start + x.min(self.width)..start + (x + width).min(self.width)].fill(colour);
         }
     }
+
+    /// Pictures of one size side by side, `columns` a row.
+    #[must_use]
+    pub fn sheet(pictures: &[Picture], columns: usize) -> Picture {
+        let (width, height) = pictures.first().map_or((1, 1), |p| (p.width, p.height));
+        let columns = columns.max(1);
+        let mut sheet = Picture::new(width * columns, height * pictures.len().div_ceil(columns).max(1), [255; 3]);
+        for (i, picture) in pictures.iter().enumerate() {
+            let (left, top) = (i % columns * width, i / columns * height);
+            for y in 0..picture.height.min(height) {
+                let from = &picture.pixels[y * picture.width..][..picture.width.min(width)];
+                let start = (top + y) * sheet.width + left;
+                sheet.pixels[start..start + from.len()].copy_from_slice(from);
+            }
+        }
+        sheet
+    }
 }
 
 /// A sensible end for the colour scale: the 95th percentile of the unsigned distances, rounded up to 1, 2 or 5 times a

@@ -1,11 +1,8 @@
 //! Charts: where on the texture each patch lies.
 
+use super::packing::largest_packing;
 use super::{EvaluationError, Instance, Model, Partials, vector};
-use guillotiere::{AtlasAllocator, size2};
 use thiserror::Error;
-
-/// Texels left free around every chart, so that dilated colours of neighbours never meet.
-const GUTTER: u32 = 2;
 
 /// A patch's rectangle on the texture. The patch's (u, v) run linearly over it: u to the right and v upwards, or, where
 /// `transposed`, v to the right and u upwards.
@@ -59,14 +56,13 @@ pub enum AtlasError {
 }
 
 impl Atlas {
-    /// Lays the patches out on `size` x `size` texels, as large as they fit, each in proportion to its true area and to
-    /// its mean extents along u and v.
+    /// Lays the patches out on `size` x `size` texels, as large as they fit, each in proportion to its true area and
+    /// nearly with the proportions of its mean extents along u and v.
     ///
     /// # Errors
     /// Where the surface cannot be evaluated or there are too many patches.
     pub fn new(model: &dyn Model, instance: &dyn Instance, size: u32) -> Result<Atlas, AtlasError> {
-        let extents = (0..model.parts().len()).map(|p| extent(instance, p)).collect::<Result<Vec<_>, _>>()?;
-        let sizes: Vec<[f64; 2]> = extents;
+        let sizes = (0..model.parts().len()).map(|p| extent(instance, p)).collect::<Result<Vec<_>, _>>()?;
         let charts = largest_packing(&sizes, size).ok_or(AtlasError::TooSmall { patches: sizes.len(), size })?;
         Ok(Atlas { size, charts })
     }
@@ -109,73 +105,9 @@ fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationE
     Ok([along_u * correction, along_v * correction])
 }
 
-/// Packs rectangles at the largest common scale at which they fit (bisection), tall ones laid down. A rectangle has at
-/// least two texels a side, so that every patch is on the texture.
-pub(super) fn largest_packing(sizes: &[[f64; 2]], side: u32) -> Option<Vec<Chart>> {
-    let area: f64 = sizes.iter().map(|s| s[0] * s[1]).sum();
-    let mut low = 0.0;
-    let mut best = pack(sizes, side, low)?;
-    let mut high = if area > 0.0 { f64::from(side) / area.sqrt() } else { 0.0 };
-    for _ in 0..24 {
-        let middle = 0.5 * (low + high);
-        match pack(sizes, side, middle) {
-            Some(charts) => {
-                best = charts;
-                low = middle;
-            }
-            None => high = middle,
-        }
-    }
-    Some(best)
-}
-
-fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
-    let charts: Vec<Chart> = sizes
-        .iter()
-        .map(|s| {
-            let texels = s.map(|d| (d * scale).floor().clamp(2.0, f64::from(side)) as u32);
-            let transposed = texels[1] > texels[0];
-            let [width, height] = if transposed { [texels[1], texels[0]] } else { texels };
-            Chart { x: 0, y: 0, width, height, transposed }
-        })
-        .collect();
-    let mut order: Vec<usize> = (0..charts.len()).collect();
-    order.sort_by_key(|&i| (std::cmp::Reverse((charts[i].height, charts[i].width)), i));
-    let mut free = AtlasAllocator::new(size2(side as i32, side as i32));
-    let mut placed = charts;
-    for i in order {
-        let c = &mut placed[i];
-        let wanted = size2((c.width + 2 * GUTTER) as i32, (c.height + 2 * GUTTER) as i32);
-        let at = free.allocate(wanted)?.rectangle.min;
-        c.x = at.x as u32 + GUTTER;
-        c.y = at.y as u32 + GUTTER;
-    }
-    Some(placed)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn charts_do_not_overlap_and_keep_their_gutters() {
-        let sizes: Vec<[f64; 2]> = (1..40).map(|i| [f64::from(i % 7 + 1), f64::from(i % 11 + 1) * 3.0]).collect();
-        let charts = largest_packing(&sizes, 512).expect("they fit");
-        for (i, a) in charts.iter().enumerate() {
-            assert!(a.x >= GUTTER && a.y >= GUTTER);
-            assert!(a.x + a.width + GUTTER <= 512 && a.y + a.height + GUTTER <= 512);
-            for b in &charts[i + 1..] {
-                let apart_x = a.x + a.width + 2 * GUTTER <= b.x || b.x + b.width + 2 * GUTTER <= a.x;
-                let apart_y = a.y + a.height + 2 * GUTTER <= b.y || b.y + b.height + 2 * GUTTER <= a.y;
-                assert!(apart_x || apart_y, "{a:?} and {b:?} overlap");
-            }
-        }
-    }
-
-    #[test]
-    fn too_many_patches_are_refused() {
-        assert_eq!(largest_packing(&vec![[1.0, 1.0]; 1000], 64), None);
-    }
 
     #[test]
     fn a_texel_centre_maps_back_to_its_texel() {

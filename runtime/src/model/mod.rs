@@ -1,6 +1,8 @@
 //! A model as evaluable surface patches; its tessellation, charts and texels.
 
 mod atlas;
+mod motion;
+mod packing;
 mod program;
 mod reference;
 mod surface;
@@ -9,6 +11,7 @@ mod texels;
 pub(crate) mod vector;
 
 pub use atlas::{Atlas, AtlasError, Chart};
+pub use motion::Motion;
 pub use reference::{ReferenceError, ReferenceSurface};
 pub use surface::{EvaluationError, Instance, Model, Partials, SecondPartials};
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};

@@ -1,7 +1,8 @@
 //! A mesh from elsewhere in the place of a model ([VA] sect. 6): texture coordinates of its own, or charts made here,
 //! and the texels on its triangles.
 
-use super::atlas::{Chart, largest_packing};
+use super::atlas::Chart;
+use super::packing::largest_packing;
 use super::texels::Texel;
 use super::{Tessellation, Texels, vector};
 use crate::mesh::{Group, TriangleMesh};

@@ -5,6 +5,7 @@
 
 mod deviations;
 mod moments;
+mod orientation;
 mod report;
 mod statistics;
 mod texture;
@@ -14,8 +15,9 @@ mod trace_gpu;
 
 pub use deviations::Deviations;
 pub use moments::{Moments, Percentiles, SignedMoments};
+pub use orientation::agree_with_scan;
 pub use report::{PartStatistics, SIGN_CONVENTION, VarianceReport, VarianceSeconds};
 pub use statistics::{Histogram, Statistics};
 pub use texture::{DistanceTexture, signed_distances};
-pub use trace::{Device, Trace, TraceError, trace};
+pub use trace::{Device, Facing, Trace, TraceError, trace};
 pub use trace_gpu::GpuError;

@@ -21,6 +21,18 @@ pub enum Device {
     Gpu,
 }
 
+/// Which of the scan's triangles count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Facing {
+    /// Those whose normal makes less than a right angle with the model's: the other side of a thin wall, and whatever
+    /// else a ray meets from behind, is not what was to be measured there.
+    #[default]
+    Same,
+    /// All; for scans whose triangles are not oriented.
+    Any,
+}
+
 /// Deviations and how they were found.
 #[derive(Clone, Debug)]
 pub struct Trace {
@@ -41,7 +53,7 @@ pub enum TraceError {
 }
 
 /// For every texel the distances to the nearest points of the scan along +normal and along -normal, at most
-/// `max_distance`, on either side of the scan's triangles: which way they face plays no role. Where the scan passes
+/// `max_distance`, among the triangles that `facing` admits. Where the scan passes
 /// through the texel, as far as single precision can tell, both distances are zero. A texel whose position or normal
 /// is not finite, or whose normal is zero, has no data.
 ///
@@ -49,11 +61,21 @@ pub enum TraceError {
 ///
 /// # Errors
 /// Where `max_distance` is not positive and finite.
-pub fn trace(texels: Texels, scan: &Bvh, max_distance: f64, device: Device) -> Result<Trace, TraceError> {
+pub fn trace(
+    texels: Texels,
+    scan: &Bvh,
+    max_distance: f64,
+    facing: Facing,
+    device: Device,
+) -> Result<Trace, TraceError> {
     if !(max_distance > 0.0 && max_distance < 1e12) || (max_distance as f32) == 0.0 {
         return Err(TraceError::MaxDistance(max_distance));
     }
-    let rays = Rays { texels: &texels, scan, max_distance: max_distance as f32, tolerance: scan.tolerance() };
+    let facing = match facing {
+        Facing::Same => 1.0,
+        Facing::Any => 0.0,
+    };
+    let rays = Rays { texels: &texels, scan, max_distance: max_distance as f32, tolerance: scan.tolerance(), facing };
     let (found, device, notice) = match on_gpu(&rays, device) {
         Some(Ok((found, name))) => (found, format!("gpu: {name}"), None),
         Some(Err(error)) => {
@@ -92,6 +114,8 @@ pub(super) struct Rays<'a> {
     pub(super) max_distance: f32,
     /// Hits this far behind a ray's origin count as distance zero.
     pub(super) tolerance: f32,
+    /// 1 where only triangles count that face as the model does, 0 where all.
+    pub(super) facing: f32,
 }
 
 impl Rays<'_> {

@@ -27,6 +27,8 @@ struct Setup {
   max_distance: f32,
   tolerance: f32,
   count: u32,
+  // 1 where only triangles count that face as the model does, 0 where all.
+  facing: f32,
 }
 
 @group(0) @binding(0) var<uniform> setup: Setup;
@@ -46,15 +48,17 @@ struct Shear {
   origin: vec3f,
   shear: vec2f,
   scale: f32,
+  // 1 / -1: hit only triangles whose normal goes with / against the ray; 0: any. Times the sign of scale.
+  facing: f32,
 }
 
-fn make_shear(origin: vec3f, direction: vec3f) -> Shear {
+fn make_shear(origin: vec3f, direction: vec3f, facing: f32) -> Shear {
   var z = 0u;
   if abs(direction.y) > abs(direction[z]) { z = 1u; }
   if abs(direction.z) > abs(direction[z]) { z = 2u; }
   let axes = vec3u((z + 1u) % 3u, (z + 2u) % 3u, z);
   let d = vec3f(direction[axes.x], direction[axes.y], direction[axes.z]);
-  return Shear(axes, vec3f(origin[axes.x], origin[axes.y], origin[axes.z]), d.xy / d.z, 1.0 / d.z);
+  return Shear(axes, vec3f(origin[axes.x], origin[axes.y], origin[axes.z]), d.xy / d.z, 1.0 / d.z, facing * sign(d.z));
 }
 
 // The difference of two products, or zero where rounding may have decided its sign: products may be fused with the
@@ -80,7 +84,8 @@ fn intersect(block: u32, ray: Shear, t_min: f32, t_max: f32) -> f32 {
   let low = min(min(u, v), w);
   let high = max(max(u, v), w);
   let det = u + v + w;
-  let inside = ((low >= vec4f(0.0)) | (high <= vec4f(0.0))) & (det != vec4f(0.0));
+  let faces = ray.facing * det <= vec4f(0.0);
+  let inside = ((low >= vec4f(0.0)) | (high <= vec4f(0.0))) & (det != vec4f(0.0)) & faces;
   if !any(inside) {
     return FAR;
   }
@@ -107,7 +112,7 @@ fn enter(node: u32, slabs: Slabs, t_min: f32, t_max: f32) -> f32 {
   return select(FAR, first, first <= last);
 }
 
-fn nearest_hit(origin: vec3f, direction: vec3f) -> f32 {
+fn nearest_hit(origin: vec3f, direction: vec3f, facing: f32) -> f32 {
   let reach = abs(origin) + setup.half_extent;
   let padding = max(max(max(reach.x, reach.y), reach.z) * 0x1p-19, 1.0e-30);
   let tiny = select(vec3f(1.0e-20), vec3f(-1.0e-20), direction < vec3f(0.0));
@@ -116,7 +121,7 @@ fn nearest_hit(origin: vec3f, direction: vec3f) -> f32 {
     origin - padding,
     1.0 / select(direction, tiny, abs(direction) < vec3f(1.0e-20)),
   );
-  let ray = make_shear(origin, direction);
+  let ray = make_shear(origin, direction, facing);
   let t_min = -setup.tolerance;
   var t_max = setup.max_distance;
   var best = FAR;
@@ -190,8 +195,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
   var found = vec2f(MISS);
   if rays[i].present != 0.0 {
     found = vec2f(
-      nearest_hit(rays[i].origin, rays[i].direction),
-      nearest_hit(rays[i].origin, -rays[i].direction),
+      nearest_hit(rays[i].origin, rays[i].direction, setup.facing),
+      nearest_hit(rays[i].origin, -rays[i].direction, -setup.facing),
     );
   }
   distances[i] = found;

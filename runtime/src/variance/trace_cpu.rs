@@ -14,13 +14,13 @@ pub(super) fn trace(rays: &Rays) -> Distances {
     chunks.for_each(|(chunk, (outward, inward))| {
         for (i, (outward, inward)) in outward.iter_mut().zip(inward).enumerate() {
             if let Some((origin, normal)) = rays.get(chunk * CHUNK + i) {
-                let distance = |direction| {
-                    let ray = rays.scan.local_ray(origin, direction);
+                let distance = |direction, facing| {
+                    let ray = rays.scan.local_ray(origin, direction, facing);
                     let hit = rays.scan.cast(&ray, -rays.tolerance, rays.max_distance);
                     hit.map_or(f32::NAN, |hit| hit.t.max(0.0))
                 };
-                *outward = distance(normal);
-                *inward = distance(-normal);
+                *outward = distance(normal, rays.facing);
+                *inward = distance(-normal, -rays.facing);
             }
         }
     });

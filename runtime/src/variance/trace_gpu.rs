@@ -94,7 +94,8 @@ struct Setup {
     max_distance: f32,
     tolerance: f32,
     count: u32,
-    unused: [u32; 2],
+    facing: f32,
+    unused: u32,
 }
 
 /// The buffers of one run.
@@ -221,7 +222,8 @@ impl Gpu {
             max_distance: rays.max_distance,
             tolerance: rays.tolerance,
             count: upload.len() as u32,
-            unused: [0; 2],
+            facing: rays.facing,
+            unused: 0,
         };
         let bytes = std::mem::size_of_val(upload) as u64 / size_of::<GpuRay>() as u64 * size_of::<[f32; 2]>() as u64;
         self.faults.scope(&self.device, || {

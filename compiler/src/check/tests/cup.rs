@@ -163,3 +163,53 @@ fn the_cup_compiles_as_the_language_page_has_it() {
     assert_ne!(verbatim, CUP);
     assert_eq!(diagnosed(&verbatim), "");
 }
+
+#[test]
+fn the_other_examples_are_without_complaints() {
+    for (text, params) in [
+        (include_str!("../../../../examples/cup/octagonal_cup.gml"), 16),
+        (include_str!("../../../../examples/mug/mug.gml"), 15),
+    ] {
+        assert_eq!(diagnosed(text), "");
+        assert_eq!(model(text).params.len(), params);
+    }
+}
+
+#[test]
+fn the_mugs_normals_point_away_from_its_material() {
+    let mug = model(include_str!("../../../../examples/mug/mug.gml"));
+    let p = defaults(&mug);
+    let at = |name: &str, u: f64, v: f64| {
+        let part = part(&mug, name);
+        (point(&mug, part, &p, u, v), normal(&mug, part, &p, u, v))
+    };
+    for u in [0.05, 0.3, 0.55, 0.8] {
+        let outwards = |(q, n): ([f64; 3], [f64; 3])| (q[0] * n[0] + q[1] * n[1]) / q[0].hypot(q[1]);
+        assert!(outwards(at("outside", u, 0.5)) > 0.9);
+        assert!(outwards(at("inside", u, 0.5)) < -0.9);
+        assert!(at("floor", u, 0.5).1[2] > 0.9);
+        assert!(at("base", u, 0.5).1[2] < -0.9);
+        let (_, n) = at("corner", u, 0.3);
+        assert!(n[2] < -0.3 && outwards(at("corner", u, 0.3)) > 0.3);
+        assert!(at("roll", u, 0.7).1[2] > 0.9);
+    }
+    // The parts meet: corner and wall, wall and bead, bead and inside.
+    let near = |a: [f64; 3], b: [f64; 3], d: f64| (0..3).all(|k| (a[k] - b[k]).abs() <= d);
+    assert!(near(at("corner", 0.3, 1.0).0, at("outside", 0.3, 0.0).0, 1e-12));
+    assert!(near(at("base", 0.3, 1.0).0, at("corner", 0.3, 0.0).0, 1e-12));
+    assert!(near(at("roll", 0.3, 1.0).0, at("inside", 0.3, 0.0).0, 1e-12));
+    let top = at("roll", 0.3, 0.7).0[2];
+    assert!((top - p["height"]).abs() < 1e-9);
+}
+
+/// Not a benchmark: a bound that would be broken by work that grows faster than the script.
+#[test]
+fn the_cup_is_checked_in_no_time() {
+    let start = std::time::Instant::now();
+    for _ in 0..20 {
+        model(CUP);
+    }
+    let each = start.elapsed().as_secs_f64() / 20.0;
+    println!("check: {:.2} ms", each * 1e3);
+    assert!(each < 0.1, "{each} s");
+}

@@ -1,7 +1,8 @@
 //! Scripts in, diagnostics as text or points out.
 
-use crate::check::evaluate::{Evaluation, Value};
+use crate::check::evaluate::Evaluation;
 use crate::check::typed::{Model, Part, Statement};
+use crate::check::values::Value;
 use crate::check::{CheckOptions, InputValue, check};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{NoFiles, Sources};
@@ -41,7 +42,7 @@ pub(super) fn rendered(sources: &Sources, diagnostics: &[Diagnostic]) -> String 
         let (line, column) = sources.line_column(d.span);
         let word = if d.severity == Severity::Error { "error" } else { "warning" };
         let _ = writeln!(out, "{word}[{}] {name}:{line}:{column}: {}", d.code, d.message);
-        let _ = writeln!(out, "  > {} {}", one_line(sources.text(d.span)), d.label);
+        let _ = writeln!(out, "{}", format!("  > {} {}", one_line(sources.text(d.span)), d.label).trim_end());
         for (span, text) in &d.related {
             let name = sources.get(span.file).map_or("?", |f| &f.name);
             let (line, column) = sources.line_column(*span);

@@ -6,7 +6,7 @@
 //! `deviation` in glsl/common.glsl, as in the statistics: the nearer one.
 
 mod scene;
-mod shaders;
+pub(super) mod shaders;
 #[cfg(test)]
 mod tests;
 
@@ -26,6 +26,9 @@ pub struct X3dScene<'a> {
     pub max_distance: f64,
     /// Deviation at which the colour scale ends. Millimetres.
     pub colour_range: f64,
+    /// How the model was turned from the way its author drew it, with z upwards, into the scan's coordinates: a
+    /// rotation matrix, row by row. Viewers show it upright.
+    pub turned: [[f64; 3]; 3],
     /// Title of the document.
     pub title: &'a str,
     /// Groups of figures, kept in the file as metadata: overall and per part.

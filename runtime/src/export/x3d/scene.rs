@@ -7,6 +7,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
 /// What the Switch offers, in its order; a viewpoint leads to each.
@@ -19,15 +20,14 @@ const FIELD_OF_VIEW: f64 = 0.6;
 /// The whole document of a checked scene.
 pub(super) fn document(scene: &X3dScene<'_>) -> String {
     let mesh = &scene.tessellation.mesh;
-    let frame = Frame::of(mesh);
+    let frame = Frame::of(mesh, &scene.turned);
     let mut out = String::new();
     head(scene, &mut out);
     let _ = writeln!(out, "  <Scene>");
     world(scene, &frame, &mut out);
     viewpoints(&frame, &mut out);
-    // The model's z points upwards, X3D's y: turn by -90 degrees about x.
-    let _ = writeln!(out, "    <Transform rotation='1 0 0 -1.57079633'>");
-    let _ = writeln!(out, "      <Transform translation='{}'>", list_of(frame.centre, frame.decimals));
+    let (rotation, translation) = (list_of(axis_angle(&frame.upright), 9), list_of(frame.place.into(), frame.decimals));
+    let _ = writeln!(out, "    <Transform rotation='{rotation}' translation='{translation}'>");
     let _ = writeln!(out, "        <Switch DEF='Mode' whichChoice='0'>");
     let parts = parts(mesh);
     nominal(scene, &parts, &frame, &mut out);
@@ -36,7 +36,7 @@ pub(super) fn document(scene: &X3dScene<'_>) -> String {
     displaced.mode(&["Geometry", "Web"], true, &mut out);
     displaced.mode(&["Vertex", "Web"], false, &mut out);
     displaced.mode(&["Vertex", "Web"], true, &mut out);
-    let _ = writeln!(out, "        </Switch>\n      </Transform>\n    </Transform>");
+    let _ = writeln!(out, "        </Switch>\n    </Transform>");
     routes(&mut out);
     out.push_str("  </Scene>\n</X3D>\n");
     out
@@ -88,16 +88,17 @@ fn world(scene: &X3dScene<'_>, frame: &Frame, out: &mut String) {
     );
 }
 
-/// A viewpoint a mode, all from the same place: in front (from the model's -y), to the right and above. They are no
-/// children of the Transform, because X_ITE takes y of a viewpoint's own coordinates as upwards.
+/// A viewpoint a mode, all from the same place: in front (from the model's -y), to the right and above. They are not
+/// in the Transform, because X_ITE takes y of a viewpoint's own coordinates as upwards.
 fn viewpoints(frame: &Frame, out: &mut String) {
     let toward = Vector3::new(0.45, 0.45, 0.8).normalize();
-    let [x, y, z] = frame.centre;
-    let centre = Vector3::new(x, z, -y);
+    let centre = frame.place;
     let position = centre + toward * (1.05 * frame.radius / (FIELD_OF_VIEW / 2.0).sin());
     let triple = |v: Vector3<f64>| list_of(v.into(), frame.decimals);
     let (position, centre) = (triple(position), triple(centre));
-    let orientation = list_of(orientation(toward), 6);
+    let right = Vector3::y().cross(&toward).normalize();
+    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, toward.cross(&right), toward]));
+    let orientation = list_of(axis_angle(&rotation), 6);
     for (i, mode) in MODES.iter().enumerate() {
         let _ = writeln!(
             out,
@@ -107,11 +108,8 @@ fn viewpoints(frame: &Frame, out: &mut String) {
     }
 }
 
-/// Axis and angle of the rotation that makes a camera (looking along -z, up y) look from `toward` at the origin.
-fn orientation(toward: Vector3<f64>) -> [f64; 4] {
-    let right = Vector3::y().cross(&toward).normalize();
-    let up = toward.cross(&right);
-    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, up, toward]));
+/// A rotation as X3D writes it: an axis and an angle.
+fn axis_angle(rotation: &Rotation3<f64>) -> [f64; 4] {
     rotation.axis_angle().map_or([0.0, 0.0, 1.0, 0.0], |(axis, angle)| [axis.x, axis.y, axis.z, angle])
 }
 
@@ -271,6 +269,10 @@ fn routes(out: &mut String) {
 struct Frame {
     /// Centre of the bounding box; coordinates are written relative to it, because viewers use single precision.
     centre: [f64; 3],
+    /// From the mesh's coordinates to the scene's, whose y points upwards.
+    upright: Rotation3<f64>,
+    /// The centre in the scene's coordinates.
+    place: Vector3<f64>,
     /// Half the diagonal of the bounding box.
     radius: f64,
     /// Decimals of coordinates: seven digits of the radius.
@@ -278,7 +280,7 @@ struct Frame {
 }
 
 impl Frame {
-    fn of(mesh: &TriangleMesh) -> Frame {
+    fn of(mesh: &TriangleMesh, turned: &[[f64; 3]; 3]) -> Frame {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
         for p in &mesh.positions {
@@ -291,7 +293,10 @@ impl Frame {
         let radius = (0..3).map(|k| (0.5 * high[k] - 0.5 * low[k]).powi(2)).sum::<f64>().sqrt();
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let decimals = (6.0 - radius.log10().floor()).clamp(0.0, 12.0) as usize;
-        Frame { centre, radius, decimals }
+        // nalgebra takes the rows for columns: the transpose, which turns back.
+        let back = Rotation3::from_matrix_unchecked(Matrix3::from(*turned));
+        let upright = Rotation3::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2) * back;
+        Frame { centre, upright, place: upright * Vector3::from(centre), radius, decimals }
     }
 }
 

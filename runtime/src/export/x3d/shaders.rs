@@ -26,7 +26,7 @@ pub(super) const WEB: &[Stage] =
     &[("VERTEX", include_str!("glsl/web.vert")), ("FRAGMENT", include_str!("glsl/web.frag"))];
 
 /// The complete source of a stage.
-pub(super) fn complete(source: &str) -> String {
+pub(in crate::export) fn complete(source: &str) -> String {
     source.replace("//!common\n", COMMON).replace("//!colour\n", &COLOUR.replace("//!scale\n", &scale()))
 }
 

@@ -1,5 +1,6 @@
 use super::{MetadataGroup, X3dError, X3dScene, write};
 use crate::export::colormap::diverging;
+use crate::export::render::IDENTITY;
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::Tessellation;
 use std::process::Command;
@@ -28,6 +29,7 @@ fn scene<'a>(tessellation: &'a Tessellation, metadata: &'a [MetadataGroup]) -> X
         texture_size: [4, 2],
         max_distance: 10.0,
         colour_range: 2.5,
+        turned: IDENTITY,
         title: "A <plate> & 'more'",
         metadata,
     }
@@ -156,7 +158,7 @@ fn large_coordinates_keep_their_digits() {
         *p = [p[0] + 1e6, p[1] - 3e6, p[2] + 2e6];
     }
     let text = write(&scene(&tessellation, &[])).unwrap();
-    assert!(text.contains("<Transform translation='1000000.5 -2999999.5 2000000'>"));
+    assert!(text.contains("translation='1000000.5 2000000 2999999.5'>"));
     assert_eq!(attributes(&text, "Coordinate", "point")[0], "-0.5 -0.5 0, 0.5 -0.5 0, 0.5 0.5 0");
 }
 

@@ -1,0 +1,212 @@
+//! Which values depend on a parameter, so that none loses its derivative unsaid: what is rounded must not depend on
+//! one, unless it is wrapped in `stop`.
+
+use super::context::{Checker, Step};
+use super::typed::{Binary, Call, Expr, ExprKind, FunctionId, LocalId, Model, Statement, Unary};
+use crate::diagnostic::Diagnostic;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+/// What a value depends on.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Activity {
+    /// All of it on a parameter (the first of several), or none of it on any.
+    All(Option<u32>),
+    /// Component by component.
+    Each(Rc<[Activity]>),
+}
+
+const NONE: Activity = Activity::All(None);
+
+impl Activity {
+    fn component(&self, k: usize) -> Activity {
+        match self {
+            Activity::Each(parts) => parts.get(k).cloned().unwrap_or(NONE),
+            all => all.clone(),
+        }
+    }
+
+    fn each(parts: Vec<Activity>) -> Activity {
+        match parts.first() {
+            None => NONE,
+            Some(first @ Activity::All(_)) if parts.iter().all(|p| p == first) => first.clone(),
+            _ => Activity::Each(parts.into()),
+        }
+    }
+
+    fn join(&self, other: &Activity) -> Activity {
+        match (self, other) {
+            (Activity::All(None), x) | (x, Activity::All(None)) => x.clone(),
+            (Activity::All(Some(a)), Activity::All(Some(b))) => Activity::All(Some(*a.min(b))),
+            (Activity::Each(parts), Activity::Each(others)) if parts.len() == others.len() => {
+                Activity::each(parts.iter().zip(&**others).map(|(a, b)| a.join(b)).collect())
+            }
+            (a, b) => Activity::All(a.any().into_iter().chain(b.any()).min()),
+        }
+    }
+
+    /// Whether any of it depends on a parameter, and on which.
+    fn any(&self) -> Option<u32> {
+        match self {
+            Activity::All(parameter) => *parameter,
+            Activity::Each(parts) => parts.iter().filter_map(Activity::any).min(),
+        }
+    }
+
+    /// Every component joined with one number.
+    fn with(&self, factor: Option<u32>) -> Activity {
+        match (self, factor) {
+            (_, None) => self.clone(),
+            (Activity::All(_), Some(_)) => self.join(&Activity::All(factor)),
+            (Activity::Each(parts), Some(_)) => Activity::each(parts.iter().map(|p| p.with(factor)).collect()),
+        }
+    }
+}
+
+/// Reports every rounding of a value that depends on a parameter.
+pub(super) fn check(checker: &mut Checker<'_>, model: &Model) {
+    let mut analysis = Analysis { checker, model, locals: HashMap::new(), known: HashMap::new(), running: Vec::new() };
+    for (i, param) in model.params.iter().enumerate() {
+        analysis.locals.insert(param.local, Activity::All(Some(i as u32)));
+    }
+    for statement in &model.body {
+        analysis.statement(statement);
+    }
+    for param in &model.params {
+        for bound in param.lower.iter().chain(&param.upper) {
+            analysis.expr(bound);
+        }
+    }
+    for part in &model.parts {
+        let shape = analysis.expr(&part.shape);
+        analysis.locals.insert(part.local, shape);
+        analysis.expr(&part.point);
+    }
+}
+
+struct Analysis<'m, 'c, 'a> {
+    checker: &'c mut Checker<'a>,
+    model: &'m Model,
+    locals: HashMap<LocalId, Activity>,
+    /// Results of functions by what their captures and arguments depend on.
+    known: HashMap<(FunctionId, Vec<Activity>), Activity>,
+    running: Vec<FunctionId>,
+}
+
+impl<'m> Analysis<'m, '_, '_> {
+    fn statement(&mut self, statement: &'m Statement) {
+        let activity = self.expr(statement.expr());
+        if let Statement::Let(local, _) = statement {
+            self.locals.insert(*local, activity);
+        }
+    }
+
+    fn expr(&mut self, e: &'m Expr) -> Activity {
+        if !self.checker.charge(1, e.span) {
+            return NONE;
+        }
+        stacker::maybe_grow(64 << 10, 1 << 20, || self.dispatch(e))
+    }
+
+    fn dispatch(&mut self, e: &'m Expr) -> Activity {
+        match &e.kind {
+            ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) => NONE,
+            ExprKind::Local(id) => self.locals.get(id).cloned().unwrap_or(NONE),
+            ExprKind::Convert(a) => self.expr(a),
+            ExprKind::Unary(op, a) => self.unary(*op, a, e),
+            ExprKind::Binary(op, a, b) => {
+                let (a, b) = (self.expr(a), self.expr(b));
+                match op {
+                    Binary::Eq | Binary::Ne | Binary::Lt | Binary::Le | Binary::Gt | Binary::Ge => NONE,
+                    Binary::Mul | Binary::Div if matches!(a, Activity::Each(_)) => a.with(b.any()),
+                    Binary::Mul | Binary::Div => b.with(a.any()),
+                    _ => a.join(&b),
+                }
+            }
+            ExprKind::If(c, a, b) => {
+                self.expr(c);
+                let (a, b) = (self.expr(a), self.expr(b));
+                a.join(&b)
+            }
+            ExprKind::Aggregate(items) => Activity::each(items.iter().map(|e| self.expr(e)).collect()),
+            ExprKind::Element(a, k) => self.expr(a).component(*k),
+            ExprKind::Index(a, i) => {
+                let a = self.expr(a);
+                self.expr(i);
+                match &a {
+                    Activity::Each(parts) => parts.iter().fold(NONE, |joined, p| joined.join(p)),
+                    all => all.clone(),
+                }
+            }
+            ExprKind::Block(statements, value) => {
+                statements.iter().for_each(|s| self.statement(s));
+                self.expr(value)
+            }
+            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => self.call(call, e),
+            ExprKind::Fold { from, to, init, accumulator, body, .. } => {
+                self.expr(from);
+                self.expr(to);
+                let mut activity = self.expr(init);
+                // It only grows; what is left then is taken as depending throughout.
+                for _ in 0..4 {
+                    self.locals.insert(*accumulator, activity.clone());
+                    let next = activity.join(&self.expr(body));
+                    if next == activity {
+                        return activity;
+                    }
+                    activity = next;
+                }
+                Activity::All(activity.any())
+            }
+        }
+    }
+
+    fn unary(&mut self, op: Unary, a: &'m Expr, e: &Expr) -> Activity {
+        let activity = self.expr(a);
+        match op {
+            Unary::Stop | Unary::Not => NONE,
+            Unary::Floor | Unary::Ceil | Unary::Round | Unary::Truncate => {
+                if let Some(parameter) = activity.any() {
+                    let name = self.model.params.get(parameter as usize).map_or("?", |p| &p.name);
+                    let message = format!(
+                        "a value that depends on the parameter '{name}' is rounded here and loses its derivative"
+                    );
+                    self.checker.report(
+                        Diagnostic::error("lost-derivative", e.span, message)
+                            .hint("if that is meant, say so with stop(...) around what is rounded"),
+                    );
+                }
+                NONE
+            }
+            _ => activity,
+        }
+    }
+
+    fn call(&mut self, call: &'m Call, e: &Expr) -> Activity {
+        let model = self.model;
+        let Some(function) = model.functions.get(call.function.0 as usize) else { return NONE };
+        let closure = call.closure.as_ref().map_or(NONE, |c| self.expr(c));
+        let mut given: Vec<Activity> = (0..function.captures.len()).map(|k| closure.component(k)).collect();
+        for arg in &call.args {
+            given.push(self.expr(arg));
+        }
+        let key = (call.function, given);
+        if let Some(activity) = self.known.get(&key) {
+            return activity.clone();
+        }
+        if self.running.contains(&call.function) {
+            // Recursion at run time: whatever it gets may come out anywhere.
+            return Activity::All(key.1.iter().filter_map(Activity::any).min());
+        }
+        self.running.push(call.function);
+        self.checker.trail.push(Step { span: e.span, name: function.name.as_str().into() });
+        for (local, activity) in function.captures.iter().chain(&function.params).zip(&key.1) {
+            self.locals.insert(*local, activity.clone());
+        }
+        let activity = self.expr(&function.body);
+        self.checker.trail.pop();
+        self.running.pop();
+        self.known.insert(key, activity.clone());
+        activity
+    }
+}

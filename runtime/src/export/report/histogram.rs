@@ -1,0 +1,121 @@
+//! The distribution of the deviations and the colour scale as inline SVG.
+
+use super::css;
+use super::tables::number;
+use crate::variance::Deviations;
+use std::fmt::Write;
+
+/// Bins, an even number, so that zero lies between two of them.
+const BINS: usize = 60;
+
+/// Size of the drawing and its margins.
+const WIDTH: f64 = 860.0;
+const HEIGHT: f64 = 220.0;
+const LEFT: f64 = 50.0;
+const RIGHT: f64 = 20.0;
+
+/// Area by signed distance, from one end of the colour scale to the other.
+pub(super) fn histogram(deviations: &Deviations, range: f64) -> String {
+    let mut bins = vec![0.0; BINS];
+    let (mut below, mut above, mut total) = (0.0, 0.0, 0.0);
+    for (i, area) in deviations.texels.area.iter().enumerate() {
+        let (d, area) = (f64::from(deviations.signed(i)), f64::from(*area));
+        if d.is_nan() || !area.is_finite() || area <= 0.0 {
+            continue;
+        }
+        total += area;
+        match (d / range + 1.0) * 0.5 * BINS as f64 {
+            place if place < 0.0 => below += area,
+            place if place >= BINS as f64 => above += area,
+            place => bins[place as usize] += area,
+        }
+    }
+    if total <= 0.0 {
+        return "<p>The scan has no data within reach of the model.</p>".to_owned();
+    }
+    let mut out = drawing(&bins.iter().map(|b| b / total).collect::<Vec<_>>(), range);
+    let _ = writeln!(
+        out,
+        "<p class=\"convention\">Share of the measured area by signed distance (mm). Beyond the ends of the scale: \
+         {:.2} % below, {:.2} % above.</p>",
+        100.0 * below / total,
+        100.0 * above / total
+    );
+    out
+}
+
+fn drawing(shares: &[f64], range: f64) -> String {
+    let most = shares.iter().copied().fold(0.0, f64::max).max(1e-12);
+    let step = nice(most / 4.0);
+    let top = (most / step).ceil().max(1.0) * step;
+    let (base, width) = (HEIGHT - 34.0, WIDTH - LEFT - RIGHT);
+    let y = |share: f64| base - share / top * (base - 12.0);
+    let mut out = format!(
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Histogram of the signed distances\">\n"
+    );
+    for i in 0..=(top / step).round() as usize {
+        let (share, right) = (i as f64 * step, WIDTH - RIGHT);
+        let line = y(share);
+        let _ = writeln!(out, "<line class=\"axis\" x1=\"{LEFT}\" x2=\"{right}\" y1=\"{line:.1}\" y2=\"{line:.1}\"/>");
+        let percent = 100.0 * share;
+        let digits = if step < 0.01 { 1 } else { 0 };
+        let (x, line) = (LEFT - 6.0, line + 4.0);
+        let _ = writeln!(out, "<text x=\"{x}\" y=\"{line:.1}\" text-anchor=\"end\">{percent:.digits$} %</text>");
+    }
+    let bar = width / shares.len() as f64;
+    for (i, share) in shares.iter().enumerate().filter(|(_, s)| **s > 0.0) {
+        let middle = 2.0 * (i as f64 + 0.5) / shares.len() as f64 - 1.0;
+        let (x, top) = (LEFT + bar * i as f64, y(*share));
+        let _ = writeln!(
+            out,
+            "<rect x=\"{x:.2}\" y=\"{top:.2}\" width=\"{:.2}\" height=\"{:.2}\" fill=\"{}\" stroke=\"#8a9099\" \
+             stroke-width=\"0.5\"/>",
+            bar - 1.0,
+            base - top,
+            css(middle)
+        );
+    }
+    ticks(range, LEFT, width, base + 18.0, &mut out);
+    out.push_str("</svg>\n");
+    out
+}
+
+/// The colour scale with its figures.
+pub(super) fn legend(range: f64) -> String {
+    const STEPS: usize = 64;
+    let width = WIDTH - 2.0 * LEFT;
+    let mut out = format!("<svg viewBox=\"0 0 {WIDTH} 62\" role=\"img\" aria-label=\"Colour scale\">\n");
+    for i in 0..STEPS {
+        let step = width / STEPS as f64;
+        let colour = css(2.0 * (i as f64 + 0.5) / STEPS as f64 - 1.0);
+        let _ = writeln!(
+            out,
+            "<rect x=\"{:.2}\" y=\"22\" width=\"{:.2}\" height=\"14\" fill=\"{colour}\"/>",
+            LEFT + step * i as f64,
+            step + 0.3
+        );
+    }
+    ticks(range, LEFT, width, 52.0, &mut out);
+    let _ = writeln!(out, "<text x=\"{LEFT}\" y=\"15\">scan inside the model</text>");
+    let right = LEFT + width;
+    let _ = writeln!(out, "<text x=\"{right}\" y=\"15\" text-anchor=\"end\">scan outside the model</text>");
+    let _ = writeln!(out, "<text x=\"{}\" y=\"15\" text-anchor=\"middle\">mm</text>", LEFT + width / 2.0);
+    out.push_str("</svg>");
+    out
+}
+
+fn ticks(range: f64, left: f64, width: f64, y: f64, out: &mut String) {
+    for i in -2..=2 {
+        let share = f64::from(i) / 2.0;
+        let x = left + width * (share + 1.0) / 2.0;
+        let sign = if i > 0 { "+" } else { "" };
+        let text = if i == 0 { "0".to_owned() } else { format!("{sign}{}", number(share * range)) };
+        let _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{text}</text>");
+    }
+}
+
+/// The smallest of 1, 2, 5 times a power of ten that is not below x.
+fn nice(x: f64) -> f64 {
+    let power = 10f64.powf(x.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|n| *n >= x).unwrap_or(10.0 * power)
+}

@@ -1,0 +1,177 @@
+//! report.html: what was found, for people, in one file that needs nothing else and loads nothing.
+
+mod histogram;
+mod surface;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+use super::colormap::{NO_DATA, diverging};
+use super::escape::escape;
+use super::x3d::shaders;
+use crate::fit::FitResult;
+use crate::model::Tessellation;
+use crate::variance::{Deviations, VarianceReport};
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use std::fmt::Write;
+use tables::number;
+
+/// What goes into the report.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// Its title.
+    pub title: &'a str,
+    /// The model: path of the script or of the reference mesh.
+    pub model: &'a str,
+    /// When it was made, as it is to be shown.
+    pub date: &'a str,
+    /// What made it, with its version.
+    pub tool: &'a str,
+    /// The fit; none where the model was given as it is.
+    pub fit: Option<&'a FitResult>,
+    /// The statistics.
+    pub variance: &'a VarianceReport,
+    /// The deviations themselves, for the histogram.
+    pub deviations: &'a Deviations,
+    /// The surface from which was measured, with normals and texture coordinates.
+    pub tessellation: &'a Tessellation,
+    /// How the model was turned from the way its author drew it, with z upwards, into the scan's coordinates: a
+    /// rotation matrix, row by row. The view shows it upright.
+    pub turned: [[f64; 3]; 3],
+    /// The distance texture as a PNG file, coded as in [VA] sect. 6.
+    pub distance_png: &'a [u8],
+    /// The deviations in the colours of the scale as a PNG file.
+    pub colour_png: &'a [u8],
+    /// Where the colour scale ends. Millimetres.
+    pub colour_range: f64,
+    /// Further pictures: captions and PNG files.
+    pub pictures: &'a [(&'a str, &'a [u8])],
+}
+
+/// The report as HTML. Nothing in it is executed or loaded but its own script; all text is escaped.
+#[must_use]
+pub fn write(report: &Report<'_>) -> String {
+    let distances = STANDARD.encode(report.distance_png);
+    let colour_map = STANDARD.encode(report.colour_png);
+    let insertions: [(&str, String); 18] = [
+        ("title", escape(report.title)),
+        ("style", include_str!("style.css").to_owned()),
+        ("facts", facts(report)),
+        ("warnings", warnings(report)),
+        ("tiles", tiles(report)),
+        ("legend", histogram::legend(report.colour_range)),
+        ("pictures", pictures(report)),
+        ("fit", report.fit.map_or_else(String::new, tables::fit)),
+        ("max_distance", number(report.variance.max_distance)),
+        ("convention", escape(&report.variance.sign_convention)),
+        ("statistics", tables::statistics(report.variance)),
+        ("histogram", histogram::histogram(report.deviations, report.colour_range)),
+        ("colour_map", colour_map),
+        ("distances", distances),
+        ("provenance", provenance(report)),
+        ("mesh", surface::mesh(&report.tessellation.mesh)),
+        ("scene", surface::scene(report)),
+        ("viewer", include_str!("viewer.js").to_owned()),
+    ];
+    let shaders = [
+        ("vertex_shader", shaders::complete(include_str!("viewer.vert"))),
+        ("fragment_shader", shaders::complete(include_str!("viewer.frag"))),
+    ];
+    fill(include_str!("page.html"), insertions.iter().chain(&shaders))
+}
+
+/// Puts texts in the places of `{{name}}`, in one pass, so that braces in a text stay what they are.
+fn fill<'a>(page: &str, insertions: impl Iterator<Item = &'a (&'a str, String)> + Clone) -> String {
+    let mut out = String::new();
+    let mut rest = page;
+    while let Some((before, after)) = rest.split_once("{{") {
+        out.push_str(before);
+        let (name, after) = after.split_once("}}").unwrap_or((after, ""));
+        if let Some((_, text)) = insertions.clone().find(|(n, _)| *n == name) {
+            out.push_str(text);
+        }
+        rest = after;
+    }
+    out.push_str(rest);
+    out
+}
+
+fn facts(report: &Report<'_>) -> String {
+    let scan = &report.variance.scan;
+    let size = format!("{} points, {} triangles, unit {}", scan.points, scan.triangles, scan.unit);
+    let name = report.fit.map_or_else(|| report.model.to_owned(), |f| format!("{} ({})", f.model, report.model));
+    let rows = [
+        ("Model", name),
+        ("Scan", format!("{} ({size})", scan.path)),
+        ("Date", report.date.to_owned()),
+        ("Made by", report.tool.to_owned()),
+    ];
+    rows.iter().fold(String::new(), |mut out, (term, text)| {
+        let _ = writeln!(out, "<dt>{term}</dt><dd>{}</dd>", escape(text));
+        out
+    })
+}
+
+fn warnings(report: &Report<'_>) -> String {
+    let all: Vec<&String> = report.fit.iter().flat_map(|f| &f.warnings).chain(&report.variance.warnings).collect();
+    if all.is_empty() {
+        return String::new();
+    }
+    let items: String = all.iter().map(|w| format!("<li>{}</li>\n", escape(w))).collect();
+    format!("<section class=\"warnings\" role=\"note\"><b>Warnings</b><ul>\n{items}</ul></section>\n")
+}
+
+/// The figures that most readers look for.
+fn tiles(report: &Report<'_>) -> String {
+    let overall = &report.variance.overall;
+    let w = &overall.weighted;
+    let mut tiles = vec![
+        (format!("{} mm", number(w.mean)), "mean distance"),
+        (format!("{} mm", number(w.signed.mean)), "mean signed distance"),
+        (format!("{} mm", number(w.rms)), "root mean square"),
+        (format!("{} mm", number(w.percentiles.p95)), "95 % are nearer than"),
+        (format!("{} mm", number(w.max)), "largest distance"),
+        (format!("{:.1} %", 100.0 * overall.coverage), "of the surface measured"),
+    ];
+    if let Some(fit) = report.fit {
+        tiles.push((format!("{:.1} %", 100.0 * fit.inliers), "of the scan fits the model"));
+    }
+    tiles.iter().fold(String::new(), |mut out, (figure, text)| {
+        let _ = writeln!(out, "<div class=\"tile\"><b>{figure}</b><span>{text}</span></div>");
+        out
+    })
+}
+
+fn pictures(report: &Report<'_>) -> String {
+    if report.pictures.is_empty() {
+        return String::new();
+    }
+    let mut out = String::from("<section>\n<h2>Pictures</h2>\n<div class=\"pictures\">\n");
+    for (caption, png) in report.pictures {
+        let (caption, data) = (escape(caption), STANDARD.encode(png));
+        let _ = writeln!(
+            out,
+            "<figure><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption></figure>"
+        );
+    }
+    out.push_str("</div>\n</section>\n");
+    out
+}
+
+fn provenance(report: &Report<'_>) -> String {
+    let scan = &report.variance.scan;
+    let [width, height] = report.variance.resolution;
+    format!(
+        "<footer>Scan SHA-256 <code>{}</code>. Texture {width} &times; {height}; rays cast by {}. {}</footer>\n",
+        escape(&scan.sha256),
+        escape(&report.variance.device),
+        escape(report.tool),
+    )
+}
+
+/// A colour of the scale as CSS.
+fn css(relative: f64) -> String {
+    let [r, g, b] = if relative.is_nan() { NO_DATA } else { diverging(relative) };
+    format!("#{r:02x}{g:02x}{b:02x}")
+}

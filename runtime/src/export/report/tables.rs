@@ -1,0 +1,125 @@
+//! The report's tables.
+
+use crate::export::escape::escape;
+use crate::fit::{FitResult, FittedParameter, FittedPose};
+use crate::variance::{Statistics, VarianceReport};
+use gml_compiler::program::Quantity;
+use std::fmt::Write;
+
+/// A figure with as many digits as say something; a dash where there is none.
+pub(super) fn number(x: f64) -> String {
+    if !x.is_finite() {
+        return "&ndash;".to_owned();
+    }
+    let text = match x.abs() {
+        a if a >= 1e6 || (a > 0.0 && a < 5e-5) => format!("{x:.2e}"),
+        a if a >= 1000.0 => format!("{x:.1}"),
+        a if a >= 100.0 => format!("{x:.2}"),
+        _ => format!("{x:.4}"),
+    };
+    text.replace('-', "&minus;")
+}
+
+/// The section about the fit.
+pub(super) fn fit(fit: &FitResult) -> String {
+    let mut out = String::from(
+        "<section>\n<h2>Fit</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th>Parameter</th><th>Value</th>\
+         <th>Standard deviation</th><th>Unit</th><th></th></tr></thead>\n<tbody>\n",
+    );
+    for p in &fit.parameters {
+        parameter(p, &mut out);
+    }
+    out.push_str("</tbody></table></div>\n");
+    if let Some(p) = &fit.pose {
+        pose(p, &mut out);
+    }
+    quality(fit, &mut out);
+    out.push_str("</section>\n");
+    out
+}
+
+/// Angles are shown in degrees.
+fn parameter(p: &FittedParameter, out: &mut String) {
+    let (factor, unit) =
+        if p.quantity == Quantity::Angle { (1f64.to_degrees(), "&deg;".to_owned()) } else { (1.0, escape(&p.unit)) };
+    let sd = p.sd.map_or_else(String::new, |sd| number(sd * factor));
+    let mark = match (p.fixed, p.at_bound) {
+        (true, _) => "held fixed",
+        (false, true) => "<span class=\"mark\">at its bound</span>",
+        (false, false) => "",
+    };
+    let (name, value) = (escape(&p.name), number(p.value * factor));
+    let _ = writeln!(
+        out,
+        "<tr><td>{name}</td><td>{value}</td><td>{sd}</td><td class=\"text\">{unit}</td><td class=\"text\">{mark}</td></tr>"
+    );
+}
+
+fn pose(pose: &FittedPose, out: &mut String) {
+    out.push_str(
+        "<h3>Pose</h3>\n<p class=\"convention\">Scan point = rotation &times; model point + translation (mm).</p>\n\
+         <div class=\"scroll\"><table>\n<thead><tr><th>Rotation</th><th></th><th></th><th>Translation</th></tr></thead>\n<tbody>\n",
+    );
+    for (row, t) in pose.rotation.iter().zip(&pose.translation) {
+        let [a, b, c] = row.map(|v| format!("{v:.6}").replace('-', "&minus;"));
+        let _ = writeln!(out, "<tr><td>{a}</td><td>{b}</td><td>{c}</td><td>{}</td></tr>", number(*t));
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+fn quality(fit: &FitResult, out: &mut String) {
+    let seconds: f64 = fit.seconds.values().sum();
+    let rows = [
+        ("Objective (mean of &psi;)", number(fit.objective)),
+        ("Scale &sigma; of &psi;", format!("{} mm", number(fit.sigma))),
+        ("Noise of the scan", format!("{} mm", number(fit.noise))),
+        ("Inliers", format!("{:.2} %", 100.0 * fit.inliers)),
+        ("Root mean square distance of the inliers", format!("{} mm", number(fit.rms))),
+        ("Iterations", fit.iterations.to_string()),
+        ("Evaluations", fit.evaluations.to_string()),
+        ("Converged", if fit.converged { "yes".to_owned() } else { "<span class=\"mark\">no</span>".to_owned() }),
+        ("Time", format!("{seconds:.2} s")),
+    ];
+    out.push_str("<h3>Quality</h3>\n<div class=\"scroll\"><table>\n<tbody>\n");
+    for (name, value) in rows {
+        let _ = writeln!(out, "<tr><td>{name}</td><td>{value}</td></tr>");
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// Statistics of all parts, of each and of groups of them.
+pub(super) fn statistics(variance: &VarianceReport) -> String {
+    let mut out = String::from(
+        "<div class=\"scroll\"><table>\n<thead>\
+         <tr><th></th><th></th><th></th><th colspan=\"6\">unsigned</th><th colspan=\"4\">signed</th></tr>\
+         <tr><th>Part</th><th>Area, mm&sup2;</th><th>Coverage</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
+         <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n<tbody>\n",
+    );
+    row("All", &variance.overall, "total", &mut out);
+    for part in &variance.parts {
+        row(&part.name, &part.statistics, "", &mut out);
+    }
+    for group in &variance.groups {
+        row(&format!("{} (all)", group.name), &group.statistics, "total", &mut out);
+    }
+    out.push_str("</tbody></table></div>\n");
+    out
+}
+
+fn row(name: &str, s: &Statistics, class: &str, out: &mut String) {
+    let w = &s.weighted;
+    let _ = write!(
+        out,
+        "<tr class=\"{class}\"><td>{}</td><td>{}</td><td>{:.1} %</td>",
+        escape(name),
+        number(s.area),
+        100.0 * s.coverage
+    );
+    let signed = &w.signed;
+    let figures =
+        [w.mean, w.sd, w.rms, w.median, w.percentiles.p95, w.max, signed.mean, signed.sd, signed.min, signed.max];
+    for figure in figures {
+        let _ = write!(out, "<td>{}</td>", number(figure));
+    }
+    out.push_str("</tr>\n");
+}

@@ -1,0 +1,149 @@
+use super::{Report, fill, write};
+use crate::export::render::IDENTITY;
+use crate::fit::{FitResult, FittedParameter, FittedPose};
+use crate::mesh::{Group, TriangleMesh};
+use crate::model::{Tessellation, Texels};
+use crate::scan::ScanSource;
+use crate::variance::{Deviations, VarianceReport};
+use gml_compiler::program::Quantity;
+use std::collections::BTreeMap;
+
+const HOSTILE: &str = "</script><img src=x onerror=alert(1)>'\"&{{mesh}}";
+
+fn deviations() -> Deviations {
+    Deviations {
+        texels: Texels {
+            width: 4,
+            height: 2,
+            index: (0..8).collect(),
+            part: vec![0, 0, 0, 0, 1, 1, 1, 1],
+            position: vec![[0.0; 3]; 8],
+            normal: vec![[0.0, 0.0, 1.0]; 8],
+            area: vec![1.0; 8],
+            part_names: vec!["plate".to_owned(), HOSTILE.to_owned()],
+        },
+        max_distance: 10.0,
+        outward: vec![0.1, 0.1, 0.3, f32::NAN, 2.0, 0.1, f32::NAN, f32::NAN],
+        inward: vec![f32::NAN, f32::NAN, f32::NAN, 0.4, f32::NAN, f32::NAN, f32::NAN, 9.0],
+    }
+}
+
+fn tessellation() -> Tessellation {
+    Tessellation {
+        mesh: TriangleMesh {
+            positions: vec![[0.0, 0.0, 5.0], [2.0, 0.0, 5.0], [2.0, 1.0, 5.0]],
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            texcoords: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]],
+            triangles: vec![[0, 1, 2], [0, 1, 77]],
+            groups: vec![Group { name: HOSTILE.to_owned(), start: 0, end: 2 }],
+        },
+        ..Tessellation::default()
+    }
+}
+
+fn fit() -> FitResult {
+    FitResult {
+        model: HOSTILE.to_owned(),
+        script: HOSTILE.to_owned(),
+        scan: ScanSource::default(),
+        parameters: vec![
+            FittedParameter {
+                name: "alpha".to_owned(),
+                value: std::f64::consts::FRAC_PI_4,
+                unit: "rad".to_owned(),
+                quantity: Quantity::Angle,
+                fixed: false,
+                at_bound: true,
+                sd: Some(0.01),
+            },
+            FittedParameter {
+                name: HOSTILE.to_owned(),
+                value: 40.0,
+                unit: "mm".to_owned(),
+                quantity: Quantity::Length,
+                fixed: true,
+                at_bound: false,
+                sd: None,
+            },
+        ],
+        pose: Some(FittedPose { rotation: IDENTITY, translation: [1.0, -2.0, 3.0] }),
+        objective: 0.25,
+        sigma: 0.5,
+        noise: 0.1,
+        inliers: 0.9,
+        rms: 0.12,
+        iterations: 30,
+        evaluations: 60,
+        converged: true,
+        seconds: BTreeMap::from([("fit".to_owned(), 1.5)]),
+        warnings: vec![HOSTILE.to_owned()],
+    }
+}
+
+fn page() -> String {
+    let deviations = deviations();
+    let scan = ScanSource { path: HOSTILE.to_owned(), ..ScanSource::default() };
+    let variance = VarianceReport::new(&deviations, &scan, "cpu");
+    write(&Report {
+        title: HOSTILE,
+        model: HOSTILE,
+        date: "2024-05-06",
+        tool: "gmlc 0.1.0",
+        fit: Some(&fit()),
+        variance: &variance,
+        deviations: &deviations,
+        tessellation: &tessellation(),
+        turned: IDENTITY,
+        distance_png: b"one",
+        colour_png: b"two",
+        colour_range: 0.5,
+        pictures: &[(HOSTILE, b"three")],
+    })
+}
+
+#[test]
+fn nothing_is_loaded_from_elsewhere() {
+    let page = page();
+    assert!(!page.contains("http:") && !page.contains("https:") && !page.contains("url(") && !page.contains("@import"));
+    for (at, attribute) in page.match_indices(" src=").chain(page.match_indices(" href=")) {
+        let value = &page[at + attribute.len()..];
+        // What users wrote appears with its markup escaped, so that its `src=` is text.
+        let text = page[..at].ends_with("&lt;img");
+        assert!(text || value.starts_with("\"data:image/png;base64,"), "{}", &value[..40]);
+    }
+    assert!(page.contains("default-src 'none'"));
+    assert!(!page.contains("fetch(") && !page.contains("XMLHttpRequest") && !page.contains("import("));
+}
+
+#[test]
+fn hostile_names_stay_text() {
+    let page = page();
+    assert!(!page.contains("<img src=x"));
+    assert_eq!(page.matches("<script").count(), page.matches("</script>").count());
+    assert_eq!(page.matches("<script").count(), 5, "only our own");
+    let escaped = "&lt;/script&gt;&lt;img src=x onerror=alert(1)&gt;&#39;&quot;&amp;{{mesh}}";
+    // Title twice; facts, warning, parameter, part, picture.
+    assert!(page.matches(escaped).count() >= 8, "{}", page.matches(escaped).count());
+}
+
+#[test]
+fn figures_are_there() {
+    let page = page();
+    assert!(page.contains("<td>alpha</td><td>45.0000</td><td>0.5730</td><td class=\"text\">&deg;</td>"));
+    assert!(page.contains("at its bound") && page.contains("held fixed"));
+    assert!(page.contains("positive: the scan lies outside the model"));
+    assert!(page.contains("&minus;2.0000"), "the pose");
+    assert!(page.contains("<b>87.5 %</b><span>of the surface measured"));
+    // Seven texels have data; -9 is below the scale's end, 2 above.
+    assert!(page.contains("14.29 % below, 14.29 % above"));
+    assert!(page.contains("\"indices\":3,"), "the triangle with a missing vertex is left out");
+    assert!(page.contains("\"halfSize\":[1.0,0.5,0.0]"));
+    assert!(page.contains("data:image/png;base64,b25l") && page.contains("data:image/png;base64,dHdv"));
+    assert!(!page.contains("NaN") && !page.contains("//!"));
+}
+
+#[test]
+fn insertions_are_not_searched_again() {
+    let texts = [("a", "{{b}} }} {{".to_owned()), ("b", "never".to_owned())];
+    assert_eq!(fill("x {{a}} y {{unknown}}z", texts.iter()), "x {{b}} }} {{ y z");
+}

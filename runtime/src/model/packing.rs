@@ -1,0 +1,171 @@
+//! Laying out charts on a square texture: rows of charts of one height that fill the texture's width, like lines of pictures
+//! in a gallery. Every chart keeps its area (so that a texel stands for the same area everywhere) and gives way in its
+//! proportions, as little as the rows allow.
+
+use super::atlas::Chart;
+
+/// Texels left free around every chart, so that dilated colours of neighbours never meet.
+pub(super) const GUTTER: u32 = 2;
+
+/// Least side of a chart in texels: a patch without area is on the texture all the same.
+const LEAST: f64 = 2.0;
+
+/// Packs rectangles (width and height in millimetres) onto `side` x `side` texels at the largest common scale at which they
+/// fit, found by bisection. A rectangle may be laid down (`Chart::transposed`). None where there are too many.
+pub(super) fn largest_packing(sizes: &[[f64; 2]], side: u32) -> Option<Vec<Chart>> {
+    let area: f64 = sizes.iter().map(|s| s[0] * s[1]).sum();
+    let mut low = 0.0;
+    let mut best = pack(sizes, side, low)?;
+    let mut high = if area > 0.0 { f64::from(side) / area.sqrt() } else { 0.0 };
+    for _ in 0..20 {
+        let middle = 0.5 * (low + high);
+        match pack(sizes, side, middle) {
+            Some(charts) => {
+                best = charts;
+                low = middle;
+            }
+            None => high = middle,
+        }
+    }
+    Some(best)
+}
+
+/// A rectangle to be placed: laid down where it stands, in texels.
+#[derive(Clone, Copy)]
+struct Item {
+    index: usize,
+    transposed: bool,
+    width: f64,
+    height: f64,
+}
+
+/// Charts at a scale of texels a millimetre, or None where they do not fit.
+fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
+    let mut items: Vec<Item> = sizes
+        .iter()
+        .enumerate()
+        .map(|(index, s)| {
+            let [a, b] = s.map(|d| (d * scale).max(LEAST));
+            Item { index, transposed: b > a, width: a.max(b), height: a.min(b) }
+        })
+        .collect();
+    items.sort_by(|a, b| b.height.total_cmp(&a.height).then(b.width.total_cmp(&a.width)).then(a.index.cmp(&b.index)));
+    let mut charts = vec![Chart::default(); sizes.len()];
+    let mut y = 0;
+    for row in rows(&items, side)? {
+        let height = place_row(&items[row], side, y, &mut charts)?;
+        y += height + 2 * GUTTER;
+        if y > side {
+            return None;
+        }
+    }
+    Some(charts)
+}
+
+/// Cuts the sorted items into rows so that the proportions change least: the sum over charts of area times the squared
+/// logarithm of the change, by dynamic programming. None where a chart cannot have its least width.
+fn rows(items: &[Item], side: u32) -> Option<Vec<std::ops::Range<usize>>> {
+    // Rows of more charts than this would be narrower than they are high in a square texture.
+    let most = 4 * (items.len() as f64).sqrt().ceil() as usize + 4;
+    let mut cost = vec![f64::INFINITY; items.len() + 1];
+    let mut first = vec![0; items.len() + 1];
+    cost[0] = 0.0;
+    for end in 1..=items.len() {
+        for start in end.saturating_sub(most)..end {
+            let total = cost[start] + distortion(&items[start..end], side);
+            if total < cost[end] {
+                cost[end] = total;
+                first[end] = start;
+            }
+        }
+    }
+    let mut rows = Vec::new();
+    let mut end = items.len();
+    while end > 0 {
+        if !cost[end].is_finite() {
+            return None;
+        }
+        rows.push(first[end]..end);
+        end = first[end];
+    }
+    rows.reverse();
+    Some(rows)
+}
+
+/// The height at which charts with these areas fill a row, or infinity.
+fn row_height(items: &[Item], side: u32) -> f64 {
+    let room = f64::from(side) - f64::from(2 * GUTTER) * items.len() as f64;
+    let area: f64 = items.iter().map(|i| i.width * i.height).sum();
+    if room < LEAST * items.len() as f64 { f64::INFINITY } else { area / room }
+}
+
+fn distortion(items: &[Item], side: u32) -> f64 {
+    let height = row_height(items, side);
+    if !height.is_finite() {
+        return f64::INFINITY;
+    }
+    items.iter().map(|i| i.width * i.height * (2.0 * (height / i.height).ln()).powi(2)).sum()
+}
+
+/// Places a row at height `y`; returns its height in texels.
+fn place_row(items: &[Item], side: u32, y: u32, charts: &mut [Chart]) -> Option<u32> {
+    let exact = row_height(items, side);
+    let height = exact.floor().max(LEAST) as u32;
+    let mut x = 0;
+    for item in items {
+        // Widths are rounded down, which leaves room for those that are raised to the least width.
+        let width = (item.width * item.height / exact.max(LEAST)).floor().max(LEAST) as u32;
+        charts[item.index] = Chart { x: x + GUTTER, y: y + GUTTER, width, height, transposed: item.transposed };
+        x += width + 2 * GUTTER;
+    }
+    (x <= side).then_some(height)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn charts_do_not_overlap_and_keep_their_gutters() {
+        let sizes: Vec<[f64; 2]> = (1..40).map(|i| [f64::from(i % 7 + 1), f64::from(i % 11 + 1) * 3.0]).collect();
+        let charts = largest_packing(&sizes, 512).expect("they fit");
+        for (i, a) in charts.iter().enumerate() {
+            assert!(a.x >= GUTTER && a.y >= GUTTER);
+            assert!(a.x + a.width + GUTTER <= 512 && a.y + a.height + GUTTER <= 512);
+            for b in &charts[i + 1..] {
+                let apart_x = a.x + a.width + 2 * GUTTER <= b.x || b.x + b.width + 2 * GUTTER <= a.x;
+                let apart_y = a.y + a.height + 2 * GUTTER <= b.y || b.y + b.height + 2 * GUTTER <= a.y;
+                assert!(apart_x || apart_y, "{a:?} and {b:?} overlap");
+            }
+        }
+    }
+
+    /// The charts of a cup: two walls, a thin lip, a handle.
+    #[test]
+    fn most_of_the_texture_is_used_and_texels_have_equal_areas() {
+        let sizes = [[215.0, 101.0], [190.0, 92.0], [248.0, 4.1], [88.0, 31.4]];
+        let charts = largest_packing(&sizes, 1024).expect("they fit");
+        let texels: Vec<f64> = charts.iter().map(|c| f64::from(c.width) * f64::from(c.height)).collect();
+        assert!(texels.iter().sum::<f64>() > 0.9 * 1024.0 * 1024.0, "{charts:?}");
+        let density: Vec<f64> = texels.iter().zip(&sizes).map(|(t, s)| t / (s[0] * s[1])).collect();
+        for d in &density {
+            assert!((d / density[0] - 1.0).abs() < 0.1, "{density:?}");
+        }
+        for (c, s) in charts.iter().zip(&sizes) {
+            let proportions = f64::from(c.width) / f64::from(c.height) / (s[0] / s[1]);
+            assert!((0.25..4.0).contains(&proportions), "{proportions} in {c:?}");
+        }
+    }
+
+    #[test]
+    fn too_many_patches_are_refused() {
+        assert_eq!(largest_packing(&vec![[1.0, 1.0]; 1000], 64), None);
+    }
+
+    #[test]
+    fn many_charts_and_charts_without_area_are_packed() {
+        let sizes: Vec<[f64; 2]> = (0..3000).map(|i| [f64::from(i % 13), f64::from(i % 5)]).collect();
+        assert_eq!(largest_packing(&sizes, 1024).map(|c| c.len()), Some(3000));
+        assert_eq!(largest_packing(&[[0.0, 0.0]], 16).map(|c| c.len()), Some(1));
+    }
+}

@@ -1,0 +1,293 @@
+//! The command line: what can be asked for, and its help.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Generative models, compiled and differentiated, fitted to laser scans and compared with them.
+#[derive(Debug, Parser)]
+#[command(name = "gmlc", version, max_term_width = 110, after_help = AFTER_HELP)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  gmlc check cup.gml                             what is in a script, or what is wrong with it
+  gmlc scan octagonal_cup.gml -o scan.ply        make a virtual scan of a model
+  gmlc inspect cup.gml scan.ply -o out/cup       fit, measure and document, all in one
+  gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
+
+Exit status: 0 done; 1 something in a script, a scan or another file is wrong, or the result cannot be had;
+2 the command line is wrong.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Check a script: diagnostics, or a table of its parameters, inputs and parts
+    Check(CheckArgs),
+    /// Write the model's surface as a mesh
+    Mesh(MeshArgs),
+    /// Print the derivative program as readable text
+    Diff(DiffArgs),
+    /// Print what a compiler stage makes of a script
+    Emit(EmitArgs),
+    /// Scan a model with the virtual laser scanner
+    Scan(VirtualScanArgs),
+    /// Fit a model's parameters and pose to a scan
+    Fit(FitArgs),
+    /// Measure the deviations of a scan from a model or a reference mesh
+    Variance(VarianceArgs),
+    /// Fit, measure and document: everything into one folder
+    Inspect(InspectArgs),
+}
+
+/// A script and its inputs.
+#[derive(Debug, Args)]
+pub(crate) struct ScriptArgs {
+    /// The script (.gml)
+    #[arg(value_name = "MODEL.gml")]
+    pub(crate) model: PathBuf,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people
+    #[default]
+    Text,
+    /// For programs
+    Json,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'"
+)]
+pub(crate) struct CheckArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    /// How to print the result
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+/// Values of parameters.
+#[derive(Debug, Args)]
+pub(crate) struct ValueArgs {
+    /// Set a parameter, such as r=42mm, alpha=30deg or shape=4 (may be repeated)
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
+    pub(crate) values: Vec<String>,
+    /// Take the parameters from a result of `gmlc fit`; -p goes over it
+    #[arg(long, value_name = "FIT.json")]
+    pub(crate) params: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply"
+)]
+pub(crate) struct MeshArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    #[command(flatten)]
+    pub(crate) values: ValueArgs,
+    /// The file to write: .obj (texture coordinates, groups), .ply or .stl
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Largest distance between the mesh and the exact surface
+    #[arg(long, value_name = "LENGTH", default_value = "0.02mm")]
+    pub(crate) chord: String,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  gmlc diff examples/cup/cup.gml --wrt r\n  gmlc diff cup.gml")]
+pub(crate) struct DiffArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    /// Only with respect to this parameter
+    #[arg(long, value_name = "NAME")]
+    pub(crate) wrt: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Stage {
+    /// The syntax tree
+    Ast,
+    /// The typed tree, generics instantiated
+    Typed,
+    /// Scalar functions in SSA form, simplified
+    Ir,
+    /// Cranelift's intermediate representation
+    Clif,
+    /// Machine code
+    Asm,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  gmlc emit examples/cup/cup.gml --stage ir")]
+pub(crate) struct EmitArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    /// Which stage
+    #[arg(long, value_enum)]
+    pub(crate) stage: Stage,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc scan examples/cup/octagonal_cup.gml -o out/cup_scan.ply --truth out/cup_truth.json
+  gmlc scan cup.gml -p shape=4 --noise 0.1mm --spacing 0.5mm --seed 3 -o scan.ply")]
+pub(crate) struct VirtualScanArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    #[command(flatten)]
+    pub(crate) values: ValueArgs,
+    /// The scan to write (.ply, .obj or .stl)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Also write parameters and pose, the truth that a fit should find
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) truth: Option<PathBuf>,
+    /// Distance between neighbouring points on the object
+    #[arg(long, value_name = "LENGTH", default_value = "0.8mm")]
+    pub(crate) spacing: String,
+    /// Standard deviation of the range noise
+    #[arg(long, value_name = "LENGTH", default_value = "0.3mm")]
+    pub(crate) noise: String,
+    /// Number of view points
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=200))]
+    pub(crate) views: u32,
+    /// Fraction of points with a wrong range
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
+    pub(crate) outliers: f64,
+    /// Fraction of points that are lost
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.01)]
+    pub(crate) dropouts: f64,
+    /// Number of holes of some millimetres
+    #[arg(long, value_name = "N", default_value_t = 6)]
+    pub(crate) holes: u32,
+    /// Leave the scan in the model's own position
+    #[arg(long)]
+    pub(crate) no_pose: bool,
+    /// Seed of all that is random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+/// A scan and its unit.
+#[derive(Debug, Args)]
+pub(crate) struct ScanArgs {
+    /// The scan: .ply, .obj or .stl
+    #[arg(value_name = "SCAN")]
+    pub(crate) scan: PathBuf,
+    /// Unit of the scan's coordinates: mm, cm, m or in
+    #[arg(long, value_name = "UNIT", default_value = "mm")]
+    pub(crate) unit: String,
+}
+
+/// What steers a fit.
+#[derive(Debug, Args)]
+pub(crate) struct FitControls {
+    /// Start a parameter at a value, such as r=42mm (may be repeated)
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
+    pub(crate) values: Vec<String>,
+    /// Hold a parameter at its start: NAME, or NAME=VALUE (may be repeated)
+    #[arg(long, value_name = "NAME")]
+    pub(crate) fix: Vec<String>,
+    /// Width of the loss at the end of the fit; by default from the scan's noise
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) sigma: Option<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc fit examples/cup/cup.gml scan.ply -o fit.json
+  gmlc fit mug.gml mug.ply --unit m -p height=80mm --fix wall=2mm -o fit.json")]
+pub(crate) struct FitArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    #[command(flatten)]
+    pub(crate) scan: ScanArgs,
+    #[command(flatten)]
+    pub(crate) controls: FitControls,
+    /// Where to write the result
+    #[arg(short, long, value_name = "FIT.json")]
+    pub(crate) output: Option<PathBuf>,
+    /// Print the result as JSON instead of a table
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DeviceArg {
+    /// A real GPU where there is one, else native code
+    #[default]
+    Auto,
+    /// Native code
+    Cpu,
+    /// The GPU, software ones included; an error where there is none
+    Gpu,
+}
+
+/// What steers the measurement of deviations.
+#[derive(Debug, Args)]
+pub(crate) struct VarianceControls {
+    /// How far from the model the scan is looked for; by default a tenth of the model's size
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) max_distance: Option<String>,
+    /// Side of the square distance texture, a power of two
+    #[arg(long, value_name = "N", default_value_t = 1024)]
+    pub(crate) resolution: u32,
+    /// What casts the rays
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) device: DeviceArg,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc variance examples/cup/cup.gml --params fit.json scan.ply -o out
+  gmlc variance design.stl scan.ply --max-distance 2mm -o out")]
+pub(crate) struct VarianceArgs {
+    /// A script (.gml, with --params) or a reference mesh (.obj, .stl, .ply) in the scan's position
+    #[arg(value_name = "REFERENCE")]
+    pub(crate) reference: PathBuf,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+    #[command(flatten)]
+    pub(crate) values: ValueArgs,
+    #[command(flatten)]
+    pub(crate) scan: ScanArgs,
+    /// Unit of the reference mesh's coordinates
+    #[arg(long, value_name = "UNIT", default_value = "mm")]
+    pub(crate) reference_unit: String,
+    #[command(flatten)]
+    pub(crate) controls: VarianceControls,
+    /// Folder for the results
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc inspect examples/cup/cup.gml scan.ply -o out/cup
+  gmlc inspect examples/mug/mug.gml mug.ply --unit m --max-distance 25mm --resolution 2048 -o out/mug")]
+pub(crate) struct InspectArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    #[command(flatten)]
+    pub(crate) scan: ScanArgs,
+    #[command(flatten)]
+    pub(crate) fit: FitControls,
+    #[command(flatten)]
+    pub(crate) variance: VarianceControls,
+    /// Folder for the results
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+}

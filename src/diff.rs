@@ -1,0 +1,14 @@
+//! `gmlc diff`.
+
+use crate::cli::DiffArgs;
+use crate::error::CommandError;
+use crate::{script, values};
+
+pub(crate) fn run(args: &DiffArgs) -> Result<(), CommandError> {
+    let program = script::compile(&args.script)?;
+    if let Some(name) = &args.wrt {
+        values::parameter("--wrt", name, program.parameters())?;
+    }
+    print!("{}", program.derivative_text(args.wrt.as_deref()));
+    Ok(())
+}

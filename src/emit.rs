@@ -1,0 +1,33 @@
+//! `gmlc emit`.
+
+use crate::cli::{EmitArgs, Stage};
+use crate::error::{CommandError, ScriptErrors};
+use crate::script;
+use gml_compiler::program::EmitStage;
+use gml_compiler::source::Sources;
+use gml_compiler::syntax;
+
+pub(crate) fn run(args: &EmitArgs) -> Result<(), CommandError> {
+    let stage = match args.stage {
+        Stage::Ast => return ast(args),
+        Stage::Typed => EmitStage::Typed,
+        Stage::Ir => EmitStage::Ir,
+        Stage::Clif => EmitStage::Clif,
+        Stage::Asm => EmitStage::Asm,
+    };
+    print!("{}", script::compile(&args.script)?.emit(stage));
+    Ok(())
+}
+
+/// The tree is there even where the script has errors: they go to standard error, and the status is theirs.
+fn ast(args: &EmitArgs) -> Result<(), CommandError> {
+    let text = script::read(&args.script.model)?;
+    let mut sources = Sources::default();
+    let id = sources.add(args.script.model.display().to_string(), text.as_str());
+    let (file, diagnostics) = syntax::parse(id, &text);
+    print!("{}", syntax::print(&file));
+    if diagnostics.is_empty() {
+        return Ok(());
+    }
+    Err(CommandError::Script(Box::new(ScriptErrors { diagnostics, sources })))
+}

@@ -1,0 +1,44 @@
+//! How a command ends other than well.
+
+use gml_compiler::diagnostic::Diagnostic;
+use gml_compiler::source::Sources;
+
+/// Why a command could not do its work.
+#[derive(Debug)]
+pub(crate) enum CommandError {
+    /// Something is wrong with a file or a result: exit status 1.
+    Failed(String),
+    /// The command line is wrong: exit status 2.
+    Usage(String),
+    /// The script has errors: exit status 1.
+    Script(Box<ScriptErrors>),
+}
+
+/// Diagnostics with the sources that they point into.
+#[derive(Debug)]
+pub(crate) struct ScriptErrors {
+    /// The diagnostics.
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    /// The sources.
+    pub(crate) sources: Sources,
+}
+
+impl CommandError {
+    /// The process's exit status.
+    pub(crate) fn status(&self) -> u8 {
+        match self {
+            CommandError::Failed(_) | CommandError::Script(_) => 1,
+            CommandError::Usage(_) => 2,
+        }
+    }
+
+    /// A failure from anything that has a message.
+    pub(crate) fn failed(error: impl std::fmt::Display) -> CommandError {
+        CommandError::Failed(error.to_string())
+    }
+
+    /// Wrong use of the command line.
+    pub(crate) fn usage(error: impl std::fmt::Display) -> CommandError {
+        CommandError::Usage(error.to_string())
+    }
+}

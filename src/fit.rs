@@ -1,0 +1,120 @@
+//! `gmlc fit`.
+
+use crate::cli::{FitArgs, FitControls, Format, ScanArgs};
+use crate::error::CommandError;
+use crate::progress::TerminalProgress;
+use crate::{mesh, script, table, values};
+use gml_compiler::program::{Program, Quantity};
+use gml_runtime::export::json;
+use gml_runtime::fit::{self, FitError, FitOptions, FitResult};
+use gml_runtime::scan::{self, ReadOptions, Scan};
+use std::path::Path;
+
+pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
+    let program = script::compile(&args.script)?;
+    let options = options(&args.controls, &program)?;
+    let scan = read_scan(&args.scan)?;
+    let result = run_fit(&program, &args.script.model, &scan, &options)?;
+    if let Some(path) = &args.output {
+        mesh::make_parent(path)?;
+        json::write(path, &result).map_err(CommandError::failed)?;
+    }
+    match args.format {
+        Format::Text => print!("{}", summary(&result)),
+        Format::Json => println!("{}", serde_json::to_string_pretty(&result).map_err(CommandError::failed)?),
+    }
+    Ok(())
+}
+
+/// Reads and cleans a scan.
+pub(crate) fn read_scan(args: &ScanArgs) -> Result<Scan, CommandError> {
+    let unit = args.unit.parse().map_err(|e| CommandError::usage(format!("--unit: {e}")))?;
+    scan::read(&args.scan, &ReadOptions { unit, ..ReadOptions::default() }).map_err(CommandError::failed)
+}
+
+/// What the command line says of the fit.
+pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOptions, CommandError> {
+    let known = program.parameters();
+    let mut options = FitOptions::default();
+    for (i, value) in values::parameters(&controls.values, known)? {
+        options.start.insert(known[i].name.clone(), value);
+    }
+    for given in &controls.fix {
+        let name = given.split('=').next().unwrap_or(given).trim();
+        let i = values::parameter("--fix", name, known)?;
+        if let Some((_, value)) = given.split_once('=') {
+            let value = values::parse(&format!("--fix {name}"), value, known[i].quantity)?;
+            options.start.insert(name.to_owned(), value);
+        }
+        options.fixed.push(name.to_owned());
+    }
+    if let Some(text) = &controls.sigma {
+        options.sigma = Some(values::positive_length("--sigma", text)?);
+    }
+    Ok(options)
+}
+
+/// Fits, with progress on a terminal.
+pub(crate) fn run_fit(
+    program: &Program,
+    script: &Path,
+    scan: &Scan,
+    options: &FitOptions,
+) -> Result<FitResult, CommandError> {
+    let progress = TerminalProgress::new();
+    let result = fit::fit(program, scan, options, &progress);
+    progress.finish();
+    let mut result = result.map_err(|e| match e {
+        FitError::UnknownParameter { .. } | FitError::OutOfBounds { .. } | FitError::Sigma(_) => CommandError::usage(e),
+        _ => CommandError::failed(e),
+    })?;
+    result.script = script.display().to_string();
+    Ok(result)
+}
+
+/// The table that people read.
+pub(crate) fn summary(fit: &FitResult) -> String {
+    let rows: Vec<Vec<String>> = fit
+        .parameters
+        .iter()
+        .map(|p| {
+            let degrees = p.quantity == Quantity::Angle;
+            let shown = |x: f64| table::number(if degrees { x.to_degrees() } else { x });
+            let state = match (p.fixed, p.at_bound) {
+                (true, _) => "fixed",
+                (_, true) => "at its bound",
+                _ => "",
+            };
+            let unit = if degrees { "deg" } else { &p.unit };
+            vec![p.name.clone(), shown(p.value), p.sd.map(shown).unwrap_or_default(), unit.into(), state.into()]
+        })
+        .collect();
+    let mut out = table::render(&["parameter", "value", "sd", "unit", ""], &rows);
+    if let Some(pose) = &fit.pose {
+        let t = pose.translation.map(table::number);
+        out.push_str(&format!("pose (added by gmlc): translation {} {} {} mm, rotation\n", t[0], t[1], t[2]));
+        for row in pose.rotation {
+            let r = row.map(|c| format!("{c:9.6}"));
+            out.push_str(&format!("  {} {} {}\n", r[0], r[1], r[2]));
+        }
+    }
+    out.push_str(&format!(
+        "objective {}  sigma {} mm  inliers {:.1} %  rms {} mm  noise {} mm\n",
+        table::number(fit.objective),
+        table::number(fit.sigma),
+        fit.inliers * 100.0,
+        table::number(fit.rms),
+        table::number(fit.noise)
+    ));
+    out.push_str(&format!(
+        "{} after {} iterations, {} evaluations, {:.2} s\n",
+        if fit.converged { "converged" } else { "NOT CONVERGED" },
+        fit.iterations,
+        fit.evaluations,
+        fit.seconds.values().sum::<f64>()
+    ));
+    for w in &fit.warnings {
+        out.push_str(&format!("warning: {w}\n"));
+    }
+    out
+}

@@ -1,0 +1,156 @@
+//! `gmlc inspect`: fit, measure and document.
+
+use crate::cli::InspectArgs;
+use crate::error::CommandError;
+use crate::measure::{self, Measured, Surface};
+use crate::progress::TerminalProgress;
+use crate::{fit, mesh, script, table};
+use gml_compiler::program::Program;
+use gml_runtime::export::picture::{self, Picture};
+use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
+use gml_runtime::export::report::{self, Report};
+use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
+use gml_runtime::export::{atomic, json};
+use gml_runtime::fit::FitResult;
+use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::model::{Model, Motion, Tessellation};
+use gml_runtime::progress::Progress;
+use gml_runtime::scan::Scan;
+use gml_runtime::variance::Statistics;
+
+/// Of the scan in pictures: clay.
+const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
+
+/// Side of one view in pixels.
+const VIEW_SIZE: usize = 480;
+
+pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
+    let size = measure::resolution(&args.variance)?;
+    let max_distance = measure::max_distance(&args.variance)?;
+    let program = script::compile(&args.script)?;
+    let options = fit::options(&args.fit, &program)?;
+    let scan = fit::read_scan(&args.scan)?;
+    if scan.mesh.triangles.is_empty() {
+        return Err(CommandError::Failed(format!(
+            "{}: is a cloud of points without triangles, at which no rays can be cast; mesh it first (gmlc fit takes it as it is)",
+            args.scan.scan.display()
+        )));
+    }
+    mesh::make_folder(&args.output)?;
+    let fitted = fit::run_fit(&program, &args.script.model, &scan, &options)?;
+    json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
+
+    let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
+    let pose =
+        fitted.pose.as_ref().map_or(Motion::IDENTITY, |p| Motion { rotation: p.rotation, translation: p.translation });
+    let progress = TerminalProgress::new();
+    let surface = Surface::of_program(&program, &x, &pose, size)?;
+    let measured = measure::measure(surface, &scan, max_distance, args.variance.device, &progress)?;
+    measure::write(&args.output, &measured)?;
+    let upright = upright(&program, &x, &pose)?;
+    document(args, &fitted, &scan, &measured, &upright, &progress)?;
+    progress.finish();
+
+    print!("{}\n{}", fit::summary(&fitted), measure::summary(&measured.report));
+    println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
+    Ok(())
+}
+
+/// The motion from the script's own position (its defaults, where up is up) to where the scan lies, whether the pose is
+/// among the script's parameters or was added.
+fn upright(program: &Program, x: &[f64], pose: &Motion) -> Result<Motion, CommandError> {
+    let defaults: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
+    let points = |x: &[f64]| {
+        let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
+        let tessellation = Tessellation::uniform(program, &*instance, 12, 12).map_err(CommandError::failed)?;
+        Ok::<_, CommandError>(tessellation.mesh.positions)
+    };
+    let fitted: Vec<[f64; 3]> = points(x)?.into_iter().map(|p| pose.point(p)).collect();
+    Ok(Motion::between(&points(&defaults)?, &fitted))
+}
+
+/// Pictures, X3D and the report.
+fn document(
+    args: &InspectArgs,
+    fitted: &FitResult,
+    scan: &Scan,
+    measured: &Measured,
+    upright: &Motion,
+    progress: &TerminalProgress,
+) -> Result<(), CommandError> {
+    let folder = &args.output;
+    let title = format!("{} compared with {}", fitted.model, scan.source.path);
+    let coded = measured.coded_png()?;
+    progress.report("drawing", f64::NAN, "views");
+    let views = measure::png(&views(scan, measured, upright))?;
+    let colours = measure::png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
+
+    progress.report("writing", f64::NAN, "model.x3d, report.html");
+    let scene = x3d::write(&X3dScene {
+        tessellation: &measured.tessellation,
+        texture_png: &coded,
+        texture_size: [measured.texture.width, measured.texture.height],
+        max_distance: measured.deviations.max_distance,
+        colour_range: measured.colour_range,
+        turned: upright.rotation,
+        title: &title,
+        metadata: &metadata(fitted, measured),
+    })
+    .map_err(CommandError::failed)?;
+    let report = report::write(&Report {
+        title: &title,
+        model: &args.script.model.display().to_string(),
+        date: &chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string(),
+        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
+        fit: Some(fitted),
+        variance: &measured.report,
+        deviations: &measured.deviations,
+        tessellation: &measured.tessellation,
+        turned: upright.rotation,
+        distance_png: &coded,
+        colour_png: &colours,
+        colour_range: measured.colour_range,
+        pictures: &[("The scan (above) and the model in the colours of its deviations (below)", &views)],
+    });
+    let files = [("views.png", &views[..]), ("model.x3d", scene.as_bytes()), ("report.html", report.as_bytes())];
+    for (name, bytes) in files {
+        atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
+    }
+    Ok(())
+}
+
+/// The scan in the upper row, the model in the colours of its deviations in the lower one.
+fn views(scan: &Scan, measured: &Measured, upright: &Motion) -> Picture {
+    let colours = DeviationColours::new(&measured.deviations, measured.colour_range);
+    let row = |mesh: &TriangleMesh, paint: Paint<'_>| {
+        [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| {
+            let layer = Layer { mesh, paint, opacity: 1.0 };
+            render::render(&[layer], &view.of_turned(&upright.rotation), VIEW_SIZE, VIEW_SIZE)
+        })
+    };
+    let mut pictures = row(&scan.mesh, Paint::Plain(SCAN_COLOUR)).to_vec();
+    pictures.extend(row(&measured.tessellation.mesh, Paint::Deviations(&colours)));
+    Picture::sheet(&pictures, 4)
+}
+
+fn metadata(fitted: &FitResult, measured: &Measured) -> Vec<MetadataGroup> {
+    let entry = |name: &str, value: String| (name.to_owned(), value);
+    let figures = |name: &str, s: &Statistics| MetadataGroup {
+        name: name.to_owned(),
+        entries: vec![
+            entry("coverage", table::number(s.coverage)),
+            entry("mean", table::number(s.weighted.mean)),
+            entry("sd", table::number(s.weighted.sd)),
+            entry("max", table::number(s.weighted.max)),
+            entry("signed mean", table::number(s.weighted.signed.mean)),
+            entry("rms", table::number(s.weighted.rms)),
+        ],
+    };
+    let parameters = MetadataGroup {
+        name: "parameters".to_owned(),
+        entries: fitted.parameters.iter().map(|p| entry(&p.name, format!("{} {}", p.value, p.unit))).collect(),
+    };
+    let mut groups = vec![parameters, figures("all", &measured.report.overall)];
+    groups.extend(measured.report.parts.iter().map(|p| figures(&p.name, &p.statistics)));
+    groups
+}

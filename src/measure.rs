@@ -1,0 +1,203 @@
+//! What `variance` and `inspect` share: measuring a scan from a surface, and writing what was found.
+
+use crate::cli::{DeviceArg, VarianceControls};
+use crate::error::CommandError;
+use crate::mesh::make_folder;
+use crate::{table, values};
+use gml_compiler::program::Program;
+use gml_runtime::bvh::Bvh;
+use gml_runtime::export::picture::{self, Picture};
+use gml_runtime::export::{atomic, json, raster};
+use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Tessellation, Texels};
+use gml_runtime::progress::Progress;
+use gml_runtime::scan::Scan;
+use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Facing, Statistics, VarianceReport};
+use std::path::Path;
+use std::time::Instant;
+
+/// A surface to measure from, in the scan's position.
+#[derive(Debug)]
+pub(crate) struct Surface {
+    /// Triangles with texture coordinates.
+    pub(crate) tessellation: Tessellation,
+    /// Origins of the rays.
+    pub(crate) texels: Texels,
+    /// Sentences for the user.
+    pub(crate) notices: Vec<String>,
+}
+
+/// Deviations with everything that is drawn from them.
+#[derive(Debug)]
+pub(crate) struct Measured {
+    /// The surface.
+    pub(crate) tessellation: Tessellation,
+    /// The deviations.
+    pub(crate) deviations: Deviations,
+    /// The coded texture.
+    pub(crate) texture: DistanceTexture,
+    /// Statistics.
+    pub(crate) report: VarianceReport,
+    /// Where colour scales end. Millimetres.
+    pub(crate) colour_range: f64,
+}
+
+impl Surface {
+    /// The surface of a model at x, moved.
+    pub(crate) fn of_program(
+        program: &Program,
+        x: &[f64],
+        motion: &Motion,
+        size: u32,
+    ) -> Result<Surface, CommandError> {
+        let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
+        let atlas = Atlas::new(program, &*instance, size).map_err(CommandError::failed)?;
+        let mut texels = Texels::of_model(program, &*instance, &atlas).map_err(CommandError::failed)?;
+        let mut tessellation = Tessellation::new(program, &*instance, Fineness::default())
+            .map_err(CommandError::failed)?
+            .with_atlas(&atlas);
+        motion.move_texels(&mut texels);
+        motion.move_tessellation(&mut tessellation);
+        Ok(Surface { tessellation, texels, notices: Vec::new() })
+    }
+
+    /// The surface of a mesh from elsewhere.
+    pub(crate) fn of_mesh(mesh: &TriangleMesh, size: u32) -> Result<Surface, CommandError> {
+        let ReferenceSurface { tessellation, texels, notices } =
+            ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
+        Ok(Surface { tessellation, texels, notices })
+    }
+}
+
+impl Measured {
+    /// The coded texture as a PNG file.
+    pub(crate) fn coded_png(&self) -> Result<Vec<u8>, CommandError> {
+        let notes =
+            [("Comment", "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -")];
+        raster::png_rgb(self.texture.width, self.texture.height, &self.texture.rgb, &notes)
+            .map_err(CommandError::failed)
+    }
+}
+
+/// Resolution of the texture: a power of two, because viewers of X3D resample others.
+pub(crate) fn resolution(controls: &VarianceControls) -> Result<u32, CommandError> {
+    let n = controls.resolution;
+    if n.is_power_of_two() && (16..=16384).contains(&n) {
+        return Ok(n);
+    }
+    Err(CommandError::usage(format!("--resolution {n}: must be a power of two from 16 to 16384, such as 1024")))
+}
+
+/// The distance from the options.
+pub(crate) fn max_distance(controls: &VarianceControls) -> Result<Option<f64>, CommandError> {
+    controls.max_distance.as_ref().map(|d| values::positive_length("--max-distance", d)).transpose()
+}
+
+/// Casts the rays and draws the statistics from them. Without a distance, the scan is looked for within a tenth of the
+/// model's size.
+pub(crate) fn measure(
+    surface: Surface,
+    scan: &Scan,
+    max_distance: Option<f64>,
+    device: DeviceArg,
+    progress: &dyn Progress,
+) -> Result<Measured, CommandError> {
+    let Surface { mut tessellation, mut texels, notices } = surface;
+    let max_distance = max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
+    progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
+    let started = Instant::now();
+    let bvh = Bvh::build(&scan.mesh).map_err(|e| CommandError::Failed(format!("{}: {e}", scan.source.path)))?;
+    let build = started.elapsed().as_secs_f64();
+    let flipped = variance::agree_with_scan(&mut texels, &mut tessellation.mesh, &scan.mesh, &bvh, max_distance);
+    progress.report("casting rays", f64::NAN, &format!("{} texels", texels.len()));
+    let started = Instant::now();
+    let facing = if scan.oriented { Facing::Same } else { Facing::Any };
+    let device = match device {
+        DeviceArg::Auto => Device::Auto,
+        DeviceArg::Cpu => Device::Cpu,
+        DeviceArg::Gpu => Device::Gpu,
+    };
+    let trace = variance::trace(texels, &bvh, max_distance, facing, device).map_err(CommandError::failed)?;
+    let cast = started.elapsed().as_secs_f64();
+    let started = Instant::now();
+    let mut report = VarianceReport::new(&trace.deviations, &scan.source, &trace.device);
+    report.seconds.build = build;
+    report.seconds.trace = cast;
+    report.seconds.statistics = started.elapsed().as_secs_f64();
+    report.warnings.extend(notices);
+    report.warnings.extend(trace.notice);
+    if !flipped.is_empty() {
+        report.warnings.push(format!(
+            "the script's normals of {} point into the material: they were turned to agree with the scan",
+            flipped.join(", ")
+        ));
+    }
+    progress.report("coding texture", f64::NAN, "");
+    let texture = DistanceTexture::new(&trace.deviations);
+    let colour_range = picture::scale_end(&report.overall, max_distance);
+    Ok(Measured { tessellation, deviations: trace.deviations, texture, report, colour_range })
+}
+
+/// Diagonal of the box around a mesh.
+fn diagonal(mesh: &TriangleMesh) -> f64 {
+    let extent = |k: usize| {
+        let (low, high) =
+            mesh.positions.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p[k]), h.max(p[k])));
+        if high > low { high - low } else { 0.0 }
+    };
+    (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Writes the coded texture, the lossless distances, the colours and the statistics.
+pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandError> {
+    make_folder(folder)?;
+    let texture = &measured.texture;
+    let (width, height) = (texture.width, texture.height);
+    let sign = format!("signed distance in mm; {}", variance::SIGN_CONVENTION);
+    let lossless = variance::signed_distances(&measured.deviations);
+    let tiff = raster::tiff_f32(width, height, &lossless, &sign).map_err(CommandError::failed)?;
+    let coded = measured.coded_png()?;
+    let colours = png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
+    for (name, bytes) in [("distance.png", &coded), ("distance.tif", &tiff), ("colours.png", &colours)] {
+        atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
+    }
+    json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)
+}
+
+/// A picture as a PNG file.
+pub(crate) fn png(picture: &Picture) -> Result<Vec<u8>, CommandError> {
+    let rgb = picture.pixels.as_flattened();
+    raster::png_rgb(picture.width as u32, picture.height as u32, rgb, &[]).map_err(CommandError::failed)
+}
+
+/// The table that people read.
+pub(crate) fn summary(report: &VarianceReport) -> String {
+    let row = |name: &str, s: &Statistics| {
+        let m = &s.weighted;
+        vec![
+            name.to_owned(),
+            table::number(s.area),
+            format!("{:.1} %", s.coverage * 100.0),
+            table::number(m.mean),
+            table::number(m.sd),
+            table::number(m.signed.mean),
+            table::number(m.rms),
+            table::number(m.percentiles.p95),
+            table::number(m.max),
+        ]
+    };
+    let mut rows = vec![row("all", &report.overall)];
+    rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
+    let headings = ["part", "area mm2", "coverage", "mean", "sd", "signed mean", "rms", "95 %", "max"];
+    let mut out = table::render(&headings, &rows);
+    out.push_str(&format!(
+        "distances in mm, at most {}; {}; cast by {}\n",
+        table::number(report.max_distance),
+        report.sign_convention,
+        report.device
+    ));
+    for w in &report.warnings {
+        out.push_str(&format!("warning: {w}\n"));
+    }
+    out
+}

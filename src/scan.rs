@@ -1,0 +1,66 @@
+//! `gmlc scan`: the virtual laser scanner.
+
+use crate::cli::VirtualScanArgs;
+use crate::error::CommandError;
+use crate::progress::TerminalProgress;
+use crate::{mesh, script, values};
+use gml_runtime::export::json;
+use gml_runtime::model::{Fineness, Model, Tessellation};
+use gml_runtime::simulate::{self, Scanner, Truth};
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What a fit should find.
+#[derive(Serialize)]
+struct TruthFile<'a> {
+    /// The script.
+    script: String,
+    /// Its parameters, in millimetres and radians.
+    parameters: BTreeMap<&'a str, f64>,
+    /// The scanner, and the pose that it added.
+    #[serde(flatten)]
+    scan: &'a Truth,
+}
+
+pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
+    mesh::check_format(&args.output)?;
+    let scanner = Scanner {
+        views: args.views as usize,
+        spacing: values::positive_length("--spacing", &args.spacing)?,
+        noise: values::length("--noise", &args.noise)?,
+        outliers: values::fraction("--outliers", args.outliers)?,
+        dropouts: values::fraction("--dropouts", args.dropouts)?,
+        holes: args.holes as usize,
+        random_pose: !args.no_pose,
+        seed: args.seed,
+        ..Scanner::default()
+    };
+    let program = script::compile(&args.script)?;
+    let (x, motion) = script::parameters(&program, &args.values)?;
+    let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
+    // Finer than the noise and the spacing, so that the tessellation does not show in the scan.
+    let chord = (0.02 * scanner.spacing).min(0.02);
+    let fineness = Fineness { chord, ..Fineness::default() };
+    let mut tessellation = Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?;
+    motion.move_tessellation(&mut tessellation);
+
+    let progress = TerminalProgress::new();
+    let scan = simulate::scan(&tessellation.mesh, &scanner, &progress);
+    progress.finish();
+    let scan = scan.map_err(CommandError::failed)?;
+    mesh::write(&args.output, &scan.mesh)?;
+    if let Some(path) = &args.truth {
+        let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
+        let truth = TruthFile { script: args.script.model.display().to_string(), parameters, scan: &scan.truth };
+        mesh::make_parent(path)?;
+        json::write(path, &truth).map_err(CommandError::failed)?;
+    }
+    println!(
+        "{}: {} points, {} triangles, {:.1} % of the surface",
+        args.output.display(),
+        scan.truth.points,
+        scan.truth.triangles,
+        scan.truth.coverage * 100.0
+    );
+    Ok(())
+}

@@ -1,0 +1,123 @@
+//! Scripts from files: loading, compiling, values of parameters.
+
+use crate::cli::{ScriptArgs, ValueArgs};
+use crate::error::{CommandError, ScriptErrors};
+use crate::values;
+use gml_compiler::program::{self, Compilation, Options, Program};
+use gml_compiler::source::{Loader, SourceFile};
+use gml_runtime::fit::FitResult;
+use gml_runtime::model::Motion;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Scripts are text that people write; anything larger was not meant as one.
+const LARGEST_SCRIPT: u64 = 16 << 20;
+
+/// Loads files that scripts name, relative to the script that names them.
+#[derive(Debug)]
+struct FileLoader;
+
+impl Loader for FileLoader {
+    fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
+        let base = Path::new(from).parent().unwrap_or_else(|| Path::new(""));
+        let full = base.join(path);
+        let text = read_text(&full)?;
+        Ok(SourceFile { name: full.display().to_string(), text })
+    }
+}
+
+/// The text of a script.
+pub(crate) fn read(path: &Path) -> Result<String, CommandError> {
+    read_text(path).map_err(CommandError::Failed)
+}
+
+fn read_text(path: &Path) -> Result<String, String> {
+    let shown = path.display();
+    let size = std::fs::metadata(path).map_err(|e| format!("{shown}: {}", reason(&e)))?;
+    if size.is_dir() {
+        return Err(format!("{shown}: is a folder, not a script"));
+    }
+    if size.len() > LARGEST_SCRIPT {
+        return Err(format!("{shown}: {} bytes is too large for a script (at most {LARGEST_SCRIPT})", size.len()));
+    }
+    let bytes = std::fs::read(path).map_err(|e| format!("{shown}: {}", reason(&e)))?;
+    String::from_utf8(bytes).map_err(|e| {
+        format!("{shown}: is not UTF-8 text (byte {} is not); is it a script?", e.utf8_error().valid_up_to())
+    })
+}
+
+/// An IO error in words.
+pub(crate) fn reason(e: &std::io::Error) -> String {
+    match e.kind() {
+        std::io::ErrorKind::NotFound => "there is no such file".into(),
+        std::io::ErrorKind::PermissionDenied => "may not be read".into(),
+        _ => e.to_string(),
+    }
+}
+
+/// Compiles a script; its warnings go to standard error.
+pub(crate) fn compile(args: &ScriptArgs) -> Result<Program, CommandError> {
+    let compilation = compile_quietly(args)?;
+    crate::diagnostics::print(&compilation.warnings, &compilation.sources);
+    Ok(compilation.program)
+}
+
+/// Compiles a script and keeps the warnings.
+pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandError> {
+    let text = read(&args.model)?;
+    let mut inputs = BTreeMap::new();
+    for given in &args.inputs {
+        let (name, value) = values::assignment("--input", given)?;
+        inputs.insert(name.to_owned(), values::input_value(name, value)?);
+    }
+    let options = Options { inputs, ..Options::default() };
+    let file = SourceFile { name: args.model.display().to_string(), text };
+    program::compile(file, &FileLoader, &options).map_err(|failed| {
+        CommandError::Script(Box::new(ScriptErrors { diagnostics: failed.diagnostics, sources: failed.sources }))
+    })
+}
+
+/// The parameters from defaults, a fit and `-p`, with the pose that the fit added.
+pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64>, Motion), CommandError> {
+    let known = program.parameters();
+    let mut x: Vec<f64> = known.iter().map(|p| p.default).collect();
+    let mut motion = Motion::IDENTITY;
+    if let Some(path) = &args.params {
+        let fit = read_fit(path)?;
+        for p in &fit.parameters {
+            let Some(i) = known.iter().position(|k| k.name == p.name) else {
+                return Err(CommandError::Failed(format!(
+                    "{}: the model has no parameter '{}': was it fitted with another script?",
+                    path.display(),
+                    p.name
+                )));
+            };
+            x[i] = p.value;
+        }
+        if let Some(pose) = &fit.pose {
+            motion = Motion { rotation: pose.rotation, translation: pose.translation };
+        }
+    }
+    for (i, value) in values::parameters(&args.values, known)? {
+        x[i] = value;
+    }
+    for (i, (low, high)) in program.bounds(&x).into_iter().enumerate() {
+        // Rounding of a printed value must not put it out of bounds.
+        let slack = 1e-9 * (1.0 + x[i].abs());
+        if !(x[i] >= low - slack && x[i] <= high + slack) {
+            let p = &known[i];
+            let unit = p.quantity.unit();
+            return Err(CommandError::Failed(format!(
+                "parameter {}: {}{unit} is not within its bounds {low}{unit}..{high}{unit}",
+                p.name, x[i]
+            )));
+        }
+    }
+    Ok((x, motion))
+}
+
+fn read_fit(path: &Path) -> Result<FitResult, CommandError> {
+    let text = read(path)?;
+    serde_json::from_str(&text)
+        .map_err(|e| CommandError::Failed(format!("{}: is not a result of gmlc fit: {e}", path.display())))
+}

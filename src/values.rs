@@ -1,0 +1,158 @@
+//! Values on the command line: `42mm`, `30deg`, `4`, `r=42mm`.
+
+use crate::error::CommandError;
+use gml_compiler::check::InputValue;
+use gml_compiler::program::{Parameter, Quantity};
+
+/// Units that a value may have, with what they measure and their size in millimetres or radians.
+const UNITS: [(&str, Quantity, f64); 7] = [
+    ("mm", Quantity::Length, 1.0),
+    ("cm", Quantity::Length, 10.0),
+    ("m", Quantity::Length, 1000.0),
+    ("in", Quantity::Length, 25.4),
+    ("deg", Quantity::Angle, std::f64::consts::PI / 180.0),
+    ("rad", Quantity::Angle, 1.0),
+    ("turn", Quantity::Angle, std::f64::consts::TAU),
+];
+
+/// A value of the given quantity, in millimetres or radians. A length or an angle needs its unit, so that `r=4` is never
+/// taken for 4 mm by one reader and for 4 cm by another.
+pub(crate) fn parse(what: &str, text: &str, quantity: Quantity) -> Result<f64, CommandError> {
+    let text = text.trim();
+    let wrong = |why: String| CommandError::usage(format!("{what}: '{text}' {why}"));
+    if quantity == Quantity::Bool {
+        return match text {
+            "true" => Ok(1.0),
+            "false" => Ok(0.0),
+            _ => Err(wrong("is neither true nor false".into())),
+        };
+    }
+    let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let (number, unit) = (digits.trim_end(), &text[digits.len()..]);
+    let example = match quantity {
+        Quantity::Length => "a length such as 42mm",
+        Quantity::Angle => "an angle such as 30deg",
+        Quantity::Int => "a whole number such as 6",
+        Quantity::Real | Quantity::Bool => "a number such as 1.5",
+    };
+    let value: f64 = number.parse().map_err(|_| wrong(format!("is not {example}")))?;
+    let scaled = match (unit, UNITS.iter().find(|u| u.0 == unit)) {
+        ("", _) if matches!(quantity, Quantity::Real | Quantity::Int) || value == 0.0 => value,
+        ("", _) => return Err(wrong(format!("has no unit: expected {example}"))),
+        (_, Some((_, measured, size))) if *measured == quantity => value * size,
+        (_, Some(_)) => return Err(wrong(format!("has the wrong unit: expected {example}"))),
+        (_, None) => {
+            let known: Vec<&str> = UNITS.iter().map(|u| u.0).collect();
+            return Err(wrong(format!("has an unknown unit '{unit}' (known: {})", known.join(", "))));
+        }
+    };
+    if !scaled.is_finite() {
+        return Err(wrong("is not finite".into()));
+    }
+    if quantity == Quantity::Int && scaled.fract() != 0.0 {
+        return Err(wrong("is not a whole number".into()));
+    }
+    Ok(scaled)
+}
+
+/// A length option in millimetres that must be positive.
+pub(crate) fn positive_length(option: &str, text: &str) -> Result<f64, CommandError> {
+    let value = parse(option, text, Quantity::Length)?;
+    if value > 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is not positive"))) }
+}
+
+/// A length option in millimetres that may be zero.
+pub(crate) fn length(option: &str, text: &str) -> Result<f64, CommandError> {
+    let value = parse(option, text, Quantity::Length)?;
+    if value >= 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is negative"))) }
+}
+
+/// A fraction between 0 and 1.
+pub(crate) fn fraction(option: &str, value: f64) -> Result<f64, CommandError> {
+    if (0.0..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err(CommandError::usage(format!("{option}: {value} is not between 0 and 1")))
+    }
+}
+
+/// Splits `name=value`.
+pub(crate) fn assignment<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'a str), CommandError> {
+    text.split_once('=')
+        .map(|(name, value)| (name.trim(), value.trim()))
+        .filter(|(name, _)| !name.is_empty())
+        .ok_or_else(|| CommandError::usage(format!("{option} {text}: expected NAME=VALUE, such as r=42mm")))
+}
+
+/// The index of a parameter, with the nearest name where there is none of this.
+pub(crate) fn parameter(option: &str, name: &str, parameters: &[Parameter]) -> Result<usize, CommandError> {
+    let known = parameters.iter().map(|p| p.name.as_str());
+    known.clone().position(|p| p == name).ok_or_else(|| CommandError::usage(unknown(option, "parameter", name, known)))
+}
+
+/// Parameter values from `-p` options: index and value, within the declared bounds at the defaults where those exist.
+pub(crate) fn parameters(texts: &[String], known: &[Parameter]) -> Result<Vec<(usize, f64)>, CommandError> {
+    texts
+        .iter()
+        .map(|text| {
+            let (name, value) = assignment("-p", text)?;
+            let index = parameter("-p", name, known)?;
+            Ok((index, parse(&format!("-p {name}"), value, known[index].quantity)?))
+        })
+        .collect()
+}
+
+/// The value of an input: true or false, a whole number, or a number with an optional unit. Whether it fits its
+/// declaration is for the compiler to say.
+pub(crate) fn input_value(name: &str, text: &str) -> Result<InputValue, CommandError> {
+    let what = format!("--input {name}");
+    if let Ok(flag) = text.parse() {
+        return Ok(InputValue::Bool(flag));
+    }
+    if let Ok(whole) = text.parse() {
+        return Ok(InputValue::Int(whole));
+    }
+    let quantity = UNITS.iter().filter(|u| text.ends_with(u.0)).map(|u| u.1).next_back();
+    parse(&what, text, quantity.unwrap_or(Quantity::Real)).map(InputValue::Real)
+}
+
+fn unknown<'a>(option: &str, kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = known.collect();
+    if names.is_empty() {
+        return format!("{option} {name}: the model has no {kind}s");
+    }
+    format!("{option} {name}: the model has no {kind} of that name; it has {}", names.join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_scaled_to_millimetres_and_radians() {
+        assert_eq!(parse("r", "42mm", Quantity::Length).ok(), Some(42.0));
+        assert_eq!(parse("r", "4.2 cm", Quantity::Length).ok(), Some(42.0));
+        assert_eq!(parse("r", "-1e-3m", Quantity::Length).ok(), Some(-1.0));
+        assert_eq!(parse("a", "0.5turn", Quantity::Angle).ok(), Some(std::f64::consts::PI));
+        assert_eq!(parse("s", "1e2", Quantity::Real).ok(), Some(100.0));
+        assert_eq!(parse("x", "0", Quantity::Length).ok(), Some(0.0), "zero is zero in any unit");
+    }
+
+    #[test]
+    fn wrong_units_are_refused_with_an_example() {
+        for (text, quantity) in [
+            ("42", Quantity::Length),
+            ("42deg", Quantity::Length),
+            ("1mm", Quantity::Angle),
+            ("1mm", Quantity::Real),
+            ("1.5", Quantity::Int),
+            ("1ft", Quantity::Length),
+            ("inf", Quantity::Real),
+            ("", Quantity::Length),
+            ("yes", Quantity::Bool),
+        ] {
+            let error = parse("it", text, quantity);
+            assert!(matches!(error, Err(CommandError::Usage(_))), "{text}: {error:?}");
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! `gmlc variance`.
+
+use crate::cli::{ScriptArgs, VarianceArgs};
+use crate::error::CommandError;
+use crate::measure::{self, Surface};
+use crate::progress::TerminalProgress;
+use crate::{fit, script};
+use gml_runtime::scan;
+
+pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
+    let size = measure::resolution(&args.controls)?;
+    let max_distance = measure::max_distance(&args.controls)?;
+    let surface = surface(args, size)?;
+    let scan = fit::read_scan(&args.scan)?;
+    let progress = TerminalProgress::new();
+    let measured = measure::measure(surface, &scan, max_distance, args.controls.device, &progress);
+    progress.finish();
+    let measured = measured?;
+    measure::write(&args.output, &measured)?;
+    print!("{}", measure::summary(&measured.report));
+    Ok(())
+}
+
+/// A script with its parameters, or a mesh: the file's name says which.
+fn surface(args: &VarianceArgs, size: u32) -> Result<Surface, CommandError> {
+    let name = args.reference.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    if name == "gml" {
+        let program = script::compile(&ScriptArgs { model: args.reference.clone(), inputs: args.inputs.clone() })?;
+        let (x, motion) = script::parameters(&program, &args.values)?;
+        return Surface::of_program(&program, &x, &motion, size);
+    }
+    if args.values.params.is_some() || !args.values.values.is_empty() || !args.inputs.is_empty() {
+        return Err(CommandError::usage(format!(
+            "{}: --params, -p and --input are for scripts (.gml); a reference mesh has no parameters",
+            args.reference.display()
+        )));
+    }
+    let unit = args.reference_unit.parse().map_err(|e| CommandError::usage(format!("--reference-unit: {e}")))?;
+    let mesh = scan::read_mesh(&args.reference, unit).map_err(CommandError::failed)?;
+    Surface::of_mesh(&mesh, size)
+}

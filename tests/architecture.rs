@@ -1,0 +1,83 @@
+//! The arrows of ARCHITECTURE.md, checked against the `use` declarations and paths of the source.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Every .rs file below a folder.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(&next).unwrap_or_else(|e| panic!("{}: {e}", next.display())) {
+            let path = entry.expect("a folder's entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The source without its tests (which may use what they please) and without comments.
+fn code(path: &Path) -> String {
+    let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let body = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or("");
+    body.lines().filter(|l| !l.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+fn is_test(path: &Path) -> bool {
+    path.components().any(|c| c.as_os_str().to_string_lossy().contains("tests"))
+}
+
+/// Panics where a file below `folder` names one of `forbidden`.
+fn must_not_name(folder: &str, forbidden: &[&str]) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    for path in rust_files(&root).iter().filter(|p| !is_test(p)) {
+        let code = code(path);
+        for name in forbidden {
+            assert!(!code.contains(name), "{} names {name}: see Arrows in ARCHITECTURE.md", path.display());
+        }
+    }
+}
+
+#[test]
+fn stages_of_the_compiler_know_only_earlier_ones() {
+    // Plain descriptions of parameters are the one thing of `program` that earlier stages share.
+    must_not_name("compiler/src/syntax", &["crate::check", "crate::ir", "crate::diff", "crate::jit", "crate::program"]);
+    must_not_name("compiler/src/check", &["crate::ir", "crate::diff", "crate::jit", "program::Program"]);
+    must_not_name("compiler/src/ir", &["crate::diff", "crate::jit", "program::Program"]);
+    must_not_name("compiler/src/diff", &["crate::check", "crate::jit", "program::Program", "crate::syntax"]);
+    must_not_name("compiler/src/jit", &["crate::check", "program::Program", "crate::syntax"]);
+}
+
+#[test]
+fn the_compiler_is_pure() {
+    let impure = ["std::fs", "std::net", "std::thread", "std::time", "rayon", "println!", "eprintln!", "gml_runtime"];
+    must_not_name("compiler/src", &impure);
+}
+
+#[test]
+fn the_runtimes_modules_use_what_they_may() {
+    must_not_name("runtime/src/bvh", &["crate::fit", "crate::variance", "crate::export", "crate::simulate"]);
+    must_not_name("runtime/src/scan", &["crate::fit", "crate::variance", "crate::export", "crate::model"]);
+    must_not_name("runtime/src/model", &["crate::fit", "crate::variance", "crate::export", "crate::scan"]);
+    must_not_name("runtime/src/fit", &["crate::variance", "crate::export", "crate::simulate"]);
+    must_not_name("runtime/src/variance", &["crate::fit", "crate::simulate"]);
+    must_not_name("runtime/src", &["println!", "eprintln!", "std::process", "clap::"]);
+}
+
+#[test]
+fn unsafe_code_is_where_it_may_be() {
+    for folder in ["src", "compiler/src", "runtime/src"] {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        for path in rust_files(&root).iter().filter(|p| !is_test(p)) {
+            let allowed = path.to_string_lossy().contains("compiler/src/jit/");
+            let code = code(path);
+            let names_it = ["unsafe {", "unsafe fn", "unsafe impl"].iter().any(|u| code.contains(u));
+            assert!(allowed || !names_it, "{} has unsafe code", path.display());
+        }
+    }
+}
