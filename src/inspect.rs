@@ -4,14 +4,14 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::measure::{self, Measured, Surface};
 use crate::progress::TerminalProgress;
-use crate::{fit, mesh, script, table};
+use crate::{date, fit, mesh, script, table};
 use gml_compiler::program::Program;
-use gml_runtime::export::picture::Picture;
+use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
+use gml_runtime::export::report::{self, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::FitResult;
-use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Model, Motion, Tessellation};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
@@ -19,6 +19,10 @@ use gml_runtime::variance::Statistics;
 
 /// Of the scan in pictures: clay.
 const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
+
+/// What the sheet of views shows.
+const VIEWS_CAPTION: &str =
+    "Scan, model in the colours of the deviations, and both; from the front, from the back, from above, and cut open.";
 
 /// Side of one view in pixels.
 const VIEW_SIZE: usize = 480;
@@ -84,32 +88,52 @@ fn document(
     atomic::write(&folder.join("views.png"), &views).map_err(CommandError::failed)?;
 
     progress.report("writing", f64::NAN, "model.x3d");
+    let title = format!("{} compared with {}", fitted.model, scan.source.path);
+    let coded = measured.coded_png()?;
     let scene = x3d::write(&X3dScene {
         tessellation: &measured.tessellation,
-        texture_png: &measured.coded_png()?,
+        texture_png: &coded,
         texture_size: [measured.texture.width, measured.texture.height],
         max_distance: measured.deviations.max_distance,
         colour_range: measured.colour_range,
         turned: upright.rotation,
-        title: &format!("{} compared with {}", fitted.model, scan.source.path),
+        title: &title,
         metadata: &metadata(fitted, measured),
     })
     .map_err(CommandError::failed)?;
-    atomic::write(&folder.join("model.x3d"), scene.as_bytes()).map_err(CommandError::failed)
+    atomic::write(&folder.join("model.x3d"), scene.as_bytes()).map_err(CommandError::failed)?;
+
+    progress.report("writing", f64::NAN, "report.html");
+    let page = report::write(&Report {
+        title: &title,
+        model: &fitted.script,
+        date: &date::today(),
+        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
+        fit: Some(fitted),
+        variance: &measured.report,
+        deviations: &measured.deviations,
+        tessellation: &measured.tessellation,
+        turned: upright.rotation,
+        distance_png: &coded,
+        colour_png: &measure::png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?,
+        colour_range: measured.colour_range,
+        pictures: &[(VIEWS_CAPTION, &views)],
+    });
+    atomic::write(&folder.join("report.html"), page.as_bytes()).map_err(CommandError::failed)
 }
 
-/// The scan in the upper row, the model in the colours of its deviations in the lower one.
+/// The scan in the first row, the model in the colours of its deviations in the second, both in the third.
 fn views(scan: &Scan, measured: &Measured, upright: &Motion) -> Picture {
     let colours = DeviationColours::new(&measured.deviations, measured.colour_range);
-    let row = |mesh: &TriangleMesh, paint: Paint<'_>| {
-        [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| {
-            let layer = Layer { mesh, paint, opacity: 1.0 };
-            render::render(&[layer], &view.of_turned(&upright.rotation), VIEW_SIZE, VIEW_SIZE)
-        })
-    };
-    let mut pictures = row(&scan.mesh, Paint::Plain(SCAN_COLOUR)).to_vec();
-    pictures.extend(row(&measured.tessellation.mesh, Paint::Deviations(&colours)));
-    Picture::sheet(&pictures, 4)
+    let model = Layer { mesh: &measured.tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
+    let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
+    let rows: [&[Layer<'_>]; 3] = [&[clay], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
+    let views = [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| view.of_turned(&upright.rotation));
+    let pictures: Vec<Picture> = rows
+        .iter()
+        .flat_map(|layers| views.iter().map(|view| render::render(layers, view, VIEW_SIZE, VIEW_SIZE)))
+        .collect();
+    Picture::sheet(&pictures, views.len())
 }
 
 fn metadata(fitted: &FitResult, measured: &Measured) -> Vec<MetadataGroup> {

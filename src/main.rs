@@ -2,6 +2,7 @@
 
 mod check;
 mod cli;
+mod date;
 mod diagnostics;
 mod diff;
 mod emit;
