@@ -4,7 +4,7 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::measure::{self, Measured, Surface};
 use crate::progress::TerminalProgress;
-use crate::{date, fit, mesh, script, table};
+use crate::{fit, mesh, script, table};
 use gml_compiler::program::Program;
 use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
@@ -19,10 +19,6 @@ use gml_runtime::variance::Statistics;
 
 /// Of the scan in pictures: clay.
 const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
-
-/// What the sheet of views shows.
-const VIEWS_CAPTION: &str =
-    "Scan, model in the colours of the deviations, and both; from the front, from the back, from above, and cut open.";
 
 /// Side of one view in pixels.
 const VIEW_SIZE: usize = 480;
@@ -82,14 +78,13 @@ fn document(
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
     let folder = &args.output;
-    progress.report("drawing", f64::NAN, "views");
-    let views = views(scan, measured, upright);
-    let views = measure::png(&views)?;
-    atomic::write(&folder.join("views.png"), &views).map_err(CommandError::failed)?;
-
-    progress.report("writing", f64::NAN, "model.x3d");
     let title = format!("{} compared with {}", fitted.model, scan.source.path);
     let coded = measured.coded_png()?;
+    progress.report("drawing", f64::NAN, "views");
+    let views = measure::png(&views(scan, measured, upright))?;
+    let colours = measure::png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
+
+    progress.report("writing", f64::NAN, "model.x3d, report.html");
     let scene = x3d::write(&X3dScene {
         tessellation: &measured.tessellation,
         texture_png: &coded,
@@ -101,13 +96,10 @@ fn document(
         metadata: &metadata(fitted, measured),
     })
     .map_err(CommandError::failed)?;
-    atomic::write(&folder.join("model.x3d"), scene.as_bytes()).map_err(CommandError::failed)?;
-
-    progress.report("writing", f64::NAN, "report.html");
-    let page = report::write(&Report {
+    let report = report::write(&Report {
         title: &title,
-        model: &fitted.script,
-        date: &date::today(),
+        model: &args.script.model.display().to_string(),
+        date: &chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string(),
         tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
         fit: Some(fitted),
         variance: &measured.report,
@@ -115,11 +107,18 @@ fn document(
         tessellation: &measured.tessellation,
         turned: upright.rotation,
         distance_png: &coded,
-        colour_png: &measure::png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?,
+        colour_png: &colours,
         colour_range: measured.colour_range,
-        pictures: &[(VIEWS_CAPTION, &views)],
+        pictures: &[(
+            "The scan, the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
+            &views,
+        )],
     });
-    atomic::write(&folder.join("report.html"), page.as_bytes()).map_err(CommandError::failed)
+    let files = [("views.png", &views[..]), ("model.x3d", scene.as_bytes()), ("report.html", report.as_bytes())];
+    for (name, bytes) in files {
+        atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
+    }
+    Ok(())
 }
 
 /// The scan in the first row, the model in the colours of its deviations in the second, both in the third.

@@ -2,7 +2,6 @@
 
 mod check;
 mod cli;
-mod date;
 mod diagnostics;
 mod diff;
 mod emit;

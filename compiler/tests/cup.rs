@@ -63,7 +63,7 @@ fn surface(x: &[f64], part: &str, u: f64, v: f64) -> Point {
 
 #[test]
 fn the_cup_is_what_its_formulas_say() {
-    let program = example("cup");
+    let program = example("cup/cup");
     let mut random = Random(1);
     for _ in 0..20 {
         let x = random.parameters(&program);

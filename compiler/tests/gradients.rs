@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Random, example};
+use common::Random;
 use gml_compiler::program::{Instance, Program};
 
 /// Points at which each patch is looked at.
@@ -141,8 +141,11 @@ fn check_partials(program: &Program, random: &mut Random) {
 }
 
 #[test]
-fn derivatives_of_the_cup() {
-    let program = example("cup");
-    check_parameters(&program, &mut Random(2));
-    check_partials(&program, &mut Random(3));
+fn derivatives_of_every_example() {
+    for (k, name) in common::examples().iter().enumerate() {
+        eprintln!("{name}");
+        let program = common::example(name);
+        check_parameters(&program, &mut Random(2 + k as u64));
+        check_partials(&program, &mut Random(3 + k as u64));
+    }
 }

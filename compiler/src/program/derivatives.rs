@@ -222,17 +222,21 @@ impl<'b> Wrapper<'b> {
         Wrapper { body, by_param, computed }
     }
 
-    /// The builder, with the arguments of the body.
-    fn start(&self, module: &Module) -> (FunctionBuilder, Vec<Value>) {
+    /// The parameters of the function.
+    fn params(&self, module: &Module) -> Vec<Parameter> {
         let body = module.function(self.body.function);
         let n = self.body.captures.len();
         let mut params = body.params[..n].to_vec();
         params.extend(self.computed.iter().map(|k| Parameter::real(format!("slope{k}"))));
         params.extend(body.params[n..].iter().cloned());
-        let builder = FunctionBuilder::new("jacobian", params);
-        let mut args = builder.params();
-        args.drain(n..n + self.computed.len());
-        (builder, args)
+        params
+    }
+
+    /// The body's arguments among the parameters.
+    fn body_args(&self, builder: &FunctionBuilder) -> Vec<Value> {
+        let n = self.body.captures.len();
+        let uv = n + self.computed.len();
+        (0..n).chain(uv..uv + 2).map(|i| builder.param(i)).collect()
     }
 
     fn slope(&self, builder: &mut FunctionBuilder, value: SlopeValue) -> Value {
@@ -245,23 +249,53 @@ impl<'b> Wrapper<'b> {
         }
     }
 
+    /// The body where each capture c has moved by the sum of slope times t over the parameters, differentiated by all t
+    /// at once, at t = 0.
     fn by_tangents(&self, module: &mut Module) -> Result<FunctionId, BuildError> {
-        let (mut builder, args) = self.start(module);
+        let (moved, wrt) = self.moved(module);
+        let (jacobian, pattern) = diff::jacobian(module, moved, &wrt)?;
+        let mut builder = FunctionBuilder::new("jacobian", self.params(module));
+        let mut args = builder.params();
+        let zero = builder.real(0.0);
+        args.extend(wrt.iter().map(|_| zero));
+        let types = vec![Type::Real; module.function(jacobian).results.len()];
+        let entries = builder.call(jacobian, args, &types);
         let mut results = Vec::new();
-        for slopes in self.by_param.values() {
-            let seeds = slopes.iter().map(|(c, value)| (*c, self.slope(&mut builder, *value))).collect();
-            results.extend(builder.tangent(self.body.function, args.clone(), seeds, 3));
+        for t in &wrt {
+            for coordinate in 0..3 {
+                let entry = pattern.iter().position(|e| e.result == coordinate && e.param == *t);
+                results.push(entry.map_or(zero, |entry| entries[3 + entry]));
+            }
         }
         let id = module.add(builder.finish(named(results)));
-        diff::expand(module, &[id])?;
         clean(module, &[id])?;
         Ok(id)
+    }
+
+    /// `(C.., slopes.., u, v, t..) -> point`, and the indices of the t.
+    fn moved(&self, module: &mut Module) -> (FunctionId, Vec<u32>) {
+        let mut params = self.params(module);
+        let first = params.len();
+        params.extend(self.by_param.keys().map(|p| Parameter::real(format!("t{p}"))));
+        let mut builder = FunctionBuilder::new("moved", params);
+        let mut args = self.body_args(&builder);
+        for (t, slopes) in (first..).zip(self.by_param.values()) {
+            for (capture, value) in slopes {
+                let slope = self.slope(&mut builder, *value);
+                let product = builder.mul(slope, builder.param(t));
+                args[*capture as usize] = builder.add(args[*capture as usize], product);
+            }
+        }
+        let point = builder.call(self.body.function, args, &[Type::Real; 3]);
+        let id = module.add(builder.finish(named(point)));
+        (id, (first as u32..).take(self.by_param.len()).collect())
     }
 
     fn by_captures(&self, module: &mut Module) -> Result<FunctionId, BuildError> {
         let wrt: Vec<u32> = (0..self.body.captures.len() as u32).collect();
         let (jacobian, pattern) = diff::jacobian(module, self.body.function, &wrt)?;
-        let (mut builder, args) = self.start(module);
+        let mut builder = FunctionBuilder::new("jacobian", self.params(module));
+        let args = self.body_args(&builder);
         let types = vec![Type::Real; module.function(jacobian).results.len()];
         let entries = builder.call(jacobian, args, &types);
         let mut results = Vec::new();

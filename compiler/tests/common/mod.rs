@@ -4,11 +4,26 @@
 
 use gml_compiler::program::{Compilation, Options, Parameter, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The scripts of the examples: `cup/cup`, `cup/octagonal_cup`, ...
+pub fn examples() -> Vec<String> {
+    let folder = |path: &Path| -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        entries.map(|e| e.unwrap().path()).collect()
+    };
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    let files = folder(&root).into_iter().filter(|p| p.is_dir()).flat_map(|p| folder(&p));
+    let scripts = files.filter(|p| p.extension().is_some_and(|e| e == "gml"));
+    let name = |p: PathBuf| p.strip_prefix(&root).unwrap().with_extension("").display().to_string();
+    let mut names: Vec<String> = scripts.map(name).collect();
+    names.sort();
+    names
+}
 
 /// A script of the examples, compiled.
 pub fn example(name: &str) -> Program {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name).join(format!("{name}.gml"));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(name).with_extension("gml");
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     program(&format!("{name}.gml"), &text)
 }

@@ -28,9 +28,10 @@ impl Bvh {
         }
         let local = self.to_local(p);
         // Rounding must not exclude what lies at the very limit; the comparison at the end is exact.
-        let slack = 4.0 * f64::from(f32::EPSILON) * f64::from((local.abs() + self.half_extent).max_element());
+        let reach = (local.abs() + self.half_extent).max_element();
+        let slack = 4.0 * f64::from(f32::EPSILON) * f64::from(reach);
         let limit = (max_distance + slack) as f32;
-        let (block, lane) = self.closest_triangle(local, limit * limit)?;
+        let (block, lane) = self.closest_triangle(local, 1.0 / reach.max(f32::MIN_POSITIVE), limit * limit)?;
         let origin = DVec3::from(p) - DVec3::from(self.center);
         let corners = self.blocks[block].triangle(lane).map(|c| c.as_dvec3());
         let weights = closest_weights(origin, corners);
@@ -44,15 +45,16 @@ impl Bvh {
         })
     }
 
-    /// Block and lane of the triangle closest to `p`, if its squared distance is at most `best`.
-    fn closest_triangle(&self, p: Vec3A, mut best: f32) -> Option<(usize, usize)> {
+    /// Block and lane of the triangle closest to `p`, if its squared distance is at most `best`. `scale` brings all
+    /// distances to at most about one, so that fourth powers neither overflow nor vanish.
+    fn closest_triangle(&self, p: Vec3A, scale: f32, mut best: f32) -> Option<(usize, usize)> {
         let nodes = &self.tree.nodes[..];
         let mut found = None;
         let mut test_leaf = |node: &Bvh2Node, best: &mut f32| {
             let block = (node.first_index / 4) as usize;
             for lane in 0..node.prim_count as usize {
                 debug_assert_ne!(self.tree.primitive_indices[4 * block + lane], NO_TRIANGLE);
-                let squared = squared_distance(p, self.blocks[block].triangle(lane));
+                let squared = squared_distance(p, scale, self.blocks[block].triangle(lane));
                 if squared < *best || found.is_none() && squared <= *best {
                     *best = squared;
                     found = Some((block, lane));
@@ -110,10 +112,10 @@ fn squared_to_box(p: Vec3A, node: &Bvh2Node) -> f32 {
     (p - p.max(aabb.min).min(aabb.max)).length_squared()
 }
 
-fn squared_distance(p: Vec3A, corners: [Vec3A; 3]) -> f32 {
+fn squared_distance(p: Vec3A, scale: f32, corners: [Vec3A; 3]) -> f32 {
     // Relative to the point, so that nearby triangles lose no digits.
     let [a, b, c] = corners.map(|corner| corner - p);
-    let [wa, wb, wc] = closest_weights_f32(a, b, c);
+    let [wa, wb, wc] = closest_weights_f32(a * scale, b * scale, c * scale);
     (a * wa + b * wb + c * wc).length_squared()
 }
 

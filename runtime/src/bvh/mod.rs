@@ -27,8 +27,9 @@ use obvhs::bvh2::node::Bvh2Node;
 use ray::LocalRay;
 use thiserror::Error;
 
-/// Coordinates further than this from the mesh's centre are refused. Millimetres.
-const MAX_EXTENT: f64 = 1e12;
+/// Coordinates further than this from the mesh's centre are refused: third powers must stay within single precision.
+/// Millimetres.
+const MAX_EXTENT: f64 = 1e9;
 
 /// A bounding volume hierarchy over a triangle mesh.
 pub struct Bvh {
@@ -57,7 +58,7 @@ pub enum BvhError {
         vertices: usize,
     },
     /// A triangle's corner is NaN or infinite, or lies too far from the mesh's centre.
-    #[error("a corner of triangle {triangle} is not finite or more than 1e12 mm away")]
+    #[error("a corner of triangle {triangle} is not finite or more than 1e9 mm from the mesh's centre")]
     BadPosition {
         /// Which triangle.
         triangle: usize,

@@ -307,3 +307,51 @@ fn the_tree_does_not_depend_on_the_number_of_threads() {
     };
     assert!(build(1) == build(3));
 }
+
+/// Sizes that no scan has, but a file may.
+#[test]
+fn tiny_and_huge_meshes() {
+    for scale in [1e-9, 1e-3, 1e5, 9e8] {
+        let shape = sphere(12, 17, scale, DVec3::ZERO);
+        let bvh = Bvh::build(&shape).unwrap();
+        let t = bvh.nearest_hit([0.0, 0.0, 1.5 * scale], [0.0, 0.0, -1.0], 10.0 * scale).unwrap().t;
+        assert!((t / scale - 0.5).abs() < 1e-5);
+        for far in [1.5, 1e6] {
+            let closest = bvh.closest_point([0.0, 0.0, far * scale], f64::INFINITY).unwrap();
+            assert!((closest.distance / scale - (far - 1.0)).abs() < 1e-5 * far);
+        }
+    }
+}
+
+/// The scan that later stages are measured on, or none where the tests have no data.
+fn cup_scan() -> Option<TriangleMesh> {
+    let Some(folder) = std::env::var_os("GMLC_TEST_DATA") else {
+        println!("skipped: GMLC_TEST_DATA is not set");
+        return None;
+    };
+    let path = std::path::Path::new(&folder).join("cup/cup_scan.ply");
+    Some(crate::scan::read(&path, &crate::scan::ReadOptions::default()).unwrap().mesh)
+}
+
+#[test]
+fn a_real_scan_agrees_with_brute_force() {
+    let Some(scan) = cup_scan() else { return };
+    let bvh = Bvh::build(&scan).unwrap();
+    assert!(check_tree(&bvh) < 40);
+    let mut rng = ChaCha8Rng::seed_from_u64(6);
+    for _ in 0..100 {
+        let target = DVec3::from(scan.positions[rng.random_range(0..scan.positions.len())]);
+        let direction = random_point(&mut rng, 1.0).normalize();
+        let origin = target - direction * rng.random_range(1.0..50.0) + random_point(&mut rng, 0.3);
+        let sure = brute_hits(&scan, origin, direction, 100.0).into_iter().filter(|(_, inside)| *inside > 1e-3);
+        let sure = sure.filter(|(t, _)| *t > 0.0).fold(f64::INFINITY, |m, (t, _)| m.min(t));
+        let found = bvh.nearest_hit(origin.to_array(), direction.to_array(), 100.0).map_or(f64::INFINITY, |h| h.t);
+        assert!(found <= sure + 1e-4);
+        if found < sure - 1e-4 {
+            let brute = brute_hits(&scan, origin, direction, 100.0);
+            assert!(brute.iter().any(|(t, _)| (t - found).abs() < 1e-4));
+        }
+        let closest = bvh.closest_point(origin.to_array(), f64::INFINITY).unwrap().distance;
+        assert!((closest - brute_closest(&scan, origin)).abs() < 1e-5);
+    }
+}
