@@ -199,12 +199,17 @@ impl<'a> Setting<'a> {
         }
     }
 
-    /// Per patch, which way its parametrisation faces, learnt from the scan's normals: a script may have them either way.
-    /// Patches with few points, or points on both sides, stay unknown.
+    /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's
+    /// normals say clearly otherwise. Where points lie on both sides (a thin wall whose sides are not told apart yet) the
+    /// convention decides: without a decision, both sides of the scanned wall would pull at both of the model.
     pub(crate) fn facing(&self, evaluation: &Evaluation) -> Vec<i8> {
         let sign = |p: &PatchSum| {
-            let known = self.oriented && p.weight >= 10.0 && p.facing.abs() >= 0.5 * p.weight;
-            if known { p.facing.signum() as i8 } else { 0 }
+            let inwards = p.weight >= 10.0 && p.facing <= -0.5 * p.weight;
+            match (self.oriented, inwards) {
+                (false, _) => 0,
+                (true, true) => -1,
+                (true, false) => 1,
+            }
         };
         evaluation.patches.iter().map(sign).collect()
     }
