@@ -43,6 +43,7 @@ impl<T> Deep<T> {
 }
 
 /// A line of a block.
+#[expect(clippy::large_enum_variant, reason = "there are few, and not for long")]
 pub(in crate::syntax) enum Statement {
     Item(Deep<Item>),
     Expr(Deep<Expr>),
@@ -129,7 +130,7 @@ impl Builder<'_> {
     pub(in crate::syntax) fn number(&mut self, l: u32, r: u32) -> Deep<Expr> {
         let span = self.span(l, r);
         let kind = literal::number(span, self.slice(l, r)).unwrap_or_else(|diagnostic| {
-            self.report(diagnostic);
+            self.report(*diagnostic);
             ExprKind::Error
         });
         Deep::flat(Expr { span, kind })
