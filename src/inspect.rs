@@ -6,8 +6,9 @@ use crate::measure::{self, Measured, Surface};
 use crate::progress::TerminalProgress;
 use crate::{fit, mesh, script, table};
 use gml_compiler::program::Program;
-use gml_runtime::export::picture::Picture;
+use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
+use gml_runtime::export::report::{self, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::FitResult;
@@ -78,24 +79,44 @@ fn document(
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
     let folder = &args.output;
+    let title = format!("{} compared with {}", fitted.model, scan.source.path);
+    let coded = measured.coded_png()?;
     progress.report("drawing", f64::NAN, "views");
-    let views = views(scan, measured, upright);
-    let views = measure::png(&views)?;
-    atomic::write(&folder.join("views.png"), &views).map_err(CommandError::failed)?;
+    let views = measure::png(&views(scan, measured, upright))?;
+    let colours = measure::png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
 
-    progress.report("writing", f64::NAN, "model.x3d");
+    progress.report("writing", f64::NAN, "model.x3d, report.html");
     let scene = x3d::write(&X3dScene {
         tessellation: &measured.tessellation,
-        texture_png: &measured.coded_png()?,
+        texture_png: &coded,
         texture_size: [measured.texture.width, measured.texture.height],
         max_distance: measured.deviations.max_distance,
         colour_range: measured.colour_range,
         turned: upright.rotation,
-        title: &format!("{} compared with {}", fitted.model, scan.source.path),
+        title: &title,
         metadata: &metadata(fitted, measured),
     })
     .map_err(CommandError::failed)?;
-    atomic::write(&folder.join("model.x3d"), scene.as_bytes()).map_err(CommandError::failed)
+    let report = report::write(&Report {
+        title: &title,
+        model: &args.script.model.display().to_string(),
+        date: &chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string(),
+        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
+        fit: Some(fitted),
+        variance: &measured.report,
+        deviations: &measured.deviations,
+        tessellation: &measured.tessellation,
+        turned: upright.rotation,
+        distance_png: &coded,
+        colour_png: &colours,
+        colour_range: measured.colour_range,
+        pictures: &[("The scan (above) and the model in the colours of its deviations (below)", &views)],
+    });
+    let files = [("views.png", &views[..]), ("model.x3d", scene.as_bytes()), ("report.html", report.as_bytes())];
+    for (name, bytes) in files {
+        atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
+    }
+    Ok(())
 }
 
 /// The scan in the upper row, the model in the colours of its deviations in the lower one.

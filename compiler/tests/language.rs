@@ -10,12 +10,13 @@
 //! ```
 //!
 //! `Warning` likewise, and `Fails` for what fails when the model is run with the defaults of its parameters: a
-//! `require` that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. With
-//! `GMLC_UPDATE=1` the lines are rewritten to what was found, to be looked at before they are committed.
+//! `require` that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. A line
+//! `// Parts:` lists the names of the model's parts. With `GMLC_UPDATE=1` the lines are rewritten to what was found, to be looked at before they are committed.
 
 use gml_compiler::check::typed::Model;
 use gml_compiler::check::{CheckOptions, check};
 use gml_compiler::diagnostic::{Diagnostic, Severity};
+use gml_compiler::diff::expand;
 use gml_compiler::ir::interpret::{Limits, RunError, run};
 use gml_compiler::ir::lower::lower;
 use gml_compiler::ir::scalar::Scalar;
@@ -26,6 +27,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 const MARKS: [&str; 4] = ["// Error:", "// Warning:", "// Fails:", "// Hint:"];
+
+const PARTS: &str = "// Parts:";
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/language")
@@ -91,7 +94,7 @@ fn cases(text: &str) -> Vec<String> {
 
 /// The case with what is found, in place of what was expected.
 fn annotated(case: &str) -> String {
-    let text: String = case.split_inclusive('\n').filter(|line| !is_mark(line)).collect();
+    let text: String = case.split_inclusive('\n').filter(|line| !is_mark(line) || line.starts_with(PARTS)).collect();
     let mut sources = Sources::default();
     let main = sources.add("test.gml", text.clone());
     let (model, findings) = check(&mut sources, &Files, main, &BTreeMap::new(), &CheckOptions::default());
@@ -100,7 +103,9 @@ fn annotated(case: &str) -> String {
         let word = if finding.severity == Severity::Error { "Error" } else { "Warning" };
         marks.push(mark(&text, main, word, finding));
     }
-    for failure in model.map(|m| failures(&m)).unwrap_or_default() {
+    let parts: Vec<&str> = model.iter().flat_map(|m| &m.parts).map(|p| p.name.as_str()).collect();
+    let parts = format!("{PARTS} {}\n", parts.join(", "));
+    for failure in model.as_ref().map(failures).unwrap_or_default() {
         marks.push(mark(&text, main, "Fails", &failure));
     }
     let mut out = String::new();
@@ -109,17 +114,22 @@ fn annotated(case: &str) -> String {
         for (_, mark) in marks.iter().filter(|(at, _)| *at == number) {
             mark.lines().for_each(|m| out.push_str(&format!("{indent}{m}\n")));
         }
-        out.push_str(line);
+        out.push_str(if line.starts_with(PARTS) { &parts } else { line });
     }
     out
 }
 
 /// What fails when the model is run with its defaults: requirements, then each part at some points.
 fn failures(model: &Model) -> Vec<Diagnostic> {
-    let lowered = match lower(model) {
+    let mut lowered = match lower(model) {
         Ok(lowered) => lowered,
         Err(diagnostic) => return vec![diagnostic],
     };
+    let requires = lowered.requires.iter().map(|r| r.function);
+    let roots: Vec<FunctionId> = requires.chain(lowered.parts.iter().map(|p| p.surface)).collect();
+    if let Err(error) = expand(&mut lowered.module, &roots) {
+        return vec![Diagnostic::error("derivative", error.span(), error.to_string())];
+    }
     let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Scalar::Real(p.default)).collect();
     let mut failures = Vec::new();
     for require in &lowered.requires {
@@ -174,7 +184,7 @@ fn mark(text: &str, main: FileId, word: &str, finding: &Diagnostic) -> (usize, S
 }
 
 fn is_mark(line: &str) -> bool {
-    MARKS.iter().any(|m| line.trim_start().starts_with(m))
+    MARKS.iter().chain([&PARTS]).any(|m| line.trim_start().starts_with(m))
 }
 
 /// The lines that differ, which are all marks: those of the test with `-`, those found with `+` and the line below them.

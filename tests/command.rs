@@ -1,0 +1,165 @@
+//! The built command: what it prints, what it writes, how it fails.
+
+mod support;
+
+use std::fs;
+use support::{example, fails, gmlc, json};
+use tempfile::tempdir;
+
+#[test]
+fn help_of_every_command() {
+    let folder = tempdir().expect("a folder");
+    let mut all = gmlc(folder.path(), &["--help"]);
+    for command in ["check", "mesh", "diff", "emit", "scan", "fit", "variance", "inspect"] {
+        all.push_str(&format!("\n$ gmlc {command} --help\n"));
+        all.push_str(&gmlc(folder.path(), &[command, "--help"]));
+    }
+    insta::assert_snapshot!(all);
+}
+
+#[test]
+fn check_prints_a_table_of_parameters_and_parts() {
+    let folder = tempdir().expect("a folder");
+    insta::assert_snapshot!(gmlc(folder.path(), &["check", &example("cup/cup.gml")]));
+}
+
+#[test]
+fn check_gives_json() {
+    let folder = tempdir().expect("a folder");
+    let out = gmlc(folder.path(), &["check", &example("cup/cup.gml"), "--format", "json"]);
+    let document: serde_json::Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(document["ok"], true);
+    assert_eq!(document["parameters"].as_array().map(Vec::len), Some(15));
+    assert_eq!(document["parts"][3]["name"], "handle");
+}
+
+#[test]
+fn a_script_with_errors_is_underlined() {
+    let folder = tempdir().expect("a folder");
+    fs::write(
+        folder.path().join("wrong.gml"),
+        "model wrong {\n  param r: length = 3mm\n  let a = r + 1\n  let b = sinn(2)\n  part p = |u, v| (r, r, r)\n}\n",
+    )
+    .expect("written");
+    insta::assert_snapshot!(fails(folder.path(), &["check", "wrong.gml"], 1));
+    let output = support::gmlc_in(folder.path(), &["check", "wrong.gml", "--format", "json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let document: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(document["ok"], false);
+    assert_eq!(document["diagnostics"][0]["line"], 3);
+}
+
+#[test]
+fn derivatives_are_printed_as_text() {
+    let folder = tempdir().expect("a folder");
+    let all = gmlc(folder.path(), &["diff", &example("cup/cup.gml")]);
+    let one = gmlc(folder.path(), &["diff", &example("cup/cup.gml"), "--wrt", "h1"]);
+    assert!(one.len() < all.len());
+    insta::assert_snapshot!(one);
+    let error = fails(folder.path(), &["diff", &example("cup/cup.gml"), "--wrt", "hh"], 2);
+    assert!(error.contains("no parameter of that name") || error.contains("hh"), "{error}");
+}
+
+#[test]
+fn every_stage_is_emitted() {
+    let folder = tempdir().expect("a folder");
+    for (stage, expected) in [("ast", "model"), ("typed", "handle"), ("ir", "cos"), ("clif", "fmul"), ("asm", "mulsd")]
+    {
+        let out = gmlc(folder.path(), &["emit", &example("cup/cup.gml"), "--stage", stage]);
+        assert!(out.contains(expected), "--stage {stage} has no '{expected}':\n{}", &out[..out.len().min(2000)]);
+    }
+}
+
+#[test]
+fn meshes_in_three_formats() {
+    let folder = tempdir().expect("a folder");
+    let script = example("cup/cup.gml");
+    for name in ["cup.obj", "cup.ply", "new/folder/cup.stl"] {
+        let out = gmlc(folder.path(), &["mesh", &script, "-p", "r=42mm", "-p", "alpha=90deg", "-o", name]);
+        assert!(out.contains("4 parts"), "{out}");
+        assert!(folder.path().join(name).exists());
+    }
+    let obj = fs::read_to_string(folder.path().join("cup.obj")).expect("an OBJ file");
+    assert_eq!(obj.lines().filter(|l| l.starts_with("g ")).count(), 4);
+    assert!(obj.lines().any(|l| l.starts_with("vt ")));
+    // Turned by 90 degrees about x, the axis lies along -y: the rim's largest z is its radius.
+    let z = obj.lines().filter(|l| l.starts_with("v ")).filter_map(|l| l.split(' ').nth(3)?.parse::<f64>().ok());
+    assert!((z.fold(f64::MIN, f64::max) - 42.0).abs() < 0.05);
+}
+
+#[test]
+fn what_is_wrong_with_files_and_options_is_said() {
+    let folder = tempdir().expect("a folder");
+    let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).expect("written");
+    write("empty.ply", "");
+    write("text.stl", "this is no mesh");
+    write("cloud.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+    write("nan.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n");
+    write("flat.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n");
+    write("empty.gml", "");
+    let cup = example("cup/cup.gml");
+    let table: [(&[&str], i32, &[&str]); 17] = [
+        (&["check", "none.gml"], 1, &["none.gml", "no such file"]),
+        (&["check", "."], 1, &["folder"]),
+        (&["check", "empty.gml"], 1, &["model"]),
+        (&["check", "cloud.obj"], 1, &["error"]),
+        (&["fit", &cup, "none.ply"], 1, &["none.ply"]),
+        (&["fit", &cup, "empty.ply"], 1, &["empty.ply"]),
+        (&["fit", &cup, "text.stl"], 1, &["text.stl"]),
+        (&["fit", &cup, "nan.obj"], 1, &["nan.obj", "finite"]),
+        (&["fit", &cup, "flat.obj"], 1, &["flat.obj"]),
+        (&["inspect", &cup, "cloud.obj", "-o", "out"], 1, &["cloud.obj", "triangles"]),
+        (&["fit", &cup, "cloud.obj", "--unit", "furlong"], 2, &["--unit", "furlong"]),
+        (&["fit", &cup, "cloud.obj", "-p", "r=42"], 2, &["r", "42mm"]),
+        (&["fit", &cup, "cloud.obj", "-p", "q=42mm"], 2, &["q", "shape"]),
+        (&["mesh", &cup, "-o", "cup.step"], 2, &["cup.step", ".stl"]),
+        (&["mesh", &cup, "-p", "r=1000mm", "-o", "cup.obj"], 1, &["r", "bounds"]),
+        (&["variance", "flat.obj", "cloud.obj", "-o", "out", "--resolution", "1000"], 2, &["power of two"]),
+        (&["inspect", &cup, "cloud.obj", "-o", "out", "--max-distance", "-3mm"], 2, &["--max-distance"]),
+    ];
+    for (args, status, words) in table {
+        let error = fails(folder.path(), args, status);
+        for word in words {
+            assert!(error.contains(word), "gmlc {}: no '{word}' in\n{error}", args.join(" "));
+        }
+    }
+    assert!(!folder.path().join("cup.obj").exists());
+}
+
+#[test]
+fn a_virtual_scan_is_the_same_for_the_same_seed() {
+    let folder = tempdir().expect("a folder");
+    let script = example("cup/octagonal_cup.gml");
+    for (name, seed) in [("a.ply", "3"), ("b.ply", "3"), ("c.ply", "4")] {
+        gmlc(folder.path(), &["scan", &script, "--spacing", "3mm", "--seed", seed, "-o", name]);
+    }
+    let bytes = |name: &str| fs::read(folder.path().join(name)).expect("a scan");
+    assert!(bytes("a.ply") == bytes("b.ply"));
+    assert!(bytes("a.ply") != bytes("c.ply"));
+}
+
+/// The mesh of a model as the reference: what is measured is the scanner's noise.
+#[test]
+fn a_reference_mesh_without_texture_coordinates_is_measured() {
+    let folder = tempdir().expect("a folder");
+    let script = example("cup/octagonal_cup.gml");
+    gmlc(folder.path(), &["mesh", &script, "-o", "cup.stl"]);
+    let scan =
+        ["scan", &script, "--no-pose", "--noise", "0.2mm", "--spacing", "1.5mm", "--outliers", "0", "-o", "scan.ply"];
+    gmlc(folder.path(), &scan);
+    let out = gmlc(
+        folder.path(),
+        &["variance", "cup.stl", "scan.ply", "-o", "out", "--max-distance", "2mm", "--resolution", "512"],
+    );
+    assert!(out.contains("positive: the scan lies outside"), "{out}");
+    let report = json(&folder.path().join("out/variance.json"));
+    let rms = report["rms"].as_f64().expect("a number");
+    // Noise along the view direction, seen along the normal and interpolated between points: below its own 0.2 mm, and more than
+    // a third of it.
+    assert!((0.07..0.2).contains(&rms), "rms {rms}");
+    assert!(report["signed"]["mean"].as_f64().expect("a number").abs() < 0.02);
+    assert!(report["coverage"].as_f64().expect("a number") > 0.85);
+    for name in ["distance.png", "distance.tif", "colours.png"] {
+        assert!(folder.path().join("out").join(name).exists(), "{name}");
+    }
+}

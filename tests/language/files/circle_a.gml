@@ -1,0 +1,2 @@
+use "circle_b.gml" (b)
+let a = b

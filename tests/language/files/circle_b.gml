@@ -1,0 +1,2 @@
+use "circle_a.gml" (a)
+let b = a
