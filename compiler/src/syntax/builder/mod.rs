@@ -43,7 +43,6 @@ impl<T> Deep<T> {
 }
 
 /// A line of a block.
-#[expect(clippy::large_enum_variant, reason = "there are few, and not for long")]
 pub(in crate::syntax) enum Statement {
     Item(Deep<Item>),
     Expr(Deep<Expr>),
