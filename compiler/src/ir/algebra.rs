@@ -72,6 +72,14 @@ impl FunctionBuilder {
         if x == y {
             return Some(self.scaled(p + q, x));
         }
+        if p == q && p != 1.0 {
+            let sum = self.add(x, y);
+            return Some(self.scaled(p, sum));
+        }
+        if p == -q && q != 1.0 {
+            let difference = if p > 0.0 { self.sub(x, y) } else { self.sub(y, x) };
+            return Some(self.scaled(p.abs(), difference));
+        }
         if self.is_square_of(a, Unary::Sin, b, Unary::Cos) || self.is_square_of(a, Unary::Cos, b, Unary::Sin) {
             return Some(self.real(1.0));
         }
@@ -134,9 +142,18 @@ impl FunctionBuilder {
         if x == y {
             return Some(self.scaled(p - q, x));
         }
+        if p == q && p != 1.0 {
+            let difference = self.sub(x, y);
+            return Some(self.scaled(p, difference));
+        }
         if q < 0.0 {
             let y = self.scaled(-q, y);
             return Some(self.add(a, y));
+        }
+        if self.known(&Op::Binary(Binary::Sub, b, a)).is_some() {
+            // The negative of what there is already.
+            let opposite = self.sub(b, a);
+            return Some(self.neg(opposite));
         }
         if p == -1.0 {
             let sum = self.add(x, b);
@@ -187,7 +204,13 @@ impl FunctionBuilder {
             return Some(power);
         }
         // a * (c / b) is c * a / b: so that 1 / b as a factor becomes a division.
-        let (whole, quotient) = if matches!(self.op(b), Op::Binary(Binary::Div, ..)) { (a, b) } else { (b, a) };
+        let divides = matches!(self.op(b), Op::Binary(Binary::Div | Binary::DivOrZero, ..));
+        let (whole, quotient) = if divides { (a, b) } else { (b, a) };
+        if let Op::Binary(Binary::Div | Binary::DivOrZero, numerator, denominator) = *self.op(quotient)
+            && denominator == whole
+        {
+            return Some(numerator);
+        }
         if let Op::Binary(Binary::Div, numerator, denominator) = *self.op(quotient)
             && self.constant(numerator).is_some()
         {
@@ -210,7 +233,6 @@ impl FunctionBuilder {
         }
         match *self.op(x) {
             Op::Unary(Unary::Neg, y) => Some(self.scaled(-c, y)),
-            Op::Binary(Binary::Sub, y, z) if c == -1.0 => Some(self.sub(z, y)),
             Op::Binary(op @ (Binary::Mul | Binary::Div), d, y) if self.real_constant(d).is_some() => {
                 let product = c * self.real_constant(d)?;
                 let product = (product != 0.0 && product.is_finite()).then(|| self.real(product))?;
@@ -225,11 +247,11 @@ impl FunctionBuilder {
         if let Some(c) = self.real_constant(b) {
             return self.divide_by_constant(a, c);
         }
-        if self.real_constant(a) == Some(0.0) && self.facts(b).nonzero {
+        if self.real_constant(a) == Some(0.0) {
             return Some(a);
         }
-        if a == b && self.facts(b).nonzero {
-            return Some(self.real(1.0));
+        if let Some(cancelled) = self.cancelled(a, b) {
+            return Some(cancelled);
         }
         let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
         if (p, q) != (1.0, 1.0) {
@@ -244,6 +266,18 @@ impl FunctionBuilder {
             return Some(self.div(numerator, denominator));
         }
         None
+    }
+
+    /// a / b, where they have a factor in common.
+    fn cancelled(&mut self, a: Value, b: Value) -> Option<Value> {
+        if let Some(power) = self.quotient_of_powers(a, b) {
+            return Some(power);
+        }
+        match *self.op(a) {
+            Op::Binary(Binary::Mul, x, y) if x == b => Some(y),
+            Op::Binary(Binary::Mul, x, y) if y == b => Some(x),
+            _ => None,
+        }
     }
 
     fn divide_by_constant(&mut self, a: Value, c: f64) -> Option<Value> {

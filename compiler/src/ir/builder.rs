@@ -17,7 +17,7 @@ use std::collections::HashMap;
 pub struct FunctionBuilder {
     function: Function,
     facts: Vec<Facts>,
-    known: HashMap<Op, Value>,
+    interned: HashMap<Op, Value>,
     span: Span,
 }
 
@@ -27,7 +27,8 @@ impl FunctionBuilder {
     pub fn new(name: impl Into<String>, params: Vec<Parameter>) -> FunctionBuilder {
         let types: Vec<Type> = params.iter().map(|p| p.ty).collect();
         let function = Function { name: name.into(), params, ..Function::default() };
-        let mut builder = FunctionBuilder { function, facts: Vec::new(), known: HashMap::new(), span: Span::default() };
+        let mut builder =
+            FunctionBuilder { function, facts: Vec::new(), interned: HashMap::new(), span: Span::default() };
         for (i, ty) in types.into_iter().enumerate() {
             builder.node(Op::Param(i as u32), ty);
         }
@@ -39,6 +40,7 @@ impl FunctionBuilder {
     pub fn finish(mut self, results: impl IntoIterator<Item = (String, Value)>) -> Function {
         (self.function.result_names, self.function.results) = results.into_iter().unzip();
         self.function.drop_unused();
+        self.function.turn_differences();
         self.function
     }
 
@@ -344,6 +346,11 @@ impl FunctionBuilder {
         }
     }
 
+    /// The node of an operation, if there is one.
+    pub(super) fn known(&self, op: &Op) -> Option<Value> {
+        self.interned.get(op).copied()
+    }
+
     /// The comparison as it is.
     pub(super) fn raw_compare(&mut self, op: Compare, a: Value, b: Value) -> Value {
         self.node(Op::Compare(op, a, b), Type::Bool)
@@ -381,14 +388,14 @@ impl FunctionBuilder {
 
     /// The node as it is, or the equal one that there already was.
     fn node(&mut self, op: Op, ty: Type) -> Value {
-        if let Some(value) = self.known.get(&op) {
+        if let Some(value) = self.interned.get(&op) {
             return *value;
         }
         let facts = if ty == Type::Real { Facts::of(&op, |v| self.facts(v)) } else { Facts::default() };
         let value = Value(u32::try_from(self.function.nodes.len()).expect("fewer than 2^32 nodes"));
         self.function.nodes.push(Node { op: op.clone(), ty, span: self.span });
         self.facts.push(facts);
-        self.known.insert(op, value);
+        self.interned.insert(op, value);
         value
     }
 

@@ -1,6 +1,6 @@
 //! Dropping what no result needs.
 
-use super::{Function, Value};
+use super::{Binary, Function, Op, Unary, Value};
 
 impl Function {
     /// Drops the nodes that no result needs and renumbers the rest. Parameters stay.
@@ -27,6 +27,29 @@ impl Function {
         self.nodes = kept;
         for result in &mut self.results {
             *result = renumbered[result.0 as usize];
+        }
+    }
+
+    /// Makes `-(x - y)` to `y - x`, where nothing else uses the difference. (The builder cannot know that nothing will;
+    /// it prefers a negation, which sums and products absorb, to a second difference.)
+    pub(super) fn turn_differences(&mut self) {
+        let mut uses = vec![0_usize; self.nodes.len()];
+        for node in &self.nodes {
+            node.op.visit_operands(|v| uses[v.0 as usize] += 1);
+        }
+        self.results.iter().for_each(|r| uses[r.0 as usize] += 1);
+        let mut turned = false;
+        for i in 0..self.nodes.len() {
+            if let Op::Unary(Unary::Neg, a) = self.nodes[i].op
+                && let Op::Binary(Binary::Sub, x, y) = *self.op(a)
+                && uses[a.0 as usize] == 1
+            {
+                self.nodes[i].op = Op::Binary(Binary::Sub, y, x);
+                turned = true;
+            }
+        }
+        if turned {
+            self.drop_unused();
         }
     }
 }

@@ -56,6 +56,24 @@ impl FunctionBuilder {
         }
     }
 
+    /// x^m / x^n as a power of x, and x / sqrt(x).
+    pub(super) fn quotient_of_powers(&mut self, a: Value, b: Value) -> Option<Value> {
+        let power = |v| if let Op::PowInt(x, n) = *self.op(v) { (x, n) } else { (v, 1) };
+        let ((x, m), (y, n)) = (power(a), power(b));
+        if x == y {
+            let difference = m.checked_sub(n)?;
+            return Some(self.pow_int(x, difference));
+        }
+        match (self.op(a), self.op(b)) {
+            (_, Op::Unary(Unary::Sqrt, x)) if *x == a => Some(b),
+            (Op::Unary(Unary::Sqrt, x), _) if *x == b => {
+                let one = self.real(1.0);
+                Some(self.div(one, a))
+            }
+            _ => None,
+        }
+    }
+
     pub(super) fn simpler_unary(&mut self, op: Unary, a: Value) -> Option<Value> {
         if op == Unary::Not {
             return self.simpler_not(a);
@@ -101,7 +119,7 @@ impl FunctionBuilder {
     fn simpler_neg(&mut self, a: Value) -> Option<Value> {
         match *self.op(a) {
             Op::Unary(Unary::Neg, x) => Some(x),
-            Op::Binary(Binary::Sub, x, y) => Some(self.sub(y, x)),
+            Op::Binary(Binary::Sub, x, y) => self.known(&Op::Binary(Binary::Sub, y, x)),
             Op::Binary(Binary::Mul, c, x) => {
                 let c = self.real_constant(c)?;
                 Some(self.scaled(-c, x))

@@ -9,6 +9,7 @@
 
 mod distance;
 mod facets;
+mod field;
 mod gauss_newton;
 mod lbfgs;
 mod loss;
@@ -17,7 +18,9 @@ mod objective;
 mod options;
 mod points;
 mod pose;
+mod proposals;
 mod report;
+mod restart;
 mod result;
 mod schedule;
 mod screening;

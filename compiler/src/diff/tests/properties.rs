@@ -57,8 +57,6 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
-
     #[test]
     fn simplifying_keeps_values((bytes, n, x, ..) in case()) {
         let (mut module, f) = random_function(&bytes, PARAMS, RESULTS);

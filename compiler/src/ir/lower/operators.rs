@@ -27,9 +27,9 @@ impl Frame<'_, '_> {
             typed::Unary::Tanh => Unary::Tanh,
             typed::Unary::Not => Unary::Not,
             typed::Unary::Truncate => Unary::ToInt,
-            typed::Unary::Floor => return self.to_int(Unary::Floor, a),
-            typed::Unary::Ceil => return self.to_int(Unary::Ceil, a),
-            typed::Unary::Round => return self.to_int(Unary::Round, a),
+            typed::Unary::Floor => return self.round_to_int(Unary::Floor, a),
+            typed::Unary::Ceil => return self.round_to_int(Unary::Ceil, a),
+            typed::Unary::Round => return self.round_to_int(Unary::Round, a),
             // Of what is no real there is no derivative to stop.
             typed::Unary::Stop if self.b.ty(a) != ir::Type::Real => return a,
             typed::Unary::Stop => Unary::Stop,
@@ -37,7 +37,7 @@ impl Frame<'_, '_> {
         self.b.unary(op, a)
     }
 
-    fn to_int(&mut self, rounding: Unary, a: Value) -> Value {
+    fn round_to_int(&mut self, rounding: Unary, a: Value) -> Value {
         let whole = self.b.unary(rounding, a);
         self.b.unary(Unary::ToInt, whole)
     }
