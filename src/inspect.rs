@@ -12,7 +12,6 @@ use gml_runtime::export::report::{self, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::FitResult;
-use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Model, Motion, Tessellation};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
@@ -41,8 +40,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
-    let pose =
-        fitted.pose.as_ref().map_or(Motion::IDENTITY, |p| Motion { rotation: p.rotation, translation: p.translation });
+    let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
     let progress = TerminalProgress::new();
     let surface = Surface::of_program(&program, &x, &pose, size)?;
     let measured = measure::measure(surface, &scan, max_distance, args.variance.device, &progress)?;
@@ -110,7 +108,10 @@ fn document(
         distance_png: &coded,
         colour_png: &colours,
         colour_range: measured.colour_range,
-        pictures: &[("The scan (above) and the model in the colours of its deviations (below)", &views)],
+        pictures: &[(
+            "The scan, the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
+            &views,
+        )],
     });
     let files = [("views.png", &views[..]), ("model.x3d", scene.as_bytes()), ("report.html", report.as_bytes())];
     for (name, bytes) in files {
@@ -119,18 +120,18 @@ fn document(
     Ok(())
 }
 
-/// The scan in the upper row, the model in the colours of its deviations in the lower one.
+/// The scan in the first row, the model in the colours of its deviations in the second, both in the third.
 fn views(scan: &Scan, measured: &Measured, upright: &Motion) -> Picture {
     let colours = DeviationColours::new(&measured.deviations, measured.colour_range);
-    let row = |mesh: &TriangleMesh, paint: Paint<'_>| {
-        [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| {
-            let layer = Layer { mesh, paint, opacity: 1.0 };
-            render::render(&[layer], &view.of_turned(&upright.rotation), VIEW_SIZE, VIEW_SIZE)
-        })
-    };
-    let mut pictures = row(&scan.mesh, Paint::Plain(SCAN_COLOUR)).to_vec();
-    pictures.extend(row(&measured.tessellation.mesh, Paint::Deviations(&colours)));
-    Picture::sheet(&pictures, 4)
+    let model = Layer { mesh: &measured.tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
+    let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
+    let rows: [&[Layer<'_>]; 3] = [&[clay], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
+    let views = [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| view.of_turned(&upright.rotation));
+    let pictures: Vec<Picture> = rows
+        .iter()
+        .flat_map(|layers| views.iter().map(|view| render::render(layers, view, VIEW_SIZE, VIEW_SIZE)))
+        .collect();
+    Picture::sheet(&pictures, views.len())
 }
 
 fn metadata(fitted: &FitResult, measured: &Measured) -> Vec<MetadataGroup> {

@@ -115,7 +115,7 @@ fn what_is_wrong_with_files_and_options_is_said() {
         (&["mesh", &cup, "-o", "cup.step"], 2, &["cup.step", ".stl"]),
         (&["mesh", &cup, "-p", "r=1000mm", "-o", "cup.obj"], 1, &["r", "bounds"]),
         (&["variance", "flat.obj", "cloud.obj", "-o", "out", "--resolution", "1000"], 2, &["power of two"]),
-        (&["inspect", &cup, "cloud.obj", "-o", "out", "--max-distance", "-3mm"], 2, &["--max-distance"]),
+        (&["inspect", &cup, "cloud.obj", "-o", "out", "--max-distance=-3mm"], 2, &["--max-distance"]),
     ];
     for (args, status, words) in table {
         let error = fails(folder.path(), args, status);

@@ -9,7 +9,7 @@ use gml_runtime::bvh::Bvh;
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::Texels;
 use gml_runtime::scan::{self, ReadOptions};
-use gml_runtime::variance::{Device, DistanceTexture, Statistics, trace};
+use gml_runtime::variance::{Device, DistanceTexture, Facing, Statistics, trace};
 use rayon::prelude::*;
 use std::error::Error;
 use std::time::Instant;
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let texels = points_on(&mesh, side);
     let count = f64::from(side) * f64::from(side);
     let start = Instant::now();
-    let found = trace(texels, &bvh, 5.0, device)?;
+    let found = trace(texels, &bvh, 5.0, Facing::Same, device)?;
     let seconds = start.elapsed().as_secs_f64();
     println!("{}: {:.3} s, {:.2} M rays/s", found.device, seconds, 2e-6 * count / seconds);
     if let Some(notice) = found.notice {

@@ -6,24 +6,24 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 /// The repository's root.
-pub fn root() -> &'static Path {
+pub(crate) fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
 /// A path below the root as text.
-pub fn example(name: &str) -> String {
+pub(crate) fn example(name: &str) -> String {
     root().join("examples").join(name).display().to_string()
 }
 
 /// Runs `gmlc` in a folder.
-pub fn gmlc_in(folder: &Path, args: &[&str]) -> Output {
+pub(crate) fn gmlc_in(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
     command.args(args).current_dir(folder).env("NO_COLOR", "1");
     command.output().unwrap_or_else(|e| panic!("gmlc cannot be run: {e}"))
 }
 
 /// Runs `gmlc` and expects success; returns standard output.
-pub fn gmlc(folder: &Path, args: &[&str]) -> String {
+pub(crate) fn gmlc(folder: &Path, args: &[&str]) -> String {
     let output = gmlc_in(folder, args);
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert!(output.status.success(), "gmlc {}\n{out}\n{err}", args.join(" "));
@@ -31,7 +31,7 @@ pub fn gmlc(folder: &Path, args: &[&str]) -> String {
 }
 
 /// Runs `gmlc` and expects an exit status; returns standard error.
-pub fn fails(folder: &Path, args: &[&str], status: i32) -> String {
+pub(crate) fn fails(folder: &Path, args: &[&str], status: i32) -> String {
     let output = gmlc_in(folder, args);
     let err = text(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "gmlc {}\n{err}", args.join(" "));
@@ -39,25 +39,25 @@ pub fn fails(folder: &Path, args: &[&str], status: i32) -> String {
 }
 
 /// Bytes as text.
-pub fn text(bytes: &[u8]) -> String {
+pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
 /// A JSON file.
-pub fn json(path: &Path) -> serde_json::Value {
+pub(crate) fn json(path: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
 /// A fitted parameter's value.
-pub fn parameter(fit: &serde_json::Value, name: &str) -> f64 {
+pub(crate) fn parameter(fit: &serde_json::Value, name: &str) -> f64 {
     let all = fit["parameters"].as_array().expect("parameters");
     let found = all.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("no parameter {name}"));
     found["value"].as_f64().expect("a number")
 }
 
 /// The folder of real scans, where there is one.
-pub fn test_data() -> Option<PathBuf> {
+pub(crate) fn test_data() -> Option<PathBuf> {
     let folder = std::env::var_os("GMLC_TEST_DATA").map(PathBuf::from);
     if folder.is_none() {
         println!("skipped: GMLC_TEST_DATA is not set");

@@ -330,7 +330,7 @@ impl<'a> Checker<'a> {
             }
             best = self.keep("", value, &mut statements);
         }
-        super::expressions::wrap(statements, best, span)
+        super::bindings::wrap(statements, best, span)
     }
 
     fn extreme_of_two(&mut self, builtin: Builtin, a: Expr, b: Expr, span: Span) -> Expr {

@@ -1,8 +1,9 @@
 //! Function instances: a body checked for certain types of captures and arguments.
 
+use super::bindings::wrap;
 use super::calls::Parameter;
 use super::context::{Binding, Checker, Code, Env, Step};
-use super::expressions::{local_expr, wrap};
+use super::expressions::local_expr;
 use super::typed::{Expr, ExprKind, Function, FunctionId, LocalId, Type};
 use super::types::ClosureId;
 use crate::diagnostic::Diagnostic;

@@ -1,7 +1,8 @@
 //! Comprehensions, `fold`, `sum` and `each`.
 
+use super::bindings::wrap;
 use super::context::{Checker, error, int, known};
-use super::expressions::{element, has_function, wrap};
+use super::expressions::{element, has_function};
 use super::typed::{Expr, ExprKind, Statement, Type};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;

@@ -12,8 +12,10 @@
 
 mod activity;
 mod annotations;
+mod bindings;
 mod builtins;
 mod calls;
+mod comparisons;
 mod constants;
 mod context;
 mod convert;
@@ -23,6 +25,7 @@ mod evaluate;
 mod expressions;
 mod finish;
 mod free;
+mod inputs;
 mod instantiate;
 mod iteration;
 mod model;
@@ -35,6 +38,7 @@ mod stdlib;
 mod suggest;
 pub mod typed;
 pub mod types;
+mod values;
 
 #[cfg(test)]
 mod tests;

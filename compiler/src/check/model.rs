@@ -1,11 +1,11 @@
 //! The body of a model: parameters, inputs, statements, and the parts that it names.
 
 use super::annotations::Wanted;
+use super::bindings::wrap;
 use super::context::{Binding, Checker};
 use super::evaluate;
-use super::expressions::wrap;
 use super::suggest::nearest;
-use super::typed::{Binary, Expr, ExprKind, Input, LocalId, Model, Param, Statement, Type};
+use super::typed::{Binary, Expr, Input, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
 use crate::diagnostic::Diagnostic;
@@ -27,12 +27,12 @@ pub(super) struct Entry<'a> {
 
 /// A model while its items are gone through.
 #[derive(Default)]
-struct Body<'a> {
-    statements: Vec<Statement>,
+pub(super) struct Body<'a> {
+    pub(super) statements: Vec<Statement>,
     entries: Vec<Entry<'a>>,
-    params: Vec<Param>,
+    pub(super) params: Vec<Param>,
     defaults: Vec<Option<Expr>>,
-    inputs: Vec<Input>,
+    pub(super) inputs: Vec<Input>,
     /// Where the items stand: how many loops and conditions are around them.
     loops: usize,
     conditions: usize,
@@ -261,7 +261,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Puts a parameter's name in scope.
-    fn declare(&mut self, decl: &'a ParamDecl, local: LocalId, body: &Body<'a>) {
+    pub(super) fn declare(&mut self, decl: &'a ParamDecl, local: LocalId, body: &Body<'a>) {
         let before = body.params.iter().map(|p| (&p.name, p.span)).chain(body.inputs.iter().map(|i| (&i.name, i.span)));
         let before = before.into_iter().find(|(name, _)| **name == decl.name.text).map(|(_, span)| span);
         if let Some(before) = before {
@@ -271,136 +271,6 @@ impl<'a> Checker<'a> {
             );
         }
         self.env.names.push((&decl.name.text, Binding::Local(local)));
-    }
-
-    fn input(
-        &mut self,
-        decl: &'a ParamDecl,
-        item: &'a Item,
-        body: &mut Body<'a>,
-        given: &BTreeMap<String, InputValue>,
-    ) {
-        let wanted = self.wanted(&decl.ty);
-        let quantity = match wanted {
-            Wanted::Int => Quantity::Int,
-            Wanted::Bool => Quantity::Bool,
-            Wanted::Real(Dimension::NONE) | Wanted::Any => Quantity::Real,
-            Wanted::Real(Dimension::LENGTH) => Quantity::Length,
-            Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
-            _ => {
-                let message =
-                    format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
-                self.report(Diagnostic::error("invalid-type", decl.ty.span, message));
-                Quantity::Real
-            }
-        };
-        let constant = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
-            let e = checker.expr(e);
-            let e = checker.fit(e, &wanted, what);
-            checker.constant_value(&e)
-        };
-        let (lower, upper) = match &decl.bounds {
-            Some((a, b)) => (constant(self, a, "the lower bound"), constant(self, b, "the upper bound")),
-            None => (None, None),
-        };
-        let bounds = (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY));
-        let default = decl.default.as_ref().and_then(|e| constant(self, e, "the default"));
-        let value = match given.get(&decl.name.text) {
-            Some(value) => self.given_input(decl, quantity, *value),
-            None if decl.default.is_none() => {
-                let message = format!("the input '{}' has no default and is not given", decl.name.text);
-                self.report(Diagnostic::error("no-default", decl.name.span, message));
-                None
-            }
-            None => default,
-        };
-        let ty = match (value, quantity) {
-            (Some(x), Quantity::Int) => Type::Int(Some(x as i64)),
-            (Some(x), Quantity::Bool) => Type::Bool(Some(x != 0.0)),
-            (Some(_), _) => Type::Real(dimension(quantity)),
-            (None, _) => Type::Error,
-        };
-        let local = self.local(&decl.name.text, ty.clone(), decl.name.span);
-        let value = value.unwrap_or(0.0);
-        if !(bounds.0 <= value && value <= bounds.1) && !ty.is_error() {
-            let message = format!(
-                "the input '{}' is {value}, outside of its bounds {} to {}",
-                decl.name.text, bounds.0, bounds.1
-            );
-            self.report(Diagnostic::error("out-of-bounds", decl.name.span, message));
-        }
-        if matches!(ty, Type::Real(_)) {
-            let constant = Expr { kind: ExprKind::Real(value), ty, span: decl.name.span };
-            body.statements.push(Statement::Let(local, constant));
-        }
-        self.declare(decl, local, body);
-        body.inputs.push(Input {
-            name: decl.name.text.clone(),
-            doc: item.doc.clone(),
-            quantity,
-            value,
-            bounds,
-            span: decl.name.span,
-        });
-    }
-
-    fn constant_value(&mut self, e: &Expr) -> Option<f64> {
-        if e.ty.is_error() {
-            return None;
-        }
-        match evaluate::constant(self, e) {
-            Ok(value) => Some(value),
-            Err(reason) => {
-                let message = format!("this must be known before the model is evaluated: {reason}");
-                self.report(Diagnostic::error("not-constant", e.span, message));
-                None
-            }
-        }
-    }
-
-    fn given_input(&mut self, decl: &ParamDecl, quantity: Quantity, value: InputValue) -> Option<f64> {
-        match (quantity, value) {
-            (Quantity::Int | Quantity::Real, InputValue::Int(k)) => Some(k as f64),
-            (Quantity::Bool, InputValue::Bool(b)) => Some(f64::from(b)),
-            (Quantity::Real | Quantity::Length | Quantity::Angle, InputValue::Real(x)) if x.is_finite() => Some(x),
-            _ => {
-                let wanted = match quantity {
-                    Quantity::Int => "a whole number",
-                    Quantity::Bool => "true or false",
-                    _ => "a finite number",
-                };
-                let message = format!("the input '{}' must be {wanted}", decl.name.text);
-                self.report(Diagnostic::error("type-mismatch", decl.name.span, message));
-                None
-            }
-        }
-    }
-
-    fn unknown_inputs(&mut self, decl: &'a ast::Model, given: &BTreeMap<String, InputValue>) {
-        let names: Vec<(&str, bool)> = decl
-            .items
-            .iter()
-            .filter_map(|item| match &item.kind {
-                ItemKind::Input(d) => Some((d.name.text.as_str(), true)),
-                ItemKind::Param(d) => Some((d.name.text.as_str(), false)),
-                _ => None,
-            })
-            .collect();
-        for name in given.keys() {
-            if names.contains(&(name.as_str(), true)) {
-                continue;
-            }
-            let message = format!("the model '{}' has no input '{name}'", decl.name.text);
-            let diagnostic = Diagnostic::error("unknown-input", decl.name.span, message);
-            self.report(if names.contains(&(name.as_str(), false)) {
-                diagnostic.hint(format!("'{name}' is a param: it is set when the model is evaluated"))
-            } else {
-                match nearest(name, names.iter().filter(|(_, input)| *input).map(|(n, _)| *n)) {
-                    Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
-                    None => diagnostic,
-                }
-            });
-        }
     }
 
     /// A parameter of a model within another: an argument of the call, or its default.
@@ -465,7 +335,7 @@ impl<'a> Checker<'a> {
 }
 
 /// The dimension of a parameter.
-fn dimension(quantity: Quantity) -> Dimension {
+pub(super) fn dimension(quantity: Quantity) -> Dimension {
     match quantity {
         Quantity::Length => Dimension::LENGTH,
         Quantity::Angle => Dimension::ANGLE,

@@ -161,10 +161,9 @@ fn recursion_is_bounded_and_calls_are_inlined() {
     let run = |n| interpret::run(&module, root, &[Scalar::Int(n)], Limits::default());
     assert_eq!(run(5), Ok(vec![Scalar::Int(240)]));
     assert!(matches!(run(1 << 40), Err(RunError::Depth(_))));
-    let mut few = Limits::default();
-    few.steps = 20;
+    let few = Limits { steps: 20, ..Limits::default() };
     assert!(matches!(interpret::run(&module, root, &[Scalar::Int(50)], few), Err(RunError::Steps(_))));
-    few = Limits { memory: 30, ..Limits::default() };
+    let few = Limits { memory: 30, ..Limits::default() };
     assert!(matches!(interpret::run(&module, root, &[Scalar::Int(50)], few), Err(RunError::Memory(_))));
 }
 

@@ -5,7 +5,7 @@ use super::context::MAX_FRAME;
 use super::memory::CodeMemory;
 use super::plan::Plan;
 use super::{kernel, lower};
-use crate::ir::{FunctionId, Module, Type};
+use crate::ir::{Function, FunctionId, Module, Op, Type, Value};
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::{AbiParam, Signature, types};
 use cranelift_frontend::FunctionBuilderContext;
@@ -86,6 +86,28 @@ pub struct KernelShape {
     pub output: Output,
 }
 
+/// What a kernel computes, but for names and places in the source.
+#[derive(PartialEq, Eq, Hash)]
+struct Computation {
+    nodes: Vec<(Op, Type)>,
+    results: Vec<Value>,
+    uniforms: usize,
+    weights: bool,
+    accumulates: bool,
+}
+
+impl Computation {
+    fn new(function: &Function, shape: KernelShape) -> Computation {
+        Computation {
+            nodes: function.nodes.iter().map(|n| (n.op.clone(), n.ty)).collect(),
+            results: function.results.clone(),
+            uniforms: shape.uniforms,
+            weights: shape.weights,
+            accumulates: shape.output == Output::Accumulate,
+        }
+    }
+}
+
 /// Something that `Code` can call.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
@@ -108,6 +130,8 @@ pub struct Compiler<'m> {
     /// Those of them that are still to be compiled.
     pending: Vec<FunctionId>,
     pub(super) entries: Vec<Entry>,
+    /// Kernels by what they compute: parts that differ in their uniforms alone share them.
+    kernels: HashMap<Computation, Kernel>,
     nodes: usize,
     listings: Option<Vec<Listing>>,
     quick: bool,
@@ -133,6 +157,7 @@ impl<'m> Compiler<'m> {
             natives: HashMap::new(),
             pending: Vec::new(),
             entries: Vec::new(),
+            kernels: HashMap::new(),
             nodes: 0,
             listings: options.listings.then(Vec::new),
             quick: options.quick,
@@ -162,6 +187,10 @@ impl<'m> Compiler<'m> {
         if params != f.params.len() || !reals {
             return Err(JitError::Shape(f.name.clone()));
         }
+        let computation = Computation::new(f, shape);
+        if let Some(known) = self.kernels.get(&computation) {
+            return Ok(*known);
+        }
         let mut signature = self.memory.module().make_signature();
         signature.params.extend([AbiParam::new(types::I64); 7]);
         signature.returns.push(AbiParam::new(types::I32));
@@ -171,7 +200,9 @@ impl<'m> Compiler<'m> {
         })?;
         self.compile_pending()?;
         let entry = Entry { function, inputs: shape.uniforms, results: f.results.len(), shape: Some(shape) };
-        Ok(Kernel(self.add(entry)))
+        let kernel = Kernel(self.add(entry));
+        self.kernels.insert(computation, kernel);
+        Ok(kernel)
     }
 
     /// The text of everything compiled so far; empty unless asked for in the options.

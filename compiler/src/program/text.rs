@@ -48,7 +48,8 @@ impl Program {
             }
             match diff::jacobian(&mut module, functions.surface, &params) {
                 Ok((id, _)) => {
-                    module.functions[id.0 as usize].name = part.name.clone();
+                    // `hole[2]` and `leg.shaft` are no names of functions.
+                    module.functions[id.0 as usize].name = part.name.replace(['[', '.'], "_").replace(']', "");
                     let _ = writeln!(text, "// part {}\n{}", part.name, gml(&module, id));
                 }
                 Err(e) => {

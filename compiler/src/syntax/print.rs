@@ -151,7 +151,7 @@ impl Printer {
             ExprKind::Index(a, i) => self.pair("index", a, i),
             ExprKind::Prime(f, name) => {
                 let name = name.as_ref().map_or("", |n| &n.text);
-                self.node(&format!("prime {name}").trim_end().to_owned(), |p| p.expr(f));
+                self.node(format!("prime {name}").trim_end(), |p| p.expr(f));
             }
             ExprKind::Lambda(params, body) => self.node("lambda", |p| {
                 p.params(params);

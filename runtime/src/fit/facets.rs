@@ -120,8 +120,12 @@ impl Layout {
         let mut positions = vec![[f64::NAN; 3]; self.uv.len()];
         let absent = self.place(instance, &mut positions);
         let mut tree = self.tree.clone();
-        tree.refit(|quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
+        self.refit(&mut tree, &positions);
         Facets { layout: self, positions, tree, absent }
+    }
+
+    fn refit(&self, tree: &mut Tree, positions: &[[f64; 3]]) {
+        tree.refit(|quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
     }
 
     /// Whether patch `patch` closes in u, and in v.
@@ -131,6 +135,16 @@ impl Layout {
 }
 
 impl Facets<'_> {
+    /// Takes patches out, so that they are no longer found.
+    pub(crate) fn remove(&mut self, patch: impl Fn(usize) -> bool) {
+        for (i, grid) in self.layout.grids.iter().enumerate() {
+            if patch(i) {
+                self.positions[grid.first..grid.first + grid.u.len()].fill([f64::NAN; 3]);
+            }
+        }
+        self.layout.refit(&mut self.tree, &self.positions);
+    }
+
     /// The nearest facet within `cutoff` of `q`, and where on it; None where there is none. With `facing`, only facets
     /// that look the way the point's normal does.
     pub(crate) fn nearest(&self, q: DVec3, cutoff: f64, facing: Option<Facing>) -> Option<Nearest> {
@@ -156,6 +170,27 @@ impl Facets<'_> {
             limit
         });
         best
+    }
+
+    /// The distance from `q` to the nearest facet; infinite if there is none.
+    pub(crate) fn distance(&self, q: DVec3) -> f64 {
+        let mut best = f64::INFINITY;
+        self.tree.visit(q, best, |quad, limit| {
+            let c = self.layout.quads[quad].vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
+            let (_, first) = triangle_closest(q, c[0], c[1], c[2]);
+            let (_, second) = triangle_closest(q, c[0], c[2], c[3]);
+            best = limit.min(first).min(second);
+            best
+        });
+        best.sqrt()
+    }
+
+    /// The box around all facets, if there are any.
+    pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        let corners = || self.positions.iter().map(|p| DVec3::from_array(*p)).filter(|p| p.is_finite());
+        let low = corners().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        (low.cmple(high).all() && (high - low).max_element() > 0.0).then_some((low, high))
     }
 
     /// Area-weighted centre and total area of the facets, and the radius of gyration about the centre.

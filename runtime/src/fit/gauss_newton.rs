@@ -13,6 +13,9 @@ pub(crate) struct Stop {
     pub(crate) step: f64,
 }
 
+/// The longest step of a scaled coordinate, in sigma.
+const REACH: f64 = 2.0;
+
 /// Where an optimiser ended.
 pub(crate) struct Minimum {
     pub(crate) estimate: Estimate,
@@ -28,7 +31,10 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
     let mut damping = 1e-4;
     while at.iterations < stop.iterations {
         at.iterations += 1;
-        let room = objective.space.room(&at.estimate);
+        // The linear model holds for about sigma; longer steps jump over valleys (and onto bounds).
+        let reach = REACH * objective.loss.sigma;
+        let room: Vec<(f64, f64)> =
+            objective.space.room(&at.estimate).iter().map(|(low, high)| (low.max(-reach), high.min(reach))).collect();
         let Some(step) = damped_step(&at.evaluation, &room, damping) else {
             damping = (damping * 100.0).max(1e-6);
             if damping > 1e8 {

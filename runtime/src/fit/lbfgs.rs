@@ -95,6 +95,9 @@ fn expand(p: &[f64], held: &[bool], stretch: f64) -> Vec<f64> {
     held.iter().map(|h| if *h { 0.0 } else { values.next().map_or(0.0, |p| p * stretch) }).collect()
 }
 
+/// Where, value and gradient.
+type Evaluated = (Vec<f64>, f64, Vec<f64>);
+
 /// The objective over some of its coordinates, in argmin's terms.
 struct Restricted<'o, 's> {
     objective: &'o Objective<'s>,
@@ -103,7 +106,7 @@ struct Restricted<'o, 's> {
     stretch: f64,
     dim: usize,
     /// The last point with its value and gradient: argmin asks for them one after the other.
-    last: RefCell<Option<(Vec<f64>, f64, Vec<f64>)>>,
+    last: RefCell<Option<Evaluated>>,
 }
 
 impl Restricted<'_, '_> {

@@ -9,6 +9,7 @@
 
 mod distance;
 mod facets;
+mod field;
 mod gauss_newton;
 mod lbfgs;
 mod loss;
@@ -17,7 +18,9 @@ mod objective;
 mod options;
 mod points;
 mod pose;
+mod proposals;
 mod report;
+mod restart;
 mod result;
 mod schedule;
 mod screening;
@@ -28,5 +31,5 @@ mod tree;
 mod tests;
 
 pub use options::{FitError, FitOptions};
-pub use result::{FitResult, FittedParameter, FittedPose};
+pub use result::{FitResult, FittedParameter};
 pub use schedule::fit;

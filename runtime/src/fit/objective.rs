@@ -132,19 +132,18 @@ impl Objective<'_> {
         (evaluation.value.is_finite() && evaluation.gradient.iter().all(|g| g.is_finite())).then_some(evaluation)
     }
 
-    /// Distances of the points within the cut-off.
-    pub(crate) fn distances(&self, at: &Estimate) -> Vec<f64> {
-        let Ok(placed) = self.place(at) else { return Vec::new() };
-        let found = self.search(&placed, &at.motion, 0..self.points.len());
-        let mut distances = Vec::with_capacity(found.len());
+    /// The foot points of the points within the cut-off, with the points' indices; patch by patch.
+    pub(crate) fn feet(&self, placed: &Placed, motion: &Motion) -> Vec<(usize, Foot)> {
+        let found = self.search(placed, motion, 0..self.points.len());
+        let mut all = Vec::with_capacity(found.len());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
             let patch = these[0].patch as usize;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = these.iter().map(|f| (f.q, f.uv)).unzip();
             if let Ok(feet) = refine(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance) {
-                distances.extend(feet.iter().map(|f| f.d2.sqrt()));
+                all.extend(these.iter().map(|f| f.index).zip(feet));
             }
         }
-        distances
+        all
     }
 
     fn total(&self, sums: &[Sums], at: &Estimate, order: Order, absent: usize) -> Evaluation {
@@ -217,7 +216,13 @@ impl Objective<'_> {
                 _ => None,
             };
             if let Some(nearest) = placed.facets.nearest(q, cutoff, facing) {
-                found.push(Found { patch: nearest.patch, uv: nearest.uv, q, normal: normal.unwrap_or(DVec3::ZERO) });
+                found.push(Found {
+                    index: i,
+                    patch: nearest.patch,
+                    uv: nearest.uv,
+                    q,
+                    normal: normal.unwrap_or(DVec3::ZERO),
+                });
             }
         }
         found.sort_by_key(|f| f.patch);
@@ -318,6 +323,7 @@ impl Objective<'_> {
 
 /// A point with the facet that it is nearest to.
 struct Found {
+    index: usize,
     patch: u32,
     uv: [f64; 2],
     q: DVec3,

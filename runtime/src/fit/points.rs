@@ -36,7 +36,8 @@ impl Points {
         all.pick(order.iter().map(|(_, i)| *i as usize))
     }
 
-    fn pick(&self, indices: impl Iterator<Item = usize> + Clone) -> Self {
+    /// The points at some indices.
+    pub(crate) fn pick(&self, indices: impl Iterator<Item = usize> + Clone) -> Self {
         Self {
             position: indices.clone().map(|i| self.position[i]).collect(),
             normal: if self.normal.is_empty() { Vec::new() } else { indices.map(|i| self.normal[i]).collect() },

@@ -6,13 +6,13 @@ use super::gauss_newton::{self, Stop};
 use super::lbfgs;
 use super::loss::{INLIER_DEVIATIONS, Welsch, robust_deviation};
 use super::motion::Motion;
-use super::objective::{Evaluation, Objective};
+use super::objective::{Evaluation, Objective, PatchSum};
 use super::options::{FitError, FitOptions};
 use super::points::Points;
 use super::pose::{self, Field, RigidParameters};
 use super::report::{self, Outcome};
 use super::result::FitResult;
-use super::screening;
+use super::screening::{self, Candidate};
 use super::space::{Estimate, Space};
 use crate::model::Model;
 use crate::progress::Progress;
@@ -31,6 +31,8 @@ pub(crate) struct Setting<'a> {
     /// Radius of gyration of the scan: the scale of lengths. Millimetres.
     pub(crate) radius: f64,
     pub(crate) evaluations: &'a AtomicU64,
+    /// Whether the scan's normals tell the sides of a wall from each other.
+    pub(crate) oriented: bool,
     start_x: Vec<f64>,
 }
 
@@ -64,6 +66,7 @@ pub fn fit(
     let frame = Frame::choose(model, options, &rigid, &fixed);
     let evaluations = AtomicU64::new(0);
     let mut setting = Setting::new(model, &points, &x, frame.free(&fixed), frame.moving, radius, &evaluations)?;
+    setting.oriented &= scan.oriented && !options.ignore_normals;
     clock.lap("prepare");
 
     let start = setting.space.estimate(&x, Motion::IDENTITY);
@@ -71,10 +74,10 @@ pub fn fit(
         options.no_pose || rigid.indices.iter().any(|i| options.start.contains_key(&model.parameters()[*i].name));
     let mut iterations = 0;
     let begin = if near || !frame.moving {
-        start
+        Candidate::new(&setting, start)
     } else {
         progress.report("screening orientations", f64::NAN, "");
-        screening::screen(&setting, &start).into_iter().next().map_or(start, |c| c.estimate)
+        screening::screen(&setting, &start).unwrap_or_else(|| Candidate::new(&setting, start))
     };
     clock.lap("screen");
     progress.report("fitting", f64::NAN, "");
@@ -165,7 +168,8 @@ impl<'a> Setting<'a> {
         let space = Space::new(model, x, free, moving);
         let at = space.estimate(x, Motion::IDENTITY);
         let layout = Layout::default();
-        let mut setting = Self { model, points, space, layout, radius, evaluations, start_x: x.to_vec() };
+        let oriented = !points.normal.is_empty();
+        let mut setting = Self { model, points, space, layout, radius, evaluations, oriented, start_x: x.to_vec() };
         setting.remodel(&at, 0.01 * radius)?;
         Ok(setting)
     }
@@ -182,15 +186,6 @@ impl<'a> Setting<'a> {
         Ok(())
     }
 
-    /// The space in which only the motion varies.
-    pub(crate) fn rigid(&self, start: &Estimate) -> Space<'a> {
-        let x = self.space.x(&start.z).unwrap_or_else(|| self.start_x.clone());
-        let mut rigid = Space::new(self.model, &x, Vec::new(), true);
-        rigid.centre = self.space.centre;
-        rigid.radius = self.space.radius;
-        rigid
-    }
-
     /// An objective without normals.
     pub(crate) fn objective<'s>(&'s self, space: &'s Space<'s>, points: &'s Points, loss: Welsch) -> Objective<'s> {
         Objective {
@@ -204,20 +199,45 @@ impl<'a> Setting<'a> {
         }
     }
 
+    /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's
+    /// normals say clearly otherwise. Where points lie on both sides (a thin wall whose sides are not told apart yet) the
+    /// convention decides: without a decision, both sides of the scanned wall would pull at both of the model.
+    pub(crate) fn facing(&self, evaluation: &Evaluation) -> Vec<i8> {
+        let sign = |p: &PatchSum| {
+            let inwards = p.weight >= 10.0 && p.facing <= -0.85 * p.weight;
+            match (self.oriented, inwards) {
+                (false, _) => 0,
+                (true, true) => -1,
+                (true, false) => 1,
+            }
+        };
+        evaluation.patches.iter().map(sign).collect()
+    }
+
     /// From a coarse scale of psi to the final one.
-    fn descend(&mut self, begin: Estimate, noise: f64, options: &FitOptions, near: bool, iterations: &mut u32) -> Last {
+    fn descend(
+        &mut self,
+        begin: Candidate,
+        noise: f64,
+        options: &FitOptions,
+        near: bool,
+        iterations: &mut u32,
+    ) -> Last {
         let middle = self.points.sample(MIDDLE);
-        let mut at = begin;
-        let mut signs = vec![0; self.model.parts().len()];
+        let Candidate { estimate: mut at, mut signs, .. } = begin;
         let scales: &[f64] = if near { &[0.3, 0.2, 0.14, 0.1, 0.07] } else { &[0.07] };
         for scale in scales {
             // A model that cannot be evaluated where it has come to keeps its facets.
             let _ = self.remodel(&at, 0.05 * scale * self.radius);
-            let objective = self.objective(&self.space, &middle, Welsch { sigma: scale * self.radius });
+            // From a near start the signs are still to be learnt; the screening has learnt them.
+            let objective = Objective {
+                signs: Some(&signs).filter(|_| !near).map(Vec::as_slice),
+                ..self.objective(&self.space, &middle, Welsch { sigma: scale * self.radius })
+            };
             if let Some(minimum) = lbfgs::minimise(&objective, at.clone(), 40, 1e-7) {
                 *iterations += minimum.iterations;
                 at = minimum.estimate;
-                signs = facing(&minimum.evaluation, options);
+                signs = self.facing(&minimum.evaluation);
             }
         }
         let _ = self.remodel(&at, 0.002 * self.radius);
@@ -229,7 +249,7 @@ impl<'a> Setting<'a> {
             if let Some(minimum) = gauss_newton::minimise(&objective, at.clone(), stop) {
                 *iterations += minimum.iterations;
                 at = minimum.estimate;
-                signs = facing(&minimum.evaluation, options);
+                signs = self.facing(&minimum.evaluation);
             }
             let next =
                 options.sigma.map_or_else(|| self.scale(&at, &middle, loss, &signs, noise), |sigma| Welsch { sigma });
@@ -247,7 +267,8 @@ impl<'a> Setting<'a> {
     /// present scale, and never below the noise's.
     fn scale(&self, at: &Estimate, points: &Points, loss: Welsch, signs: &[i8], noise: f64) -> Welsch {
         let objective = Objective { signs: Some(signs), ..self.objective(&self.space, points, loss) };
-        let mut distances = objective.distances(at);
+        let Ok(placed) = objective.place(at) else { return loss };
+        let mut distances: Vec<f64> = objective.feet(&placed, &at.motion).iter().map(|(_, f)| f.d2.sqrt()).collect();
         let spread = robust_deviation(&mut distances, loss.cutoff()).max(noise).max(1e-6 * self.radius);
         let next = Welsch::with_half_at(INLIER_DEVIATIONS * spread);
         Welsch { sigma: next.sigma.min(loss.sigma).max(0.35 * loss.sigma) }
@@ -329,19 +350,6 @@ fn principal(value: f64, model: &dyn Model, x: &[f64], i: usize) -> f64 {
     let (low, high) = model.bounds(x)[i];
     let turned = value - std::f64::consts::TAU * (value / std::f64::consts::TAU).round();
     if turned >= low && turned <= high { turned } else { value }
-}
-
-/// Per patch, which way its parametrisation faces, learnt from the scan's normals: a script may have them either way.
-/// Patches with few points, or points on both sides, stay unknown.
-fn facing(evaluation: &Evaluation, options: &FitOptions) -> Vec<i8> {
-    let sign = |p: &super::objective::PatchSum| {
-        if options.ignore_normals || p.weight < 10.0 || p.facing.abs() < 0.5 * p.weight {
-            0
-        } else {
-            p.facing.signum() as i8
-        }
-    };
-    evaluation.patches.iter().map(sign).collect()
 }
 
 /// Times by stage. They are reported and decide nothing.

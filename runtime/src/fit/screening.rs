@@ -1,89 +1,110 @@
 //! Where to begin: orientations that cover all rotations are tried coarsely, the best are taken further.
 
-use super::gauss_newton::{self, Minimum, Stop};
+use super::field::DistanceField;
+use super::gauss_newton::{self, Stop};
 use super::loss::Welsch;
 use super::motion::{Motion, rotations};
-use super::objective::Order;
+use super::objective::Objective;
+use super::proposals;
+use super::restart::restart;
 use super::schedule::Setting;
-use super::space::{Estimate, Space};
+use super::space::Estimate;
 use rayon::prelude::*;
 
+/// The finest scale of psi here, as a fraction of the scan's radius.
+const FINE: f64 = 0.07;
+/// Shapes beside the start's and the default.
+const PROPOSALS: usize = 4;
 /// Orientations that are tried.
-const ORIENTATIONS: usize = 120;
+const ORIENTATIONS: usize = 200;
 
 /// A place to begin from, and the objective there.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
     pub(crate) estimate: Estimate,
     pub(crate) value: f64,
+    /// Per patch, which way is out, as learnt so far (see `Facing`).
+    pub(crate) signs: Vec<i8>,
 }
 
-/// Candidates for the pose and the parameters, best first, from all orientations. `start` is one of them.
-pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Vec<Candidate> {
-    let rigid = setting.rigid(start);
-    let candidates = orientations(setting, &rigid, start);
-    let candidates = distinct(setting, candidates, 16);
-    let candidates = advance(setting, candidates, 700, &[0.3, 0.2], 8);
+impl Candidate {
+    /// A candidate of which nothing is known.
+    pub(crate) fn new(setting: &Setting, estimate: Estimate) -> Self {
+        Self { estimate, value: f64::INFINITY, signs: vec![0; setting.model.parts().len()] }
+    }
+}
+
+/// The best place to begin from: of all orientations, of the start's shape, the script's default shape and others that
+/// resemble the scan.
+pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
+    let mut shapes = vec![start.clone()];
+    let defaults: Vec<f64> = setting.model.parameters().iter().map(|p| p.default).collect();
+    let defaults = setting.space.estimate(&defaults, start.motion);
+    if setting.space.apart(&defaults, start) > 0.05 * setting.radius {
+        shapes.push(defaults);
+    }
+    shapes.extend(proposals::propose(setting, start, PROPOSALS));
+    let mut candidates: Vec<Candidate> =
+        shapes.iter().flat_map(|shape| distinct(setting, orientations(setting, shape), 12)).collect();
+    candidates.sort_by(|a, b| a.value.total_cmp(&b.value));
+    let candidates = distinct(setting, candidates, 20);
+    let candidates = advance(setting, candidates, 700, &[0.3, 0.2], false);
     let candidates = distinct(setting, candidates, 5);
-    let candidates = advance(setting, candidates, 2000, &[0.14, 0.1, 0.07], 8);
-    distinct(setting, candidates, 3)
+    let candidates = advance(setting, candidates, 2000, &[0.14, 0.1, FINE], true);
+    let points = setting.points.sample(2000);
+    let mut best: Vec<Candidate> = distinct(setting, candidates, 2)
+        .into_iter()
+        .map(|candidate| restart(setting, start, &points, FINE, candidate))
+        .collect();
+    best.sort_by(|a, b| a.value.total_cmp(&b.value));
+    best.into_iter().next()
 }
 
-/// Every orientation, moved rigidly to where it fits best.
-fn orientations(setting: &Setting, rigid: &Space, start: &Estimate) -> Vec<Candidate> {
-    let points = setting.points.sample(400);
+/// Every orientation, moved rigidly to where it fits best, with the parameters of `shape`.
+fn orientations(setting: &Setting, shape: &Estimate) -> Vec<Candidate> {
+    let points = setting.points.sample(350);
     let loss = Welsch { sigma: 0.35 * setting.radius };
-    let objective = setting.objective(rigid, &points, loss);
-    let home = Estimate { z: Vec::new(), motion: start.motion };
-    let Ok(placed) = objective.place(&home) else { return Vec::new() };
+    let objective = setting.objective(&setting.space, &points, loss);
+    let Ok(placed) = objective.place(shape) else { return Vec::new() };
+    let Some(field) = DistanceField::new(&placed.facets, 0.5 * setting.radius) else { return Vec::new() };
     let (centre, ..) = placed.facets.moments();
     let target = points.centre();
-    let mut motions = vec![start.motion];
+    let mut motions = vec![shape.motion];
     motions.extend(rotations(ORIENTATIONS).into_iter().map(|r| Motion::taking(r, centre, target)));
     let mut found: Vec<Candidate> = motions
         .into_par_iter()
-        .filter_map(|motion| {
-            let mut at = Estimate { z: Vec::new(), motion };
-            let mut evaluation = objective.evaluate_placed(&placed, &at, Order::Normal)?;
-            for _ in 0..6 {
-                let step = gauss_newton::damped_step(&evaluation, &rigid.room(&at), 1e-3)?;
-                let next = rigid.retract(&at, step.as_slice());
-                let there = objective.evaluate_placed(&placed, &next, Order::Normal)?;
-                if there.value >= evaluation.value {
-                    break;
-                }
-                at = next;
-                evaluation = there;
-            }
-            Some(Candidate { estimate: Estimate { z: start.z.clone(), motion: at.motion }, value: evaluation.value })
+        .map(|motion| {
+            let (motion, value) = field.settle(&points, loss, motion, centre, 12);
+            let estimate = Estimate { z: shape.z.clone(), motion };
+            Candidate { value, ..Candidate::new(setting, estimate) }
         })
         .collect();
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
     found
 }
 
-/// Optimises all coordinates of every candidate through scales of psi (fractions of the radius).
-fn advance(
-    setting: &Setting,
-    candidates: Vec<Candidate>,
-    count: usize,
-    scales: &[f64],
-    iterations: u32,
-) -> Vec<Candidate> {
+/// Optimises all coordinates of every candidate through scales of psi (fractions of the radius). Where the scales are
+/// coarser than walls are thick, the sides are still to be learnt; after that they are `sided`.
+fn advance(setting: &Setting, candidates: Vec<Candidate>, count: usize, scales: &[f64], sided: bool) -> Vec<Candidate> {
     let points = setting.points.sample(count);
     let mut found: Vec<Candidate> = candidates
         .into_par_iter()
-        .filter_map(|candidate| {
-            let mut at = candidate.estimate;
-            let mut value = candidate.value;
+        .filter_map(|mut candidate| {
             for scale in scales {
-                let objective = setting.objective(&setting.space, &points, Welsch { sigma: scale * setting.radius });
-                let stop = Stop { iterations, step: 2e-3 * setting.radius };
-                let Minimum { estimate, evaluation, .. } = gauss_newton::minimise(&objective, at, stop)?;
-                at = estimate;
-                value = evaluation.value;
+                let loss = Welsch { sigma: scale * setting.radius };
+                let objective = Objective {
+                    signs: sided.then_some(&candidate.signs),
+                    ..setting.objective(&setting.space, &points, loss)
+                };
+                let stop = Stop { iterations: 8, step: 2e-3 * setting.radius };
+                let minimum = gauss_newton::minimise(&objective, candidate.estimate, stop)?;
+                if !sided {
+                    candidate.signs = setting.facing(&minimum.evaluation);
+                }
+                candidate.estimate = minimum.estimate;
+                candidate.value = minimum.evaluation.value;
             }
-            Some(Candidate { estimate: at, value })
+            Some(candidate)
         })
         .collect();
     found.sort_by(|a, b| a.value.total_cmp(&b.value));

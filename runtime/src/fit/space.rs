@@ -4,6 +4,7 @@
 use super::motion::{Motion, left_jacobian};
 use crate::model::Model;
 use glam::{DQuat, DVec3};
+use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, DVector};
 
 /// Parameters and motion: the scan's points lie at motion(M(x)).
@@ -187,6 +188,28 @@ impl<'a> Space<'a> {
         }
     }
 
+    /// Takes the scales of another space of the same model, which has all these parameters free.
+    pub(crate) fn copy_scale(&mut self, other: &Space) {
+        self.centre = other.centre;
+        self.radius = other.radius;
+        for (i, scale) in self.free.iter().zip(&mut self.scale) {
+            if let Ok(k) = other.free.binary_search(i) {
+                *scale = other.scale[k];
+            }
+        }
+    }
+
+    /// Where to look for coordinate k of the free parameters: its bounds, or a stretch about the start where it has none.
+    pub(crate) fn search_range(&self, k: usize, start: f64, size: f64) -> (f64, f64) {
+        let (low, high) = self.rules[k].range();
+        let reach = match self.model.parameters()[self.free[k]].quantity {
+            Quantity::Length => start.abs().max(size),
+            Quantity::Angle => std::f64::consts::PI,
+            _ => start.abs().max(1.0),
+        };
+        (if low.is_finite() { low } else { start - reach }, if high.is_finite() { high } else { start + reach })
+    }
+
     /// Lowest and highest admissible scaled steps from an estimate.
     pub(crate) fn room(&self, from: &Estimate) -> Vec<(f64, f64)> {
         let mut room: Vec<(f64, f64)> = self
@@ -255,7 +278,12 @@ impl<'a> Space<'a> {
 
     /// The largest difference of two estimates' free parameters, in scaled coordinates.
     pub(crate) fn apart(&self, a: &Estimate, b: &Estimate) -> f64 {
-        a.z.iter().zip(&b.z).zip(&self.scale).map(|((a, b), scale)| ((a - b) * scale).abs()).fold(0.0, f64::max)
+        (0..a.z.len()).map(|k| self.coordinate_distance(k, a, b)).fold(0.0, f64::max)
+    }
+
+    /// The difference in free parameter k, scaled.
+    pub(crate) fn coordinate_distance(&self, k: usize, a: &Estimate, b: &Estimate) -> f64 {
+        ((a.z[k] - b.z[k]) * self.scale[k]).abs()
     }
 
     /// Per free parameter: whether it stands at a bound.

@@ -5,4 +5,5 @@ mod derivatives;
 mod distances;
 mod fits;
 mod number;
-mod shapes;
+pub(crate) mod shapes;
+mod success;

@@ -1,7 +1,8 @@
 //! Scripts in, diagnostics as text or points out.
 
-use crate::check::evaluate::{Evaluation, Value};
+use crate::check::evaluate::Evaluation;
 use crate::check::typed::{Model, Part, Statement};
+use crate::check::values::Value;
 use crate::check::{CheckOptions, InputValue, check};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{NoFiles, Sources};

@@ -1,8 +1,7 @@
 //! Operators.
 
-use super::Frame;
+use super::{Frame, TooLarge};
 use crate::check::typed::{self, Expr, Type};
-use crate::diagnostic::Diagnostic;
 use crate::ir::scalar::Scalar;
 use crate::ir::{self, Binary, Compare, Failure, Unary, Value};
 use crate::source::Span;
@@ -27,9 +26,9 @@ impl Frame<'_, '_> {
             typed::Unary::Tanh => Unary::Tanh,
             typed::Unary::Not => Unary::Not,
             typed::Unary::Truncate => Unary::ToInt,
-            typed::Unary::Floor => return self.to_int(Unary::Floor, a),
-            typed::Unary::Ceil => return self.to_int(Unary::Ceil, a),
-            typed::Unary::Round => return self.to_int(Unary::Round, a),
+            typed::Unary::Floor => return self.round_to_int(Unary::Floor, a),
+            typed::Unary::Ceil => return self.round_to_int(Unary::Ceil, a),
+            typed::Unary::Round => return self.round_to_int(Unary::Round, a),
             // Of what is no real there is no derivative to stop.
             typed::Unary::Stop if self.b.ty(a) != ir::Type::Real => return a,
             typed::Unary::Stop => Unary::Stop,
@@ -37,18 +36,12 @@ impl Frame<'_, '_> {
         self.b.unary(op, a)
     }
 
-    fn to_int(&mut self, rounding: Unary, a: Value) -> Value {
+    fn round_to_int(&mut self, rounding: Unary, a: Value) -> Value {
         let whole = self.b.unary(rounding, a);
         self.b.unary(Unary::ToInt, whole)
     }
 
-    pub(super) fn binary(
-        &mut self,
-        op: typed::Binary,
-        a: &Expr,
-        b: &Expr,
-        span: Span,
-    ) -> Result<Vec<Value>, Diagnostic> {
+    pub(super) fn binary(&mut self, op: typed::Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, TooLarge> {
         let (xs, ys) = (self.expr(a)?, self.expr(b)?);
         self.b.set_span(span);
         if op == typed::Binary::Pow {

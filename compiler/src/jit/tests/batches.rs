@@ -123,3 +123,18 @@ fn a_kernel_of_another_shape_is_refused() {
     let shape = KernelShape { function: id, uniforms: 3, weights: false, output: Output::Store };
     assert_eq!(compiler.kernel(shape), Err(JitError::Shape("test".to_owned())));
 }
+
+#[test]
+fn equal_kernels_are_one() {
+    let (mut module, id) = surface();
+    let mut twin = module.function(id).clone();
+    twin.name = "twin".to_owned();
+    let twin = module.add(twin);
+    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
+    let mut kernel = |function, uniforms, output| {
+        compiler.kernel(KernelShape { function, uniforms, weights: false, output }).unwrap()
+    };
+    let one = kernel(id, 2, Output::Store);
+    assert_eq!(one, kernel(twin, 2, Output::Store));
+    assert_ne!(one, kernel(twin, 2, Output::Accumulate));
+}

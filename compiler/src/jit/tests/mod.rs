@@ -3,6 +3,7 @@
 mod batches;
 mod control;
 mod operations;
+mod random;
 mod resources;
 
 use super::{Code, Compiler, JitError, KernelShape, Limits, Options, Output, Points, Routine, Stop};

@@ -8,8 +8,8 @@ use crate::mesh::TriangleMesh;
 use crate::model::vector::{cross, length, scale, sub};
 
 /// Two lights from the upper left and from the right, as right, up, towards the eye, with strengths; the rest is ambient.
-const LIGHTS: [([f32; 3], f32); 2] = [([-0.37, 0.56, 0.74], 0.6), ([0.62, 0.1, 0.78], 0.25)];
-const AMBIENT: f32 = 0.28;
+const LIGHTS: [([f32; 3], f32); 2] = [([-0.37, 0.56, 0.74], 0.5), ([0.62, 0.1, 0.78], 0.25)];
+const AMBIENT: f32 = 0.42;
 
 /// How much light surfaces return that show their back.
 const BACK: f32 = 0.8;

@@ -1,7 +1,7 @@
 //! The distribution of the deviations and the colour scale as inline SVG.
 
 use super::css;
-use super::tables::number;
+use super::tables::short;
 use crate::variance::Deviations;
 use std::fmt::Write;
 
@@ -12,7 +12,7 @@ const BINS: usize = 60;
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 220.0;
 const LEFT: f64 = 50.0;
-const RIGHT: f64 = 20.0;
+const RIGHT: f64 = 40.0;
 
 /// Area by signed distance, from one end of the colour scale to the other.
 pub(super) fn histogram(deviations: &Deviations, range: f64) -> String {
@@ -109,7 +109,7 @@ fn ticks(range: f64, left: f64, width: f64, y: f64, out: &mut String) {
         let share = f64::from(i) / 2.0;
         let x = left + width * (share + 1.0) / 2.0;
         let sign = if i > 0 { "+" } else { "" };
-        let text = if i == 0 { "0".to_owned() } else { format!("{sign}{}", number(share * range)) };
+        let text = if i == 0 { "0".to_owned() } else { format!("{sign}{}", short(share * range)) };
         let _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{text}</text>");
     }
 }

@@ -63,7 +63,7 @@ pub fn write(report: &Report<'_>) -> String {
         ("legend", histogram::legend(report.colour_range)),
         ("pictures", pictures(report)),
         ("fit", report.fit.map_or_else(String::new, tables::fit)),
-        ("max_distance", number(report.variance.max_distance)),
+        ("max_distance", tables::short(report.variance.max_distance)),
         ("convention", escape(&report.variance.sign_convention)),
         ("statistics", tables::statistics(report.variance)),
         ("histogram", histogram::histogram(report.deviations, report.colour_range)),

@@ -1,7 +1,7 @@
 //! The report's tables.
 
 use crate::export::escape::escape;
-use crate::fit::{FitResult, FittedParameter, FittedPose};
+use crate::fit::{FitResult, FittedParameter};
 use crate::variance::{Statistics, VarianceReport};
 use gml_compiler::program::Quantity;
 use std::fmt::Write;
@@ -15,8 +15,30 @@ pub(super) fn number(x: f64) -> String {
         a if a >= 1e6 || (a > 0.0 && a < 5e-5) => format!("{x:.2e}"),
         a if a >= 1000.0 => format!("{x:.1}"),
         a if a >= 100.0 => format!("{x:.2}"),
+        a if a >= 0.1 || a == 0.0 => format!("{x:.3}"),
         _ => format!("{x:.4}"),
     };
+    minus(&text)
+}
+
+/// A value that may be used further, with more digits.
+fn precise(x: f64) -> String {
+    if x.abs() >= 1e6 || (x != 0.0 && x.abs() < 1e-3) || !x.is_finite() {
+        return number(x);
+    }
+    minus(&format!("{x:.5}"))
+}
+
+/// A round figure, such as an axis has, without trailing zeros.
+pub(super) fn short(x: f64) -> String {
+    let text = format!("{x:.4}");
+    if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
+        return minus(text.trim_end_matches('0').trim_end_matches('.'));
+    }
+    number(x)
+}
+
+fn minus(text: &str) -> String {
     text.replace('-', "&minus;")
 }
 
@@ -48,21 +70,21 @@ fn parameter(p: &FittedParameter, out: &mut String) {
         (false, true) => "<span class=\"mark\">at its bound</span>",
         (false, false) => "",
     };
-    let (name, value) = (escape(&p.name), number(p.value * factor));
+    let (name, value) = (escape(&p.name), precise(p.value * factor));
     let _ = writeln!(
         out,
         "<tr><td>{name}</td><td>{value}</td><td>{sd}</td><td class=\"text\">{unit}</td><td class=\"text\">{mark}</td></tr>"
     );
 }
 
-fn pose(pose: &FittedPose, out: &mut String) {
+fn pose(pose: &crate::model::Motion, out: &mut String) {
     out.push_str(
         "<h3>Pose</h3>\n<p class=\"convention\">Scan point = rotation &times; model point + translation (mm).</p>\n\
          <div class=\"scroll\"><table>\n<thead><tr><th>Rotation</th><th></th><th></th><th>Translation</th></tr></thead>\n<tbody>\n",
     );
     for (row, t) in pose.rotation.iter().zip(&pose.translation) {
-        let [a, b, c] = row.map(|v| format!("{v:.6}").replace('-', "&minus;"));
-        let _ = writeln!(out, "<tr><td>{a}</td><td>{b}</td><td>{c}</td><td>{}</td></tr>", number(*t));
+        let [a, b, c] = row.map(|v| minus(&format!("{v:.6}")));
+        let _ = writeln!(out, "<tr><td>{a}</td><td>{b}</td><td>{c}</td><td>{}</td></tr>", precise(*t));
     }
     out.push_str("</tbody></table></div>\n");
 }

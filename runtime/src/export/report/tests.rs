@@ -1,6 +1,6 @@
 use super::{Report, fill, write};
 use crate::export::render::IDENTITY;
-use crate::fit::{FitResult, FittedParameter, FittedPose};
+use crate::fit::{FitResult, FittedParameter};
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Tessellation, Texels};
 use crate::scan::ScanSource;
@@ -66,7 +66,7 @@ fn fit() -> FitResult {
                 sd: None,
             },
         ],
-        pose: Some(FittedPose { rotation: IDENTITY, translation: [1.0, -2.0, 3.0] }),
+        pose: Some(crate::model::Motion { rotation: IDENTITY, translation: [1.0, -2.0, 3.0] }),
         objective: 0.25,
         sigma: 0.5,
         noise: 0.1,
@@ -129,10 +129,10 @@ fn hostile_names_stay_text() {
 #[test]
 fn figures_are_there() {
     let page = page();
-    assert!(page.contains("<td>alpha</td><td>45.0000</td><td>0.5730</td><td class=\"text\">&deg;</td>"));
+    assert!(page.contains("<td>alpha</td><td>45.00000</td><td>0.573</td><td class=\"text\">&deg;</td>"));
     assert!(page.contains("at its bound") && page.contains("held fixed"));
     assert!(page.contains("positive: the scan lies outside the model"));
-    assert!(page.contains("&minus;2.0000"), "the pose");
+    assert!(page.contains("&minus;2.00000"), "the pose");
     assert!(page.contains("<b>87.5 %</b><span>of the surface measured"));
     // Seven texels have data; -9 is below the scale's end, 2 above.
     assert!(page.contains("14.29 % below, 14.29 % above"));

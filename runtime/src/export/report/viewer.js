@@ -91,7 +91,7 @@
     const at = Object.fromEntries(names.map(name => [name, uniform(name)]));
     gl.useProgram(used);
     gl.enable(gl.DEPTH_TEST);
-    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.uniform3fv(at.halfSize, scene.halfSize);
     gl.uniform1f(at.maxDistance, scene.maxDistance);
     gl.uniform1f(at.colourRange, scene.colourRange);

@@ -222,7 +222,7 @@ fn the_shader_agrees_on_a_real_scan() {
         })
         .collect();
     let (texels, scan) = (texels(&points), Bvh::build(&mesh).unwrap());
-    let rays = Rays { texels: &texels, scan: &scan, max_distance: 3.0, tolerance: scan.tolerance() };
+    let rays = Rays { texels: &texels, scan: &scan, max_distance: 3.0, tolerance: scan.tolerance(), facing: 1.0 };
     let (native, shader) = (trace_cpu::trace(&rays), gpu.trace(&rays).unwrap());
     let differing =
         disagreements(&native.outward, &shader.outward, 3.0).max(disagreements(&native.inward, &shader.inward, 3.0));
