@@ -158,7 +158,7 @@ pub(crate) struct VirtualScanArgs {
     #[arg(long, value_name = "LENGTH", default_value = "0.3mm")]
     pub(crate) noise: String,
     /// Number of view points
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=200))]
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=200))]
     pub(crate) views: u32,
     /// Fraction of points with a wrong range
     #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]

@@ -40,8 +40,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
-    let pose =
-        fitted.pose.as_ref().map_or(Motion::IDENTITY, |p| Motion { rotation: p.rotation, translation: p.translation });
+    let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
     let progress = TerminalProgress::new();
     let surface = Surface::of_program(&program, &x, &pose, size)?;
     let measured = measure::measure(surface, &scan, max_distance, args.variance.device, &progress)?;

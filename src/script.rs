@@ -94,8 +94,8 @@ pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64
             };
             x[i] = p.value;
         }
-        if let Some(pose) = &fit.pose {
-            motion = Motion { rotation: pose.rotation, translation: pose.translation };
+        if let Some(pose) = fit.pose {
+            motion = pose;
         }
     }
     for (i, value) in values::parameters(&args.values, known)? {

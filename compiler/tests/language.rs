@@ -123,7 +123,7 @@ fn annotated(case: &str) -> String {
 fn failures(model: &Model) -> Vec<Diagnostic> {
     let mut lowered = match lower(model) {
         Ok(lowered) => lowered,
-        Err(diagnostic) => return vec![diagnostic],
+        Err(error) => return vec![error.diagnostic()],
     };
     let requires = lowered.requires.iter().map(|r| r.function);
     let roots: Vec<FunctionId> = requires.chain(lowered.parts.iter().map(|p| p.surface)).collect();
@@ -134,7 +134,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
     let mut failures = Vec::new();
     for require in &lowered.requires {
         match evaluate(&lowered.module, require.function, &defaults) {
-            Err(failure) => failures.push(failure),
+            Err(failure) => failures.push(*failure),
             Ok(values) if values == [Scalar::Bool(true)] => {}
             Ok(_) => failures.push(Diagnostic::error("require", require.span, &require.message)),
         }
@@ -145,7 +145,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
             let args: Vec<Scalar> = defaults.iter().copied().chain([Scalar::Real(*u), Scalar::Real(*v)]).collect();
             let values = evaluate(&lowered.module, part.surface, &args);
             match values {
-                Err(failure) => Some(failure),
+                Err(failure) => Some(*failure),
                 Ok(values) if values.iter().all(|v| v.is_finite()) => None,
                 Ok(_) => Some(Diagnostic::error("non-finite", part.span, "the part is not finite")),
             }
@@ -155,13 +155,13 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
     failures
 }
 
-fn evaluate(module: &Module, function: FunctionId, args: &[Scalar]) -> Result<Vec<Scalar>, Diagnostic> {
+fn evaluate(module: &Module, function: FunctionId, args: &[Scalar]) -> Result<Vec<Scalar>, Box<Diagnostic>> {
     run(module, function, args, Limits::default()).map_err(|error| {
         let message = match &error {
             RunError::Failed(id) => module.failures[id.0 as usize].message.clone(),
             other => other.to_string(),
         };
-        Diagnostic::error("run", error.span(module), message)
+        Box::new(Diagnostic::error("run", error.span(module), message))
     })
 }
 

@@ -1,5 +1,5 @@
 use std.curve (arc, bezier, line)
-use std.surface (disc, flip, revolve, tube)
+use std.surface (flip, revolve, tube)
 
 /// An enamelled mug: a slightly conical wall with a rolled rim, a rounded foot and a handle of elliptic section.
 /// It stands on the plane of x and y, the handle towards x; where it stands in a scan, gmlc finds out.
@@ -11,11 +11,13 @@ model mug {
   /// Height over all.
   param height: length in 40mm..160mm = 80mm
   /// Thickness of wall and floor.
-  param wall: length in 0.5mm..8mm = 1.5mm
+  param wall: length in 0.5mm..5mm = 1.5mm
   /// Radius of the rounding between wall and base.
   param rounding: length in 1mm..15mm = 5mm
-  /// Half the width of the rolled rim; it begins at the inside of the wall.
-  param roll_width: length in 1mm..8mm = 3mm
+  /// How far the base is pushed up in its middle.
+  param dome: length in 0mm..10mm = 1.5mm
+  /// How far the rolled rim stands out beyond the wall; inside it ends with the wall.
+  param roll: length in 1mm..12mm = 5mm
   /// Half the height of the rolled rim.
   param roll_height: length in 0.5mm..8mm = 2mm
 
@@ -30,15 +32,17 @@ model mug {
   param handle_width: length in 1mm..15mm = 6mm
 
   let shoulder = height - roll_height
+  fn domed(t) = dome * (1 - t ^ 2)
 
   part outside = revolve(line((foot, rounding), (rim, shoulder)))
   part inside  = revolve(line((rim - wall, shoulder), (foot - wall, wall)))
-  part floor   = disc(foot - wall).translate((0mm, 0mm, wall))
+  part floor   = flip(revolve(|t| ((foot - wall) * t, wall + domed(t))))
   part corner  = revolve(arc((foot - rounding, rounding), rounding, -90deg, 0deg))
-  part base    = flip(disc(foot - rounding))
+  part base    = revolve(|t| ((foot - rounding) * t, domed(t)))
 
   // From under the bead, around its outer edge and over the top to the inside.
-  part roll = revolve(|t| {
+  let roll_width = (roll + wall) / 2
+  part bead = revolve(|t| {
     let a = mix(-120deg, 180deg, t)
     (rim - wall + roll_width + roll_width * cos(a), shoulder + roll_height * sin(a))
   })

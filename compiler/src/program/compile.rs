@@ -89,7 +89,7 @@ pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Re
         Ok(program) => Ok(Compilation { program, warnings: diagnostics, sources }),
         Err(e) => {
             diagnostics.push(match e {
-                Stage::Lower(diagnostic) => *diagnostic,
+                Stage::Lower(e) => e.diagnostic(),
                 Stage::Build(e) => e.diagnostic(span),
             });
             Err(Failed { diagnostics, sources })
@@ -98,13 +98,13 @@ pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Re
 }
 
 enum Stage {
-    Lower(Box<Diagnostic>),
+    Lower(lower::TooLarge),
     Build(BuildError),
 }
 
 /// The stages after the check.
 fn build(typed: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Stage> {
-    let lowered = lower::lower(&typed).map_err(|d| Stage::Lower(Box::new(d)))?;
+    let lowered = lower::lower(&typed).map_err(Stage::Lower)?;
     let functions = ModelFunctions::new(&lowered).map_err(Stage::Build)?;
     let kernels = Kernels::new(&functions).map_err(|e| Stage::Build(e.into()))?;
     let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {

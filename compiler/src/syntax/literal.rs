@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
 /// The value of a number with what is glued to it.
-pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Diagnostic> {
+pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Box<Diagnostic>> {
     let (number, suffix) = split_number(text);
     let unit = match suffix {
         "" => None,
@@ -15,12 +15,12 @@ pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Diagnostic> {
     if unit.is_none() && digits.bytes().all(|c| c.is_ascii_digit()) {
         return digits.parse().map(ExprKind::Int).map_err(|_| {
             let hint = format!("as a real number it is written '{digits}.0'");
-            Diagnostic::error("bad-number", span, "this whole number is too large").hint(hint)
+            Box::new(Diagnostic::error("bad-number", span, "this whole number is too large").hint(hint))
         });
     }
     match digits.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(ExprKind::Real(x, unit)),
-        _ => Err(Diagnostic::error("bad-number", span, "this number is too large")),
+        _ => Err(Box::new(Diagnostic::error("bad-number", span, "this number is too large"))),
     }
 }
 
@@ -56,7 +56,7 @@ fn unit(suffix: &str) -> Option<Unit> {
     })
 }
 
-fn unknown_unit(span: Span, number: &str, suffix: &str) -> Diagnostic {
+fn unknown_unit(span: Span, number: &str, suffix: &str) -> Box<Diagnostic> {
     let message = format!("'{suffix}' is no unit");
     let hint = match suffix {
         "degree" | "degrees" | "grad" => "degrees are written 'deg'".to_owned(),
@@ -64,7 +64,7 @@ fn unknown_unit(span: Span, number: &str, suffix: &str) -> Diagnostic {
         "um" | "µm" | "nm" => format!("write it in millimetres, such as '{number}e-3mm'"),
         _ => format!("the units are mm, cm, m, in, deg, rad and turn; a product is written '{number} * {suffix}'"),
     };
-    Diagnostic::error("unknown-unit", span, message).hint(hint)
+    Box::new(Diagnostic::error("unknown-unit", span, message).hint(hint))
 }
 
 impl Unit {

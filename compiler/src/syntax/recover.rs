@@ -15,6 +15,9 @@ use lalrpop_util::ParseError;
 /// After so many broken statements the rest of a file is taken as read wrongly.
 const ERROR_LIMIT: usize = 20;
 
+/// How many bytes are parsed in all because of broken statements, but for the first two passes.
+const PASSED_BYTES: usize = 8 << 20;
+
 /// The tree of a file, and what is wrong with it in the order of the text. What could not be parsed stands in the
 /// tree as error nodes.
 #[must_use]
@@ -23,7 +26,9 @@ pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
         return (File::default(), vec![diagnostic]);
     }
     let (mut tokens, mut diagnostics) = layout(file, text, true);
-    for _ in 0..ERROR_LIMIT {
+    // Each broken statement costs another pass, of which a very long file gets fewer.
+    let passes = (PASSED_BYTES / text.len().max(1)).clamp(2, ERROR_LIMIT);
+    for _ in 0..passes {
         let mut builder = Builder::new(file, text);
         match FileParser::new().parse(&mut builder, triples(&tokens)) {
             Ok(tree) => {

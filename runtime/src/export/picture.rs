@@ -116,17 +116,17 @@ fn legend(width: usize, scale: usize, end: f64) -> Picture {
     legend
 }
 
-/// A tick's label: signed, and no digits that say nothing.
+/// A tick's label: signed, with at most four digits that say something.
 fn number(x: f64) -> String {
-    let plain = if x.abs() >= 1e4 || x != 0.0 && x.abs() < 1e-4 { format!("{x:.1e}") } else { format!("{x:.5}") };
-    let short = if plain.contains('e') { &plain[..] } else { plain.trim_end_matches('0').trim_end_matches('.') };
-    if x > 0.0 {
-        format!("+{short}")
-    } else if x == 0.0 {
-        "0".to_owned()
-    } else {
-        short.to_owned()
+    if x == 0.0 {
+        return "0".to_owned();
     }
+    let magnitude = x.abs().log10().floor();
+    if !(-4.0..4.0).contains(&magnitude) {
+        return format!("{x:+.1e}");
+    }
+    let text = format!("{x:+.*}", (3.0 - magnitude) as usize);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
 #[cfg(test)]
@@ -168,7 +168,7 @@ mod tests {
 
     #[test]
     fn labels_are_short() {
-        let labels: Vec<String> = [-0.5, 0.25, 0.0, 10.0, 2e-7, -12345.0].map(number).to_vec();
-        assert_eq!(labels, ["-0.5", "+0.25", "0", "+10", "+2.0e-7", "-1.2e4"]);
+        let labels: Vec<String> = [-0.5, 0.25, 0.0, 10.0, 2e-7, -12345.0, 16.956777, -2000.0].map(number).to_vec();
+        assert_eq!(labels, ["-0.5", "+0.25", "0", "+10", "+2.0e-7", "-1.2e4", "+16.96", "-2000"]);
     }
 }

@@ -31,5 +31,5 @@ mod tree;
 mod tests;
 
 pub use options::{FitError, FitOptions};
-pub use result::{FitResult, FittedParameter, FittedPose};
+pub use result::{FitResult, FittedParameter};
 pub use schedule::fit;

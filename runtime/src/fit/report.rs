@@ -2,7 +2,7 @@
 
 use super::objective::Evaluation;
 use super::pose::RigidParameters;
-use super::result::{FitResult, FittedParameter, FittedPose};
+use super::result::{FitResult, FittedParameter};
 use super::schedule::{Last, Setting};
 use crate::scan::Scan;
 use std::collections::BTreeMap;
@@ -63,7 +63,8 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
         script: String::new(),
         scan: scan.source.clone(),
         parameters,
-        pose: report_pose.then(|| FittedPose { rotation: motion.rows(), translation: motion.translation.to_array() }),
+        pose: report_pose
+            .then(|| crate::model::Motion { rotation: motion.rows(), translation: motion.translation.to_array() }),
         objective: last.evaluation.value,
         sigma: last.loss.sigma,
         noise: scan.noise,

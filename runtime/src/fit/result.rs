@@ -1,5 +1,6 @@
 //! What a fit found, as written to fit.json (docs/output.md describes every field).
 
+use crate::model::Motion;
 use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;
 use serde::{Deserialize, Serialize};
@@ -16,9 +17,10 @@ pub struct FitResult {
     pub scan: ScanSource,
     /// The script's parameters in its order.
     pub parameters: Vec<FittedParameter>,
-    /// The pose that was added because the script has none; absent where the script has its own.
+    /// The pose that was added because the script has none: where a model's point lies in the scan. Absent where the
+    /// script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
-    pub pose: Option<FittedPose>,
+    pub pose: Option<Motion>,
     /// Mean of psi over the scan's points ([VA] eq. 1): between 0 and 1.
     pub objective: f64,
     /// The scale of psi at the end. Millimetres.
@@ -59,13 +61,4 @@ pub struct FittedParameter {
     /// Standard deviation, where it was estimated. In `unit`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sd: Option<f64>,
-}
-
-/// A rigid motion: scan point = rotation * model point + translation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FittedPose {
-    /// Row-major rotation matrix.
-    pub rotation: [[f64; 3]; 3],
-    /// Millimetres.
-    pub translation: [f64; 3],
 }

@@ -204,7 +204,7 @@ impl<'a> Setting<'a> {
     /// convention decides: without a decision, both sides of the scanned wall would pull at both of the model.
     pub(crate) fn facing(&self, evaluation: &Evaluation) -> Vec<i8> {
         let sign = |p: &PatchSum| {
-            let inwards = p.weight >= 10.0 && p.facing <= -0.5 * p.weight;
+            let inwards = p.weight >= 10.0 && p.facing <= -0.85 * p.weight;
             match (self.oriented, inwards) {
                 (false, _) => 0,
                 (true, true) => -1,

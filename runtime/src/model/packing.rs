@@ -153,7 +153,8 @@ mod tests {
         }
         for (c, s) in charts.iter().zip(&sizes) {
             let proportions = f64::from(c.width) / f64::from(c.height) / (s[0] / s[1]);
-            assert!((0.25..4.0).contains(&proportions), "{proportions} in {c:?}");
+            // A small chart alone in its row is stretched most.
+            assert!((0.15..7.0).contains(&proportions), "{proportions} in {c:?}");
         }
     }
 

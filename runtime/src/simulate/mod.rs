@@ -13,10 +13,9 @@ mod scene;
 mod tests;
 mod view;
 
-pub use pose::Pose;
-
 use crate::bvh::BvhError;
 use crate::mesh::TriangleMesh;
+use crate::model::Motion;
 use crate::progress::Progress;
 use glam::DVec3;
 use layer::Layer;
@@ -102,7 +101,7 @@ pub struct VirtualScan {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// The object's pose: a point p of the model was scanned at `rotation` p + `translation`.
-    pub pose: Pose,
+    pub pose: Motion,
     /// The rotation as angles about x, then y, then z. Radians.
     pub euler: [f64; 3],
     /// The options.
@@ -317,13 +316,13 @@ fn punch_holes(layer: &mut Layer, scanner: &Scanner) {
 
 fn finish(layer: Layer, scanner: &Scanner, seen: &Seen, dropouts: usize) -> VirtualScan {
     let pose = if scanner.random_pose {
-        Pose::random(&mut scanner.random(POSE_STREAM), scanner.reach)
+        pose::random(&mut scanner.random(POSE_STREAM), scanner.reach)
     } else {
-        Pose::identity()
+        Motion::IDENTITY
     };
     let truth = Truth {
         pose,
-        euler: pose.euler(),
+        euler: pose::euler(&pose),
         scanner: scanner.clone(),
         pitch: seen.pitch,
         coverage: seen.coverage,
@@ -332,6 +331,6 @@ fn finish(layer: Layer, scanner: &Scanner, seen: &Seen, dropouts: usize) -> Virt
         outliers: layer.samples.iter().filter(|sample| sample.outlier).count(),
         dropouts,
     };
-    let positions = layer.samples.iter().map(|sample| pose.apply(sample.measured.into())).collect();
+    let positions = layer.samples.iter().map(|sample| pose.point(sample.measured.into())).collect();
     VirtualScan { mesh: TriangleMesh { positions, triangles: layer.triangles, ..TriangleMesh::default() }, truth }
 }

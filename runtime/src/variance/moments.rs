@@ -91,43 +91,51 @@ pub(super) type Weighted = (f64, f64);
 impl Moments {
     /// Of signed distances in ascending order, without NaN, with weights that are finite and not negative.
     pub(super) fn of(ascending: &[Weighted]) -> Self {
-        let unsigned = differences(ascending, 0.0);
-        let (mean, sd) = mean_and_sd(&unsigned);
-        let (signed_mean, signed_sd) = mean_and_sd(ascending);
-        let (percentiles, signed_percentiles) = (Percentiles::of(&unsigned), Percentiles::of(ascending));
-        let ends = |values: &[Weighted]| {
-            let weighty = || values.iter().filter(|(_, w)| *w > 0.0).map(|(x, _)| *x);
-            (weighty().next().unwrap_or(f64::NAN), weighty().next_back().unwrap_or(f64::NAN))
-        };
-        let (min, max) = ends(&unsigned);
-        let (signed_min, signed_max) = ends(ascending);
+        let weight = sum(ascending.iter().map(|(_, w)| *w));
+        let unsigned = || differences(ascending, 0.0).filter(weighty);
+        let (mean, sd) = mean_and_sd(weight, || ascending.iter().map(|(x, w)| (x.abs(), *w)));
+        let percentiles = Percentiles::of(unsigned(), weight);
+        let signed = SignedMoments::of(ascending, weight);
         Self {
             mean,
-            max,
+            max: signed.min.abs().max(signed.max.abs()),
             sd,
-            min,
+            min: unsigned().next().map_or(f64::NAN, |(x, _)| x),
             rms: mean.hypot(sd),
             median: percentiles.p50,
-            mad: quantiles(&differences(&unsigned, percentiles.p50), [0.5])[0],
+            mad: median_of_unsigned_differences(ascending, percentiles.p50, weight),
             percentiles,
-            signed: SignedMoments {
-                mean: signed_mean,
-                sd: signed_sd,
-                min: signed_min,
-                max: signed_max,
-                median: signed_percentiles.p50,
-                mad: quantiles(&differences(ascending, signed_percentiles.p50), [0.5])[0],
-                percentiles: signed_percentiles,
-            },
+            signed,
+        }
+    }
+}
+
+impl SignedMoments {
+    fn of(ascending: &[Weighted], weight: f64) -> Self {
+        let values = || ascending.iter().copied().filter(weighty);
+        let (mean, sd) = mean_and_sd(weight, values);
+        let percentiles = Percentiles::of(values(), weight);
+        Self {
+            mean,
+            sd,
+            min: values().next().map_or(f64::NAN, |(x, _)| x),
+            max: values().next_back().map_or(f64::NAN, |(x, _)| x),
+            median: percentiles.p50,
+            mad: quantiles(differences(ascending, percentiles.p50).filter(weighty), weight, [0.5])[0],
+            percentiles,
         }
     }
 }
 
 impl Percentiles {
-    fn of(ascending: &[Weighted]) -> Self {
-        let [p1, p5, p25, p50, p75, p95, p99] = quantiles(ascending, [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]);
+    fn of(ascending: impl Iterator<Item = Weighted>, weight: f64) -> Self {
+        let [p1, p5, p25, p50, p75, p95, p99] = quantiles(ascending, weight, [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]);
         Self { p1, p5, p25, p50, p75, p95, p99 }
     }
+}
+
+fn weighty((_, w): &Weighted) -> bool {
+    *w > 0.0
 }
 
 /// Sum that carries the rounding errors along (Neumaier 1974).
@@ -156,52 +164,62 @@ pub(super) fn sum(values: impl Iterator<Item = f64>) -> f64 {
     sum.total()
 }
 
-fn mean_and_sd(values: &[Weighted]) -> (f64, f64) {
-    let weight = sum(values.iter().map(|(_, w)| *w));
-    let mean = sum(values.iter().map(|(x, w)| x * w)) / weight;
-    let variance = sum(values.iter().map(|(x, w)| (x - mean) * (x - mean) * w)) / weight;
+fn mean_and_sd<I: Iterator<Item = Weighted>>(weight: f64, values: impl Fn() -> I) -> (f64, f64) {
+    let mean = sum(values().map(|(x, w)| x * w)) / weight;
+    let variance = sum(values().map(|(x, w)| (x - mean) * (x - mean) * w)) / weight;
     (mean, variance.sqrt())
 }
 
 /// |x - center| of all values, ascending: the values below the centre, backwards, merged with those above.
-fn differences(ascending: &[Weighted], center: f64) -> Vec<Weighted> {
+fn differences(ascending: &[Weighted], center: f64) -> impl Iterator<Item = Weighted> {
     let (below, above) = ascending.split_at(ascending.partition_point(|(x, _)| *x < center));
-    let mut below = below.iter().rev().map(|(x, w)| (center - x, *w)).peekable();
-    let mut above = above.iter().map(|(x, w)| (x - center, *w)).peekable();
-    let mut merged = Vec::with_capacity(ascending.len());
-    loop {
-        let next = match (below.peek(), above.peek()) {
-            (Some(b), Some(a)) if b.0 < a.0 => below.next(),
-            (Some(_), None) => below.next(),
-            _ => above.next(),
-        };
-        let Some(next) = next else { return merged };
-        merged.push(next);
-    }
+    merge(below.iter().rev().map(move |(x, w)| (center - x, *w)), above.iter().map(move |(x, w)| (x - center, *w)))
 }
 
-/// The values at the given shares (ascending) of the weight, as `Percentiles` says.
-fn quantiles<const N: usize>(ascending: &[Weighted], shares: [f64; N]) -> [f64; N] {
+/// The median of | |x| - center |, for a centre that is not negative; NaN for NaN.
+fn median_of_unsigned_differences(ascending: &[Weighted], center: f64, weight: f64) -> f64 {
+    if center.is_nan() {
+        return f64::NAN;
+    }
+    let at = |x: f64| ascending.partition_point(|(y, _)| *y < x);
+    let (low, zero, high) = (at(-center), at(0.0), at(center));
+    // Each of the four stretches is monotonous; from the centre outwards they ascend.
+    let map = move |(x, w): &Weighted| ((x.abs() - center).abs(), *w);
+    let beyond = merge(ascending[..low].iter().rev().map(map), ascending[high..].iter().map(map));
+    let within = merge(ascending[low..zero].iter().map(map), ascending[zero..high].iter().rev().map(map));
+    quantiles(merge(beyond, within).filter(weighty), weight, [0.5])[0]
+}
+
+/// Two ascending sequences as one.
+fn merge(a: impl Iterator<Item = Weighted>, b: impl Iterator<Item = Weighted>) -> impl Iterator<Item = Weighted> {
+    let (mut a, mut b) = (a.peekable(), b.peekable());
+    std::iter::from_fn(move || match (a.peek(), b.peek()) {
+        (Some(x), Some(y)) if x.0 <= y.0 => a.next(),
+        (_, Some(_)) => b.next(),
+        (_, None) => a.next(),
+    })
+}
+
+/// The values at the given shares (ascending) of the weight, as `Percentiles` says; `ascending` without values of no
+/// weight.
+fn quantiles<const N: usize>(ascending: impl Iterator<Item = Weighted>, weight: f64, shares: [f64; N]) -> [f64; N] {
     let mut out = [f64::NAN; N];
-    let weight = sum(ascending.iter().map(|(_, w)| *w));
-    if weight <= 0.0 {
-        return out;
-    }
-    let (mut next, mut before) = (0, Sum::default());
-    let mut last: Option<(f64, f64)> = None;
-    for &(x, w) in ascending.iter().filter(|(_, w)| *w > 0.0) {
-        let place = (before.total() + 0.5 * w) / weight;
-        before.add(w);
-        while next < N && shares[next] <= place {
-            out[next] = match last {
-                Some((x0, place0)) if place > place0 => x0 + (x - x0) * (shares[next] - place0) / (place - place0),
-                _ => x,
-            };
+    let (mut next, mut before) = (0, 0.0);
+    let (mut last, mut last_place) = (f64::NAN, f64::NEG_INFINITY);
+    for (x, w) in ascending {
+        let place = (before + 0.5 * w) / weight;
+        before += w;
+        while shares[next] <= place {
+            let share = (shares[next] - last_place) / (place - last_place);
+            out[next] = if last.is_nan() || place <= last_place { x } else { last + (x - last) * share };
             next += 1;
+            if next == N {
+                return out;
+            }
         }
-        last = Some((x, place));
+        (last, last_place) = (x, place);
     }
-    out[next..].fill(last.map_or(f64::NAN, |(x, _)| x));
+    out[next..].fill(last);
     out
 }
 
@@ -212,7 +230,11 @@ fn null_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Err
 
 #[cfg(test)]
 mod tests {
-    use super::{differences, quantiles, sum};
+    use super::{Weighted, differences, median_of_unsigned_differences, sum};
+
+    fn quantiles<const N: usize>(values: &[Weighted], shares: [f64; N]) -> [f64; N] {
+        super::quantiles(values.iter().copied().filter(super::weighty), sum(values.iter().map(|(_, w)| *w)), shares)
+    }
 
     #[test]
     fn equal_weights_give_hazens_quantiles() {
@@ -238,7 +260,13 @@ mod tests {
         let values: Vec<(f64, f64)> = (-50..50).map(|i| (f64::from(i).powi(3), f64::from(i))).collect();
         let mut expected: Vec<f64> = values.iter().map(|(x, _)| (x - 37.0).abs()).collect();
         expected.sort_by(f64::total_cmp);
-        assert_eq!(differences(&values, 37.0).iter().map(|d| d.0).collect::<Vec<_>>(), expected);
+        assert_eq!(differences(&values, 37.0).map(|d| d.0).collect::<Vec<_>>(), expected);
+        for center in [0.0, 5.0, 64.0, 1e6] {
+            let mut distances: Vec<Weighted> = values.iter().map(|(x, _)| ((x.abs() - center).abs(), 1.0)).collect();
+            distances.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let alike: Vec<Weighted> = values.iter().map(|(x, _)| (*x, 1.0)).collect();
+            assert_eq!(median_of_unsigned_differences(&alike, center, 100.0), quantiles(&distances, [0.5])[0]);
+        }
     }
 
     #[test]

@@ -65,7 +65,8 @@ impl Samples {
         let sample = |i: usize| {
             let area = f64::from(deviations.texels.area[i]);
             Sample {
-                signed: f64::from(deviations.signed(i)),
+                // Not -0, which would be printed.
+                signed: f64::from(deviations.signed(i)) + 0.0,
                 area: if area.is_finite() && area > 0.0 { area } else { 0.0 },
                 part: deviations.texels.part[i],
             }

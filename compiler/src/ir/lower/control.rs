@@ -1,9 +1,8 @@
 //! Branches, loops and indexing.
 
-use super::Frame;
 use super::free::Free;
+use super::{Frame, TooLarge};
 use crate::check::typed::{Binary, Expr, ExprKind, LocalId, Statement, Type, Unary};
-use crate::diagnostic::Diagnostic;
 use crate::ir::scalar::Scalar;
 use crate::ir::{self, Failure, FunctionId, Value};
 use std::ops::Range;
@@ -18,7 +17,7 @@ impl<'m> Frame<'_, 'm> {
         condition: &Expr,
         then: &Expr,
         otherwise: &Expr,
-    ) -> Result<Vec<Value>, Diagnostic> {
+    ) -> Result<Vec<Value>, TooLarge> {
         let condition = self.scalar(condition)?;
         if let Some(Scalar::Bool(holds)) = self.b.constant(condition) {
             return self.expr(if holds { then } else { otherwise });
@@ -37,7 +36,7 @@ impl<'m> Frame<'_, 'm> {
         Ok(self.b.if_(condition, then, otherwise, args, &results))
     }
 
-    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, Diagnostic> {
+    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, TooLarge> {
         let ExprKind::Fold { from, to, init, index, accumulator, body } = &expr.kind else {
             return self.expr(expr);
         };
@@ -65,7 +64,7 @@ impl<'m> Frame<'_, 'm> {
 
     /// Element of an array at an int that is not known while compiling: halves of the array are told apart by
     /// comparing, which costs one selection an element and logarithmic depth.
-    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, Diagnostic> {
+    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, TooLarge> {
         let (values, index) = (self.expr(array)?, self.scalar(index)?);
         self.b.set_span(expr.span);
         let (_, width) = self.lowerer.model.component(&array.ty, 0);
@@ -139,7 +138,7 @@ impl<'m> Frame<'_, 'm> {
         params: &[LocalId],
         constants: &Constants,
         expr: &Expr,
-    ) -> Result<FunctionId, Diagnostic> {
+    ) -> Result<FunctionId, TooLarge> {
         let mut frame = self.child(name, params, constants, false);
         let results = frame.expr(expr)?;
         let function = frame.finish(expr, results);

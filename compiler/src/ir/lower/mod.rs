@@ -27,11 +27,27 @@ use std::collections::HashMap;
 /// The greatest number of nodes that a model's functions may have together before inlining.
 const NODE_LIMIT: usize = 1_000_000;
 
+/// The model would become too large.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the model is too large: its program would take more than a million operations")]
+pub struct TooLarge {
+    /// What could not be lowered any more.
+    pub span: Span,
+}
+
+impl TooLarge {
+    /// For the user.
+    #[must_use]
+    pub fn diagnostic(self) -> Diagnostic {
+        Diagnostic::error("too-large", self.span, self.to_string())
+    }
+}
+
 /// Lowers a model.
 ///
 /// # Errors
-/// A diagnostic where the model would become too large.
-pub fn lower(model: &typed::Model) -> Result<LoweredModel, Diagnostic> {
+/// Where the model would become too large.
+pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
     let mut lowerer = Lowerer::new(model);
     for index in 0..model.functions.len() {
         lowerer.function(index)?;
@@ -122,7 +138,7 @@ impl<'m> Lowerer<'m> {
         self.frame(name, &params, None)
     }
 
-    fn function(&mut self, index: usize) -> Result<(), Diagnostic> {
+    fn function(&mut self, index: usize) -> Result<(), TooLarge> {
         let function = &self.model.functions[index];
         let locals: Vec<LocalId> = function.captures.iter().chain(&function.params).copied().collect();
         let mut frame = self.frame(&function.name, &locals, None);
@@ -132,7 +148,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    fn bounds(&mut self) -> Result<FunctionId, Diagnostic> {
+    fn bounds(&mut self) -> Result<FunctionId, TooLarge> {
         let model = self.model;
         let mut frame = self.model_frame("bounds");
         frame.body_for(model.params.iter().flat_map(|p| p.lower.iter().chain(&p.upper)))?;
@@ -152,7 +168,7 @@ impl<'m> Lowerer<'m> {
         Ok(self.module.add(function))
     }
 
-    fn requires(&mut self) -> Result<Vec<LoweredRequire>, Diagnostic> {
+    fn requires(&mut self) -> Result<Vec<LoweredRequire>, TooLarge> {
         let mut requires = Vec::new();
         for statement in &self.model.body {
             if let Statement::Require { condition, message, span } = statement {
@@ -163,7 +179,7 @@ impl<'m> Lowerer<'m> {
         Ok(requires)
     }
 
-    fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, Diagnostic> {
+    fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, TooLarge> {
         let params: Vec<LocalId> = self.model.params.iter().map(|p| p.local).chain([part.u, part.v]).collect();
         let mut frame = self.frame(&part.name, &params, None);
         frame.body_for([&part.shape])?;
@@ -184,7 +200,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// A function of the parameters with the value of an expression of the model's body.
-    fn of_params(&mut self, name: &str, expr: &Expr) -> Result<FunctionId, Diagnostic> {
+    fn of_params(&mut self, name: &str, expr: &Expr) -> Result<FunctionId, TooLarge> {
         let mut frame = self.model_frame(name);
         frame.body_for([expr])?;
         let results = frame.expr(expr)?;
@@ -195,7 +211,7 @@ impl<'m> Lowerer<'m> {
 
 impl Frame<'_, '_> {
     /// Binds what the expressions need of the `let`s of the model's body.
-    fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), Diagnostic> {
+    fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), TooLarge> {
         let mut needed = Free::default();
         exprs.into_iter().for_each(|e| needed.expr(e));
         let mut lets = Vec::new();
@@ -223,11 +239,10 @@ impl Frame<'_, '_> {
     }
 
     /// Whether there is room for what is made here.
-    fn check_size(&self, span: Span) -> Result<(), Diagnostic> {
+    fn check_size(&self, span: Span) -> Result<(), TooLarge> {
         if self.lowerer.nodes + self.b.len() <= NODE_LIMIT {
             return Ok(());
         }
-        let message = "the model is too large: its program would take more than a million operations";
-        Err(Diagnostic::error("too-large", span, message))
+        Err(TooLarge { span })
     }
 }

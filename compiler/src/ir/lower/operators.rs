@@ -1,8 +1,7 @@
 //! Operators.
 
-use super::Frame;
+use super::{Frame, TooLarge};
 use crate::check::typed::{self, Expr, Type};
-use crate::diagnostic::Diagnostic;
 use crate::ir::scalar::Scalar;
 use crate::ir::{self, Binary, Compare, Failure, Unary, Value};
 use crate::source::Span;
@@ -42,13 +41,7 @@ impl Frame<'_, '_> {
         self.b.unary(Unary::ToInt, whole)
     }
 
-    pub(super) fn binary(
-        &mut self,
-        op: typed::Binary,
-        a: &Expr,
-        b: &Expr,
-        span: Span,
-    ) -> Result<Vec<Value>, Diagnostic> {
+    pub(super) fn binary(&mut self, op: typed::Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, TooLarge> {
         let (xs, ys) = (self.expr(a)?, self.expr(b)?);
         self.b.set_span(span);
         if op == typed::Binary::Pow {

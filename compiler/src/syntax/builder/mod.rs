@@ -129,7 +129,7 @@ impl Builder<'_> {
     pub(in crate::syntax) fn number(&mut self, l: u32, r: u32) -> Deep<Expr> {
         let span = self.span(l, r);
         let kind = literal::number(span, self.slice(l, r)).unwrap_or_else(|diagnostic| {
-            self.report(diagnostic);
+            self.report(*diagnostic);
             ExprKind::Error
         });
         Deep::flat(Expr { span, kind })

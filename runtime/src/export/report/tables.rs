@@ -1,7 +1,7 @@
 //! The report's tables.
 
 use crate::export::escape::escape;
-use crate::fit::{FitResult, FittedParameter, FittedPose};
+use crate::fit::{FitResult, FittedParameter};
 use crate::variance::{Statistics, VarianceReport};
 use gml_compiler::program::Quantity;
 use std::fmt::Write;
@@ -77,7 +77,7 @@ fn parameter(p: &FittedParameter, out: &mut String) {
     );
 }
 
-fn pose(pose: &FittedPose, out: &mut String) {
+fn pose(pose: &crate::model::Motion, out: &mut String) {
     out.push_str(
         "<h3>Pose</h3>\n<p class=\"convention\">Scan point = rotation &times; model point + translation (mm).</p>\n\
          <div class=\"scroll\"><table>\n<thead><tr><th>Rotation</th><th></th><th></th><th>Translation</th></tr></thead>\n<tbody>\n",

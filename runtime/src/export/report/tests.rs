@@ -1,6 +1,6 @@
 use super::{Report, fill, write};
 use crate::export::render::IDENTITY;
-use crate::fit::{FitResult, FittedParameter, FittedPose};
+use crate::fit::{FitResult, FittedParameter};
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Tessellation, Texels};
 use crate::scan::ScanSource;
@@ -66,7 +66,7 @@ fn fit() -> FitResult {
                 sd: None,
             },
         ],
-        pose: Some(FittedPose { rotation: IDENTITY, translation: [1.0, -2.0, 3.0] }),
+        pose: Some(crate::model::Motion { rotation: IDENTITY, translation: [1.0, -2.0, 3.0] }),
         objective: 0.25,
         sigma: 0.5,
         noise: 0.1,

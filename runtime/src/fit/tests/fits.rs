@@ -35,7 +35,8 @@ fn an_optimum_beyond_a_bound_ends_at_the_bound_and_is_flagged() {
     model.set_bounds(0, 36.3, 45.0);
     let result = fit(&model, &scan, &FitOptions::default(), &Silent).unwrap();
     assert!(result.parameters[0].at_bound && result.parameters[0].value == 36.3, "{result:?}");
-    assert!(!result.parameters[1].at_bound && (result.parameters[1].value - 60.0).abs() < 1.5, "{result:?}");
+    // The objective is one-sided: nothing pulls an end back that has grown beyond the scan.
+    assert!(!result.parameters[1].at_bound && result.parameters[1].value > 58.5, "{result:?}");
     assert!(result.warnings.iter().any(|w| w.contains("`a` ended at a bound")), "{:?}", result.warnings);
 }
 

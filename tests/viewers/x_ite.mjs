@@ -1,0 +1,46 @@
+// Takes a picture of every mode of an X3D file in X_ITE: node x_ite.mjs FILE.x3d FOLDER
+import { chromium } from 'playwright-core';
+import { createServer } from 'node:http';
+import { mkdirSync, readFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const [, , file, folder] = process.argv;
+const library = join(dirname(fileURLToPath(import.meta.url)), 'node_modules/x_ite/dist');
+const page = `<!doctype html><script src="/x_ite/x_ite.min.js"></script>
+<style>body { margin: 0 } x3d-canvas { width: 800px; height: 600px }</style><x3d-canvas src="/scene.x3d"></x3d-canvas>`;
+const types = { js: 'text/javascript', css: 'text/css', html: 'text/html' };
+
+const server = createServer((request, response) => {
+  const [body, type] = request.url === '/'
+    ? [() => page, 'html']
+    : [() => readFileSync(request.url === '/scene.x3d' ? file : join(library, request.url.slice('/x_ite/'.length))), request.url.split('.').pop()];
+  response.setHeader('content-type', types[type] ?? 'application/octet-stream');
+  try {
+    response.end(body());
+  } catch {
+    response.writeHead(404).end();
+  }
+}).listen(0, 'localhost');
+
+mkdirSync(folder, { recursive: true });
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
+  args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--ignore-gpu-blocklist'],
+});
+const tab = await browser.newPage({ viewport: { width: 800, height: 600 } });
+tab.on('console', message => console.log(message.type(), message.text().slice(0, 300)));
+await tab.goto(`http://localhost:${server.address().port}/`);
+await tab.waitForTimeout(5000);
+for (let mode = 0; mode < 5; mode++) {
+  const shown = await tab.evaluate(async mode => {
+    const { browser } = document.querySelector('x3d-canvas');
+    if (mode) browser.currentScene.getNamedNode(`View${mode}`).set_bind = true;
+    await new Promise(resolve => setTimeout(resolve, 3000));
+    return `${browser.currentScene.getNamedNode('Mode').whichChoice} ${browser.activeViewpoint.description}`;
+  }, mode);
+  console.log(mode, shown);
+  await tab.screenshot({ path: join(folder, `x_ite-${mode}.png`) });
+}
+await browser.close();
+server.close();
