@@ -24,30 +24,17 @@ pub(super) fn build(
         unreachable!("it has this signature")
     };
     let (early_fail, late_fail) = (builder.create_block(), builder.create_block());
+    let (some, turn, done) = (builder.create_block(), builder.create_block(), builder.create_block());
+    let any = builder.ins().icmp_imm_s(IntCC::SignedGreaterThan, n, 0);
+    builder.ins().brif(any, some, [], done, []);
+
+    builder.switch_to_block(some);
     let mut lowering = Lowering::new(compiler, builder, context, early_fail);
     let function = lowering.compiler.module.function(shape.function);
     let mut frame = Frame::new(function);
-    let (some, turn, done) =
-        (lowering.builder.create_block(), lowering.builder.create_block(), lowering.builder.create_block());
-    let any = lowering.builder.ins().icmp_imm_s(IntCC::SignedGreaterThan, n, 0);
-    lowering.builder.ins().brif(any, some, [], done, []);
-
-    // Before the loop.
-    lowering.builder.switch_to_block(some);
-    load_uniforms(&mut lowering, &mut frame, shape, uniforms);
-    let varying = varying(function, shape.uniforms);
-    lowering.nodes(&mut frame, |i| !varying[i])?;
-    let zero = lowering.builder.ins().iconst(types::I64, 0);
-    let mut first = vec![zero];
-    if shape.output == Output::Accumulate {
-        let real = |k| (types::F64, 8 * k as i32);
-        let loads = (0..function.results.len()).map(real);
-        first.extend(loads.map(|(ty, offset)| lowering.builder.ins().load(ty, TRUSTED, out, offset)));
-    }
-    let first: Vec<BlockArg> = first.into_iter().map(BlockArg::Value).collect();
+    let first = before(&mut lowering, &mut frame, shape, uniforms, out)?;
     lowering.builder.ins().jump(turn, &first);
 
-    // A point.
     let index = lowering.builder.append_block_param(turn, types::I64);
     let sums: Vec<Value> = (1..first.len()).map(|_| lowering.builder.append_block_param(turn, types::F64)).collect();
     lowering.builder.switch_to_block(turn);
@@ -59,23 +46,11 @@ pub(super) fn build(
     load_point(&mut lowering, &mut frame, shape, index, [u, v, w]);
     lowering.nodes(&mut frame, |_| true)?;
     let results = frame.all(&function.results);
-    let mut again = vec![lowering.builder.ins().iadd_imm_s(index, 1)];
-    match shape.output {
-        Output::Store => {
-            let offset = lowering.builder.ins().imul_imm_s(index, 8 * results.len() as i64);
-            let place = lowering.builder.ins().iadd(out, offset);
-            lowering.store_words(place, &results);
-        }
-        Output::Accumulate => {
-            for (sum, result) in sums.iter().zip(&results) {
-                again.push(lowering.builder.ins().fadd(*sum, *result));
-            }
-        }
-    }
-    let more = lowering.builder.ins().icmp(IntCC::SignedLessThan, again[0], n);
+    let totals = put(&mut lowering, shape.output, &results, &sums, index, out);
+    let next = lowering.builder.ins().iadd_imm_s(index, 1);
+    let more = lowering.builder.ins().icmp(IntCC::SignedLessThan, next, n);
+    let again: Vec<BlockArg> = std::iter::once(next).chain(totals.iter().copied()).map(BlockArg::Value).collect();
     let last = lowering.builder.create_block();
-    let totals = again[1..].to_vec();
-    let again: Vec<BlockArg> = again.into_iter().map(BlockArg::Value).collect();
     lowering.builder.ins().brif(more, turn, &again, last, []);
     lowering.builder.switch_to_block(last);
     lowering.store_words(out, &totals);
@@ -85,13 +60,53 @@ pub(super) fn build(
     lowering.return_status(0);
     lowering.open_fail_block(late_fail);
     lowering.builder.ins().store(TRUSTED, index, context, Context::POINT);
-    let status = lowering.builder.block_params(late_fail)[0];
-    lowering.builder.ins().return_(&[status]);
+    lowering.return_fail_status(late_fail);
     lowering.open_fail_block(early_fail);
-    let status = lowering.builder.block_params(early_fail)[0];
-    lowering.builder.ins().return_(&[status]);
+    lowering.return_fail_status(early_fail);
     lowering.finish();
     Ok(())
+}
+
+/// What comes before the loop: uniforms, and what depends on them alone. Returns what the loop starts with: the index
+/// of the first point, and the sums so far where it accumulates.
+fn before<'m>(
+    lowering: &mut Lowering<'_, '_, 'm>,
+    frame: &mut Frame<'m>,
+    shape: KernelShape,
+    uniforms: Value,
+    out: Value,
+) -> Result<Vec<BlockArg>, JitError> {
+    load_uniforms(lowering, frame, shape, uniforms);
+    let varying = varying(frame.function, shape.uniforms);
+    lowering.nodes(frame, |i| !varying[i])?;
+    let mut first = vec![lowering.builder.ins().iconst(types::I64, 0)];
+    if shape.output == Output::Accumulate {
+        let types = frame.function.result_types();
+        first.extend(lowering.load_words(out, types.into_iter()));
+    }
+    Ok(first.into_iter().map(BlockArg::Value).collect())
+}
+
+/// What becomes of a point's results: stored at its place, or added to the sums, which are returned.
+fn put(
+    lowering: &mut Lowering<'_, '_, '_>,
+    output: Output,
+    results: &[Value],
+    sums: &[Value],
+    index: Value,
+    out: Value,
+) -> Vec<Value> {
+    match output {
+        Output::Store => {
+            let offset = lowering.builder.ins().imul_imm_s(index, 8 * results.len() as i64);
+            let place = lowering.builder.ins().iadd(out, offset);
+            lowering.store_words(place, results);
+            Vec::new()
+        }
+        Output::Accumulate => {
+            sums.iter().zip(results).map(|(sum, result)| lowering.builder.ins().fadd(*sum, *result)).collect()
+        }
+    }
 }
 
 /// Which nodes depend on more than the first parameters.

@@ -84,8 +84,7 @@ pub(super) fn build_plain(
     lowering.store_words(results, &values);
     lowering.return_status(0);
     lowering.open_fail_block(fail);
-    let status = lowering.builder.block_params(fail)[0];
-    lowering.builder.ins().return_(&[status]);
+    lowering.return_fail_status(fail);
     lowering.finish();
     Ok(())
 }
@@ -361,6 +360,12 @@ impl Lowering<'_, '_, '_> {
 
     pub(super) fn return_status(&mut self, status: i64) {
         let status = self.builder.ins().iconst(types::I32, status);
+        self.builder.ins().return_(&[status]);
+    }
+
+    /// Returns the status with which a fail block was reached.
+    pub(super) fn return_fail_status(&mut self, block: Block) {
+        let status = self.builder.block_params(block)[0];
         self.builder.ins().return_(&[status]);
     }
 

@@ -21,17 +21,15 @@ pub(super) struct ModelFunctions {
     pub(super) prelude: FunctionId,
     /// `(params..) -> slopes..`: the derivatives of captures by parameters that are not constant.
     pub(super) slopes: FunctionId,
-    /// The derivatives of captures by parameters that are not zero, by capture.
-    pub(super) slope_table: Vec<Slope>,
     pub(super) parts: Vec<PartFunctions>,
 }
 
-/// The derivative of a capture by a parameter.
+/// The derivative of a capture by a parameter, where it is not zero.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Slope {
-    pub(super) capture: u32,
-    pub(super) param: u32,
-    pub(super) value: SlopeValue,
+struct Slope {
+    capture: u32,
+    param: u32,
+    value: SlopeValue,
 }
 
 /// Its value.
@@ -63,6 +61,17 @@ pub(super) struct PartFunctions {
     pub(super) pullback: FunctionId,
     /// Parameters that the part depends on, ascending.
     pub(super) active: Vec<u32>,
+    /// The slopes of its captures, for what `pullback` gives.
+    pub(super) slopes: Vec<PartSlope>,
+}
+
+/// The derivative of a part's capture by a parameter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PartSlope {
+    /// Which of the part's captures.
+    pub(super) position: u32,
+    pub(super) param: u32,
+    pub(super) value: SlopeValue,
 }
 
 impl ModelFunctions {
@@ -93,7 +102,6 @@ impl ModelFunctions {
             requires: lowered.requires.clone(),
             prelude: split.prelude,
             slopes,
-            slope_table,
             parts,
         })
     }
@@ -108,7 +116,8 @@ impl PartFunctions {
     ) -> Result<PartFunctions, BuildError> {
         let n = body.captures.len() as u32;
         let (partials, second_partials) = partials(module, body.function, n)?;
-        let (jacobian, jacobian_slopes, active) = jacobian(module, &body, slope_table)?;
+        let slopes = part_slopes(&body, slope_table);
+        let (jacobian, jacobian_slopes, active) = jacobian(module, &body, &slopes)?;
         let wrt: Vec<u32> = (0..n).collect();
         let pullback = diff::pullback(module, body.function, &wrt, false)?;
         Ok(PartFunctions {
@@ -121,6 +130,7 @@ impl PartFunctions {
             jacobian_slopes,
             pullback,
             active,
+            slopes,
         })
     }
 }
@@ -157,6 +167,15 @@ fn slopes(module: &mut Module, jacobian: FunctionId, pattern: &[Entry]) -> (Func
     (module.add(picked), table)
 }
 
+/// The slopes of the captures that a body takes.
+fn part_slopes(body: &Body, table: &[Slope]) -> Vec<PartSlope> {
+    let position = |slope: &Slope| body.captures.binary_search(&slope.capture).ok();
+    table
+        .iter()
+        .filter_map(|s| Some(PartSlope { position: position(s)? as u32, param: s.param, value: s.value }))
+        .collect()
+}
+
 /// `(C.., u, v) -> (point, du, dv)`, and the same with second partials.
 fn partials(module: &mut Module, body: FunctionId, captures: u32) -> Result<(FunctionId, FunctionId), BuildError> {
     let uv = [captures, captures + 1];
@@ -183,8 +202,12 @@ fn partials(module: &mut Module, body: FunctionId, captures: u32) -> Result<(Fun
 ///
 /// Two ways lead there: the body's tangent in the direction of each parameter, or its Jacobian by the captures, times
 /// the slopes. The one with fewer operations is taken.
-fn jacobian(module: &mut Module, body: &Body, table: &[Slope]) -> Result<(FunctionId, Vec<u32>, Vec<u32>), BuildError> {
-    let wrapper = Wrapper::new(body, table);
+fn jacobian(
+    module: &mut Module,
+    body: &Body,
+    slopes: &[PartSlope],
+) -> Result<(FunctionId, Vec<u32>, Vec<u32>), BuildError> {
+    let wrapper = Wrapper::new(body, slopes);
     let by_tangents = wrapper.by_tangents(module)?;
     let by_captures = wrapper.by_captures(module)?;
     let smaller = if size(module, by_tangents) <= size(module, by_captures) { by_tangents } else { by_captures };
@@ -209,12 +232,11 @@ struct Wrapper<'b> {
 }
 
 impl<'b> Wrapper<'b> {
-    fn new(body: &'b Body, table: &[Slope]) -> Wrapper<'b> {
+    fn new(body: &'b Body, slopes: &[PartSlope]) -> Wrapper<'b> {
         let mut by_param: BTreeMap<u32, Vec<(u32, SlopeValue)>> = BTreeMap::new();
         let mut computed = Vec::new();
-        for slope in table {
-            let Some(position) = body.captures.iter().position(|c| *c == slope.capture) else { continue };
-            by_param.entry(slope.param).or_default().push((position as u32, slope.value));
+        for slope in slopes {
+            by_param.entry(slope.param).or_default().push((slope.position, slope.value));
             if let SlopeValue::Computed(k) = slope.value {
                 computed.push(k);
             }

@@ -123,13 +123,12 @@ impl<'p> Instance<'p> {
             }
             return Err(self.overflow(patch));
         }
-        for slope in &self.program.functions.slope_table {
-            let Some(position) = part.captures.iter().position(|c| *c == slope.capture) else { continue };
+        for slope in &part.slopes {
             let value = match slope.value {
                 SlopeValue::Constant(x) => x,
                 SlopeValue::Computed(k) => slopes[k as usize],
             };
-            gradient[slope.param as usize] += adjoints[position] * value;
+            gradient[slope.param as usize] += adjoints[slope.position as usize] * value;
         }
         Ok(())
     }
