@@ -16,6 +16,9 @@ use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Facing, S
 use std::path::Path;
 use std::time::Instant;
 
+/// Edges that fit into the model's size: documents displace the vertices, so that detail needs them close together.
+const EDGES_ACROSS: f64 = 150.0;
+
 /// A surface to measure from, in the scan's position.
 #[derive(Debug)]
 pub(crate) struct Surface {
@@ -53,9 +56,10 @@ impl Surface {
         let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
         let atlas = Atlas::new(program, &*instance, size).map_err(CommandError::failed)?;
         let mut texels = Texels::of_model(program, &*instance, &atlas).map_err(CommandError::failed)?;
-        let mut tessellation = Tessellation::new(program, &*instance, Fineness::default())
-            .map_err(CommandError::failed)?
-            .with_atlas(&atlas);
+        let tessellate = |fineness| Tessellation::new(program, &*instance, fineness).map_err(CommandError::failed);
+        let size = diagonal(&tessellate(Fineness::default())?.mesh);
+        let edge = if size > 0.0 { size / EDGES_ACROSS } else { f64::INFINITY };
+        let mut tessellation = tessellate(Fineness { edge, ..Fineness::default() })?.with_atlas(&atlas);
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
         Ok(Surface { tessellation, texels, notices: Vec::new() })

@@ -20,13 +20,15 @@ pub struct SurfacePoint {
 pub struct Fineness {
     /// Largest distance between a chord and the surface. Millimetres.
     pub chord: f64,
+    /// Longest edge along u or v. Millimetres. Surfaces that are displaced need short edges where they are flat, too.
+    pub edge: f64,
     /// Most segments along either direction of a patch.
     pub max_segments: u32,
 }
 
 impl Default for Fineness {
     fn default() -> Self {
-        Fineness { chord: 0.02, max_segments: 512 }
+        Fineness { chord: 0.02, edge: f64::INFINITY, max_segments: 512 }
     }
 }
 
@@ -41,7 +43,7 @@ pub struct Tessellation {
 }
 
 impl Tessellation {
-    /// Tessellates every patch on a grid that keeps to the chord tolerance.
+    /// Tessellates every patch on a grid that keeps to the chord tolerance and to the length of edges.
     ///
     /// # Errors
     /// Where the surface cannot be evaluated.
@@ -162,7 +164,7 @@ fn normal(p: &Partials) -> Option<[f64; 3]> {
 
 /// Segments along u and v so that no chord of the grid leaves the surface by more than the tolerance: a chord over a
 /// parameter step h deviates by |S_uu| h^2 / 8, where only the part of S_uu across S_u counts (the rest is a matter of
-/// parametrisation). Sampled on a lattice of interior points.
+/// parametrisation); and so that no edge is longer than wanted. Sampled on a lattice of interior points.
 fn segments(instance: &dyn Instance, patch: usize, fineness: Fineness) -> Result<(u32, u32), EvaluationError> {
     const LATTICE: u32 = 16;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(LATTICE);
@@ -173,12 +175,13 @@ fn segments(instance: &dyn Instance, patch: usize, fineness: Fineness) -> Result
         let speed = vector::length(first);
         if speed > 0.0 { vector::length(vector::cross(second, first)) / speed } else { 0.0 }
     };
-    let count = |curvature: f64| {
-        let n = (curvature / (8.0 * fineness.chord)).sqrt().ceil();
+    let count = |curvature: f64, speed: f64| {
+        let n = (curvature / (8.0 * fineness.chord)).sqrt().max(speed / fineness.edge).ceil();
         // At least 4: the lattice may miss what happens at an edge. NaN becomes 4.
         (n.max(4.0) as u32).min(fineness.max_segments.max(4))
     };
     let cu = samples.iter().map(|s| across(s.duu, s.first.du)).fold(0.0, f64::max);
     let cv = samples.iter().map(|s| across(s.dvv, s.first.dv)).fold(0.0, f64::max);
-    Ok((count(cu), count(cv)))
+    let fastest = |f: fn(&SecondPartials) -> [f64; 3]| samples.iter().map(|s| vector::length(f(s))).fold(0.0, f64::max);
+    Ok((count(cu, fastest(|s| s.first.du)), count(cv, fastest(|s| s.first.dv))))
 }

@@ -45,18 +45,18 @@ fn minus(text: &str) -> String {
 /// The section about the fit.
 pub(super) fn fit(fit: &FitResult) -> String {
     let mut out = String::from(
-        "<section>\n<h2>Fit</h2>\n<div class=\"scroll\"><table>\n<thead><tr><th>Parameter</th><th>Value</th>\
-         <th>Standard deviation</th><th>Unit</th><th></th></tr></thead>\n<tbody>\n",
+        "<section>\n<h2>Fit</h2>\n<div class=\"columns\">\n<div>\n<h3>Parameters</h3>\n<div class=\"scroll\"><table>\n\
+         <thead><tr><th>Parameter</th><th>Value</th><th>SD</th><th>Unit</th><th></th></tr></thead>\n<tbody>\n",
     );
     for p in &fit.parameters {
         parameter(p, &mut out);
     }
-    out.push_str("</tbody></table></div>\n");
+    out.push_str("</tbody></table></div>\n</div>\n<div>\n");
+    quality(fit, &mut out);
     if let Some(p) = &fit.pose {
         pose(p, &mut out);
     }
-    quality(fit, &mut out);
-    out.push_str("</section>\n");
+    out.push_str("</div>\n</div>\n</section>\n");
     out
 }
 

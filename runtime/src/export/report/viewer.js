@@ -50,7 +50,7 @@
   }
 
   // Turntable around the model's own z: azimuth, elevation (radians), zoom, and a shift in half heights of the view.
-  const start = { azimuth: 0.5, elevation: 0.45, zoom: 1, shift: [0, 0] };
+  const start = { azimuth: 0.5, elevation: 0.45, zoom: 1.2, shift: [0, 0] };
   let camera = structuredClone(start);
   const fieldOfView = 0.6;
 
