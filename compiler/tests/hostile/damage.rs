@@ -1,0 +1,313 @@
+//! How texts are damaged.
+
+/// Choices that follow from a seed: splitmix64 (Steele, Lea and Flood 2014).
+pub(crate) struct Random(u64);
+
+impl Random {
+    /// Those of the input with that number.
+    pub(crate) fn new(seed: u64, number: u64) -> Random {
+        let mut random = Random(seed.wrapping_mul(0xd1b5_4a32_d192_ed03) ^ number);
+        random.next();
+        random
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Below `n`, which is not 0.
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    pub(crate) fn bytes(&mut self, n: usize) -> Vec<u8> {
+        (0..n).map(|_| self.next() as u8).collect()
+    }
+
+    fn pick<'t, T: ?Sized>(&mut self, of: &[&'t T]) -> &'t T {
+        of[self.below(of.len())]
+    }
+}
+
+/// What a token is, so that it can be replaced by one of its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Name,
+    Number,
+    Space,
+    Sign,
+}
+
+fn kind(c: char) -> Kind {
+    match c {
+        _ if c.is_ascii_digit() => Kind::Number,
+        _ if c.is_alphanumeric() || c == '_' => Kind::Name,
+        _ if c.is_whitespace() => Kind::Space,
+        _ => Kind::Sign,
+    }
+}
+
+/// Splits where a token may begin or end: names, numbers with their units, spaces, signs.
+pub(crate) fn pieces(text: &str) -> Vec<String> {
+    let mut pieces: Vec<String> = Vec::new();
+    let mut last = None;
+    for c in text.chars() {
+        let kind = kind(c);
+        let goes_on = match (last, kind) {
+            (Some(Kind::Name | Kind::Number), Kind::Name | Kind::Number) | (Some(Kind::Space), Kind::Space) => true,
+            (Some(Kind::Sign), Kind::Sign) => {
+                let before = pieces.last().map_or("", String::as_str);
+                matches!(
+                    (before, c),
+                    ("." | "|", '.' | '|') | ("=" | "<" | ">" | "!", '=') | ("-", '>') | ("/" | "//", '/')
+                )
+            }
+            _ => false,
+        };
+        match pieces.last_mut() {
+            Some(piece) if goes_on => piece.push(c),
+            _ => {
+                pieces.push(c.to_string());
+                last = Some(kind);
+            }
+        }
+    }
+    pieces
+}
+
+fn kind_of(piece: &str) -> Kind {
+    piece.chars().next().map_or(Kind::Space, kind)
+}
+
+const NUMBERS: [&str; 21] = [
+    "0",
+    "1",
+    "2",
+    "-1",
+    "0.5",
+    "1e308",
+    "1e999",
+    "1e-320",
+    "0.0",
+    "3mm",
+    "90deg",
+    "1turn",
+    "64",
+    "65",
+    "4096",
+    "100000",
+    "1000000000",
+    "2147483648",
+    "9223372036854775807",
+    "9223372036854775808",
+    "99999999999999999999999999",
+];
+
+const SIGNS: [&str; 26] = [
+    "+", "-", "*", "/", "%", "^", "==", "!=", "<", "<=", ">", ">=", "..", "(", ")", "[", "]", "{", "}", "'", ".", ",",
+    ";", ":", "|", "=",
+];
+
+const WORDS: [&str; 41] = [
+    "let",
+    "fn",
+    "deriv",
+    "model",
+    "param",
+    "input",
+    "part",
+    "require",
+    "for",
+    "in",
+    "if",
+    "else",
+    "true",
+    "false",
+    "and",
+    "or",
+    "not",
+    "use",
+    "fold",
+    "sum",
+    "len",
+    "stop",
+    "floor",
+    "each",
+    "sqrt",
+    "sin",
+    "min",
+    "map",
+    "norm",
+    "revolve",
+    "tube",
+    "bezier",
+    "place",
+    "pi",
+    "real",
+    "int",
+    "length",
+    "surface",
+    "point3",
+    "tolerance",
+    "_",
+];
+
+/// What is put around something, many times.
+const NESTS: [(&str, &str); 14] = [
+    ("(", ")"),
+    ("[", "]"),
+    ("{ ", " }"),
+    ("-", ""),
+    ("not ", ""),
+    ("|x| ", ""),
+    ("", "'"),
+    ("1 + ", ""),
+    ("2 ^ ", ""),
+    ("if a > 0 { ", " } else { 0 }"),
+    ("f(", ")"),
+    ("{a: ", "}"),
+    ("for i in 0..3 { ", " }"),
+    ("", ".x"),
+];
+
+/// Something of the corpus, damaged.
+pub(crate) fn input(corpus: &[String], random: &mut Random) -> String {
+    let mut text = corpus[random.below(corpus.len())].clone();
+    // Whole texts one after the other: their names meet.
+    if random.below(16) == 0 {
+        text.push_str(&corpus[random.below(corpus.len())]);
+    }
+    match random.below(16) {
+        0 => return bytes(text.into_bytes(), random),
+        1 => text = lines(&text, corpus, random),
+        _ => {}
+    }
+    let mut tokens = pieces(&text);
+    // Half of all inputs are damaged in one place only: they come furthest.
+    let times = 1 + random.below(2) * random.below(2) * random.below(5) + random.below(2) * random.below(2);
+    for _ in 0..times {
+        if tokens.is_empty() {
+            break;
+        }
+        if random.below(4) > 0 {
+            of_its_kind(&mut tokens, random);
+        } else {
+            token(&mut tokens, corpus, random);
+        }
+    }
+    tokens.concat()
+}
+
+fn bytes(mut text: Vec<u8>, random: &mut Random) -> String {
+    for _ in 0..1 + random.below(6) {
+        if text.is_empty() {
+            break;
+        }
+        let at = random.below(text.len());
+        match random.below(5) {
+            0 => text[at] ^= 1 << random.below(8),
+            1 => text[at] = random.below(256) as u8,
+            2 => {
+                let n = 1 + random.below(8);
+                let noise = random.bytes(n);
+                drop(text.splice(at..at, noise));
+            }
+            3 => {
+                let to = (at + 1 + random.below(40)).min(text.len());
+                drop(text.drain(at..to));
+            }
+            _ => text.truncate(at),
+        }
+    }
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+fn lines(text: &str, corpus: &[String], random: &mut Random) -> String {
+    let mut lines: Vec<&str> = text.split_inclusive('\n').collect();
+    let other = &corpus[random.below(corpus.len())];
+    let others: Vec<&str> = other.split_inclusive('\n').collect();
+    let at = random.below(lines.len());
+    match random.below(4) {
+        0 => drop(lines.remove(at)),
+        1 => {
+            let to = random.below(lines.len());
+            lines.swap(at, to);
+        }
+        2 => {
+            let line = lines[at];
+            lines.insert(at, line);
+        }
+        _ => {
+            let from = random.below(others.len());
+            let to = (from + 1 + random.below(6)).min(others.len());
+            drop(lines.splice(at..at, others[from..to].iter().copied()));
+        }
+    }
+    lines.concat()
+}
+
+fn token(tokens: &mut Vec<String>, corpus: &[String], random: &mut Random) {
+    let at = place(tokens, random);
+    match random.below(8) {
+        0 => drop(tokens.remove(at)),
+        1 => tokens.insert(at, tokens[at].clone()),
+        2 => {
+            let to = random.below(tokens.len());
+            tokens.swap(at, to);
+        }
+        3 => {
+            let other = pieces(&corpus[random.below(corpus.len())]);
+            tokens[at].clone_from(&other[random.below(other.len())]);
+        }
+        4 => {
+            let other = pieces(&corpus[random.below(corpus.len())]);
+            let from = random.below(other.len());
+            let to = (from + 1 + random.below(30)).min(other.len());
+            drop(tokens.splice(at..at, other[from..to].iter().cloned()));
+        }
+        5 => nest(tokens, at, random),
+        6 => {
+            let to = (at + 1 + random.below(20)).min(tokens.len());
+            drop(tokens.drain(at..to));
+        }
+        _ => {
+            let to = (at + 1 + random.below(20)).min(tokens.len());
+            let again = tokens[at..to].to_vec();
+            drop(tokens.splice(to..to, again));
+        }
+    }
+}
+
+/// A token, rarely a space.
+fn place(tokens: &[String], random: &mut Random) -> usize {
+    let places = [0; 4].map(|_| random.below(tokens.len()));
+    places.into_iter().find(|at| kind_of(&tokens[*at]) != Kind::Space).unwrap_or(places[0])
+}
+
+/// Puts another token of the same kind in its place, mostly one of the same text: the result often still has a meaning.
+fn of_its_kind(tokens: &mut [String], random: &mut Random) {
+    let at = place(tokens, random);
+    let kind = kind_of(&tokens[at]);
+    let known: Vec<&str> = match kind {
+        Kind::Number => NUMBERS.to_vec(),
+        Kind::Sign => SIGNS.to_vec(),
+        Kind::Name => WORDS.to_vec(),
+        Kind::Space => vec!["", " ", "\n", "\t", "\u{a0}"],
+    };
+    let own: Vec<&str> = tokens.iter().map(String::as_str).filter(|t| kind_of(t) == kind).collect();
+    let other = if random.below(3) > 0 { random.pick(&own) } else { random.pick(&known) };
+    tokens[at] = other.to_owned();
+}
+
+/// Puts something around some tokens, up to thousands of times.
+fn nest(tokens: &mut Vec<String>, at: usize, random: &mut Random) {
+    let to = (at + 1 + random.below(8)).min(tokens.len());
+    let (open, close) = NESTS[random.below(NESTS.len())];
+    let times = [1, 2, 3, 8, 40, 150, 250, 3000][random.below(8)];
+    tokens.insert(to, close.repeat(times));
+    tokens.insert(at, open.repeat(times));
+}

@@ -1,0 +1,184 @@
+//! Scripts that somebody damaged: nothing panics, hangs, takes the machine's memory, or is accepted into functions that
+//! are not valid.
+//!
+//! Every input is a text of the corpus (the language tests, the examples, the standard library, the blocks of the
+//! reference) with some damage: to bytes, to tokens, to whole lines, to numbers, to nesting. It goes through
+//! all stages up to the evaluation of machine code, as far as it gets, with small limits. `GMLC_HOSTILE_COUNT` says
+//! how many inputs (some thousands by default), `GMLC_HOSTILE_SEED` which:
+//!
+//! ```text
+//! GMLC_HOSTILE_COUNT=1000000 GMLC_HOSTILE_SEED=7 cargo test --release --workspace --test hostile -- --nocapture
+//! ```
+//!
+//! What is found is made smaller and printed. How many inputs reached which stage, the slowest and the one that took
+//! the most memory are printed too.
+
+mod allocator;
+mod corpus;
+mod damage;
+mod survive;
+
+use damage::Random;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use survive::{STAGES, Stage};
+
+#[global_allocator]
+static ALLOCATOR: allocator::Counting = allocator::Counting;
+
+/// What one input may take, in bytes. An honest model takes a hundredth.
+const MEMORY: usize = 512 << 20;
+
+/// What one input may take. This is not the optimised compiler, and the machine may be busy.
+const TIME: Duration = Duration::from_secs(20);
+
+/// What is being looked at, since when.
+static CURRENT: Mutex<Option<(Instant, String)>> = Mutex::new(None);
+
+fn setting(name: &str, default: u64) -> u64 {
+    std::env::var(name).ok().map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is a number")))
+}
+
+/// What an input came to.
+struct Outcome {
+    stage: Stage,
+    time: Duration,
+    memory: usize,
+}
+
+/// Looks at an input; what is wrong as an error.
+fn look_at(text: &str, deep: bool) -> Result<Outcome, String> {
+    *CURRENT.lock().unwrap() = Some((Instant::now(), text.to_owned()));
+    allocator::begin();
+    let start = Instant::now();
+    let result = catch_unwind(AssertUnwindSafe(|| survive::survive(text, deep)));
+    let (time, memory) = (start.elapsed(), allocator::peak());
+    *CURRENT.lock().unwrap() = None;
+    let stage = match result {
+        Ok(stage) => stage?,
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().cloned();
+            let text = text.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+            return Err(format!("it panics: {}", text.unwrap_or_default()));
+        }
+    };
+    if memory > MEMORY {
+        return Err(format!("it takes {} MiB of memory", memory >> 20));
+    }
+    if time > TIME {
+        return Err(format!("it takes {} s", time.as_secs()));
+    }
+    Ok(Outcome { stage, time, memory })
+}
+
+/// Ends the process, with the input, where an input does not come to an end.
+fn watch(done: &AtomicBool) {
+    while !done.load(Ordering::Relaxed) {
+        std::thread::sleep(Duration::from_millis(200));
+        let current = CURRENT.lock().unwrap();
+        if let Some((since, text)) = &*current
+            && since.elapsed() > 3 * TIME
+        {
+            eprintln!("this input hangs:\n{text}");
+            std::process::exit(101);
+        }
+    }
+}
+
+/// The input without all that can be left out while it stays wrong, in pieces that get smaller.
+fn shrunk(text: String, deep: bool) -> String {
+    let mut pieces = damage::pieces(&text);
+    let mut size = pieces.len().div_ceil(2);
+    let start = Instant::now();
+    while size > 0 && start.elapsed() < Duration::from_secs(120) {
+        let mut from = 0;
+        while from < pieces.len() {
+            let to = (from + size).min(pieces.len());
+            let without = [&pieces[..from], &pieces[to..]].concat();
+            if look_at(&without.concat(), deep).is_err() {
+                pieces = without;
+            } else {
+                from = to;
+            }
+        }
+        size /= 2;
+    }
+    pieces.concat()
+}
+
+#[derive(Default)]
+struct Summary {
+    stages: [u64; STAGES],
+    time: Duration,
+    slowest: (Duration, String),
+    largest: (usize, String),
+    findings: Vec<String>,
+}
+
+impl Summary {
+    fn add(&mut self, text: String, deep: bool) {
+        match look_at(&text, deep) {
+            Ok(outcome) => {
+                self.stages[outcome.stage as usize] += 1;
+                self.time += outcome.time;
+                if outcome.time > self.slowest.0 {
+                    self.slowest = (outcome.time, text.clone());
+                }
+                if outcome.memory > self.largest.0 {
+                    self.largest = (outcome.memory, text);
+                }
+            }
+            Err(_) => {
+                let small = shrunk(text.clone(), deep);
+                let reason = look_at(&small, deep).err().or_else(|| look_at(&text, deep).err());
+                let finding = format!("{}\n{small}", reason.unwrap_or_else(|| "it was wrong once".to_owned()));
+                eprintln!("--- {finding}");
+                self.findings.push(finding);
+            }
+        }
+    }
+
+    fn print(&self) {
+        let total = self.stages.iter().sum::<u64>() + self.findings.len() as u64;
+        eprintln!(
+            "{total} inputs, {} findings, {:.0} s; how far they came:",
+            self.findings.len(),
+            self.time.as_secs_f64()
+        );
+        for (k, name) in survive::NAMES.iter().enumerate() {
+            eprintln!("  {:9} {:5.2} % {name}", self.stages[k], 100.0 * self.stages[k] as f64 / total.max(1) as f64);
+        }
+        let head = |text: &str| text.lines().take(12).map(|l| format!("    {l:.150}\n")).collect::<String>();
+        eprintln!("slowest, {:.2} s:\n{}", self.slowest.0.as_secs_f64(), head(&self.slowest.1));
+        eprintln!("largest, {} MiB:\n{}", self.largest.0 >> 20, head(&self.largest.1));
+    }
+}
+
+/// One test, as two at once would be seen as one input.
+#[test]
+fn damaged_scripts_are_survived() {
+    let (count, seed) = (setting("GMLC_HOSTILE_COUNT", 3000), setting("GMLC_HOSTILE_SEED", 1));
+    let corpus = corpus::texts();
+    let done = AtomicBool::new(false);
+    let mut summary = Summary::default();
+    std::panic::set_hook(Box::new(|_| {}));
+    std::thread::scope(|scope| {
+        scope.spawn(|| watch(&done));
+        for i in 0..count {
+            let mut random = Random::new(seed, i);
+            let text = damage::input(&corpus, &mut random);
+            // Machine code takes much longer to make than anything before it.
+            let deep = random.below(8) == 0;
+            summary.add(text, deep);
+            if i % 50_000 == 49_999 {
+                eprintln!("{} inputs, {} findings", i + 1, summary.findings.len());
+            }
+        }
+        done.store(true, Ordering::Relaxed);
+    });
+    drop(std::panic::take_hook());
+    summary.print();
+    assert!(summary.findings.is_empty(), "{} findings, printed above", summary.findings.len());
+}

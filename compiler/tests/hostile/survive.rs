@@ -1,0 +1,108 @@
+//! A text through all stages, with small limits.
+
+use gml_compiler::check::{CheckOptions, check};
+use gml_compiler::ir::lower::lower;
+use gml_compiler::ir::validate::validate;
+use gml_compiler::jit::Limits;
+use gml_compiler::program::{Options, Program, compile};
+use gml_compiler::source::{NoFiles, SourceFile, Sources};
+use gml_compiler::syntax;
+use std::collections::BTreeMap;
+
+/// How far an input came.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Stage {
+    Unreadable,
+    Wrong,
+    NoModel,
+    Lowered,
+    Refused,
+    Compiled,
+    Instantiated,
+    Evaluated,
+}
+
+pub(crate) const STAGES: usize = 8;
+
+/// What the stages are, for people.
+pub(crate) const NAMES: [&str; STAGES] = [
+    "could not be parsed",
+    "had an error of names, types or dimensions",
+    "had no error, and no model",
+    "were lowered to valid functions, and went no further by choice",
+    "were too large to be differentiated or compiled",
+    "became machine code, but no instance (a require does not hold, a limit)",
+    "became an instance without a finite point",
+    "were evaluated with their derivatives",
+];
+
+/// What is small enough for every input to be done in a moment.
+fn options() -> CheckOptions {
+    CheckOptions { instances: 500, nodes: 100_000, depth: 100, turns: 512, ..CheckOptions::default() }
+}
+
+/// Takes a text as far as it goes; what is wrong as an error.
+pub(crate) fn survive(text: &str, deep: bool) -> Result<Stage, String> {
+    let mut sources = Sources::default();
+    let main = sources.add("test.gml", text);
+    let (_, unreadable) = syntax::parse(main, text);
+    let (model, diagnostics) = check(&mut sources, &NoFiles, main, &BTreeMap::new(), &options());
+    for d in &diagnostics {
+        let spans = d.related.iter().map(|(span, _)| *span).chain([d.span]);
+        for span in spans {
+            let file = sources.get(span.file).ok_or("a finding lies in no file")?;
+            if file.text.get(span.start as usize..span.end as usize).is_none() {
+                return Err(format!("{d:?} lies outside"));
+            }
+        }
+    }
+    let Some(model) = model else {
+        return Ok(match (unreadable.is_empty(), diagnostics.is_empty()) {
+            (false, _) => Stage::Unreadable,
+            (true, false) => Stage::Wrong,
+            (true, true) => Stage::NoModel,
+        });
+    };
+    let Ok(lowered) = lower(&model) else { return Ok(Stage::Refused) };
+    validate(&lowered.module).map_err(|e| format!("not valid: {e:?}"))?;
+    if !deep {
+        return Ok(Stage::Lowered);
+    }
+    let script = SourceFile { name: "test.gml".to_owned(), text: text.to_owned() };
+    let limits = Limits { steps: 100_000, depth: 200 };
+    let options = Options { check: options(), limits, ..Options::default() };
+    match compile(script, &NoFiles, &options) {
+        Ok(compilation) => Ok(evaluate(&compilation.program)),
+        Err(_) => Ok(Stage::Refused),
+    }
+}
+
+/// Whatever can be asked of a program, at its defaults and beside them.
+fn evaluate(program: &Program) -> Stage {
+    let mut stage = Stage::Compiled;
+    let beside = program.parameters().iter().map(|p| p.default * 0.75 + 0.1).collect();
+    for x in [program.defaults(), beside] {
+        drop(program.bounds(&x));
+        let Ok(instance) = program.instantiate(&x) else { continue };
+        stage = stage.max(Stage::Instantiated);
+        let (u, v) = ([0.0, 0.3, 1.0], [0.0, 0.6, 1.0]);
+        let n = u.len();
+        for (patch, part) in program.parts().iter().enumerate().take(4) {
+            let finite = instance.points(patch, &u, &v, &mut vec![0.0; 3 * n]).is_ok();
+            drop(instance.second_partials(patch, &u, &v, &mut vec![0.0; 18 * n]));
+            drop(instance.jacobian(patch, &u, &v, &mut vec![0.0; 3 * n * part.active.len()]));
+            let mut gradient = vec![0.0; x.len()];
+            drop(instance.pullback(patch, &u, &v, &vec![[1.0, -0.5, 0.25]; n], &mut gradient));
+            if finite {
+                stage = stage.max(Stage::Evaluated);
+            }
+        }
+    }
+    stage
+}
+
+impl Stage {
+    fn max(self, other: Stage) -> Stage {
+        if other as usize > self as usize { other } else { self }
+    }
+}
