@@ -28,7 +28,7 @@ impl Random {
         (0..n).map(|_| self.next() as u8).collect()
     }
 
-    fn pick<'t, T: ?Sized>(&mut self, of: &[&'t T]) -> &'t T {
+    fn pick<'t>(&mut self, of: &[&'t str]) -> &'t str {
         of[self.below(of.len())]
     }
 }
@@ -112,7 +112,11 @@ const SIGNS: [&str; 26] = [
     ";", ":", "|", "=",
 ];
 
-const WORDS: [&str; 41] = [
+/// Operators, each of which may stand where another of its group does.
+const OPERATORS: [&[&str]; 3] =
+    [&["+", "-", "*", "/", "%", "^"], &["==", "!=", "<", "<=", ">", ">="], &["(", ")", "[", "]", "{", "}"]];
+
+const KEYWORDS: [&str; 19] = [
     "let",
     "fn",
     "deriv",
@@ -131,29 +135,12 @@ const WORDS: [&str; 41] = [
     "or",
     "not",
     "use",
-    "fold",
-    "sum",
-    "len",
-    "stop",
-    "floor",
-    "each",
-    "sqrt",
-    "sin",
-    "min",
-    "map",
-    "norm",
-    "revolve",
-    "tube",
-    "bezier",
-    "place",
-    "pi",
-    "real",
-    "int",
-    "length",
-    "surface",
-    "point3",
     "tolerance",
-    "_",
+];
+
+const WORDS: [&str; 25] = [
+    "fold", "sum", "len", "stop", "floor", "each", "sqrt", "sin", "min", "map", "norm", "revolve", "tube", "bezier",
+    "place", "pi", "real", "int", "length", "surface", "point3", "_", "abs", "atan2", "x",
 ];
 
 /// What is put around something, many times.
@@ -284,22 +271,36 @@ fn token(tokens: &mut Vec<String>, corpus: &[String], random: &mut Random) {
 
 /// A token, rarely a space.
 fn place(tokens: &[String], random: &mut Random) -> usize {
-    let places = [0; 4].map(|_| random.below(tokens.len()));
-    places.into_iter().find(|at| kind_of(&tokens[*at]) != Kind::Space).unwrap_or(places[0])
+    let places = [0; 6].map(|_| random.below(tokens.len()));
+    let worth = |at: &usize| {
+        let token = tokens[*at].as_str();
+        kind_of(token) != Kind::Space && !OPERATORS[2].contains(&token)
+    };
+    places.into_iter().find(worth).unwrap_or(places[0])
 }
 
 /// Puts another token of the same kind in its place, mostly one of the same text: the result often still has a meaning.
 fn of_its_kind(tokens: &mut [String], random: &mut Random) {
     let at = place(tokens, random);
-    let kind = kind_of(&tokens[at]);
-    let known: Vec<&str> = match kind {
-        Kind::Number => NUMBERS.to_vec(),
-        Kind::Sign => SIGNS.to_vec(),
-        Kind::Name => WORDS.to_vec(),
-        Kind::Space => vec!["", " ", "\n", "\t", "\u{a0}"],
+    let known: &[&str] = match kind_of(&tokens[at]) {
+        Kind::Number => &NUMBERS,
+        Kind::Space => &["", " ", "\n", "\t", "\u{a0}"],
+        Kind::Name if KEYWORDS.contains(&tokens[at].as_str()) && random.below(8) > 0 => return,
+        Kind::Name if KEYWORDS.contains(&tokens[at].as_str()) => &KEYWORDS,
+        Kind::Name => &WORDS,
+        Kind::Sign => match OPERATORS.iter().find(|group| group.contains(&tokens[at].as_str())) {
+            Some(group) => group,
+            None if random.below(8) > 0 => return,
+            None => &SIGNS,
+        },
     };
-    let own: Vec<&str> = tokens.iter().map(String::as_str).filter(|t| kind_of(t) == kind).collect();
-    let other = if random.below(3) > 0 { random.pick(&own) } else { random.pick(&known) };
+    let same = |t: &&str| match kind_of(&tokens[at]) {
+        Kind::Name => kind_of(t) == Kind::Name && !KEYWORDS.contains(t),
+        Kind::Sign => known.contains(t),
+        kind => kind_of(t) == kind,
+    };
+    let own: Vec<&str> = tokens.iter().map(String::as_str).filter(same).collect();
+    let other = if !own.is_empty() && random.below(3) > 0 { random.pick(&own) } else { random.pick(known) };
     tokens[at] = other.to_owned();
 }
 

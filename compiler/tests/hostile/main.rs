@@ -170,7 +170,7 @@ fn damaged_scripts_are_survived() {
             let mut random = Random::new(seed, i);
             let text = damage::input(&corpus, &mut random);
             // Machine code takes much longer to make than anything before it.
-            let deep = random.below(8) == 0;
+            let deep = random.below(3) == 0;
             summary.add(text, deep);
             if i % 50_000 == 49_999 {
                 eprintln!("{} inputs, {} findings", i + 1, summary.findings.len());
