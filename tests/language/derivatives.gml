@@ -80,3 +80,87 @@ model m {
   require abs(norm(b(0.3, 0.5) - (10mm, 0mm, 2.5mm)) - 2mm) < 1e-14mm, "a tube's radius"
   part p = b
 }
+
+// --- by hand
+fn norm_of(v) = sqrt(v.x ^ 2 + v.y ^ 2)
+deriv norm_of(v; dv) { let n = norm_of(v); if n > 0 * n { (v.x * dv.x + v.y * dv.y) / n } else { 0 * n } }
+fn area_of(r: length) -> area = pi * r ^ 2
+deriv area_of(r; dr) = 2 * pi * r * dr
+fn scaled(x, n: int) = x * n
+deriv scaled(x, n; dx) = dx * n
+// Not the derivative, so that it is seen which one is taken.
+fn odd(x) = x
+deriv odd(x; dx) = 7 * dx
+fn pair(a, b = 2) = (a * b, a + b)
+deriv pair(a, b; da, db) = (a * db + b * da, da + db)
+model m {
+  param a: real = 3
+  require (|x| norm_of((x, 4)))'(a) == 0.6 and (|x| norm_of((x, 0)))'(a - 3) == 0, "of a vector"
+  require abs((|x| norm_of((x, 4)))''(a) - 16 / 125) < 1e-15, "the derivative is differentiated"
+  require abs(area_of'(3mm) - 6mm * pi) < 1e-14mm and abs(area_of''(3mm) - 2 * pi) < 1e-14, "with dimensions"
+  require scaled'x(a, 3) == 3 and (|x| scaled(x * x, 2))'(a) == 12, "whole numbers have no tangent"
+  require odd'(a) == 7 and (|x| odd(x * odd(x)))'(a) == 168 and odd''(a) == 0, "by hand, not by its operations"
+  require (|x| fold(0, 0..100, |s, i| s + odd(x)))'(a) == 700, "in a loop"
+  require (|x| if x > 2 { odd(x) } else { x })'(a) == 7, "in a branch"
+  require (|x| pair(x, x).x)'(a) == 6 and (|x| pair(x).x)'(a) == 2, "several arguments and results"
+  part p = disc(1mm * odd(a))
+}
+
+// --- by hand, of a function in a block
+model m {
+  param a: real = 3
+  fn odd(x: real) -> real = x
+  deriv odd(x; dx) = 5 * dx
+  let b = { fn even(x) = x; deriv even(x; dx) = 2 * dx; (|x| even(odd(x)))'(a) }
+  require b == 10, "both"
+  part p = disc(1mm * odd(a))
+}
+
+// --- a function whose derivative is given may round
+fn steps_of(x: real) -> real = real(floor(x))
+deriv steps_of(x; dx) = dx
+model m {
+  param a: real = 3.5
+  require steps_of(a) == 3 and steps_of'(a) == 1, "straight through"
+  part p = disc(1mm * steps_of(a))
+}
+
+// --- wrong derivatives by hand
+fn f(x: length) -> area = x ^ 2
+// Error: 18-23 the derivative of 'f' must be an area, as its value is, but this is a length
+deriv f(x; dx) = 2 * x
+fn g(x: real, y: real) -> real = x * y
+// Error: 7-8 'g' has 2 arguments that can vary, and this names one tangent
+// Hint: write: deriv g(x, y; dx, dy)
+deriv g(x, y; dx) = y * dx
+fn h(x: real) -> real = x
+// Error: 7-8 this names 2 of the arguments of 'h', which has 1
+deriv h(x, y; dx) = dx
+// Error: 7-9 there is no function 'hh' here that this could be the derivative of
+// Hint: a derivative stands beside its function, in the same block or file
+deriv hh(x; dx) = dx
+fn k(x: real) -> bool = x > 0
+// Error: 7-8 only numbers have derivatives, and 'k' gives a truth value
+deriv k(x; dx) = dx
+fn l(x: real) -> real = x
+deriv l(x; dx) = dx
+// Error: 7-8 'l' has two derivatives
+deriv l(x; dx) = dx
+fn n(x: real) -> real = x
+// Error: 18-20 there is no 'dy' here
+// Hint: did you mean 'dx'?
+deriv n(x; dx) = dy
+
+// --- a derivative by hand must say all
+model m {
+  param a: real = 3
+  fn f(x: real) -> real = a * x
+  // Error: 9-10 'f' uses 'a' from outside of it, and its derivative by hand says nothing of that
+  // Hint: make 'a' an argument of the function
+  deriv f(x; dx) = a * dx
+  part p = disc(1mm * f(2))
+}
+// Error: 19-24 this default depends on 'x', of which the derivative by hand of 'g' cannot know
+fn g(x: real, y = 2 * x) -> real = x * y
+deriv g(x, y; dx, dy) = x * dy + y * dx
+let a = g(3)

@@ -2,7 +2,7 @@
 //! one, unless it is wrapped in `stop`.
 
 use super::context::{Checker, Step};
-use super::typed::{Binary, Call, Expr, ExprKind, FunctionId, LocalId, Model, Statement, Unary};
+use super::typed::{Binary, ByHand, Call, Expr, ExprKind, FunctionId, LocalId, Model, Statement, Unary};
 use crate::diagnostic::Diagnostic;
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -194,18 +194,42 @@ impl<'m> Analysis<'m, '_, '_> {
         if let Some(activity) = self.known.get(&key) {
             return activity.clone();
         }
+        if let Some(by_hand) = &function.by_hand {
+            return self.by_hand(by_hand, key, &function.name, e);
+        }
         if self.running.contains(&call.function) {
             // Recursion at run time: whatever it gets may come out anywhere.
             return Activity::All(key.1.iter().filter_map(Activity::any).min());
         }
-        self.running.push(call.function);
-        self.checker.trail.push(Step { span: e.span, name: function.name.as_str().into() });
-        for (local, activity) in function.captures.iter().chain(&function.params).zip(&key.1) {
+        let activity = self.run(call.function, &key.1, &function.name, e);
+        self.known.insert(key, activity.clone());
+        activity
+    }
+
+    fn run(&mut self, id: FunctionId, given: &[Activity], name: &str, e: &Expr) -> Activity {
+        let model = self.model;
+        let Some(function) = model.functions.get(id.0 as usize) else { return NONE };
+        self.running.push(id);
+        self.checker.trail.push(Step { span: e.span, name: name.into() });
+        for (local, activity) in function.captures.iter().chain(&function.params).zip(given) {
             self.locals.insert(*local, activity.clone());
         }
         let activity = self.expr(&function.body);
         self.checker.trail.pop();
         self.running.pop();
+        activity
+    }
+
+    /// A function whose derivative is given may round what it likes; the derivative may not, as it has one itself.
+    fn by_hand(&mut self, by_hand: &ByHand, key: (FunctionId, Vec<Activity>), name: &str, e: &Expr) -> Activity {
+        let first = key.1.iter().filter_map(Activity::any).min();
+        if !self.running.contains(&by_hand.function) && first.is_some() {
+            let captures = self.model.functions[key.0.0 as usize].captures.len();
+            let tangents = by_hand.params.iter().map(|p| key.1[captures + p].clone());
+            let given: Vec<Activity> = key.1.iter().cloned().chain(tangents).collect();
+            self.run(by_hand.function, &given, name, e);
+        }
+        let activity = Activity::All(first);
         self.known.insert(key, activity.clone());
         activity
     }

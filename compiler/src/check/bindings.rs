@@ -11,6 +11,7 @@ impl<'a> Checker<'a> {
     pub(super) fn block(&mut self, items: &'a [Item], result: Option<&'a ast::Expr>, span: Span) -> Expr {
         let mark = self.env.names.len();
         let mut statements = Vec::new();
+        self.pair_derivatives(items);
         for item in items {
             self.statement(item, &mut statements);
         }
@@ -44,8 +45,8 @@ impl<'a> Checker<'a> {
                 let condition = self.expr(&decl.condition);
                 self.require(condition, decl.message.as_deref(), item.span, out);
             }
-            ItemKind::Derivative(decl) => self.report(super::modules::unsupported_derivative(decl)),
-            ItemKind::Error => {}
+            // Derivatives were paired with their functions.
+            ItemKind::Derivative(_) | ItemKind::Error => {}
             ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) => {
                 let error = Diagnostic::error("misplaced", item.span, "this belongs in the body of a model");
                 self.report(error.hint("write it directly between the braces of `model name { ... }`"));

@@ -31,6 +31,8 @@ pub(super) struct Checker<'a> {
     pub(super) trail: Vec<Step>,
     /// Free names of lambdas and functions, by the address of their tree.
     pub(super) free_names: HashMap<usize, Rc<[&'a str]>>,
+    /// Derivatives by hand, by the address of their function's tree.
+    pub(super) by_hand: HashMap<usize, &'a ast::DerivativeDecl>,
     /// Where numbers are written without a unit.
     pub(super) bare_literals: HashSet<Span>,
     diagnostics: Vec<Diagnostic>,
@@ -110,7 +112,7 @@ impl Code<'_> {
 
 impl<'a> Checker<'a> {
     pub(super) fn new(modules: &'a [Module<'a>], options: &'a CheckOptions) -> Checker<'a> {
-        Checker {
+        let mut checker = Checker {
             modules,
             options,
             locals: Vec::new(),
@@ -122,12 +124,15 @@ impl<'a> Checker<'a> {
             env: Env { module: 0, names: Vec::new() },
             trail: Vec::new(),
             free_names: HashMap::new(),
+            by_hand: HashMap::new(),
             bare_literals: HashSet::new(),
             diagnostics: Vec::new(),
             reported: HashSet::new(),
             nodes: 0,
             exhausted: false,
-        }
+        };
+        modules.iter().for_each(|module| checker.pair_derivatives(module.items));
+        checker
     }
 
     pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {

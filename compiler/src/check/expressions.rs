@@ -259,7 +259,8 @@ impl<'a> Checker<'a> {
 
     pub(super) fn local_function(&mut self, decl: &'a FunctionDecl) -> Expr {
         let address = std::ptr::from_ref(decl) as usize;
-        let free = self.free_names.entry(address).or_insert_with(|| free::of_function(decl).into()).clone();
+        let given = self.given_derivative(decl);
+        let free = self.free_names.entry(address).or_insert_with(|| free::of_function(decl, given).into()).clone();
         self.capture(&decl.name.text, Code::Function(self.env.module, decl), &free, decl.name.span)
     }
 

@@ -24,6 +24,11 @@ pub(super) fn finish(checker: &Checker<'_>, model: &mut Model) {
     model.for_each_root_mut(&mut |e| renumber(e, &numbers));
     for function in &mut model.functions {
         renumber(&mut function.body, &numbers);
+        if let Some(by_hand) = &mut function.by_hand
+            && let Some(number) = numbers.get(&by_hand.function)
+        {
+            by_hand.function = *number;
+        }
     }
     model.closures = checker
         .closures
@@ -87,6 +92,7 @@ impl Order<'_, '_> {
         let mut rest = Vec::new();
         if let Some(function) = self.checker.function(id) {
             callees(&function.body, &mut rest);
+            rest.extend(function.by_hand.iter().map(|d| d.function));
         }
         rest.reverse();
         let number = self.visits.len();

@@ -1,6 +1,6 @@
 //! The names that a function uses from outside of itself, and all names of a file.
 
-use crate::syntax::ast::{Expr, ExprKind, FnParam, FunctionDecl, Item, ItemKind, Pattern};
+use crate::syntax::ast::{DerivativeDecl, Expr, ExprKind, FnParam, FunctionDecl, Item, ItemKind, Pattern};
 use std::collections::{HashMap, HashSet};
 
 /// Names that occur free in a lambda, each once, in the order of their first use.
@@ -10,11 +10,14 @@ pub(super) fn of_lambda<'a>(params: &'a [FnParam], body: &'a Expr) -> Vec<&'a st
     walk.free
 }
 
-/// Names that occur free in a function, its own name not among them.
-pub(super) fn of_function(decl: &FunctionDecl) -> Vec<&str> {
+/// Names that occur free in a function and its derivative by hand, its own name not among them.
+pub(super) fn of_function<'a>(decl: &'a FunctionDecl, derivative: Option<&'a DerivativeDecl>) -> Vec<&'a str> {
     let mut walk = Walk::default();
     walk.push(&decl.name.text);
     walk.function(&decl.params, &decl.body);
+    if let Some(derivative) = derivative {
+        walk.derivative(derivative);
+    }
     walk.free
 }
 
@@ -71,6 +74,13 @@ impl<'a> Walk<'a> {
         self.truncate(mark);
     }
 
+    fn derivative(&mut self, decl: &'a DerivativeDecl) {
+        let mark = self.bound.len();
+        decl.params.iter().chain(&decl.tangents).for_each(|i| self.push(&i.text));
+        self.expr(&decl.body);
+        self.truncate(mark);
+    }
+
     fn items(&mut self, items: &'a [Item]) {
         let mark = self.bound.len();
         for item in items {
@@ -88,10 +98,7 @@ impl<'a> Walk<'a> {
             }
             ItemKind::Derivative(decl) => {
                 self.name(&decl.function.text);
-                let mark = self.bound.len();
-                decl.params.iter().chain(&decl.tangents).for_each(|i| self.push(&i.text));
-                self.expr(&decl.body);
-                self.truncate(mark);
+                self.derivative(decl);
             }
             ItemKind::Let(binding) => {
                 self.expr(&binding.value);

@@ -56,11 +56,15 @@ impl<'a> Checker<'a> {
             }
             _ => Instance::Failed,
         };
+        let args = key.1.clone();
         let result = match &done {
             Instance::Done(function, ty) => Some((*function, ty.clone())),
             _ => None,
         };
         self.instances.insert(key, done);
+        if let Some((function, ty)) = &result {
+            self.attach_derivative(id, &args, (*function, ty), span);
+        }
         result
     }
 
@@ -94,7 +98,7 @@ impl<'a> Checker<'a> {
         let body = self.convert(call, &real);
         let function = FunctionId(self.functions.len() as u32);
         let name = self.closure(id).name.to_string();
-        self.functions.push(Some(Function { name, captures, params, body, recursive: false, span }));
+        self.functions.push(Some(Function { name, captures, params, body, recursive: false, by_hand: None, span }));
         self.instances.insert(key, Instance::Done(function, real.clone()));
         Some((function, real))
     }
@@ -169,6 +173,7 @@ impl<'a> Checker<'a> {
             params,
             body,
             recursive: false,
+            by_hand: None,
             span: definition(code, span),
         })
     }

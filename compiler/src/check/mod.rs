@@ -14,6 +14,7 @@ mod activity;
 mod annotations;
 mod bindings;
 mod builtins;
+mod by_hand;
 mod calls;
 mod comparisons;
 mod constants;

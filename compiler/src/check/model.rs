@@ -149,6 +149,7 @@ impl<'a> Checker<'a> {
         locals: &mut Vec<LocalId>,
     ) {
         let mut position = 0;
+        self.pair_derivatives(items);
         for item in items {
             match &item.kind {
                 ItemKind::Param(decl) | ItemKind::Input(decl) if body.loops + body.conditions > 0 => {

@@ -5,7 +5,7 @@ use super::stdlib::{self, MODULES};
 use super::suggest::nearest;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Loader, Sources, Span};
-use crate::syntax::ast::{DerivativeDecl, File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
+use crate::syntax::ast::{File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
 use std::collections::{HashMap, HashSet};
 
 /// How many files a script may use, directly or not.
@@ -307,8 +307,8 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
                 }
             }
         }
-        ItemKind::Derivative(decl) => diagnostics.push(unsupported_derivative(decl)),
-        ItemKind::Use(_) | ItemKind::Error => {}
+        // Derivatives are paired with their functions later.
+        ItemKind::Derivative(_) | ItemKind::Use(_) | ItemKind::Error => {}
         ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) | ItemKind::Require(_) => diagnostics.push(
             Diagnostic::error("misplaced", item.span, "this belongs in a model")
                 .hint("write it between the braces of `model name { ... }`"),
@@ -317,14 +317,4 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
             diagnostics.push(Diagnostic::error("misplaced", item.span, "a statement like this belongs in a model"));
         }
     }
-}
-
-/// What to say of a derivative by hand.
-pub(super) fn unsupported_derivative(decl: &DerivativeDecl) -> Diagnostic {
-    Diagnostic::error(
-        "unsupported",
-        decl.function.span,
-        format!("a derivative by hand of '{}' is not supported by this version", decl.function.text),
-    )
-    .hint("leave it out: the derivative is made from the function itself")
 }

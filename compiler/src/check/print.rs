@@ -30,6 +30,9 @@ impl Printer<'_> {
                 let _ = write!(self.out, "[{}]", captures.join(", "));
             }
             let _ = write!(self.out, "({}) -> {result} = ", params.join(", "));
+            if let Some(by_hand) = &function.by_hand {
+                let _ = write!(self.out, "/* its derivative: @{} */ ", by_hand.function.0);
+            }
             self.expr(&function.body, 0);
             self.out.push_str("\n\n");
         }

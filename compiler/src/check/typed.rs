@@ -75,8 +75,21 @@ pub struct Function {
     pub body: Expr,
     /// Whether it may call itself at run time, directly or through others.
     pub recursive: bool,
+    /// Its derivative, where the author gave one.
+    pub by_hand: Option<ByHand>,
     /// Where it is defined.
     pub span: Span,
+}
+
+/// A derivative by hand: a function of the captures and parameters of the one that it belongs to and, after them, of
+/// the tangents of some parameters; what it gives is the tangent of the result.
+#[derive(Clone, Debug)]
+pub struct ByHand {
+    /// The function.
+    pub function: FunctionId,
+    /// For each tangent the index of its parameter, ascending. The type of a tangent is that of its parameter with every
+    /// int made a real; the tangent of an int is zero.
+    pub params: Vec<usize>,
 }
 
 /// A free parameter.

@@ -1,7 +1,7 @@
 //! Which parameters a result depends on, as far as a derivative is concerned.
 
 use crate::ir::graph::References;
-use crate::ir::{Function, FunctionId, Module, Op, Type, Unary, Value};
+use crate::ir::{ByHand, Function, FunctionId, Module, Op, Type, Unary, Value};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -62,7 +62,10 @@ impl Dependence {
         loop {
             let mut changed = false;
             for f in &new {
-                let sets = self.of_results(module, module.function(*f));
+                let sets = match module.by_hand.get(f) {
+                    Some(by_hand) => self.by_hand(module.function(*f), by_hand),
+                    None => self.of_results(module, module.function(*f)),
+                };
                 changed |= *self.results[f] != sets;
                 self.results.insert(*f, Rc::new(sets));
             }
@@ -71,6 +74,19 @@ impl Dependence {
             }
         }
         self.results[&function].clone()
+    }
+
+    /// What the results of a function depend on by the derivative that was given.
+    fn by_hand(&mut self, function: &Function, by_hand: &ByHand) -> Vec<Set> {
+        let known = self.results.get(&by_hand.function).cloned().unwrap_or_default();
+        let first = function.params.len();
+        let own = |set: &Set| {
+            let mut params = Set::default();
+            let tangents = set.iter().filter_map(|p| by_hand.tangents.get(p.checked_sub(first)?).copied().flatten());
+            tangents.for_each(|p| params.insert(p as usize));
+            params
+        };
+        known.iter().map(own).collect()
     }
 
     fn of_results(&mut self, module: &Module, function: &Function) -> Vec<Set> {

@@ -93,11 +93,11 @@ impl Expanded {
 fn tangents_of(
     forward: &mut Forward<'_>,
     b: &mut FunctionBuilder,
-    function: FunctionId,
+    id: FunctionId,
     args: &[Value],
     seeds: &[(u32, Value)],
 ) -> Result<Vec<Value>, DiffError> {
-    let function = forward.function(function);
+    let function = forward.function(id);
     let zero = b.real(0.0);
     let mut tangents = vec![Tangents::new(); args.len()];
     for (i, seed) in seeds {
@@ -105,6 +105,6 @@ fn tangents_of(
             tangents[*i as usize].insert(0, *seed);
         }
     }
-    let (_, tangents) = forward.splice(b, &function, args, &tangents)?;
+    let (_, tangents) = forward.differentiated(b, id, args, &tangents)?;
     Ok(tangents.iter().map(|t| t.get(&0).copied().unwrap_or(zero)).collect())
 }

@@ -54,6 +54,34 @@ impl<'m> Forward<'m> {
         self.module.function(id).clone()
     }
 
+    /// A function's results and their tangents: by its operations, or as a derivative by hand has them.
+    pub(super) fn differentiated(
+        &mut self,
+        b: &mut FunctionBuilder,
+        id: FunctionId,
+        args: &[Value],
+        tangents: &[Tangents],
+    ) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
+        let function = self.function(id);
+        let Some(by_hand) = self.module.by_hand.get(&id).cloned() else {
+            return self.splice(b, &function, args, tangents);
+        };
+        let results = b.call(id, args.to_vec(), &function.result_types());
+        let zero = b.real(0.0);
+        let mut derivatives = vec![Tangents::new(); results.len()];
+        let varied = by_hand.tangents.iter().flatten().map(|p| &tangents[*p as usize]);
+        for d in varied.fold(Vec::new(), |all, t| union(&all, &t.keys().copied().collect::<Vec<_>>())) {
+            let of = |p: u32| tangents[p as usize].get(&d).copied();
+            let mut all = args.to_vec();
+            all.extend(by_hand.tangents.iter().map(|p| p.and_then(of).unwrap_or(zero)));
+            let made = b.call(by_hand.function, all, &vec![Type::Real; results.len()]);
+            for (tangents, made) in derivatives.iter_mut().zip(made) {
+                tangents.insert(d, made);
+            }
+        }
+        Ok((results, derivatives))
+    }
+
     /// Makes the derived functions that what was spliced calls.
     pub(super) fn finish(mut self) -> Result<(), DiffError> {
         while let Some((derived, id)) = self.left.pop() {
@@ -212,7 +240,7 @@ impl<'m> Forward<'m> {
             }
         }
         let mut b = FunctionBuilder::new(format!("d{}", old.name), params);
-        let (results, tangents) = self.splice(&mut b, &old, &args, &tangents)?;
+        let (results, tangents) = self.differentiated(&mut b, derived.function, &args, &tangents)?;
         let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
         let zero = b.real(0.0);
         for (k, directions) in derived.results.iter().enumerate() {

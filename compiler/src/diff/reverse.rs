@@ -4,7 +4,7 @@ use super::dependence::{Dependence, Set};
 use super::rules::{self, Rule};
 use super::{DiffError, check_size};
 use crate::ir::inline::Limits;
-use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
+use crate::ir::{ByHand, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::HashMap;
 
 /// The derivative of what is differentiated by a value.
@@ -183,6 +183,27 @@ impl<'m> Reverse<'m> {
         id
     }
 
+    /// The adjoints of a function whose derivative is given. That is linear in the tangents: its own pullback by them,
+    /// which does not depend on what they are, is its transpose.
+    fn transposed(
+        &mut self,
+        b: &mut FunctionBuilder,
+        derived: &Derived,
+        by_hand: &ByHand,
+        args: &[Value],
+    ) -> Vec<Option<Value>> {
+        let wanted = |t: &usize| by_hand.tangents[*t].is_some_and(|p| derived.params.contains(&p));
+        let tangents: Vec<usize> = (0..by_hand.tangents.len()).filter(wanted).collect();
+        let params = tangents.iter().map(|t| (args.len() + t) as u32).collect();
+        let pullback = self.derived(by_hand.function, params, derived.results.clone(), derived.masked);
+        let mut all = args.to_vec();
+        all.extend(by_hand.tangents.iter().map(|_| b.real(0.0)));
+        all.extend((0..derived.results.len()).map(|k| b.param(args.len() + k)));
+        let made = b.call(pullback, all, &vec![Type::Real; tangents.len()]);
+        let of = |p: &u32| tangents.iter().position(|t| by_hand.tangents[*t] == Some(*p)).map(|k| made[k]);
+        derived.params.iter().map(of).collect()
+    }
+
     fn derive(&mut self, derived: &Derived) -> Result<Function, DiffError> {
         let old = self.module.function(derived.function).clone();
         let mut params = old.params.clone();
@@ -194,7 +215,10 @@ impl<'m> Reverse<'m> {
             let value = b.param(args.len() + position);
             adjoints[*k as usize] = Some(Adjoint { value, masked: derived.masked });
         }
-        let (_, adjoints) = self.splice(&mut b, &old, &args, &adjoints, &derived.params)?;
+        let adjoints = match self.module.by_hand.get(&derived.function).cloned() {
+            Some(by_hand) => self.transposed(&mut b, derived, &by_hand, &args),
+            None => self.splice(&mut b, &old, &args, &adjoints, &derived.params)?.1,
+        };
         let zero = b.real(0.0);
         let named = derived.params.iter().zip(adjoints);
         Ok(b.finish(named.map(|(i, a)| (bar(&old.params[*i as usize].name).name, a.unwrap_or(zero)))))

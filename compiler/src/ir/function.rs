@@ -6,6 +6,7 @@
 //! works on functions only. Points, arrays, tuples and closures were split into scalars by the lowering.
 
 use crate::source::Span;
+use std::collections::BTreeMap;
 
 /// A value: the index of the node that makes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -39,6 +40,18 @@ pub struct Module {
     pub functions: Vec<Function>,
     /// What [`Op::Guard`] may report.
     pub failures: Vec<Failure>,
+    /// Functions whose derivative is not that of their operations. They are not inlined, or it would be.
+    pub by_hand: BTreeMap<FunctionId, ByHand>,
+}
+
+/// A derivative that a script gives for a function f(p..) -> r..: a function `(p.., tangents..) -> dr..`, linear in the
+/// tangents. All results are Real.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ByHand {
+    /// The function.
+    pub function: FunctionId,
+    /// For each tangent which parameter of f it belongs to; nothing for one that is always zero.
+    pub tangents: Vec<Option<u32>>,
 }
 
 /// What to say where a guard fails.

@@ -1,6 +1,6 @@
 //! Which functions name which.
 
-use super::{FunctionId, Module, Op};
+use super::{ByHand, FunctionId, Module, Op};
 
 /// The functions that some roots reach, with the strongly connected components of their references.
 #[derive(Clone, Debug)]
@@ -33,7 +33,10 @@ impl References {
         let successors = |f: usize| -> Vec<usize> {
             let nodes = &module.functions[f].nodes;
             let ops = nodes.iter().map(|node| &node.op).filter(|op| follow(op));
-            ops.flat_map(Op::functions).map(|g| g.0 as usize).collect()
+            // A derivative by hand is run where its function is called.
+            let by_hand = module.by_hand.get(&FunctionId(f as u32)).map(|d| d.function);
+            let by_hand = by_hand.filter(|d| follow(&Op::Call { function: *d, args: Vec::new() }));
+            ops.flat_map(Op::functions).chain(by_hand).map(|g| g.0 as usize).collect()
         };
         for root in roots {
             search.from(root.0 as usize, &successors);
@@ -137,6 +140,11 @@ impl Module {
                 node.op = node.op.map_functions(|f| renumbered[f.0 as usize]);
             }
         }
+        let by_hand = std::mem::take(&mut self.by_hand).into_iter();
+        let kept = by_hand.filter(|(f, _)| renumbered[f.0 as usize] != FunctionId(u32::MAX));
+        self.by_hand = kept
+            .map(|(f, d)| (renumbered[f.0 as usize], ByHand { function: renumbered[d.function.0 as usize], ..d }))
+            .collect();
         for root in roots {
             *root = renumbered[root.0 as usize];
         }

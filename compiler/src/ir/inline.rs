@@ -55,7 +55,7 @@ impl InlineError {
     }
 }
 
-/// Inlines all calls of functions that are not recursive, in the roots and everything that they reach. Branches
+/// Inlines all calls of functions that are not recursive and have no derivative by hand, in the roots and everything that they reach. Branches
 /// whose condition is thereby known are inlined as well.
 ///
 /// # Errors
@@ -141,7 +141,8 @@ impl Inliner<'_> {
             },
             _ => return None,
         };
-        (!self.references.is_recursive(function)).then(|| (function, args.clone()))
+        let stays = self.references.is_recursive(function) || self.module.by_hand.contains_key(&function);
+        (!stays).then(|| (function, args.clone()))
     }
 }
 

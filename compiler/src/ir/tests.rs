@@ -246,7 +246,7 @@ fn malformed_functions_are_rejected() {
         let names = results.iter().map(|r| r.to_string()).collect();
         let results = results.into_iter().map(Value).collect();
         let function = Function { name: "f".into(), params: reals(&["x"]), nodes, results, result_names: names };
-        let module = Module { functions: vec![function], failures: vec![] };
+        let module = Module { functions: vec![function], ..Module::default() };
         validate(&module).map_err(|e| e.problem)
     };
     let (v0, v1, f0) = (Value(0), Value(1), FunctionId(0));

@@ -1,7 +1,7 @@
 //! Whether a module is well formed.
 
 use super::graph::References;
-use super::{Binary, Function, FunctionId, Module, Node, Op, Type, Unary, Value};
+use super::{Binary, ByHand, Function, FunctionId, Module, Node, Op, Type, Unary, Value};
 
 /// What is wrong with a module.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -63,6 +63,14 @@ pub fn validate(module: &Module) -> Result<(), Invalid> {
             })?;
         }
     }
+    for (f, by_hand) in &module.by_hand {
+        check_by_hand(module, *f, by_hand).map_err(|problem| Invalid {
+            function: f.0,
+            name: module.functions.get(f.0 as usize).map_or(String::new(), |f| f.name.clone()),
+            node: None,
+            problem,
+        })?;
+    }
     let all: Vec<FunctionId> = (0..module.functions.len() as u32).map(FunctionId).collect();
     let bodies = References::along(module, &all, |op| !matches!(op, Op::Call { .. }));
     match all.iter().find(|f| bodies.is_recursive(**f)) {
@@ -110,6 +118,19 @@ fn check_shape(function: &Function) -> Result<(), (Option<u32>, Problem)> {
     let named = function.results.len() == function.result_names.len();
     let real = |r: &Value| function.nodes.get(r.0 as usize).is_some_and(|n| n.ty != Type::Multi);
     if named && function.results.iter().all(real) { Ok(()) } else { Err((None, Problem::Results)) }
+}
+
+/// A derivative by hand takes the function's parameters and Real tangents, and gives a Real for every result.
+fn check_by_hand(module: &Module, f: FunctionId, by_hand: &ByHand) -> Result<(), Problem> {
+    let get = |id: FunctionId| module.functions.get(id.0 as usize).ok_or(Problem::Reference);
+    let (f, derivative) = (get(f)?, get(by_hand.function)?);
+    let tangents = by_hand.tangents.iter().map(|_| Type::Real);
+    let params = f.params.iter().map(|p| p.ty).chain(tangents);
+    require(derivative.params.iter().map(|p| p.ty).eq(params), Problem::Signature)?;
+    require(derivative.results.len() == f.results.len(), Problem::Signature)?;
+    require(derivative.result_types().iter().all(|t| *t == Type::Real), Problem::Types)?;
+    let known = |i: &u32| f.params.get(*i as usize).is_some_and(|p| p.ty == Type::Real);
+    require(by_hand.tangents.iter().flatten().all(known), Problem::Reference)
 }
 
 fn require(condition: bool, problem: Problem) -> Result<(), Problem> {

@@ -16,7 +16,7 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
-use super::{FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
+use super::{ByHand, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::diagnostic::Diagnostic;
 use crate::program;
@@ -52,6 +52,7 @@ pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
     for index in 0..model.functions.len() {
         lowerer.function(index)?;
     }
+    lowerer.derivatives_by_hand();
     let bounds = lowerer.bounds()?;
     let requires = lowerer.requires()?;
     let parts = model.parts.iter().map(|part| lowerer.part(part)).collect::<Result<_, _>>()?;
@@ -146,6 +147,24 @@ impl<'m> Lowerer<'m> {
         let function = frame.finish(&function.body, results);
         self.module.define(self.instances[index], function);
         Ok(())
+    }
+
+    /// Which scalar each tangent of a derivative by hand belongs to.
+    fn derivatives_by_hand(&mut self) {
+        let model = self.model;
+        for (index, function) in model.functions.iter().enumerate() {
+            let Some(by_hand) = &function.by_hand else { continue };
+            let types = |local: &LocalId| model.scalars(&model.locals[local.0 as usize].ty);
+            let captures: usize = function.captures.iter().map(|l| types(l).len()).sum();
+            let mut tangents = Vec::new();
+            for param in &by_hand.params {
+                let start = captures + function.params[..*param].iter().map(|l| types(l).len()).sum::<usize>();
+                let own = types(&function.params[*param]).into_iter().zip(start as u32..);
+                tangents.extend(own.map(|(ty, i)| (ty == super::Type::Real).then_some(i)));
+            }
+            let derivative = ByHand { function: self.instances[by_hand.function.0 as usize], tangents };
+            self.module.by_hand.insert(self.instances[index], derivative);
+        }
     }
 
     fn bounds(&mut self) -> Result<FunctionId, TooLarge> {
