@@ -50,6 +50,17 @@ pub(crate) struct ScriptArgs {
     /// Set an input of the model, such as bolts=6 (may be repeated)
     #[arg(long = "input", value_name = "NAME=VALUE")]
     pub(crate) inputs: Vec<String>,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+/// What bounds the work that a script may make.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct LimitArgs {
+    /// Set a limit on what the script may take: steps, depth, nesting, instances, turns, nodes or operations, such as
+    /// steps=1000000 (may be repeated)
+    #[arg(long = "limit", value_name = "NAME=N")]
+    pub(crate) limits: Vec<String>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -259,6 +270,8 @@ pub(crate) struct VarianceArgs {
     /// Set an input of the model, such as bolts=6 (may be repeated)
     #[arg(long = "input", value_name = "NAME=VALUE")]
     pub(crate) inputs: Vec<String>,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
     #[command(flatten)]
     pub(crate) values: ValueArgs,
     #[command(flatten)]

@@ -1,6 +1,6 @@
 //! Scripts from files: loading, compiling, values of parameters.
 
-use crate::cli::{ScriptArgs, ValueArgs};
+use crate::cli::{LimitArgs, ScriptArgs, ValueArgs};
 use crate::error::{CommandError, ScriptErrors};
 use crate::values;
 use gml_compiler::program::{self, Compilation, Options, Program};
@@ -70,11 +70,24 @@ pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandE
         let (name, value) = values::assignment("--input", given)?;
         inputs.insert(name.to_owned(), values::input_value(name, value)?);
     }
-    let options = Options { inputs, ..Options::default() };
+    let mut options = Options { inputs, ..Options::default() };
+    set_limits(&mut options, &args.limits)?;
     let file = SourceFile { name: args.model.display().to_string(), text };
     program::compile(file, &FileLoader, &options).map_err(|failed| {
         CommandError::Script(Box::new(ScriptErrors { diagnostics: failed.diagnostics, sources: failed.sources }))
     })
+}
+
+/// Sets the limits that the command line names.
+fn set_limits(options: &mut Options, args: &LimitArgs) -> Result<(), CommandError> {
+    for given in &args.limits {
+        let (name, value) = values::assignment("--limit", given)?;
+        let value = value.parse().map_err(|_| {
+            CommandError::usage(format!("--limit {name}: '{value}' is not a whole number such as 100000"))
+        })?;
+        options.set_limit(name, value).map_err(|e| CommandError::usage(format!("--limit: {e}")))?;
+    }
+    Ok(())
 }
 
 /// The parameters from defaults, a fit and `-p`, with the pose that the fit added.

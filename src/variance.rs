@@ -25,7 +25,9 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
 fn surface(args: &VarianceArgs, size: u32) -> Result<Surface, CommandError> {
     let name = args.reference.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     if name == "gml" {
-        let program = script::compile(&ScriptArgs { model: args.reference.clone(), inputs: args.inputs.clone() })?;
+        let script =
+            ScriptArgs { model: args.reference.clone(), inputs: args.inputs.clone(), limits: args.limits.clone() };
+        let program = script::compile(&script)?;
         let (x, motion) = script::parameters(&program, &args.values)?;
         return Surface::of_program(&program, &x, &motion, size);
     }

@@ -126,6 +126,52 @@ fn what_is_wrong_with_files_and_options_is_said() {
     assert!(!folder.path().join("cup.obj").exists());
 }
 
+/// Every limit is met by a script that is fine without it, and the error names the option that raises it.
+#[test]
+fn limits_are_options() {
+    let folder = tempdir().expect("a folder");
+    let script = "\
+fn count(n: int) -> real = if n == 0 { 0 } else { 1 + count(n - 1) }
+fn halvings(x: real) -> real = if x < 1 { 0 } else { 1 + halvings(x / 2) }
+model m {
+  param a: real in 1..1e9 = 1000
+  let known = count(20)
+  let many = sum(for i in 0..40 { i })
+  let long = fold(0.0, 0..100, |s, i| s + a / (i + 1))
+  part p = cylinder(1mm * (known + many + halvings(a) + long), 1mm)
+}
+";
+    fs::write(folder.path().join("m.gml"), script).expect("written");
+    let all = "steps=1000000,depth=1000,nesting=400,instances=20000,turns=4096,nodes=4000000,operations=400000";
+    let mut args = vec!["mesh", "m.gml", "-o", "m.ply", "--chord", "1mm"];
+    all.split(',').for_each(|limit| args.extend(["--limit", limit]));
+    gmlc(folder.path(), &args);
+    let table = [
+        ("steps=20", "takes more than 20 steps (see --limit steps)"),
+        ("depth=5", "nested deeper than 5 (see --limit depth)"),
+        ("nesting=10", "calls are nested more than 10 deep"),
+        ("instances=15", "functions are instantiated more than 15 times"),
+        ("turns=30", "this has 40 turns, and at most 30 are written out"),
+        ("nodes=100", "the script grows beyond 100 nodes"),
+        ("operations=20", "operations"),
+    ];
+    for (limit, said) in table {
+        let error = fails(folder.path(), &["mesh", "m.gml", "-o", "m.ply", "--limit", limit], 1);
+        let name = limit.split('=').next().unwrap_or_default();
+        assert!(error.contains(said) && error.contains(&format!("--limit {name}")), "{limit}: {error}");
+        assert!(error.contains("m.gml"), "{limit}: {error}");
+    }
+    for (limit, said) in [
+        ("steps=0", "must be at least 1"),
+        ("steps=many", "not a whole number"),
+        ("speed=3", "the limits are steps, depth, nesting, instances, turns, nodes, operations"),
+        ("steps", "--limit"),
+    ] {
+        let error = fails(folder.path(), &["check", "m.gml", "--limit", limit], 2);
+        assert!(error.contains(said), "{limit}: {error}");
+    }
+}
+
 #[test]
 fn a_virtual_scan_is_the_same_for_the_same_seed() {
     let folder = tempdir().expect("a folder");

@@ -239,7 +239,7 @@ impl<'a> Checker<'a> {
                 format!("the script grows beyond {} nodes when its functions are instantiated", self.options.nodes);
             self.report(
                 Diagnostic::error("too-large", span, message)
-                    .hint("long loops and deep recursion over known numbers are written out; shorten them"),
+                    .hint("long loops and deep recursion over known numbers are written out: shorten them, or raise the limit: --limit nodes=N"),
             );
         }
         !self.exhausted

@@ -2,6 +2,7 @@
 
 use super::context::{Checker, Code, boolean, error, int, known};
 use super::free;
+use super::iteration::TURNS_HINT;
 use super::typed::{Expr, ExprKind, LocalId, Type};
 use super::types::Dimension;
 use crate::diagnostic::Diagnostic;
@@ -89,7 +90,7 @@ impl<'a> Checker<'a> {
         }
         if items.len() > self.options.turns {
             let message = format!("an array may have {} elements, and this has {}", self.options.turns, items.len());
-            return self.fail(Diagnostic::error("too-large", span, message));
+            return self.fail(Diagnostic::error("too-large", span, message).hint(TURNS_HINT));
         }
         let Some(first) = items.first() else {
             // Nothing is known of its elements, and nothing will be asked of them.

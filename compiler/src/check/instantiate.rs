@@ -108,13 +108,14 @@ impl<'a> Checker<'a> {
         if self.trail.len() >= self.options.depth {
             let message = format!("calls are nested more than {} deep, most deeply in '{name}'", self.options.depth);
             self.report(Diagnostic::error("too-deep", span, message).hint(
-                "recursion must end on a known whole number or array length, or the function's parameters and result must be annotated with their types",
+                "recursion must end on a known whole number or array length, or the function's parameters and result must be annotated with their types; if it does end, raise the limit: --limit nesting=N",
             ));
             return false;
         }
         if self.functions.len() >= self.options.instances {
             let message = format!("functions are instantiated more than {} times", self.options.instances);
-            self.report(Diagnostic::error("too-large", span, message));
+            let error = Diagnostic::error("too-large", span, message);
+            self.report(error.hint("the limit can be raised: --limit instances=N"));
             return false;
         }
         true

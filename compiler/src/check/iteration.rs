@@ -8,6 +8,9 @@ use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp, Pattern};
 
+/// How more is allowed.
+pub(super) const TURNS_HINT: &str = "the limit can be raised: --limit turns=N";
+
 impl<'a> Checker<'a> {
     /// `for pattern in iterable { body }`: an array, written out.
     pub(super) fn comprehension(
@@ -79,7 +82,7 @@ impl<'a> Checker<'a> {
             return true;
         }
         let message = format!("this has {count} turns, and at most {limit} are written out");
-        self.report(Diagnostic::error("too-large", span, message));
+        self.report(Diagnostic::error("too-large", span, message).hint(TURNS_HINT));
         false
     }
 

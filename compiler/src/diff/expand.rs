@@ -12,7 +12,7 @@ use crate::ir::{self, Function, FunctionBuilder, FunctionId, Module, Op, Type, V
 /// # Errors
 /// If a function needs its own derivative, or a derivative would be too large.
 pub fn expand(module: &mut Module, roots: &[FunctionId]) -> Result<(), DiffError> {
-    expand_within(module, roots, Limits::default())
+    expand_within(module, roots, module.limits)
 }
 
 /// [`expand`] with limits of one's own; they hold for every function whose derivative is taken.

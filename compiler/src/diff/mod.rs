@@ -15,7 +15,7 @@
 //!   Evaluating Derivatives, 2nd ed., chapter 12.) Transposing the forward derivative would take n turns for each
 //!   unknown.
 
-use crate::ir::inline::{InlineError, Limits};
+use crate::ir::inline::InlineError;
 use crate::ir::{self, FunctionBuilder, FunctionId, Module, Parameter, Type, Value};
 use crate::source::Span;
 
@@ -83,7 +83,8 @@ pub fn tangent(module: &mut Module, function: FunctionId, active: &[u32]) -> Res
         tangents[*i as usize].insert(0, builder.param(old.params.len() + position));
     }
     let args = builder.params()[..old.params.len()].to_vec();
-    let mut forward = Forward::new(module, Limits::default());
+    let limits = module.limits;
+    let mut forward = Forward::new(module, limits);
     let (results, tangents) = forward.splice(&mut builder, &old, &args, &tangents)?;
     forward.finish()?;
     let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
@@ -113,7 +114,8 @@ pub fn jacobian(module: &mut Module, function: FunctionId, wrt: &[u32]) -> Resul
         tangents[*i as usize].insert(*i, one);
     }
     let args = builder.params();
-    let mut forward = Forward::new(module, Limits::default());
+    let limits = module.limits;
+    let mut forward = Forward::new(module, limits);
     let (results, tangents) = forward.splice(&mut builder, &old, &args, &tangents)?;
     forward.finish()?;
     let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
@@ -184,7 +186,7 @@ pub fn pullback(
 
 /// Inlines and simplifies what was made.
 fn clean(module: &mut Module, id: FunctionId) -> Result<(), DiffError> {
-    ir::inline(module, &[id], Limits::default())?;
+    ir::inline(module, &[id], module.limits)?;
     ir::simplify(module, &[id]);
     Ok(())
 }

@@ -3,7 +3,6 @@
 use super::dependence::{Dependence, Set};
 use super::rules::{self, Rule};
 use super::{DiffError, check_size};
-use crate::ir::inline::Limits;
 use crate::ir::{ByHand, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::HashMap;
 
@@ -95,7 +94,7 @@ impl<'m> Reverse<'m> {
         // The adjoints of a structured node's results, until the sweep comes to it.
         let mut several: HashMap<Value, Vec<(u32, Adjoint)>> = HashMap::new();
         for node in function.values().rev() {
-            check_size(b, &function.name, Limits::default().nodes)?;
+            check_size(b, &function.name, self.module.limits.nodes)?;
             b.set_span(function.nodes[node.0 as usize].span);
             let op = function.op(node);
             if let Some(mut results) = several.remove(&node) {

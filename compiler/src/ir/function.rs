@@ -5,6 +5,7 @@
 //! bodies (the values that a body uses from outside are handed in as arguments); every transformation therefore
 //! works on functions only. Points, arrays, tuples and closures were split into scalars by the lowering.
 
+use super::inline::Limits;
 use crate::source::Span;
 use std::collections::BTreeMap;
 
@@ -42,6 +43,8 @@ pub struct Module {
     pub failures: Vec<Failure>,
     /// Functions whose derivative is not that of their operations. They are not inlined, or it would be.
     pub by_hand: BTreeMap<FunctionId, ByHand>,
+    /// How large it may grow by inlining and differentiation.
+    pub limits: Limits,
 }
 
 /// A derivative that a script gives for a function f(p..) -> r..: a function `(p.., tangents..) -> dr..`, linear in the

@@ -13,14 +13,18 @@ use origin::Origin;
 pub struct Limits {
     /// Nodes evaluated.
     pub steps: u64,
-    /// Functions running at once; more than 1000 are never allowed, since they take the stack of the thread.
+    /// Functions running at once; more than 1000 are never allowed.
     pub depth: usize,
     /// Values held at once.
     pub memory: usize,
 }
 
-/// What fits on the stack of a thread of 2 MiB (the default of Rust's) with room to spare.
+/// More than a script's author means to have.
 const MOST_DEPTH: usize = 1000;
+
+/// Stack that must be left before a function is run, and how much is added where it is not.
+const STACK_LEFT: usize = 128 << 10;
+const STACK_MORE: usize = 2 << 20;
 
 impl Default for Limits {
     fn default() -> Limits {
@@ -129,7 +133,8 @@ impl<'m> Interpreter<'m> {
     fn run(&mut self, function: FunctionId, args: Vec<Scalar>, span: Span) -> Result<Vec<Scalar>, RunError> {
         let module = self.module;
         let function = module.function(function);
-        let values = self.evaluate(function, &args, span)?;
+        // The stack follows the depth, which the limit bounds.
+        let values = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || self.evaluate(function, &args, span))?;
         let results = function.results.iter().map(|r| one(&values, *r).ok_or(RunError::Malformed(span)));
         let results = results.collect();
         self.memory += function.nodes.len();

@@ -6,7 +6,7 @@ use super::{Part, Program};
 use crate::check::{self, CheckOptions, InputValue, typed};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::diff::DiffError;
-use crate::ir::inline::InlineError;
+use crate::ir::inline::{self, InlineError};
 use crate::ir::lower;
 use crate::jit::{JitError, Limits};
 use crate::source::{Loader, SourceFile, Sources, Span};
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use thiserror::Error;
 
 /// How to compile.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Options {
     /// Values of inputs by name; the others have their defaults.
     pub inputs: BTreeMap<String, InputValue>,
@@ -22,6 +22,19 @@ pub struct Options {
     pub check: CheckOptions,
     /// The limits of every evaluation.
     pub limits: Limits,
+    /// How many operations each function may have that is compiled, and its derivatives.
+    pub operations: usize,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            inputs: BTreeMap::new(),
+            check: CheckOptions::default(),
+            limits: Limits::default(),
+            operations: inline::Limits::default().nodes,
+        }
+    }
 }
 
 /// What comes out of a script without errors.
@@ -58,8 +71,13 @@ pub(super) enum BuildError {
 impl BuildError {
     fn diagnostic(&self, model: Span) -> Diagnostic {
         match self {
-            BuildError::Inline(e) => Diagnostic::error("too-large", e.span(), e.to_string()),
-            BuildError::Diff(e @ DiffError::Size(_)) => Diagnostic::error("too-large", e.span(), e.to_string()),
+            BuildError::Inline(e) | BuildError::Diff(DiffError::Size(e)) => {
+                let error = Diagnostic::error("too-large", e.span(), e.to_string());
+                match e {
+                    InlineError::TooLarge { .. } => error.hint("the limit can be raised: --limit operations=N"),
+                    InlineError::TooDeep { .. } => error,
+                }
+            }
             BuildError::Diff(e) => Diagnostic::error("derivative", e.span(), e.to_string()),
             BuildError::Jit(e) => Diagnostic::error("machine-code", model, e.to_string()),
         }
@@ -104,7 +122,8 @@ enum Stage {
 
 /// The stages after the check.
 fn build(typed: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Stage> {
-    let lowered = lower::lower(&typed).map_err(Stage::Lower)?;
+    let limits = inline::Limits { nodes: options.operations, ..inline::Limits::default() };
+    let lowered = lower::lower_within(&typed, limits).map_err(Stage::Lower)?;
     let functions = ModelFunctions::new(&lowered).map_err(Stage::Build)?;
     let kernels = Kernels::new(&functions).map_err(|e| Stage::Build(e.into()))?;
     let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {

@@ -5,8 +5,7 @@ use crate::diff::{self, Entry};
 use crate::ir::graph::References;
 use crate::ir::split::{Body, Split, split_all};
 use crate::ir::{
-    self, Function, FunctionBuilder, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type,
-    Value, inline,
+    self, Function, FunctionBuilder, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value,
 };
 use std::collections::BTreeMap;
 
@@ -142,7 +141,7 @@ fn nothing(module: &mut Module, lowered: &LoweredModel) -> FunctionId {
 }
 
 fn clean(module: &mut Module, roots: &[FunctionId]) -> Result<(), BuildError> {
-    ir::inline(module, roots, inline::Limits::default())?;
+    ir::inline(module, roots, module.limits)?;
     ir::simplify(module, roots);
     Ok(())
 }

@@ -2,12 +2,16 @@
 
 use super::instance::Instance;
 use super::{Parameter, Program, Quantity};
+use crate::ir::interpret::RunError;
 use crate::ir::scalar::Scalar;
 use crate::ir::{FunctionId, Module, interpret};
 use crate::jit::Stop;
 use crate::source::Span;
 use std::fmt::Write as _;
 use thiserror::Error;
+
+/// How many operations are run again to find where a limit on steps was met.
+const REPLAYED_STEPS: u64 = 1_000_000;
 
 /// A model could not be evaluated.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -63,19 +67,40 @@ impl Program {
                 self.error(Some(failure.span), &failure.message, place, None)
             }
             Stop::Steps => {
-                let message = format!("the evaluation takes more than {} steps", self.limits.steps);
+                let message = format!("the evaluation takes more than {} steps (see --limit steps)", self.limits.steps);
                 self.error(self.span_of(place), &message, place, None)
             }
             Stop::Depth => {
-                let message =
-                    format!("calls are nested deeper than {}, or than there is memory for", self.limits.depth);
+                let message = format!(
+                    "calls are nested deeper than {} (see --limit depth), or than there is memory for",
+                    self.limits.depth
+                );
                 self.error(self.span_of(place), &message, place, None)
             }
         }
     }
 
+    /// The loop or call that meets a limit: the interpreter goes the same way until it meets one. Else the part.
     fn span_of(&self, place: &Place<'_>) -> Option<Span> {
-        place.patch.map(|p| self.typed.parts[p].span)
+        let limits = interpret::Limits {
+            steps: u64::from(self.limits.steps).min(REPLAYED_STEPS),
+            depth: self.limits.depth as usize,
+            ..interpret::Limits::default()
+        };
+        let [u, v] = place.uv.unwrap_or([0.5, 0.5]);
+        let of_part: Vec<Scalar> = place.x.iter().chain(&[u, v]).map(|x| Scalar::Real(*x)).collect();
+        let of_model = &of_part[..place.x.len()];
+        let requires = self.functions.requires.iter().filter(|_| place.patch.is_none());
+        let parts = self.functions.parts.iter().enumerate();
+        let parts = parts.filter(|(k, _)| place.patch.is_none_or(|patch| patch == *k));
+        let mut runs = requires.map(|r| (r.function, of_model)).chain(parts.map(|(_, p)| (p.surface, &of_part[..])));
+        let met = runs.find_map(|(function, arguments)| {
+            match interpret::run(&self.functions.module, function, arguments, limits) {
+                Err(RunError::Steps(span) | RunError::Depth(span)) if span.end > span.start => Some(span),
+                _ => None,
+            }
+        });
+        met.or_else(|| place.patch.map(|p| self.typed.parts[p].span))
     }
 
     /// `file:line:column: message (where r = 40mm, ...)`.

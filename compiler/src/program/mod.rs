@@ -13,12 +13,14 @@ mod derivatives;
 mod failure;
 mod instance;
 mod kernels;
+mod limits;
 mod parameters;
 mod text;
 
 pub use compile::{Compilation, Failed, Options, compile};
 pub use failure::EvaluationError;
 pub use instance::Instance;
+pub use limits::{LIMITS, Limit, LimitError};
 pub use parameters::{Input, Parameter, Part, Quantity};
 pub use text::EmitStage;
 

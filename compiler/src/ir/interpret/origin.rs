@@ -2,7 +2,7 @@
 
 use super::super::scalar::Scalar;
 use super::super::{FunctionId, Op, Value};
-use super::{Computed, Interpreter, RunError, one};
+use super::{Computed, Interpreter, RunError, STACK_LEFT, STACK_MORE, one};
 use crate::source::Span;
 
 /// Where a non-finite result comes from.
@@ -82,7 +82,9 @@ impl Interpreter<'_> {
             }
             _ => return Err(RunError::Malformed(span)),
         };
-        Ok(match self.origin(function, &all(operands)?, k, span)? {
+        let operands_now = all(operands)?;
+        let origin = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || self.origin(function, &operands_now, k, span))?;
+        Ok(match origin {
             Origin::Node(span) => Next::Found(span),
             Origin::Param(i, _) => Next::Operand(operands[i]),
         })

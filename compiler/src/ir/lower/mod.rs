@@ -16,6 +16,7 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
+use super::inline::Limits;
 use super::{ByHand, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::diagnostic::Diagnostic;
@@ -24,13 +25,12 @@ use crate::source::Span;
 use free::Free;
 use std::collections::HashMap;
 
-/// The greatest number of nodes that a model's functions may have together before inlining.
-const NODE_LIMIT: usize = 1_000_000;
-
 /// The model would become too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the model is too large: its program would take more than a million operations")]
+#[error("the model is too large: its program would take more than {limit} operations")]
 pub struct TooLarge {
+    /// How many nodes a model's functions may have together.
+    pub limit: usize,
     /// What could not be lowered any more.
     pub span: Span,
 }
@@ -39,7 +39,8 @@ impl TooLarge {
     /// For the user.
     #[must_use]
     pub fn diagnostic(self) -> Diagnostic {
-        Diagnostic::error("too-large", self.span, self.to_string())
+        let error = Diagnostic::error("too-large", self.span, self.to_string());
+        error.hint("the limit can be raised: --limit operations=N")
     }
 }
 
@@ -48,7 +49,15 @@ impl TooLarge {
 /// # Errors
 /// Where the model would become too large.
 pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
-    let mut lowerer = Lowerer::new(model);
+    lower_within(model, Limits::default())
+}
+
+/// [`lower`] with limits of one's own, which the module keeps.
+///
+/// # Errors
+/// Where the model would become too large.
+pub fn lower_within(model: &typed::Model, limits: Limits) -> Result<LoweredModel, TooLarge> {
+    let mut lowerer = Lowerer::new(model, limits);
     for index in 0..model.functions.len() {
         lowerer.function(index)?;
     }
@@ -109,8 +118,8 @@ struct Frame<'l, 'm> {
 }
 
 impl<'m> Lowerer<'m> {
-    fn new(model: &'m typed::Model) -> Lowerer<'m> {
-        let mut module = Module::default();
+    fn new(model: &'m typed::Model, limits: Limits) -> Lowerer<'m> {
+        let mut module = Module { limits, ..Module::default() };
         let instances = model.functions.iter().map(|_| module.reserve()).collect();
         Lowerer { model, module, instances, nodes: 0 }
     }
@@ -259,9 +268,11 @@ impl Frame<'_, '_> {
 
     /// Whether there is room for what is made here.
     fn check_size(&self, span: Span) -> Result<(), TooLarge> {
-        if self.lowerer.nodes + self.b.len() <= NODE_LIMIT {
+        // Inlining drops what is not used: there may be more before it.
+        let limit = self.lowerer.module.limits.nodes / 2 * 5;
+        if self.lowerer.nodes + self.b.len() <= limit {
             return Ok(());
         }
-        Err(TooLarge { span })
+        Err(TooLarge { limit, span })
     }
 }
