@@ -1,6 +1,7 @@
 //! Derivative programs as people read them.
 
 use super::super::*;
+use crate::ir::inline::Limits;
 use crate::ir::print::gml;
 use crate::ir::testing::{function_of, reals};
 use crate::ir::{Unary, inline};

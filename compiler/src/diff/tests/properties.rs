@@ -1,6 +1,7 @@
 //! Random functions: derivatives against differences, and against one another.
 
 use super::super::*;
+use crate::ir::inline::Limits;
 use crate::ir::testing::random::random_function;
 use crate::ir::testing::run_with;
 use crate::ir::{Op, inline, simplify, split};

@@ -1,6 +1,7 @@
 //! The special points, as LANGUAGE fixes them: a tangent that is zero stays zero, any other is not hidden.
 
 use super::super::*;
+use crate::ir::inline::Limits;
 use crate::ir::testing::{function_of, run};
 use crate::ir::{Binary, Compare, Unary};
 
