@@ -32,15 +32,8 @@ struct Callee {
 
 /// A script that follows from the bytes. Without any it is the smallest there is.
 pub(crate) fn script(bytes: &[u8]) -> String {
-    let mut generator = Generator {
-        bytes,
-        at: 0,
-        fuel: 90,
-        names: 0,
-        primes: 0,
-        scope: Vec::new(),
-        functions: Vec::new(),
-    };
+    let mut generator =
+        Generator { bytes, at: 0, fuel: 90, names: 0, primes: 0, scope: Vec::new(), functions: Vec::new() };
     generator.script()
 }
 
@@ -197,7 +190,11 @@ impl Generator<'_> {
             }
             7 => {
                 let body = self.within(&[("xs", Ty::Reals), ("r", Ty::Record)], |g| g.length(3));
-                (vec![Ty::Reals, Ty::Record], Ty::Length, format!("fn {name}(xs, r) -> length {{\n  let y = 1mm\n  y + {body}\n}}"))
+                (
+                    vec![Ty::Reals, Ty::Record],
+                    Ty::Length,
+                    format!("fn {name}(xs, r) -> length {{\n  let y = 1mm\n  y + {body}\n}}"),
+                )
             }
             _ => {
                 let names = [("k", Ty::Length), ("u", Ty::Real), ("v", Ty::Real)];
@@ -352,7 +349,10 @@ impl Generator<'_> {
 
     fn fold(&mut self, d: usize) -> String {
         let init = self.real(d);
-        let turns = ["3", "2", "100", "70", "n"][self.below(if self.named(Ty::Int).as_deref() == Some("n") { 5 } else { 4 })];
+        let turns = match self.below(5) {
+            4 if self.scope.iter().any(|(name, _)| name == "n") => "n",
+            k => ["3", "2", "100", "70", "5"][k],
+        };
         let body = self.within(&[("s", Ty::Real), ("i", Ty::Int)], |g| g.real(d.min(2)));
         match self.below(4) {
             1 => {
@@ -366,7 +366,9 @@ impl Generator<'_> {
 
     fn condition(&mut self, d: usize) -> String {
         match self.below(6) {
-            0 => format!("{} {} {}", self.parenthesised(d), ["<", ">", "<=", ">="][self.below(4)], self.parenthesised(d)),
+            0 => {
+                format!("{} {} {}", self.parenthesised(d), ["<", ">", "<=", ">="][self.below(4)], self.parenthesised(d))
+            }
             1 => format!("{} < {}", self.length(d), self.length(d)),
             2 => format!("not ({} < {})", self.real(d), self.real(d)),
             3 => format!("({} < 0.3 and {} > -1)", self.parenthesised(d), self.parenthesised(d)),
@@ -497,7 +499,10 @@ impl Generator<'_> {
                 self.primes -= 1;
                 format!("{{ let s = {surface}; |u, v| s(u, v) + 0.3 * s'{}(u, v) }}", ["u", "v"][by])
             }
-            5 => format!("tube(|t| (t * 9mm, {}, 4mm * t ^ 2), radius: 1mm)", self.within(&[("t", Ty::Real)], |g| g.length(1))),
+            5 => format!(
+                "tube(|t| (t * 9mm, {}, 4mm * t ^ 2), radius: 1mm)",
+                self.within(&[("t", Ty::Real)], |g| g.length(1))
+            ),
             6 => format!("revolve(|t| (5mm + {}, 9mm * t))", self.within(&[("t", Ty::Real)], |g| g.length(1))),
             _ => {
                 let body = self.within(&[("u", Ty::Real), ("v", Ty::Real)], |g| g.point(depth));
