@@ -9,6 +9,8 @@
 //! 5. [`jit`]: machine code for them, by Cranelift.
 //! 6. [`program`]: what everything outside may know of a compiled script.
 //!
+//! [`session`] goes the same way with texts that are entered one after another.
+//!
 //! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
 //! [`source::Loader`].
 
@@ -18,5 +20,6 @@ pub mod diff;
 pub mod ir;
 pub mod jit;
 pub mod program;
+pub mod session;
 pub mod source;
 pub mod syntax;

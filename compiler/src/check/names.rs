@@ -31,13 +31,14 @@ impl<'a> Checker<'a> {
             return Some(self.bound(*binding, span));
         }
         let module = self.env.module;
-        if let Some(definition) = self.modules[module].definitions.get(name) {
+        let shadowed = self.modules[module].earlier && self.modules[module].import(name).is_some();
+        if let Some(definition) = self.modules[module].definitions.get(name).filter(|_| !shadowed) {
             return Some(self.definition(name, *definition, module, span));
         }
-        if let Some(target) = self.modules[module].imports.get(name) {
+        if let Some(target) = self.modules[module].import(name) {
             // Names that the module does not have were reported with the `use`.
-            return Some(match self.modules[*target].definitions.get(name) {
-                Some(definition) => self.definition(name, *definition, *target, span),
+            return Some(match self.modules[target].definitions.get(name) {
+                Some(definition) => self.definition(name, *definition, target, span),
                 None => super::context::error(span),
             });
         }
@@ -65,7 +66,7 @@ impl<'a> Checker<'a> {
         if self.modules[self.env.module].broken.contains(module) {
             return Some(super::context::error(span));
         }
-        let target = *self.modules[self.env.module].whole.get(module)?;
+        let target = self.modules[self.env.module].whole(module)?;
         Some(match self.modules[target].definitions.get(name) {
             Some(definition) => self.definition(name, *definition, target, span),
             None => {
@@ -78,6 +79,14 @@ impl<'a> Checker<'a> {
                 self.fail(error)
             }
         })
+    }
+
+    /// The value of a name that a file defines.
+    pub(super) fn of_file(&mut self, module: usize, name: &'a str, span: Span) -> Expr {
+        match self.modules[module].definitions.get(name) {
+            Some(definition) => self.definition(name, *definition, module, span),
+            None => super::context::error(span),
+        }
     }
 
     fn bound(&mut self, binding: Binding, span: Span) -> Expr {
@@ -124,12 +133,7 @@ impl<'a> Checker<'a> {
         let module = &self.modules[self.env.module];
         let near = nearest(
             name,
-            self.env
-                .names
-                .iter()
-                .map(|(n, _)| *n)
-                .chain(module.definitions.keys().copied())
-                .chain(module.imports.keys().copied()),
+            self.env.names.iter().map(|(n, _)| *n).chain(module.definitions.keys().copied()).chain(module.imported()),
         )
         .or_else(|| nearest(name, builtins::names()))
         .or_else(|| nearest(name, stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text))));

@@ -1,7 +1,7 @@
 //! The nearest name to one that is not known.
 
 /// The candidate that a slip of the finger most likely meant: within a third of the name's length in edits.
-pub(super) fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
+pub(crate) fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     let limit = (name.chars().count() / 3).max(1);
     candidates
         .into_iter()
