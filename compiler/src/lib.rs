@@ -22,4 +22,5 @@ pub mod jit;
 pub mod program;
 pub mod session;
 pub mod source;
+mod suggest;
 pub mod syntax;

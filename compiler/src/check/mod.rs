@@ -24,6 +24,7 @@ mod describe;
 mod evaluate;
 mod expressions;
 mod finish;
+mod foreign;
 mod free;
 mod inputs;
 mod instantiate;
@@ -37,7 +38,6 @@ mod print;
 pub(crate) mod scope;
 pub(crate) mod signature;
 mod stdlib;
-mod suggest;
 pub mod typed;
 pub mod types;
 mod values;
@@ -49,7 +49,6 @@ pub use print::print;
 pub use scope::{Kind, Known};
 
 pub(crate) use model::dimension;
-pub(crate) use suggest::nearest;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, Loader, Sources};

@@ -10,6 +10,7 @@ use crate::ir::scalar::Scalar;
 use crate::ir::{LoweredModel, lower};
 use crate::program::{self, Compilation, Failed, Input, Parameter, Quantity, shown_parameter};
 use crate::source::{Loader, Span};
+use crate::suggest::nearest_of;
 use std::sync::Arc;
 
 /// A model with values of its parameters.
@@ -177,7 +178,7 @@ impl Session {
             let known: Vec<&str> = known.map(String::as_str).collect();
             let message = format!("the model '{}' has no parameter or input '{name}'", model.lowered.name);
             let error = Diagnostic::error("unknown-name", whole, message);
-            Err(vec![match crate::check::nearest(name, known.iter().copied()) {
+            Err(vec![match nearest_of(name, &[&known]) {
                 Some(near) => error.hint(format!("did you mean '{near}'?")),
                 None if known.is_empty() => error,
                 None => error.hint(format!("it has {}", known.join(", "))),
