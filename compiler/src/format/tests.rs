@@ -252,7 +252,7 @@ fn long_values() {
     becomes(&format!("let x = f({b}, {b})"), &format!("let x = f(\n  {b},\n  {b},\n)\n"));
     becomes(
         &format!("let x = cylinder({a}).translate(b).rotate({b})"),
-        &format!("let x =\n  cylinder({a})\n    .translate(b)\n    .rotate({b})\n"),
+        &format!("let x = cylinder({a})\n  .translate(b)\n  .rotate({b})\n"),
     );
     becomes(&format!("let x = map({a}, |x| g({b}))"), &format!("let x = map({a}, |x|\n  g({b}))\n"));
     becomes(&format!("let x = |t| ({a}, {b})"), &format!("let x = |t| (\n  {a},\n  {b},\n)\n"));
