@@ -7,11 +7,11 @@
 use super::bindings::wrap;
 use super::context::{Binding, Checker, Code, Env, Step};
 use super::free;
-use super::suggest::nearest;
 use super::typed::{ByHand, Expr, Function, FunctionId, LocalId, Statement, Type};
 use super::types::ClosureId;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
+use crate::suggest::nearest;
 use crate::syntax::ast::{DerivativeDecl, FnParam, FunctionDecl, Item, ItemKind, Pattern};
 
 /// The derivatives among some items, each with its function; what is wrong with the others.
@@ -273,9 +273,6 @@ impl<'a> Checker<'a> {
             Type::Real(d) => self.unit_advice(&value, *d),
             _ => None,
         };
-        self.fail(match advice {
-            Some(hint) => error.hint(hint),
-            None => error,
-        })
+        self.fail(error.mend(advice))
     }
 }

@@ -2,12 +2,13 @@
 
 use super::builtins::{self, Builtin};
 use super::context::{Binding, Checker, Code};
+use super::foreign::{self, Foreign};
 use super::modules::Definition;
 use super::stdlib;
-use super::suggest::nearest;
 use super::typed::{Call, Expr, ExprKind, Type};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
+use crate::suggest::{nearest, nearest_of};
 use crate::syntax::ast::{Let, Pattern};
 
 impl<'a> Checker<'a> {
@@ -31,13 +32,14 @@ impl<'a> Checker<'a> {
             return Some(self.bound(*binding, span));
         }
         let module = self.env.module;
-        if let Some(definition) = self.modules[module].definitions.get(name) {
+        let shadowed = self.modules[module].earlier && self.modules[module].import(name).is_some();
+        if let Some(definition) = self.modules[module].definitions.get(name).filter(|_| !shadowed) {
             return Some(self.definition(name, *definition, module, span));
         }
-        if let Some(target) = self.modules[module].imports.get(name) {
+        if let Some(target) = self.modules[module].import(name) {
             // Names that the module does not have were reported with the `use`.
-            return Some(match self.modules[*target].definitions.get(name) {
-                Some(definition) => self.definition(name, *definition, *target, span),
+            return Some(match self.modules[target].definitions.get(name) {
+                Some(definition) => self.definition(name, *definition, target, span),
                 None => super::context::error(span),
             });
         }
@@ -65,19 +67,31 @@ impl<'a> Checker<'a> {
         if self.modules[self.env.module].broken.contains(module) {
             return Some(super::context::error(span));
         }
-        let target = *self.modules[self.env.module].whole.get(module)?;
+        let target = self.modules[self.env.module].whole(module)?;
         Some(match self.modules[target].definitions.get(name) {
             Some(definition) => self.definition(name, *definition, target, span),
             None => {
                 let names = self.modules[target].definitions.keys().copied();
                 let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
-                let error = match nearest(name, names) {
-                    Some(near) => error.hint(format!("did you mean '{near}'?")),
-                    None => error,
+                let error = match (stdlib::module_of(name), nearest(name, names)) {
+                    (Some(other), _) => {
+                        let home = stdlib::MODULES[other].0;
+                        error.hint(format!("'{name}' is in {home}: add `use {home} ({name})`"))
+                    }
+                    (None, Some(near)) => error.did_you_mean(span, near),
+                    (None, None) => error,
                 };
                 self.fail(error)
             }
         })
+    }
+
+    /// The value of a name that a file defines.
+    pub(super) fn of_file(&mut self, module: usize, name: &'a str, span: Span) -> Expr {
+        match self.modules[module].definitions.get(name) {
+            Some(definition) => self.definition(name, *definition, module, span),
+            None => super::context::error(span),
+        }
     }
 
     fn bound(&mut self, binding: Binding, span: Span) -> Expr {
@@ -122,22 +136,29 @@ impl<'a> Checker<'a> {
     fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
         let error = Diagnostic::error("unknown-name", span, format!("there is no '{name}' here"));
         let module = &self.modules[self.env.module];
-        let near = nearest(
-            name,
-            self.env
-                .names
-                .iter()
-                .map(|(n, _)| *n)
-                .chain(module.definitions.keys().copied())
-                .chain(module.imports.keys().copied()),
-        )
-        .or_else(|| nearest(name, builtins::names()))
-        .or_else(|| nearest(name, stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text))));
-        match near {
-            Some(near) => error.hint(format!("did you mean '{near}'?")),
-            None if self.defined_in_model(name) => {
-                error.hint("it is defined further down: move its definition up, before this line")
-            }
+        if module.whole(name).is_some() {
+            return error.hint(format!("it is a module: its functions are written '{name}.NAME'"));
+        }
+        let locals: Vec<&str> = self.env.names.iter().map(|(n, _)| *n).collect();
+        let own: Vec<&str> = module.definitions.keys().copied().chain(module.imported()).collect();
+        let built_in: Vec<&str> = builtins::names().collect();
+        let library: Vec<&str> = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).collect();
+        if let Some(near) = nearest_of(name, &[&locals, &own]) {
+            return error.did_you_mean(span, near);
+        }
+        if let Some(foreign) = foreign::meaning(name) {
+            return match foreign {
+                Foreign::Name(ours) => {
+                    error.suggest(format!("it is called '{ours}' here"), [Edit::replace(span, ours)])
+                }
+                Foreign::Hint(hint) => error.hint(hint),
+            };
+        }
+        if self.defined_in_model(name) {
+            return error.hint("it is defined further down: move its definition up, before this line");
+        }
+        match nearest_of(name, &[&built_in, &library]) {
+            Some(near) => error.did_you_mean(span, near),
             None => error,
         }
     }

@@ -4,6 +4,7 @@
 use super::scalar::{self, Scalar};
 use super::{FailureId, Function, FunctionId, Module, Op, Value, arithmetic};
 use crate::source::Span;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 mod origin;
 use origin::Origin;
@@ -47,6 +48,9 @@ pub enum RunError {
     /// More values at once than the limit.
     #[error("the evaluation takes too much memory")]
     Memory(Span),
+    /// Whoever waited for it does not any longer.
+    #[error("interrupted")]
+    Interrupted(Span),
     /// The function is not valid, or has tangents that were not expanded, or the arguments do not fit it.
     #[error("the function cannot be run")]
     Malformed(Span),
@@ -58,7 +62,8 @@ impl RunError {
     pub fn span(&self, module: &Module) -> Span {
         match self {
             RunError::Failed(failure) => module.failures.get(failure.0 as usize).map_or(Span::default(), |f| f.span),
-            RunError::Steps(span) | RunError::Depth(span) | RunError::Memory(span) | RunError::Malformed(span) => *span,
+            RunError::Steps(span) | RunError::Depth(span) | RunError::Memory(span) => *span,
+            RunError::Interrupted(span) | RunError::Malformed(span) => *span,
         }
     }
 }
@@ -69,6 +74,22 @@ impl RunError {
 /// If a guard fails or a limit is met.
 pub fn run(module: &Module, function: FunctionId, args: &[Scalar], limits: Limits) -> Result<Vec<Scalar>, RunError> {
     let mut interpreter = Interpreter::new(module, limits);
+    interpreter.check(function, args)?;
+    interpreter.run(function, args.to_vec(), Span::default())
+}
+
+/// [`run`] until the flag is set from elsewhere.
+///
+/// # Errors
+/// As [`run`]; `Interrupted` once the flag is set.
+pub fn run_until(
+    module: &Module,
+    function: FunctionId,
+    args: &[Scalar],
+    limits: Limits,
+    interrupt: &AtomicBool,
+) -> Result<Vec<Scalar>, RunError> {
+    let mut interpreter = Interpreter { interrupt: Some(interrupt), ..Interpreter::new(module, limits) };
     interpreter.check(function, args)?;
     interpreter.run(function, args.to_vec(), Span::default())
 }
@@ -111,6 +132,8 @@ struct Interpreter<'m> {
     steps: u64,
     depth: usize,
     memory: usize,
+    /// Ends the run where it is set.
+    interrupt: Option<&'m AtomicBool>,
 }
 
 /// What a node computed.
@@ -121,7 +144,13 @@ enum Computed {
 
 impl<'m> Interpreter<'m> {
     fn new(module: &'m Module, limits: Limits) -> Interpreter<'m> {
-        Interpreter { module, steps: limits.steps, depth: limits.depth.min(MOST_DEPTH), memory: limits.memory }
+        Interpreter {
+            module,
+            steps: limits.steps,
+            depth: limits.depth.min(MOST_DEPTH),
+            memory: limits.memory,
+            interrupt: None,
+        }
     }
 
     fn check(&self, function: FunctionId, args: &[Scalar]) -> Result<(), RunError> {
@@ -145,6 +174,9 @@ impl<'m> Interpreter<'m> {
     fn evaluate(&mut self, function: &Function, args: &[Scalar], span: Span) -> Result<Vec<Computed>, RunError> {
         self.depth = self.depth.checked_sub(1).ok_or(RunError::Depth(span))?;
         self.memory = self.memory.checked_sub(function.nodes.len()).ok_or(RunError::Memory(span))?;
+        if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            return Err(RunError::Interrupted(span));
+        }
         let mut values = Vec::with_capacity(function.nodes.len());
         for node in &function.nodes {
             self.steps = self.steps.checked_sub(1).ok_or(RunError::Steps(node.span))?;

@@ -71,14 +71,8 @@ pub(super) enum BuildError {
 impl BuildError {
     fn diagnostic(&self, model: Span) -> Diagnostic {
         match self {
-            BuildError::Inline(e) | BuildError::Diff(DiffError::Size(e)) => {
-                let error = Diagnostic::error("too-large", e.span(), e.to_string());
-                match e {
-                    InlineError::TooLarge { .. } => error.hint("the limit can be raised: --limit operations=N"),
-                    InlineError::TooDeep { .. } => error,
-                }
-            }
-            BuildError::Diff(e) => Diagnostic::error("derivative", e.span(), e.to_string()),
+            BuildError::Inline(e) => size_error(e),
+            BuildError::Diff(e) => derivative_error(e),
             BuildError::Jit(e) => Diagnostic::error("machine-code", model, e.to_string()),
         }
     }
@@ -102,16 +96,37 @@ pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Re
         }
         return Err(Failed { diagnostics, sources });
     };
-    let span = model.parts.first().map_or(Span { file: main, start: 0, end: 0 }, |p| p.span);
-    match build(model, &sources, options) {
+    match build_model(model, &sources, options) {
         Ok(program) => Ok(Compilation { program, warnings: diagnostics, sources }),
         Err(e) => {
-            diagnostics.push(match e {
-                Stage::Lower(e) => e.diagnostic(),
-                Stage::Build(e) => e.diagnostic(span),
-            });
+            diagnostics.push(e);
             Err(Failed { diagnostics, sources })
         }
+    }
+}
+
+/// The stages after the check of a model, with what is wrong for the user.
+pub(crate) fn build_model(model: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Diagnostic> {
+    let span = model.parts.first().map_or(Span::default(), |p| p.span);
+    build(model, sources, options).map_err(|e| match e {
+        Stage::Lower(e) => e.diagnostic(),
+        Stage::Build(e) => e.diagnostic(span),
+    })
+}
+
+/// Why a derivative cannot be had, for the user.
+pub(crate) fn derivative_error(e: &DiffError) -> Diagnostic {
+    match e {
+        DiffError::Size(e) => size_error(e),
+        e => Diagnostic::error("derivative", e.span(), e.to_string()),
+    }
+}
+
+fn size_error(e: &InlineError) -> Diagnostic {
+    let error = Diagnostic::error("too-large", e.span(), e.to_string());
+    match e {
+        InlineError::TooLarge { .. } => error.hint("the limit can be raised: --limit operations=N"),
+        InlineError::TooDeep { .. } => error,
     }
 }
 

@@ -163,7 +163,12 @@ const NESTS: [(&str, &str); 14] = [
 
 /// Something of the corpus, damaged.
 pub(crate) fn input(corpus: &[String], random: &mut Random) -> String {
-    let mut text = corpus[random.below(corpus.len())].clone();
+    let mut text = if random.below(4) == 0 {
+        let length = random.below(250);
+        crate::generate::script(&random.bytes(length))
+    } else {
+        corpus[random.below(corpus.len())].clone()
+    };
     // Whole texts one after the other: their names meet.
     if random.below(16) == 0 {
         text.push_str(&corpus[random.below(corpus.len())]);
