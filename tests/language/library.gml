@@ -72,8 +72,8 @@ model m {
   // Error: 26-27 'height' must be a length, but this is a whole number
   // Hint: did you mean 3mm?
   part a = cylinder(1mm, 3)
-  // Error: 12-47 a vector of 3 bare numbers cannot be added to a point in space
-  // Hint: multiply the bare vector by a length, such as 1mm
+  // Error: 12-47 'radius' must be a length, but this is a whole number
+  // Hint: multiply by 1mm to give it a unit
   part b = tube(|t| (t * 1mm, 0mm), radius: 3)
   // Error: 23-27 'width' must be a length, but this is an angle
   part c = box(width: 3deg)
