@@ -66,25 +66,6 @@ fn superellipse(a: length, b: length, n: real, center: point2 = (0mm, 0mm)) = |t
 /// ```
 fn superradius(angle: angle, n: real) = (abs(cos(angle)) ^ n + abs(sin(angle)) ^ n) ^ (-1 / n)
 
-/// A rectangle about the origin of the plane, counterclockwise from the middle of its right side; its corners, by default sharp,
-/// are rounded with `radius`. t goes in proportion to the length.
-/// ```gml
-/// rectangle(40mm, 20mm)(0)               // = (20, 0) mm
-/// rectangle(40mm, 20mm, radius: 5mm)(0.5)   // = (-20, 0) mm
-/// ```
-fn rectangle(width: length, height: length, radius: length = 0mm) {
-  let (x, y) = (width / 2, height / 2)
-  rounded_polyline([(x, -y), (x, y), (-x, y), (-x, -y)], radius, closed: true)
-}
-
-/// A regular polygon about the origin of the plane with n corners at the distance `radius`, the first on the x axis,
-/// counterclockwise.
-/// ```gml
-/// regular_polygon(6, 10mm)(0)         // = (10, 0) mm
-/// distance(regular_polygon(6, 10mm)(0.5), (-10mm, 0mm)) < 1e-9mm      // = true
-/// ```
-fn regular_polygon(n: int, radius: length) = polyline(for i in 0..n { polar2(radius, i * 1turn / n) }, closed: true)
-
 /// The Bezier curve with these control points, as many as you like, in the plane or in space (de Casteljau). It starts at the
 /// first and ends at the last.
 /// ```gml
@@ -134,8 +115,8 @@ fn segment(curve, from: real, to: real) = |t: real| curve(mix(from, to, t))
 /// c(0.75)   // = (4, 1) mm
 /// ```
 fn join(curves, shares = for c in curves { 1 }) {
-  let ends = running_sums(shares)
-  |t: real| _joined(curves, shares, 0, t * last(ends))
+  let whole = sum(shares)
+  |t: real| _joined(curves, shares, 0, t * whole)
 }
 
 /// A point of the curves from i on, x beyond their start.
@@ -143,17 +124,6 @@ fn _joined(curves, shares, i: int, x) =
   if i == len(curves) - 1 { curves[i](keep_within(x / shares[i], 0, 1)) }
   else if x < shares[i] { curves[i](keep_within(x / shares[i], 0, 1)) }
   else { _joined(curves, shares, i + 1, x - shares[i]) }
-
-/// A curve in the plane (of x and y) moved sideways by a distance, to the right of its sense: outwards for a closed one that runs
-/// counterclockwise. Of a surface: moved along its normal, outwards. A negative distance goes to the other side. Beyond the
-/// radius of curvature it folds over.
-/// ```gml
-/// norm(offset(circle(5mm), 2mm)(0.3))          // = 7 mm
-/// norm(offset(sphere(5mm), -1mm)(0.3, 0.6))    // = 4 mm
-/// ```
-fn offset(shape, distance) = each(shape, |s|
-  if arity(s) == 2 { |u: real, v: real| s(u, v) + normal(s, u, v) * distance }
-  else { |t: real| s(t) - perpendicular(normalize(s'(t))) * distance })
 
 /// A curve in the plane as one in space, in the half plane of x (its first coordinate) and z (its second), as profiles are. A curve in space
 /// stays as it is. For the plane of x and y there is lift.

@@ -41,8 +41,9 @@ fn arc_length(curve, from: real = 0, to: real = 1) {
 /// How many parts a curve is cut into to measure it.
 let _parts = 16
 
-/// Nodes and weights of Gauss and Legendre's rule over 0..1, after a first node without weight.
+/// Nodes of Gauss and Legendre's rule over 0..1, after a first one without weight.
 let _nodes = [0, 0.046910077030668004, 0.23076534494715845, 0.5, 0.7692346550528415, 0.953089922969332]
+/// Their weights.
 let _weights = [0, 0.11846344252809454, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324, 0.11846344252809454]
 
 /// The same curve at constant speed: its parameter goes in proportion to the length. The curve must nowhere stand still.

@@ -48,6 +48,25 @@ fn rounded_polyline(points, radius: length, closed: bool = false) {
   }
 }
 
+/// A rectangle about the origin of the plane, counterclockwise from the middle of its right side; its corners, by default sharp,
+/// are rounded with `radius`. t goes in proportion to the length.
+/// ```gml
+/// rectangle(40mm, 20mm)(0)               // = (20, 0) mm
+/// rectangle(40mm, 20mm, radius: 5mm)(0.5)   // = (-20, 0) mm
+/// ```
+fn rectangle(width: length, height: length, radius: length = 0mm) {
+  let (x, y) = (width / 2, height / 2)
+  rounded_polyline([(x, -y), (x, y), (-x, y), (-x, -y)], radius, closed: true)
+}
+
+/// A regular polygon about the origin of the plane with n corners at the distance `radius`, the first on the x axis,
+/// counterclockwise.
+/// ```gml
+/// regular_polygon(6, 10mm)(0)         // = (10, 0) mm
+/// distance(regular_polygon(6, 10mm)(0.5), (-10mm, 0mm)) < 1e-9mm      // = true
+/// ```
+fn regular_polygon(n: int, radius: length) = polyline(for i in 0..n { polar2(radius, i * 1turn / n) }, closed: true)
+
 /// What keeps quotients finite where there is no corner.
 let _tiny = 1e-12
 

@@ -26,21 +26,6 @@ fn flip(surface) = each(surface, |s| |u: real, v: real| s(u, 1 - v))
 fn trim(surface: surface, u: vec2 = (0, 1), v: vec2 = (0, 1)) = |s: real, t: real|
   surface(mix(u.x, u.y, s), mix(v.x, v.y, t))
 
-/// A sheet of a thickness on the outer side of a surface: {outer, inner, rims}, all normals outwards. The rims are those at v = 0, v = 1,
-/// u = 0 and u = 1; `around: true` leaves out the last two, where the surface closes on itself in u. There must be no poles.
-/// ```gml
-/// norm(thicken(cylinder(5mm, 9mm), 2mm, around: true).outer(0.2, 0)) // = 7 mm
-/// len(thicken(plane(4mm, 4mm), 1mm).rims)                            // = 4
-/// ```
-fn thicken(surface: surface, thickness: length, around: bool = false) {
-  let outer = offset(surface, thickness)
-  let low = ruled(|t| surface(t, 0), |t| outer(t, 0))
-  let high = flip(ruled(|t| surface(t, 1), |t| outer(t, 1)))
-  let left = flip(ruled(|t| surface(0, t), |t| outer(0, t)))
-  let right = ruled(|t| surface(1, t), |t| outer(1, t))
-  {outer: outer, inner: flip(surface), rims: if around { [low, high] } else { [low, high, left, right] }}
-}
-
 /// A tube about a curve, u around it and v along, with the normal away from the curve. A curve in the plane counts as (radius,
 /// height) in the half plane of x and z. `radii` are the semi-axes of an elliptic section: the first in the plane at right angles
 /// to `up`, the second towards `up`, which must nowhere be parallel to the curve (sweep has no such direction). Both may be functions of v.
