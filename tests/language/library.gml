@@ -73,7 +73,6 @@ model m {
   // Hint: did you mean 3mm?
   part a = cylinder(1mm, 3)
   // Error: 12-47 'radius' must be a length, but this is a whole number
-  // Hint: multiply by 1mm to give it a unit
   part b = tube(|t| (t * 1mm, 0mm), radius: 3)
   // Error: 23-27 'width' must be a length, but this is an angle
   part c = box(width: 3deg)
