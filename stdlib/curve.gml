@@ -45,8 +45,10 @@ fn circle(radius: length, center: point2 = (0mm, 0mm)) = arc(center, radius, 0de
 /// ```gml
 /// ellipse(4mm, 2mm)(0)     // = (4, 0) mm
 /// ```
-fn ellipse(a: length, b: length, center: point2 = (0mm, 0mm)) = |t: real|
-  (center.x + a * cos(t * 1turn), center.y + b * sin(t * 1turn))
+fn ellipse(a: length, b: length, center: point2 = (0mm, 0mm)) = |t: real| (
+  center.x + a * cos(t * 1turn),
+  center.y + b * sin(t * 1turn),
+)
 
 /// The superellipse |x / a|^n + |y / b|^n = 1 in the plane, counterclockwise from the x axis (Lamé). n = 2 is an ellipse, 1 a
 /// rhombus, 2.5 Piet Hein's, and the greater n the closer to a rectangle; n is 1 or more. t is not the usual
@@ -93,7 +95,8 @@ fn helix(radius: length, pitch: length, turns: real, top: length = radius) = |t:
 /// spiral(1mm, 5mm, 2)(0)     // = (1, 0) mm
 /// norm(spiral(1mm, 5mm, 2)(0.5))     // = 3 mm
 /// ```
-fn spiral(inner: length, outer: length, turns: real) = |t: real| polar2(mix(inner, outer, t), turns * t * 1turn)
+fn spiral(inner: length, outer: length, turns: real) = |t: real|
+  polar2(mix(inner, outer, t), turns * t * 1turn)
 
 /// A curve with its sense reversed.
 /// ```gml
@@ -130,10 +133,11 @@ fn _joined(curves, shares, i: int, x) =
 /// ```gml
 /// spatial(line((1mm, 0mm), (3mm, 4mm)))(0.5)   // = (2, 0, 2) mm
 /// ```
-fn spatial(curve) =
-  if len(curve(0.5)) == 2 {
-    |t: real| {
-      let p = curve(t)
-      (p.x, 0mm, p.y)
-    }
-  } else { curve }
+fn spatial(curve) = if len(curve(0.5)) == 2 {
+  |t: real| {
+    let p = curve(t)
+    (p.x, 0mm, p.y)
+  }
+} else {
+  curve
+}

@@ -119,7 +119,8 @@ fn ease_out(t: real, power = 2) = 1 - (1 - t) ^ power
 /// ease_in_out(0.5)    // = 0.5
 /// ```
 fn ease_in_out(t: real, power = 2) =
-  if t < 0.5 { ease_in(2 * t, power) / 2 } else { 0.5 + ease_out(2 * t - 1, power) / 2 }
+  if t < 0.5 { ease_in(2 * t, power) / 2 }
+  else { 0.5 + ease_out(2 * t - 1, power) / 2 }
 
 /// The number of degrees in an angle.
 /// ```gml

@@ -44,7 +44,14 @@ let _parts = 16
 /// Nodes of Gauss and Legendre's rule over 0..1, after a first one without weight.
 let _nodes = [0, 0.046910077030668004, 0.23076534494715845, 0.5, 0.7692346550528415, 0.953089922969332]
 /// Their weights.
-let _weights = [0, 0.11846344252809454, 0.23931433524968324, 0.28444444444444444, 0.23931433524968324, 0.11846344252809454]
+let _weights = [
+  0,
+  0.11846344252809454,
+  0.23931433524968324,
+  0.28444444444444444,
+  0.23931433524968324,
+  0.11846344252809454,
+]
 
 /// The same curve at constant speed: its parameter goes in proportion to the length. The curve must nowhere stand still.
 ///
@@ -81,11 +88,17 @@ fn by_length(curve) {
     let f = (x - begin) / h
     // First and second derivatives of the old parameter by the length, for the part's length.
     let (d, e) = (h / table.speeds[k], h / table.speeds[k + 1])
-    let (b, c) = (-d * d * table.bends[k] / table.speeds[k], -e * e * table.bends[k + 1] / table.speeds[k + 1])
+    let (b, c) = (
+      -d * d * table.bends[k] / table.speeds[k],
+      -e * e * table.bends[k + 1] / table.speeds[k + 1],
+    )
     let g = 1 - f
-    let shape = f ^ 3 * (10 - 15 * f + 6 * f * f) / _parts
-      + d * (f * g ^ 3 * (1 + 3 * f)) - e * (g * f ^ 3 * (1 + 3 * g))
-      + b * (f * f * g ^ 3 / 2) + c * (g * g * f ^ 3 / 2)
+    let shape =
+      f ^ 3 * (10 - 15 * f + 6 * f * f) / _parts
+      + d * (f * g ^ 3 * (1 + 3 * f))
+      - e * (g * f ^ 3 * (1 + 3 * g))
+      + b * (f * f * g ^ 3 / 2)
+      + c * (g * g * f ^ 3 / 2)
     // One step of Newton's method towards the length wanted.
     let from = k / _parts
     let near = from + shape
@@ -99,9 +112,8 @@ fn by_length(curve) {
 /// ```gml
 /// sqrt(enclosed_area(ellipse(4mm, 1mm)) / radians(pi))   // = 2 mm
 /// ```
-fn enclosed_area(curve) =
-  loop(0mm * 0mm, 5 * _parts, |area, i| {
-    let node = i % 5
-    let t = ((i - node) / 5 + _nodes[node + 1]) / _parts
-    area + cross2(curve(t), curve'(t)) * (_weights[node + 1] / (2 * _parts))
-  })
+fn enclosed_area(curve) = loop(0mm * 0mm, 5 * _parts, |area, i| {
+  let node = i % 5
+  let t = ((i - node) / 5 + _nodes[node + 1]) / _parts
+  area + cross2(curve(t), curve'(t)) * (_weights[node + 1] / (2 * _parts))
+})

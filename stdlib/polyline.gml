@@ -38,12 +38,15 @@ fn rounded_polyline(points, radius: length, closed: bool = false) {
     let beyond = x - ends[i] + arcs[i]
     let along = normalize(corners[i + 1] - corners[i])
     let start = corners[i + 1] - along * cuts[i + 1]
-    if beyond <= 0mm { start + along * beyond }
-    else {
+    if beyond <= 0mm {
+      start + along * beyond
+    } else {
       let next = normalize(corners[i + 2] - corners[i + 1])
       let a = turns[i + 1]
       let b = a * (beyond / max(arcs[i], _tiny * 1mm))
-      start + along * (radius * sin(b)) + (next - along * cos(a)) * (radius * (1 - cos(b)) / max(sin(a), _tiny))
+      start
+        + along * (radius * sin(b))
+        + (next - along * cos(a)) * (radius * (1 - cos(b)) / max(sin(a), _tiny))
     }
   }
 }
@@ -65,7 +68,8 @@ fn rectangle(width: length, height: length, radius: length = 0mm) {
 /// regular_polygon(6, 10mm)(0)         // = (10, 0) mm
 /// distance(regular_polygon(6, 10mm)(0.5), (-10mm, 0mm)) < 1e-9mm      // = true
 /// ```
-fn regular_polygon(n: int, radius: length) = polyline(for i in 0..n { polar2(radius, i * 1turn / n) }, closed: true)
+fn regular_polygon(n: int, radius: length) =
+  polyline(for i in 0..n { polar2(radius, i * 1turn / n) }, closed: true)
 
 /// What keeps quotients finite where there is no corner.
 let _tiny = 1e-12

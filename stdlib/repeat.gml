@@ -22,8 +22,9 @@ fn polar_pattern(shape, count: int, angle: angle = 360deg) {
 /// ```gml
 /// (0mm, 0mm, 5mm).grid_pattern(3, 2, 10mm, 20mm)[1][2]   // = (20, 20, 5) mm
 /// ```
-fn grid_pattern(shape, columns: int, rows: int, dx: length, dy: length) =
-  for j in 0..rows { for i in 0..columns { shape.translate((i * dx, j * dy, 0mm)) } }
+fn grid_pattern(shape, columns: int, rows: int, dx: length, dy: length) = for j in 0..rows {
+  for i in 0..columns { shape.translate((i * dx, j * dy, 0mm)) }
+}
 
 /// A shape and its mirror image in the plane through the point `through` at right angles to `normal`.
 /// ```gml
@@ -35,7 +36,9 @@ fn mirror_pattern(shape, normal = (1, 0, 0), through = normal * 0mm) = [shape, s
 /// ```gml
 /// (0mm, 0mm, 1mm).along_pattern(line((0mm, 0mm, 0mm), (9mm, 0mm, 0mm)), 4)[2]   // = (6, 0, 1) mm
 /// ```
-fn along_pattern(shape, curve, count: int) = for i in 0..count { shape.translate(lift(curve(i / (count - 1)))) }
+fn along_pattern(shape, curve, count: int) = for i in 0..count {
+  shape.translate(lift(curve(i / (count - 1))))
+}
 
 /// A copy of a shape in every one of an array of frames (place, look_at, frame_at, ...).
 /// ```gml

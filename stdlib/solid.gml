@@ -49,7 +49,8 @@ model rounded_box {
   part back = _turned_twice(_above(h, w, depth / 2)).translate(lift)
   part front = _turned_twice(_above(h, w, depth / 2)).rotate(180deg).translate(lift)
   for i in 0..12 {
-    let upright = if i < 4 { _edge(i, d, h, w, radius) }
+    let upright =
+      if i < 4 { _edge(i, d, h, w, radius) }
       else if i < 8 { _edge(i - 4, h, w, d, radius) }
       else { _edge(i - 8, w, d, h, radius) }
     let turned = if i < 4 { _turned_once(upright) } else if i < 8 { _turned_twice(upright) } else { upright }
@@ -74,13 +75,18 @@ fn _turned_once(shape) = transform(shape, |p| (p.z, p.x, p.y))
 fn _turned_twice(shape) = transform(shape, |p| (p.y, p.z, p.x))
 
 /// The corner of a rectangle about the z axis that is in a quadrant (0 to 3, counterclockwise), at height z.
-fn _quadrant(i: int, width, depth, z) =
-  (if i == 0 or i == 3 { width / 2 } else { -width / 2 }, if i < 2 { depth / 2 } else { -depth / 2 }, z)
+fn _quadrant(i: int, width, depth, z) = (
+  if i == 0 or i == 3 { width / 2 } else { -width / 2 },
+  if i < 2 { depth / 2 } else { -depth / 2 },
+  z,
+)
 
 /// The rounded edge along z of a box with faces of a width and depth, about the origin.
-fn _edge(i: int, width, depth, height, radius) =
-  revolve(line((radius, -height / 2), (radius, height / 2)), i * 90deg, (i + 1) * 90deg)
-    .translate(_quadrant(i, width, depth, 0mm))
+fn _edge(i: int, width, depth, height, radius) = revolve(
+  line((radius, -height / 2), (radius, height / 2)),
+  i * 90deg,
+  (i + 1) * 90deg,
+).translate(_quadrant(i, width, depth, 0mm))
 
 /// A cylinder that stands on the plane of x and y, about the z axis, with its two ends.
 /// ```gml

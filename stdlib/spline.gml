@@ -108,15 +108,15 @@ fn centripetal(points, closed: bool = false) {
 }
 
 /// de Boor's recursion: `near` are the points that matter in the span from knot k, level by level mixed to one.
-fn _de_boor(near, knot, k, x, degree: int, level: int) =
-  if level > degree { near[0] }
-  else {
-    let next = for q in 0..len(near) - 1 {
-      let low = knot(k + level + q - degree)
-      mix(near[q], near[q + 1], (x - low) / (knot(k + q + 1) - low))
-    }
-    _de_boor(next, knot, k, x, degree, level + 1)
+fn _de_boor(near, knot, k, x, degree: int, level: int) = if level > degree {
+  near[0]
+} else {
+  let next = for q in 0..len(near) - 1 {
+    let low = knot(k + level + q - degree)
+    mix(near[q], near[q + 1], (x - low) / (knot(k + q + 1) - low))
   }
+  _de_boor(next, knot, k, x, degree, level + 1)
+}
 
 /// The points with one more at either end: those around the corner, or what continues the first and last line.
 fn _with_neighbours(points, closed: bool) {
@@ -131,5 +131,4 @@ fn _weighted(points, weights) = for (p, w) in zip(points, weights) {
 }
 
 /// The point with these homogeneous coordinates.
-fn _projected(p) =
-  if len(p) == 3 { (p.x / p.z, p.y / p.z) } else { (p.x / p.w, p.y / p.w, p.z / p.w) }
+fn _projected(p) = if len(p) == 3 { (p.x / p.z, p.y / p.z) } else { (p.x / p.w, p.y / p.w, p.z / p.w) }

@@ -77,10 +77,14 @@ fn sweep(
   let path = spatial(curve)
   let along = tangent(path, 0)
   let first = normalize(reject(up, along))
-  let carried = loop({normal: first, all: for j in 0..stations + 1 { first }}, stations, |acc, i| {
-    let next = _carried(path, acc.normal, i / stations, (i + 1) / stations)
-    {normal: next, all: for j in 0..stations + 1 { if j == i + 1 { next } else { acc.all[j] } }}
-  })
+  let carried = loop(
+    {normal: first, all: for j in 0..stations + 1 { first }},
+    stations,
+    |acc, i| {
+      let next = _carried(path, acc.normal, i / stations, (i + 1) / stations)
+      {normal: next, all: for j in 0..stations + 1 { if j == i + 1 { next } else { acc.all[j] } }}
+    },
+  )
   let last = carried.normal
   let turn = if closed { twist + atan2(dot(cross(last, first), along), dot(last, first)) } else { twist }
   |u: real, v: real| {

@@ -41,7 +41,8 @@ fn distance(a, b) = norm(b - a)
 /// angle_between((1mm, 1mm), (1mm, 0mm))    // = -45 deg
 /// ```
 fn angle_between(a, b) =
-  if len(a) == 2 { atan2(cross2(a, b), dot(a, b)) } else { atan2(norm(cross(a, b)), dot(a, b)) }
+  if len(a) == 2 { atan2(cross2(a, b), dot(a, b)) }
+  else { atan2(norm(cross(a, b)), dot(a, b)) }
 
 /// The part of v along another vector.
 /// ```gml
@@ -98,8 +99,11 @@ fn polar2(radius, angle: angle) = (radius * cos(angle), radius * sin(angle))
 /// spherical(2mm, 0deg, 0deg)   // = (2, 0, 0) mm
 /// norm(spherical(2mm, 30deg, 45deg))   // = 2 mm
 /// ```
-fn spherical(radius, azimuth: angle, elevation: angle) =
-  (radius * cos(elevation) * cos(azimuth), radius * cos(elevation) * sin(azimuth), radius * sin(elevation))
+fn spherical(radius, azimuth: angle, elevation: angle) = (
+  radius * cos(elevation) * cos(azimuth),
+  radius * cos(elevation) * sin(azimuth),
+  radius * sin(elevation),
+)
 
 /// A point's distance from the z axis and its angle about it, from -180deg to 180deg: the inverse of polar (and of polar2). Of a
 /// point in space there is z, too.
