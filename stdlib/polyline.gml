@@ -76,8 +76,9 @@ let _tiny = 1e-12
 
 /// A closed polyline's corners from the middle of its first line and back to it.
 fn _from_middle(points) {
-  let middle = [(points[0] + points[1]) / 2]
-  concat(middle, concat(slice(points, 1, len(points)), concat([points[0]], middle)))
+  let middle = (points[0] + points[1]) / 2
+  let rest = slice(points, 1, len(points))
+  concat([middle], rest).concat([points[0], middle])
 }
 
 /// By how much the polyline turns at its corner i.

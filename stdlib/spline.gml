@@ -121,8 +121,10 @@ fn _de_boor(near, knot, k, x, degree: int, level: int) = if level > degree {
 /// The points with one more at either end: those around the corner, or what continues the first and last line.
 fn _with_neighbours(points, closed: bool) {
   let n = len(points)
-  if closed { concat([points[n - 1]], concat(points, [points[0], points[1]])) }
-  else { concat([points[0] * 2 - points[1]], concat(points, [points[n - 1] * 2 - points[n - 2]])) }
+  let (before, after) =
+    if closed { ([points[n - 1]], [points[0], points[1]]) }
+    else { ([points[0] * 2 - points[1]], [points[n - 1] * 2 - points[n - 2]]) }
+  concat(before, points).concat(after)
 }
 
 /// Homogeneous coordinates.
