@@ -10,6 +10,7 @@ mod fit;
 mod inspect;
 mod measure;
 mod mesh;
+mod picture;
 mod progress;
 mod scan;
 mod script;
