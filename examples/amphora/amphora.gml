@@ -9,20 +9,20 @@ model amphora {
   input handles: int in 0..4 = 2
 
   /// Radius at the foot.
-  param foot: length in 15mm..100mm = 32mm
+  param foot: length in 15mm..150mm = 32mm
   /// Radius of the belly, and its height.
-  param belly: length in 40mm..200mm = 88mm
+  param belly: length in 40mm..250mm = 88mm
   param belly_height: length in 40mm..250mm = 120mm
   /// Radius of the shoulder, which lies halfway between belly and neck.
-  param shoulder: length in 25mm..180mm = 68mm
+  param shoulder: length in 25mm..220mm = 68mm
   /// Radius of the neck, and its height.
-  param neck: length in 12mm..80mm = 30mm
+  param neck: length in 12mm..100mm = 30mm
   param neck_height: length in 120mm..450mm = 250mm
   /// Radius of the lip, and its height, which is the height over all.
-  param lip: length in 15mm..120mm = 40mm
+  param lip: length in 15mm..200mm = 40mm
   param height: length in 150mm..600mm = 300mm
   /// Thickness of the wall.
-  param wall: length in 2mm..12mm = 5mm
+  param wall: length in 2mm..25mm = 5mm
 
   /// Where the handles leave the neck and come down on the shoulder: positions on the profile, on which foot, belly,
   /// shoulder, neck and lip are 0, 1, 2, 3 and 4.
@@ -32,10 +32,10 @@ model amphora {
   param reach: length in 50mm..300mm = 110mm
   /// How high the upper control point lies above the handle's upper end, and the lower one above its lower end.
   param rise: length in -20mm..80mm = 25mm
-  param fall: length in -20mm..120mm = 40mm
+  param fall: length in -60mm..120mm = 40mm
   /// Half the thickness and half the width of a handle's section.
-  param handle_thickness: length in 3mm..15mm = 6mm
-  param handle_width: length in 4mm..25mm = 10mm
+  param handle_thickness: length in 3mm..30mm = 6mm
+  param handle_width: length in 4mm..40mm = 10mm
 
   require belly_height + 40mm < neck_height, "the neck must lie well above the belly"
   require neck_height + 15mm < height, "the lip must lie above the neck"

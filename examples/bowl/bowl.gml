@@ -1,8 +1,8 @@
-use std.curve (bezier)
+use std.curve (arc, bezier)
 use std.surface (disc, flip, revolve)
 use std.frame (translate)
 
-/// A bowl of sheet metal or clay: a flat foot, a wall that turns up from it in one sweep, and a rolled rim.
+/// A bowl of sheet metal or clay: a flat foot, a wall that turns up in one sweep, and a rim that is turned outwards and rolled.
 /// It stands on the plane of x and y.
 model bowl {
   /// Radius of the flat on which it stands.
@@ -11,30 +11,29 @@ model bowl {
   param rim: length in 40mm..160mm = 70mm
   /// Height over all.
   param height: length in 20mm..120mm = 60mm
-  /// Thickness of wall and floor.
+  /// Thickness of the wall. The floor lies where the wall's inner side ends.
   param wall: length in 0.5mm..8mm = 3mm
-  /// How far the wall goes on outwards from the foot before it turns up: a fraction of the way out to the rim.
-  param spread: real in 0.1..0.9 = 0.5
-  /// How far down from the rim the wall is steep: a fraction of the height.
-  param steepness: real in 0.1..0.9 = 0.5
-  /// How far the rolled rim stands out beyond the wall; inside it ends with the wall.
-  param roll: length in 0.5mm..12mm = 4mm
-  /// Half the height of the rolled rim.
-  param roll_height: length in 0.5mm..8mm = 3mm
+  /// The angle at which the wall leaves the ground.
+  param slope: angle in 5deg..65deg = 25deg
+  /// How closely the wall follows its tangents at foot and rim to where they meet: little is a slack wall, much a sharp turn.
+  param fullness: real in 0.3..0.95 = 0.65
+  /// Radius at which the rim is turned outwards, on the outer side.
+  param curl: length in 0.5mm..15mm = 4mm
+  /// Radius of the bead in which the rim ends.
+  param bead: length in 0.5mm..6mm = 3mm
 
   require foot + 5mm < rim, "the foot is wider than the rim: a bowl opens upwards"
-  require 2 * wall < roll_height + roll, "the rolled rim is thinner than the wall that it ends"
+  require wall < 1.8 * bead, "the bead is thinner than the wall that ends in it"
 
-  // The wall ends in the middle of the rolled rim.
-  let top = height - roll_height
+  // Where the wall ends and the rim begins to turn outwards.
+  let top = height - wall - curl
+  // Where the wall's tangents at foot and rim meet.
+  let corner = (rim, (rim - foot) * tan(slope))
+  require corner.y < 0.9 * top, "so steep a wall rises above the rim: make its slope less, or the bowl higher"
 
-  /// The outer side of the wall, from the foot upwards: (radius, height). It leaves the foot flat and arrives upright.
-  let outer = bezier([
-    (foot, 0mm),
-    (mix(foot, rim, spread), 0mm),
-    (rim, top * (1 - steepness)),
-    (rim, top),
-  ])
+  /// The outer side of the wall, from the foot upwards: (radius, height). It arrives upright at the rim.
+  let (from, to) = ((foot, 0mm), (rim, top))
+  let outer = bezier([from, mix(from, corner, fullness), mix(to, corner, fullness), to])
 
   /// The curve at a distance on its left side, which is the inside of an outer profile that runs upwards.
   fn beside(c: real -> point2, distance: length) = |t| {
@@ -44,13 +43,12 @@ model bowl {
 
   part outside = revolve(outer)
   part inside  = flip(revolve(beside(outer, wall)))
-  part floor   = disc(foot).translate((0mm, 0mm, wall))
+  part floor   = disc(foot - wall * sin(slope)).translate((0mm, 0mm, wall * cos(slope)))
   part base    = flip(disc(foot))
 
-  // From under the rim, around its outer edge and over the top to the inside.
-  let half = (roll + wall) / 2
-  part bead = revolve(|t| {
-    let a = mix(-150deg, 180deg, t)
-    (rim - wall + half + half * cos(a), top + roll_height * sin(a))
-  })
+  // The rim is turned outwards by a quarter of a turn and ends in a bead whose top is the bowl's.
+  let middle = (rim + curl, top)
+  part turn_below = revolve(arc(middle, curl, 180deg, 90deg))
+  part turn_above = flip(revolve(arc(middle, curl + wall, 180deg, 90deg)))
+  part roll       = revolve(arc((rim + curl, height - bead), bead, -215deg, 90deg))
 }
