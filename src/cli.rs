@@ -63,11 +63,18 @@ pub(crate) enum Format {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'"
+    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'\n  gmlc check --explain dimension-mismatch"
 )]
 pub(crate) struct CheckArgs {
-    #[command(flatten)]
-    pub(crate) script: ScriptArgs,
+    /// The script (.gml)
+    #[arg(value_name = "MODEL.gml", required_unless_present = "explain")]
+    pub(crate) model: Option<PathBuf>,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+    /// Tell what a diagnostic's code stands for, with an example
+    #[arg(long, value_name = "CODE")]
+    pub(crate) explain: Option<String>,
     /// How to print the result
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,

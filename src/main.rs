@@ -6,6 +6,7 @@ mod diagnostics;
 mod diff;
 mod emit;
 mod error;
+mod findings;
 mod fit;
 mod inspect;
 mod measure;

@@ -19,4 +19,5 @@ pub mod ir;
 pub mod jit;
 pub mod program;
 pub mod source;
+mod suggest;
 pub mod syntax;
