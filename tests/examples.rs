@@ -6,8 +6,9 @@ mod support;
 use gml_compiler::program::{Options, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Model, Tessellation};
+use gml_runtime::model::{Fineness, Model, Tessellation};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use support::{commands, copy, gmlc, json, parameter, root};
@@ -126,28 +127,42 @@ fn every_example_is_complete() {
 /// Along its normal, every surface goes from the inside of the solid to its outside: the winding number of the model about a
 /// point, which is its solid angle as seen from there over that of the whole sphere (Jacobson, Kavan and Sorkine-Hornung 2013),
 /// is a whole number where the surface is closed, falls by one across it, and is 0 outside where the normals point out. Where parts
-/// run into each other (a handle in a wall) one side is buried in the other, and it is 1.
+/// run into each other (a handle in a wall) one side is buried in the other, and it is 1 or more.
 #[test]
 fn every_example_is_closed_and_faces_outwards() {
     for name in EXAMPLES.into_iter().chain(["cup"]) {
         let mesh = coarse(name);
-        let (mut count, mut wrong) = (0, Vec::new());
-        let step = (mesh.triangles.len() / 400).max(1);
-        for (index, triangle) in mesh.triangles.iter().enumerate().step_by(step) {
-            let corners = triangle.map(|v| mesh.positions[v as usize]);
-            let Some(normal) = mesh.triangle_normal(*triangle) else { continue };
-            let size = mesh.triangle_area(*triangle).sqrt();
-            let middle = [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0);
-            let outside = winding(&mesh, [0, 1, 2].map(|k| middle[k] + 1e-3 * size * normal[k]));
-            count += 1;
-            if !(-0.2..1.2).contains(&outside) || (outside - outside.round()).abs() > 0.2 {
-                let part = mesh.groups.iter().find(|g| (g.start..g.end).contains(&index));
-                wrong.push((part.map(|g| g.name.clone()).unwrap_or_default(), (outside * 100.0).round() / 100.0));
-            }
+        for (kind, triangles) in samples(&mesh) {
+            let around: Vec<f64> = triangles.iter().map(|t| winding(&mesh, outside(&mesh, *t))).collect();
+            let right = around.iter().filter(|w| **w > -0.25 && (**w - w.round()).abs() < 0.25).count();
+            // Facets of neighbours overlap or leave slits, and there are open ends where one part runs into another.
+            let share = right as f64 / around.len() as f64;
+            assert!(share > 0.85, "{name}: {kind} has the winding numbers {around:.2?} outside");
         }
-        assert!(count > 100, "{name}: {count}");
-        eprintln!("{name}: {} of {count} wrong {wrong:?}", wrong.len());
     }
+}
+
+/// Some triangles of every kind of part (`tree.left.wood` is `wood`).
+fn samples(mesh: &TriangleMesh) -> BTreeMap<&str, Vec<[u32; 3]>> {
+    let mut kinds: BTreeMap<&str, Vec<[u32; 3]>> = BTreeMap::new();
+    for group in &mesh.groups {
+        let last = group.name.rsplit('.').next().unwrap_or_default();
+        let kind = kinds.entry(last.split('[').next().unwrap_or_default()).or_default();
+        kind.extend(mesh.triangles[group.start..group.end].iter().filter(|t| mesh.triangle_area(**t) > 1e-6));
+    }
+    for triangles in kinds.values_mut() {
+        let step = triangles.len().div_ceil(24);
+        *triangles = triangles.iter().copied().step_by(step).collect();
+    }
+    kinds
+}
+
+/// A point a little outside of a triangle's middle.
+fn outside(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
+    let corners = triangle.map(|v| mesh.positions[v as usize]);
+    let normal = mesh.triangle_normal(triangle).expect("a triangle with an area");
+    let step = 1e-3 * mesh.triangle_area(triangle).sqrt();
+    [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0 + step * normal[k])
 }
 
 /// A model at its defaults in not too many triangles.
@@ -158,7 +173,10 @@ fn coarse(name: &str) -> TriangleMesh {
     let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
     let x: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
     let instance = Model::instantiate(&program, &x).expect("it exists");
-    Tessellation::uniform(&program, &*instance, 48, 12).expect("it can be evaluated").mesh
+    let positions = Tessellation::uniform(&program, &*instance, 4, 4).expect("it can be evaluated").mesh.positions;
+    let size = positions.iter().flatten().fold(0.0f64, |m, c| m.max(c.abs()));
+    let fineness = Fineness { chord: 1e-3 * size, ..Fineness::default() };
+    Tessellation::new(&program, &*instance, fineness).expect("it can be evaluated").mesh
 }
 
 /// The winding number of a mesh about a point: the signed solid angles of its triangles (van Oosterom and Strackee 1983) over

@@ -20,7 +20,7 @@ model bowl {
   /// Radius at which the rim is turned outwards, on the outer side.
   param curl: length in 0.5mm..15mm = 4mm
   /// Radius of the bead in which the rim ends.
-  param bead: length in 0.5mm..6mm = 3mm
+  param bead: length in 0.5mm..curl = 3mm
 
   require foot + 5mm < rim, "the foot is wider than the rim: a bowl opens upwards"
   require wall < 1.8 * bead, "the bead is thinner than the wall that ends in it"
@@ -46,9 +46,12 @@ model bowl {
   part floor   = disc(foot - wall * sin(slope)).translate((0mm, 0mm, wall * cos(slope)))
   part base    = flip(disc(foot))
 
-  // The rim is turned outwards by a quarter of a turn and ends in a bead whose top is the bowl's.
+  // The rim is turned outwards by a quarter of a turn and ends in a bead as high as the rim. Below, the two circles meet at
+  // this height above the turn's centre.
   let middle = (rim + curl, top)
-  part turn_below = revolve(arc(middle, curl, 180deg, 90deg))
+  let lift = wall + curl - bead
+  let meet = (curl ^ 2 - bead ^ 2 + lift ^ 2) / (2 * lift)
+  part turn_below = revolve(arc(middle, curl, 180deg, 180deg - asin(meet / curl)))
   part turn_above = flip(revolve(arc(middle, curl + wall, 180deg, 90deg)))
-  part roll       = revolve(arc((rim + curl, height - bead), bead, -215deg, 90deg))
+  part roll       = revolve(arc(middle + (0mm, lift), bead, -180deg - asin((meet - lift) / bead), 90deg))
 }

@@ -30,13 +30,13 @@ model tree {
   fn grow(frame, length: length, thickness: length, bend: angle, level: int) {
     let knee = (0mm, 0mm, length / 2)
     let tip = knee + (sin(bend), 0, cos(bend)) * (length / 2)
-    let wood = tube(bezier([(0mm, 0mm, 0mm), knee, tip]), radius: |v| thickness * mix(1, taper, v)).transform(frame)
+    // The last branches end in a point, within their leaves.
+    let slim = if level == 0 { 0mm } else { thickness * taper }
+    let wood = tube(bezier([(0mm, 0mm, 0mm), knee, tip]), radius: |v| mix(thickness, slim, v)).transform(frame)
     let end = |p| frame(tip + turned(p, (0, 1, 0), bend))
     if level == 0 {
-      // A leaf begins within the twig.
-      {wood: wood, leaf: sphere(leaf / 2).stretch((0.5, 0.16, 1)).translate((0mm, 0mm, 0.45 * leaf)).transform(end)}
+      {wood: wood, leaf: sphere(leaf / 2).stretch((0.5, 0.16, 1)).translate((0mm, 0mm, 0.4 * leaf)).transform(end)}
     } else {
-      let slim = thickness * taper
       let fork = |p| end(turned(p, (0, 0, 1), twist))
       let back = |p| fork((-p.x, -p.y, p.z))
       {
