@@ -65,9 +65,9 @@ model amphora {
   let solid = 0.06
 
   part outside = revolve(profile)
-  part inside  = flip(revolve(|t| hollow(mix(solid, 1, t))))
-  part floor   = disc(hollow(solid).x).translate((0mm, 0mm, hollow(solid).y))
-  part base    = flip(disc(foot))
+  part inside = flip(revolve(|t| hollow(mix(solid, 1, t))))
+  part floor = disc(hollow(solid).x).translate((0mm, 0mm, hollow(solid).y))
+  part base = flip(disc(foot))
   // The lip is a half round from the outside over the top to the inside.
   part rim = revolve(|t| {
     let (p, q) = (profile(1), hollow(1))
@@ -96,7 +96,8 @@ fn chebyshev(k: int) -> int = if k <= 0 { k + 1 } else { 4 * chebyshev(k - 1) - 
 /// entry (i, j) is (-1)^(i + j) U(min(i, j)) U(n - 1 - max(i, j)) / U(n), with Chebyshev's U at 2.
 fn control_points(p) {
   let n = len(p) - 2
-  fn side(j) = 6 * p[j + 1] - (if j == 0 { p[0] } else { 0 * p[0] }) - (if j == n - 1 { p[n + 1] } else { 0 * p[0] })
+  fn side(j) =
+    6 * p[j + 1] - (if j == 0 { p[0] } else { 0 * p[0] }) - (if j == n - 1 { p[n + 1] } else { 0 * p[0] })
   fn entry(i, j) {
     let sign = if (i + j) % 2 == 0 { 1 } else { -1 }
     sign * chebyshev(min(i, j)) * chebyshev(n - 1 - max(i, j)) / chebyshev(n)

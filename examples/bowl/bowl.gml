@@ -42,9 +42,9 @@ model bowl {
   }
 
   part outside = revolve(outer)
-  part inside  = flip(revolve(beside(outer, wall)))
-  part floor   = disc(foot - wall * sin(slope)).translate((0mm, 0mm, wall * cos(slope)))
-  part base    = flip(disc(foot))
+  part inside = flip(revolve(beside(outer, wall)))
+  part floor = disc(foot - wall * sin(slope)).translate((0mm, 0mm, wall * cos(slope)))
+  part base = flip(disc(foot))
 
   // The rim is turned outwards by a quarter of a turn and ends in a bead as high as the rim. Below, the two circles meet at
   // this height above the turn's centre.
@@ -53,5 +53,5 @@ model bowl {
   let meet = (curl ^ 2 - bead ^ 2 + lift ^ 2) / (2 * lift)
   part turn_below = revolve(arc(middle, curl, 180deg, 180deg - asin(meet / curl)))
   part turn_above = flip(revolve(arc(middle, curl + wall, 180deg, 90deg)))
-  part roll       = revolve(arc(middle + (0mm, lift), bead, -180deg - asin((meet - lift) / bead), 90deg))
+  part roll = revolve(arc(middle + (0mm, lift), bead, -180deg - asin((meet - lift) / bead), 90deg))
 }

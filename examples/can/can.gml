@@ -25,7 +25,8 @@ model can {
   /// How deep the lid lies below the top of the seam.
   param lid_depth: length in 1mm..12mm = 5mm
 
-  require seam_height + 1mm < shoulder, "the seam takes all of the shoulder's height: nothing is left for the neck"
+  require seam_height + 1mm < shoulder,
+    "the seam takes all of the shoulder's height: nothing is left for the neck"
   require foot + shoulder + 5mm < height, "foot and shoulder leave nothing of the body"
   require dome + lid_depth + 2mm < height, "the dome meets the lid"
   require dome < 0.9 * (stand_radius - 2mm), "the dome is more than half a sphere"
@@ -53,15 +54,15 @@ model can {
   // The seam: out, up, over and down to the lid.
   let top = height - seam
   part seam_under = flip(revolve(line((neck_radius + seam, neck_end), (neck_radius, neck_end))))
-  part seam_side  = revolve(line((neck_radius + seam, neck_end), (neck_radius + seam, top)))
-  part seam_top   = revolve(arc((neck_radius, top), seam, 0deg, 180deg))
-  part lid_wall   = revolve(line((neck_radius - seam, top), (neck_radius - seam, height - lid_depth)))
-  part lid        = revolve(line((neck_radius - seam, height - lid_depth), (0mm, height - lid_depth)))
+  part seam_side = revolve(line((neck_radius + seam, neck_end), (neck_radius + seam, top)))
+  part seam_top = revolve(arc((neck_radius, top), seam, 0deg, 180deg))
+  part lid_wall = revolve(line((neck_radius - seam, top), (neck_radius - seam, height - lid_depth)))
+  part lid = revolve(line((neck_radius - seam, height - lid_depth), (0mm, height - lid_depth)))
 
   // The ring on which it stands, and the dome: a cap of a sphere.
   let cap = stand_radius - ring
   let sphere = (cap ^ 2 + dome ^ 2) / (2 * dome)
   let half = asin(cap / sphere)
   part stand = revolve(arc((stand_radius, ring), ring, -180deg, 0deg))
-  part base  = revolve(arc((0mm, ring + dome - sphere), sphere, 90deg, 90deg - half))
+  part base = revolve(arc((0mm, ring + dome - sphere), sphere, 90deg, 90deg - half))
 }

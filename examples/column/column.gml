@@ -27,7 +27,8 @@ model column {
   param capital_spread: length in 40mm..400mm = 110mm
 
   require flute < 0.2 * upper_radius, "the flutes eat up the shaft"
-  require 0.25 * base_height < base_spread, "the base is too slender for its mouldings: make it lower or wider"
+  require 0.25 * base_height < base_spread,
+    "the base is too slender for its mouldings: make it lower or wider"
 
   /// From 0 to 1 between two values, without a corner; then back to 0.
   fn window(t: real) = smoothstep(0, 0.05, t) * smoothstep(0, 0.05, 1 - t)
@@ -50,15 +51,15 @@ model column {
   let below = (half_width - lower, 0.3 * b + lower)
   let above = (lower_radius + base_spread / 2 - upper, 0.73 * b + upper)
   part base = {
-    torus:  revolve(arc(below, lower, -90deg, 90deg)),
+    torus: revolve(arc(below, lower, -90deg, 90deg)),
     scotia: revolve(bezier([
       (below.x, below.y + lower),
       (lower_radius + 0.2 * base_spread, below.y + lower),
       (lower_radius + 0.2 * base_spread, above.y - upper),
       (above.x, above.y - upper),
     ])),
-    bead:   revolve(arc(above, upper, -90deg, 90deg)),
-    flare:  revolve(bezier([(above.x, 0.9 * b), (lower_radius, 0.9 * b), (lower_radius, b)])),
+    bead: revolve(arc(above, upper, -90deg, 90deg)),
+    flare: revolve(bezier([(above.x, 0.9 * b), (lower_radius, 0.9 * b), (lower_radius, b)])),
   }
 
   // The capital: a neck, the echinus that swells below the abacus.
@@ -81,22 +82,27 @@ model column {
 
   /// Four upright walls around a square.
   fn walls(half: length, height: length) = for i in 0..4 {
-    rotate(|u: real, v: real| (half, mix(-half, half, u), height * v), i * 90deg)
+    let wall = |u: real, v: real| (half, mix(-half, half, u), height * v)
+    wall.rotate(i * 90deg)
   }
   /// A square from which a disc is left out, in four pieces: what shows of a block under something round. It looks upwards.
   fn ledge(half: length, radius: length) = for i in 0..4 {
-    rotate(|u: real, v: real| mix((half, mix(-half, half, u), 0mm), polar(radius, mix(-45deg, 45deg, u)), v), i * 90deg)
+    let quarter = |u: real, v: real| {
+      let (on_square, on_circle) = ((half, mix(-half, half, u), 0mm), polar(radius, mix(-45deg, 45deg, u)))
+      mix(on_square, on_circle, v)
+    }
+    quarter.rotate(i * 90deg)
   }
 
   part plinth = {
-    side:   walls(half_width, 0.3 * b),
-    top:    ledge(half_width, below.x).translate((0mm, 0mm, 0.3 * b)),
+    side: walls(half_width, 0.3 * b),
+    top: ledge(half_width, below.x).translate((0mm, 0mm, 0.3 * b)),
     bottom: flip(plane(2 * half_width, 2 * half_width)),
   }
   let abacus_half = upper_radius + capital_spread
   part abacus = {
-    side:   walls(abacus_half, 0.4 * c).translate((0mm, 0mm, top + 0.6 * c)),
-    top:    plane(2 * abacus_half, 2 * abacus_half).translate((0mm, 0mm, top + c)),
+    side: walls(abacus_half, 0.4 * c).translate((0mm, 0mm, top + 0.6 * c)),
+    top: plane(2 * abacus_half, 2 * abacus_half).translate((0mm, 0mm, top + c)),
     bottom: each(ledge(abacus_half, echinus), flip).translate((0mm, 0mm, top + 0.6 * c)),
   }
 }

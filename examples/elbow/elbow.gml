@@ -47,14 +47,14 @@ model elbow {
 
   /// Legs and bend of some radius, from one distance from the collars' faces on.
   fn pipe(r: length, from: length) = {
-    inlet:  cylinder(r, long_leg - from).translate((0mm, 0mm, from)).transform(inlet),
-    bend:   |u, v| frame(v * bend)((r * cos(u * 1turn), r * sin(u * 1turn), 0mm)),
+    inlet: cylinder(r, long_leg - from).translate((0mm, 0mm, from)).transform(inlet),
+    bend: |u, v| frame(v * bend)((r * cos(u * 1turn), r * sin(u * 1turn), 0mm)),
     outlet: cylinder(r, short_leg - from).translate((0mm, 0mm, from)).transform(outlet),
   }
 
   part outside = pipe(radius, thickness)
-  part inside  = each(pipe(radius - wall, 0mm), flip)
+  part inside = each(pipe(radius - wall, 0mm), flip)
   let ring = collar(bore: radius - wall, neck: radius, radius: radius + rim, thickness: thickness)
-  part inlet_collar  = ring.transform(inlet)
+  part inlet_collar = ring.transform(inlet)
   part outlet_collar = ring.transform(outlet)
 }

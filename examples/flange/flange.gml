@@ -53,6 +53,6 @@ model flange {
     // Beside the hole, the upper and the lower side up to the next one.
     part upper = flip(land).translate((0mm, 0mm, thickness)).rotate(i * pitch)
     part lower = rotate(land, i * pitch)
-    part hole  = flip(cylinder(bolt / 2, thickness)).translate(polar(bolt_circle, i * pitch))
+    part hole = flip(cylinder(bolt / 2, thickness)).translate(polar(bolt_circle, i * pitch))
   }
 }

@@ -21,7 +21,8 @@ model planter {
   /// Radius of the hole in the floor.
   param drain: length in 3mm..20mm = 8mm
 
-  require wave < 0.35 * height, "the waves of the rim reach down to the foot: make them lower, or the planter higher"
+  require wave < 0.35 * height,
+    "the waves of the rim reach down to the foot: make them lower, or the planter higher"
   require drain + 2 * wall < foot, "the hole in the floor reaches the wall"
   require foot - 20mm < rim, "a planter is not narrower at the rim than at its foot"
 
@@ -52,6 +53,6 @@ model planter {
     middle + out * cos(across) + (0mm, 0mm, wall / 2 * sin(across))
   }
   part floor = annulus(drain, radius_at(wall) - wall).translate((0mm, 0mm, wall))
-  part base  = flip(annulus(drain, foot))
-  part hole  = flip(cylinder(drain, wall))
+  part base = flip(annulus(drain, foot))
+  part hole = flip(cylinder(drain, wall))
 }

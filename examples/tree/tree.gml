@@ -32,16 +32,20 @@ model tree {
     let tip = knee + (sin(bend), 0, cos(bend)) * (length / 2)
     // The last branches end in a point, within their leaves.
     let slim = if level == 0 { 0mm } else { thickness * taper }
-    let wood = tube(bezier([(0mm, 0mm, 0mm), knee, tip]), radius: |v| mix(thickness, slim, v)).transform(frame)
+    let wood =
+      tube(bezier([(0mm, 0mm, 0mm), knee, tip]), radius: |v| mix(thickness, slim, v)).transform(frame)
     let end = |p| frame(tip + turned(p, (0, 1, 0), bend))
     if level == 0 {
-      {wood: wood, leaf: sphere(leaf / 2).stretch((0.5, 0.16, 1)).translate((0mm, 0mm, 0.4 * leaf)).transform(end)}
+      {
+        wood: wood,
+        leaf: sphere(leaf / 2).stretch((0.5, 0.16, 1)).translate((0mm, 0mm, 0.4 * leaf)).transform(end),
+      }
     } else {
       let fork = |p| end(turned(p, (0, 0, 1), twist))
       let back = |p| fork((-p.x, -p.y, p.z))
       {
-        wood:  wood,
-        left:  grow(fork, length * left, slim, left_bend, level - 1),
+        wood: wood,
+        left: grow(fork, length * left, slim, left_bend, level - 1),
         right: grow(back, length * right, slim, right_bend, level - 1),
       }
     }
