@@ -187,15 +187,8 @@ fn codes_in_source() -> BTreeSet<String> {
 #[test]
 fn every_code_is_explained_by_an_example_that_is_diagnosed_so() {
     // These are limits, or need several files or the command line.
-    const WITHOUT_EXAMPLE: [&str; 7] = [
-        "derivative",
-        "machine-code",
-        "too-long",
-        "too-many-errors",
-        "too-many-files",
-        "unknown-input",
-        "use-cycle",
-    ];
+    const WITHOUT_EXAMPLE: [&str; 7] =
+        ["derivative", "machine-code", "too-long", "too-many-errors", "too-many-files", "unknown-input", "use-cycle"];
     let explained: Vec<gml_compiler::diagnostic::Explanation> = gml_compiler::diagnostic::explanations().collect();
     let names: BTreeSet<String> = explained.iter().map(|e| e.code.to_owned()).collect();
     let used = codes_in_source();
