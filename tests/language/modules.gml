@@ -77,3 +77,12 @@ let d = _own(3)
 use std.curve (casteljau)
 // Error: 9-13 there is no 'half' here
 let a = half(3)
+
+// --- a name from two places
+use "bracket.gml" (bracket)
+// Error: 18-25 'bracket' is brought from two files
+// Hint: `use` one of them whole, without names in parentheses, and write its name before a dot
+use "other.gml" (bracket)
+// Error: 20-29 'thickness' is brought from another file, and defined here too
+use "bracket.gml" (thickness)
+fn thickness() = 3

@@ -101,6 +101,7 @@ impl<'a> Checker<'a> {
             match self.join(&ty, &item.ty) {
                 Some(joined) => ty = joined,
                 None if has_function(&item.ty) && has_function(&ty) => return self.make_tuple(items, span),
+                None if self.differ_in_length(&item.ty, &ty) => return self.make_tuple(items, span),
                 None => {
                     let message = format!(
                         "the elements of an array must be of one kind: this is {}, the ones before are {}",
@@ -122,6 +123,14 @@ impl<'a> Checker<'a> {
         }
         let items = items.into_iter().map(|e| self.convert(e, &ty)).collect();
         Expr { kind: ExprKind::Aggregate(items), ty: whole, span }
+    }
+
+    /// Arrays of the same elements, but not as many: an array of such is a tuple.
+    fn differ_in_length(&mut self, a: &Type, b: &Type) -> bool {
+        match (a, b) {
+            (Type::Array(x, n), Type::Array(y, m)) => *n == 0 || *m == 0 || self.join(x, y).is_some(),
+            _ => false,
+        }
     }
 
     fn record(&mut self, fields: &'a [(Ident, ast::Expr)], span: Span) -> Expr {

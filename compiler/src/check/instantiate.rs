@@ -304,6 +304,25 @@ impl<'a> Checker<'a> {
     }
 }
 
+impl<'a> Checker<'a> {
+    /// Checks a model that is not the main one with the defaults of its parameters, unless another uses it.
+    pub(super) fn check_model(&mut self, decl: &'a ast::Model) {
+        let id = self.intern(&decl.name.text, Code::Model(0, decl), Vec::new());
+        if self.instances.keys().any(|(closure, ..)| *closure == id) {
+            return;
+        }
+        let params: Vec<Parameter<'a>> = self.parameters(id);
+        let types = params
+            .iter()
+            .map(|p| match (p.optional, p.ty) {
+                (false, Some(ty)) => self.wanted(ty).exact(),
+                _ => None,
+            })
+            .collect();
+        self.instantiate(id, types, decl.name.span);
+    }
+}
+
 /// The name by which a constant is checked, which is one of those that it binds.
 fn first_name(pattern: &ast::Pattern) -> &str {
     match pattern {

@@ -73,6 +73,9 @@ impl<'a> Checker<'a> {
         }
         let model = chosen.map(|(model, item)| self.main_model(model, &item.doc, inputs));
         self.check_annotated(0);
+        for (other, _) in models.iter().filter(|(m, _)| chosen.is_none_or(|(main, _)| !std::ptr::eq(*main, *m))) {
+            self.check_model(other);
+        }
         model
     }
 

@@ -324,6 +324,7 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
                 match target {
                     Some(target) => {
                         diagnostics.extend(unknown_import(name, &modules[*target]));
+                        diagnostics.extend(colliding_import(name, *target, &modules[id]));
                         modules[id].imports.insert(&name.text, *target);
                     }
                     None => _ = modules[id].broken.insert(&name.text),
@@ -363,6 +364,18 @@ pub(super) fn private_name(name: &str, definition: Definition<'_>, span: Span) -
     Diagnostic::error("private-name", span, format!("'{name}' is private to the file that defines it"))
         .related(definition.span(), "defined here")
         .hint("a name that begins with '_' cannot be used from another file")
+}
+
+/// A name that stands for something else in the file already.
+fn colliding_import(name: &Ident, target: usize, module: &Module<'_>) -> Option<Diagnostic> {
+    if let Some(own) = module.definitions.get(name.text.as_str()) {
+        let message = format!("'{}' is brought from another file, and defined here too", name.text);
+        return Some(Diagnostic::error("duplicate-name", name.span, message).related(own.span(), "defined here"));
+    }
+    module.imports.get(name.text.as_str()).filter(|before| **before != target)?;
+    let message = format!("'{}' is brought from two files", name.text);
+    let error = Diagnostic::error("duplicate-name", name.span, message);
+    Some(error.hint("`use` one of them whole, without names in parentheses, and write its name before a dot"))
 }
 
 fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {

@@ -44,7 +44,7 @@ impl<'m> Evaluator<'m> for Interpreter<'m> {
             RunError::Failed(failure) => Fault::Failure(failure.0),
             RunError::Steps(_) | RunError::Memory(_) => Fault::Steps,
             RunError::Depth(_) => Fault::Depth,
-            RunError::Malformed(_) => panic!("{e} in {}", self.0.function(function).name),
+            RunError::Interrupted(_) | RunError::Malformed(_) => panic!("{e} in {}", self.0.function(function).name),
         })
     }
 }

@@ -181,7 +181,7 @@ impl Summary {
 /// One test, as two at once would be seen as one input.
 #[test]
 fn damaged_scripts_are_survived() {
-    let (count, seed) = (setting("GMLC_HOSTILE_COUNT", 3000), setting("GMLC_HOSTILE_SEED", 1));
+    let (count, seed) = (setting("GMLC_HOSTILE_COUNT", 2000), setting("GMLC_HOSTILE_SEED", 1));
     let corpus = corpus::texts();
     let (clock, done) = (Clock::of_this_thread(), AtomicBool::new(false));
     let mut summary = Summary::default();

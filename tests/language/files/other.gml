@@ -1,0 +1,1 @@
+fn bracket(x) = x
