@@ -13,6 +13,7 @@ mod inspect;
 mod measure;
 mod mesh;
 mod progress;
+mod repl;
 mod scan;
 mod script;
 mod table;
@@ -21,7 +22,6 @@ mod variance;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use error::CommandError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -36,11 +36,9 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(args),
         Command::Variance(args) => variance::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Repl(args) => repl::run(args),
     };
     let Err(error) = result else { return ExitCode::SUCCESS };
-    match &error {
-        CommandError::Failed(message) | CommandError::Usage(message) => eprintln!("error: {message}"),
-        CommandError::Script(errors) => diagnostics::print(&errors.diagnostics, &errors.sources),
-    }
+    error.print();
     ExitCode::from(error.status())
 }

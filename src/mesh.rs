@@ -3,9 +3,10 @@
 use crate::cli::MeshArgs;
 use crate::error::CommandError;
 use crate::{script, values};
+use gml_compiler::program::Program;
 use gml_runtime::export::{obj, ply, stl};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Tessellation};
+use gml_runtime::model::{Atlas, Fineness, Model, Motion, Tessellation};
 use std::path::Path;
 
 /// Texture coordinates of a mesh for other programs: those of an atlas of this many texels a side.
@@ -16,16 +17,27 @@ pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     let chord = values::positive_length("--chord", &args.chord)?;
     let program = script::compile(&args.script)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
-    let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
+    write_model(&args.output, &program, (&x, &motion), chord)
+}
+
+/// Writes the surface of a model at x, moved.
+pub(crate) fn write_model(
+    output: &Path,
+    program: &Program,
+    (x, motion): (&[f64], &Motion),
+    chord: f64,
+) -> Result<(), CommandError> {
+    check_format(output)?;
+    let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
     let fineness = Fineness { chord, ..Fineness::default() };
-    let atlas = Atlas::new(&program, &*instance, ATLAS).map_err(CommandError::failed)?;
+    let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
     let mut tessellation =
-        Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?.with_atlas(&atlas);
+        Tessellation::new(program, &*instance, fineness).map_err(CommandError::failed)?.with_atlas(&atlas);
     motion.move_tessellation(&mut tessellation);
-    write(&args.output, &tessellation.mesh)?;
+    write(output, &tessellation.mesh)?;
     println!(
         "{}: {} vertices, {} triangles, {} parts",
-        args.output.display(),
+        output.display(),
         tessellation.mesh.positions.len(),
         tessellation.mesh.triangles.len(),
         tessellation.mesh.groups.len()

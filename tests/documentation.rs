@@ -28,7 +28,7 @@ fn every_command_of_the_documentation_works() {
     let folder = tempfile::tempdir().expect("a folder");
     copy(&root().join("examples"), &folder.path().join("examples"));
     let mut count = 0;
-    let pages = ["README.md", "docs/output.md", "docs/language.md", "examples/cup/README.md", "examples/mug/README.md"];
+    let pages = ["README.md", "docs/output.md", "docs/language.md", "docs/repl.md", "examples/cup/README.md", "examples/mug/README.md"];
     for page in pages {
         for command in commands(&root().join(page)) {
             let args: Vec<&str> = command.split_whitespace().skip(1).collect();
