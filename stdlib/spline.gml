@@ -118,7 +118,8 @@ fn natural_spline(points) {
   let n = len(points)
   // As a B-spline: its control points c are such that (c[i - 1] + 4 c[i] + c[i + 1]) / 6 is points[i].
   let inner = _control_points(points, 1, 0, points[0])
-  let control = _with_neighbours(concat([points[0]], inner), false)
+  let through = concat([points[0]], inner)
+  let control = _with_neighbours(through, false)
   |t: real| {
     let i = span_of(t, n - 1).x
     _de_boor(for j in 0..4 { control[i + j] }, |k| k - 3, i + 3, t * (n - 1), 3, 1)
