@@ -142,7 +142,7 @@ pub(crate) const COMMANDS: &[Command] = &[
         arguments: "FILE",
         takes: Takes::File,
         about: "Write the model's surface as a mesh (.obj, .ply or .stl)",
-        more: "",
+        more: "Options of `gmlc mesh` may follow the name: :mesh cup.ply --chord 0.005mm",
         run: |repl, rest| worked(repl, rest, work::mesh),
     },
     Command {

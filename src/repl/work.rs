@@ -2,11 +2,11 @@
 
 use super::commands::no_model;
 use super::state::Repl;
-use crate::cli::{FitControls, InspectArgs, ScanArgs, ScriptArgs, VarianceControls};
+use crate::cli::{FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::FileLoader;
-use crate::{fit as fitting, inspect as inspecting, mesh as meshing, values};
+use crate::{fit as fitting, inspect as inspecting, mesh as meshing};
 use clap::{CommandFactory, Parser};
 use gml_compiler::jit::Limits;
 use gml_compiler::program::{self, Program};
@@ -19,15 +19,12 @@ use std::time::{Duration, Instant};
 /// How long `:time` repeats each of its two measurements.
 const REPEATED_FOR: Duration = Duration::from_millis(200);
 
+/// The arguments of `gmlc mesh`.
 #[derive(Debug, Parser)]
 #[command(name = ":mesh", no_binary_name = true)]
 struct MeshLine {
-    /// The file to write: .obj, .ply or .stl
-    #[arg(value_name = "FILE")]
-    output: PathBuf,
-    /// Largest distance between the mesh and the exact surface
-    #[arg(long, value_name = "LENGTH", default_value = "0.02mm")]
-    chord: String,
+    #[command(flatten)]
+    args: MeshArgs,
 }
 
 #[derive(Debug, Parser)]
@@ -59,7 +56,6 @@ struct InspectLine {
 /// The options of a command, where it has any.
 pub(crate) fn options_of(command: &str) -> Option<String> {
     let help = match command {
-        "mesh" => MeshLine::command().render_help(),
         "fit" => FitLine::command().render_help(),
         "inspect" => InspectLine::command().render_help(),
         _ => return None,
@@ -69,16 +65,21 @@ pub(crate) fn options_of(command: &str) -> Option<String> {
 
 /// `:mesh FILE`.
 pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
-    let line: MeshLine = parsed(rest)?;
-    meshing::check_format(&line.output)?;
-    let chord = values::positive_length("--chord", &line.chord)?;
+    // The model is at hand; what follows after the file's name are options of `gmlc mesh`.
+    let mut words = words(rest)?;
+    if words.is_empty() {
+        return Err(CommandError::usage("something is missing, as in :mesh cup.obj"));
+    }
+    let model = script(repl).display().to_string();
+    words.splice(0..0, [model, "-o".to_owned()]);
+    let line: MeshLine = parsed(words)?;
     let (program, x) = program(repl)?;
-    meshing::write_model(&line.output, &program, (&x, &Motion::IDENTITY), chord)
+    meshing::write_model(&line.args, &program, (&x, &Motion::IDENTITY))
 }
 
 /// `:fit SCAN`.
 pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
-    let line: FitLine = parsed(rest)?;
+    let line: FitLine = parsed(words(rest)?)?;
     let (program, x) = program(repl)?;
     let options = fitting::options(&controls(line.controls, &program, &x), &program)?;
     let scan = fitting::read_scan(&line.scan)?;
@@ -97,7 +98,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 
 /// `:inspect SCAN DIR`.
 pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
-    let line: InspectLine = parsed(rest)?;
+    let line: InspectLine = parsed(words(rest)?)?;
     let (program, x) = program(repl)?;
     let args = InspectArgs {
         script: ScriptArgs { model: script(repl), inputs: Vec::new() },
@@ -185,8 +186,8 @@ fn controls(mut controls: FitControls, program: &Program, x: &[f64]) -> FitContr
 }
 
 /// A line as the command line would have it.
-fn parsed<L: Parser>(rest: &str) -> Result<L, CommandError> {
-    L::try_parse_from(words(rest)?).map_err(|e| {
+fn parsed<L: Parser>(words: Vec<String>) -> Result<L, CommandError> {
+    L::try_parse_from(words).map_err(|e| {
         let text = e.render().to_string();
         CommandError::Usage(text.trim_start_matches("error: ").trim_end().to_owned())
     })
