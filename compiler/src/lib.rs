@@ -9,7 +9,7 @@
 //! 5. [`jit`]: machine code for them, by Cranelift.
 //! 6. [`program`]: what everything outside may know of a compiled script.
 //!
-//! Beside this way lies [`format`], from text to its one layout.
+//! Beside this way lie [`format`], from text to its one layout, and [`reference`], from doc comments to pages.
 //!
 //! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
 //! [`source::Loader`].
@@ -21,6 +21,7 @@ pub mod format;
 pub mod ir;
 pub mod jit;
 pub mod program;
+pub mod reference;
 pub mod source;
 mod suggest;
 pub mod syntax;

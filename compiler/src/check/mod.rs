@@ -44,6 +44,7 @@ mod values;
 mod tests;
 
 pub use print::print;
+pub use stdlib::MODULES as STANDARD_LIBRARY;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, Loader, Sources};

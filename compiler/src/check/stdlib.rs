@@ -1,7 +1,7 @@
 //! The standard library: .gml files that are part of the compiler.
 
 /// Name and text of every module. Its functions are in scope everywhere; what a script defines or uses goes before.
-pub(super) const MODULES: &[(&str, &str)] = &[
+pub const MODULES: &[(&str, &str)] = &[
     ("std.math", include_str!("../../../stdlib/math.gml")),
     ("std.vector", include_str!("../../../stdlib/vector.gml")),
     ("std.frame", include_str!("../../../stdlib/frame.gml")),

@@ -110,8 +110,9 @@ pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) 
     out
 }
 
-/// The text of `///` lines (and whatever lies between them) without the slashes.
+/// The text of `///` lines (and whatever lies between them) without the slashes and the space after them.
 pub(super) fn doc(text: &str) -> String {
-    let lines = text.lines().filter_map(|line| line.trim().strip_prefix("///").map(str::trim));
+    let lines = text.lines().filter_map(|line| line.trim().strip_prefix("///"));
+    let lines = lines.map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end());
     lines.collect::<Vec<_>>().join("\n")
 }
