@@ -1,4 +1,4 @@
-//! Every `gmlc` command in README.md and docs/ is run, in order, in a folder that has the examples.
+//! Every `gmlc` command in README.md and docs/ is run, in order, in a folder that has the examples and the scripts of the page.
 
 mod support;
 
@@ -6,12 +6,28 @@ use std::fs;
 use std::path::Path;
 use support::{gmlc_in, root, text};
 
-/// The commands in fenced blocks marked `sh` that begin with `gmlc`.
-fn commands(path: &Path) -> Vec<String> {
+/// What a page asks of its reader.
+enum Step {
+    /// A command in a block marked `sh`.
+    Run(String),
+    /// A script: a block marked `gml` whose first line is `// NAME.gml`.
+    Save(String, String),
+}
+
+fn steps(path: &Path) -> Vec<Step> {
     let page = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-    let blocks = page.split("```").skip(1).step_by(2).filter_map(|b| b.strip_prefix("sh\n").map(str::to_owned));
-    let lines = blocks.flat_map(|b| b.lines().map(str::to_owned).collect::<Vec<_>>());
-    lines.filter(|l| l.starts_with("gmlc ")).map(|l| l.split('#').next().unwrap_or("").trim().to_owned()).collect()
+    let mut steps = Vec::new();
+    for block in page.split("```").skip(1).step_by(2) {
+        if let Some(lines) = block.strip_prefix("sh\n") {
+            let commands = lines.lines().filter(|l| l.starts_with("gmlc "));
+            steps.extend(commands.map(|l| Step::Run(l.split('#').next().unwrap_or("").trim().to_owned())));
+        } else if let Some((name, _)) = block.strip_prefix("gml\n// ").and_then(|b| b.split_once('\n'))
+            && name.ends_with(".gml")
+        {
+            steps.push(Step::Save(name.to_owned(), block["gml\n".len()..].to_owned()));
+        }
+    }
+    steps
 }
 
 fn copy(from: &Path, to: &Path) {
@@ -28,9 +44,23 @@ fn every_command_of_the_documentation_works() {
     let folder = tempfile::tempdir().expect("a folder");
     copy(&root().join("examples"), &folder.path().join("examples"));
     let mut count = 0;
-    let pages = ["README.md", "docs/output.md", "docs/language.md", "examples/cup/README.md", "examples/mug/README.md"];
+    let pages = [
+        "README.md",
+        "docs/output.md",
+        "docs/language.md",
+        "docs/tutorial.md",
+        "examples/cup/README.md",
+        "examples/mug/README.md",
+    ];
     for page in pages {
-        for command in commands(&root().join(page)) {
+        for step in steps(&root().join(page)) {
+            let command = match step {
+                Step::Run(command) => command,
+                Step::Save(name, script) => {
+                    fs::write(folder.path().join(name), script).expect("written");
+                    continue;
+                }
+            };
             let args: Vec<&str> = command.split_whitespace().skip(1).collect();
             let output = gmlc_in(folder.path(), &args);
             let errors = text(&output.stderr);
@@ -38,5 +68,5 @@ fn every_command_of_the_documentation_works() {
             count += 1;
         }
     }
-    assert!(count >= 8, "the tour has commands, not {count}");
+    assert!(count >= 16, "the tour has commands, not {count}");
 }
