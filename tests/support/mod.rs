@@ -55,6 +55,50 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// What a page asks of its reader.
+pub(crate) enum Step {
+    /// The arguments of a command: a line that begins with `gmlc` in a fenced block marked `sh`. One that ends with a
+    /// backslash goes on in the next.
+    Run(String),
+    /// A script to save: its name and text, from a block marked `gml` whose first line is `// NAME.gml`.
+    Save(String, String),
+}
+
+/// The steps of a page in order.
+pub(crate) fn steps(page: &Path) -> Vec<Step> {
+    let text = std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{}: {e}", page.display()));
+    let mut steps = Vec::new();
+    for block in text.split("```").skip(1).step_by(2) {
+        if let Some(lines) = block.strip_prefix("sh\n") {
+            let lines = lines.replace("\\\n", " ");
+            let commands = lines.lines().filter_map(|l| l.strip_prefix("gmlc "));
+            steps.extend(commands.map(|l| Step::Run(l.split('#').next().unwrap_or("").trim().to_owned())));
+        } else if let Some(script) = block.strip_prefix("gml\n")
+            && let Some((name, _)) = script.strip_prefix("// ").and_then(|s| s.split_once('\n'))
+            && name.ends_with(".gml")
+        {
+            steps.push(Step::Save(name.to_owned(), script.to_owned()));
+        }
+    }
+    steps
+}
+
+/// The commands of a page.
+pub(crate) fn commands(page: &Path) -> Vec<String> {
+    let run = |step| if let Step::Run(command) = step { Some(command) } else { None };
+    steps(page).into_iter().filter_map(run).collect()
+}
+
+/// Copies a folder with all that is in it.
+pub(crate) fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let target = to.join(path.file_name().expect("a name"));
+        if path.is_dir() { copy(&path, &target) } else { std::fs::copy(&path, &target).map(|_| ()).expect("copied") }
+    }
+}
+
 /// A JSON file.
 pub(crate) fn json(path: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
