@@ -194,7 +194,7 @@ fn every_example_of_the_pages() {
     let mut wrong = String::new();
     let count: usize = pages.iter().map(|page| check_page(page, &mut wrong)).sum();
     assert!(wrong.is_empty(), "\n{wrong}");
-    assert!(count > 40, "the pages have examples, not {count}");
+    assert!(count > 30, "the pages have examples, not {count}");
 }
 
 #[test]
