@@ -10,7 +10,7 @@
 pub mod ast;
 mod builder;
 pub(crate) mod layout;
-mod literal;
+pub(crate) mod literal;
 mod messages;
 mod print;
 mod recover;
