@@ -18,7 +18,9 @@ impl<'a> Checker<'a> {
             Some(result) => self.expr(result),
             None => {
                 let message = "this block has no value: its last line must be an expression";
-                self.fail(Diagnostic::error("no-value", span, message))
+                let brace = Span { start: span.end.saturating_sub(1).max(span.start), ..span };
+                self.report(Diagnostic::error("no-value", brace, message).label("a value is missing before this"));
+                error(span)
             }
         };
         self.env.names.truncate(mark);
@@ -29,7 +31,9 @@ impl<'a> Checker<'a> {
     pub(super) fn statement(&mut self, item: &'a Item, out: &mut Vec<Statement>) {
         match &item.kind {
             ItemKind::Let(decl) => {
+                let outer = self.defining.replace(&decl.pattern);
                 let mut value = self.expr(&decl.value);
+                self.defining = outer;
                 if let Some(ty) = &decl.ty {
                     let wanted = self.wanted(ty);
                     value = self.fit(value, &wanted, "the value");

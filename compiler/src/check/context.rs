@@ -31,6 +31,8 @@ pub(super) struct Checker<'a> {
     pub(super) trail: Vec<Step>,
     /// Free names of lambdas and functions, by the address of their tree.
     pub(super) free_names: HashMap<usize, Rc<[&'a str]>>,
+    /// The names of the `let` whose value is being checked.
+    pub(super) defining: Option<&'a ast::Pattern>,
     /// Where numbers are written without a unit.
     pub(super) bare_literals: HashSet<Span>,
     diagnostics: Vec<Diagnostic>,
@@ -122,6 +124,7 @@ impl<'a> Checker<'a> {
             env: Env { module: 0, names: Vec::new() },
             trail: Vec::new(),
             free_names: HashMap::new(),
+            defining: None,
             bare_literals: HashSet::new(),
             diagnostics: Vec::new(),
             reported: HashSet::new(),

@@ -134,6 +134,11 @@ impl<'a> Checker<'a> {
         let own: Vec<&str> = module.definitions.keys().chain(module.imports.keys()).copied().collect();
         let built_in: Vec<&str> = builtins::names().collect();
         let library: Vec<&str> = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).collect();
+        if self.defining.is_some_and(|pattern| path_to(pattern, name).is_some()) {
+            let message = format!("'{name}' is not known yet within its own definition");
+            let hint = "a line that begins with '-' continues the one before; a negative value is written '(-a)'";
+            return Diagnostic::error("unknown-name", span, message).hint(hint);
+        }
         if let Some(near) = nearest_of(name, &[&locals, &own]) {
             return error.did_you_mean(span, near);
         }
