@@ -11,6 +11,7 @@ use crate::source::Span;
 use crate::syntax::ast;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
+use std::sync::atomic::Ordering;
 
 /// Everything that is known while checking.
 pub(super) struct Checker<'a> {
@@ -184,6 +185,10 @@ impl<'a> Checker<'a> {
                 return;
             }
             let name = quoted(&steps[last].1);
+            if matches!(&*diagnostic.code, "dimension-mismatch" | "type-mismatch" | "arguments" | "wrong-result") {
+                let called = if name.starts_with('\'') { name.as_str() } else { "this function" };
+                diagnostic.message = format!("{called} cannot be called with these arguments: {}", diagnostic.message);
+            }
             let label = std::mem::take(&mut diagnostic.label);
             let label = if label.is_empty() { format!("in {name}") } else { format!("in {name}: {label}") };
             diagnostic.related.push((inner, label));
@@ -195,7 +200,10 @@ impl<'a> Checker<'a> {
             for (i, (span, name)) in steps.iter().enumerate().rev() {
                 // The nearest calls and the outermost; in between they repeat themselves.
                 if !long || i < 2 || i + 5 > steps.len() {
-                    diagnostic.trail.push((*span, format!("in {}, called here", quoted(name))));
+                    let step = (*span, format!("in {}, called here", quoted(name)));
+                    if !diagnostic.trail.contains(&step) {
+                        diagnostic.trail.push(step);
+                    }
                 }
             }
         }
@@ -225,7 +233,8 @@ impl<'a> Checker<'a> {
 
     /// A step that no call made: a library's function is checked without one.
     fn is_definition(&self, step: &Step) -> bool {
-        self.modules[0].definitions.get(&*step.name).is_some_and(|d| d.span() == step.span)
+        let of = |m: &Module<'_>| m.definitions.get(&*step.name).is_some_and(|d| d.span() == step.span);
+        self.modules.iter().any(|m| !m.std && of(m))
     }
 
     /// A function in a message: its name in quotes, where it has one.
@@ -238,9 +247,22 @@ impl<'a> Checker<'a> {
         self.modules.iter().any(|m| m.std && m.items.first().is_some_and(|i| i.span.file == span.file))
     }
 
+    /// Tries something whose errors are nobody's business.
+    pub(super) fn quietly<T>(&mut self, attempt: impl FnOnce(&mut Self) -> T) -> T {
+        let (before, reported, exhausted) = (self.diagnostics.len(), self.reported.clone(), self.exhausted);
+        let result = attempt(self);
+        self.diagnostics.truncate(before);
+        (self.reported, self.exhausted) = (reported, exhausted);
+        result
+    }
+
     /// Counts nodes of the tree or of types; says so once where there are too many. False then, and ever after.
     pub(super) fn charge(&mut self, nodes: usize, span: Span) -> bool {
         self.nodes = self.nodes.saturating_add(nodes);
+        if !self.exhausted && self.options.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            self.exhausted = true;
+            self.report(Diagnostic::error("interrupted", span, "interrupted while compiling"));
+        }
         if self.nodes > self.options.nodes && !self.exhausted {
             self.exhausted = true;
             let message =

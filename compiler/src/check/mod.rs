@@ -35,6 +35,8 @@ mod names;
 mod operators;
 mod parts;
 mod print;
+pub(crate) mod scope;
+pub(crate) mod signature;
 mod stdlib;
 pub mod typed;
 pub mod types;
@@ -44,10 +46,15 @@ mod values;
 mod tests;
 
 pub use print::print;
+pub use scope::{Kind, Known};
+
+pub(crate) use model::dimension;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, Loader, Sources};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The value of an input, given from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,11 +82,21 @@ pub struct CheckOptions {
     pub unroll: usize,
     /// How many nodes the typed tree and the types in it may have.
     pub nodes: usize,
+    /// Set by whoever does not want to wait any longer: checking then ends with an error.
+    pub interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl Default for CheckOptions {
     fn default() -> CheckOptions {
-        CheckOptions { model: None, depth: 400, instances: 20_000, turns: 4096, unroll: 64, nodes: 4_000_000 }
+        CheckOptions {
+            model: None,
+            depth: 400,
+            instances: 20_000,
+            turns: 4096,
+            unroll: 64,
+            nodes: 4_000_000,
+            interrupt: None,
+        }
     }
 }
 
@@ -100,6 +117,7 @@ pub fn check(
     let mut checker = context::Checker::new(&modules, options);
     let model = checker.check_main(inputs);
     diagnostics.extend(checker.into_diagnostics());
+    diagnostics.iter_mut().for_each(|d| without_double_parentheses(d, sources));
     diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
     let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
     if failed {
@@ -107,4 +125,31 @@ pub fn check(
         diagnostics.retain(|d| d.severity == Severity::Error);
     }
     (model.filter(|_| !failed), diagnostics)
+}
+
+/// A mend that puts something in parentheses leaves them out where it has some already.
+fn without_double_parentheses(diagnostic: &mut Diagnostic, sources: &Sources) {
+    for suggestion in &mut diagnostic.suggestions {
+        let [open, close] = &mut suggestion.edits[..] else { continue };
+        let inner = sources.text(open.span.to(close.span));
+        if open.replacement == "(" && close.replacement.starts_with(')') && is_in_parentheses(inner) {
+            open.replacement.clear();
+            close.replacement.remove(0);
+        }
+        suggestion.edits.retain(|e| e.span.start < e.span.end || !e.replacement.is_empty());
+    }
+}
+
+/// Whether the first character opens what the last closes.
+fn is_in_parentheses(text: &str) -> bool {
+    let mut depth = 0;
+    let closes = text.char_indices().find_map(|(at, c)| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        (depth == 0).then_some(at)
+    });
+    text.starts_with('(') && closes == Some(text.len() - 1)
 }

@@ -7,7 +7,7 @@ use super::evaluate;
 use super::typed::{Binary, Expr, Input, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::program::Quantity;
 use crate::source::Span;
 use crate::suggest::nearest;
@@ -72,11 +72,39 @@ impl<'a> Checker<'a> {
             });
         }
         let model = chosen.map(|(model, item)| self.main_model(model, &item.doc, inputs));
-        self.check_annotated();
+        self.check_annotated(0);
         model
     }
 
-    fn main_model(&mut self, decl: &'a ast::Model, doc: &str, inputs: &BTreeMap<String, InputValue>) -> Model {
+    /// Brings what a model's body names into scope, as that of a session. Parts in loops are had as arrays.
+    pub(super) fn scope_of_model(&mut self, decl: &'a ast::Model, inputs: &BTreeMap<String, InputValue>) -> Body<'a> {
+        let mut body = Body::default();
+        self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
+        let mut groups: Vec<(&'a ast::Ident, Vec<Expr>, bool)> = Vec::new();
+        for entry in &body.entries {
+            let name = &entry.decl.name;
+            match groups.iter_mut().find(|(n, ..)| n.text == name.text) {
+                Some((_, shapes, _)) => shapes.push(entry.shape.clone()),
+                None => groups.push((name, vec![entry.shape.clone()], entry.grouped)),
+            }
+        }
+        for (name, mut shapes, grouped) in groups {
+            if self.env.names.iter().any(|(n, _)| *n == name.text) {
+                continue;
+            }
+            let value = if grouped { self.array(shapes, name.span) } else { shapes.swap_remove(0) };
+            self.bind_name(name, value, &mut body.statements);
+        }
+        body
+    }
+
+    /// The main model, whose parameters are free.
+    pub(super) fn main_model(
+        &mut self,
+        decl: &'a ast::Model,
+        doc: &str,
+        inputs: &BTreeMap<String, InputValue>,
+    ) -> Model {
         let mut body = Body::default();
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
@@ -155,6 +183,8 @@ impl<'a> Checker<'a> {
                     let message =
                         format!("'{}' must stand directly in its model, not in a loop or condition", decl.name.text);
                     self.report(Diagnostic::error("misplaced", item.span, message));
+                    let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
+                    self.env.names.push((&decl.name.text, Binding::Local(unknown)));
                 }
                 ItemKind::Param(decl) | ItemKind::Input(decl) => {
                     let free = matches!(item.kind, ItemKind::Param(_));
@@ -219,11 +249,18 @@ impl<'a> Checker<'a> {
             _ => {
                 let message = format!("a param must be real, length or angle, and this is {}", wanted.describe());
                 let diagnostic = Diagnostic::error("invalid-type", decl.ty.span, message);
+                let keyword = Span { end: item.span.start + "param".len() as u32, ..item.span };
                 self.report(match wanted {
-                    Wanted::Int | Wanted::Bool => diagnostic.hint("use `input` for what is not fitted"),
+                    Wanted::Int | Wanted::Bool => {
+                        diagnostic.suggest("what is not fitted is an 'input'", [Edit::replace(keyword, "input")])
+                    }
+                    Wanted::Tuple(_) | Wanted::Point => {
+                        diagnostic.hint("declare its coordinates, and write (x, y, z) for the point")
+                    }
                     _ => diagnostic,
                 });
-                Quantity::Real
+                let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
+                return self.declare(decl, unknown, body);
             }
         };
         let wanted = Wanted::Real(dimension(quantity));
@@ -239,8 +276,13 @@ impl<'a> Checker<'a> {
             Some(e) => bound(self, e, "the default"),
             None => {
                 let message = format!("the parameter '{}' has no default", decl.name.text);
-                let hint = format!("add one, such as `= {}`", example(quantity));
-                self.report(Diagnostic::error("no-default", decl.name.span, message).hint(hint));
+                let hint = format!("add one, such as '= {}'", example(quantity));
+                let error = Diagnostic::error("no-default", decl.name.span, message);
+                self.report(if decl.bounds.is_none() {
+                    error.suggest(hint, [Edit::after(item.span, format!(" = {}", example(quantity)))])
+                } else {
+                    error.hint(hint)
+                });
                 None
             }
         };
@@ -335,7 +377,7 @@ impl<'a> Checker<'a> {
 }
 
 /// The dimension of a parameter.
-pub(super) fn dimension(quantity: Quantity) -> Dimension {
+pub(crate) fn dimension(quantity: Quantity) -> Dimension {
     match quantity {
         Quantity::Length => Dimension::LENGTH,
         Quantity::Angle => Dimension::ANGLE,

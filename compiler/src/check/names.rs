@@ -9,7 +9,7 @@ use super::typed::{Call, Expr, ExprKind, Type};
 use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
 use crate::suggest::{nearest, nearest_of};
-use crate::syntax::ast::{Let, Pattern};
+use crate::syntax::ast::{Item, ItemKind, Let, Pattern};
 
 impl<'a> Checker<'a> {
     /// The value of a name.
@@ -32,13 +32,14 @@ impl<'a> Checker<'a> {
             return Some(self.bound(*binding, span));
         }
         let module = self.env.module;
-        if let Some(definition) = self.modules[module].definitions.get(name) {
+        let shadowed = self.modules[module].earlier && self.modules[module].import(name).is_some();
+        if let Some(definition) = self.modules[module].definitions.get(name).filter(|_| !shadowed) {
             return Some(self.definition(name, *definition, module, span));
         }
-        if let Some(target) = self.modules[module].imports.get(name) {
+        if let Some(target) = self.modules[module].import(name) {
             // Names that the module does not have were reported with the `use`.
-            return Some(match self.modules[*target].definitions.get(name) {
-                Some(definition) => self.definition(name, *definition, *target, span),
+            return Some(match self.modules[target].definitions.get(name) {
+                Some(definition) => self.definition(name, *definition, target, span),
                 None => super::context::error(span),
             });
         }
@@ -66,7 +67,7 @@ impl<'a> Checker<'a> {
         if self.modules[self.env.module].broken.contains(module) {
             return Some(super::context::error(span));
         }
-        let target = *self.modules[self.env.module].whole.get(module)?;
+        let target = self.modules[self.env.module].whole(module)?;
         Some(match self.modules[target].definitions.get(name) {
             Some(definition) => self.definition(name, *definition, target, span),
             None => {
@@ -83,6 +84,14 @@ impl<'a> Checker<'a> {
                 self.fail(error)
             }
         })
+    }
+
+    /// The value of a name that a file defines.
+    pub(super) fn of_file(&mut self, module: usize, name: &'a str, span: Span) -> Expr {
+        match self.modules[module].definitions.get(name) {
+            Some(definition) => self.definition(name, *definition, module, span),
+            None => super::context::error(span),
+        }
     }
 
     fn bound(&mut self, binding: Binding, span: Span) -> Expr {
@@ -127,11 +136,11 @@ impl<'a> Checker<'a> {
     fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
         let error = Diagnostic::error("unknown-name", span, format!("there is no '{name}' here"));
         let module = &self.modules[self.env.module];
-        if module.whole.contains_key(name) {
+        if module.whole(name).is_some() {
             return error.hint(format!("it is a module: its functions are written '{name}.NAME'"));
         }
         let locals: Vec<&str> = self.env.names.iter().map(|(n, _)| *n).collect();
-        let own: Vec<&str> = module.definitions.keys().chain(module.imports.keys()).copied().collect();
+        let own: Vec<&str> = module.definitions.keys().copied().chain(module.imported()).collect();
         let built_in: Vec<&str> = builtins::names().collect();
         let library: Vec<&str> = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).collect();
         if self.defining.is_some_and(|pattern| path_to(pattern, name).is_some()) {
@@ -150,8 +159,15 @@ impl<'a> Checker<'a> {
                 Foreign::Hint(hint) => error.hint(hint),
             };
         }
-        if self.defined_in_model(name) {
-            return error.hint("it is defined further down: move its definition up, before this line");
+        match self.defined_in_model(name, span) {
+            Some((_, true)) => {
+                return error.hint("it is defined further down: move its definition up, before this line");
+            }
+            Some((model, false)) => {
+                return error
+                    .hint(format!("it belongs to the model '{model}', and functions outside get it as an argument"));
+            }
+            None => {}
         }
         match nearest_of(name, &[&built_in, &library]) {
             Some(near) => error.did_you_mean(span, near),
@@ -159,19 +175,23 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Whether some model of the file defines the name (so that it is not in scope yet, or elsewhere).
-    fn defined_in_model(&self, name: &str) -> bool {
-        use crate::syntax::ast::ItemKind;
-        self.modules[self.env.module].items.iter().any(|item| match &item.kind {
-            ItemKind::Model(model) => model.items.iter().any(|i| match &i.kind {
-                ItemKind::Function(decl) => decl.name.text == name,
-                ItemKind::Param(decl) | ItemKind::Input(decl) => decl.name.text == name,
-                ItemKind::Let(decl) => path_to(&decl.pattern, name).is_some(),
-                ItemKind::Part(decl) => decl.name.text == name,
-                _ => false,
-            }),
+    /// The model of the file that defines the name, which is not in scope, and whether it was used within.
+    fn defined_in_model(&self, name: &str, span: Span) -> Option<(&'a str, bool)> {
+        let defines = |item: &Item| match &item.kind {
+            ItemKind::Function(decl) => decl.name.text == name,
+            ItemKind::Param(decl) | ItemKind::Input(decl) => decl.name.text == name,
+            ItemKind::Let(decl) => path_to(&decl.pattern, name).is_some(),
+            ItemKind::Part(decl) => decl.name.text == name,
             _ => false,
-        })
+        };
+        let models = self.modules[self.env.module].items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Model(model) if model.items.iter().any(defines) => {
+                let inside = item.span.start <= span.start && span.end <= item.span.end;
+                Some((model.name.text.as_str(), inside))
+            }
+            _ => None,
+        });
+        models.max_by_key(|(_, inside)| *inside)
     }
 }
 

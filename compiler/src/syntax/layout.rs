@@ -12,29 +12,53 @@ use crate::source::FileId;
 
 /// A token and its bytes in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lexeme {
-    pub(super) token: Token,
-    pub(super) start: u32,
-    pub(super) end: u32,
+pub(crate) struct Lexeme {
+    pub(crate) token: Token,
+    pub(crate) start: u32,
+    pub(crate) end: u32,
 }
 
 /// The tokens of a file. With `statements` false the text is one expression, and line ends mean nothing outside
 /// blocks.
-pub(super) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
+pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
     let (raw, mut diagnostics) = scan(file, text);
     let mut layout = Layout::new(file, text, statements);
-    let mut fits = layout.run(&raw);
-    if fits && layout.open_at_end > 0 {
+    let fits = layout.run(&raw);
+    if fits && !layout.open.is_empty() {
         // A brace was forgotten somewhere: where the lines are indented, they tell where.
         let mut indented = Layout { by_indentation: true, ..Layout::new(file, text, statements) };
-        fits = indented.run(&raw);
-        if fits && indented.diagnostics.len() <= layout.diagnostics.len() {
+        let fits = indented.run(&raw);
+        indented.close_all(text.len() as u32);
+        if fits && indented.diagnostics.len() <= layout.diagnostics.len() + layout.open.len() {
             layout = indented;
         }
     }
+    if !fits {
+        // Brackets nested beyond the limit: what follows would only be misread.
+        return (Vec::new(), [diagnostics, layout.diagnostics].concat());
+    }
+    layout.close_all(text.len() as u32);
     diagnostics.append(&mut layout.diagnostics);
-    // Brackets nested beyond the limit: what follows would only be misread.
-    (if fits { layout.out } else { Vec::new() }, diagnostics)
+    (layout.out, diagnostics)
+}
+
+/// How a text of statements ends.
+pub(super) struct End {
+    /// A bracket is open.
+    pub(super) open: bool,
+    /// A doc comment waits for what it describes.
+    pub(super) doc: bool,
+    /// There are characters or brackets that cannot be right however it goes on.
+    pub(super) wrong: bool,
+}
+
+/// How a text of statements ends.
+pub(super) fn end(text: &str) -> End {
+    let (raw, wrong) = scan(FileId::default(), text);
+    let mut layout = Layout::new(FileId::default(), text, true);
+    let fits = layout.run(&raw);
+    let wrong = !fits || !wrong.is_empty() || !layout.diagnostics.is_empty();
+    End { open: !layout.open.is_empty(), doc: layout.doc.is_some(), wrong }
 }
 
 struct Layout<'t> {
@@ -53,8 +77,6 @@ struct Layout<'t> {
     doc: Option<Lexeme>,
     /// A line that is indented no further than the one that opened a brace ends the brace's block.
     by_indentation: bool,
-    /// How many brackets were still open at the end.
-    open_at_end: usize,
 }
 
 impl<'t> Layout<'t> {
@@ -70,18 +92,12 @@ impl<'t> Layout<'t> {
             semicolon: false,
             doc: None,
             by_indentation: false,
-            open_at_end: 0,
         }
     }
 
     /// Takes all raw tokens. False where brackets are nested too deep.
     fn run(&mut self, raw: &[Lexeme]) -> bool {
-        let fits = raw.iter().enumerate().all(|(i, lexeme)| self.step(*lexeme, &raw[i + 1..]));
-        if fits {
-            self.open_at_end = self.open.len();
-            self.close_all(self.text.len() as u32);
-        }
-        fits
+        raw.iter().enumerate().all(|(i, lexeme)| self.step(*lexeme, &raw[i + 1..]))
     }
 
     /// Takes one raw token; `rest` are those after it. False where brackets are nested too deep.

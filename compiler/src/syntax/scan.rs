@@ -89,7 +89,8 @@ impl<'t> Scan<'t> {
         let rest = self.line_from(lexeme.start);
         match rest.chars().next() {
             Some('"') => self.unclosed_text(lexeme),
-            Some('#') => {
+            Some('#') if self.rubbish.is_none_or(|r| r.end < lexeme.start) => {
+                self.report_rubbish();
                 let end = lexeme.start + rest.trim_end().len() as u32;
                 let sign = self.span(lexeme.start, lexeme.start + 1);
                 self.report(
