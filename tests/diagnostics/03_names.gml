@@ -40,8 +40,8 @@ fn f() {
 fn f() = sin(PI / 2)
 // --- the Greek letter
 fn f() = sin(π / 2)
-// --- what others call ln
-fn f(x: real) = log(x)
+// --- what others call atan
+fn f(x: real) = arctan(x)
 // --- a power by a function
 fn f(x: real) = pow(x, 2)
 // --- the length of an array

@@ -59,8 +59,6 @@ model m {
 fn inner(x) = x + 1mm
 fn outer(x) = inner(2 * x)
 fn f() = outer(3)
-// --- a mistake in a library function's argument
-fn f() = mix(1mm, 2, 0.5)
 // --- a result that is not as written
 fn half(x: real) -> length = x / 2
 // --- an argument that is not as written

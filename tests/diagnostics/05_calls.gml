@@ -39,8 +39,6 @@ fn f() = 3.foo()
 fn f() = sqrt(1, 2)
 // --- a built-in function with a wrong label
 fn f() = fold(init: 1, xs: 0..3, g: |a, b| a)
-// --- a lambda with too many parameters
-fn f() = map([1, 2], |a, b| a + b)
 // --- a function of one argument for a surface
 fn at(s: surface) = s(0, 0)
 fn f() = at(|t| (t, t, t))
@@ -63,8 +61,12 @@ model column {
 model hall {
   part left = column(raduis: 3mm)
 }
+// --- a lambda with too many parameters
+fn each_of(xs, f) = for x in xs { f(x) }
+fn f() = each_of([1, 2], |a, b| a + b)
 // --- a mistake in a lambda
-fn f() = map([1mm, 2mm], |x| x + 1)
+fn each_of(xs, f) = for x in xs { f(x) }
+fn f() = each_of([1mm, 2mm], |x| x + 1)
 // --- a function that calls itself without end
 fn f(n: int) -> int = f(n + 1)
 let a = f(0)

@@ -185,9 +185,9 @@ impl<'a> Checker<'a> {
                 return;
             }
             let name = quoted(&steps[last].1);
-            if matches!(&*diagnostic.code, "dimension-mismatch" | "type-mismatch" | "arguments" | "wrong-result") {
-                let called = if name.starts_with('\'') { name.as_str() } else { "this function" };
-                diagnostic.message = format!("{called} cannot be called with these arguments: {}", diagnostic.message);
+            let of_arguments = ["dimension-mismatch", "type-mismatch", "arguments", "wrong-result"];
+            if name.starts_with('\'') && of_arguments.contains(&&*diagnostic.code) {
+                diagnostic.message = format!("{name} cannot be called with these arguments: {}", diagnostic.message);
             }
             let label = std::mem::take(&mut diagnostic.label);
             let label = if label.is_empty() { format!("in {name}") } else { format!("in {name}: {label}") };

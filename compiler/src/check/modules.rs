@@ -79,6 +79,13 @@ impl<'a> Module<'a> {
     }
 }
 
+impl<'a> Module<'a> {
+    /// The names that other files can use.
+    pub(super) fn public_names(&self) -> impl Iterator<Item = &'a str> {
+        self.definitions.keys().copied().filter(|name| !is_private(name))
+    }
+}
+
 /// A top-level definition.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Definition<'a> {
@@ -361,9 +368,24 @@ pub(super) fn whole_name(path: &UsePath) -> Option<&str> {
     }
 }
 
+/// Whether a name is for its own file only.
+pub(super) fn is_private(name: &str) -> bool {
+    name.starts_with('_')
+}
+
+/// The error for the use of a private name from another file.
+pub(super) fn private_name(name: &str, definition: Definition<'_>, span: Span) -> Diagnostic {
+    Diagnostic::error("private-name", span, format!("'{name}' is private to the file that defines it"))
+        .related(definition.span(), "defined here")
+        .hint("a name that begins with '_' cannot be used from another file")
+}
+
 fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
-    if module.definitions.contains_key(name.text.as_str()) || module.broken.contains(name.text.as_str()) {
+    if module.broken.contains(name.text.as_str()) {
         return None;
+    }
+    if let Some(definition) = module.definitions.get(name.text.as_str()) {
+        return is_private(&name.text).then(|| private_name(&name.text, *definition, name.span));
     }
     let error = Diagnostic::error("unknown-name", name.span, format!("{} has no '{}'", quoted(module.name), name.text));
     if module.std
@@ -372,7 +394,7 @@ fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
         let home = MODULES[home].0;
         return Some(error.hint(format!("'{0}' is in {home}: add `use {home} ({0})`", name.text)));
     }
-    Some(match nearest(&name.text, module.definitions.keys().copied()) {
+    Some(match nearest(&name.text, module.public_names()) {
         Some(near) => error.did_you_mean(name.span, near),
         None => error,
     })

@@ -3,7 +3,7 @@
 use super::builtins::{self, Builtin};
 use super::context::{Binding, Checker, Code};
 use super::foreign::{self, Foreign};
-use super::modules::Definition;
+use super::modules::{Definition, is_private, private_name};
 use super::stdlib;
 use super::typed::{Call, Expr, ExprKind, Type};
 use crate::diagnostic::{Diagnostic, Edit};
@@ -69,9 +69,10 @@ impl<'a> Checker<'a> {
         }
         let target = self.modules[self.env.module].whole(module)?;
         Some(match self.modules[target].definitions.get(name) {
+            Some(definition) if is_private(name) => self.fail(private_name(name, *definition, span)),
             Some(definition) => self.definition(name, *definition, target, span),
             None => {
-                let names = self.modules[target].definitions.keys().copied();
+                let names = self.modules[target].public_names();
                 let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
                 let error = match (stdlib::module_of(name), nearest(name, names)) {
                     (Some(other), _) => {
