@@ -107,6 +107,35 @@ fn centripetal(points, closed: bool = false) {
   }
 }
 
+/// The smoothest curve through all points in turn: a cubic spline whose curvature does not jump and ends at 0 (the natural spline). Each
+/// piece has an equal share of t, and every point moves all of the curve, by ever less away from it. There must be three points or more.
+/// ```gml
+/// let p = [(0mm, 0mm), (1mm, 2mm), (2mm, 0mm), (3mm, 2mm)]
+/// distance(natural_spline(p)(1 / 3), (1mm, 2mm)) < 1e-9mm   // = true
+/// natural_spline([(0mm, 0mm), (1mm, 2mm), (2mm, 0mm)])(0.25)   // = (0.5, 1.375) mm
+/// ```
+fn natural_spline(points) {
+  let n = len(points)
+  // As a B-spline: its control points c are such that (c[i - 1] + 4 c[i] + c[i + 1]) / 6 is points[i].
+  let inner = _control_points(points, 1, 0, points[0])
+  let through = concat([points[0]], inner)
+  let control = _with_neighbours(through, false)
+  |t: real| {
+    let i = span_of(t, n - 1).x
+    _de_boor(for j in 0..4 { control[i + j] }, |k| k - 3, i + 3, t * (n - 1), 3, 1)
+  }
+}
+
+/// The control points from i on, by elimination: c[i - 1] is d - g c[i].
+fn _control_points(points, i: int, g, d) = if i == len(points) - 1 {
+  [points[i]]
+} else {
+  let h = 1 / (4 - g)
+  let e = (points[i] * 6 - d) * h
+  let rest = _control_points(points, i + 1, h, e)
+  concat([e - rest[0] * h], rest)
+}
+
 /// de Boor's recursion: `near` are the points that matter in the span from knot k, level by level mixed to one.
 fn _de_boor(near, knot, k, x, degree: int, level: int) = if level > degree {
   near[0]
