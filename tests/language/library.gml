@@ -94,3 +94,11 @@ model m {
 model m {
   part c = revolve(rounded_polyline([(1mm, 0mm), (2mm, 0mm), (2mm, 1mm)], 5mm))
 }
+
+// --- what is known while compiling is required there
+let p = [(1mm, 0mm), (2mm, 1mm)]
+let a = bspline(p)(0.5)
+let b = bspline_knots(p, [0, 1])(0.5)
+let c = catmull_rom([(1mm, 2mm)])(0.5)
+let d = steps(0mm, 1mm, 1)
+let e = polyline([(1mm, 2mm)])(0.5)
