@@ -12,7 +12,10 @@ use serde_json::{Value, json};
 pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
     match (&args.explain, &args.model) {
         (Some(code), _) => explain(code),
-        (None, Some(model)) => check(&ScriptArgs { model: model.clone(), inputs: args.inputs.clone() }, args.format),
+        (None, Some(model)) => {
+            let (inputs, limits) = (args.inputs.clone(), args.limits.clone());
+            check(&ScriptArgs { model: model.clone(), inputs, limits }, args.format)
+        }
         (None, None) => Err(CommandError::usage("a script is needed")),
     }
 }

@@ -89,6 +89,8 @@ pub(crate) struct CheckArgs {
     /// Set an input of the model, such as bolts=6 (may be repeated)
     #[arg(long = "input", value_name = "NAME=VALUE")]
     pub(crate) inputs: Vec<String>,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
     /// Tell what a diagnostic's code stands for, with an example
     #[arg(long, value_name = "CODE")]
     pub(crate) explain: Option<String>,

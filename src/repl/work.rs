@@ -2,7 +2,7 @@
 
 use super::commands::no_model;
 use super::state::Repl;
-use crate::cli::{FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
+use crate::cli::{FitControls, InspectArgs, LimitArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::FileLoader;
@@ -101,7 +101,7 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: InspectLine = parsed(words(rest)?)?;
     let (program, x) = program(repl)?;
     let args = InspectArgs {
-        script: ScriptArgs { model: script(repl), inputs: Vec::new() },
+        script: ScriptArgs { model: script(repl), inputs: Vec::new(), limits: LimitArgs::default() },
         scan: line.scan,
         fit: controls(line.fit, &program, &x),
         variance: line.variance,
