@@ -66,14 +66,41 @@ impl BuildError {
     }
 }
 
+/// A stage of [`compile`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Text to typed tree: parsing, names, types, instantiation.
+    Check,
+    /// Typed tree to scalar functions.
+    Lower,
+    /// Scalar functions to prelude and bodies with their derivatives.
+    Differentiate,
+    /// Machine code.
+    MachineCode,
+}
+
 /// Compiles a script: its last model, or the one that the options name.
 ///
 /// # Errors
 /// What is wrong with the script, in the order of its text.
 pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Result<Compilation, Failed> {
+    compile_observed(script, loader, options, &mut |_| {})
+}
+
+/// As [`compile`], and says when each stage is done, for those who measure them (the compiler itself reads no clock).
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_observed(
+    script: SourceFile,
+    loader: &dyn Loader,
+    options: &Options,
+    done: &mut dyn FnMut(Stage),
+) -> Result<Compilation, Failed> {
     let mut sources = Sources::default();
     let main = sources.add(script.name, script.text);
     let (model, mut diagnostics) = check::check(&mut sources, loader, main, &options.inputs, &options.check);
+    done(Stage::Check);
     let Some(model) = model else {
         if !diagnostics.iter().any(|d| d.severity == Severity::Error) {
             let whole = Span { file: main, start: 0, end: 0 };
@@ -85,28 +112,36 @@ pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Re
         return Err(Failed { diagnostics, sources });
     };
     let span = model.parts.first().map_or(Span { file: main, start: 0, end: 0 }, |p| p.span);
-    match build(model, &sources, options) {
+    match build(model, &sources, options, done) {
         Ok(program) => Ok(Compilation { program, warnings: diagnostics, sources }),
         Err(e) => {
             diagnostics.push(match e {
-                Stage::Lower(e) => e.diagnostic(),
-                Stage::Build(e) => e.diagnostic(span),
+                NotBuilt::Lower(e) => e.diagnostic(),
+                NotBuilt::Build(e) => e.diagnostic(span),
             });
             Err(Failed { diagnostics, sources })
         }
     }
 }
 
-enum Stage {
+enum NotBuilt {
     Lower(lower::TooLarge),
     Build(BuildError),
 }
 
 /// The stages after the check.
-fn build(typed: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Stage> {
-    let lowered = lower::lower(&typed).map_err(Stage::Lower)?;
-    let functions = ModelFunctions::new(&lowered).map_err(Stage::Build)?;
-    let kernels = Kernels::new(&functions).map_err(|e| Stage::Build(e.into()))?;
+fn build(
+    typed: typed::Model,
+    sources: &Sources,
+    options: &Options,
+    done: &mut dyn FnMut(Stage),
+) -> Result<Program, NotBuilt> {
+    let lowered = lower::lower(&typed).map_err(NotBuilt::Lower)?;
+    done(Stage::Lower);
+    let functions = ModelFunctions::new(&lowered).map_err(NotBuilt::Build)?;
+    done(Stage::Differentiate);
+    let kernels = Kernels::new(&functions).map_err(|e| NotBuilt::Build(e.into()))?;
+    done(Stage::MachineCode);
     let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
         name: part.name.clone(),
         group: part.group.clone(),

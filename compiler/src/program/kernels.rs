@@ -4,9 +4,6 @@ use super::derivatives::{ModelFunctions, PartFunctions};
 use crate::ir::FunctionId;
 use crate::jit::{Code, Compiler, JitError, Kernel, KernelShape, Listing, Options, Output, Routine};
 
-/// From this many operations on, code is made in linear time, although it is slower then.
-const LARGE: usize = 100_000;
-
 /// Machine code of a model.
 pub(super) struct Kernels {
     pub(super) code: Code,
@@ -38,8 +35,7 @@ impl Kernels {
     }
 
     fn with_listings(functions: &ModelFunctions, listings: bool) -> Result<(Kernels, Vec<Listing>), JitError> {
-        let quick = functions.module.functions.iter().map(|f| f.nodes.len()).sum::<usize>() > LARGE;
-        let options = Options { verify: cfg!(test), listings, quick };
+        let options = Options { verify: cfg!(test), listings, quick: false };
         let mut compiler = Compiler::new(&functions.module, options)?;
         let bounds = compiler.routine(functions.bounds)?;
         let requires = functions.requires.iter().map(|r| compiler.routine(r.function)).collect::<Result<_, _>>()?;

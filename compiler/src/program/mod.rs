@@ -16,7 +16,7 @@ mod kernels;
 mod parameters;
 mod text;
 
-pub use compile::{Compilation, Failed, Options, compile};
+pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed};
 pub use failure::EvaluationError;
 pub use instance::Instance;
 pub use parameters::{Input, Parameter, Part, Quantity};
