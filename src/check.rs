@@ -1,35 +1,63 @@
 //! `gmlc check`.
 
-use crate::cli::{CheckArgs, Format};
-use crate::error::CommandError;
-use crate::{script, table};
-use gml_compiler::diagnostic::Diagnostic;
+use crate::cli::{CheckArgs, Format, ScriptArgs};
+use crate::error::{CommandError, ScriptErrors};
+use crate::{findings, script, table};
+use gml_compiler::diagnostic::{self, Diagnostic, Severity};
 use gml_compiler::program::{Parameter, Program, Quantity};
-use gml_compiler::source::Sources;
+use gml_compiler::source::{FileId, Sources};
+use gml_compiler::syntax;
 use serde_json::{Value, json};
 
 pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
-    let compiled = script::compile_quietly(&args.script);
-    match args.format {
-        Format::Text => {
-            let compilation = compiled?;
-            crate::diagnostics::print(&compilation.warnings, &compilation.sources);
-            print!("{}", tables(&compilation.program));
-            Ok(())
+    match (&args.explain, &args.model) {
+        (Some(code), _) => explain(code),
+        (None, Some(model)) => check(&ScriptArgs { model: model.clone(), inputs: args.inputs.clone() }, args.format),
+        (None, None) => Err(CommandError::usage("a script is needed")),
+    }
+}
+
+fn check(script: &ScriptArgs, format: Format) -> Result<(), CommandError> {
+    let checked = match script::compile_quietly(script) {
+        Ok(c) => Checked { program: Some(c.program), diagnostics: c.warnings, sources: c.sources },
+        Err(CommandError::Script(e)) => library(*e),
+        Err(e) => return Err(e),
+    };
+    let failed = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
+    match format {
+        Format::Json => println!("{:#}", document(&checked, !failed)),
+        Format::Text if failed => {
+            let Checked { diagnostics, sources, .. } = checked;
+            return Err(CommandError::Script(Box::new(ScriptErrors { diagnostics, sources })));
         }
-        Format::Json => {
-            let (document, result) = match compiled {
-                Ok(c) => (document(Some(&c.program), &c.warnings, &c.sources), Ok(())),
-                Err(CommandError::Script(e)) => {
-                    let document = document(None, &e.diagnostics, &e.sources);
-                    (document, Err(CommandError::Failed("the script has errors".into())))
-                }
-                Err(e) => return Err(e),
-            };
-            println!("{document:#}");
-            result
+        Format::Text => {
+            crate::diagnostics::print(&checked.diagnostics, &checked.sources);
+            print!(
+                "{}",
+                checked.program.as_ref().map_or_else(|| "no model: a file for others to use\n".to_owned(), tables)
+            );
         }
     }
+    if failed { Err(CommandError::Failed("the script has errors".into())) } else { Ok(()) }
+}
+
+/// What came of a script.
+struct Checked {
+    /// Nothing where there are errors, and for a file without a model.
+    program: Option<Program>,
+    diagnostics: Vec<Diagnostic>,
+    sources: Sources,
+}
+
+/// A file of functions for others to use is in order, although there is nothing to evaluate.
+fn library(errors: ScriptErrors) -> Checked {
+    let ScriptErrors { mut diagnostics, sources } = errors;
+    let main = FileId::default();
+    let tree = sources.get(main).map(|file| syntax::parse(main, &file.text).0);
+    if tree.is_some_and(|tree| !tree.items.is_empty()) {
+        diagnostics.retain(|d| d.code != "no-model");
+    }
+    Checked { program: None, diagnostics, sources }
 }
 
 /// The table of parameters, inputs and parts.
@@ -92,23 +120,23 @@ fn summary(doc: &str) -> String {
     doc.lines().next().unwrap_or("").trim().to_owned()
 }
 
-fn document(program: Option<&Program>, diagnostics: &[Diagnostic], sources: &Sources) -> Value {
-    let found: Vec<Value> = diagnostics
-        .iter()
-        .map(|d| {
-            let (line, column) = sources.line_column(d.span);
-            let file = sources.get(d.span.file).map_or("", |f| f.name.as_str());
-            json!({
-                "severity": d.severity, "code": d.code, "message": d.message, "label": d.label, "hint": d.hint,
-                "file": file, "line": line, "column": column, "start": d.span.start, "end": d.span.end,
-            })
-        })
-        .collect();
-    match program {
-        None => json!({ "ok": false, "diagnostics": found }),
+fn document(checked: &Checked, ok: bool) -> Value {
+    let found = findings::array(&checked.diagnostics, &checked.sources);
+    match &checked.program {
+        None => json!({ "ok": ok, "diagnostics": found }),
         Some(p) => json!({
-            "ok": true, "model": p.name(), "parameters": p.parameters(), "inputs": p.inputs(), "parts": p.parts(),
+            "ok": ok, "model": p.name(), "parameters": p.parameters(), "inputs": p.inputs(), "parts": p.parts(),
             "diagnostics": found,
         }),
     }
+}
+
+/// `--explain CODE`: what a code stands for.
+fn explain(code: &str) -> Result<(), CommandError> {
+    if let Some(explanation) = diagnostic::explanation(code) {
+        println!("{}", explanation.text);
+        return Ok(());
+    }
+    let codes: Vec<&str> = diagnostic::explanations().map(|e| e.code).collect();
+    Err(CommandError::Usage(format!("there is no code '{code}'; the codes are {}", codes.join(", "))))
 }

@@ -31,6 +31,8 @@ pub(crate) enum Command {
     Diff(DiffArgs),
     /// Print what a compiler stage makes of a script
     Emit(EmitArgs),
+    /// Format scripts
+    Fmt(FmtArgs),
     /// Scan a model with the virtual laser scanner
     Scan(VirtualScanArgs),
     /// Fit a model's parameters and pose to a scan
@@ -63,11 +65,18 @@ pub(crate) enum Format {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'"
+    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'\n  gmlc check --explain dimension-mismatch"
 )]
 pub(crate) struct CheckArgs {
-    #[command(flatten)]
-    pub(crate) script: ScriptArgs,
+    /// The script (.gml)
+    #[arg(value_name = "MODEL.gml", required_unless_present = "explain")]
+    pub(crate) model: Option<PathBuf>,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+    /// Tell what a diagnostic's code stands for, with an example
+    #[arg(long, value_name = "CODE")]
+    pub(crate) explain: Option<String>,
     /// How to print the result
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
@@ -133,6 +142,26 @@ pub(crate) struct EmitArgs {
     /// Which stage
     #[arg(long, value_enum)]
     pub(crate) stage: Stage,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc fmt cup.gml                  one script, in place
+  gmlc fmt --check examples stdlib  says which are not formatted, and changes nothing
+  gmlc fmt - < cup.gml              to standard output
+
+A script with syntax errors is left as it is. Meaning and comments never change.")]
+pub(crate) struct FmtArgs {
+    /// Scripts, or folders whose scripts are meant; - reads standard input
+    #[arg(value_name = "PATH", required = true)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Change nothing; list what is not formatted with its first line that would change, and exit with status 1
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// How to print what was done
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
 }
 
 #[derive(Debug, Args)]

@@ -1,30 +1,15 @@
 //! Diagnostics for people: the source underlined, what is wrong beside it, and how to mend it.
 
-use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind};
-use gml_compiler::diagnostic::{Diagnostic, Severity};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Renderer, Snippet};
+use gml_compiler::diagnostic::{Diagnostic, Edit, Severity, Suggestion};
 use gml_compiler::source::{FileId, Sources, Span};
-use std::collections::HashMap;
-use std::fmt;
 use std::io::IsTerminal;
+use std::ops::Range;
 
-/// The sources as ariadne wants them.
-struct Cache<'a> {
-    sources: &'a Sources,
-    split: HashMap<FileId, ariadne::Source<&'a str>>,
-}
-
-impl<'a> ariadne::Cache<FileId> for Cache<'a> {
-    type Storage = &'a str;
-
-    fn fetch(&mut self, id: &FileId) -> Result<&ariadne::Source<&'a str>, impl fmt::Debug> {
-        let text = self.sources.get(*id).map(|f| f.text.as_str()).ok_or("no such file")?;
-        Ok::<_, &str>(self.split.entry(*id).or_insert_with(|| ariadne::Source::from(text)))
-    }
-
-    fn display<'b>(&self, id: &'b FileId) -> Option<impl fmt::Display + 'b> {
-        self.sources.get(*id).map(|f| f.name.clone())
-    }
-}
+/// How many findings are shown in full.
+const SHOWN: usize = 30;
+/// Lines of the source are cut to that many columns around what is underlined.
+const WIDTH: usize = 120;
 
 /// Prints all to standard error, in colour where that is a terminal.
 pub(crate) fn print(diagnostics: &[Diagnostic], sources: &Sources) {
@@ -34,47 +19,88 @@ pub(crate) fn print(diagnostics: &[Diagnostic], sources: &Sources) {
 
 /// All as text, with a last line that counts.
 pub(crate) fn render(diagnostics: &[Diagnostic], sources: &Sources, colour: bool) -> String {
-    let mut text = Vec::new();
-    for d in diagnostics {
-        render_one(d, sources, colour, &mut text);
+    let renderer = if colour { Renderer::styled() } else { Renderer::plain() }.term_width(WIDTH);
+    let mut text = String::new();
+    // Among very many findings those that keep the script from compiling go first.
+    let few = diagnostics.len() <= SHOWN;
+    let errors = diagnostics.iter().filter(|d| few || d.severity == Severity::Error);
+    let warnings = diagnostics.iter().filter(|d| !few && d.severity == Severity::Warning);
+    for d in errors.chain(warnings).take(SHOWN) {
+        text.push_str(&renderer.render(&report(d, sources)));
+        text.push_str("\n\n");
     }
-    let count = |severity| diagnostics.iter().filter(|d| d.severity == severity).count();
-    let plural = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-    let mut text = String::from_utf8_lossy(&text).into_owned();
-    let totals: Vec<String> = [(Severity::Error, "error"), (Severity::Warning, "warning")]
-        .iter()
-        .filter(|(s, _)| count(*s) > 0)
-        .map(|(s, what)| plural(count(*s), what))
-        .collect();
-    if !totals.is_empty() {
-        text.push_str(&totals.join(", "));
+    if !diagnostics.is_empty() {
+        text.push_str(&totals(diagnostics));
         text.push('\n');
     }
     text
 }
 
-fn render_one(d: &Diagnostic, sources: &Sources, colour: bool, out: &mut Vec<u8>) {
-    let (kind, main) = match d.severity {
-        Severity::Error => (ReportKind::Error, Color::Red),
-        Severity::Warning => (ReportKind::Warning, Color::Yellow),
+/// `2 errors, 1 warning`.
+fn totals(diagnostics: &[Diagnostic]) -> String {
+    let count = |severity| diagnostics.iter().filter(|d| d.severity == severity).count();
+    let named = [(count(Severity::Error), "error"), (count(Severity::Warning), "warning")];
+    let totals: Vec<String> = named
+        .iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("{n} {what}{}", if *n == 1 { "" } else { "s" }))
+        .collect();
+    match diagnostics.len().checked_sub(SHOWN) {
+        Some(more) if more > 0 => format!("... and {more} more: {} in all", totals.join(", ")),
+        _ => totals.join(", "),
+    }
+}
+
+/// One finding: its place, where it comes from, and a group for every mend.
+fn report<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Group<'d>> {
+    let level = match d.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
     };
-    let range = |s: Span| (s.file, s.start as usize..(s.end.max(s.start)) as usize);
-    let config = Config::default().with_color(colour).with_char_set(CharSet::Unicode).with_index_type(IndexType::Byte);
-    let label = if d.label.is_empty() { "here" } else { &d.label };
-    let mut report = Report::build(kind, range(d.span))
-        .with_config(config)
-        .with_code(&d.code)
-        .with_message(&d.message)
-        .with_label(Label::new(range(d.span)).with_message(label).with_color(main));
-    for (span, text) in &d.related {
-        report = report.with_label(Label::new(range(*span)).with_message(text).with_color(Color::Cyan));
+    let mut group = Group::with_title(level.primary_title(d.message.as_str()).id(d.code.as_str()));
+    for snippet in snippets(d, sources) {
+        group = group.element(snippet);
     }
-    if let Some(hint) = &d.hint {
-        report = report.with_help(hint);
+    if let Some(hint) = d.hint.as_deref().filter(|hint| d.suggestions.iter().all(|s| s.message != *hint)) {
+        group = group.element(Level::HELP.message(hint));
     }
-    let cache = Cache { sources, split: HashMap::new() };
-    if report.finish().write(cache, &mut *out).is_err() {
-        // A vector takes everything that is written; only a span outside of its file can bring us here.
-        out.extend_from_slice(format!("{}: {}\n", d.code, d.message).as_bytes());
+    let mut groups = vec![group];
+    groups.extend(d.suggestions.iter().filter_map(|s| mend(s, sources)));
+    groups
+}
+
+/// The places of a finding, a snippet for each file, that of the finding itself first.
+fn snippets<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Snippet<'d, Annotation<'d>>> {
+    let mut places: Vec<(Span, AnnotationKind, Option<&str>)> =
+        vec![(d.span, AnnotationKind::Primary, Some(d.label.as_str()).filter(|l| !l.is_empty()))];
+    let others = d.related.iter().chain(&d.trail);
+    places.extend(others.map(|(span, text)| (*span, AnnotationKind::Context, Some(text.as_str()))));
+    let mut files: Vec<FileId> = Vec::new();
+    for (span, ..) in &places {
+        if !files.contains(&span.file) {
+            files.push(span.file);
+        }
     }
+    let snippet = |file: FileId| {
+        let source = sources.get(file)?;
+        let here = places.iter().filter(|(span, ..)| span.file == file);
+        let annotations = here.map(|(span, kind, label)| kind.span(range(&source.text, *span)).label(*label));
+        Some(Snippet::source(source.text.as_str()).path(source.name.as_str()).annotations(annotations))
+    };
+    files.into_iter().filter_map(snippet).collect()
+}
+
+/// A mend as a change of the source; nothing where it is not within one file.
+fn mend<'d>(suggestion: &'d Suggestion, sources: &'d Sources) -> Option<Group<'d>> {
+    let file = suggestion.edits.first()?.span.file;
+    let source = sources.get(file)?;
+    let patch = |edit: &'d Edit| Patch::new(range(&source.text, edit.span), edit.replacement.as_str());
+    let snippet = Snippet::source(source.text.as_str()).patches(suggestion.edits.iter().map(patch));
+    Some(Group::with_title(Level::HELP.secondary_title(suggestion.message.as_str())).element(snippet))
+}
+
+/// The bytes of a span, at the boundaries of characters and within the text.
+fn range(text: &str, span: Span) -> Range<usize> {
+    let start = text.floor_char_boundary(span.start as usize);
+    start..text.ceil_char_boundary(span.end as usize).max(start)
 }

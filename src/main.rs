@@ -6,7 +6,9 @@ mod diagnostics;
 mod diff;
 mod emit;
 mod error;
+mod findings;
 mod fit;
+mod fmt;
 mod inspect;
 mod measure;
 mod mesh;
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         Command::Mesh(args) => mesh::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Emit(args) => emit::run(args),
+        Command::Fmt(args) => fmt::run(args),
         Command::Scan(args) => scan::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Variance(args) => variance::run(args),

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Scripts are text that people write; anything larger was not meant as one.
-const LARGEST_SCRIPT: u64 = 16 << 20;
+pub(crate) const LARGEST_SCRIPT: u64 = 16 << 20;
 
 /// Loads files that scripts name, relative to the script that names them.
 #[derive(Debug)]

@@ -10,7 +10,7 @@ use tempfile::tempdir;
 fn help_of_every_command() {
     let folder = tempdir().expect("a folder");
     let mut all = gmlc(folder.path(), &["--help"]);
-    for command in ["check", "mesh", "diff", "emit", "scan", "fit", "variance", "inspect"] {
+    for command in ["check", "mesh", "diff", "emit", "fmt", "scan", "fit", "variance", "inspect"] {
         all.push_str(&format!("\n$ gmlc {command} --help\n"));
         all.push_str(&gmlc(folder.path(), &[command, "--help"]));
     }
@@ -68,6 +68,68 @@ fn every_stage_is_emitted() {
         let out = gmlc(folder.path(), &["emit", &example("cup/cup.gml"), "--stage", stage]);
         assert!(out.contains(expected), "--stage {stage} has no '{expected}':\n{}", &out[..out.len().min(2000)]);
     }
+}
+
+/// Scripts of a folder, one of them formatted, one not, one with an error.
+fn unformatted(folder: &std::path::Path) {
+    let write = |name: &str, text: &str| {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(path, text).expect("written");
+    };
+    write("all/good.gml", "let a = 1\n");
+    write("all/deeper/bad.gml", "/// A number.\nlet a = 1 // one\nlet b=2\n");
+    write("all/notes.txt", "let a=1");
+    write("all/.hidden.gml", "let a=1");
+    write("wrong.gml", "let a = (1\n");
+}
+
+#[test]
+fn scripts_are_formatted_in_place() {
+    let folder = tempdir().expect("a folder");
+    unformatted(folder.path());
+    let read = |name: &str| fs::read_to_string(folder.path().join(name)).expect("a file");
+    let error = fails(folder.path(), &["fmt", "--check", "all"], 1);
+    assert!(error.contains("not everything is formatted"), "{error}");
+    assert!(read("all/deeper/bad.gml").contains("b=2"), "--check changes nothing");
+    let out = gmlc(folder.path(), &["fmt", "all"]);
+    assert_eq!(out, "formatted all/deeper/bad.gml\n1 file formatted, 1 file unchanged\n");
+    assert_eq!(read("all/deeper/bad.gml"), "/// A number.\nlet a = 1  // one\nlet b = 2\n");
+    assert_eq!(read("all/notes.txt"), "let a=1");
+    assert_eq!(gmlc(folder.path(), &["fmt", "--check", "all"]), "0 files to be formatted, 2 files unchanged\n");
+}
+
+#[test]
+fn formatting_reports_for_people_and_programs() {
+    let folder = tempdir().expect("a folder");
+    unformatted(folder.path());
+    let check = support::gmlc_in(folder.path(), &["fmt", "--check", "all", "wrong.gml"]);
+    assert_eq!(check.status.code(), Some(1));
+    let out = support::text(&check.stdout);
+    assert_eq!(
+        out,
+        "all/deeper/bad.gml:2: is not formatted\n1 file to be formatted, 1 file unchanged, 1 file with errors\n"
+    );
+    assert!(support::text(&check.stderr).contains("'(' is never closed"));
+    let check = support::gmlc_in(folder.path(), &["fmt", "--check", "all", "wrong.gml", "--format", "json"]);
+    let document: serde_json::Value = serde_json::from_slice(&check.stdout).expect("JSON");
+    assert_eq!(document[0], serde_json::json!({ "file": "all/deeper/bad.gml", "status": "changed", "line": 2 }));
+    assert_eq!(document[2]["status"], "error");
+    // What cannot be read is left as it is.
+    fails(folder.path(), &["fmt", "wrong.gml"], 1);
+    assert_eq!(fs::read_to_string(folder.path().join("wrong.gml")).expect("a file"), "let a = (1\n");
+    assert!(fails(folder.path(), &["fmt", "none.gml"], 1).contains("no such file"));
+    assert!(fails(folder.path(), &["fmt", "-", "all"], 2).contains("stands alone"));
+}
+
+#[test]
+fn standard_input_is_formatted_to_standard_output() {
+    let folder = tempdir().expect("a folder");
+    let (status, out) = support::gmlc_with_input(folder.path(), &["fmt", "-"], "let a=1");
+    assert_eq!((status, out.as_str()), (Some(0), "let a = 1\n"));
+    let (status, out) = support::gmlc_with_input(folder.path(), &["fmt", "--check", "-"], "let a=1");
+    assert_eq!(status, Some(1));
+    assert!(out.starts_with("standard input:1: is not formatted\n"), "{out}");
 }
 
 #[test]

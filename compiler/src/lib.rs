@@ -9,14 +9,18 @@
 //! 5. [`jit`]: machine code for them, by Cranelift.
 //! 6. [`program`]: what everything outside may know of a compiled script.
 //!
+//! Beside this way lies [`format`], from text to its one layout.
+//!
 //! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
 //! [`source::Loader`].
 
 pub mod check;
 pub mod diagnostic;
 pub mod diff;
+pub mod format;
 pub mod ir;
 pub mod jit;
 pub mod program;
 pub mod source;
+mod suggest;
 pub mod syntax;

@@ -2,8 +2,9 @@
 
 #![allow(dead_code, reason = "every test binary uses some of it")]
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// The repository's root.
 pub(crate) fn root() -> &'static Path {
@@ -20,6 +21,17 @@ pub(crate) fn gmlc_in(folder: &Path, args: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
     command.args(args).current_dir(folder).env("NO_COLOR", "1");
     command.output().unwrap_or_else(|e| panic!("gmlc cannot be run: {e}"))
+}
+
+/// Runs `gmlc` in a folder with a text as its standard input; returns its status and standard output.
+pub(crate) fn gmlc_with_input(folder: &Path, args: &[&str], input: &str) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
+    command.args(args).current_dir(folder).env("NO_COLOR", "1");
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = command.spawn().unwrap_or_else(|e| panic!("gmlc cannot be run: {e}"));
+    child.stdin.take().expect("a pipe").write_all(input.as_bytes()).expect("written");
+    let output = child.wait_with_output().expect("its output");
+    (output.status.code(), text(&output.stdout))
 }
 
 /// Runs `gmlc` and expects success; returns standard output.

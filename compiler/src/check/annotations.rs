@@ -1,11 +1,11 @@
 //! Written types: what they ask of a value.
 
 use super::context::Checker;
-use super::suggest::nearest;
 use super::typed::{Expr, Type};
 use super::types::{ClosureId, Dimension, Exponent};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
+use crate::suggest::nearest;
 use crate::syntax::ast::{TypeExpr, TypeKind};
 
 /// What a written type asks for. It says nothing of array lengths, nor which function is meant.
@@ -103,8 +103,10 @@ impl Checker<'_> {
                     let message = format!("there is no type '{name}'");
                     let error = Diagnostic::error("unknown-type", ty.span, message);
                     let error = match (nearest(name, NAMES), name.as_str()) {
-                        (_, "float" | "double" | "number" | "f64") => error.hint("a bare number is 'real'"),
-                        (Some(near), _) => error.hint(format!("did you mean '{near}'?")),
+                        (_, "float" | "double" | "number" | "f64") => {
+                            error.suggest("a bare number is 'real'", [Edit::replace(ty.span, "real")])
+                        }
+                        (Some(near), _) => error.did_you_mean(ty.span, near),
                         (None, _) => error.hint(format!("the types are {}", NAMES.join(", "))),
                     };
                     self.report(error);
@@ -148,11 +150,8 @@ impl Checker<'_> {
             None => {
                 let message = format!("{what} must be {}, but this is {}", wanted.describe(), self.describe(&expr.ty));
                 let error = Diagnostic::error(mismatch_code(&expr.ty, wanted), expr.span, message);
-                let error = match self.unit_hint(&expr, wanted) {
-                    Some(hint) => error.hint(hint),
-                    None => error,
-                };
-                self.fail(error)
+                let mend = self.unit_hint(&expr, wanted);
+                self.fail(error.mend(mend))
             }
         }
     }

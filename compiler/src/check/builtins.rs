@@ -5,11 +5,11 @@ use super::constants::constant;
 use super::context::{Checker, error, int};
 use super::convert::{exponent_error, square_root};
 use super::operators::{binary, common, unary};
-use super::suggest::nearest;
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
+use crate::suggest::nearest;
 
 /// A built-in function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -117,7 +117,7 @@ impl<'a> Checker<'a> {
                         let message = format!("'{name}' has no parameter '{}'", label.text);
                         let diagnostic = Diagnostic::error("unknown-label", label.span, message);
                         self.report(match nearest(&label.text, params.iter().copied()) {
-                            Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
+                            Some(near) => diagnostic.did_you_mean(label.span, near),
                             None => diagnostic.hint(format!("its parameters are {}", params.join(", "))),
                         });
                         return None;
@@ -242,11 +242,9 @@ impl<'a> Checker<'a> {
             return unary(op, x, Type::REAL, span);
         }
         let message = format!("'{}' wants an angle, and this is {d}", builtin.entry().0);
-        let mut diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
-        if d.is_none() {
-            diagnostic.hint = self.unit_advice(&x, Dimension::ANGLE);
-        }
-        self.fail(diagnostic)
+        let diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
+        let mend = if d.is_none() { self.unit_advice(&x, Dimension::ANGLE) } else { None };
+        self.fail(diagnostic.mend(mend))
     }
 
     fn rounded(&mut self, builtin: Builtin, op: Unary, x: Expr, span: Span) -> Expr {
@@ -302,9 +300,9 @@ impl<'a> Checker<'a> {
             return binary(Binary::Atan2, y, x, Type::ANGLE, span);
         }
         let message = format!("'atan2' wants two of one kind, and these are {dy} and {dx}");
-        let mut diagnostic = Diagnostic::error("dimension-mismatch", span, message);
-        diagnostic.hint = if dx.is_none() { self.unit_advice(&x, dy) } else { self.unit_advice(&y, dx) };
-        self.fail(diagnostic)
+        let diagnostic = Diagnostic::error("dimension-mismatch", span, message);
+        let mend = if dx.is_none() { self.unit_advice(&x, dy) } else { self.unit_advice(&y, dx) };
+        self.fail(diagnostic.mend(mend))
     }
 
     fn extreme(&mut self, builtin: Builtin, first: Expr, mut rest: Vec<Expr>, span: Span) -> Expr {
@@ -348,9 +346,9 @@ impl<'a> Checker<'a> {
             Some(d) => binary(op, a, b, Type::Real(d), span),
             None => {
                 let message = format!("'{}' wants numbers of one kind, and these are {da} and {db}", builtin.entry().0);
-                let mut diagnostic = Diagnostic::error("dimension-mismatch", span, message);
-                diagnostic.hint = if db.is_none() { self.unit_advice(&b, da) } else { self.unit_advice(&a, db) };
-                self.fail(diagnostic)
+                let diagnostic = Diagnostic::error("dimension-mismatch", span, message);
+                let mend = if db.is_none() { self.unit_advice(&b, da) } else { self.unit_advice(&a, db) };
+                self.fail(diagnostic.mend(mend))
             }
         }
     }

@@ -2,11 +2,11 @@
 
 use super::context::{Checker, Code, error, known};
 use super::expressions::element;
-use super::suggest::nearest;
 use super::typed::{Call, Expr, ExprKind, FunctionId, Type};
 use super::types::ClosureId;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
+use crate::suggest::nearest;
 use crate::syntax::ast::{self, Arg, FnParam, Ident, ItemKind, Pattern, TypeExpr};
 
 /// An argument of a call.
@@ -108,7 +108,7 @@ impl<'a> Checker<'a> {
             _ => Vec::new(),
         };
         let diagnostic = match (nearest(&name.text, fields.iter().copied()), &value.ty) {
-            (Some(near), _) => diagnostic.hint(format!("did you mean '.{near}'?")),
+            (Some(near), _) => diagnostic.suggest(format!("did you mean '.{near}'?"), [Edit::replace(name.span, near)]),
             (None, Type::Record(_)) => diagnostic.hint(format!("its fields are {}", fields.join(", "))),
             (None, Type::Tuple(types)) => diagnostic.hint(match types.len() {
                 2 => "the components are .x and .y",
@@ -130,7 +130,11 @@ impl<'a> Checker<'a> {
             let message = format!("only a function can be called, and this is {}", self.describe(&f.ty));
             let diagnostic = Diagnostic::error("not-a-function", f.span, message);
             let number = matches!(f.ty, Type::Int(_) | Type::Real(_));
-            return self.fail(if number { diagnostic.hint("write * to multiply") } else { diagnostic });
+            return self.fail(if number {
+                diagnostic.suggest("write * to multiply", [Edit::after(f.span, " * ")])
+            } else {
+                diagnostic
+            });
         };
         let code = self.closure(id).code;
         if let Code::Builtin(builtin) = code {
@@ -272,7 +276,7 @@ impl<'a> Checker<'a> {
         let message = format!("{name} has no parameter '{}'", label.text);
         let diagnostic = Diagnostic::error("unknown-label", label.span, message);
         match nearest(&label.text, names.iter().copied()) {
-            Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
+            Some(near) => diagnostic.did_you_mean(label.span, near),
             None if names.is_empty() => diagnostic,
             None => diagnostic.hint(format!("its parameters are {}", names.join(", "))),
         }

@@ -185,17 +185,27 @@ impl<'a> Checker<'a> {
             let label = if label.is_empty() { format!("in {name}") } else { format!("in {name}: {label}") };
             diagnostic.related.push((inner, label));
             steps.truncate(last);
+            self.keep_mends_outside_of_the_library(&mut diagnostic);
         }
         if error {
             let long = steps.len() > 8;
             for (i, (span, name)) in steps.iter().enumerate().rev() {
                 // The nearest calls and the outermost; in between they repeat themselves.
                 if !long || i < 2 || i + 5 > steps.len() {
-                    diagnostic.related.push((*span, format!("from this call of {}", quoted(name))));
+                    diagnostic.trail.push((*span, format!("in {}, called here", quoted(name))));
                 }
             }
         }
         self.diagnostics.push(diagnostic);
+    }
+
+    /// The library's text is not the user's to change.
+    fn keep_mends_outside_of_the_library(&self, diagnostic: &mut Diagnostic) {
+        let (outside, inside): (Vec<_>, Vec<_>) = std::mem::take(&mut diagnostic.suggestions)
+            .into_iter()
+            .partition(|s| s.edits.iter().all(|e| !self.in_library(e.span)));
+        diagnostic.hint.take_if(|hint| inside.iter().any(|s| s.message == *hint));
+        diagnostic.suggestions = outside;
     }
 
     /// Whether an error was reported.

@@ -2,9 +2,9 @@
 
 use super::annotations::Wanted;
 use super::context::Checker;
-use super::typed::{Expr, ExprKind, Type, Unary};
+use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::{Dimension, Exponent};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit, Suggestion};
 use crate::source::Span;
 
 impl<'a> Checker<'a> {
@@ -124,29 +124,50 @@ impl<'a> Checker<'a> {
     }
 
     /// How to mend a bare number where a length or angle is wanted: the number with a unit.
-    pub(super) fn unit_hint(&self, expr: &Expr, wanted: &Wanted) -> Option<String> {
+    pub(super) fn unit_hint(&self, expr: &Expr, wanted: &Wanted) -> Option<Suggestion> {
         let Wanted::Real(want) = wanted else { return None };
         match expr.ty {
             Type::Int(_) | Type::Real(Dimension::NONE) => self.unit_advice(expr, *want),
-            Type::Real(have) if want.is_none() && have == Dimension::LENGTH => {
-                Some("divide by a length, such as 1mm, to get a bare number".to_owned())
-            }
+            Type::Real(have) if want.is_none() && have == Dimension::LENGTH => Some(Suggestion {
+                message: "divide it by a length, such as 1mm, to get a bare number".to_owned(),
+                edits: followed_by(expr, " / 1mm"),
+            }),
             _ => None,
         }
     }
 
     /// `did you mean 3mm?`, or how to give a number the dimension.
-    pub(super) fn unit_advice(&self, expr: &Expr, want: Dimension) -> Option<String> {
-        let (unit, one) = match want {
-            Dimension::LENGTH => ("mm", "by 1mm to give it a unit"),
-            Dimension::ANGLE => ("deg", "by 1deg or 1rad to say which is meant"),
+    pub(super) fn unit_advice(&self, expr: &Expr, want: Dimension) -> Option<Suggestion> {
+        let (unit, one, factor) = match want {
+            Dimension::LENGTH => ("mm", "by 1mm to give it a unit", " * 1mm"),
+            Dimension::ANGLE => ("deg", "by 1deg or 1rad to say which is meant", " * 1deg"),
             _ => return None,
         };
-        Some(match literal(expr).filter(|_| self.bare_literals.contains(&inner_span(expr))) {
-            Some(number) => format!("did you mean {number}{unit}?"),
-            None => format!("multiply {one}"),
+        let digits = inner_span(expr);
+        Some(match literal(expr).filter(|_| self.bare_literals.contains(&digits)) {
+            Some(number) => {
+                Suggestion { message: format!("did you mean {number}{unit}?"), edits: vec![Edit::after(digits, unit)] }
+            }
+            None => Suggestion { message: format!("multiply {one}"), edits: followed_by(expr, factor) },
         })
     }
+}
+
+/// Edits that put a factor or divisor after an expression, in parentheses where it may hold a looser operator.
+fn followed_by(expr: &Expr, text: &str) -> Vec<Edit> {
+    fn is_tight(expr: &Expr) -> bool {
+        match &expr.kind {
+            ExprKind::Local(_) | ExprKind::Call(_) | ExprKind::Int(_) | ExprKind::Real(_) => true,
+            ExprKind::Element(..) | ExprKind::Index(..) => true,
+            ExprKind::Binary(Binary::Mul | Binary::Div, ..) => true,
+            ExprKind::Convert(e) => is_tight(e),
+            _ => false,
+        }
+    }
+    if is_tight(expr) {
+        return vec![Edit::after(expr.span, text)];
+    }
+    vec![Edit::before(expr.span, "("), Edit::after(expr.span, format!("){text}"))]
 }
 
 /// The number of a literal.

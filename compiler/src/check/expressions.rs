@@ -108,10 +108,8 @@ impl<'a> Checker<'a> {
                     );
                     let mut error =
                         Diagnostic::error("mixed-array", item.span, message).related(first.span, "first element");
-                    if let Type::Real(d) = ty
-                        && let Some(hint) = self.unit_advice(item, d)
-                    {
-                        error = error.hint(hint);
+                    if let Type::Real(d) = ty {
+                        error = error.mend(self.unit_advice(item, d));
                     }
                     return self.fail(error);
                 }
@@ -232,10 +230,7 @@ impl<'a> Checker<'a> {
                     (_, Type::Real(d)) => self.unit_advice(&a, *d),
                     _ => None,
                 };
-                match advice {
-                    Some(hint) => error.hint(hint),
-                    None => error,
-                }
+                error.mend(advice)
             };
             return self.fail(diagnostic);
         };

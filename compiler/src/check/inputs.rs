@@ -3,12 +3,12 @@
 use super::annotations::Wanted;
 use super::context::Checker;
 use super::model::{Body, dimension};
-use super::suggest::nearest;
 use super::typed::{Expr, ExprKind, Input, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, evaluate};
 use crate::diagnostic::Diagnostic;
 use crate::program::Quantity;
+use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
 use std::collections::BTreeMap;
 

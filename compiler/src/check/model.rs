@@ -4,13 +4,13 @@ use super::annotations::Wanted;
 use super::bindings::wrap;
 use super::context::{Binding, Checker};
 use super::evaluate;
-use super::suggest::nearest;
 use super::typed::{Binary, Expr, Input, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
 use crate::diagnostic::Diagnostic;
 use crate::program::Quantity;
 use crate::source::Span;
+use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
 use std::collections::BTreeMap;
 

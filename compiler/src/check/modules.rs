@@ -2,9 +2,9 @@
 
 use super::free;
 use super::stdlib::{self, MODULES};
-use super::suggest::nearest;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Loader, Sources, Span};
+use crate::suggest::nearest;
 use crate::syntax::ast::{DerivativeDecl, File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
 use std::collections::{HashMap, HashSet};
 
@@ -152,7 +152,7 @@ impl Reader<'_> {
         let mut error = Diagnostic::error("unknown-module", span, format!("there is no module '{name}'"));
         let list = MODULES.iter().map(|(n, _)| *n);
         error = match nearest(&name, list.clone()) {
-            Some(near) => error.hint(format!("did you mean '{near}'?")),
+            Some(near) => error.did_you_mean(span, near),
             None if first.text != "std" => error.hint("a file is named in quotes: use \"column.gml\" (column)"),
             None => error.hint(format!("the modules are {}", list.collect::<Vec<_>>().join(", "))),
         };
@@ -274,8 +274,14 @@ fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
         return None;
     }
     let error = Diagnostic::error("unknown-name", name.span, format!("{} has no '{}'", quoted(module.name), name.text));
+    if module.std
+        && let Some(home) = stdlib::module_of(&name.text)
+    {
+        let home = MODULES[home].0;
+        return Some(error.hint(format!("'{0}' is in {home}: add `use {home} ({0})`", name.text)));
+    }
     Some(match nearest(&name.text, module.definitions.keys().copied()) {
-        Some(near) => error.hint(format!("did you mean '{near}'?")),
+        Some(near) => error.did_you_mean(name.span, near),
         None => error,
     })
 }

@@ -2,12 +2,13 @@
 
 use super::builtins::{self, Builtin};
 use super::context::{Binding, Checker, Code};
+use super::foreign::{self, Foreign};
 use super::modules::Definition;
 use super::stdlib;
-use super::suggest::nearest;
 use super::typed::{Call, Expr, ExprKind, Type};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
+use crate::suggest::{nearest, nearest_of};
 use crate::syntax::ast::{Let, Pattern};
 
 impl<'a> Checker<'a> {
@@ -71,9 +72,13 @@ impl<'a> Checker<'a> {
             None => {
                 let names = self.modules[target].definitions.keys().copied();
                 let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
-                let error = match nearest(name, names) {
-                    Some(near) => error.hint(format!("did you mean '{near}'?")),
-                    None => error,
+                let error = match (stdlib::module_of(name), nearest(name, names)) {
+                    (Some(other), _) => {
+                        let home = stdlib::MODULES[other].0;
+                        error.hint(format!("'{name}' is in {home}: add `use {home} ({name})`"))
+                    }
+                    (None, Some(near)) => error.did_you_mean(span, near),
+                    (None, None) => error,
                 };
                 self.fail(error)
             }
@@ -122,22 +127,29 @@ impl<'a> Checker<'a> {
     fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
         let error = Diagnostic::error("unknown-name", span, format!("there is no '{name}' here"));
         let module = &self.modules[self.env.module];
-        let near = nearest(
-            name,
-            self.env
-                .names
-                .iter()
-                .map(|(n, _)| *n)
-                .chain(module.definitions.keys().copied())
-                .chain(module.imports.keys().copied()),
-        )
-        .or_else(|| nearest(name, builtins::names()))
-        .or_else(|| nearest(name, stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text))));
-        match near {
-            Some(near) => error.hint(format!("did you mean '{near}'?")),
-            None if self.defined_in_model(name) => {
-                error.hint("it is defined further down: move its definition up, before this line")
-            }
+        if module.whole.contains_key(name) {
+            return error.hint(format!("it is a module: its functions are written '{name}.NAME'"));
+        }
+        let locals: Vec<&str> = self.env.names.iter().map(|(n, _)| *n).collect();
+        let own: Vec<&str> = module.definitions.keys().chain(module.imports.keys()).copied().collect();
+        let built_in: Vec<&str> = builtins::names().collect();
+        let library: Vec<&str> = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).collect();
+        if let Some(near) = nearest_of(name, &[&locals, &own]) {
+            return error.did_you_mean(span, near);
+        }
+        if let Some(foreign) = foreign::meaning(name) {
+            return match foreign {
+                Foreign::Name(ours) => {
+                    error.suggest(format!("it is called '{ours}' here"), [Edit::replace(span, ours)])
+                }
+                Foreign::Hint(hint) => error.hint(hint),
+            };
+        }
+        if self.defined_in_model(name) {
+            return error.hint("it is defined further down: move its definition up, before this line");
+        }
+        match nearest_of(name, &[&built_in, &library]) {
+            Some(near) => error.did_you_mean(span, near),
             None => error,
         }
     }

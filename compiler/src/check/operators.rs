@@ -173,18 +173,20 @@ impl<'a> Checker<'a> {
             (Type::Real(d), _) if bare(b) => self.unit_advice(b, *d),
             (_, Type::Real(d)) if bare(a) => self.unit_advice(a, *d),
             (Type::Tuple(x), Type::Tuple(y)) if x.len() != y.len() => {
-                Some(format!("one has {} components, the other {}", x.len(), y.len()))
+                return diagnostic.hint(format!("one has {} components, the other {}", x.len(), y.len()));
             }
             (Type::Array(..), _) | (_, Type::Array(..)) => {
-                Some("for arrays, write a comprehension: for i in 0..len(a) { a[i] + b[i] }".to_owned())
+                return diagnostic.hint("for arrays, write a comprehension: for i in 0..len(a) { a[i] + b[i] }");
             }
-            (Type::Tuple(x), Type::Tuple(y)) => tuple_advice(x, y),
+            (Type::Tuple(x), Type::Tuple(y)) => {
+                return match tuple_advice(x, y) {
+                    Some(hint) => diagnostic.hint(hint),
+                    None => diagnostic,
+                };
+            }
             _ => None,
         };
-        match advice {
-            Some(hint) => diagnostic.hint(hint),
-            None => diagnostic,
-        }
+        diagnostic.mend(advice)
     }
 
     fn product(&mut self, a: Expr, b: Expr, span: Span) -> Expr {

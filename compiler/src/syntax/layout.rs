@@ -12,15 +12,15 @@ use logos::Logos;
 
 /// A token and its bytes in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Lexeme {
-    pub(super) token: Token,
-    pub(super) start: u32,
-    pub(super) end: u32,
+pub(crate) struct Lexeme {
+    pub(crate) token: Token,
+    pub(crate) start: u32,
+    pub(crate) end: u32,
 }
 
 /// The tokens of a file. With `statements` false the text is one expression, and line ends mean nothing outside
 /// blocks.
-pub(super) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
+pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
     let mut layout = Layout {
         file,
         text,

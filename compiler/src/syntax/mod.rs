@@ -9,12 +9,12 @@
 
 pub mod ast;
 mod builder;
-mod layout;
+pub(crate) mod layout;
 mod literal;
 mod messages;
 mod print;
 mod recover;
-mod token;
+pub(crate) mod token;
 
 #[cfg(test)]
 mod tests;

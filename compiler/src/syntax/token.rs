@@ -5,7 +5,7 @@ use logos::Logos;
 /// The kind of a token; its text is what stands under its span.
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[logos(skip r"[ \t\r\u{c}\u{a0}\u{feff}]+")]
-pub(super) enum Token {
+pub(crate) enum Token {
     #[token("use")]
     Use,
     #[token("fn")]
@@ -166,7 +166,7 @@ impl Token {
     }
 
     /// Whether it closes a bracket.
-    pub(super) fn is_closer(self) -> bool {
+    pub(crate) fn is_closer(self) -> bool {
         matches!(self, Token::ParenClose | Token::BracketClose | Token::BraceClose)
     }
 }

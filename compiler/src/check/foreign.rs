@@ -1,0 +1,54 @@
+//! Names that other languages have for what is called otherwise here: those of OpenSCAD, build123d, Python and C.
+
+/// What to say of a foreign name.
+pub(super) enum Foreign {
+    /// It can be replaced by this one.
+    Name(&'static str),
+    /// It is said otherwise.
+    Hint(&'static str),
+}
+
+/// What a foreign name is here.
+pub(super) fn meaning(name: &str) -> Option<Foreign> {
+    use Foreign::{Hint, Name};
+    Some(match name {
+        "PI" | "Pi" => Name("pi"),
+        "TAU" => Name("tau"),
+        "log" => Name("ln"),
+        "arcsin" => Name("asin"),
+        "arccos" => Name("acos"),
+        "arctan" => Name("atan"),
+        "arctan2" => Name("atan2"),
+        "fabs" => Name("abs"),
+        "fmin" => Name("min"),
+        "fmax" => Name("max"),
+        "ceiling" => Name("ceil"),
+        "lerp" => Name("mix"),
+        "length" | "magnitude" => {
+            Hint("the length of a vector is norm(v); the number of elements of an array is len(xs)")
+        }
+        "size" | "count" => Name("len"),
+        "rotate_extrude" => Name("revolve"),
+        "reduce" => Name("fold"),
+        "True" => Name("true"),
+        "False" => Name("false"),
+        "None" | "null" | "nil" | "undef" => {
+            Hint("there is no empty value; a default or another branch takes its place")
+        }
+        "pow" | "power" => Hint("a power is written a ^ b"),
+        "mod" => Hint("a remainder is written a % b"),
+        "range" => Hint("a range is written from..to, without to"),
+        "lambda" => Hint("a function without a name is written |x| x + 1"),
+        "return" => Hint("the last line of a block is its value; no `return` is needed"),
+        "self" | "this" => Hint("there are no methods: a.f(b) is another way to write f(a, b)"),
+        "print" | "println" | "printf" | "echo" => {
+            Hint("a script prints nothing; `gmlc repl` shows the values of expressions")
+        }
+        "cube" => Hint("the surfaces are in std.surface; a box is made of parts"),
+        "union" | "difference" | "intersection" | "hull" | "minkowski" => {
+            Hint("a model is a set of surfaces, its parts; solids are not combined")
+        }
+        "linear_extrude" => Name("extrude"),
+        _ => return None,
+    })
+}

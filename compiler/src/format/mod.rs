@@ -1,0 +1,96 @@
+//! The one way to lay out a script: text in, text out.
+//!
+//! [`format`] changes only where lines end, spaces, commas before closing brackets and semicolons at line ends. It
+//! builds a document (`document`) from the tree, whose leaves are the tokens and comments of the text in their order
+//! (`cursor`), and decides where its lines break (`render`): `statements` does blocks and models, `items` what begins with a
+//! keyword, `expressions` and `lists` the rest. At last the tokens and comments of the result are compared with those of the text.
+//!
+//! Where several layouts are good the author decides: an empty line stays (one of several), statements joined by `;` stay
+//! joined while they fit, a block whose first line ends after its brace stays open, a list with a comma before its closing
+//! bracket stays one element a line.
+
+mod branches;
+mod cursor;
+mod document;
+mod expressions;
+mod items;
+mod lists;
+mod postfix;
+mod render;
+mod statements;
+mod writer;
+
+#[cfg(test)]
+mod tests;
+
+use crate::diagnostic::Diagnostic;
+use crate::source::FileId;
+use crate::syntax::token::Token;
+use crate::syntax::{self, LENGTH_LIMIT, layout};
+use thiserror::Error;
+
+/// The greatest width of a line, where there is a choice. Comments may be longer.
+pub const WIDTH: usize = 110;
+
+/// Spaces a level.
+const INDENT: usize = 2;
+
+/// The greatest indentation.
+const INDENT_LIMIT: usize = 60;
+
+/// Why a text is not formatted.
+#[derive(Clone, Debug, Error)]
+pub enum FormatError {
+    /// It cannot be read.
+    #[error("the script has errors")]
+    Syntax(Vec<Diagnostic>),
+    /// The result would be longer than a script may be.
+    #[error("the formatted script would be longer than {} MiB", LENGTH_LIMIT >> 20)]
+    TooLong,
+    /// The result would not say the same. This is a defect of the formatter, which says so instead of doing harm.
+    #[error("the formatted script would not mean the same: this is a defect of gmlc; the script is left as it is")]
+    Unfaithful,
+}
+
+/// The text of a file in its one layout. Formatting it again changes nothing.
+///
+/// # Errors
+/// If the text has syntax errors, or the result would be too long.
+pub fn format(file: FileId, text: &str) -> Result<String, FormatError> {
+    format_within(file, text, WIDTH)
+}
+
+/// The same for another width.
+fn format_within(file: FileId, text: &str, width: usize) -> Result<String, FormatError> {
+    let (tree, diagnostics) = syntax::parse(file, text);
+    if !diagnostics.is_empty() {
+        return Err(FormatError::Syntax(diagnostics));
+    }
+    let formatted = writer::Writer::new(file, text).file(&tree, width);
+    if formatted.len() > LENGTH_LIMIT {
+        return Err(FormatError::TooLong);
+    }
+    if essence(file, text) == essence(file, &formatted) { Ok(formatted) } else { Err(FormatError::Unfaithful) }
+}
+
+/// The tokens that matter with their texts, and the comments: what must not change. The parser sees nothing else.
+fn essence(file: FileId, text: &str) -> (Vec<(Token, &str)>, Vec<&str>) {
+    let (lexemes, _) = layout::layout(file, text, true);
+    let mut tokens: Vec<(Token, &str)> = Vec::with_capacity(lexemes.len());
+    for lexeme in &lexemes {
+        if lexeme.token.is_closer() || lexeme.token == Token::Bar || lexeme.token == Token::Semicolon {
+            // The comma after the last element.
+            tokens.pop_if(|(token, _)| *token == Token::Comma);
+        }
+        if lexeme.token == Token::BraceOpen {
+            // The brace may begin a line after what it belongs to.
+            tokens.pop_if(|(token, _)| *token == Token::Separator);
+        }
+        let shown = match lexeme.token {
+            Token::Separator | Token::Doc => "",
+            _ => &text[lexeme.start as usize..lexeme.end as usize],
+        };
+        tokens.push((lexeme.token, shown));
+    }
+    (tokens, cursor::comments(text).map(|c| c.text).collect())
+}

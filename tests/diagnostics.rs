@@ -1,0 +1,226 @@
+//! What `gmlc check` says of mistakes: the cases of `tests/diagnostics/*.gml`, each printed exactly as a user reads it, as
+//! snapshots beside them.
+//!
+//! A case begins with a line `// --- what is wrong`, a further file of it with `// +++ its name`. Characters that an editor or
+//! git would not keep are written `{BOM}`, `{TAB}`, `{CR}` and `{NBSP}`; `{EOF}` ends a file without a line end. Every suggestion of every case is
+//! followed, and the finding must be gone.
+
+mod support;
+
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::fs;
+use std::path::{Path, PathBuf};
+use support::{gmlc_in, root, text};
+
+/// A script with a mistake, and the files that it uses; the first is checked.
+struct Case {
+    title: String,
+    files: Vec<(String, String)>,
+}
+
+fn folder() -> PathBuf {
+    root().join("tests/diagnostics")
+}
+
+/// The cases of a file.
+fn cases(text: &str) -> Vec<Case> {
+    let mut cases: Vec<Case> = Vec::new();
+    for line in text.lines() {
+        if let Some(title) = line.strip_prefix("// --- ") {
+            cases.push(Case { title: title.to_owned(), files: vec![("script.gml".to_owned(), String::new())] });
+            continue;
+        }
+        let case = cases.last_mut().expect("a case begins with `// --- `");
+        if let Some(name) = line.strip_prefix("// +++ ") {
+            case.files.push((name.to_owned(), String::new()));
+            continue;
+        }
+        let (_, text) = case.files.last_mut().expect("a file");
+        text.push_str(line);
+        text.push('\n');
+    }
+    for (_, text) in cases.iter_mut().flat_map(|c| &mut c.files) {
+        *text = special_characters(text);
+    }
+    cases
+}
+
+fn special_characters(text: &str) -> String {
+    let text = text.trim_end_matches('\n').to_owned() + "\n";
+    let text = text.strip_suffix("{EOF}\n").map_or(text.clone(), str::to_owned);
+    let table = [("{BOM}", "\u{feff}"), ("{TAB}", "\t"), ("{CR}", "\r"), ("{NBSP}", "\u{a0}")];
+    table.iter().fold(text, |text, (name, character)| text.replace(name, character))
+}
+
+impl Case {
+    fn write(&self, folder: &Path) {
+        for (name, text) in &self.files {
+            fs::write(folder.join(name), text).expect("written");
+        }
+    }
+
+    /// What the user reads.
+    fn printed(&self) -> String {
+        let folder = tempfile::tempdir().expect("a folder");
+        self.write(folder.path());
+        text(&gmlc_in(folder.path(), &["check", "script.gml"]).stderr)
+    }
+
+    /// The findings as JSON.
+    fn findings(&self) -> Vec<Value> {
+        let folder = tempfile::tempdir().expect("a folder");
+        self.write(folder.path());
+        let output = gmlc_in(folder.path(), &["check", "script.gml", "--format", "json"]);
+        let document: Value = serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{}: {e}", self.title));
+        document["diagnostics"].as_array().expect("a list").clone()
+    }
+
+    /// The case with the edits of a suggestion made.
+    fn mended(&self, suggestion: &Value) -> Case {
+        let mut files = self.files.clone();
+        for edit in suggestion["edits"].as_array().expect("edits").iter().rev() {
+            let file = files.iter_mut().find(|(name, _)| *name == edit["file"]).expect("a file of the case");
+            let number = |field: &str| edit[field].as_u64().expect("a number") as usize;
+            file.1.replace_range(number("start")..number("end"), edit["replacement"].as_str().expect("a text"));
+        }
+        Case { title: self.title.clone(), files }
+    }
+}
+
+/// What a function makes of every item, on two threads.
+fn parallel<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let (left, right) = items.split_at(items.len() / 2);
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| right.iter().map(&f).collect::<Vec<R>>());
+        let mut all: Vec<R> = left.iter().map(&f).collect();
+        all.extend(other.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+        all
+    })
+}
+
+fn case_files() -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder()).expect("the folder of the cases").map(|e| e.expect("an entry").path());
+    let mut paths: Vec<PathBuf> = entries.filter(|p| p.extension().is_some_and(|e| e == "gml")).collect();
+    paths.sort();
+    paths
+}
+
+fn cases_of(path: &Path) -> Vec<Case> {
+    cases(&fs::read_to_string(path).expect("a readable file"))
+}
+
+#[test]
+fn mistakes_as_the_user_reads_of_them() {
+    let mut count = 0;
+    for path in case_files() {
+        let cases = cases_of(&path);
+        count += cases.len();
+        let mut shown = String::new();
+        for (case, printed) in cases.iter().zip(parallel(&cases, Case::printed)) {
+            let _ = writeln!(shown, "--- {}\n\n{printed}", case.title);
+        }
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        insta::with_settings!({ snapshot_path => folder(), prepend_module_to_snapshot => false, omit_expression => true }, {
+            insta::assert_snapshot!(name, shown);
+        });
+    }
+    assert!(count >= 80, "there are {count} cases");
+}
+
+#[test]
+fn every_suggestion_mends_its_finding() {
+    let cases: Vec<Case> = case_files().iter().flat_map(|path| cases_of(path)).collect();
+    let wrong: String = parallel(&cases, unmended).concat();
+    assert!(wrong.is_empty(), "{wrong}");
+    let followed: usize =
+        parallel(&cases, |c| c.findings().iter().map(|f| suggestions(f).len()).sum::<usize>()).iter().sum();
+    assert!(followed >= 4, "there are {followed} suggestions");
+}
+
+fn suggestions(finding: &Value) -> &Vec<Value> {
+    finding["suggestions"].as_array().expect("a list")
+}
+
+/// The suggestions of a case that leave their finding, or bring about others.
+fn unmended(case: &Case) -> String {
+    let findings = case.findings();
+    let mut wrong = String::new();
+    for (finding, suggestion) in findings.iter().flat_map(|f| suggestions(f).iter().map(move |s| (f, s))) {
+        let mended = case.mended(suggestion);
+        let after = mended.findings();
+        let same = |list: &[Value]| {
+            list.iter().filter(|f| f["code"] == finding["code"] && f["message"] == finding["message"]).count()
+        };
+        if same(&after) >= same(&findings) || after.len() >= findings.len() {
+            let (title, question) = (&case.title, &suggestion["message"]);
+            let _ = writeln!(wrong, "{title}: {question} gives\n{}\n{}", mended.files[0].1, mended.printed());
+        }
+    }
+    wrong
+}
+
+/// The codes in the compiler's source: the first argument of what makes diagnostics.
+fn codes_in_source() -> BTreeSet<String> {
+    let mut codes = BTreeSet::new();
+    let mut open = vec![root().join("compiler/src"), root().join("src")];
+    while let Some(next) = open.pop() {
+        for entry in fs::read_dir(&next).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let source = fs::read_to_string(&path).expect("readable");
+                for made in ["Diagnostic::error(", "Diagnostic::warning("] {
+                    codes.extend(source.split(made).skip(1).filter_map(|rest| {
+                        let code = rest.trim_start().strip_prefix('"')?.split('"').next()?;
+                        Some(code.to_owned())
+                    }));
+                }
+            }
+        }
+    }
+    codes
+}
+
+#[test]
+fn every_code_is_explained_by_an_example_that_is_diagnosed_so() {
+    // These are limits, or need several files or the command line.
+    const WITHOUT_EXAMPLE: [&str; 8] = [
+        "derivative",
+        "machine-code",
+        "too-long",
+        "too-many-errors",
+        "too-many-files",
+        "unknown-input",
+        "unsupported",
+        "use-cycle",
+    ];
+    let explained: Vec<gml_compiler::diagnostic::Explanation> = gml_compiler::diagnostic::explanations().collect();
+    let names: BTreeSet<String> = explained.iter().map(|e| e.code.to_owned()).collect();
+    let used = codes_in_source();
+    assert!(used.len() > 55, "the source has {} codes", used.len());
+    let unexplained: Vec<&String> = used.difference(&names).collect();
+    assert!(unexplained.is_empty(), "docs/diagnostics.md has nothing on {unexplained:?}");
+    let wrong = parallel(&explained, |e| match e.example() {
+        None if WITHOUT_EXAMPLE.contains(&e.code) => None,
+        None => Some(format!("{} has no example", e.code)),
+        Some(example) => {
+            let case = Case { title: e.code.into(), files: vec![("script.gml".into(), example.into())] };
+            let found = case.findings();
+            (!found.iter().any(|f| f["code"] == e.code)).then(|| format!("{}: {}", e.code, case.printed()))
+        }
+    });
+    let wrong: Vec<String> = wrong.into_iter().flatten().collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn codes_are_explained_on_the_command_line() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let told = support::gmlc(folder.path(), &["check", "--explain", "dimension-mismatch"]);
+    assert!(told.contains("3mm") && told.contains("```gml"), "{told}");
+    let error = support::fails(folder.path(), &["check", "--explain", "dimension"], 2);
+    assert!(error.contains("dimension-mismatch"), "{error}");
+}
