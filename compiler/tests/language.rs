@@ -142,7 +142,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
     for part in &lowered.parts {
         let points = [(0.25, 0.5), (0.5, 0.75), (0.875, 0.125)];
         let failure = points.iter().find_map(|(u, v)| {
-            let args: Vec<Scalar> = defaults.iter().copied().chain([Scalar::Real(*u), Scalar::Real(*v)]).collect();
+            let args = part.arguments(&defaults, [Scalar::Real(*u), Scalar::Real(*v)]);
             let values = evaluate(&lowered.module, part.surface, &args);
             match values {
                 Err(failure) => Some(*failure),

@@ -36,12 +36,23 @@ pub struct LoweredPart {
     pub group: String,
     /// Its doc comment.
     pub doc: String,
-    /// `(params.., u, v) -> (x, y, z)`.
+    /// `(the parameters that it uses.., u, v) -> (x, y, z)`. (If every part took all of them, large models would take time
+    /// with the square of their size.)
     pub surface: FunctionId,
+    /// Which parameters `surface` takes, ascending.
+    pub params: Vec<u32>,
     /// `(params..) -> length`, where the part has a tolerance of its own.
     pub tolerance: Option<FunctionId>,
     /// Where it is declared.
     pub span: Span,
+}
+
+impl LoweredPart {
+    /// The arguments of `surface` at the model's parameters x.
+    #[must_use]
+    pub fn arguments<T: Copy>(&self, x: &[T], uv: [T; 2]) -> Vec<T> {
+        self.params.iter().map(|i| x[*i as usize]).chain(uv).collect()
+    }
 }
 
 /// A condition of the model's body.

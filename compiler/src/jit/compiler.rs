@@ -5,12 +5,12 @@ use super::context::MAX_FRAME;
 use super::memory::{CodeMemory, Effort};
 use super::plan::Plan;
 use super::{kernel, lower};
+use crate::ir::hash::HashMap;
 use crate::ir::{Function, FunctionId, Module, Op, Type, Value};
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::{AbiParam, Signature, types};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_module::{FuncId, Module as _, ModuleError};
-use std::collections::HashMap;
 use thiserror::Error;
 
 /// Why there is no machine code.
@@ -157,10 +157,10 @@ impl<'m> Compiler<'m> {
             module,
             plan: Plan::new(module),
             memory: CodeMemory::new(options)?,
-            natives: HashMap::new(),
+            natives: HashMap::default(),
             pending: Vec::new(),
             entries: Vec::new(),
-            kernels: HashMap::new(),
+            kernels: HashMap::default(),
             nodes: 0,
             listings: options.listings.then(Vec::new),
             quick: options.quick,

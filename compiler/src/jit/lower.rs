@@ -4,12 +4,12 @@ use super::compiler::{Compiler, JitError};
 use super::context::{Context, DEPTH};
 use super::host;
 use crate::ir::arithmetic::pow_int_steps;
+use crate::ir::hash::HashMap;
 use crate::ir::{self, Binary, Compare, Function, FunctionId, Op, Type, Unary};
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{AbiParam, Block, FuncRef, InstBuilder, MemFlagsData, StackSlot, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_module::{Linkage, Module as _};
-use std::collections::HashMap;
 
 /// Memory that generated code touches is there, aligned, and its own.
 pub(super) const TRUSTED: MemFlagsData = MemFlagsData::trusted();
@@ -111,9 +111,9 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             builder,
             context,
             fail,
-            hosts: HashMap::new(),
-            natives: HashMap::new(),
-            slots: HashMap::new(),
+            hosts: HashMap::default(),
+            natives: HashMap::default(),
+            slots: HashMap::default(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::derivatives::ModelFunctions;
 use super::kernels::Kernels;
+use super::on_demand::OnDemand;
 use super::{Part, Program};
 use crate::check::{self, CheckOptions, InputValue, typed};
 use crate::diagnostic::{Diagnostic, Severity};
@@ -45,7 +46,7 @@ pub struct Failed {
 }
 
 /// Why a checked model cannot be compiled.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, Error)]
 pub(super) enum BuildError {
     #[error(transparent)]
     Inline(#[from] InlineError),
@@ -73,9 +74,9 @@ pub enum Stage {
     Check,
     /// Typed tree to scalar functions.
     Lower,
-    /// Scalar functions to prelude and bodies with their derivatives.
+    /// Scalar functions to prelude and bodies with their Jacobians.
     Differentiate,
-    /// Machine code.
+    /// Machine code for points and Jacobians. (The other derivatives are made when they are first asked for.)
     MachineCode,
 }
 
@@ -136,9 +137,9 @@ fn build(
     options: &Options,
     done: &mut dyn FnMut(Stage),
 ) -> Result<Program, NotBuilt> {
-    let lowered = lower::lower(&typed).map_err(NotBuilt::Lower)?;
+    let mut lowered = lower::lower(&typed).map_err(NotBuilt::Lower)?;
     done(Stage::Lower);
-    let functions = ModelFunctions::new(&lowered).map_err(NotBuilt::Build)?;
+    let functions = ModelFunctions::new(&mut lowered).map_err(NotBuilt::Build)?;
     done(Stage::Differentiate);
     let kernels = Kernels::new(&functions).map_err(|e| NotBuilt::Build(e.into()))?;
     done(Stage::MachineCode);
@@ -157,6 +158,7 @@ fn build(
         typed,
         functions,
         kernels,
+        derived: OnDemand::default(),
         limits: options.limits,
     })
 }

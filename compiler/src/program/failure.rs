@@ -1,6 +1,8 @@
 //! Why an evaluation failed, said with the place in the source and the values that led there.
 
+use super::compile::BuildError;
 use super::instance::Instance;
+use super::on_demand::Derivative;
 use super::{Parameter, Program, Quantity};
 use crate::ir::scalar::Scalar;
 use crate::ir::{FunctionId, Module, interpret};
@@ -106,6 +108,21 @@ impl Program {
         EvaluationError { message: text, span }
     }
 
+    /// The error for a derivative that cannot be made.
+    pub(super) fn not_made(&self, derivative: Derivative, error: &BuildError) -> EvaluationError {
+        let what = match derivative {
+            Derivative::Partials => "derivatives by u and v",
+            Derivative::SecondPartials => "second derivatives by u and v",
+            Derivative::Pullback => "gradients",
+        };
+        let span = match error {
+            BuildError::Inline(e) => Some(e.span()),
+            BuildError::Diff(e) => Some(e.span()),
+            BuildError::Jit(_) => None,
+        };
+        self.error(span, &format!("{what} cannot be had: {error}"), &Place { x: &[], patch: None, uv: None }, Some(&[]))
+    }
+
     /// The parameters that a function of all parameters uses.
     fn used_params(&self, function: FunctionId) -> Vec<u32> {
         let function = self.functions.module.function(function);
@@ -123,13 +140,12 @@ impl Instance<'_> {
     pub(super) fn not_finite(
         &self,
         patch: usize,
-        function: FunctionId,
+        (module, function): (&Module, FunctionId),
         arguments: &[f64],
         uv: [f64; 2],
     ) -> EvaluationError {
         let program = self.program;
-        let found =
-            self.origin_in_prelude(patch).or_else(|| origin(program, &program.functions.module, function, arguments));
+        let found = self.origin_in_prelude(patch).or_else(|| origin(program, module, function, arguments));
         let span = found.filter(|s| s.end > s.start);
         let text = span.map_or("", |s| program.sources.text(s));
         let what = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {

@@ -19,10 +19,10 @@ mod tests;
 use super::{FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::diagnostic::Diagnostic;
+use crate::ir::hash::HashMap;
 use crate::program;
 use crate::source::Span;
 use free::Free;
-use std::collections::HashMap;
 
 /// The greatest number of nodes that a model's functions may have together before inlining.
 const NODE_LIMIT: usize = 1_000_000;
@@ -180,9 +180,12 @@ impl<'m> Lowerer<'m> {
     }
 
     fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, TooLarge> {
-        let params: Vec<LocalId> = self.model.params.iter().map(|p| p.local).chain([part.u, part.v]).collect();
-        let mut frame = self.frame(&part.name, &params, None);
-        frame.body_for([&part.shape])?;
+        let (used, lets) = lets_for(self.model, [&part.shape]);
+        let used = |p: &typed::Param| used.locals.contains(&p.local);
+        let params: Vec<u32> = (0..).zip(&self.model.params).filter(|(_, p)| used(p)).map(|(i, _)| i).collect();
+        let locals = params.iter().map(|i| self.model.params[*i as usize].local).chain([part.u, part.v]);
+        let mut frame = self.frame(&part.name, &locals.collect::<Vec<_>>(), None);
+        frame.bind(&lets)?;
         let shape = frame.expr(&part.shape)?;
         frame.locals.insert(part.local, shape);
         let point = frame.expr(&part.point)?;
@@ -194,6 +197,7 @@ impl<'m> Lowerer<'m> {
             group: part.group.clone(),
             doc: part.doc.clone(),
             surface,
+            params,
             tolerance,
             span: part.span,
         })
@@ -209,23 +213,37 @@ impl<'m> Lowerer<'m> {
     }
 }
 
+/// What some expressions need of the `let`s of the model's body, in their order; and all locals that these and the
+/// expressions use.
+fn lets_for<'m, 'e>(
+    model: &'m typed::Model,
+    exprs: impl IntoIterator<Item = &'e Expr>,
+) -> (Free, Vec<(LocalId, &'m Expr)>) {
+    let mut needed = Free::default();
+    exprs.into_iter().for_each(|e| needed.expr(e));
+    let mut lets = Vec::new();
+    for statement in model.body.iter().rev() {
+        if let Statement::Let(local, value) = statement
+            && needed.locals.contains(local)
+        {
+            needed.expr(value);
+            lets.push((*local, value));
+        }
+    }
+    lets.reverse();
+    (needed, lets)
+}
+
 impl Frame<'_, '_> {
     /// Binds what the expressions need of the `let`s of the model's body.
     fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), TooLarge> {
-        let mut needed = Free::default();
-        exprs.into_iter().for_each(|e| needed.expr(e));
-        let mut lets = Vec::new();
-        for statement in self.lowerer.model.body.iter().rev() {
-            if let Statement::Let(local, value) = statement
-                && needed.locals.contains(local)
-            {
-                needed.expr(value);
-                lets.push((*local, value));
-            }
-        }
-        for (local, value) in lets.into_iter().rev() {
+        self.bind(&lets_for(self.lowerer.model, exprs).1)
+    }
+
+    fn bind(&mut self, lets: &[(LocalId, &Expr)]) -> Result<(), TooLarge> {
+        for (local, value) in lets {
             let values = self.expr(value)?;
-            self.locals.insert(local, values);
+            self.locals.insert(*local, values);
         }
         Ok(())
     }
