@@ -25,7 +25,7 @@ Exit status: 0 done; 1 something in a script, a scan or another file is wrong, o
 pub(crate) enum Command {
     /// Check a script: diagnostics, or a table of its parameters, inputs and parts
     Check(CheckArgs),
-    /// Write the model's surface as a mesh
+    /// Write the model's surface as a mesh, or as a picture
     Mesh(MeshArgs),
     /// Print the derivative program as readable text
     Diff(DiffArgs),
@@ -95,19 +95,26 @@ pub(crate) struct ValueArgs {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply"
+    after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply\n  gmlc mesh cup.gml --view 35,25 --size 640x480 -o cup.png"
 )]
 pub(crate) struct MeshArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
     #[command(flatten)]
     pub(crate) values: ValueArgs,
-    /// The file to write: .obj (texture coordinates, groups), .ply or .stl
+    /// The file to write: .obj (texture coordinates, groups), .ply or .stl; or .png, a picture with a tint for every part
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Largest distance between the mesh and the exact surface
-    #[arg(long, value_name = "LENGTH", default_value = "0.02mm")]
-    pub(crate) chord: String,
+    /// Largest distance between the mesh and the exact surface [default: 0.02mm; in a picture, a fifth of a pixel]
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) chord: Option<String>,
+    /// Of a picture, from where: corner, front, back, top, below, inside (cut open), or AZIMUTH,ELEVATION in degrees, from the front
+    /// to the right and upwards [default: corner]
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
+    pub(crate) view: Option<String>,
+    /// Of a picture, how many pixels: 640, or 640x480 [default: 640]
+    #[arg(long, value_name = "PIXELS")]
+    pub(crate) size: Option<String>,
 }
 
 #[derive(Debug, Args)]

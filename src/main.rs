@@ -12,6 +12,7 @@ mod fmt;
 mod inspect;
 mod measure;
 mod mesh;
+mod picture;
 mod progress;
 mod scan;
 mod script;

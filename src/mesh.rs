@@ -2,6 +2,7 @@
 
 use crate::cli::MeshArgs;
 use crate::error::CommandError;
+use crate::picture::Framing;
 use crate::{script, values};
 use gml_runtime::export::{obj, ply, stl};
 use gml_runtime::mesh::TriangleMesh;
@@ -11,17 +12,32 @@ use std::path::Path;
 /// Texture coordinates of a mesh for other programs: those of an atlas of this many texels a side.
 const ATLAS: u32 = 1024;
 
+/// Largest distance between a mesh and the exact surface where the user says nothing. Millimetres.
+const CHORD: f64 = 0.02;
+
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
-    check_format(&args.output)?;
-    let chord = values::positive_length("--chord", &args.chord)?;
+    let framing = framing(args)?;
+    let chord = args.chord.as_deref().map(|text| values::positive_length("--chord", text)).transpose()?;
     let program = script::compile(&args.script)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
+    let chord = match (chord, &framing) {
+        (Some(chord), _) => chord,
+        (None, Some(framing)) => framing.chord(&program, &*instance).map_err(CommandError::failed)?,
+        (None, None) => CHORD,
+    };
     let fineness = Fineness { chord, ..Fineness::default() };
-    let atlas = Atlas::new(&program, &*instance, ATLAS).map_err(CommandError::failed)?;
-    let mut tessellation =
-        Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?.with_atlas(&atlas);
+    let mut tessellation = Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
+    if let Some(framing) = framing {
+        make_parent(&args.output)?;
+        framing.write(&args.output, &tessellation)?;
+        let parts = tessellation.mesh.groups.len();
+        println!("{}: {} x {} pixels, {parts} parts", args.output.display(), framing.width, framing.height);
+        return Ok(());
+    }
+    let atlas = Atlas::new(&program, &*instance, ATLAS).map_err(CommandError::failed)?;
+    let tessellation = tessellation.with_atlas(&atlas);
     write(&args.output, &tessellation.mesh)?;
     println!(
         "{}: {} vertices, {} triangles, {} parts",
@@ -31,6 +47,24 @@ pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
         tessellation.mesh.groups.len()
     );
     Ok(())
+}
+
+/// How the picture is framed, where the output is one.
+fn framing(args: &MeshArgs) -> Result<Option<Framing>, CommandError> {
+    let (view, size) = (args.view.as_deref(), args.size.as_deref());
+    if extension(&args.output) == "png" {
+        return Framing::new(view, size).map(Some);
+    }
+    if view.is_some() || size.is_some() {
+        return Err(CommandError::usage("--view and --size are for pictures: -o must end in .png"));
+    }
+    if matches!(extension(&args.output).as_str(), "obj" | "ply" | "stl") {
+        return Ok(None);
+    }
+    Err(CommandError::usage(format!(
+        "-o {}: the name must end in .obj, .ply, .stl or .png, which says the format",
+        args.output.display()
+    )))
 }
 
 /// Refuses a file name whose format cannot be written, before any work is done.

@@ -200,6 +200,35 @@ fn a_virtual_scan_is_the_same_for_the_same_seed() {
     assert!(bytes("a.ply") != bytes("c.ply"));
 }
 
+/// A picture has the size that was asked for, and the model in it; each view shows something else.
+#[test]
+fn a_model_as_a_picture() {
+    let folder = tempdir().expect("a folder");
+    let cup = example("cup/cup.gml");
+    let mut seen = Vec::new();
+    for view in ["corner", "front", "back", "top", "below", "inside", "-100,5"] {
+        gmlc(folder.path(), &["mesh", &cup, "--view", view, "--size", "96x80", "-o", "cup.png"]);
+        let file = std::fs::File::open(folder.path().join("cup.png")).expect("the picture");
+        let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a PNG");
+        let mut pixels = vec![0; reader.output_buffer_size().expect("its size")];
+        let frame = reader.next_frame(&mut pixels).expect("pixels");
+        assert_eq!((frame.width, frame.height), (96, 80));
+        let corner = pixels[..3].to_vec();
+        let drawn = pixels.chunks_exact(3).filter(|p| *p != corner).count();
+        assert!(drawn > 96 * 80 / 5, "{view}: {drawn} pixels");
+        assert!(!seen.contains(&pixels), "{view}");
+        seen.push(pixels);
+    }
+    for (args, word) in [
+        (["--view", "sideways", "-o", "a.png"], "AZIMUTH"),
+        (["--size", "5", "-o", "a.png"], "pixels"),
+        (["--view", "top", "-o", "a.obj"], ".png"),
+    ] {
+        let err = fails(folder.path(), &[&["mesh", &cup][..], &args].concat(), 2);
+        assert!(err.contains(word), "{err}");
+    }
+}
+
 /// The mesh of a model as the reference: what is measured is the scanner's noise.
 #[test]
 fn a_reference_mesh_without_texture_coordinates_is_measured() {

@@ -9,6 +9,7 @@
 //! 5. [`jit`]: machine code for them, by Cranelift.
 //! 6. [`program`]: what everything outside may know of a compiled script.
 //!
+//! [`session`] goes the same way with texts that are entered one after another.
 //! Beside this way lies [`format`], from text to its one layout.
 //!
 //! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
@@ -21,6 +22,7 @@ pub mod format;
 pub mod ir;
 pub mod jit;
 pub mod program;
+pub mod session;
 pub mod source;
 mod suggest;
 pub mod syntax;

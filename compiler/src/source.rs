@@ -74,6 +74,16 @@ impl Sources {
         (line, column)
     }
 
+    /// How many files there are.
+    pub(crate) fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// Forgets all but the first files.
+    pub(crate) fn truncate(&mut self, files: usize) {
+        self.files.truncate(files);
+    }
+
     /// All files in the order in which they were added.
     pub fn iter(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
         self.files.iter().enumerate().map(|(i, f)| (FileId(i as u32), f))

@@ -2,20 +2,18 @@
 
 mod common;
 
-use common::Random;
+use common::{Random, deviation, scale};
 use gml_compiler::program::{Instance, Program};
 
 /// Points at which each patch is looked at.
 const POINTS: usize = 12;
 
-/// Parameter vectors for each model.
+/// Parameter vectors for each model; of models with many parts, which are much alike, fewer.
 const VECTORS: usize = 20;
+const LEAST_VECTORS: usize = 4;
 
 /// What the derivatives must agree to, relative to the largest one of the patch by the same parameter.
 const TOLERANCE: f64 = 1e-7;
-
-/// Steps of the differences, relative to the size of what is varied: from where truncation rules to where rounding does.
-const STEPS: [f64; 8] = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6];
 
 fn points(instance: &Instance<'_>, patch: usize, u: &[f64], v: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; 3 * u.len()];
@@ -23,35 +21,12 @@ fn points(instance: &Instance<'_>, patch: usize, u: &[f64], v: &[f64]) -> Vec<f6
     out
 }
 
-/// How far a derivative is from central differences, relative to its largest entry (or to 1e-3 mm a unit, where the
-/// influence vanishes): the best of all steps, each extrapolated from h and h/2 (Richardson: the error is of order h^4).
-fn deviation(derivative: &[f64], scale: f64, mut f: impl FnMut(f64) -> Option<Vec<f64>>) -> f64 {
-    let size = derivative.iter().fold(1e-3f64, |m, d| m.max(d.abs()));
-    let mut best = f64::INFINITY;
-    for step in STEPS {
-        let h = step * scale;
-        let sides = [h, -h, h / 2.0, -h / 2.0].map(&mut f);
-        let [Some(a), Some(b), Some(c), Some(d)] = sides else { continue };
-        let difference = |i: usize| {
-            let wide = (a[i] - b[i]) / (2.0 * h);
-            let narrow = (c[i] - d[i]) / h;
-            narrow + (narrow - wide) / 3.0
-        };
-        let worst = (0..derivative.len()).map(|i| (difference(i) - derivative[i]).abs()).fold(0.0, f64::max);
-        best = best.min(worst / size);
-    }
-    best
-}
-
-/// The size of what a parameter measures: steps are relative to it.
-fn scale(program: &Program, param: usize, x: &[f64]) -> f64 {
-    let p = &program.parameters()[param];
-    let range = p.upper - p.lower;
-    if range.is_finite() { range.min(x[param].abs().max(0.1 * range)) } else { 1.0 }
+fn vectors(program: &Program) -> usize {
+    (VECTORS * 10 / program.parts().len().max(1)).clamp(LEAST_VECTORS, VECTORS)
 }
 
 fn check_parameters(program: &Program, random: &mut Random) {
-    for _ in 0..VECTORS {
+    for _ in 0..vectors(program) {
         let x = random.parameters(program);
         let instance = program.instantiate(&x).unwrap();
         let (u, v): (Vec<f64>, Vec<f64>) = (0..POINTS).map(|_| (random.next(), random.between(0.02, 0.98))).unzip();
@@ -92,7 +67,7 @@ fn check_parameters(program: &Program, random: &mut Random) {
 }
 
 fn check_partials(program: &Program, random: &mut Random) {
-    for _ in 0..VECTORS {
+    for _ in 0..vectors(program) {
         let x = random.parameters(program);
         let instance = program.instantiate(&x).unwrap();
         let (u, v): (Vec<f64>, Vec<f64>) =
@@ -140,12 +115,22 @@ fn check_partials(program: &Program, random: &mut Random) {
     }
 }
 
+/// Every part of every example, by every parameter.
 #[test]
 fn derivatives_of_every_example() {
-    for (k, name) in common::examples().iter().enumerate() {
-        eprintln!("{name}");
-        let program = common::example(name);
-        check_parameters(&program, &mut Random(2 + k as u64));
-        check_partials(&program, &mut Random(3 + k as u64));
-    }
+    let names = common::examples();
+    assert!(names.len() >= 11, "{names:?}");
+    std::thread::scope(|scope| {
+        for half in 0..2 {
+            let names = &names;
+            scope.spawn(move || {
+                for (k, name) in names.iter().enumerate().filter(|(k, _)| k % 2 == half) {
+                    eprintln!("{name}");
+                    let program = common::example(name);
+                    check_parameters(&program, &mut Random(2 + k as u64));
+                    check_partials(&program, &mut Random(3 + k as u64));
+                }
+            });
+        }
+    });
 }

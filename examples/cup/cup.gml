@@ -22,17 +22,17 @@ model cup {
 
   fn outer(t: real) -> real = t ^ (3 + shape)
   fn inner(t: real) -> real = 1/25 + (t + 1/10) ^ (2 + shape)
-  let rim = (24/25) ^ (1 / (2 + shape)) - 1/10          // where inner reaches height 1
+  let rim = (24/25) ^ (1 / (2 + shape)) - 1/10  // where inner reaches height 1
 
   // Every normal points away from the material: that of the inside into the cavity, that of the lip upwards.
   let pose = place((x, y, z), euler(alpha, beta, gamma))
   part outside = pose(revolve(|t| (r * t, h * outer(t))))
-  part inside  = pose(flip(revolve(|t| (r * rim * t, h * inner(rim * t)))))
-  part lip     = pose(revolve(|t| (r * mix(1, rim, t), h)))
-  part handle  = pose(tube(bezier([
-    (r * h1,  0mm, h * outer(h1)),
+  part inside = pose(flip(revolve(|t| (r * rim * t, h * inner(rim * t)))))
+  part lip = pose(revolve(|t| (r * mix(1, rim, t), h)))
+  part handle = pose(tube(bezier([
+    (r * h1, 0mm, h * outer(h1)),
     (r * h2a, 0mm, h * h2b),
     (r * h3a, 0mm, h * h3b),
-    (r * h4,  0mm, h * outer(h4)),
+    (r * h4, 0mm, h * outer(h4)),
   ]), radius: 5mm))
 }

@@ -36,12 +36,12 @@ model octagonal_cup {
 
   let pose = place((x, y, z), euler(alpha, beta, gamma))
   part outside = pose(octagon(|t| (r * t, h * outer(t))))
-  part inside  = pose(flip(octagon(|t| (r * rim * t, h * inner(rim * t)))))
-  part lip     = pose(octagon(|t| (r * mix(1, rim, t), h)))
-  part handle  = pose(tube(bezier([
-    (r * h1,  0mm, h * outer(h1)),
+  part inside = pose(flip(octagon(|t| (r * rim * t, h * inner(rim * t)))))
+  part lip = pose(octagon(|t| (r * mix(1, rim, t), h)))
+  part handle = pose(tube(bezier([
+    (r * h1, 0mm, h * outer(h1)),
     (r * h2a, 0mm, h * h2b),
     (r * h3a, 0mm, h * h3b),
-    (r * h4,  0mm, h * outer(h4)),
+    (r * h4, 0mm, h * outer(h4)),
   ]), radius: 5mm))
 }

@@ -35,10 +35,10 @@ model mug {
   fn domed(t) = dome * (1 - t ^ 2)
 
   part outside = revolve(line((foot, rounding), (rim, shoulder)))
-  part inside  = revolve(line((rim - wall, shoulder), (foot - wall, wall)))
-  part floor   = flip(revolve(|t| ((foot - wall) * t, wall + domed(t))))
-  part corner  = revolve(arc((foot - rounding, rounding), rounding, -90deg, 0deg))
-  part base    = revolve(|t| ((foot - rounding) * t, domed(t)))
+  part inside = revolve(line((rim - wall, shoulder), (foot - wall, wall)))
+  part floor = flip(revolve(|t| ((foot - wall) * t, wall + domed(t))))
+  part corner = revolve(arc((foot - rounding, rounding), rounding, -90deg, 0deg))
+  part base = revolve(|t| ((foot - rounding) * t, domed(t)))
 
   // From under the bead, around its outer edge and over the top to the inside.
   let roll_width = (roll + wall) / 2

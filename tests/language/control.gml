@@ -83,3 +83,19 @@ model m {
   // Hint: run over a range whose bounds are literals or inputs, or use fold
   for i in 0..floor(a) { part p = cylinder(1mm, 1mm) }
 }
+
+// --- a loop is not written out
+fn power(x: real, n: int) = loop(1.0, n, |product, i| product * x)
+model m {
+  param a: real = 2
+  require power(a, 10) == 1024 and power(a, 0) == 1, "as often as said"
+  require loop([0, 0], 3, |acc, i| [acc[1], acc[0] + i])[1] == 2, "with an array"
+  require loop(0, 1000000, |acc, i| acc + i) == 499999500000, "many turns"
+  part p = disc(1mm * a)
+}
+
+// --- how often a loop turns
+// Error: 17-20 how often a loop turns is a whole number, and this is a bare number
+let a = loop(0, 2.5, |acc, i| acc + i)
+// Error: 9-38 a loop's accumulator must stay of one kind: it starts as a whole number and becomes a vector of 2 bare numbers
+let b = loop(0, 3, |acc, i| (acc, i))

@@ -39,3 +39,58 @@ model m {
   require distance(reversed(line((0mm, 0mm), (1mm, 0mm)))(0.25), (0.75mm, 0mm)) == 0mm, "line, reversed"
   part p = revolve(c)
 }
+
+// --- transformations apply to points, arrays of points, curves, surfaces and models
+// Parts: a, b.wall, b.top, b.base, c[0], c[1]
+model m {
+  let p = [(1mm, 2mm), (3mm, 4mm)].translate((1mm, 1mm))
+  require p[1].x == 4mm and p[1].y == 5mm, "points in the plane"
+  let q = {a: (0mm, 0mm, 1mm), b: [(0mm, 0mm, 2mm)]}.scale(2)
+  require q.a.z == 2mm and q.b[0].z == 4mm, "in a record"
+  part a = cylinder(1mm, 2mm).rotate(90deg, (1, 0, 0)).translate((0mm, 0mm, 1mm))
+  part b = capped_cylinder(radius: 3mm).mirror((0, 0, 1)).scale(z: 0.5)
+  part c = mirror_pattern(sphere(2mm).translate((5mm, 0mm, 0mm)))
+}
+
+// --- parts of the library's models
+// Parts: box.top, box.base, box.right, box.left, box.back, box.front, pipe.outside, pipe.inside, pipe.rim, pipe.foot
+model m {
+  part box = box(width: 30mm, height: 5mm)
+  part pipe = pipe(outer: 5mm, inner: 4mm).translate((0mm, 0mm, 5mm))
+}
+
+// --- repetition of inputs' count
+// Parts: hole[0], hole[1], hole[2], post[0][0], post[0][1]
+model m {
+  input n: int in 1..9 = 3
+  part hole = cylinder(1mm, 5mm).translate((9mm, 0mm, 0mm)).polar_pattern(n)
+  part post = cylinder(1mm, 5mm).grid_pattern(2, 1, 20mm, 20mm)
+}
+
+// --- mistakes are reported where the library is called
+model m {
+  // Error: 26-27 'height' must be a length, but this is a whole number
+  // Hint: did you mean 3mm?
+  part a = cylinder(1mm, 3)
+  // Error: 12-47 'radius' must be a length, but this is a whole number
+  part b = tube(|t| (t * 1mm, 0mm), radius: 3)
+  // Error: 23-27 'width' must be a length, but this is an angle
+  part c = box(width: 3deg)
+  // Error: 32-47 the elements of an array must be of one kind: this is a point in space, the ones before are a point in the plane
+  part d = bezier([(1mm, 2mm), (3mm, 4mm, 5mm)])
+  // Error: 12-45 a length cannot be added to a point in space
+  part e = cylinder(1mm, 3mm).translate(2mm)
+}
+
+// Fails: elsewhere: the parameter 'inner' is outside of its bounds
+// Fails: elsewhere: the parameter 'inner' is outside of its bounds
+// --- parameters of the library's models are within their bounds
+model m {
+  part b = hollow_sphere(outer: 5mm, inner: 6mm)
+}
+
+// Fails: elsewhere: the rounded corners of the polyline do not fit on its lines
+// --- what a library's function requires
+model m {
+  part c = revolve(rounded_polyline([(1mm, 0mm), (2mm, 0mm), (2mm, 1mm)], 5mm))
+}

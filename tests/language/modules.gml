@@ -54,3 +54,26 @@ model m {
   require norm((1, 2, 3)) == 7, "its own"
   part p = disc(1mm)
 }
+
+// --- names that begin with _ are private to their file
+// Error: 24-34 '_casteljau' is private to the file that defines it
+// Hint: a name that begins with '_' cannot be used from another file
+use std.curve (bezier, _casteljau)
+use std.math
+// Error: 29-34 '_half' is private to the file that defines it
+// Hint: a name that begins with '_' cannot be used from another file
+use "private.gml" (area_of, _half)
+// Error: 14-21 '_horner' is private to the file that defines it
+// Hint: a name that begins with '_' cannot be used from another file
+let a = math._horner([1, 2], 3, 0)
+// Error: 9-14 there is no '_turn' here
+let b = _turn(3)
+let c = area_of(2mm)
+fn _own(x: real) = x
+let d = _own(3)
+
+// --- and are not suggested
+// Error: 16-25 'std.curve' has no 'casteljau'
+use std.curve (casteljau)
+// Error: 9-13 there is no 'half' here
+let a = half(3)

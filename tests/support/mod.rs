@@ -55,6 +55,27 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
+/// The arguments of the commands in a page's fenced blocks marked `sh` that begin with `gmlc`. A line that ends with a backslash
+/// goes on in the next.
+pub(crate) fn commands(page: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{}: {e}", page.display()));
+    let blocks = text.split("```").skip(1).step_by(2).filter_map(|b| b.strip_prefix("sh\n"));
+    let joined: Vec<String> = blocks.map(|b| b.replace("\\\n", " ")).collect();
+    let lines = joined.iter().flat_map(|b| b.lines());
+    let commands = lines.filter_map(|l| l.strip_prefix("gmlc ")).map(|l| l.split('#').next().unwrap_or(""));
+    commands.map(|l| l.trim().to_owned()).collect()
+}
+
+/// Copies a folder with all that is in it.
+pub(crate) fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).expect("a folder");
+    for entry in std::fs::read_dir(from).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let target = to.join(path.file_name().expect("a name"));
+        if path.is_dir() { copy(&path, &target) } else { std::fs::copy(&path, &target).map(|_| ()).expect("copied") }
+    }
+}
+
 /// A JSON file.
 pub(crate) fn json(path: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));

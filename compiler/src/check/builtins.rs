@@ -32,6 +32,7 @@ pub(super) enum Builtin {
     Stop,
     Len,
     Fold,
+    Loop,
     Sum,
     Each,
     Arity,
@@ -64,6 +65,7 @@ const TABLE: &[(&str, Builtin, &[&str])] = &[
     ("stop", Builtin::Stop, &["x"]),
     ("len", Builtin::Len, &["xs"]),
     ("fold", Builtin::Fold, &["init", "xs", "f"]),
+    ("loop", Builtin::Loop, &["init", "count", "f"]),
     ("sum", Builtin::Sum, &["xs"]),
     ("each", Builtin::Each, &["shape", "f"]),
     ("arity", Builtin::Arity, &["f"]),
@@ -157,6 +159,7 @@ impl<'a> Checker<'a> {
                 self.extreme(builtin, first, rest.collect(), span)
             }
             (Builtin::Fold, Some(xs), Some(f)) => self.fold(first, xs, f, span),
+            (Builtin::Loop, Some(count), Some(f)) => self.fold_count(first, count, f, span),
             (Builtin::Each, Some(f), None) => self.each(first, f, span),
             (Builtin::Atan2, Some(x), None) => self.atan2(first, x, span),
             (_, None, None) => self.builtin_of_one(builtin, first, span),

@@ -11,6 +11,7 @@ use crate::source::Span;
 use crate::syntax::ast;
 use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
+use std::sync::atomic::Ordering;
 
 /// Everything that is known while checking.
 pub(super) struct Checker<'a> {
@@ -222,7 +223,8 @@ impl<'a> Checker<'a> {
 
     /// A step that no call made: a library's function is checked without one.
     fn is_definition(&self, step: &Step) -> bool {
-        self.modules[0].definitions.get(&*step.name).is_some_and(|d| d.span() == step.span)
+        let of = |m: &Module<'_>| m.definitions.get(&*step.name).is_some_and(|d| d.span() == step.span);
+        self.modules.iter().any(|m| !m.std && of(m))
     }
 
     /// A function in a message: its name in quotes, where it has one.
@@ -235,9 +237,22 @@ impl<'a> Checker<'a> {
         self.modules.iter().any(|m| m.std && m.items.first().is_some_and(|i| i.span.file == span.file))
     }
 
+    /// Tries something whose errors are nobody's business.
+    pub(super) fn quietly<T>(&mut self, attempt: impl FnOnce(&mut Self) -> T) -> T {
+        let (before, reported, exhausted) = (self.diagnostics.len(), self.reported.clone(), self.exhausted);
+        let result = attempt(self);
+        self.diagnostics.truncate(before);
+        (self.reported, self.exhausted) = (reported, exhausted);
+        result
+    }
+
     /// Counts nodes of the tree or of types; says so once where there are too many. False then, and ever after.
     pub(super) fn charge(&mut self, nodes: usize, span: Span) -> bool {
         self.nodes = self.nodes.saturating_add(nodes);
+        if !self.exhausted && self.options.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            self.exhausted = true;
+            self.report(Diagnostic::error("interrupted", span, "interrupted while compiling"));
+        }
         if self.nodes > self.options.nodes && !self.exhausted {
             self.exhausted = true;
             let message =

@@ -274,16 +274,16 @@ impl<'a> Checker<'a> {
         (locals, wrap(statements, value, span))
     }
 
-    /// Checks what of the file no call has reached: its constants, and functions as far as their parameters are
+    /// Checks what of a file no call has reached: its constants, and functions as far as their parameters are
     /// annotated.
-    pub(super) fn check_annotated(&mut self) {
-        for item in self.modules[0].items {
+    pub(super) fn check_annotated(&mut self, module: usize) {
+        for item in self.modules[module].items {
             if let ast::ItemKind::Let(decl) = &item.kind {
-                let id = self.intern(first_name(&decl.pattern), Code::Global(0, decl), Vec::new());
+                let id = self.intern(first_name(&decl.pattern), Code::Global(module, decl), Vec::new());
                 self.instantiate(id, Vec::new(), super::modules::pattern_span(&decl.pattern));
             }
             let ast::ItemKind::Function(decl) = &item.kind else { continue };
-            let id = self.intern(&decl.name.text, Code::Function(0, decl), Vec::new());
+            let id = self.intern(&decl.name.text, Code::Function(module, decl), Vec::new());
             let params: Vec<Parameter<'a>> = self.parameters(id);
             // Whole numbers may have to be known to it, which here they are not.
             let types: Option<Vec<Option<Type>>> = params

@@ -2,7 +2,8 @@
 
 use super::bindings::wrap;
 use super::context::{Checker, error, int, known};
-use super::expressions::{element, has_function};
+use super::expressions::element;
+use super::operators::is_number;
 use super::typed::{Expr, ExprKind, Statement, Type};
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -109,6 +110,17 @@ impl<'a> Checker<'a> {
         wrap(statements, accumulator, span)
     }
 
+    /// `loop(init, count, f)`: as `fold(init, 0..count, f)`, and never written out, so that a long f stays one.
+    pub(super) fn fold_count(&mut self, init: Expr, count: Expr, f: Expr, span: Span) -> Expr {
+        let Type::Int(n) = count.ty else {
+            let message = format!("how often a loop turns is a whole number, and this is {}", self.describe(&count.ty));
+            return self.fail(Diagnostic::error("type-mismatch", count.span, message));
+        };
+        let bounds = vec![int(0, count.span), count];
+        let range = Expr { kind: ExprKind::Aggregate(bounds), ty: Type::Range(Some(0), n), span };
+        self.fold_loop(init, range, f, span)
+    }
+
     /// A fold over a range that is long, or known only at run time, stays a loop: the accumulator has one type.
     fn fold_loop(&mut self, init: Expr, range: Expr, f: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
@@ -167,7 +179,7 @@ impl<'a> Checker<'a> {
         wrap(statements, total, span)
     }
 
-    /// `each(shape, f)`: f of a function or a value; of arrays, tuples and records that hold functions, f of each.
+    /// `each(shape, f)`: f of a function, a number or a vector; of anything that holds such, f of each in it.
     pub(super) fn each(&mut self, shape: Expr, f: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
         let f = self.keep("", f, &mut statements);
@@ -176,7 +188,12 @@ impl<'a> Checker<'a> {
     }
 
     fn each_inner(&mut self, shape: Expr, f: &Expr, span: Span) -> Expr {
-        if matches!(shape.ty, Type::Closure(_)) || !has_function(&shape.ty) {
+        let single = match &shape.ty {
+            Type::Tuple(types) => types.iter().all(is_number),
+            Type::Array(..) | Type::Record(_) => false,
+            _ => true,
+        };
+        if single {
             return self.call_with(f.clone(), vec![shape], span);
         }
         let mut statements = Vec::new();

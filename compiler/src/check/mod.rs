@@ -35,6 +35,8 @@ mod names;
 mod operators;
 mod parts;
 mod print;
+pub(crate) mod scope;
+pub(crate) mod signature;
 mod stdlib;
 pub mod typed;
 pub mod types;
@@ -44,10 +46,15 @@ mod values;
 mod tests;
 
 pub use print::print;
+pub use scope::{Kind, Known};
+
+pub(crate) use model::dimension;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, Loader, Sources};
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 /// The value of an input, given from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,11 +82,21 @@ pub struct CheckOptions {
     pub unroll: usize,
     /// How many nodes the typed tree and the types in it may have.
     pub nodes: usize,
+    /// Set by whoever does not want to wait any longer: checking then ends with an error.
+    pub interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl Default for CheckOptions {
     fn default() -> CheckOptions {
-        CheckOptions { model: None, depth: 400, instances: 20_000, turns: 4096, unroll: 64, nodes: 4_000_000 }
+        CheckOptions {
+            model: None,
+            depth: 400,
+            instances: 20_000,
+            turns: 4096,
+            unroll: 64,
+            nodes: 4_000_000,
+            interrupt: None,
+        }
     }
 }
 

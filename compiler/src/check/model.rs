@@ -72,11 +72,39 @@ impl<'a> Checker<'a> {
             });
         }
         let model = chosen.map(|(model, item)| self.main_model(model, &item.doc, inputs));
-        self.check_annotated();
+        self.check_annotated(0);
         model
     }
 
-    fn main_model(&mut self, decl: &'a ast::Model, doc: &str, inputs: &BTreeMap<String, InputValue>) -> Model {
+    /// Brings what a model's body names into scope, as that of a session. Parts in loops are had as arrays.
+    pub(super) fn scope_of_model(&mut self, decl: &'a ast::Model, inputs: &BTreeMap<String, InputValue>) -> Body<'a> {
+        let mut body = Body::default();
+        self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
+        let mut groups: Vec<(&'a ast::Ident, Vec<Expr>, bool)> = Vec::new();
+        for entry in &body.entries {
+            let name = &entry.decl.name;
+            match groups.iter_mut().find(|(n, ..)| n.text == name.text) {
+                Some((_, shapes, _)) => shapes.push(entry.shape.clone()),
+                None => groups.push((name, vec![entry.shape.clone()], entry.grouped)),
+            }
+        }
+        for (name, mut shapes, grouped) in groups {
+            if self.env.names.iter().any(|(n, _)| *n == name.text) {
+                continue;
+            }
+            let value = if grouped { self.array(shapes, name.span) } else { shapes.swap_remove(0) };
+            self.bind_name(name, value, &mut body.statements);
+        }
+        body
+    }
+
+    /// The main model, whose parameters are free.
+    pub(super) fn main_model(
+        &mut self,
+        decl: &'a ast::Model,
+        doc: &str,
+        inputs: &BTreeMap<String, InputValue>,
+    ) -> Model {
         let mut body = Body::default();
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
@@ -335,7 +363,7 @@ impl<'a> Checker<'a> {
 }
 
 /// The dimension of a parameter.
-pub(super) fn dimension(quantity: Quantity) -> Dimension {
+pub(crate) fn dimension(quantity: Quantity) -> Dimension {
     match quantity {
         Quantity::Length => Dimension::LENGTH,
         Quantity::Angle => Dimension::ANGLE,

@@ -7,16 +7,32 @@ use crate::source::{FileId, Loader, Sources, Span};
 use crate::suggest::nearest;
 use crate::syntax::ast::{DerivativeDecl, File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
 use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
 
 /// How many files a script may use, directly or not.
 const FILE_LIMIT: usize = 256;
 
 /// A file that was read, and for each of its `use`s (by item index) the file that it names.
+#[derive(Default)]
 pub(super) struct Loaded {
-    name: String,
-    std: bool,
-    ast: File,
-    uses: Vec<(usize, Option<usize>)>,
+    pub(super) name: String,
+    pub(super) std: bool,
+    pub(super) ast: File,
+    pub(super) uses: Vec<(usize, Option<usize>)>,
+    /// Of a text entered into a session: what stands in the scope of the session's model.
+    pub(super) inner: Vec<Item>,
+    /// Of such a text: the names of those before it.
+    pub(super) seen: Arc<Seen>,
+    /// Of such a text: its own names mean what they meant before it.
+    pub(super) earlier: bool,
+}
+
+/// Names that the texts of a session have brought, with the files that define them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Seen {
+    pub(super) names: HashMap<String, usize>,
+    /// Modules used whole.
+    pub(super) whole: HashMap<String, usize>,
 }
 
 /// A file's names.
@@ -36,6 +52,37 @@ pub(super) struct Module<'a> {
     pub(super) whole: HashMap<&'a str, usize>,
     /// Names that a `use` should have brought, whose module could not be had.
     pub(super) broken: HashSet<&'a str>,
+    /// Its statements in the scope of a session's model.
+    pub(super) inner: &'a [Item],
+    /// What was entered into a session before it.
+    pub(super) seen: Option<&'a Seen>,
+    /// Whether those names go before its own.
+    pub(super) earlier: bool,
+}
+
+impl<'a> Module<'a> {
+    /// The file that brings a name which is not defined here.
+    pub(super) fn import(&self, name: &str) -> Option<usize> {
+        self.imports.get(name).or_else(|| self.seen?.names.get(name)).copied()
+    }
+
+    /// The module that is used whole under a name.
+    pub(super) fn whole(&self, name: &str) -> Option<usize> {
+        self.whole.get(name).or_else(|| self.seen?.whole.get(name)).copied()
+    }
+
+    /// All names that a `use`, or an earlier text of a session, brings.
+    pub(super) fn imported(&self) -> impl Iterator<Item = &'a str> {
+        let seen = self.seen.into_iter().flat_map(|s| s.names.keys().map(String::as_str));
+        self.imports.keys().copied().chain(seen)
+    }
+}
+
+impl<'a> Module<'a> {
+    /// The names that other files can use.
+    pub(super) fn public_names(&self) -> impl Iterator<Item = &'a str> {
+        self.definitions.keys().copied().filter(|name| !is_private(name))
+    }
 }
 
 /// A top-level definition.
@@ -72,23 +119,40 @@ pub(super) fn load(sources: &mut Sources, loader: &dyn Loader, main: FileId) -> 
         Some(file) => (file.name.clone(), file.text.clone()),
         None => (String::new(), String::new()),
     };
-    let mut reader = Reader { sources, loader, loaded: Vec::new(), ids: HashMap::new(), diagnostics: Vec::new() };
+    let mut files = Files::default();
+    let mut reader = Reader { sources, loader, files: &mut files, diagnostics: Vec::new() };
     reader.parse(main, name.clone(), &text, false);
-    let mut next = 0;
-    while next < reader.loaded.len() {
-        reader.follow(next);
-        next += 1;
-    }
-    reader.report_cycles();
-    (reader.loaded, reader.diagnostics)
+    reader.follow_from(0);
+    let diagnostics = reader.diagnostics;
+    (files.loaded, diagnostics)
+}
+
+/// Reads what a text entered into a session needs, and adds both; with the text's index.
+pub(super) fn load_entered(
+    files: &mut Files,
+    sources: &mut Sources,
+    loader: &dyn Loader,
+    entered: Loaded,
+) -> (usize, Vec<Diagnostic>) {
+    let id = files.loaded.len();
+    files.loaded.push(entered);
+    let mut reader = Reader { sources, loader, files, diagnostics: Vec::new() };
+    reader.follow_from(id);
+    (id, reader.diagnostics)
+}
+
+/// The files that were read.
+#[derive(Default)]
+pub(super) struct Files {
+    pub(super) loaded: Vec<Loaded>,
+    /// Index of a file by its name.
+    pub(super) ids: HashMap<String, usize>,
 }
 
 struct Reader<'s> {
     sources: &'s mut Sources,
     loader: &'s dyn Loader,
-    loaded: Vec<Loaded>,
-    /// Index of a file by its name.
-    ids: HashMap<String, usize>,
+    files: &'s mut Files,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -96,15 +160,25 @@ impl Reader<'_> {
     fn parse(&mut self, file: FileId, name: String, text: &str, std: bool) -> usize {
         let (ast, diagnostics) = crate::syntax::parse(file, text);
         self.diagnostics.extend(diagnostics);
-        let id = self.loaded.len();
-        self.ids.insert(name.clone(), id);
-        self.loaded.push(Loaded { name, std, ast, uses: Vec::new() });
+        let id = self.files.loaded.len();
+        self.files.ids.insert(name.clone(), id);
+        self.files.loaded.push(Loaded { name, std, ast, ..Loaded::default() });
         id
+    }
+
+    /// Reads what the files from `first` on use, directly or not.
+    fn follow_from(&mut self, first: usize) {
+        let mut next = first;
+        while next < self.files.loaded.len() {
+            self.follow(next);
+            next += 1;
+        }
+        self.report_cycles(first);
     }
 
     fn std_module(&mut self, index: usize) -> usize {
         let (name, text) = MODULES[index];
-        if let Some(id) = self.ids.get(name) {
+        if let Some(id) = self.files.ids.get(name) {
             return *id;
         }
         let file = self.sources.add(name, text);
@@ -114,8 +188,9 @@ impl Reader<'_> {
     /// Reads what a file uses, and the modules of the library whose names occur in it.
     fn follow(&mut self, id: usize) {
         let std: Vec<usize> = {
-            let mut modules: Vec<usize> =
-                free::of_items(&self.loaded[id].ast.items).into_iter().filter_map(stdlib::module_of).collect();
+            let file = &self.files.loaded[id];
+            let names = [&file.ast.items, &file.inner].into_iter().flat_map(|items| free::of_items(items));
+            let mut modules: Vec<usize> = names.filter_map(stdlib::module_of).collect();
             modules.sort_unstable();
             modules.dedup();
             modules
@@ -123,7 +198,7 @@ impl Reader<'_> {
         for index in std {
             self.std_module(index);
         }
-        let uses: Vec<(usize, UsePath)> = self.loaded[id]
+        let uses: Vec<(usize, UsePath)> = self.files.loaded[id]
             .ast
             .items
             .iter()
@@ -138,7 +213,7 @@ impl Reader<'_> {
                 UsePath::Module(parts) => self.use_module(parts),
                 UsePath::File(path, span) => self.use_file(id, path, *span),
             };
-            self.loaded[id].uses.push((item, target));
+            self.files.loaded[id].uses.push((item, target));
         }
     }
 
@@ -161,7 +236,7 @@ impl Reader<'_> {
     }
 
     fn use_file(&mut self, from: usize, path: &str, span: Span) -> Option<usize> {
-        if self.loaded.len() >= FILE_LIMIT {
+        if self.files.loaded.len() >= FILE_LIMIT {
             self.diagnostics.push(Diagnostic::error(
                 "too-many-files",
                 span,
@@ -169,9 +244,9 @@ impl Reader<'_> {
             ));
             return None;
         }
-        match self.loader.load(path, &self.loaded[from].name) {
+        match self.loader.load(path, &self.files.loaded[from].name) {
             Ok(file) => {
-                if let Some(id) = self.ids.get(&file.name) {
+                if let Some(id) = self.files.ids.get(&file.name) {
                     return Some(*id);
                 }
                 let id = self.sources.add(file.name.clone(), file.text.clone());
@@ -185,29 +260,30 @@ impl Reader<'_> {
     }
 
     /// One error for every `use` that closes a circle of files.
-    fn report_cycles(&mut self) {
+    fn report_cycles(&mut self, first: usize) {
         // Depth first, without recursion: (file, next use); a file on the path is grey.
-        let mut done = vec![false; self.loaded.len()];
-        let mut grey = vec![false; self.loaded.len()];
-        let mut path = vec![(0, 0)];
-        grey[0] = true;
+        let mut done = vec![false; self.files.loaded.len()];
+        let mut grey = vec![false; self.files.loaded.len()];
+        let mut path = vec![(first, 0)];
+        grey[first] = true;
         while let Some((file, next)) = path.pop() {
-            let Some((item, target)) = self.loaded[file].uses.get(next).copied() else {
+            let Some((item, target)) = self.files.loaded[file].uses.get(next).copied() else {
                 grey[file] = false;
                 done[file] = true;
                 continue;
             };
             path.push((file, next + 1));
             let Some(target) = target else { continue };
-            if self.loaded[file].std || self.loaded[target].std || done[target] {
+            if self.files.loaded[file].std || self.files.loaded[target].std || done[target] {
                 continue;
             }
             if grey[target] {
                 let start = path.iter().position(|(f, _)| *f == target).unwrap_or(0);
-                let mut names: Vec<&str> = path[start..].iter().map(|(f, _)| self.loaded[*f].name.as_str()).collect();
-                names.push(&self.loaded[target].name);
+                let mut names: Vec<&str> =
+                    path[start..].iter().map(|(f, _)| self.files.loaded[*f].name.as_str()).collect();
+                names.push(&self.files.loaded[target].name);
                 let message = format!("files use each other in a circle: {}", names.join(" -> "));
-                let span = self.loaded[file].ast.items[item].span;
+                let span = self.files.loaded[file].ast.items[item].span;
                 self.diagnostics.push(
                     Diagnostic::error("use-cycle", span, message)
                         .hint("move what both need into a file that uses neither"),
@@ -226,7 +302,15 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
     let mut modules: Vec<Module<'_>> = loaded
         .iter()
         .map(|file| {
-            let mut module = Module { name: &file.name, std: file.std, items: &file.ast.items, ..Module::default() };
+            let mut module = Module {
+                name: &file.name,
+                std: file.std,
+                items: &file.ast.items,
+                inner: &file.inner,
+                seen: Some(&file.seen),
+                earlier: file.earlier,
+                ..Module::default()
+            };
             for item in module.items {
                 define(&mut module, item, &mut diagnostics);
             }
@@ -259,7 +343,7 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
 }
 
 /// The name of a module that is used whole: the last part of its own, or of its file's without the ending.
-fn whole_name(path: &UsePath) -> Option<&str> {
+pub(super) fn whole_name(path: &UsePath) -> Option<&str> {
     match path {
         UsePath::Module(parts) => parts.last().map(|last| last.text.as_str()),
         UsePath::File(path, _) => {
@@ -269,9 +353,21 @@ fn whole_name(path: &UsePath) -> Option<&str> {
     }
 }
 
+/// Whether a name is for its own file only.
+pub(super) fn is_private(name: &str) -> bool {
+    name.starts_with('_')
+}
+
+/// The error for the use of a private name from another file.
+pub(super) fn private_name(name: &str, definition: Definition<'_>, span: Span) -> Diagnostic {
+    Diagnostic::error("private-name", span, format!("'{name}' is private to the file that defines it"))
+        .related(definition.span(), "defined here")
+        .hint("a name that begins with '_' cannot be used from another file")
+}
+
 fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
-    if module.definitions.contains_key(name.text.as_str()) {
-        return None;
+    if let Some(definition) = module.definitions.get(name.text.as_str()) {
+        return is_private(&name.text).then(|| private_name(&name.text, *definition, name.span));
     }
     let error = Diagnostic::error("unknown-name", name.span, format!("{} has no '{}'", quoted(module.name), name.text));
     if module.std
@@ -280,7 +376,7 @@ fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
         let home = MODULES[home].0;
         return Some(error.hint(format!("'{0}' is in {home}: add `use {home} ({0})`", name.text)));
     }
-    Some(match nearest(&name.text, module.definitions.keys().copied()) {
+    Some(match nearest(&name.text, module.public_names()) {
         Some(near) => error.did_you_mean(name.span, near),
         None => error,
     })

@@ -3,7 +3,7 @@
 use super::builtins::{self, Builtin};
 use super::context::{Binding, Checker, Code};
 use super::foreign::{self, Foreign};
-use super::modules::Definition;
+use super::modules::{Definition, is_private, private_name};
 use super::stdlib;
 use super::typed::{Call, Expr, ExprKind, Type};
 use crate::diagnostic::{Diagnostic, Edit};
@@ -32,13 +32,14 @@ impl<'a> Checker<'a> {
             return Some(self.bound(*binding, span));
         }
         let module = self.env.module;
-        if let Some(definition) = self.modules[module].definitions.get(name) {
+        let shadowed = self.modules[module].earlier && self.modules[module].import(name).is_some();
+        if let Some(definition) = self.modules[module].definitions.get(name).filter(|_| !shadowed) {
             return Some(self.definition(name, *definition, module, span));
         }
-        if let Some(target) = self.modules[module].imports.get(name) {
+        if let Some(target) = self.modules[module].import(name) {
             // Names that the module does not have were reported with the `use`.
-            return Some(match self.modules[*target].definitions.get(name) {
-                Some(definition) => self.definition(name, *definition, *target, span),
+            return Some(match self.modules[target].definitions.get(name) {
+                Some(definition) => self.definition(name, *definition, target, span),
                 None => super::context::error(span),
             });
         }
@@ -66,11 +67,12 @@ impl<'a> Checker<'a> {
         if self.modules[self.env.module].broken.contains(module) {
             return Some(super::context::error(span));
         }
-        let target = *self.modules[self.env.module].whole.get(module)?;
+        let target = self.modules[self.env.module].whole(module)?;
         Some(match self.modules[target].definitions.get(name) {
+            Some(definition) if is_private(name) => self.fail(private_name(name, *definition, span)),
             Some(definition) => self.definition(name, *definition, target, span),
             None => {
-                let names = self.modules[target].definitions.keys().copied();
+                let names = self.modules[target].public_names();
                 let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
                 let error = match (stdlib::module_of(name), nearest(name, names)) {
                     (Some(other), _) => {
@@ -83,6 +85,14 @@ impl<'a> Checker<'a> {
                 self.fail(error)
             }
         })
+    }
+
+    /// The value of a name that a file defines.
+    pub(super) fn of_file(&mut self, module: usize, name: &'a str, span: Span) -> Expr {
+        match self.modules[module].definitions.get(name) {
+            Some(definition) => self.definition(name, *definition, module, span),
+            None => super::context::error(span),
+        }
     }
 
     fn bound(&mut self, binding: Binding, span: Span) -> Expr {
@@ -127,11 +137,11 @@ impl<'a> Checker<'a> {
     fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
         let error = Diagnostic::error("unknown-name", span, format!("there is no '{name}' here"));
         let module = &self.modules[self.env.module];
-        if module.whole.contains_key(name) {
+        if module.whole(name).is_some() {
             return error.hint(format!("it is a module: its functions are written '{name}.NAME'"));
         }
         let locals: Vec<&str> = self.env.names.iter().map(|(n, _)| *n).collect();
-        let own: Vec<&str> = module.definitions.keys().chain(module.imports.keys()).copied().collect();
+        let own: Vec<&str> = module.definitions.keys().copied().chain(module.imported()).collect();
         let built_in: Vec<&str> = builtins::names().collect();
         let library: Vec<&str> = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).collect();
         if let Some(near) = nearest_of(name, &[&locals, &own]) {

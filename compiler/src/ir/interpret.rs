@@ -4,6 +4,7 @@
 use super::scalar::{self, Scalar};
 use super::{FailureId, Function, FunctionId, Module, Op, Value, arithmetic};
 use crate::source::Span;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 mod origin;
 use origin::Origin;
@@ -18,6 +19,10 @@ pub struct Limits {
     /// Values held at once.
     pub memory: usize,
 }
+
+/// Stack that must be left before a function is run, and how much is added where it is not.
+const STACK_LEFT: usize = 64 << 10;
+const STACK_MORE: usize = 1 << 20;
 
 /// What fits on the stack of a thread of 2 MiB (the default of Rust's) with room to spare.
 const MOST_DEPTH: usize = 1000;
@@ -43,6 +48,9 @@ pub enum RunError {
     /// More values at once than the limit.
     #[error("the evaluation takes too much memory")]
     Memory(Span),
+    /// Whoever waited for it does not any longer.
+    #[error("interrupted")]
+    Interrupted(Span),
     /// The function is not valid, or has tangents that were not expanded, or the arguments do not fit it.
     #[error("the function cannot be run")]
     Malformed(Span),
@@ -54,7 +62,8 @@ impl RunError {
     pub fn span(&self, module: &Module) -> Span {
         match self {
             RunError::Failed(failure) => module.failures.get(failure.0 as usize).map_or(Span::default(), |f| f.span),
-            RunError::Steps(span) | RunError::Depth(span) | RunError::Memory(span) | RunError::Malformed(span) => *span,
+            RunError::Steps(span) | RunError::Depth(span) | RunError::Memory(span) => *span,
+            RunError::Interrupted(span) | RunError::Malformed(span) => *span,
         }
     }
 }
@@ -65,6 +74,22 @@ impl RunError {
 /// If a guard fails or a limit is met.
 pub fn run(module: &Module, function: FunctionId, args: &[Scalar], limits: Limits) -> Result<Vec<Scalar>, RunError> {
     let mut interpreter = Interpreter::new(module, limits);
+    interpreter.check(function, args)?;
+    interpreter.run(function, args.to_vec(), Span::default())
+}
+
+/// [`run`] until the flag is set from elsewhere.
+///
+/// # Errors
+/// As [`run`]; `Interrupted` once the flag is set.
+pub fn run_until(
+    module: &Module,
+    function: FunctionId,
+    args: &[Scalar],
+    limits: Limits,
+    interrupt: &AtomicBool,
+) -> Result<Vec<Scalar>, RunError> {
+    let mut interpreter = Interpreter { interrupt: Some(interrupt), ..Interpreter::new(module, limits) };
     interpreter.check(function, args)?;
     interpreter.run(function, args.to_vec(), Span::default())
 }
@@ -107,6 +132,8 @@ struct Interpreter<'m> {
     steps: u64,
     depth: usize,
     memory: usize,
+    /// Ends the run where it is set.
+    interrupt: Option<&'m AtomicBool>,
 }
 
 /// What a node computed.
@@ -117,7 +144,13 @@ enum Computed {
 
 impl<'m> Interpreter<'m> {
     fn new(module: &'m Module, limits: Limits) -> Interpreter<'m> {
-        Interpreter { module, steps: limits.steps, depth: limits.depth.min(MOST_DEPTH), memory: limits.memory }
+        Interpreter {
+            module,
+            steps: limits.steps,
+            depth: limits.depth.min(MOST_DEPTH),
+            memory: limits.memory,
+            interrupt: None,
+        }
     }
 
     fn check(&self, function: FunctionId, args: &[Scalar]) -> Result<(), RunError> {
@@ -129,7 +162,7 @@ impl<'m> Interpreter<'m> {
     fn run(&mut self, function: FunctionId, args: Vec<Scalar>, span: Span) -> Result<Vec<Scalar>, RunError> {
         let module = self.module;
         let function = module.function(function);
-        let values = self.evaluate(function, &args, span)?;
+        let values = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || self.evaluate(function, &args, span))?;
         let results = function.results.iter().map(|r| one(&values, *r).ok_or(RunError::Malformed(span)));
         let results = results.collect();
         self.memory += function.nodes.len();
@@ -140,6 +173,9 @@ impl<'m> Interpreter<'m> {
     fn evaluate(&mut self, function: &Function, args: &[Scalar], span: Span) -> Result<Vec<Computed>, RunError> {
         self.depth = self.depth.checked_sub(1).ok_or(RunError::Depth(span))?;
         self.memory = self.memory.checked_sub(function.nodes.len()).ok_or(RunError::Memory(span))?;
+        if self.interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            return Err(RunError::Interrupted(span));
+        }
         let mut values = Vec::with_capacity(function.nodes.len());
         for node in &function.nodes {
             self.steps = self.steps.checked_sub(1).ok_or(RunError::Steps(node.span))?;

@@ -60,8 +60,7 @@ impl BuildError {
     fn diagnostic(&self, model: Span) -> Diagnostic {
         match self {
             BuildError::Inline(e) => Diagnostic::error("too-large", e.span(), e.to_string()),
-            BuildError::Diff(e @ DiffError::Size(_)) => Diagnostic::error("too-large", e.span(), e.to_string()),
-            BuildError::Diff(e) => Diagnostic::error("derivative", e.span(), e.to_string()),
+            BuildError::Diff(e) => derivative_error(e),
             BuildError::Jit(e) => Diagnostic::error("machine-code", model, e.to_string()),
         }
     }
@@ -112,17 +111,37 @@ pub fn compile_observed(
         }
         return Err(Failed { diagnostics, sources });
     };
-    let span = model.parts.first().map_or(Span { file: main, start: 0, end: 0 }, |p| p.span);
-    match build(model, &sources, options, done) {
+    match build_observed(model, &sources, options, done) {
         Ok(program) => Ok(Compilation { program, warnings: diagnostics, sources }),
         Err(e) => {
-            diagnostics.push(match e {
-                NotBuilt::Lower(e) => e.diagnostic(),
-                NotBuilt::Build(e) => e.diagnostic(span),
-            });
+            diagnostics.push(e);
             Err(Failed { diagnostics, sources })
         }
     }
+}
+
+/// The stages after the check of a model, with what is wrong for the user.
+pub(crate) fn build_model(model: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Diagnostic> {
+    build_observed(model, sources, options, &mut |_| {})
+}
+
+fn build_observed(
+    model: typed::Model,
+    sources: &Sources,
+    options: &Options,
+    done: &mut dyn FnMut(Stage),
+) -> Result<Program, Diagnostic> {
+    let span = model.parts.first().map_or(Span::default(), |p| p.span);
+    build(model, sources, options, done).map_err(|e| match e {
+        NotBuilt::Lower(e) => e.diagnostic(),
+        NotBuilt::Build(e) => e.diagnostic(span),
+    })
+}
+
+/// Why a derivative cannot be had, for the user.
+pub(crate) fn derivative_error(e: &DiffError) -> Diagnostic {
+    let code = if matches!(e, DiffError::Size(_)) { "too-large" } else { "derivative" };
+    Diagnostic::error(code, e.span(), e.to_string())
 }
 
 enum NotBuilt {

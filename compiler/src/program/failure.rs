@@ -188,7 +188,7 @@ fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &
 }
 
 /// `r = 40mm`.
-fn shown(parameter: &Parameter, value: f64) -> String {
+pub(crate) fn shown(parameter: &Parameter, value: f64) -> String {
     let (value, unit) = match parameter.quantity {
         Quantity::Length => (value, "mm"),
         Quantity::Angle => (value.to_degrees(), "deg"),

@@ -25,6 +25,9 @@ pub use instance::Instance;
 pub use parameters::{Input, Parameter, Part, Quantity};
 pub use text::EmitStage;
 
+pub(crate) use compile::{build_model, derivative_error};
+pub(crate) use failure::shown as shown_parameter;
+
 use crate::check::typed;
 use crate::ir::interpret;
 use crate::jit::Limits;

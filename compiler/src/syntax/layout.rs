@@ -21,26 +21,30 @@ pub(crate) struct Lexeme {
 /// The tokens of a file. With `statements` false the text is one expression, and line ends mean nothing outside
 /// blocks.
 pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
-    let mut layout = Layout {
-        file,
-        text,
-        statements,
-        out: Vec::new(),
-        open: Vec::new(),
-        diagnostics: Vec::new(),
-        line_end: false,
-        semicolon: false,
-        doc: None,
-    };
-    let raw = layout.scan();
-    for (i, lexeme) in raw.iter().enumerate() {
-        if !layout.step(*lexeme, &raw[i + 1..]) {
-            // Brackets nested beyond the limit: what follows would only be misread.
-            return (Vec::new(), layout.diagnostics);
-        }
+    let mut layout = Layout::new(file, text, statements);
+    if !layout.run() {
+        // Brackets nested beyond the limit: what follows would only be misread.
+        return (Vec::new(), layout.diagnostics);
     }
     layout.close_all(text.len() as u32);
     (layout.out, layout.diagnostics)
+}
+
+/// How a text of statements ends.
+pub(super) struct End {
+    /// A bracket is open.
+    pub(super) open: bool,
+    /// A doc comment waits for what it describes.
+    pub(super) doc: bool,
+    /// There are characters or brackets that cannot be right however it goes on.
+    pub(super) wrong: bool,
+}
+
+/// How a text of statements ends.
+pub(super) fn end(text: &str) -> End {
+    let mut layout = Layout::new(FileId::default(), text, true);
+    let fits = layout.run();
+    End { open: !layout.open.is_empty(), doc: layout.doc.is_some(), wrong: !fits || !layout.diagnostics.is_empty() }
 }
 
 struct Layout<'t> {
@@ -59,7 +63,27 @@ struct Layout<'t> {
     doc: Option<Lexeme>,
 }
 
-impl Layout<'_> {
+impl<'t> Layout<'t> {
+    fn new(file: FileId, text: &'t str, statements: bool) -> Layout<'t> {
+        Layout {
+            file,
+            text,
+            statements,
+            out: Vec::new(),
+            open: Vec::new(),
+            diagnostics: Vec::new(),
+            line_end: false,
+            semicolon: false,
+            doc: None,
+        }
+    }
+
+    /// Takes the whole text; false where brackets are nested too deep.
+    fn run(&mut self) -> bool {
+        let raw = self.scan();
+        (0..raw.len()).all(|i| self.step(raw[i], &raw[i + 1..]))
+    }
+
     /// Runs the lexer; what it rejects becomes error tokens.
     fn scan(&mut self) -> Vec<Lexeme> {
         let mut raw: Vec<Lexeme> = Vec::new();

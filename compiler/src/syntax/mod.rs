@@ -14,13 +14,15 @@ mod literal;
 mod messages;
 mod print;
 mod recover;
+mod statements;
 pub(crate) mod token;
 
 #[cfg(test)]
 mod tests;
 
-pub use print::{print, print_expression};
+pub use print::{print, print_expression, type_text};
 pub use recover::{parse, parse_expression};
+pub use statements::{Entry, is_incomplete, parse_entries};
 
 use crate::source::{FileId, Span};
 

@@ -250,7 +250,9 @@ fn annotation(ty: Option<&TypeExpr>) -> String {
     ty.map(|t| format!(": {}", type_text(t))).unwrap_or_default()
 }
 
-fn type_text(ty: &TypeExpr) -> String {
+/// A type as it is written.
+#[must_use]
+pub fn type_text(ty: &TypeExpr) -> String {
     let list = |types: &[TypeExpr]| types.iter().map(type_text).collect::<Vec<_>>().join(", ");
     match &ty.kind {
         TypeKind::Name(name) => name.clone(),

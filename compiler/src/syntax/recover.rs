@@ -25,7 +25,18 @@ pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
     if let Some(diagnostic) = too_long(file, text) {
         return (File::default(), vec![diagnostic]);
     }
-    let (mut tokens, mut diagnostics) = layout(file, text, true);
+    let (tokens, mut diagnostics) = layout(file, text, true);
+    let tree = parse_tokens(file, text, tokens, &mut diagnostics);
+    (tree, sorted(diagnostics))
+}
+
+/// The tree of these tokens of a file.
+pub(super) fn parse_tokens(
+    file: FileId,
+    text: &str,
+    mut tokens: Vec<Lexeme>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> File {
     // Each broken statement costs another pass, of which a very long file gets fewer.
     let passes = (PASSED_BYTES / text.len().max(1)).clamp(2, ERROR_LIMIT);
     for _ in 0..passes {
@@ -33,7 +44,7 @@ pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
         match FileParser::new().parse(&mut builder, triples(&tokens)) {
             Ok(tree) => {
                 diagnostics.append(&mut builder.diagnostics);
-                return (tree, sorted(diagnostics));
+                return tree;
             }
             Err(error) => {
                 let failure = Failure::new(error, &tokens, text);
@@ -44,7 +55,7 @@ pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
     }
     let end = text.len() as u32;
     diagnostics.push(Diagnostic::error("too-many-errors", spanned(file, end, end), "too many errors to go on reading"));
-    (File::default(), sorted(diagnostics))
+    File::default()
 }
 
 /// The tree of one expression, such as a value given on the command line.
@@ -72,12 +83,12 @@ pub fn parse_expression(file: FileId, text: &str) -> (Expr, Vec<Diagnostic>) {
     }
 }
 
-fn too_long(file: FileId, text: &str) -> Option<Diagnostic> {
+pub(super) fn too_long(file: FileId, text: &str) -> Option<Diagnostic> {
     let message = format!("this file is longer than {} MiB", LENGTH_LIMIT >> 20);
     (text.len() > LENGTH_LIMIT).then(|| Diagnostic::error("too-long", spanned(file, 0, 0), message))
 }
 
-fn triples(tokens: &[Lexeme]) -> impl Iterator<Item = Result<(u32, Token, u32), ()>> {
+pub(super) fn triples(tokens: &[Lexeme]) -> impl Iterator<Item = Result<(u32, Token, u32), ()>> {
     tokens.iter().map(|l| Ok((l.start, l.token, l.end)))
 }
 
@@ -87,16 +98,16 @@ fn sorted(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
 }
 
 /// Where and why the grammar stopped.
-struct Failure {
+pub(super) struct Failure {
     /// The index of the token that it did not expect; the number of tokens at the end of the file.
-    index: usize,
+    pub(super) index: usize,
     start: u32,
     end: u32,
     expected: Vec<String>,
 }
 
 impl Failure {
-    fn new(error: ParseError<u32, Token, ()>, tokens: &[Lexeme], text: &str) -> Failure {
+    pub(super) fn new(error: ParseError<u32, Token, ()>, tokens: &[Lexeme], text: &str) -> Failure {
         let eof = text.trim_end().len() as u32;
         let (start, end, expected) = match error {
             ParseError::UnrecognizedToken { token: (start, _, end), expected } => (start, end, expected),
@@ -110,7 +121,7 @@ impl Failure {
     }
 
     /// What to say; nothing where the token itself is the trace of an error that was reported.
-    fn diagnostic(&self, file: FileId, text: &str, tokens: &[Lexeme]) -> Option<Diagnostic> {
+    pub(super) fn diagnostic(&self, file: FileId, text: &str, tokens: &[Lexeme]) -> Option<Diagnostic> {
         let found = tokens.get(self.index).map(|l| l.token);
         let made_up = found.is_some() && self.start == self.end;
         if made_up || matches!(found, Some(Token::Error | Token::BadStatement)) {

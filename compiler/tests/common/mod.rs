@@ -77,3 +77,33 @@ impl Random {
         panic!("no parameters within the bounds were found");
     }
 }
+
+/// Steps of the differences, relative to the size of what is varied: from where truncation rules to where rounding does.
+const STEPS: [f64; 8] = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6];
+
+/// How far a derivative is from central differences, relative to its largest entry (or to 1e-3 mm a unit, where the
+/// influence vanishes): the best of all steps, each extrapolated from h and h/2 (Richardson: the error is of order h^4).
+pub fn deviation(derivative: &[f64], scale: f64, mut f: impl FnMut(f64) -> Option<Vec<f64>>) -> f64 {
+    let size = derivative.iter().fold(1e-3f64, |m, d| m.max(d.abs()));
+    let mut best = f64::INFINITY;
+    for step in STEPS {
+        let h = step * scale;
+        let sides = [h, -h, h / 2.0, -h / 2.0].map(&mut f);
+        let [Some(a), Some(b), Some(c), Some(d)] = sides else { continue };
+        let difference = |i: usize| {
+            let wide = (a[i] - b[i]) / (2.0 * h);
+            let narrow = (c[i] - d[i]) / h;
+            narrow + (narrow - wide) / 3.0
+        };
+        let worst = (0..derivative.len()).map(|i| (difference(i) - derivative[i]).abs()).fold(0.0, f64::max);
+        best = best.min(worst / size);
+    }
+    best
+}
+
+/// The size of what a parameter measures: steps are relative to it.
+pub fn scale(program: &Program, param: usize, x: &[f64]) -> f64 {
+    let p = &program.parameters()[param];
+    let range = p.upper - p.lower;
+    if range.is_finite() { range.min(x[param].abs().max(0.1 * range)) } else { 1.0 }
+}

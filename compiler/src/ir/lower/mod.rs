@@ -67,6 +67,24 @@ pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
     })
 }
 
+/// Lowers single values that the model's body binds: a function of the parameters for each.
+///
+/// # Errors
+/// Where they would become too large.
+pub fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(Module, Vec<FunctionId>), TooLarge> {
+    let mut lowerer = Lowerer::new(model);
+    for index in 0..model.functions.len() {
+        lowerer.function(index)?;
+    }
+    let mut functions = Vec::new();
+    for id in values {
+        let local = &model.locals[id.0 as usize];
+        let value = Expr { kind: typed::ExprKind::Local(*id), ty: local.ty.clone(), span: local.span };
+        functions.push(lowerer.of_params(&local.name, &value)?);
+    }
+    Ok((lowerer.module, functions))
+}
+
 fn parameter(param: &typed::Param) -> program::Parameter {
     program::Parameter {
         name: param.name.clone(),

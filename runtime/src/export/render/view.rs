@@ -30,6 +30,14 @@ impl View {
     /// From the front and above, without the front half.
     pub const INSIDE: View = View { toward: [0.0, -1.0, 0.35], up: [0.0, 0.0, 1.0], cut: true };
 
+    /// From a direction in degrees: an azimuth, counted from the front (-y) over the right (+x), and an elevation above the
+    /// plane of x and y. Up is up also from straight above and below.
+    #[must_use]
+    pub fn from_angles(azimuth: f64, elevation: f64) -> View {
+        let ((sa, ca), (se, ce)) = (azimuth.to_radians().sin_cos(), elevation.to_radians().sin_cos());
+        View { toward: [sa * ce, -ca * ce, se], up: [-sa * se, ca * se, ce], cut: false }
+    }
+
     /// The same view of something that was turned by a rotation matrix (row by row): a fitted model lies as the scan
     /// does, while front and top are the model's own.
     #[must_use]

@@ -1,0 +1,186 @@
+//! What there is to know of the names in scope, for completion and help.
+
+use super::Scope;
+use super::items::defined;
+use crate::check::builtins::{self, Builtin};
+use crate::check::signature::declared;
+use crate::check::stdlib;
+use crate::source::FileId;
+use crate::syntax::ast::{FnParam, Item, ItemKind, Pattern};
+use crate::syntax::{self, type_text};
+use std::collections::BTreeMap;
+
+/// What a name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A free parameter of the current model.
+    Parameter,
+    /// An input of the current model.
+    Input,
+    /// A `let`.
+    Value,
+    /// A function.
+    Function,
+    /// A model.
+    Model,
+    /// A part of the current model.
+    Part,
+    /// A module that is used whole.
+    Module,
+    /// Built in, or of the standard library, which is known everywhere.
+    Library,
+}
+
+/// A name with its description.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Known {
+    /// The name.
+    pub name: String,
+    /// What it stands for.
+    pub kind: Kind,
+    /// How it is declared: `fn mix(a, b, t)`, `param r: length`.
+    pub declaration: String,
+    /// The doc comment.
+    pub doc: String,
+    /// Labels of its arguments.
+    pub labels: Vec<String>,
+    /// The module that it comes from: `std.math`; empty for what was entered or built in.
+    pub module: String,
+}
+
+impl Scope {
+    /// All names, sorted.
+    pub(crate) fn names(&self) -> BTreeMap<String, Kind> {
+        let library = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).chain(builtins::names());
+        let mut names: BTreeMap<String, Kind> = library.map(|name| (name.to_owned(), Kind::Library)).collect();
+        names.extend(self.names.seen.whole.keys().map(|name| (name.clone(), Kind::Module)));
+        for name in self.names.seen.names.keys() {
+            names.insert(name.clone(), self.item(name).map_or(Kind::Value, kind));
+        }
+        if let Some(current) = &self.names.current {
+            for name in &current.names {
+                names.insert(name.clone(), self.item(name).map_or(Kind::Value, kind));
+            }
+        }
+        names
+    }
+
+    /// What is known of a name, or of a module's member (`std.math.mix`, `math.mix`).
+    pub(crate) fn known(&self, name: &str) -> Option<Known> {
+        if let Some(item) = self.item(name) {
+            let module = self.module_of(name).filter(|m| m.starts_with("std."));
+            return Some(describe(name, item, module.unwrap_or("")));
+        }
+        if let Some(builtin) = Builtin::named(name) {
+            let labels: Vec<String> = builtin.parameters().iter().map(|l| (*l).to_owned()).collect();
+            let declaration = format!("fn {name}({})", labels.join(", "));
+            let doc = "Built in.".to_owned();
+            return Some(Known {
+                name: name.to_owned(),
+                kind: Kind::Library,
+                declaration,
+                doc,
+                labels,
+                module: String::new(),
+            });
+        }
+        let (module, member) = name.rsplit_once('.').map_or((None, name), |(m, n)| (Some(m), n));
+        let modules = stdlib::MODULES.iter();
+        let (module, text) = modules
+            .filter(|(m, _)| module.is_none_or(|wanted| *m == wanted || m.rsplit('.').next() == Some(wanted)))
+            .find(|(_, text)| stdlib::names(text).any(|n| n == member))?;
+        let (file, _) = syntax::parse(FileId::default(), text);
+        let item = file.items.iter().find(|i| defined(i).iter().any(|n| n == member))?;
+        Some(describe(member, item, module))
+    }
+
+    /// The names that a module of the library defines, or one that is used whole.
+    pub(crate) fn members(&self, module: &str) -> Vec<String> {
+        if let Some((_, text)) = stdlib::MODULES.iter().find(|(m, _)| *m == module) {
+            return stdlib::names(text).map(str::to_owned).collect();
+        }
+        let file = self.names.seen.whole.get(module).and_then(|id| self.files.loaded.get(*id));
+        file.map(|f| f.ast.items.iter().flat_map(defined).collect()).unwrap_or_default()
+    }
+
+    fn module_of(&self, name: &str) -> Option<&str> {
+        let file = self.names.seen.names.get(name)?;
+        Some(&self.files.loaded.get(*file)?.name)
+    }
+
+    /// The item that defines a name in scope.
+    fn item(&self, name: &str) -> Option<&Item> {
+        let defines = |item: &&Item| defined(item).iter().any(|n| n == name);
+        if let Some(current) = self.names.current.as_ref().filter(|c| c.names.contains(name)) {
+            let inner = current.steps.iter().rev().filter_map(|step| match step {
+                super::Step::Inner(file, index) => self.files.loaded.get(*file)?.inner.get(*index),
+                super::Step::Hide(..) => None,
+            });
+            let model = match &self.files.loaded.get(current.file)?.ast.items.get(current.item)?.kind {
+                ItemKind::Model(model) => &model.items[..],
+                _ => &[],
+            };
+            return inner.clone().find(defines).or_else(|| member(model, name));
+        }
+        let file = self.names.seen.names.get(name)?;
+        self.files.loaded.get(*file)?.ast.items.iter().find(defines)
+    }
+}
+
+/// The item of a model's body that defines a name; of parts in loops, too.
+fn member<'i>(items: &'i [Item], name: &str) -> Option<&'i Item> {
+    items.iter().find_map(|item| match &item.kind {
+        ItemKind::Param(decl) | ItemKind::Input(decl) => (decl.name.text == name).then_some(item),
+        ItemKind::Part(decl) => (decl.name.text == name).then_some(item),
+        ItemKind::For(decl) => member(&decl.items, name),
+        ItemKind::If(decl) => member(&decl.then, name).or_else(|| member(&decl.otherwise, name)),
+        _ => defined(item).iter().any(|n| n == name).then_some(item),
+    })
+}
+
+fn kind(item: &Item) -> Kind {
+    match &item.kind {
+        ItemKind::Function(_) => Kind::Function,
+        ItemKind::Model(_) => Kind::Model,
+        ItemKind::Param(_) => Kind::Parameter,
+        ItemKind::Input(_) => Kind::Input,
+        ItemKind::Part(_) => Kind::Part,
+        _ => Kind::Value,
+    }
+}
+
+fn describe(name: &str, item: &Item, module: &str) -> Known {
+    let labels_of = |params: &[FnParam]| -> Vec<String> {
+        let names = params.iter().filter_map(|p| match &p.pattern {
+            Pattern::Name(name) => Some(name.text.clone()),
+            Pattern::Tuple(..) => None,
+        });
+        names.collect()
+    };
+    let (declaration, labels) = match &item.kind {
+        ItemKind::Function(decl) => (declared(decl), labels_of(&decl.params)),
+        ItemKind::Param(decl) => (format!("param {name}: {}", type_text(&decl.ty)), Vec::new()),
+        ItemKind::Input(decl) => (format!("input {name}: {}", type_text(&decl.ty)), Vec::new()),
+        ItemKind::Part(_) => (format!("part {name}"), vec!["u".to_owned(), "v".to_owned()]),
+        ItemKind::Model(model) => {
+            let names = model.items.iter().filter_map(|item| match &item.kind {
+                ItemKind::Param(decl) | ItemKind::Input(decl) => Some(decl.name.text.clone()),
+                _ => None,
+            });
+            (format!("model {name}"), names.collect())
+        }
+        ItemKind::Let(decl) => (
+            format!("let {name}{}", decl.ty.as_ref().map(|ty| format!(": {}", type_text(ty))).unwrap_or_default()),
+            Vec::new(),
+        ),
+        _ => (name.to_owned(), Vec::new()),
+    };
+    Known {
+        name: name.to_owned(),
+        kind: kind(item),
+        declaration,
+        doc: item.doc.clone(),
+        labels,
+        module: module.to_owned(),
+    }
+}

@@ -1,0 +1,112 @@
+//! What the stages of the compiler make of an expression.
+
+use super::{Session, evaluate};
+use crate::check;
+use crate::diagnostic::Diagnostic;
+use crate::diff;
+use crate::ir::graph::References;
+use crate::ir::print::gml;
+use crate::ir::{self, FunctionId, Module};
+use crate::jit::{self, Compiler};
+use crate::program::{EmitStage, Failed, derivative_error};
+use crate::source::{Loader, Span};
+use std::fmt::Write as _;
+
+/// An expression as machine code.
+pub struct Native {
+    code: jit::Code,
+    routine: jit::Routine,
+    arguments: Vec<u64>,
+    results: usize,
+    limits: jit::Limits,
+}
+
+impl Native {
+    /// Runs it once.
+    ///
+    /// # Errors
+    /// If it does not end within its limits, or fails.
+    pub fn run(&self) -> Result<(), jit::Stop> {
+        let mut results = vec![0; self.results];
+        self.code.call(self.routine, &self.arguments, &mut results, self.limits)
+    }
+}
+
+impl Session {
+    /// An expression, as a function of the parameters, at a stage of the compiler.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn emit(&mut self, text: &str, stage: EmitStage, loader: &dyn Loader) -> Result<String, Failed> {
+        self.with_expression(text, loader, |_, checked| {
+            if stage == EmitStage::Typed {
+                return Ok(check::print(&checked.model));
+            }
+            let (module, function) = inlined(checked)?;
+            if stage == EmitStage::Ir {
+                return Ok(listing(&module, function));
+            }
+            let options = jit::Options { verify: false, listings: true, quick: false };
+            let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
+            let mut compiler = Compiler::new(&module, options).map_err(|e| machine_code(&e, span))?;
+            compiler.routine(function).map_err(|e| machine_code(&e, span))?;
+            let which = |l: &jit::Listing| if stage == EmitStage::Clif { l.clif.clone() } else { l.assembly.clone() };
+            let text = compiler.listings().iter().map(|l| format!("; {}\n{}\n", l.name, which(l))).collect();
+            // What was compiled only to be shown is freed with its code.
+            drop(compiler.finish().map_err(|e| machine_code(&e, span))?);
+            Ok(text)
+        })
+    }
+
+    /// An expression with its derivatives by all parameters that it depends on, as text that reads like the language.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn derivative_text(&mut self, text: &str, loader: &dyn Loader) -> Result<String, Failed> {
+        self.with_expression(text, loader, |s, checked| {
+            let (mut module, function) = inlined(checked)?;
+            let wrt: Vec<u32> = (0..s.model.as_ref().map_or(0, |m| m.parameters().len()) as u32).collect();
+            let (jacobian, _) = diff::jacobian(&mut module, function, &wrt).map_err(|e| vec![derivative_error(&e)])?;
+            Ok(gml(&module, jacobian))
+        })
+    }
+
+    /// An expression as machine code, to be run at the current values of the parameters.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn native(&mut self, text: &str, limits: jit::Limits, loader: &dyn Loader) -> Result<Native, Failed> {
+        self.with_expression(text, loader, |s, checked| {
+            let (module, function) = inlined(checked)?;
+            let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
+            let mut compiler = Compiler::new(&module, jit::Options::default()).map_err(|e| machine_code(&e, span))?;
+            let routine = compiler.routine(function).map_err(|e| machine_code(&e, span))?;
+            let code = compiler.finish().map_err(|e| machine_code(&e, span))?;
+            let x = s.model.as_ref().map_or(&[][..], |m| &m.values);
+            let arguments = x.iter().map(|x| x.to_bits()).collect();
+            Ok(Native { code, routine, arguments, results: module.function(function).results.len(), limits })
+        })
+    }
+}
+
+/// The function of an expression, ready to be compiled.
+fn inlined(checked: &check::scope::Checked) -> Result<(Module, FunctionId), Vec<Diagnostic>> {
+    let evaluate::Lowered { mut module, functions } = evaluate::lower_asked(checked)?;
+    let function = functions[functions.len() - 1];
+    let wrong = |e: ir::inline::InlineError| vec![derivative_error(&e.into())];
+    ir::inline(&mut module, &[function], ir::inline::Limits::default()).map_err(wrong)?;
+    ir::simplify(&mut module, &[function]);
+    Ok((module, function))
+}
+
+fn listing(module: &Module, function: FunctionId) -> String {
+    let mut text = String::new();
+    for id in References::new(module, &[function]).order {
+        let _ = writeln!(text, "{id} = {}", module.function(id));
+    }
+    text
+}
+
+fn machine_code(e: &jit::JitError, span: Span) -> Vec<Diagnostic> {
+    vec![Diagnostic::error("machine-code", span, e.to_string())]
+}

@@ -1,0 +1,159 @@
+//! A model as a picture: `gmlc mesh MODEL.gml -o picture.png`.
+
+use crate::error::CommandError;
+use crate::measure;
+use gml_compiler::program::Program;
+use gml_runtime::export::atomic;
+use gml_runtime::export::render::{self, Layer, Paint, View};
+use gml_runtime::mesh::TriangleMesh;
+use gml_runtime::model::{EvaluationError, Instance, SurfacePoint, Tessellation};
+use std::path::Path;
+
+/// The tints of parts, in their order: glazes that go together. Parts of a loop, and those of one name in records and sub-models, share theirs.
+const TINTS: [[u8; 3]; 8] = [
+    [196, 122, 88],
+    [226, 205, 172],
+    [104, 142, 150],
+    [214, 168, 92],
+    [142, 160, 118],
+    [158, 116, 132],
+    [120, 132, 164],
+    [184, 180, 172],
+];
+
+/// Sides that a picture may have, in pixels.
+const SIDES: std::ops::RangeInclusive<usize> = 16..=8192;
+
+/// What a picture shows, and how large it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Framing {
+    pub(crate) view: View,
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+}
+
+impl Framing {
+    /// From the options of the command line.
+    pub(crate) fn new(view: Option<&str>, size: Option<&str>) -> Result<Framing, CommandError> {
+        let (width, height) = size.map_or(Ok((640, 640)), parse_size)?;
+        Ok(Framing { view: parse_view(view.unwrap_or("corner"))?, width, height })
+    }
+
+    /// The distance between a chord and the surface that does not show: a fifth of a pixel.
+    pub(crate) fn chord(&self, program: &Program, instance: &dyn Instance) -> Result<f64, EvaluationError> {
+        let coarse = Tessellation::uniform(program, instance, 12, 12)?;
+        let [low, high] =
+            coarse.mesh.positions.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[l, h], p| {
+                [[0, 1, 2].map(|k| l[k].min(p[k])), [0, 1, 2].map(|k| h[k].max(p[k]))]
+            });
+        let diagonal = (0..3).map(|k| (high[k] - low[k]).powi(2)).sum::<f64>().sqrt();
+        let pixels = self.width.max(self.height) as f64;
+        Ok(if diagonal > 0.0 && diagonal.is_finite() { 0.2 * diagonal / pixels } else { 0.02 })
+    }
+
+    /// Draws a model and writes the picture.
+    pub(crate) fn write(&self, path: &Path, tessellation: &Tessellation) -> Result<(), CommandError> {
+        let colours = tints(&tessellation.mesh, &tessellation.origins);
+        let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Vertices(&colours), opacity: 1.0 };
+        let picture = render::render(&[layer], &self.view, self.width, self.height);
+        atomic::write(path, &measure::png(&picture)?).map_err(CommandError::failed)
+    }
+}
+
+/// A tint for every vertex: one a part.
+fn tints(mesh: &TriangleMesh, origins: &[SurfacePoint]) -> Vec<[u8; 3]> {
+    let mut names: Vec<&str> = Vec::new();
+    let by_patch: Vec<[u8; 3]> = mesh
+        .groups
+        .iter()
+        .map(|group| {
+            let name = kind(&group.name);
+            let known = names.iter().position(|n| *n == name);
+            let index = known.unwrap_or_else(|| {
+                names.push(name);
+                names.len() - 1
+            });
+            TINTS[index % TINTS.len()]
+        })
+        .collect();
+    origins.iter().map(|o| by_patch[o.patch as usize]).collect()
+}
+
+/// What kind of part a name stands for: `tree.left.leaf[2]` is a `leaf`.
+fn kind(name: &str) -> &str {
+    let last = name.rsplit('.').next().unwrap_or_default();
+    last.split('[').next().unwrap_or_default()
+}
+
+/// A name of a view, or `AZIMUTH,ELEVATION` in degrees.
+fn parse_view(text: &str) -> Result<View, CommandError> {
+    let wrong = || {
+        CommandError::usage(format!(
+            "--view: '{text}' is no view: expected corner, front, back, top, below, inside, or AZIMUTH,ELEVATION in degrees such as 35,25"
+        ))
+    };
+    match text {
+        "corner" => Ok(View::from_angles(35.0, 28.0)),
+        "front" => Ok(View::FRONT),
+        "back" => Ok(View::BACK),
+        "top" => Ok(View::TOP),
+        "below" => Ok(View::from_angles(35.0, -35.0)),
+        "inside" => Ok(View::INSIDE),
+        _ => {
+            let (azimuth, elevation) = text.split_once(',').ok_or_else(wrong)?;
+            let degrees = |t: &str| t.trim().parse::<f64>().ok().filter(|a| a.abs() <= 360.0);
+            match (degrees(azimuth), degrees(elevation)) {
+                (Some(azimuth), Some(elevation)) if elevation.abs() <= 90.0 => {
+                    Ok(View::from_angles(azimuth, elevation))
+                }
+                _ => Err(wrong()),
+            }
+        }
+    }
+}
+
+/// `640`, or `640x480`.
+fn parse_size(text: &str) -> Result<(usize, usize), CommandError> {
+    let (width, height) = text.split_once('x').unwrap_or((text, text));
+    let side = |t: &str| t.trim().parse::<usize>().ok().filter(|s| SIDES.contains(s));
+    match (side(width), side(height)) {
+        (Some(width), Some(height)) => Ok((width, height)),
+        _ => Err(CommandError::usage(format!(
+            "--size: '{text}' is no size of a picture: expected {} to {} pixels, such as 640 or 640x480",
+            SIDES.start(),
+            SIDES.end()
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{TINTS, parse_size, parse_view, tints};
+    use gml_runtime::mesh::{Group, TriangleMesh};
+    use gml_runtime::model::SurfacePoint;
+
+    #[test]
+    fn sizes_and_views_are_read() {
+        assert_eq!(parse_size("640").unwrap(), (640, 640));
+        assert_eq!(parse_size("320x200").unwrap(), (320, 200));
+        for wrong in ["", "0", "9000", "320x", "320*200", "-5"] {
+            assert!(parse_size(wrong).is_err(), "{wrong}");
+        }
+        let from_the_right = parse_view("90,0").unwrap();
+        assert!((from_the_right.toward[0] - 1.0).abs() < 1e-12);
+        for wrong in ["side", "1", "1,2,3", "0,91", "nan,0"] {
+            assert!(parse_view(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn parts_of_a_loop_share_a_tint() {
+        let group = |name: &str| Group { name: name.to_owned(), start: 0, end: 0 };
+        let mesh = TriangleMesh {
+            groups: vec![group("rim"), group("hole[0]"), group("left.hole[1]"), group("bore")],
+            ..TriangleMesh::default()
+        };
+        let origins: Vec<SurfacePoint> = (0..4).map(|patch| SurfacePoint { patch, u: 0.0, v: 0.0 }).collect();
+        assert_eq!(tints(&mesh, &origins), [TINTS[0], TINTS[1], TINTS[1], TINTS[2]]);
+    }
+}

@@ -1,0 +1,119 @@
+/// The vector of length 1 along a curve.
+/// ```gml
+/// tangent(line((0mm, 0mm), (3mm, 4mm)), 0.2)   // = (0.6, 0.8)
+/// ```
+fn tangent(curve, t) = normalize(curve'(t))
+
+/// A curve's curvature: one by the radius of the circle that touches it best. In the plane it has a sign: positive where the curve
+/// turns left, as a counterclockwise circle does.
+/// ```gml
+/// 1 / curvature(circle(5mm), 0.3)          // = 5 mm
+/// 1 / curvature(reversed(circle(5mm)), 0.3)   // = -5 mm
+/// ```
+fn curvature(curve, t) {
+  let (v, a) = (curve'(t), curve''(t))
+  let speed = norm(v)
+  if len(v) == 2 { cross2(v, a) / speed ^ 3 } else { norm(cross(v, a)) / speed ^ 3 }
+}
+
+/// A surface's outward normal of length 1 at (u, v): along the cross product of its partial derivatives by u and v.
+/// There is none at a pole, where a derivative vanishes.
+/// ```gml
+/// normal(cylinder(2mm, 5mm), 0, 0.5)   // = (1, 0, 0)
+/// ```
+fn normal(surface, u, v) = normalize(cross(surface'u(u, v), surface'v(u, v)))
+
+/// The length of a curve between two values of its parameter, by Gauss and Legendre's rule of five nodes in each of 16 equal
+/// parts: for a smooth curve to some 12 digits. A kink between parts costs digits.
+/// ```gml
+/// arc_length(line((0mm, 0mm), (3mm, 4mm)))             // = 5 mm
+/// arc_length(circle(10mm), 0, 0.25) / 1mm              // = 15.7079633
+/// ```
+fn arc_length(curve, from: real = 0, to: real = 1) {
+  let speed = |t: real| norm(curve'(t))
+  loop(0mm, 5 * _parts, |length, i| {
+    let node = i % 5
+    let t = ((i - node) / 5 + _nodes[node + 1]) / _parts
+    length + speed(mix(from, to, t)) * (_weights[node + 1] * (to - from) / _parts)
+  })
+}
+
+/// How many parts a curve is cut into to measure it.
+let _parts = 16
+
+/// Nodes of Gauss and Legendre's rule over 0..1, after a first one without weight.
+let _nodes = [0, 0.046910077030668004, 0.23076534494715845, 0.5, 0.7692346550528415, 0.953089922969332]
+/// Their weights.
+let _weights = [
+  0,
+  0.11846344252809454,
+  0.23931433524968324,
+  0.28444444444444444,
+  0.23931433524968324,
+  0.11846344252809454,
+]
+
+/// The same curve at constant speed: its parameter goes in proportion to the length. The curve must nowhere stand still.
+///
+/// The length up to the ends of 16 equal parts is had by Gauss and Legendre's rule of five nodes. In between, the old parameter
+/// starts as the polynomial of degree 5 in the length that has the right value, first and second derivative at both ends
+/// (Hermite), and is then improved by one step of Newton's method. The new curve lies exactly on the old one, is
+/// differentiated as any other, and its speed is constant to 1e-8 of it for an ellipse of 2 to 1, to more for what is less bent.
+/// ```gml
+/// let c = by_length(bezier([(0mm, 0mm), (0mm, 10mm), (30mm, 10mm)]))
+/// abs(arc_length(c, 0, 0.5) / arc_length(c) - 0.5) < 1e-9   // = true
+/// ```
+fn by_length(curve) {
+  let speed = |t: real| norm(curve'(t))
+  let zeros = for j in 0.._parts + 1 { 0mm }
+  let start = {lengths: zeros, speeds: zeros, bends: zeros}
+  // Node 0 of every part is its beginning, where the derivatives are taken; the last one is the curve's end.
+  let table = loop(start, 6 * _parts + 1, |acc, i| {
+    let node = i % 6
+    let t = ((i - node) / 6 + _nodes[node]) / _parts
+    let (v, a) = (speed(t), speed'(t))
+    let share = v * (_weights[node] / _parts)
+    let ahead = for j in 0.._parts + 1 { 6 * j - i }
+    {
+      lengths: for j in 0.._parts + 1 { if ahead[j] > 0 { acc.lengths[j] + share } else { acc.lengths[j] } },
+      speeds: for j in 0.._parts + 1 { if ahead[j] == 0 { v } else { acc.speeds[j] } },
+      bends: for j in 0.._parts + 1 { if ahead[j] == 0 { a } else { acc.bends[j] } },
+    }
+  })
+  |s: real| {
+    let x = s * table.lengths[_parts]
+    let k = sum(for j in 1.._parts { if x < table.lengths[j] { 0 } else { 1 } })
+    let (begin, end) = (table.lengths[k], table.lengths[k + 1])
+    let h = end - begin
+    let f = (x - begin) / h
+    // First and second derivatives of the old parameter by the length, for the part's length.
+    let (d, e) = (h / table.speeds[k], h / table.speeds[k + 1])
+    let (b, c) = (
+      -d * d * table.bends[k] / table.speeds[k],
+      -e * e * table.bends[k + 1] / table.speeds[k + 1],
+    )
+    let g = 1 - f
+    let shape =
+      f ^ 3 * (10 - 15 * f + 6 * f * f) / _parts
+      + d * (f * g ^ 3 * (1 + 3 * f))
+      - e * (g * f ^ 3 * (1 + 3 * g))
+      + b * (f * f * g ^ 3 / 2)
+      + c * (g * g * f ^ 3 / 2)
+    // One step of Newton's method towards the length wanted.
+    let from = k / _parts
+    let near = from + shape
+    let reached = begin + sum(for i in 1..6 { speed(mix(from, near, _nodes[i])) * _weights[i] }) * shape
+    curve(keep_within(near - (reached - x) / speed(near), 0, 1))
+  }
+}
+
+/// The area that a closed curve in the plane encloses: positive where it runs counterclockwise. By Gauss and Legendre's rule as in
+/// arc_length, of Green's formula.
+/// ```gml
+/// sqrt(enclosed_area(ellipse(4mm, 1mm)) / radians(pi))   // = 2 mm
+/// ```
+fn enclosed_area(curve) = loop(0mm * 0mm, 5 * _parts, |area, i| {
+  let node = i % 5
+  let t = ((i - node) / 5 + _nodes[node + 1]) / _parts
+  area + cross2(curve(t), curve'(t)) * (_weights[node + 1] / (2 * _parts))
+})
