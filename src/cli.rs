@@ -31,6 +31,8 @@ pub(crate) enum Command {
     Diff(DiffArgs),
     /// Print what a compiler stage makes of a script
     Emit(EmitArgs),
+    /// Write reference pages from doc comments
+    Doc(DocArgs),
     /// Format scripts
     Fmt(FmtArgs),
     /// Scan a model with the virtual laser scanner
@@ -149,6 +151,21 @@ pub(crate) struct EmitArgs {
     /// Which stage
     #[arg(long, value_enum)]
     pub(crate) stage: Stage,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc doc examples/cup/cup.gml            the page of a script, in Markdown, to standard output
+  gmlc doc examples/cup/cup.gml -o pages   into a file of that folder
+  gmlc doc std -o pages/std                the standard library, a page a module")]
+pub(crate) struct DocArgs {
+    /// The script (.gml), or std for the standard library
+    #[arg(value_name = "MODEL.gml|std")]
+    pub(crate) script: PathBuf,
+    /// Folder for the pages; without it they are printed
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

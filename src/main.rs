@@ -4,6 +4,7 @@ mod check;
 mod cli;
 mod diagnostics;
 mod diff;
+mod doc;
 mod emit;
 mod error;
 mod findings;
@@ -31,6 +32,7 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Diff(args) => diff::run(args),
+        Command::Doc(args) => doc::run(args),
         Command::Emit(args) => emit::run(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Scan(args) => scan::run(args),

@@ -187,7 +187,9 @@ fn codes_in_source() -> BTreeSet<String> {
 #[test]
 fn every_code_is_explained_by_an_example_that_is_diagnosed_so() {
     // These are limits, or need several files or the command line.
-    const WITHOUT_EXAMPLE: [&str; 8] = [
+    const WITHOUT_EXAMPLE: [&str; 10] = [
+        "interrupted",
+        "not-finite",
         "derivative",
         "machine-code",
         "too-long",
@@ -223,4 +225,28 @@ fn codes_are_explained_on_the_command_line() {
     assert!(told.contains("3mm") && told.contains("```gml"), "{told}");
     let error = support::fails(folder.path(), &["check", "--explain", "dimension"], 2);
     assert!(error.contains("dimension-mismatch"), "{error}");
+}
+
+/// Cases that quote the library, whose lines move: only what does not depend on them.
+#[test]
+fn mistakes_within_the_library_are_shown_at_the_call() {
+    let table = [
+        (
+            "fn f() = mix(1mm, 2, 0.5)",
+            "'mix' cannot be called with these arguments: a length cannot be subtracted from a bare number",
+            "^^^^^^^^^^^^^^^^",
+        ),
+        (
+            "fn f() = map([1, 2], |a, b| a + b)",
+            "'map' cannot be called with these arguments: a function is called here without 'b'",
+            "in 'map'",
+        ),
+        ("fn f() = map([1mm, 2mm], |x| x + 1)", "a bare number cannot be added to a length", "in 'map', called here"),
+    ];
+    for (script, message, shown) in table {
+        let case = Case { title: script.into(), files: vec![("script.gml".into(), script.into())] };
+        let printed = case.printed();
+        assert!(printed.contains(message) && printed.contains(shown), "{printed}");
+        assert!(printed.contains("--> script.gml:1:") && printed.contains("::: std."), "{printed}");
+    }
 }

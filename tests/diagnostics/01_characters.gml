@@ -1,16 +1,24 @@
 // --- a text that is not closed
 use "column.gml (column)
+// +++ column.gml
+fn column() = 3mm
 // --- a text in single quotes
 use 'column.gml' (column)
+// +++ column.gml
+fn column() = 3mm
 // --- a text over two lines
 model m {
   require 1 > 2, "this goes
   on"
 }
 // --- an escape that means nothing
-use "c:\models\column.gml" (column)
+use ".\column.gml" (column)
+// +++ .\column.gml
+fn column() = 3mm
 // --- smart quotes
 use “column.gml” (column)
+// +++ column.gml
+fn column() = 3mm
 // --- the sign for degrees
 fn f() = sin(30°)
 // --- a hash begins no comment

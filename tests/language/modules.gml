@@ -37,7 +37,6 @@ let x = a
 
 // Error: elsewhere: '(' is never closed
 // --- a broken file
-// Error: 19-20 'broken.gml' has no 'a'
 use "broken.gml" (a)
 let x = a
 

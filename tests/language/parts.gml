@@ -70,7 +70,7 @@ model m {
   // Hint: did you mean 0deg?
   param c: angle in 0..10deg = 1deg
   // Error: 12-15 a param must be real, length or angle, and this is a whole number
-  // Hint: use `input` for what is not fitted
+  // Hint: what is not fitted is an 'input'
   param d: int = 3
   part p = disc(a + b + 1mm * d * c)
 }

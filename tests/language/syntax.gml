@@ -16,7 +16,7 @@ fn f(x) {
 let c = (1 + 2
 
 // --- a misspelt keyword
-// Error: 1-6 expected a declaration ('let', 'param', 'part', ...), found 'modle'
+// Error: 1-6 'modle' is no word of the language
 // Hint: did you mean 'model'?
 modle m {
   param r: length = 3mm
@@ -24,28 +24,28 @@ modle m {
 
 // --- shapes need names
 model m {
-  // Error: 3-11 expected a declaration ('let', 'param', 'part', ...), found 'cylinder'
-  // Hint: a shape gets a name: 'part NAME = ...'
+  // Error: 3-11 a shape must be given a name
+  // Hint: write 'part NAME = ...'
   cylinder(3mm, 4mm)
 }
 
 // --- values need let
 model m {
-  // Error: 3-4 expected a declaration ('let', 'param', 'part', ...), found 'r'
+  // Error: 3-4 'r' is not declared
   // Hint: 'let r = ...' names a value
   r = 3mm
   part p = cylinder(3mm, 4mm)
 }
 
 // --- units are glued to numbers
-// Error: 11-13 expected an operator or the end of the line, found 'mm'
-// Hint: a unit is glued to its number: '3mm'
+// Error: 9-13 a unit is glued to its number
+// Hint: write '3mm'
 let a = 3 mm
 // Error: 9-12 'kg' is no unit
 // Hint: the units are mm, cm, m, in, deg, rad and turn; a product is written '3 * kg'
 let b = 3kg
-// Error: 12-15 expected an operator or the end of the line, found 'deg'
-// Hint: a unit is glued to its number: '30deg'
+// Error: 9-15 a unit is glued to its number
+// Hint: write '30deg'
 let c = 30 deg
 let d = 1.5in + 2e-3m
 
@@ -55,31 +55,32 @@ let d = 1.5in + 2e-3m
 fn inside(x: real) -> bool = 0 < x < 1
 
 // --- words of other languages
-// Error: 40-41 '&' means nothing here
-// Hint: 'and' joins two conditions
+// Error: 40-42 '&&' means nothing here
+// Hint: conditions are joined with 'and'
 fn f(x: real, y: real) -> bool = x > 0 && y > 0
-// Error: 40-41 expected an operator or the end of the line, found '|'
-// Hint: 'or' joins two conditions
+// Error: 40-42 there is no operator '||'
+// Hint: conditions are joined with 'or'
 fn g(x: real, y: real) -> bool = x > 0 || y > 0
 // Error: 25-26 '!' means nothing here
-// Hint: 'not' negates a condition
+// Hint: a condition is negated with 'not'
 fn h(x: real) -> bool = !(x > 0)
-// Error: 28-29 expected a value, found '*'
+// Error: 27-29 there is no operator '**'
 // Hint: a power is written 'a ^ b'
 fn k(x: real) -> real = x ** 2
-// Error: 30-31 expected '{', found '='
-// Hint: '==' compares two values
+// Error: 30-31 '=' names a value; it does not compare
+// Hint: two values are compared with '=='
 fn l(x: real) -> real = if x = 0 { 1 } else { 2 }
 
 // --- a prime stands at what it differentiates
-// Error: 9-14 a prime must directly follow what it differentiates, as in f' or s'u
-// Hint: texts are written in double quotes
+// Error: 9-15 texts are written in double quotes
+// Hint: use double quotes
 let a = 'text'
 
 // --- brackets
 // Error: 25-26 '(' is never closed
 fn f(x: real) -> real = (x + 1
 // Error: 30-31 ')' closes nothing
+// Hint: leave it out
 fn g(x: real) -> real = x + 1)
 
 // --- only the last line of a block is its value
@@ -99,6 +100,5 @@ model m {
   use std.curve (bezier)
   // Error: 13-30 this belongs in the body of a model
   // Hint: write it directly between the braces of `model name { ... }`
-  // Error: 32-33 there is no 'y' here
   let a = { param y: real = 1; y }
 }

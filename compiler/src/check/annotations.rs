@@ -1,9 +1,9 @@
 //! Written types: what they ask of a value.
 
 use super::context::Checker;
-use super::typed::{Expr, Type};
+use super::typed::{Expr, ExprKind, Type};
 use super::types::{ClosureId, Dimension, Exponent};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Diagnostic, Edit, Suggestion};
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{TypeExpr, TypeKind};
@@ -150,10 +150,18 @@ impl Checker<'_> {
             None => {
                 let message = format!("{what} must be {}, but this is {}", wanted.describe(), self.describe(&expr.ty));
                 let error = Diagnostic::error(mismatch_code(&expr.ty, wanted), expr.span, message);
-                let mend = self.unit_hint(&expr, wanted);
+                let mend = self.unit_hint(&expr, wanted).or_else(|| self.call_meant(&expr));
                 self.fail(error.mend(mend))
             }
         }
+    }
+
+    /// A function without arguments, or a model, that stands where a value is wanted was most likely meant to be called.
+    pub(super) fn call_meant(&self, expr: &Expr) -> Option<Suggestion> {
+        let Type::Closure(id) = expr.ty else { return None };
+        let named = matches!(&expr.kind, ExprKind::Aggregate(captures) if captures.is_empty());
+        let called = Suggestion { message: "call it".to_owned(), edits: vec![Edit::after(expr.span, "()")] };
+        (named && self.arity(id) == 0).then_some(called)
     }
 
     /// The type that a value of type `from` takes on where `wanted` is asked for.
@@ -201,6 +209,8 @@ impl Checker<'_> {
             && parts.iter().any(|t| matches!(t, Type::Int(_) | Type::Real(Dimension::NONE)))
         {
             error = error.hint("coordinates are lengths: write 0mm for 0, and multiply bare numbers by 1mm");
+        } else if matches!(ty, Type::Real(_) | Type::Int(_)) {
+            error = error.hint("a point is written (x, y) or (x, y, z), in lengths");
         }
         self.report(error);
         false

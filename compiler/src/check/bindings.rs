@@ -18,7 +18,9 @@ impl<'a> Checker<'a> {
             Some(result) => self.expr(result),
             None => {
                 let message = "this block has no value: its last line must be an expression";
-                self.fail(Diagnostic::error("no-value", span, message))
+                let brace = Span { start: span.end.saturating_sub(1).max(span.start), ..span };
+                self.report(Diagnostic::error("no-value", brace, message).label("a value is missing before this"));
+                error(span)
             }
         };
         self.env.names.truncate(mark);
@@ -29,7 +31,9 @@ impl<'a> Checker<'a> {
     pub(super) fn statement(&mut self, item: &'a Item, out: &mut Vec<Statement>) {
         match &item.kind {
             ItemKind::Let(decl) => {
+                let outer = self.defining.replace(&decl.pattern);
                 let mut value = self.expr(&decl.value);
+                self.defining = outer;
                 if let Some(ty) = &decl.ty {
                     let wanted = self.wanted(ty);
                     value = self.fit(value, &wanted, "the value");
@@ -46,11 +50,20 @@ impl<'a> Checker<'a> {
             }
             ItemKind::Derivative(decl) => self.report(super::modules::unsupported_derivative(decl)),
             ItemKind::Error => {}
-            ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) => {
+            ItemKind::Param(ast::ParamDecl { name, .. })
+            | ItemKind::Input(ast::ParamDecl { name, .. })
+            | ItemKind::Part(ast::PartDecl { name, .. }) => {
                 let error = Diagnostic::error("misplaced", item.span, "this belongs in the body of a model");
                 self.report(error.hint("write it directly between the braces of `model name { ... }`"));
+                let unknown = self.local(&name.text, Type::Error, name.span);
+                self.env.names.push((&name.text, Binding::Local(unknown)));
             }
-            ItemKind::Use(_) | ItemKind::Model(_) | ItemKind::For(_) | ItemKind::If(_) => {
+            ItemKind::Model(decl) => {
+                let message = "a model belongs at the top of the file";
+                let error = Diagnostic::error("misplaced", decl.name.span, message);
+                self.report(error.hint("define it there, and use it here: 'part NAME = MODEL()'"));
+            }
+            ItemKind::Use(_) | ItemKind::For(_) | ItemKind::If(_) => {
                 self.report(Diagnostic::error("misplaced", item.span, "this belongs at the top of the file"));
             }
         }

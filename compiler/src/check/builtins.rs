@@ -109,6 +109,7 @@ impl<'a> Checker<'a> {
     /// The arguments of a built-in function in order.
     pub(super) fn builtin_args(&mut self, builtin: Builtin, args: Vec<Given<'a>>, span: Span) -> Option<Vec<Expr>> {
         let (name, params) = builtin.entry();
+        let count = args.len();
         let mut slots: Vec<Option<Expr>> = Vec::new();
         for (i, arg) in args.into_iter().enumerate() {
             let at = match arg.label {
@@ -120,7 +121,7 @@ impl<'a> Checker<'a> {
                         let diagnostic = Diagnostic::error("unknown-label", label.span, message);
                         self.report(match nearest(&label.text, params.iter().copied()) {
                             Some(near) => diagnostic.did_you_mean(label.span, near),
-                            None => diagnostic.hint(format!("its parameters are {}", params.join(", "))),
+                            None => diagnostic.hint(super::calls::parameters_in_words(params)),
                         });
                         return None;
                     }
@@ -140,7 +141,8 @@ impl<'a> Checker<'a> {
                     1 => "one argument".to_owned(),
                     n => format!("{n} arguments: {}", params.join(", ")),
                 };
-                self.report(Diagnostic::error("arguments", span, format!("'{name}' takes {wanted}")));
+                let message = format!("'{name}' takes {wanted}, and here it is given {count}");
+                self.report(Diagnostic::error("arguments", span, message));
                 None
             }
         }
@@ -228,7 +230,12 @@ impl<'a> Checker<'a> {
         }
         let message = format!("'{}' wants a bare number, and this is {d}", builtin.entry().0);
         let diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
-        self.report(diagnostic.hint("divide by one of the same kind, such as x / 1mm"));
+        let length = d == Dimension::LENGTH;
+        self.report(if length {
+            diagnostic.suggest("divide it by a length, such as 1mm", super::convert::followed_by(&x, " / 1mm"))
+        } else {
+            diagnostic.hint("divide by one of the same kind, such as x / 1mm")
+        });
         None
     }
 

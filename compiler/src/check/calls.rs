@@ -265,7 +265,11 @@ impl<'a> Checker<'a> {
             .collect();
         if good && !missing.is_empty() {
             let list = missing.iter().map(|m| format!("'{m}'")).collect::<Vec<_>>().join(" and ");
-            let message = format!("this call of {name} lacks {list}");
+            let message = if name.starts_with('\'') {
+                format!("this call of {name} lacks {list}")
+            } else {
+                format!("a function is called here without {list}")
+            };
             self.report(self.with_definition(id, Diagnostic::error("arguments", span, message)));
         }
         (good && missing.is_empty()).then_some(slots)
@@ -278,7 +282,7 @@ impl<'a> Checker<'a> {
         match nearest(&label.text, names.iter().copied()) {
             Some(near) => diagnostic.did_you_mean(label.span, near),
             None if names.is_empty() => diagnostic,
-            None => diagnostic.hint(format!("its parameters are {}", names.join(", "))),
+            None => diagnostic.hint(parameters_in_words(&names)),
         }
     }
 
@@ -290,6 +294,14 @@ impl<'a> Checker<'a> {
             Code::Model(_, model) => diagnostic.related(model.name.span, "defined here"),
             _ => diagnostic,
         }
+    }
+}
+
+/// `its parameters are a, b`.
+pub(super) fn parameters_in_words(names: &[&str]) -> String {
+    match names {
+        [only] => format!("its only parameter is '{only}'"),
+        _ => format!("its parameters are {}", names.join(", ")),
     }
 }
 

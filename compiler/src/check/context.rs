@@ -32,6 +32,8 @@ pub(super) struct Checker<'a> {
     pub(super) trail: Vec<Step>,
     /// Free names of lambdas and functions, by the address of their tree.
     pub(super) free_names: HashMap<usize, Rc<[&'a str]>>,
+    /// The names of the `let` whose value is being checked.
+    pub(super) defining: Option<&'a ast::Pattern>,
     /// Where numbers are written without a unit.
     pub(super) bare_literals: HashSet<Span>,
     diagnostics: Vec<Diagnostic>,
@@ -123,6 +125,7 @@ impl<'a> Checker<'a> {
             env: Env { module: 0, names: Vec::new() },
             trail: Vec::new(),
             free_names: HashMap::new(),
+            defining: None,
             bare_literals: HashSet::new(),
             diagnostics: Vec::new(),
             reported: HashSet::new(),
@@ -182,6 +185,10 @@ impl<'a> Checker<'a> {
                 return;
             }
             let name = quoted(&steps[last].1);
+            let of_arguments = ["dimension-mismatch", "type-mismatch", "arguments", "wrong-result"];
+            if name.starts_with('\'') && of_arguments.contains(&&*diagnostic.code) {
+                diagnostic.message = format!("{name} cannot be called with these arguments: {}", diagnostic.message);
+            }
             let label = std::mem::take(&mut diagnostic.label);
             let label = if label.is_empty() { format!("in {name}") } else { format!("in {name}: {label}") };
             diagnostic.related.push((inner, label));
@@ -193,7 +200,10 @@ impl<'a> Checker<'a> {
             for (i, (span, name)) in steps.iter().enumerate().rev() {
                 // The nearest calls and the outermost; in between they repeat themselves.
                 if !long || i < 2 || i + 5 > steps.len() {
-                    diagnostic.trail.push((*span, format!("in {}, called here", quoted(name))));
+                    let step = (*span, format!("in {}, called here", quoted(name)));
+                    if !diagnostic.trail.contains(&step) {
+                        diagnostic.trail.push(step);
+                    }
                 }
             }
         }

@@ -154,7 +154,7 @@ impl<'a> Checker<'a> {
 }
 
 /// Edits that put a factor or divisor after an expression, in parentheses where it may hold a looser operator.
-fn followed_by(expr: &Expr, text: &str) -> Vec<Edit> {
+pub(super) fn followed_by(expr: &Expr, text: &str) -> Vec<Edit> {
     fn is_tight(expr: &Expr) -> bool {
         match &expr.kind {
             ExprKind::Local(_) | ExprKind::Call(_) | ExprKind::Int(_) | ExprKind::Real(_) => true,

@@ -4,7 +4,7 @@ use super::context::{Checker, Code, error};
 use super::operators::map_dimensions;
 use super::typed::{Call, Expr, ExprKind, LocalId, Type};
 use super::types::ClosureId;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit, Suggestion};
 use crate::source::Span;
 use crate::syntax::ast::{self, Ident};
 
@@ -41,11 +41,11 @@ impl<'a> Checker<'a> {
             }
             let message = format!("{name} has {} arguments: say in which one to derive", params.len());
             let diagnostic = Diagnostic::error("no-derivative", span, message);
-            let hint = params.first().map(|p| format!("name it after the prime, as in f'{}", p.name));
-            self.report(match hint {
-                Some(hint) => diagnostic.hint(hint),
-                None => diagnostic,
+            let first = params.first().map(|p| Suggestion {
+                message: format!("name it after the prime, as in f'{}", p.name),
+                edits: vec![Edit::after(span, p.name)],
             });
+            self.report(diagnostic.mend(first));
             return None;
         };
         let position =

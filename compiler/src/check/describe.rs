@@ -25,6 +25,7 @@ impl Checker<'_> {
                     return format!("the model '{}'", model.name.text);
                 }
                 match self.arity(*id) {
+                    0 => "a function without arguments".to_owned(),
                     1 => "a function of one argument".to_owned(),
                     n => format!("a function of {n} arguments"),
                 }
@@ -43,7 +44,10 @@ impl Checker<'_> {
             return format!("a tuple of {}", types.len());
         }
         let parts: Vec<String> = types.iter().map(|t| self.describe(t)).collect();
-        format!("a tuple of {}", parts.join(" and "))
+        match &parts[..] {
+            [first @ .., last] if !first.is_empty() => format!("a tuple of {} and {last}", first.join(", ")),
+            _ => format!("a tuple of {}", parts.join("")),
+        }
     }
 }
 

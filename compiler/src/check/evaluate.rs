@@ -1,11 +1,12 @@
 //! Values of typed expressions, for what must be known while compiling: defaults and bounds.
 
 use super::context::Checker;
-use super::typed::{Call, Expr, ExprKind, Function, FunctionId, LocalId, Model, Statement, Type};
+use super::typed::{Call, Expr, ExprKind, Function, FunctionId, LocalId, Model, Param, Statement, Type};
 use super::types::ClosureId;
 use super::values::{self, Value, component, number};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::program::Quantity;
+use crate::source::Span;
 use std::collections::HashMap;
 
 /// How many nodes one evaluation may visit.
@@ -86,7 +87,15 @@ pub(super) fn defaults(model: &mut Model, defaults: &[Option<Expr>], checker: &C
         if lower > upper {
             let message =
                 format!("the bounds of '{}' are the wrong way round: {} to {}", param.name, shown(lower), shown(upper));
-            diagnostics.push(Diagnostic::error("out-of-bounds", param.span, message));
+            let error = Diagnostic::error("out-of-bounds", bounds_span(param).unwrap_or(param.span), message);
+            let literal = |e: &Option<Expr>| matches!(e.as_ref().map(|e| &e.kind), Some(ExprKind::Real(_)));
+            diagnostics.push(match bounds_span(param) {
+                Some(span) if literal(&param.lower) && literal(&param.upper) => {
+                    let swapped = format!("{}..{}", shown(upper), shown(lower));
+                    error.suggest(format!("write '{swapped}'"), [Edit::replace(span, swapped)])
+                }
+                _ => error,
+            });
         } else if (default < lower || default > upper) && e.as_ref().is_some_and(|e| !e.ty.is_error()) {
             let message = format!(
                 "the default of '{}', {}, lies outside of its bounds {} to {}",
@@ -96,10 +105,19 @@ pub(super) fn defaults(model: &mut Model, defaults: &[Option<Expr>], checker: &C
                 shown(upper)
             );
             let span = e.as_ref().map_or(param.span, |e| e.span);
-            diagnostics.push(Diagnostic::error("out-of-bounds", span, message));
+            let error = Diagnostic::error("out-of-bounds", span, message);
+            diagnostics.push(match bounds_span(param) {
+                Some(bounds) => error.related(bounds, "its bounds"),
+                None => error,
+            });
         }
     }
     diagnostics
+}
+
+/// Where both bounds are written.
+fn bounds_span(param: &Param) -> Option<Span> {
+    Some(param.lower.as_ref()?.span.to(param.upper.as_ref()?.span))
 }
 
 fn in_units(x: f64, quantity: Quantity) -> String {

@@ -157,7 +157,7 @@ impl<'a> Checker<'a> {
                 let wrong = if matches!(a.ty, Type::Int(_)) { &b } else { &a };
                 let message = format!("a range runs over whole numbers, and this is {}", self.describe(&wrong.ty));
                 let diagnostic = Diagnostic::error("type-mismatch", wrong.span, message)
-                    .hint("for n steps over 0..1 write: for i in 0..n { ... i / n ... }");
+                    .hint("a count is a literal or an 'input n: int'; for n steps over 0..1 write: for i in 0..n { ... i / n ... }");
                 self.fail(diagnostic)
             }
         }

@@ -12,7 +12,7 @@ pub(super) enum Foreign {
 pub(super) fn meaning(name: &str) -> Option<Foreign> {
     use Foreign::{Hint, Name};
     Some(match name {
-        "PI" | "Pi" => Name("pi"),
+        "PI" | "Pi" | "π" => Name("pi"),
         "TAU" => Name("tau"),
         "log" => Name("ln"),
         "arcsin" => Name("asin"),

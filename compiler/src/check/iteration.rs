@@ -5,7 +5,7 @@ use super::context::{Checker, error, int, known};
 use super::expressions::element;
 use super::operators::is_number;
 use super::typed::{Expr, ExprKind, Statement, Type};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp, Pattern};
 
@@ -66,7 +66,11 @@ impl<'a> Checker<'a> {
                 let message = format!("'for' runs over a range or an array, and this is {}", self.describe(other));
                 let diagnostic = Diagnostic::error("type-mismatch", span, message);
                 let number = matches!(other, Type::Int(_));
-                self.report(if number { diagnostic.hint("for n turns write 0..n") } else { diagnostic });
+                self.report(if number {
+                    diagnostic.suggest("for n turns write 0..n", [Edit::before(span, "0..")])
+                } else {
+                    diagnostic
+                });
                 return None;
             }
         };

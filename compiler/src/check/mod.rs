@@ -47,6 +47,7 @@ mod tests;
 
 pub use print::print;
 pub use scope::{Kind, Known};
+pub use stdlib::MODULES as STANDARD_LIBRARY;
 
 pub(crate) use model::dimension;
 
@@ -117,6 +118,7 @@ pub fn check(
     let mut checker = context::Checker::new(&modules, options);
     let model = checker.check_main(inputs);
     diagnostics.extend(checker.into_diagnostics());
+    diagnostics.iter_mut().for_each(|d| without_double_parentheses(d, sources));
     diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
     let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
     if failed {
@@ -124,4 +126,31 @@ pub fn check(
         diagnostics.retain(|d| d.severity == Severity::Error);
     }
     (model.filter(|_| !failed), diagnostics)
+}
+
+/// A mend that puts something in parentheses leaves them out where it has some already.
+fn without_double_parentheses(diagnostic: &mut Diagnostic, sources: &Sources) {
+    for suggestion in &mut diagnostic.suggestions {
+        let [open, close] = &mut suggestion.edits[..] else { continue };
+        let inner = sources.text(open.span.to(close.span));
+        if open.replacement == "(" && close.replacement.starts_with(')') && is_in_parentheses(inner) {
+            open.replacement.clear();
+            close.replacement.remove(0);
+        }
+        suggestion.edits.retain(|e| e.span.start < e.span.end || !e.replacement.is_empty());
+    }
+}
+
+/// Whether the first character opens what the last closes.
+fn is_in_parentheses(text: &str) -> bool {
+    let mut depth = 0;
+    let closes = text.char_indices().find_map(|(at, c)| {
+        match c {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+        (depth == 0).then_some(at)
+    });
+    text.starts_with('(') && closes == Some(text.len() - 1)
 }

@@ -7,7 +7,7 @@ use super::evaluate;
 use super::typed::{Binary, Expr, Input, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::program::Quantity;
 use crate::source::Span;
 use crate::suggest::nearest;
@@ -183,6 +183,8 @@ impl<'a> Checker<'a> {
                     let message =
                         format!("'{}' must stand directly in its model, not in a loop or condition", decl.name.text);
                     self.report(Diagnostic::error("misplaced", item.span, message));
+                    let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
+                    self.env.names.push((&decl.name.text, Binding::Local(unknown)));
                 }
                 ItemKind::Param(decl) | ItemKind::Input(decl) => {
                     let free = matches!(item.kind, ItemKind::Param(_));
@@ -247,11 +249,18 @@ impl<'a> Checker<'a> {
             _ => {
                 let message = format!("a param must be real, length or angle, and this is {}", wanted.describe());
                 let diagnostic = Diagnostic::error("invalid-type", decl.ty.span, message);
+                let keyword = Span { end: item.span.start + "param".len() as u32, ..item.span };
                 self.report(match wanted {
-                    Wanted::Int | Wanted::Bool => diagnostic.hint("use `input` for what is not fitted"),
+                    Wanted::Int | Wanted::Bool => {
+                        diagnostic.suggest("what is not fitted is an 'input'", [Edit::replace(keyword, "input")])
+                    }
+                    Wanted::Tuple(_) | Wanted::Point => {
+                        diagnostic.hint("declare its coordinates, and write (x, y, z) for the point")
+                    }
                     _ => diagnostic,
                 });
-                Quantity::Real
+                let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
+                return self.declare(decl, unknown, body);
             }
         };
         let wanted = Wanted::Real(dimension(quantity));
@@ -267,8 +276,13 @@ impl<'a> Checker<'a> {
             Some(e) => bound(self, e, "the default"),
             None => {
                 let message = format!("the parameter '{}' has no default", decl.name.text);
-                let hint = format!("add one, such as `= {}`", example(quantity));
-                self.report(Diagnostic::error("no-default", decl.name.span, message).hint(hint));
+                let hint = format!("add one, such as '= {}'", example(quantity));
+                let error = Diagnostic::error("no-default", decl.name.span, message);
+                self.report(if decl.bounds.is_none() {
+                    error.suggest(hint, [Edit::after(item.span, format!(" = {}", example(quantity)))])
+                } else {
+                    error.hint(hint)
+                });
                 None
             }
         };

@@ -2,7 +2,7 @@
 
 use super::free;
 use super::stdlib::{self, MODULES};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::{FileId, Loader, Sources, Span};
 use crate::suggest::nearest;
 use crate::syntax::ast::{DerivativeDecl, File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
@@ -50,7 +50,8 @@ pub(super) struct Module<'a> {
     pub(super) imports: HashMap<&'a str, usize>,
     /// Modules used whole, by the last part of their name.
     pub(super) whole: HashMap<&'a str, usize>,
-    /// Names that a `use` should have brought, whose module could not be had.
+    /// Names that a `use` should have brought, whose module could not be had, or that a statement which could not be read
+    /// may declare.
     pub(super) broken: HashSet<&'a str>,
     /// Its statements in the scope of a session's model.
     pub(super) inner: &'a [Item],
@@ -226,8 +227,12 @@ impl Reader<'_> {
         }
         let mut error = Diagnostic::error("unknown-module", span, format!("there is no module '{name}'"));
         let list = MODULES.iter().map(|(n, _)| *n);
-        error = match nearest(&name, list.clone()) {
+        let full = format!("std.{name}");
+        error = match list.clone().find(|module| *module == full).or_else(|| nearest(&name, list.clone())) {
             Some(near) => error.did_you_mean(span, near),
+            None if last.text == "gml" => {
+                error.suggest("a file is named in quotes", [Edit::before(span, "\""), Edit::after(span, "\"")])
+            }
             None if first.text != "std" => error.hint("a file is named in quotes: use \"column.gml\" (column)"),
             None => error.hint(format!("the modules are {}", list.collect::<Vec<_>>().join(", "))),
         };
@@ -251,6 +256,15 @@ impl Reader<'_> {
                 }
                 let id = self.sources.add(file.name.clone(), file.text.clone());
                 Some(self.parse(id, file.name, &file.text, false))
+            }
+            // What is wrong with the text was said.
+            Err(_)
+                if self
+                    .diagnostics
+                    .iter()
+                    .any(|d| d.span.file == span.file && d.span.start > span.start && d.span.end <= span.end) =>
+            {
+                None
             }
             Err(reason) => {
                 self.diagnostics.push(Diagnostic::error("file-not-found", span, reason));
@@ -311,6 +325,7 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
                 earlier: file.earlier,
                 ..Module::default()
             };
+            module.broken = file.ast.unread.iter().map(String::as_str).collect();
             for item in module.items {
                 define(&mut module, item, &mut diagnostics);
             }
@@ -366,6 +381,9 @@ pub(super) fn private_name(name: &str, definition: Definition<'_>, span: Span) -
 }
 
 fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
+    if module.broken.contains(name.text.as_str()) {
+        return None;
+    }
     if let Some(definition) = module.definitions.get(name.text.as_str()) {
         return is_private(&name.text).then(|| private_name(&name.text, *definition, name.span));
     }

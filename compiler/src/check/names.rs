@@ -9,7 +9,7 @@ use super::typed::{Call, Expr, ExprKind, Type};
 use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
 use crate::suggest::{nearest, nearest_of};
-use crate::syntax::ast::{Let, Pattern};
+use crate::syntax::ast::{Item, ItemKind, Let, Pattern};
 
 impl<'a> Checker<'a> {
     /// The value of a name.
@@ -144,6 +144,11 @@ impl<'a> Checker<'a> {
         let own: Vec<&str> = module.definitions.keys().copied().chain(module.imported()).collect();
         let built_in: Vec<&str> = builtins::names().collect();
         let library: Vec<&str> = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).collect();
+        if self.defining.is_some_and(|pattern| path_to(pattern, name).is_some()) {
+            let message = format!("'{name}' is not known yet within its own definition");
+            let hint = "a line that begins with '-' continues the one before; a negative value is written '(-a)'";
+            return Diagnostic::error("unknown-name", span, message).hint(hint);
+        }
         if let Some(near) = nearest_of(name, &[&locals, &own]) {
             return error.did_you_mean(span, near);
         }
@@ -155,8 +160,15 @@ impl<'a> Checker<'a> {
                 Foreign::Hint(hint) => error.hint(hint),
             };
         }
-        if self.defined_in_model(name) {
-            return error.hint("it is defined further down: move its definition up, before this line");
+        match self.defined_in_model(name, span) {
+            Some((_, true)) => {
+                return error.hint("it is defined further down: move its definition up, before this line");
+            }
+            Some((model, false)) => {
+                return error
+                    .hint(format!("it belongs to the model '{model}', and functions outside get it as an argument"));
+            }
+            None => {}
         }
         match nearest_of(name, &[&built_in, &library]) {
             Some(near) => error.did_you_mean(span, near),
@@ -164,19 +176,23 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Whether some model of the file defines the name (so that it is not in scope yet, or elsewhere).
-    fn defined_in_model(&self, name: &str) -> bool {
-        use crate::syntax::ast::ItemKind;
-        self.modules[self.env.module].items.iter().any(|item| match &item.kind {
-            ItemKind::Model(model) => model.items.iter().any(|i| match &i.kind {
-                ItemKind::Function(decl) => decl.name.text == name,
-                ItemKind::Param(decl) | ItemKind::Input(decl) => decl.name.text == name,
-                ItemKind::Let(decl) => path_to(&decl.pattern, name).is_some(),
-                ItemKind::Part(decl) => decl.name.text == name,
-                _ => false,
-            }),
+    /// The model of the file that defines the name, which is not in scope, and whether it was used within.
+    fn defined_in_model(&self, name: &str, span: Span) -> Option<(&'a str, bool)> {
+        let defines = |item: &Item| match &item.kind {
+            ItemKind::Function(decl) => decl.name.text == name,
+            ItemKind::Param(decl) | ItemKind::Input(decl) => decl.name.text == name,
+            ItemKind::Let(decl) => path_to(&decl.pattern, name).is_some(),
+            ItemKind::Part(decl) => decl.name.text == name,
             _ => false,
-        })
+        };
+        let models = self.modules[self.env.module].items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Model(model) if model.items.iter().any(defines) => {
+                let inside = item.span.start <= span.start && span.end <= item.span.end;
+                Some((model.name.text.as_str(), inside))
+            }
+            _ => None,
+        });
+        models.max_by_key(|(_, inside)| *inside)
     }
 }
 

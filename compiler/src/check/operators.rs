@@ -6,7 +6,7 @@ use super::context::{Checker, boolean, error, int, known};
 use super::convert::{exponent_error, is_bare_literal};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp};
 
@@ -279,7 +279,14 @@ impl<'a> Checker<'a> {
         if !db.is_none() && !db.angle {
             let message = format!("an exponent must be a bare number, and this is {db}");
             let diagnostic = Diagnostic::error("dimension-mismatch", b.span, message);
-            return self.fail(diagnostic.hint("divide it by a length, such as 1mm"));
+            return self.fail(if db == Dimension::LENGTH {
+                diagnostic.suggest(
+                    "divide it by a length, such as 1mm",
+                    vec![Edit::before(b.span, "("), Edit::after(b.span, " / 1mm)")],
+                )
+            } else {
+                diagnostic
+            });
         }
         let d = if da.is_none() || da.angle {
             Dimension::NONE

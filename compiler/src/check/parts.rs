@@ -80,7 +80,8 @@ impl<'a> Checker<'a> {
                 self.report(if curve {
                     diagnostic.hint("make a surface of the curve: revolve(curve), or tube(curve, radius: 5mm)")
                 } else {
-                    diagnostic
+                    let mend = self.call_meant(&shape);
+                    diagnostic.mend(mend)
                 });
             }
         }

@@ -16,6 +16,8 @@ pub struct Ident {
 pub struct File {
     /// Top-level items in the order in which they are written.
     pub items: Vec<Item>,
+    /// Names that statements which could not be read most likely declare: nothing is to be said of their absence.
+    pub unread: Vec<String>,
 }
 
 /// A top-level item, or an item of a model's body.

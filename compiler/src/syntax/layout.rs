@@ -4,11 +4,11 @@
 //! What leaves this pass has only matched brackets, at most [`NESTING_LIMIT`] deep; a bracket that had to be made up
 //! to that end has an empty span.
 
+use super::scan::scan;
 use super::token::Token;
 use super::{NESTING_LIMIT, spanned};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::FileId;
-use logos::Logos;
 
 /// A token and its bytes in the file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,13 +21,25 @@ pub(crate) struct Lexeme {
 /// The tokens of a file. With `statements` false the text is one expression, and line ends mean nothing outside
 /// blocks.
 pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
+    let (raw, mut diagnostics) = scan(file, text);
     let mut layout = Layout::new(file, text, statements);
-    if !layout.run() {
+    let fits = layout.run(&raw);
+    if fits && !layout.open.is_empty() {
+        // A brace was forgotten somewhere: where the lines are indented, they tell where.
+        let mut indented = Layout { by_indentation: true, ..Layout::new(file, text, statements) };
+        let fits = indented.run(&raw);
+        indented.close_all(text.len() as u32);
+        if fits && indented.diagnostics.len() <= layout.diagnostics.len() + layout.open.len() {
+            layout = indented;
+        }
+    }
+    if !fits {
         // Brackets nested beyond the limit: what follows would only be misread.
-        return (Vec::new(), layout.diagnostics);
+        return (Vec::new(), [diagnostics, layout.diagnostics].concat());
     }
     layout.close_all(text.len() as u32);
-    (layout.out, layout.diagnostics)
+    diagnostics.append(&mut layout.diagnostics);
+    (layout.out, diagnostics)
 }
 
 /// How a text of statements ends.
@@ -42,9 +54,11 @@ pub(super) struct End {
 
 /// How a text of statements ends.
 pub(super) fn end(text: &str) -> End {
+    let (raw, wrong) = scan(FileId::default(), text);
     let mut layout = Layout::new(FileId::default(), text, true);
-    let fits = layout.run();
-    End { open: !layout.open.is_empty(), doc: layout.doc.is_some(), wrong: !fits || !layout.diagnostics.is_empty() }
+    let fits = layout.run(&raw);
+    let wrong = !fits || !wrong.is_empty() || !layout.diagnostics.is_empty();
+    End { open: !layout.open.is_empty(), doc: layout.doc.is_some(), wrong }
 }
 
 struct Layout<'t> {
@@ -61,6 +75,8 @@ struct Layout<'t> {
     semicolon: bool,
     /// The doc comment since the last token.
     doc: Option<Lexeme>,
+    /// A line that is indented no further than the one that opened a brace ends the brace's block.
+    by_indentation: bool,
 }
 
 impl<'t> Layout<'t> {
@@ -75,68 +91,13 @@ impl<'t> Layout<'t> {
             line_end: false,
             semicolon: false,
             doc: None,
+            by_indentation: false,
         }
     }
 
-    /// Takes the whole text; false where brackets are nested too deep.
-    fn run(&mut self) -> bool {
-        let raw = self.scan();
-        (0..raw.len()).all(|i| self.step(raw[i], &raw[i + 1..]))
-    }
-
-    /// Runs the lexer; what it rejects becomes error tokens.
-    fn scan(&mut self) -> Vec<Lexeme> {
-        let mut raw: Vec<Lexeme> = Vec::new();
-        for (result, range) in Token::lexer(self.text).spanned() {
-            let mut lexeme =
-                Lexeme { token: result.unwrap_or(Token::Error), start: range.start as u32, end: range.end as u32 };
-            match lexeme.token {
-                Token::Error => {
-                    // One message for a run of rubbish.
-                    match raw.last_mut() {
-                        Some(last) if last.token == Token::Error && last.end == lexeme.start => {
-                            last.end = lexeme.end;
-                            continue;
-                        }
-                        _ => self.report_rubbish(lexeme),
-                    }
-                }
-                Token::Prime | Token::PrimeName if !raw.last().is_some_and(|l| can_be_primed(*l, lexeme)) => {
-                    lexeme.token = Token::Error;
-                    if raw.last().is_some_and(|l| l.token == Token::Error && l.end == lexeme.start) {
-                        continue;
-                    }
-                    let message = "a prime must directly follow what it differentiates, as in f' or s'u";
-                    let hint = "texts are written in double quotes";
-                    let span = spanned(self.file, lexeme.start, lexeme.end);
-                    self.diagnostics.push(Diagnostic::error("stray-prime", span, message).hint(hint));
-                }
-                _ => {}
-            }
-            raw.push(lexeme);
-        }
-        raw
-    }
-
-    fn report_rubbish(&mut self, lexeme: Lexeme) {
-        let span = spanned(self.file, lexeme.start, lexeme.end);
-        let text = &self.text[lexeme.start as usize..lexeme.end as usize];
-        let diagnostic = if text.starts_with('"') {
-            Diagnostic::error("unclosed-text", span, "this text is not closed on its line")
-                .hint("end it with a double quote, and write a double quote inside it as \\\"")
-        } else {
-            let shown: String = text.chars().take(8).flat_map(char::escape_debug).collect();
-            let diagnostic = Diagnostic::error("unknown-character", span, format!("'{shown}' means nothing here"));
-            match text.chars().next() {
-                Some('&') => diagnostic.hint("'and' joins two conditions"),
-                Some('!') => diagnostic.hint("'not' negates a condition"),
-                Some('#') => diagnostic.hint("comments begin with '//'"),
-                Some('°') => diagnostic.hint("degrees are written '30deg'"),
-                Some('“' | '”' | '‘' | '’') => diagnostic.hint("texts are written in straight double quotes"),
-                _ => diagnostic,
-            }
-        };
-        self.diagnostics.push(diagnostic);
+    /// Takes all raw tokens. False where brackets are nested too deep.
+    fn run(&mut self, raw: &[Lexeme]) -> bool {
+        raw.iter().enumerate().all(|(i, lexeme)| self.step(*lexeme, &raw[i + 1..]))
     }
 
     /// Takes one raw token; `rest` are those after it. False where brackets are nested too deep.
@@ -175,11 +136,29 @@ impl<'t> Layout<'t> {
     /// A line that begins with a keyword of an item cannot lie within brackets other than braces: a bracket before it
     /// was forgotten.
     fn recover_unclosed(&mut self, lexeme: Lexeme) {
-        if self.line_end && lexeme.token.begins_item() {
+        if !self.line_end {
+            return;
+        }
+        if lexeme.token.begins_item() {
             while !self.in_statements() && !self.open.is_empty() {
                 self.close_unclosed(lexeme.start);
             }
         }
+        if self.by_indentation && !lexeme.token.is_closer() {
+            let indentation = self.indentation(lexeme.start);
+            while let Some(brace) = self.open.last()
+                && brace.token == Token::BraceOpen
+                && self.indentation(brace.start) >= indentation
+            {
+                self.close_unclosed(lexeme.start);
+            }
+        }
+    }
+
+    /// How far the line with that byte is indented.
+    fn indentation(&self, at: u32) -> usize {
+        let start = self.text[..at as usize].rfind('\n').map_or(0, |n| n + 1);
+        self.text[start..].chars().take_while(|c| matches!(c, ' ' | '\t')).count()
     }
 
     fn separate(&mut self, lexeme: Lexeme) {
@@ -243,7 +222,15 @@ impl<'t> Layout<'t> {
         if !self.open.iter().any(|b| b.token.closer() == Some(lexeme.token)) {
             let span = spanned(self.file, lexeme.start, lexeme.end);
             let text = &self.text[lexeme.start as usize..lexeme.end as usize];
-            self.diagnostics.push(Diagnostic::error("unmatched-bracket", span, format!("'{text}' closes nothing")));
+            if let Some(token) = self.mistaken(lexeme) {
+                self.open.pop();
+                self.out.push(Lexeme { token, ..lexeme });
+                return;
+            }
+            self.diagnostics.push(
+                Diagnostic::error("unmatched-bracket", span, format!("'{text}' closes nothing"))
+                    .suggest("leave it out", [Edit::remove(span)]),
+            );
             self.out.push(Lexeme { token: Token::Error, ..lexeme });
             return;
         }
@@ -252,6 +239,29 @@ impl<'t> Layout<'t> {
         }
         self.open.pop();
         self.out.push(lexeme);
+    }
+
+    /// Takes a closing bracket of the wrong kind for the one that was meant, on the line of the opening one.
+    fn mistaken(&mut self, lexeme: Lexeme) -> Option<Token> {
+        let bracket = *self.open.last()?;
+        let meant = bracket.token.closer()?;
+        let between = &self.text[bracket.end as usize..lexeme.start as usize];
+        if between.contains('\n') {
+            return None;
+        }
+        let spans = [bracket, lexeme].map(|l| spanned(self.file, l.start, l.end));
+        let [opening, closing] = [bracket, lexeme].map(|l| &self.text[l.start as usize..l.end as usize]);
+        let ours = match meant {
+            Token::ParenClose => ")",
+            Token::BracketClose => "]",
+            _ => "}",
+        };
+        self.diagnostics.push(
+            Diagnostic::error("unmatched-bracket", spans[1], format!("'{opening}' is not closed by '{closing}'"))
+                .related(spans[0], "opened here")
+                .suggest(format!("did you mean '{ours}'?"), [Edit::replace(spans[1], ours)]),
+        );
+        Some(meant)
     }
 
     fn close_unclosed(&mut self, at: u32) {
@@ -276,11 +286,6 @@ impl<'t> Layout<'t> {
 fn opens_record(rest: &[Lexeme]) -> bool {
     let mut tokens = rest.iter().map(|l| l.token).filter(|t| !matches!(t, Token::Newline | Token::Comment));
     tokens.next() == Some(Token::Name) && tokens.next() == Some(Token::Colon)
-}
-
-fn can_be_primed(last: Lexeme, prime: Lexeme) -> bool {
-    use Token::*;
-    last.end == prime.start && matches!(last.token, Name | ParenClose | BracketClose | BraceClose | Prime | PrimeName)
 }
 
 /// The message for a tree that would be too deep to walk.

@@ -1,7 +1,7 @@
 //! Numbers, texts and doc comments: from their spelling to their value.
 
 use super::ast::{ExprKind, Unit};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
 
 /// The value of a number with what is glued to it.
@@ -15,7 +15,8 @@ pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Box<Diagnostic>
     if unit.is_none() && digits.bytes().all(|c| c.is_ascii_digit()) {
         return digits.parse().map(ExprKind::Int).map_err(|_| {
             let hint = format!("as a real number it is written '{digits}.0'");
-            Box::new(Diagnostic::error("bad-number", span, "this whole number is too large").hint(hint))
+            let error = Diagnostic::error("bad-number", span, "this whole number is too large");
+            Box::new(error.suggest(hint, [Edit::after(span, ".0")]))
         });
     }
     match digits.parse::<f64>() {
@@ -57,14 +58,28 @@ fn unit(suffix: &str) -> Option<Unit> {
 }
 
 fn unknown_unit(span: Span, number: &str, suffix: &str) -> Box<Diagnostic> {
-    let message = format!("'{suffix}' is no unit");
-    let hint = match suffix {
-        "degree" | "degrees" | "grad" => "degrees are written 'deg'".to_owned(),
-        "inch" | "inches" => "inches are written 'in'".to_owned(),
-        "um" | "µm" | "nm" => format!("write it in millimetres, such as '{number}e-3mm'"),
-        _ => format!("the units are mm, cm, m, in, deg, rad and turn; a product is written '{number} * {suffix}'"),
+    let error = Diagnostic::error("unknown-unit", span, format!("'{suffix}' is no unit"));
+    let meant = match suffix {
+        "°" | "degree" | "degrees" | "grad" | "degs" => Some(("deg", "degrees are written 'deg'")),
+        "inch" | "inches" | "ins" => Some(("in", "inches are written 'in'")),
+        "radian" | "radians" | "rads" => Some(("rad", "radians are written 'rad'")),
+        "turns" | "rev" | "revs" => Some(("turn", "turns are written 'turn'")),
+        "MM" | "Mm" | "mM" | "mms" => Some(("mm", "millimetres are written 'mm'")),
+        "CM" | "Cm" | "cms" => Some(("cm", "centimetres are written 'cm'")),
+        "M" | "meter" | "meters" | "metre" | "metres" => Some(("m", "metres are written 'm'")),
+        "um" | "µm" | "μm" => Some(("e-3mm", "micrometres are written as thousandths of a millimetre")),
+        "nm" => Some(("e-6mm", "nanometres are written as millionths of a millimetre")),
+        _ => None,
     };
-    Box::new(Diagnostic::error("unknown-unit", span, message).hint(hint))
+    let unit = Span { start: span.start + number.len() as u32, ..span };
+    Box::new(match meant {
+        Some((ours, why)) if !(ours.starts_with('e') && number.contains(['e', 'E'])) => {
+            error.suggest(why, [Edit::replace(unit, ours)])
+        }
+        _ => error.hint(format!(
+            "the units are mm, cm, m, in, deg, rad and turn; a product is written '{number} * {suffix}'"
+        )),
+    })
 }
 
 impl Unit {
@@ -88,6 +103,7 @@ pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) 
     let inner = quoted.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(quoted);
     let mut out = String::with_capacity(inner.len());
     let mut chars = inner.char_indices();
+    let mut wrong: Vec<Span> = Vec::new();
     while let Some((at, c)) = chars.next() {
         if c != '\\' {
             out.push(c);
@@ -98,20 +114,29 @@ pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) 
             Some((_, 't')) => out.push('\t'),
             Some((_, c @ ('"' | '\\'))) => out.push(c),
             other => {
-                let c = other.map_or(' ', |o| o.1);
                 let start = span.start + 1 + at as u32;
-                let span = Span { start, end: start + 1 + c.len_utf8() as u32, ..span };
-                let message = format!("'\\{c}' means nothing in a text");
-                let hint = r#"there are \", \\, \n and \t"#;
-                diagnostics.push(Diagnostic::error("unknown-escape", span, message).hint(hint));
+                let length = other.map_or(0, |o| o.1.len_utf8());
+                wrong.push(Span { start, end: start + 1 + length as u32, ..span });
             }
         }
+    }
+    if let Some(first) = wrong.first() {
+        let at = (first.start - span.start) as usize;
+        let shown = &quoted[at..at + (first.end - first.start) as usize];
+        let edits = wrong.iter().map(|s| Edit::before(*s, "\\"));
+        diagnostics.push(
+            Diagnostic::error("unknown-escape", *first, format!("'{shown}' means nothing in a text"))
+                .suggest(r"a backslash is written '\\' (and a path is better written with '/')", edits),
+        );
     }
     out
 }
 
-/// The text of `///` lines (and whatever lies between them) without the slashes.
-pub(super) fn doc(text: &str) -> String {
-    let lines = text.lines().filter_map(|line| line.trim().strip_prefix("///").map(str::trim));
+/// The text of `///` lines (and whatever lies between them) without the slashes and the space after them.
+pub(crate) fn doc(text: &str) -> String {
+    // A semicolon may stand before a comment.
+    let begins = |c: char| c == ';' || c.is_whitespace();
+    let lines = text.lines().filter_map(|line| line.trim_start_matches(begins).strip_prefix("///"));
+    let lines = lines.map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end());
     lines.collect::<Vec<_>>().join("\n")
 }

@@ -1,10 +1,12 @@
 //! What to say where the grammar did not expect a token: in the user's words, with the mend where it can be guessed.
 
+use super::foreign::{alias, foreign};
 use super::layout::Lexeme;
 use super::spanned;
 use super::token::Token;
 use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
+use crate::suggest::nearest;
 
 /// Where the grammar stopped: the tokens of the file and the index of the one that it did not expect.
 pub(super) struct Place<'t> {
@@ -28,6 +30,9 @@ pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
         let message = format!("'{keyword}' is a word of the language and cannot be a name");
         return Diagnostic::error("reserved-word", place.span(), message);
     }
+    if let Some(diagnostic) = foreign(place, &expected) {
+        return diagnostic;
+    }
     let wanted = expected.describe();
     let message =
         if wanted.is_empty() { format!("did not expect {found}") } else { format!("expected {wanted}, found {found}") };
@@ -39,19 +44,15 @@ pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
 }
 
 impl Place<'_> {
-    fn token(&self) -> Option<Token> {
+    pub(super) fn token(&self) -> Option<Token> {
         self.tokens.get(self.index).map(|l| l.token)
-    }
-
-    fn after(&self) -> Option<Token> {
-        self.tokens.get(self.index + 1).map(|l| l.token)
     }
 
     fn before(&self, back: usize) -> Option<Token> {
         Some(self.tokens[self.index.checked_sub(back)?].token)
     }
 
-    fn slice(&self, index: usize) -> &str {
+    pub(super) fn slice(&self, index: usize) -> &str {
         self.tokens.get(index).map_or("", |l| &self.text[l.start as usize..l.end as usize])
     }
 
@@ -86,11 +87,6 @@ impl Place<'_> {
         let text = self.slice(self.index);
         KEYWORDS.contains(&text).then_some(text)
     }
-
-    /// Whether the token begins a statement.
-    fn begins(&self) -> bool {
-        matches!(self.before(1), None | Some(Token::Separator | Token::BraceOpen | Token::Doc))
-    }
 }
 
 const KEYWORDS: [&str; 18] = [
@@ -98,39 +94,23 @@ const KEYWORDS: [&str; 18] = [
     "false", "and", "or", "not",
 ];
 
-/// The words of other languages for what is called otherwise here.
-const ALIASES: [(&str, &str); 12] = [
-    ("module", "model"),
-    ("function", "fn"),
-    ("func", "fn"),
-    ("def", "fn"),
-    ("var", "let"),
-    ("const", "let"),
-    ("val", "let"),
-    ("import", "use"),
-    ("include", "use"),
-    ("assert", "require"),
-    ("parameter", "param"),
-    ("elif", "else if"),
-];
-
 /// The terminals that would have been right.
-struct Expected<'e>(&'e [String]);
+pub(super) struct Expected<'e>(&'e [String]);
 
 impl Expected<'_> {
-    fn has(&self, terminal: &str) -> bool {
+    pub(super) fn has(&self, terminal: &str) -> bool {
         self.0.iter().any(|t| t.trim_matches('"') == terminal)
     }
 
-    fn value(&self) -> bool {
+    pub(super) fn value(&self) -> bool {
         self.has("number") && self.has("true")
     }
 
-    fn item(&self) -> bool {
+    pub(super) fn item(&self) -> bool {
         self.has("let")
     }
 
-    fn operator(&self) -> bool {
+    pub(super) fn operator(&self) -> bool {
         self.has("+") && self.has("*")
     }
 
@@ -186,81 +166,15 @@ fn join_or(words: &[String]) -> String {
 }
 
 fn hint(place: &Place<'_>, expected: &Expected<'_>) -> Option<String> {
-    let text = place.slice(place.index);
     match place.token()? {
-        Token::Name if place.begins() && expected.item() => Some(item_hint(place, text)),
-        Token::Name if place.before(1) == Some(Token::Number) => {
-            let number = place.slice(place.index - 1);
-            Some(match text {
-                "mm" | "cm" | "m" | "deg" | "rad" | "turn" => {
-                    format!("a unit is glued to its number: '{number}{text}'")
-                }
-                _ => format!("a product is written '{number} * {text}'"),
-            })
-        }
         Token::Name if place.before(1) == Some(Token::Name) && expected.operator() => {
             nearest_keyword(place.slice(place.index - 1)).map(|word| format!("did you mean '{word}'?"))
-        }
-        Token::Equals if place.before(1) == Some(Token::Name) && starts_at(place, 2) => {
-            Some(format!("'let {} = ...' names a value", place.slice(place.index - 1)))
-        }
-        Token::Equals if expected.has("{") || expected.has("separator") => Some("'==' compares two values".to_owned()),
-        Token::Bar if expected.operator() && place.after() == Some(Token::Bar) => {
-            Some("'or' joins two conditions".to_owned())
-        }
-        Token::Star if place.before(1) == Some(Token::Star) => Some("a power is written 'a ^ b'".to_owned()),
-        Token::Dot if place.after() == Some(Token::Number) && expected.value() => {
-            Some(format!("a number begins with a digit: '0.{}'", place.slice(place.index + 1)))
-        }
-        Token::Separator | Token::BraceClose if expected.has("=") && place.before(2) == Some(Token::Part) => {
-            Some(format!("'part {} = ...' gives it a shape", place.slice(place.index - 1)))
         }
         _ => None,
     }
 }
 
-/// Whether the token so many places back begins a statement.
-fn starts_at(place: &Place<'_>, back: usize) -> bool {
-    matches!(place.before(back), None | Some(Token::Separator | Token::BraceOpen))
-}
-
-fn item_hint(place: &Place<'_>, word: &str) -> String {
-    if place.after() == Some(Token::Equals) {
-        return format!("'let {word} = ...' names a value");
-    }
-    if let Some(keyword) = nearest_keyword(word) {
-        return format!("did you mean '{keyword}'?");
-    }
-    "a shape gets a name: 'part NAME = ...'".to_owned()
-}
-
 /// The word of the language that was probably meant.
-fn nearest_keyword(word: &str) -> Option<&'static str> {
-    if let Some((_, keyword)) = ALIASES.iter().find(|(alias, _)| *alias == word) {
-        return Some(keyword);
-    }
-    if word.len() < 3 || word.len() > 12 {
-        return None;
-    }
-    let near = KEYWORDS.iter().filter(|k| k.len() > 2).map(|k| (edit_distance(word, k), *k)).min()?;
-    (near.0 <= 1 + usize::from(word.len() > 4)).then_some(near.1)
-}
-
-/// The number of letters to insert, remove, change or swap with their neighbour (optimal string alignment distance).
-pub(crate) fn edit_distance(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
-    let mut rows = vec![(0..=b.len()).collect::<Vec<usize>>()];
-    for i in 1..=a.len() {
-        let mut row = vec![i];
-        for j in 1..=b.len() {
-            let change = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
-            let mut best = change.min(rows[i - 1][j] + 1).min(row[j - 1] + 1);
-            if i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1] {
-                best = best.min(rows[i - 2][j - 2] + 1);
-            }
-            row.push(best);
-        }
-        rows.push(row);
-    }
-    rows[a.len()][b.len()]
+pub(super) fn nearest_keyword(word: &str) -> Option<&'static str> {
+    alias(word).or_else(|| nearest(word, KEYWORDS.into_iter().filter(|k| k.len() > 2)))
 }

@@ -1,7 +1,7 @@
 //! Text to tree. Knows no types and no names.
 //!
 //! [`parse`] never fails: it returns a tree and what is wrong with it, several findings a file. The text passes
-//! through the lexer ([`token`]), a pass that gives line ends their meaning and matches brackets (`layout`), and the
+//! through the lexer (`scan`), a pass that gives line ends their meaning and matches brackets (`layout`), and the
 //! grammar (`grammar.lalrpop`), whose actions build the tree (`builder`). A statement that the grammar rejects is
 //! reported, taken out whole and stands in the tree as an error node; then the file is parsed anew (`recover`).
 //!
@@ -9,11 +9,13 @@
 
 pub mod ast;
 mod builder;
+mod foreign;
 pub(crate) mod layout;
-mod literal;
+pub(crate) mod literal;
 mod messages;
 mod print;
 mod recover;
+mod scan;
 mod statements;
 pub(crate) mod token;
 

@@ -39,17 +39,19 @@ pub(super) fn parse_tokens(
 ) -> File {
     // Each broken statement costs another pass, of which a very long file gets fewer.
     let passes = (PASSED_BYTES / text.len().max(1)).clamp(2, ERROR_LIMIT);
+    let mut unread = Vec::new();
     for _ in 0..passes {
         let mut builder = Builder::new(file, text);
         match FileParser::new().parse(&mut builder, triples(&tokens)) {
             Ok(tree) => {
                 diagnostics.append(&mut builder.diagnostics);
-                return tree;
+                return File { unread, ..tree };
             }
             Err(error) => {
                 let failure = Failure::new(error, &tokens, text);
                 diagnostics.extend(failure.diagnostic(file, text, &tokens));
-                cut_statement(&mut tokens, failure.index);
+                let cut = cut_statement(&mut tokens, failure.index);
+                unread.extend(declared(&cut).map(|l| text[l.start as usize..l.end as usize].to_owned()));
             }
         }
     }
@@ -127,6 +129,14 @@ impl Failure {
         if made_up || matches!(found, Some(Token::Error | Token::BadStatement)) {
             return None;
         }
+        // What follows something that was reported is most likely misread.
+        let statement = statement_around(tokens, self.index);
+        if tokens[statement.from..self.index]
+            .iter()
+            .any(|l| l.token == Token::Error || (l.start == l.end && l.token.is_closer()))
+        {
+            return None;
+        }
         let place = Place { file, text, tokens, index: self.index, start: self.start, end: self.end };
         Some(unexpected(&place, &self.expected))
     }
@@ -134,31 +144,40 @@ impl Failure {
 
 /// Replaces the innermost statement around a token by one that stands for a broken one. Where nothing is left to
 /// replace there, the statement around it is taken.
-fn cut_statement(tokens: &mut Vec<Lexeme>, mut index: usize) {
+/// Its tokens come back.
+fn cut_statement(tokens: &mut Vec<Lexeme>, mut index: usize) -> Vec<Lexeme> {
     loop {
         let Statement { from, to, opener } = statement_around(tokens, index);
         let spent = from >= to || (to - from == 1 && tokens[from].token == Token::BadStatement);
         match opener {
             Some(opener) if spent => index = opener,
-            None if spent => return tokens.clear(),
+            None if spent => return std::mem::take(tokens),
             _ => {
                 let bad = Lexeme { token: Token::BadStatement, start: tokens[from].start, end: tokens[to - 1].end };
-                tokens.splice(from..to, [bad]);
-                return;
+                return tokens.splice(from..to, [bad]).collect();
             }
         }
     }
 }
 
+/// The names that a broken statement most likely declares: those before its first `=`, and those after a word that declares.
+fn declared(tokens: &[Lexeme]) -> impl Iterator<Item = &Lexeme> {
+    let first = tokens.iter().position(|l| l.token == Token::Equals).unwrap_or(tokens.len());
+    tokens.iter().enumerate().filter_map(move |(i, lexeme)| {
+        let declares = i.checked_sub(1).is_some_and(|before| tokens[before].token.begins_item());
+        (lexeme.token == Token::Name && (i < first || declares)).then_some(lexeme)
+    })
+}
+
 /// A statement's tokens and the index of the brace that opens the block around it.
-struct Statement {
-    from: usize,
-    to: usize,
+pub(super) struct Statement {
+    pub(super) from: usize,
+    pub(super) to: usize,
     opener: Option<usize>,
 }
 
 /// The innermost statement that contains the token; where the token ends a statement, that statement.
-fn statement_around(tokens: &[Lexeme], index: usize) -> Statement {
+pub(super) fn statement_around(tokens: &[Lexeme], index: usize) -> Statement {
     let (mut from, mut depth, mut crossed, mut opener) = (index, 0, 0, None);
     while from > 0 {
         let token = tokens[from - 1].token;

@@ -1,7 +1,7 @@
 //! Expressions.
 
 use super::{Builder, Deep, Statement, split_all, split_option};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::syntax::ast::*;
 
 impl Builder<'_> {
@@ -24,8 +24,10 @@ impl Builder<'_> {
         {
             let text = |e: &Expr| self.slice(e.span.start, e.span.end);
             let hint = format!("write '{} and {} {} {}'", text(&a.node), text(second), op.text(), text(&c.node));
+            let middle = Edit::after(second.span, format!(" and {}", text(second)));
             let span = a.node.span.to(c.node.span);
-            self.report(Diagnostic::error("comparison-chain", span, "comparisons do not chain").hint(hint));
+            let error = Diagnostic::error("comparison-chain", span, "comparisons do not chain");
+            self.report(error.suggest(hint, [middle]));
             return Deep::flat(Expr { span, kind: ExprKind::Error });
         }
         self.binary(op, a, c)

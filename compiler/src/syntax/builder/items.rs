@@ -5,7 +5,7 @@ use crate::syntax::ast::*;
 
 impl Builder<'_> {
     pub(in crate::syntax) fn file(&self, items: Vec<Deep<Item>>) -> File {
-        File { items: split_all(items).0 }
+        File { items: split_all(items).0, unread: Vec::new() }
     }
 
     pub(in crate::syntax) fn item(&mut self, doc: Option<String>, l: u32, kind: Deep<ItemKind>, r: u32) -> Deep<Item> {

@@ -10,7 +10,7 @@ mod types;
 use super::ast::{Expr, ExprKind, Ident, Item, TypeExpr, TypeKind};
 use super::layout::too_deep;
 use super::{NESTING_LIMIT, literal, spanned};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::{FileId, Span};
 
 /// What the actions know and find.
@@ -129,10 +129,32 @@ impl Builder<'_> {
     pub(in crate::syntax) fn number(&mut self, l: u32, r: u32) -> Deep<Expr> {
         let span = self.span(l, r);
         let kind = literal::number(span, self.slice(l, r)).unwrap_or_else(|diagnostic| {
-            self.report(*diagnostic);
+            let diagnostic = self.product_meant(*diagnostic);
+            self.report(diagnostic);
             ExprKind::Error
         });
         Deep::flat(Expr { span, kind })
+    }
+
+    /// `2x` is a product where x is a name of the script.
+    fn product_meant(&self, diagnostic: Diagnostic) -> Diagnostic {
+        let text = self.slice(diagnostic.span.start, diagnostic.span.end);
+        let (number, name) = text.split_at(text.find(char::is_alphabetic).unwrap_or(text.len()));
+        let other = |c: Option<char>| c.is_none_or(|c| !c.is_alphanumeric() && c != '_');
+        // Looking through the whole text takes time, so not for each of very many.
+        let known = !name.is_empty()
+            && self.diagnostics.len() < 20
+            && self.source.match_indices(name).any(|(at, _)| {
+                other(self.source[..at].chars().next_back()) && other(self.source[at + name.len()..].chars().next())
+            });
+        if !known || !diagnostic.suggestions.is_empty() {
+            return diagnostic;
+        }
+        let gap = Span { start: diagnostic.span.start + number.len() as u32, ..diagnostic.span };
+        let gap = Span { end: gap.start, ..gap };
+        let message = format!("'{name}' is no unit; a product needs its sign");
+        Diagnostic::error(&diagnostic.code, diagnostic.span, message)
+            .suggest(format!("write '{number} * {name}'"), [Edit::replace(gap, " * ")])
     }
 
     pub(in crate::syntax) fn leaf(&mut self, l: u32, kind: ExprKind, r: u32) -> Deep<Expr> {
