@@ -122,7 +122,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
     let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Scalar::Real(p.default)).collect();
     let mut failures = Vec::new();
     for require in &lowered.requires {
-        match evaluate(&lowered.module, require.function, &defaults) {
+        match evaluate(&lowered.module, require.function, &require.arguments(&defaults)) {
             Err(failure) => failures.push(*failure),
             Ok(values) if values == [Scalar::Bool(true)] => {}
             Ok(_) => failures.push(Diagnostic::error("require", require.span, &require.message)),

@@ -47,6 +47,14 @@ pub struct LoweredPart {
     pub span: Span,
 }
 
+impl LoweredRequire {
+    /// The arguments of `function` at the model's parameters x.
+    #[must_use]
+    pub fn arguments<T: Copy>(&self, x: &[T]) -> Vec<T> {
+        self.params.iter().map(|i| x[*i as usize]).collect()
+    }
+}
+
 impl LoweredPart {
     /// The arguments of `surface` at the model's parameters x.
     #[must_use]
@@ -58,8 +66,10 @@ impl LoweredPart {
 /// A condition of the model's body.
 #[derive(Clone, Debug)]
 pub struct LoweredRequire {
-    /// `(params..) -> Bool`.
+    /// `(the parameters that it uses..) -> Bool`.
     pub function: FunctionId,
+    /// Which parameters `function` takes, ascending.
+    pub params: Vec<u32>,
     /// What is said where it does not hold.
     pub message: String,
     /// Where it is written.

@@ -5,7 +5,7 @@ use super::instance::Instance;
 use super::on_demand::Derivative;
 use super::{Parameter, Program, Quantity};
 use crate::ir::scalar::Scalar;
-use crate::ir::{FunctionId, Module, interpret};
+use crate::ir::{Function, FunctionId, LoweredRequire, Module, interpret};
 use crate::jit::Stop;
 use crate::source::Span;
 use std::fmt::Write as _;
@@ -43,14 +43,14 @@ impl<'x> Place<'x> {
 impl Program {
     /// Tries what the script requires of its parameters.
     pub(super) fn check_requires(&self, x: &[f64]) -> Result<(), EvaluationError> {
-        let arguments: Vec<u64> = x.iter().map(|x| x.to_bits()).collect();
+        let bits: Vec<u64> = x.iter().map(|x| x.to_bits()).collect();
         for (require, routine) in self.functions.requires.iter().zip(&self.kernels.requires) {
             let mut holds = [0];
             let place = Place::of_model(x);
-            let call = self.kernels.code.call(*routine, &arguments, &mut holds, self.limits);
+            let call = self.kernels.code.call(*routine, &require.arguments(&bits), &mut holds, self.limits);
             call.map_err(|stop| self.stopped(stop, &place))?;
             if holds[0] == 0 {
-                let used = self.used_params(require.function);
+                let used = used_params(require, self.functions.module.function(require.function));
                 return Err(self.error(Some(require.span), &require.message, &place, Some(&used)));
             }
         }
@@ -122,17 +122,6 @@ impl Program {
         };
         self.error(span, &format!("{what} cannot be had: {error}"), &Place { x: &[], patch: None, uv: None }, Some(&[]))
     }
-
-    /// The parameters that a function of all parameters uses.
-    fn used_params(&self, function: FunctionId) -> Vec<u32> {
-        let function = self.functions.module.function(function);
-        let mut used = vec![false; function.nodes.len()];
-        function.results.iter().for_each(|r| used[r.0 as usize] = true);
-        for (node, _) in function.nodes.iter().enumerate().rev().map(|(i, n)| (n, i)) {
-            node.op.visit_operands(|v| used[v.0 as usize] = true);
-        }
-        (0..function.params.len() as u32).filter(|i| used[*i as usize]).collect()
-    }
 }
 
 impl Instance<'_> {
@@ -180,6 +169,16 @@ impl Instance<'_> {
         let id = module.add(prelude);
         origin(self.program, &module, id, &self.x)
     }
+}
+
+/// The parameters that a requirement depends on, after simplification.
+fn used_params(require: &LoweredRequire, function: &Function) -> Vec<u32> {
+    let mut used = vec![false; function.nodes.len()];
+    function.results.iter().for_each(|r| used[r.0 as usize] = true);
+    for node in function.nodes.iter().rev() {
+        node.op.visit_operands(|v| used[v.0 as usize] = true);
+    }
+    require.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
 }
 
 fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {

@@ -150,6 +150,12 @@ impl<'m> Lowerer<'m> {
         Frame { lowerer: self, b, locals }
     }
 
+    /// The model's parameters among some locals.
+    fn used_params(&self, used: &Free) -> (Vec<u32>, Vec<LocalId>) {
+        let params = (0..).zip(&self.model.params);
+        params.filter(|(_, p)| used.locals.contains(&p.local)).map(|(i, p)| (i, p.local)).unzip()
+    }
+
     /// Starts a function of the model's parameters.
     fn model_frame(&mut self, name: &str) -> Frame<'_, 'm> {
         let params: Vec<LocalId> = self.model.params.iter().map(|p| p.local).collect();
@@ -190,8 +196,14 @@ impl<'m> Lowerer<'m> {
         let mut requires = Vec::new();
         for statement in &self.model.body {
             if let Statement::Require { condition, message, span } = statement {
-                let function = self.of_params("require", condition)?;
-                requires.push(LoweredRequire { function, message: message.clone(), span: *span });
+                let (used, lets) = lets_for(self.model, [condition]);
+                let (params, locals) = self.used_params(&used);
+                let mut frame = self.frame("require", &locals, None);
+                frame.bind(&lets)?;
+                let results = frame.expr(condition)?;
+                let function = frame.finish(condition, results);
+                let function = self.module.add(function);
+                requires.push(LoweredRequire { function, params, message: message.clone(), span: *span });
             }
         }
         Ok(requires)
@@ -199,10 +211,9 @@ impl<'m> Lowerer<'m> {
 
     fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, TooLarge> {
         let (used, lets) = lets_for(self.model, [&part.shape]);
-        let used = |p: &typed::Param| used.locals.contains(&p.local);
-        let params: Vec<u32> = (0..).zip(&self.model.params).filter(|(_, p)| used(p)).map(|(i, _)| i).collect();
-        let locals = params.iter().map(|i| self.model.params[*i as usize].local).chain([part.u, part.v]);
-        let mut frame = self.frame(&part.name, &locals.collect::<Vec<_>>(), None);
+        let (params, mut locals) = self.used_params(&used);
+        locals.extend([part.u, part.v]);
+        let mut frame = self.frame(&part.name, &locals, None);
         frame.bind(&lets)?;
         let shape = frame.expr(&part.shape)?;
         frame.locals.insert(part.local, shape);
