@@ -1,6 +1,7 @@
 //! Source files and positions in them.
 
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// Index of a file in [`Sources`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -41,6 +42,19 @@ pub struct SourceFile {
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     files: Vec<SourceFile>,
+    /// Files of the library that take part, by their index there.
+    library: BTreeMap<u32, SourceFile>,
+}
+
+/// Ids from here on are of the library's files, whatever else takes part: their trees are read once in a process.
+const LIBRARY: u32 = 1 << 31;
+
+impl FileId {
+    /// The library's file of that index.
+    #[must_use]
+    pub(crate) fn of_library(index: usize) -> FileId {
+        FileId(LIBRARY + index as u32)
+    }
 }
 
 impl Sources {
@@ -50,10 +64,20 @@ impl Sources {
         FileId(u32::try_from(self.files.len() - 1).expect("fewer than 2^32 files"))
     }
 
+    /// Adds a file of the library, if it is not there yet.
+    pub(crate) fn add_library(&mut self, index: usize, name: &str, text: &str) -> FileId {
+        let file = || SourceFile { name: name.to_owned(), text: text.to_owned() };
+        self.library.entry(index as u32).or_insert_with(file);
+        FileId::of_library(index)
+    }
+
     /// The file, if there is one of that index.
     #[must_use]
     pub fn get(&self, id: FileId) -> Option<&SourceFile> {
-        self.files.get(id.0 as usize)
+        match id.0.checked_sub(LIBRARY) {
+            Some(index) => self.library.get(&index),
+            None => self.files.get(id.0 as usize),
+        }
     }
 
     /// The text under a span; empty where the span lies outside its file.
@@ -74,19 +98,20 @@ impl Sources {
         (line, column)
     }
 
-    /// How many files there are.
+    /// How many files there are, but for the library's.
     pub(crate) fn len(&self) -> usize {
         self.files.len()
     }
 
-    /// Forgets all but the first files.
+    /// Forgets all but the first files, and the library's.
     pub(crate) fn truncate(&mut self, files: usize) {
         self.files.truncate(files);
     }
 
-    /// All files in the order in which they were added.
+    /// All files in the order in which they were added, those of the library last.
     pub fn iter(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
-        self.files.iter().enumerate().map(|(i, f)| (FileId(i as u32), f))
+        let library = self.library.iter().map(|(i, f)| (FileId(LIBRARY + i), f));
+        self.files.iter().enumerate().map(|(i, f)| (FileId(i as u32), f)).chain(library)
     }
 }
 

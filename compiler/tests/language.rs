@@ -122,7 +122,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
     let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Scalar::Real(p.default)).collect();
     let mut failures = Vec::new();
     for require in &lowered.requires {
-        match evaluate(&lowered.module, require.function, &defaults) {
+        match evaluate(&lowered.module, require.function, &require.arguments(&defaults)) {
             Err(failure) => failures.push(*failure),
             Ok(values) if values == [Scalar::Bool(true)] => {}
             Ok(_) => failures.push(Diagnostic::error("require", require.span, &require.message)),
@@ -131,7 +131,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
     for part in &lowered.parts {
         let points = [(0.25, 0.5), (0.5, 0.75), (0.875, 0.125)];
         let failure = points.iter().find_map(|(u, v)| {
-            let args: Vec<Scalar> = defaults.iter().copied().chain([Scalar::Real(*u), Scalar::Real(*v)]).collect();
+            let args = part.arguments(&defaults, [Scalar::Real(*u), Scalar::Real(*v)]);
             let values = evaluate(&lowered.module, part.surface, &args);
             match values {
                 Err(failure) => Some(*failure),

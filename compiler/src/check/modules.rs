@@ -17,7 +17,8 @@ const FILE_LIMIT: usize = 256;
 pub(super) struct Loaded {
     pub(super) name: String,
     pub(super) std: bool,
-    pub(super) ast: File,
+    /// Shared with other compilations where it is the library's.
+    pub(super) ast: Arc<File>,
     pub(super) uses: Vec<(usize, Option<usize>)>,
     /// Of a text entered into a session: what stands in the scope of the session's model.
     pub(super) inner: Vec<Item>,
@@ -161,9 +162,13 @@ impl Reader<'_> {
     fn parse(&mut self, file: FileId, name: String, text: &str, std: bool) -> usize {
         let (ast, diagnostics) = crate::syntax::parse(file, text);
         self.diagnostics.extend(diagnostics);
+        self.add(Loaded { name, std, ast: Arc::new(ast), ..Loaded::default() })
+    }
+
+    fn add(&mut self, loaded: Loaded) -> usize {
         let id = self.files.loaded.len();
-        self.files.ids.insert(name.clone(), id);
-        self.files.loaded.push(Loaded { name, std, ast, ..Loaded::default() });
+        self.files.ids.insert(loaded.name.clone(), id);
+        self.files.loaded.push(loaded);
         id
     }
 
@@ -182,8 +187,10 @@ impl Reader<'_> {
         if let Some(id) = self.files.ids.get(name) {
             return *id;
         }
-        let file = self.sources.add(name, text);
-        self.parse(file, name.to_owned(), text, true)
+        let (ast, diagnostics) = stdlib::parsed(index);
+        self.sources.add_library(index, name, text);
+        self.diagnostics.extend_from_slice(diagnostics);
+        self.add(Loaded { name: name.to_owned(), std: true, ast: ast.clone(), ..Loaded::default() })
     }
 
     /// Reads what a file uses, and the modules of the library whose names occur in it.

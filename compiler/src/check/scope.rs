@@ -284,7 +284,7 @@ impl Scope {
         }
         group.names.extend(names);
         let span = item.span;
-        group.loaded.ast.items.push(item);
+        Arc::make_mut(&mut group.loaded.ast).items.push(item);
         Some(Entered { line: line?, span, file: group.index, inner: false, index, at: group.loaded.inner.len() })
     }
 

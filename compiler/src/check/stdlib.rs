@@ -1,8 +1,11 @@
 //! The standard library: .gml files that are part of the compiler.
 
 use super::modules::is_private;
+use crate::diagnostic::Diagnostic;
+use crate::source::FileId;
+use crate::syntax::ast::File;
 use std::collections::HashMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Name and text of every module. Its names are in scope everywhere, but for those that begin with `_`; what a script
 /// defines or uses goes before.
@@ -22,6 +25,15 @@ pub const MODULES: &[(&str, &str)] = &[
     ("std.solid", include_str!("../../../stdlib/solid.gml")),
     ("std.repeat", include_str!("../../../stdlib/repeat.gml")),
 ];
+
+/// The tree of a module, and what is wrong with it, which is nothing if the library's tests pass. Read once in a process.
+pub(super) fn parsed(index: usize) -> &'static (Arc<File>, Vec<Diagnostic>) {
+    static PARSED: [OnceLock<(Arc<File>, Vec<Diagnostic>)>; MODULES.len()] = [const { OnceLock::new() }; MODULES.len()];
+    PARSED[index].get_or_init(|| {
+        let (file, diagnostics) = crate::syntax::parse(FileId::of_library(index), MODULES[index].1);
+        (Arc::new(file), diagnostics)
+    })
+}
 
 /// The names that a module of the library defines for others. Its files begin every definition at the start of a line.
 pub(super) fn names(text: &'static str) -> impl Iterator<Item = &'static str> {

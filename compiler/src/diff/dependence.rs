@@ -1,8 +1,8 @@
 //! Which parameters a result depends on, as far as a derivative is concerned.
 
 use crate::ir::graph::References;
+use crate::ir::hash::HashMap;
 use crate::ir::{ByHand, Function, FunctionId, Module, Op, Type, Unary, Value};
-use std::collections::HashMap;
 use std::rc::Rc;
 
 /// A set of small numbers.
@@ -97,7 +97,7 @@ impl Dependence {
     /// The same for every node of a function (nothing for a structured one: its projections have it).
     pub(super) fn of_nodes(&mut self, module: &Module, function: &Function) -> Vec<Set> {
         let mut sets: Vec<Set> = Vec::with_capacity(function.nodes.len());
-        let mut turns: HashMap<Value, Vec<Set>> = HashMap::new();
+        let mut turns: HashMap<Value, Vec<Set>> = HashMap::default();
         for node in &function.nodes {
             let mut set = Set::default();
             let of = |v: &Value| &sets[v.0 as usize];

@@ -3,9 +3,10 @@
 use super::dependence::{Dependence, Set};
 use super::rules::{self, Factor, Rule};
 use super::{DiffError, check_size};
+use crate::ir::hash::HashMap;
 use crate::ir::inline::Limits;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// The tangents of a value by direction; it does not change in a direction that is not there.
 pub(super) type Tangents = BTreeMap<u32, Value>;
@@ -45,7 +46,7 @@ impl<'m> Forward<'m> {
             module,
             limit: limits.nodes,
             dependence: Dependence::default(),
-            made: HashMap::new(),
+            made: HashMap::default(),
             left: Vec::new(),
         }
     }

@@ -20,6 +20,7 @@ use crate::ir::{self, FunctionBuilder, FunctionId, Module, Parameter, Type, Valu
 use crate::source::Span;
 
 mod dependence;
+mod directional;
 mod expand;
 mod forward;
 mod reverse;
@@ -28,6 +29,7 @@ mod rules;
 #[cfg(test)]
 mod tests;
 
+pub use directional::{Directions, Rate, directional};
 pub use expand::{expand, expand_within};
 use forward::{Forward, Tangents};
 use reverse::Reverse;

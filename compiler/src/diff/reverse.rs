@@ -3,8 +3,8 @@
 use super::dependence::{Dependence, Set};
 use super::rules::{self, Rule};
 use super::{DiffError, check_size};
+use crate::ir::hash::HashMap;
 use crate::ir::{ByHand, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
-use std::collections::HashMap;
 
 /// The derivative of what is differentiated by a value.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +58,7 @@ impl Adjoints {
 
 impl<'m> Reverse<'m> {
     pub(super) fn new(module: &'m mut Module) -> Reverse<'m> {
-        Reverse { module, dependence: Dependence::default(), made: HashMap::new(), left: Vec::new() }
+        Reverse { module, dependence: Dependence::default(), made: HashMap::default(), left: Vec::new() }
     }
 
     /// Makes the pullbacks that what was spliced calls.
@@ -92,7 +92,7 @@ impl<'m> Reverse<'m> {
             }
         }
         // The adjoints of a structured node's results, until the sweep comes to it.
-        let mut several: HashMap<Value, Vec<(u32, Adjoint)>> = HashMap::new();
+        let mut several: HashMap<Value, Vec<(u32, Adjoint)>> = HashMap::default();
         for node in function.values().rev() {
             check_size(b, &function.name, self.module.limits.nodes)?;
             b.set_span(function.nodes[node.0 as usize].span);

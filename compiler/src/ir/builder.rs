@@ -9,8 +9,9 @@
 use super::facts::Facts;
 use super::scalar::{self, Scalar};
 use super::{Binary, Compare, FailureId, Function, FunctionId, Node, Op, Parameter, Type, Unary, Value, arithmetic};
+use crate::ir::hash::HashMap;
 use crate::source::Span;
-use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// A function in the making.
 #[derive(Debug)]
@@ -28,7 +29,7 @@ impl FunctionBuilder {
         let types: Vec<Type> = params.iter().map(|p| p.ty).collect();
         let function = Function { name: name.into(), params, ..Function::default() };
         let mut builder =
-            FunctionBuilder { function, facts: Vec::new(), interned: HashMap::new(), span: Span::default() };
+            FunctionBuilder { function, facts: Vec::new(), interned: HashMap::default(), span: Span::default() };
         for (i, ty) in types.into_iter().enumerate() {
             builder.node(Op::Param(i as u32), ty);
         }
@@ -388,15 +389,17 @@ impl FunctionBuilder {
 
     /// The node as it is, or the equal one that there already was.
     fn node(&mut self, op: Op, ty: Type) -> Value {
-        if let Some(value) = self.interned.get(&op) {
-            return *value;
-        }
-        let facts = if ty == Type::Real { Facts::of(&op, |v| self.facts(v)) } else { Facts::default() };
+        let vacant = match self.interned.entry(op) {
+            Entry::Occupied(known) => return *known.get(),
+            Entry::Vacant(vacant) => vacant,
+        };
+        let op = vacant.key().clone();
+        let of = |v: Value| self.facts[v.0 as usize];
+        let facts = if ty == Type::Real { Facts::of(&op, of) } else { Facts::default() };
         let value = Value(u32::try_from(self.function.nodes.len()).expect("fewer than 2^32 nodes"));
-        self.function.nodes.push(Node { op: op.clone(), ty, span: self.span });
+        self.function.nodes.push(Node { op, ty, span: self.span });
         self.facts.push(facts);
-        self.interned.insert(op, value);
-        value
+        *vacant.insert(value)
     }
 
     /// Commutative operands in one order: constants last (first in a product), then as they were made.

@@ -15,12 +15,15 @@ impl Function {
                 self.nodes[i].op.visit_operands(|v| used[v.0 as usize] = true);
             }
         }
+        if used.iter().all(|used| *used) {
+            return;
+        }
         let mut renumbered = vec![Value(u32::MAX); self.nodes.len()];
         let mut kept = Vec::with_capacity(self.nodes.len());
         for (i, mut node) in std::mem::take(&mut self.nodes).into_iter().enumerate() {
             if used[i] {
                 renumbered[i] = Value(kept.len() as u32);
-                node.op = node.op.map_operands(|v| renumbered[v.0 as usize]);
+                node.op.for_each_operand(|v| *v = renumbered[v.0 as usize]);
                 kept.push(node);
             }
         }
@@ -33,6 +36,9 @@ impl Function {
     /// Makes `-(x - y)` to `y - x`, where nothing else uses the difference. (The builder cannot know that nothing will;
     /// it prefers a negation, which sums and products absorb, to a second difference.)
     pub(super) fn turn_differences(&mut self) {
+        if !self.nodes.iter().any(|n| matches!(n.op, Op::Unary(Unary::Neg, _))) {
+            return;
+        }
         let mut uses = vec![0_usize; self.nodes.len()];
         for node in &self.nodes {
             node.op.visit_operands(|v| uses[v.0 as usize] += 1);

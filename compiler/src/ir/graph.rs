@@ -1,14 +1,16 @@
 //! Which functions name which.
 
+use super::hash::{HashMap, HashSet};
 use super::{ByHand, FunctionId, Module, Op};
 
-/// The functions that some roots reach, with the strongly connected components of their references.
-#[derive(Clone, Debug)]
+/// The functions that some roots reach, with the strongly connected components of their references. What it takes
+/// depends on what is reached, not on the module.
+#[derive(Clone, Debug, Default)]
 pub struct References {
     /// Reached functions, each after the functions that it names (but for those in its own cycle).
     pub order: Vec<FunctionId>,
-    recursive: Vec<bool>,
-    component: Vec<usize>,
+    recursive: HashSet<FunctionId>,
+    component: HashMap<FunctionId, FunctionId>,
 }
 
 impl References {
@@ -21,25 +23,16 @@ impl References {
     /// Of these roots, following only the operations that `follow` accepts.
     #[must_use]
     pub fn along(module: &Module, roots: &[FunctionId], follow: impl Fn(&Op) -> bool) -> References {
-        let n = module.functions.len();
-        let mut search = Search {
-            index: vec![None; n],
-            low: vec![0; n],
-            on_stack: vec![false; n],
-            stack: Vec::new(),
-            visited: 0,
-            found: References { order: Vec::new(), recursive: vec![false; n], component: vec![usize::MAX; n] },
-        };
-        let successors = |f: usize| -> Vec<usize> {
-            let nodes = &module.functions[f].nodes;
-            let ops = nodes.iter().map(|node| &node.op).filter(|op| follow(op));
+        let mut search = Search::default();
+        let successors = |f: FunctionId| -> Vec<FunctionId> {
+            let ops = module.function(f).nodes.iter().map(|node| &node.op).filter(|op| follow(op));
             // A derivative by hand is run where its function is called.
-            let by_hand = module.by_hand.get(&FunctionId(f as u32)).map(|d| d.function);
+            let by_hand = module.by_hand.get(&f).map(|d| d.function);
             let by_hand = by_hand.filter(|d| follow(&Op::Call { function: *d, args: Vec::new() }));
-            ops.flat_map(Op::functions).chain(by_hand).map(|g| g.0 as usize).collect()
+            ops.flat_map(Op::functions).chain(by_hand).collect()
         };
         for root in roots {
-            search.from(root.0 as usize, &successors);
+            search.from(*root, &successors);
         }
         search.found
     }
@@ -47,30 +40,34 @@ impl References {
     /// Whether a function can come to run itself.
     #[must_use]
     pub fn is_recursive(&self, function: FunctionId) -> bool {
-        self.recursive[function.0 as usize]
+        self.recursive.contains(&function)
     }
 
     /// Whether two functions are in one cycle, or are one.
     #[must_use]
     pub fn in_one_cycle(&self, f: FunctionId, g: FunctionId) -> bool {
-        self.component[f.0 as usize] == self.component[g.0 as usize]
+        self.component.get(&f) == self.component.get(&g)
     }
 }
 
 /// Tarjan's algorithm ("Depth-first search and linear graph algorithms", 1972) without recursion, since a script
 /// decides how deep the references go.
+#[derive(Default)]
 struct Search {
-    index: Vec<Option<usize>>,
-    low: Vec<usize>,
-    on_stack: Vec<bool>,
-    stack: Vec<usize>,
-    visited: usize,
+    visits: HashMap<FunctionId, Visit>,
+    stack: Vec<FunctionId>,
     found: References,
 }
 
+struct Visit {
+    index: usize,
+    low: usize,
+    on_stack: bool,
+}
+
 impl Search {
-    fn from(&mut self, root: usize, successors: &impl Fn(usize) -> Vec<usize>) {
-        if self.index[root].is_some() {
+    fn from(&mut self, root: FunctionId, successors: &impl Fn(FunctionId) -> Vec<FunctionId>) {
+        if self.visits.contains_key(&root) {
             return;
         }
         self.enter(root);
@@ -78,20 +75,25 @@ impl Search {
         while let Some((f, rest)) = path.last_mut() {
             let f = *f;
             match rest.next() {
-                Some(g) if self.index[g].is_none() => {
-                    self.enter(g);
-                    path.push((g, successors(g).into_iter()));
-                }
-                Some(g) => {
-                    if self.on_stack[g] {
-                        self.low[f] = self.low[f].min(self.index[g].unwrap_or(0));
-                        self.found.recursive[f] |= f == g;
+                Some(g) => match self.visits.get(&g) {
+                    None => {
+                        self.enter(g);
+                        path.push((g, successors(g).into_iter()));
                     }
-                }
+                    Some(seen) if seen.on_stack => {
+                        let low = seen.low;
+                        self.lower(f, low);
+                        if f == g {
+                            self.found.recursive.insert(f);
+                        }
+                    }
+                    Some(_) => {}
+                },
                 None => {
                     path.pop();
                     if let Some((parent, _)) = path.last() {
-                        self.low[*parent] = self.low[*parent].min(self.low[f]);
+                        let low = self.visits[&f].low;
+                        self.lower(*parent, low);
                     }
                     self.leave(f);
                 }
@@ -99,27 +101,35 @@ impl Search {
         }
     }
 
-    fn enter(&mut self, f: usize) {
-        self.index[f] = Some(self.visited);
-        self.low[f] = self.visited;
-        self.visited += 1;
+    fn enter(&mut self, f: FunctionId) {
+        let index = self.visits.len();
+        self.visits.insert(f, Visit { index, low: index, on_stack: true });
         self.stack.push(f);
-        self.on_stack[f] = true;
+    }
+
+    fn lower(&mut self, f: FunctionId, low: usize) {
+        if let Some(visit) = self.visits.get_mut(&f) {
+            visit.low = visit.low.min(low);
+        }
     }
 
     /// Closes a component if f is its root.
-    fn leave(&mut self, f: usize) {
-        if Some(self.low[f]) != self.index[f] {
+    fn leave(&mut self, f: FunctionId) {
+        if self.visits[&f].low != self.visits[&f].index {
             return;
         }
         let start = self.stack.iter().rposition(|g| *g == f).unwrap_or(0);
         let members = self.stack.split_off(start);
         let several = members.len() > 1;
         for g in members.into_iter().rev() {
-            self.on_stack[g] = false;
-            self.found.recursive[g] |= several;
-            self.found.component[g] = f;
-            self.found.order.push(FunctionId(g as u32));
+            if let Some(visit) = self.visits.get_mut(&g) {
+                visit.on_stack = false;
+            }
+            if several {
+                self.found.recursive.insert(g);
+            }
+            self.found.component.insert(g, f);
+            self.found.order.push(g);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Replaces calls by what they call.
 
 use super::graph::References;
+use super::hash::HashMap;
 use super::scalar::Scalar;
 use super::{Function, FunctionBuilder, FunctionId, Module, Op, Value};
 use crate::source::Span;
@@ -62,10 +63,20 @@ impl InlineError {
 /// If the program would exceed a limit; the module is then partly inlined, and still valid.
 pub fn inline(module: &mut Module, roots: &[FunctionId], limits: Limits) -> Result<(), InlineError> {
     let references = References::new(module, roots);
-    let mut nesting = vec![0; module.functions.len()];
+    let mut nesting: HashMap<FunctionId, usize> = HashMap::default();
     let mut nodes = 0;
     for id in references.order.clone() {
         let old = module.function(id);
+        if !calls_any(old, &references) {
+            nodes += old.nodes.len();
+            if nodes > limits.nodes {
+                let span = old.nodes.last().map_or(Span::default(), |n| n.span);
+                return Err(InlineError::TooLarge { function: old.name.clone(), span, limit: limits.nodes });
+            }
+            let depth = nesting_of(old, &nesting);
+            nesting.insert(id, depth);
+            continue;
+        }
         let mut builder = FunctionBuilder::new(old.name.clone(), old.params.clone());
         let params = builder.params();
         let inliner = Inliner { module, references: &references, room: limits.nodes.saturating_sub(nodes) };
@@ -76,8 +87,9 @@ pub fn inline(module: &mut Module, roots: &[FunctionId], limits: Limits) -> Resu
         })?;
         let new = builder.finish(old.result_names.iter().cloned().zip(results));
         nodes += new.nodes.len();
-        nesting[id.0 as usize] = nesting_of(&new, &nesting);
-        if nesting[id.0 as usize] > limits.nesting {
+        let depth = nesting_of(&new, &nesting);
+        nesting.insert(id, depth);
+        if depth > limits.nesting {
             let deep = new.nodes.iter().find(|n| !n.op.functions().is_empty());
             let span = deep.map_or(Span::default(), |n| n.span);
             return Err(InlineError::TooDeep { function: new.name, span, limit: limits.nesting });
@@ -88,11 +100,20 @@ pub fn inline(module: &mut Module, roots: &[FunctionId], limits: Limits) -> Resu
     Ok(())
 }
 
+/// Whether there is something in a function to be inlined.
+fn calls_any(function: &Function, references: &References) -> bool {
+    function.nodes.iter().any(|node| match &node.op {
+        Op::Call { function, .. } => !references.is_recursive(*function),
+        Op::If { condition, .. } => matches!(function.op(*condition), Op::Bool(_)),
+        _ => false,
+    })
+}
+
 /// How deep the branches and loops of a function are nested, given that of those that it names. Calls that are
 /// left are recursive, and not counted.
-fn nesting_of(function: &Function, nesting: &[usize]) -> usize {
+fn nesting_of(function: &Function, nesting: &HashMap<FunctionId, usize>) -> usize {
     let bodies = function.nodes.iter().filter(|n| matches!(n.op, Op::If { .. } | Op::Loop { .. }));
-    bodies.flat_map(|n| n.op.functions()).map(|f| nesting[f.0 as usize] + 1).max().unwrap_or(0)
+    bodies.flat_map(|n| n.op.functions()).map(|f| nesting.get(&f).copied().unwrap_or(0) + 1).max().unwrap_or(0)
 }
 
 struct Inliner<'m> {

@@ -36,19 +36,40 @@ pub struct LoweredPart {
     pub group: String,
     /// Its doc comment.
     pub doc: String,
-    /// `(params.., u, v) -> (x, y, z)`.
+    /// `(the parameters that it uses.., u, v) -> (x, y, z)`. (If every part took all of them, large models would take time
+    /// with the square of their size.)
     pub surface: FunctionId,
+    /// Which parameters `surface` takes, ascending.
+    pub params: Vec<u32>,
     /// `(params..) -> length`, where the part has a tolerance of its own.
     pub tolerance: Option<FunctionId>,
     /// Where it is declared.
     pub span: Span,
 }
 
+impl LoweredRequire {
+    /// The arguments of `function` at the model's parameters x.
+    #[must_use]
+    pub fn arguments<T: Copy>(&self, x: &[T]) -> Vec<T> {
+        self.params.iter().map(|i| x[*i as usize]).collect()
+    }
+}
+
+impl LoweredPart {
+    /// The arguments of `surface` at the model's parameters x.
+    #[must_use]
+    pub fn arguments<T: Copy>(&self, x: &[T], uv: [T; 2]) -> Vec<T> {
+        self.params.iter().map(|i| x[*i as usize]).chain(uv).collect()
+    }
+}
+
 /// A condition of the model's body.
 #[derive(Clone, Debug)]
 pub struct LoweredRequire {
-    /// `(params..) -> Bool`.
+    /// `(the parameters that it uses..) -> Bool`.
     pub function: FunctionId,
+    /// Which parameters `function` takes, ascending.
+    pub params: Vec<u32>,
     /// What is said where it does not hold.
     pub message: String,
     /// Where it is written.

@@ -12,6 +12,7 @@ pub mod inline;
 pub mod interpret;
 pub mod lower;
 pub mod lowered;
+pub mod merge;
 pub mod operands;
 pub mod print;
 pub mod scalar;
@@ -22,6 +23,7 @@ pub mod validate;
 mod algebra;
 mod dce;
 mod facts;
+pub(crate) mod hash;
 mod logic;
 mod powers;
 

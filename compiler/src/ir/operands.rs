@@ -38,7 +38,8 @@ impl Op {
         op
     }
 
-    fn for_each_operand(&mut self, mut f: impl FnMut(&mut Value)) {
+    /// Hands every operand to `f`, in order, to be replaced.
+    pub(super) fn for_each_operand(&mut self, mut f: impl FnMut(&mut Value)) {
         match self {
             Op::Param(_) | Op::Real(_) | Op::Int(_) | Op::Bool(_) => {}
             Op::Unary(_, a) | Op::PowInt(a, _) | Op::Project(a, _) => f(a),

@@ -8,7 +8,8 @@
 use super::graph::References;
 use super::scalar::Scalar;
 use super::{Binary, Function, FunctionBuilder, FunctionId, Module, Node, Op, Type, Unary, Value};
-use std::collections::{BTreeSet, HashMap};
+use crate::ir::hash::HashMap;
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 mod loops;
@@ -22,7 +23,7 @@ const MOST_FITTED_NODES: usize = 1_000_000;
 
 /// Simplifies the roots, and all functions that they reach by calls, in place. Signatures stay as they are.
 pub fn simplify(module: &mut Module, roots: &[FunctionId]) {
-    let mut simplifier = Simplifier { module, fitted: HashMap::new(), added: HashMap::new(), made: 0 };
+    let mut simplifier = Simplifier { module, fitted: HashMap::default(), added: HashMap::default(), made: 0 };
     let mut done = BTreeSet::new();
     let mut left = roots.to_vec();
     while let Some(id) = left.pop() {
@@ -30,7 +31,8 @@ pub fn simplify(module: &mut Module, roots: &[FunctionId]) {
             continue;
         }
         let old = simplifier.module.function(id).clone();
-        let simple = simplifier.rebuild(&old, &vec![None; old.params.len()], None);
+        let constants = vec![None; old.params.len()];
+        let simple = simplifier.rebuild(old, &constants, None);
         simplifier.module.define(id, simple);
         left.extend(calls_reached(simplifier.module, id));
     }
@@ -108,8 +110,7 @@ impl Simple {
 impl Simplifier<'_> {
     /// The function with constants in the place of some parameters (which stay in the signature), and only some of
     /// its results where `results` says so.
-    fn rebuild(&mut self, old: &Function, constants: &[Option<Constant>], results: Option<&[u32]>) -> Function {
-        let mut old = old.clone();
+    fn rebuild(&mut self, mut old: Function, constants: &[Option<Constant>], results: Option<&[u32]>) -> Function {
         if let Some(results) = results {
             old.result_names = results.iter().map(|k| old.result_names[*k as usize].clone()).collect();
             old.results = results.iter().map(|k| old.results[*k as usize]).collect();
@@ -210,7 +211,7 @@ impl Simplifier<'_> {
             return wanted.into_iter().zip(selected).collect();
         }
         // A result that both sides have in common is not the branch's.
-        let mut values = HashMap::new();
+        let mut values = HashMap::default();
         let mut differing = Vec::new();
         for (position, (k, ty)) in used.iter().enumerate() {
             match common(&then, &otherwise, position) {
@@ -245,7 +246,7 @@ impl Simplifier<'_> {
             return known.clone();
         }
         let old = self.module.function(fit.body).clone();
-        let function = Rc::new(self.rebuild(&old, &fit.constants, Some(&fit.results)));
+        let function = Rc::new(self.rebuild(old, &fit.constants, Some(&fit.results)));
         self.fitted.insert(fit.clone(), function.clone());
         function
     }
@@ -264,7 +265,7 @@ impl Simplifier<'_> {
 
 /// The results that are used of every structured operation, by its node.
 fn used_results(function: &Function) -> HashMap<u32, Vec<(u32, Type)>> {
-    let mut used: HashMap<u32, Vec<(u32, Type)>> = HashMap::new();
+    let mut used: HashMap<u32, Vec<(u32, Type)>> = HashMap::default();
     for (i, node) in function.nodes.iter().enumerate() {
         match node.op {
             Op::Project(multi, k) => used.entry(multi.0).or_default().push((k, node.ty)),

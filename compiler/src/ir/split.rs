@@ -2,7 +2,7 @@
 
 use super::scalar::Scalar;
 use super::{Compare, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Unary, Value};
-use std::collections::HashMap;
+use crate::ir::hash::HashMap;
 
 /// Functions divided into one prelude and a body each.
 #[derive(Clone, Debug)]
@@ -13,36 +13,53 @@ pub struct Split {
     pub bodies: Vec<Body>,
 }
 
+/// A function to be divided: `(uniform parameters.., varying parameters..) -> results..`.
+#[derive(Clone, Debug)]
+pub struct Whole {
+    /// The function.
+    pub function: FunctionId,
+    /// Which parameter of the prelude each of its uniform parameters is.
+    pub uniform: Vec<u32>,
+}
+
+impl Whole {
+    /// The arguments of `function` at the parameters x of the prelude.
+    #[must_use]
+    pub fn arguments<T: Copy>(&self, x: &[T], uv: [T; 2]) -> Vec<T> {
+        self.uniform.iter().map(|i| x[*i as usize]).chain(uv).collect()
+    }
+}
+
 /// What is left of a function.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// `(its captures.., varying parameters..) -> results..`.
     pub function: FunctionId,
-    /// Which of the prelude's results it takes, ascending.
+    /// Which of the prelude's results it takes, in the order of their first use: bodies that differ in what they capture
+    /// only are equal.
     pub captures: Vec<u32>,
+    /// How many of them, the last, are constants ([`merge_bodies`](super::merge::merge_bodies)).
+    pub constants: usize,
 }
 
-/// Divides functions of the same parameters: everything that does not depend on the `varying` ones (by index) goes
+/// Divides functions of some of the prelude's parameters: everything that does not depend on the varying ones goes
 /// to the prelude, and its outermost values are captured by the bodies. Values that several bodies capture are
 /// computed once. A truth value is captured as 0 or 1, an integer as a real (exact up to 2^53).
 ///
 /// Inline and simplify the functions before: calls and branches go to the prelude only as a whole.
 #[must_use]
-pub fn split_all(module: &mut Module, functions: &[FunctionId], varying: &[u32]) -> Split {
-    let params = functions.first().map_or(Vec::new(), |f| module.function(*f).params.clone());
-    let uniform: Vec<usize> = (0..params.len()).filter(|i| !varying.contains(&(*i as u32))).collect();
-    let kept = uniform.iter().map(|i| params[*i].clone()).collect();
+pub fn split_all(module: &mut Module, params: Vec<Parameter>, functions: &[Whole]) -> Split {
     let mut prelude = Prelude {
-        builder: FunctionBuilder::new("prelude", kept),
-        positions: uniform.iter().enumerate().map(|(new, old)| (*old as u32, new)).collect(),
+        params: params.len(),
+        builder: FunctionBuilder::new("prelude", params),
         captures: Vec::new(),
-        indices: HashMap::new(),
+        indices: HashMap::default(),
     };
     let mut bodies = Vec::new();
-    for id in functions {
-        let function = module.function(*id).clone();
-        let (body, captures) = split_one(&mut prelude, &function, varying);
-        bodies.push(Body { function: module.add(body), captures });
+    for whole in functions {
+        let function = module.function(whole.function).clone();
+        let (body, captures) = split_one(&mut prelude, &function, &whole.uniform);
+        bodies.push(Body { function: module.add(body), captures, constants: 0 });
     }
     let Prelude { builder, captures, .. } = prelude;
     let prelude = module.add(builder.finish(captures.into_iter().map(|(p, v)| (p.name, v))));
@@ -53,9 +70,8 @@ pub fn split_all(module: &mut Module, functions: &[FunctionId], varying: &[u32])
 }
 
 struct Prelude {
+    params: usize,
     builder: FunctionBuilder,
-    /// The prelude's parameter for each uniform parameter of the functions.
-    positions: HashMap<u32, usize>,
     /// Captured values (all Real), and what a body calls them.
     captures: Vec<(Parameter, Value)>,
     indices: HashMap<Value, u32>,
@@ -77,45 +93,33 @@ impl Prelude {
             return *known;
         }
         let index = self.captures.len() as u32;
-        let name = match self.positions.len() {
-            params if (real.0 as usize) < params => self.name_of(real),
-            _ => format!("c{index}"),
-        };
+        let param = real.0 as usize;
+        let name = if param < self.params { self.builder.param_name(param).to_owned() } else { format!("c{index}") };
         self.captures.push((Parameter::real(name), real));
         self.indices.insert(real, index);
         index
     }
-
-    fn name_of(&self, param: Value) -> String {
-        self.builder.param_name(param.0 as usize).to_owned()
-    }
 }
 
 /// The body of a function, and the captures that it takes.
-fn split_one(prelude: &mut Prelude, function: &Function, varying: &[u32]) -> (Function, Vec<u32>) {
-    let outside = uniform_values(prelude, function);
-    let captured = captured_nodes(prelude, function, &outside);
-    let mut captures: Vec<u32> = captured.values().copied().collect();
-    captures.sort_unstable();
-    captures.dedup();
+fn split_one(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Function, Vec<u32>) {
+    let outside = uniform_values(prelude, function, uniform);
+    let (captured, captures) = captured_nodes(prelude, function, &outside);
     let mut params: Vec<Parameter> = captures.iter().map(|c| prelude.captures[*c as usize].0.clone()).collect();
-    params.extend(varying.iter().map(|i| function.params[*i as usize].clone()));
+    params.extend_from_slice(&function.params[uniform.len()..]);
     let mut b = FunctionBuilder::new(function.name.clone(), params);
     let mut values = vec![Value(u32::MAX); function.nodes.len()];
     for node in function.values() {
         let i = node.0 as usize;
         b.set_span(function.nodes[i].span);
-        if let Some(capture) = captured.get(&node) {
-            let param = b.param(captures.binary_search(capture).unwrap_or(0));
+        if let Some(position) = captured.get(&node) {
+            let param = b.param(*position);
             values[i] = back_to(&mut b, param, function.nodes[i].ty);
         } else if let Some(constant) = outside[i].and_then(|v| prelude.builder.constant(v)) {
             values[i] = b.scalar(constant);
         } else if outside[i].is_none() {
             values[i] = match function.op(node) {
-                Op::Param(p) => {
-                    let position = varying.iter().position(|v| v == p).unwrap_or(0);
-                    b.param(captures.len() + position)
-                }
+                Op::Param(p) => b.param(captures.len() + *p as usize - uniform.len()),
                 op => b.emit(&op.map_operands(|v| values[v.0 as usize]), function.nodes[i].ty),
             };
         }
@@ -126,11 +130,11 @@ fn split_one(prelude: &mut Prelude, function: &Function, varying: &[u32]) -> (Fu
 }
 
 /// For every node that is uniform its value in the prelude.
-fn uniform_values(prelude: &mut Prelude, function: &Function) -> Vec<Option<Value>> {
+fn uniform_values(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> Vec<Option<Value>> {
     let mut outside: Vec<Option<Value>> = Vec::with_capacity(function.nodes.len());
     for node in &function.nodes {
         let value = if let Op::Param(i) = node.op {
-            prelude.positions.get(&i).map(|p| prelude.builder.param(*p))
+            uniform.get(i as usize).map(|p| prelude.builder.param(*p as usize))
         } else {
             let mut all = true;
             node.op.visit_operands(|v| all &= outside[v.0 as usize].is_some());
@@ -145,14 +149,24 @@ fn uniform_values(prelude: &mut Prelude, function: &Function) -> Vec<Option<Valu
     outside
 }
 
-/// The uniform nodes that are not constant and that a result is, or that something varying uses.
-fn captured_nodes(prelude: &mut Prelude, function: &Function, outside: &[Option<Value>]) -> HashMap<Value, u32> {
-    let mut captured = HashMap::new();
+/// The uniform nodes that are not constant and that a result is, or that something varying uses: the position of their
+/// capture among those of the body; and these.
+fn captured_nodes(
+    prelude: &mut Prelude,
+    function: &Function,
+    outside: &[Option<Value>],
+) -> (HashMap<Value, usize>, Vec<u32>) {
+    let mut captured = HashMap::default();
+    let (mut positions, mut captures) = (HashMap::default(), Vec::new());
     let mut capture = |node: Value| {
         if let Some(value) = outside[node.0 as usize]
             && prelude.builder.constant(value).is_none()
         {
-            captured.entry(node).or_insert_with(|| prelude.capture(value));
+            let position = *positions.entry(prelude.capture(value)).or_insert_with_key(|capture| {
+                captures.push(*capture);
+                captures.len() - 1
+            });
+            captured.insert(node, position);
         }
     };
     for (i, node) in function.nodes.iter().enumerate() {
@@ -161,7 +175,7 @@ fn captured_nodes(prelude: &mut Prelude, function: &Function, outside: &[Option<
         }
     }
     function.results.iter().for_each(|r| capture(*r));
-    captured
+    (captured, captures)
 }
 
 /// A capture as a value of the type that it had.

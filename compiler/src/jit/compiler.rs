@@ -2,15 +2,15 @@
 
 use super::code::Code;
 use super::context::MAX_FRAME;
-use super::memory::CodeMemory;
+use super::memory::{CodeMemory, Effort};
 use super::plan::Plan;
 use super::{kernel, lower};
+use crate::ir::hash::HashMap;
 use crate::ir::{Function, FunctionId, Module, Op, Type, Value};
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::{AbiParam, Signature, types};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_module::{FuncId, Module as _, ModuleError};
-use std::collections::HashMap;
 use thiserror::Error;
 
 /// Why there is no machine code.
@@ -40,8 +40,8 @@ pub struct Options {
     pub verify: bool,
     /// Keep the text of what was compiled, for [`Compiler::listings`].
     pub listings: bool,
-    /// Compile in linear time to code that is slower to run. Else time grows with the square of the values that live at
-    /// once, and functions with very many are refused.
+    /// Compile everything in linear time to code that is slower to run. Else this is done with routines, which run once
+    /// for every x, and with what would take too long.
     pub quick: bool,
 }
 
@@ -135,14 +135,17 @@ pub struct Compiler<'m> {
     nodes: usize,
     listings: Option<Vec<Listing>>,
     quick: bool,
+    /// Reused from function to function.
+    context: Option<(Context, FunctionBuilderContext)>,
 }
 
 /// Nodes that one [`Compiler`] lowers, bodies counted wherever they are lowered in place: seconds of work.
 const MAX_NODES: usize = 1_000_000;
 
-/// Calls times instructions of one function of Cranelift: its register allocator looks at every value that lives
-/// over a call for every call. At this many it takes some seconds.
-const MAX_CALLS_BY_INSTRUCTIONS: usize = 200_000_000;
+/// Instructions, and calls times instructions, of one function of Cranelift up to which it is compiled thoroughly: the
+/// register allocator then looks at every value that lives over a call for every call. At this many it takes about a tenth of a second.
+const MOST_INSTRUCTIONS: usize = 50_000;
+const MOST_CALLS_BY_INSTRUCTIONS: usize = 5_000_000;
 
 impl<'m> Compiler<'m> {
     /// A compiler for functions of a valid module.
@@ -154,22 +157,31 @@ impl<'m> Compiler<'m> {
             module,
             plan: Plan::new(module),
             memory: CodeMemory::new(options)?,
-            natives: HashMap::new(),
+            natives: HashMap::default(),
             pending: Vec::new(),
             entries: Vec::new(),
-            kernels: HashMap::new(),
+            kernels: HashMap::default(),
             nodes: 0,
             listings: options.listings.then(Vec::new),
             quick: options.quick,
+            context: None,
         })
     }
 
-    /// Compiles a function, with what it calls.
+    /// Compiles a function, with what it calls. It is meant to run once for every x, so that its code is made quickly.
     ///
     /// # Errors
     /// [`JitError`].
     pub fn routine(&mut self, id: FunctionId) -> Result<Routine, JitError> {
-        let function = self.native(id)?;
+        let function = match self.natives.get(&id) {
+            Some(known) => *known,
+            None => {
+                let function = self.declare(&self.plain_signature(), &self.module.function(id).name)?;
+                self.natives.insert(id, function);
+                self.compile_plain(id, Effort::Quick)?;
+                function
+            }
+        };
         self.compile_pending()?;
         let f = self.module.function(id);
         let entry = Entry { function, inputs: f.params.len(), results: f.results.len(), shape: None };
@@ -195,7 +207,7 @@ impl<'m> Compiler<'m> {
         signature.params.extend([AbiParam::new(types::I64); 7]);
         signature.returns.push(AbiParam::new(types::I32));
         let function = self.declare(&signature, &f.name)?;
-        self.define(function, &f.name, signature, |compiler, context, frontend| {
+        self.define(function, &f.name, signature, Effort::Thorough, |compiler, context, frontend| {
             kernel::build(compiler, shape, context, frontend)
         })?;
         self.compile_pending()?;
@@ -254,13 +266,17 @@ impl<'m> Compiler<'m> {
 
     fn compile_pending(&mut self) -> Result<(), JitError> {
         while let Some(id) = self.pending.pop() {
-            let name = &self.module.function(id).name;
-            let signature = self.plain_signature();
-            self.define(self.natives[&id], name, signature, |compiler, context, frontend| {
-                lower::build_plain(compiler, id, context, frontend)
-            })?;
+            self.compile_plain(id, Effort::Thorough)?;
         }
         Ok(())
+    }
+
+    fn compile_plain(&mut self, id: FunctionId, effort: Effort) -> Result<(), JitError> {
+        let name = &self.module.function(id).name;
+        let signature = self.plain_signature();
+        self.define(self.natives[&id], name, signature, effort, |compiler, context, frontend| {
+            lower::build_plain(compiler, id, context, frontend)
+        })
     }
 
     fn declare(&mut self, signature: &Signature, name: &str) -> Result<FuncId, JitError> {
@@ -274,18 +290,17 @@ impl<'m> Compiler<'m> {
         function: FuncId,
         name: &str,
         signature: Signature,
+        effort: Effort,
         build: impl FnOnce(&mut Self, &mut Context, &mut FunctionBuilderContext) -> Result<(), JitError>,
     ) -> Result<(), JitError> {
-        let mut context = self.memory.module().make_context();
+        let new = || (self.memory.module().make_context(), FunctionBuilderContext::new());
+        let (mut context, mut frontend) = self.context.take().unwrap_or_else(new);
         context.func.signature = signature;
-        build(self, &mut context, &mut FunctionBuilderContext::new())?;
-        if !self.quick && calls(&context.func).saturating_mul(context.func.dfg.num_insts()) > MAX_CALLS_BY_INSTRUCTIONS
-        {
-            return Err(JitError::TooLarge(name.to_owned(), "too many calls among too many operations"));
-        }
+        build(self, &mut context, &mut frontend)?;
+        let effort = if self.quick || takes_long(&context.func) { Effort::Quick } else { effort };
         let clif = self.listings.is_some().then(|| context.func.display().to_string());
         context.set_disasm(self.listings.is_some());
-        self.memory.module_mut().define_function(function, &mut context).map_err(|e| backend(name, &e))?;
+        self.memory.define(function, &mut context, effort).map_err(|e| backend(name, &e))?;
         let compiled = context.compiled_code();
         let frame = compiled.and_then(|c| c.buffer.frame_layout()).map_or(0, |l| l.frame_to_fp_offset);
         if frame > MAX_FRAME {
@@ -295,6 +310,8 @@ impl<'m> Compiler<'m> {
             let assembly = compiled.and_then(|c| c.vcode.clone()).unwrap_or_default();
             listings.push(Listing { name: name.to_owned(), clif, assembly });
         }
+        self.memory.module().clear_context(&mut context);
+        self.context = Some((context, frontend));
         Ok(())
     }
 
@@ -304,9 +321,12 @@ impl<'m> Compiler<'m> {
     }
 }
 
-fn calls(function: &cranelift_codegen::ir::Function) -> usize {
+/// Whether a function would take too long to compile thoroughly.
+fn takes_long(function: &cranelift_codegen::ir::Function) -> bool {
     let insts = function.layout.blocks().flat_map(|b| function.layout.block_insts(b));
-    insts.filter(|i| function.dfg.insts[*i].opcode().is_call()).count()
+    let calls = insts.filter(|i| function.dfg.insts[*i].opcode().is_call()).count();
+    let all = function.dfg.num_insts();
+    all > MOST_INSTRUCTIONS || calls.saturating_mul(all) > MOST_CALLS_BY_INSTRUCTIONS
 }
 
 fn backend(name: &str, error: &ModuleError) -> JitError {

@@ -2,7 +2,7 @@
 
 use super::compiler::JitError;
 use super::context::{Context, DEPTH, FIRST_FAILURE, STEPS};
-use super::lower::{Lowering, TRUSTED};
+use super::lower::{Lowered, Lowering, TRUSTED};
 use crate::ir::{FailureId, FunctionId, Type};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{
@@ -16,7 +16,7 @@ impl Lowering<'_, '_, '_> {
         &mut self,
         condition: Value,
         bodies: [FunctionId; 2],
-        arguments: &[Value],
+        arguments: &[Lowered],
     ) -> Result<Vec<Value>, JitError> {
         let blocks = [self.builder.create_block(), self.builder.create_block()];
         let after = self.builder.create_block();
@@ -26,6 +26,7 @@ impl Lowering<'_, '_, '_> {
         for (block, body) in blocks.into_iter().zip(bodies) {
             self.builder.switch_to_block(block);
             let values = self.body(body, arguments)?;
+            let values = self.values(&values);
             self.builder.ins().jump(after, &block_arguments(&values));
         }
         self.builder.switch_to_block(after);
@@ -38,9 +39,10 @@ impl Lowering<'_, '_, '_> {
         &mut self,
         count: Value,
         body: FunctionId,
-        init: &[Value],
-        invariant: &[Value],
+        init: &[Lowered],
+        invariant: &[Lowered],
     ) -> Result<Vec<Value>, JitError> {
+        let init = self.values(init);
         let (start, turn, after) =
             (self.builder.create_block(), self.builder.create_block(), self.builder.create_block());
         let index = self.builder.append_block_param(turn, types::I64);
@@ -49,7 +51,7 @@ impl Lowering<'_, '_, '_> {
         let results: Vec<Value> = types.iter().map(|ty| self.builder.append_block_param(after, *ty)).collect();
 
         let any = self.builder.ins().icmp_imm_s(IntCC::SignedGreaterThan, count, 0);
-        self.builder.ins().brif(any, start, [], after, &block_arguments(init));
+        self.builder.ins().brif(any, start, [], after, &block_arguments(&init));
 
         self.builder.switch_to_block(start);
         self.take_steps(count);
@@ -58,8 +60,10 @@ impl Lowering<'_, '_, '_> {
         self.builder.ins().jump(turn, &block_arguments(&first));
 
         self.builder.switch_to_block(turn);
-        let arguments: Vec<Value> = std::iter::once(index).chain(carried).chain(invariant.iter().copied()).collect();
+        let changing = std::iter::once(index).chain(carried).map(Lowered::One);
+        let arguments: Vec<Lowered> = changing.chain(invariant.iter().cloned()).collect();
         let values = self.body(body, &arguments)?;
+        let values = self.values(&values);
         let next = self.builder.ins().iadd_imm_s(index, 1);
         let more = self.builder.ins().icmp(IntCC::SignedLessThan, next, count);
         let again: Vec<Value> = std::iter::once(next).chain(values.iter().copied()).collect();
@@ -69,7 +73,7 @@ impl Lowering<'_, '_, '_> {
     }
 
     /// Calls a function on the script's behalf: one step, and one level deeper.
-    pub(super) fn counted_call(&mut self, function: FunctionId, arguments: &[Value]) -> Result<Vec<Value>, JitError> {
+    pub(super) fn counted_call(&mut self, function: FunctionId, arguments: &[Lowered]) -> Result<Vec<Value>, JitError> {
         let one = self.builder.ins().iconst(types::I64, 1);
         self.take_steps(one);
         let depth = self.builder.ins().load(types::I64, TRUSTED, self.context, Context::DEPTH);
@@ -106,29 +110,29 @@ impl Lowering<'_, '_, '_> {
     }
 
     /// A body of a branch or loop: in place, or called.
-    fn body(&mut self, body: FunctionId, arguments: &[Value]) -> Result<Vec<Value>, JitError> {
+    fn body(&mut self, body: FunctionId, arguments: &[Lowered]) -> Result<Vec<Lowered>, JitError> {
         if self.compiler.plan.is_called(body) {
-            return self.call(body, arguments);
+            return Ok(self.call(body, arguments)?.into_iter().map(Lowered::One).collect());
         }
         let function = self.compiler.module.function(body);
         self.function(function, arguments)
     }
 
     /// Calls a function's code; its failure is ours.
-    fn call(&mut self, id: FunctionId, arguments: &[Value]) -> Result<Vec<Value>, JitError> {
+    fn call(&mut self, id: FunctionId, arguments: &[Lowered]) -> Result<Vec<Value>, JitError> {
         let native = self.native(id)?;
         let function = self.compiler.module.function(id);
         let (types, results) = (function.result_types(), function.results.len());
         let (inputs, outputs) = (self.slot(false, arguments.len()), self.slot(true, results));
         let inputs = self.builder.ins().stack_addr(types::I64, inputs, 0);
         let outputs = self.builder.ins().stack_addr(types::I64, outputs, 0);
-        self.store_words(inputs, arguments);
+        self.store_all(inputs, arguments);
         let call = self.builder.ins().call(native, &[self.context, inputs, outputs]);
         let status = self.builder.inst_results(call)[0];
         let next = self.builder.create_block();
         self.builder.ins().brif(status, self.fail, &[BlockArg::Value(status)], next, []);
         self.builder.switch_to_block(next);
-        Ok(self.load_words(outputs, types.into_iter()))
+        Ok((0..).zip(types).map(|(i, ty)| self.load_word(outputs, 8 * i, ty)).collect())
     }
 
     fn native(&mut self, id: FunctionId) -> Result<FuncRef, JitError> {

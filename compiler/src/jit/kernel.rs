@@ -3,9 +3,9 @@
 use super::compiler::{Compiler, JitError, KernelShape, Output};
 use super::context::Context;
 use super::lower::{Frame, Lowered, Lowering, TRUSTED};
-use crate::ir::{Function, Op};
+use crate::ir::{Function, Op, Type};
 use cranelift_codegen::ir::condcodes::IntCC;
-use cranelift_codegen::ir::{BlockArg, InstBuilder, Value, types};
+use cranelift_codegen::ir::{BlockArg, InstBuilder, StackSlotData, StackSlotKind, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 
 /// Builds `(context, uniforms, u, v, w, n, out) -> status`. Nodes that depend on uniforms only are computed once, before
@@ -32,29 +32,23 @@ pub(super) fn build(
     let mut lowering = Lowering::new(compiler, builder, context, early_fail);
     let function = lowering.compiler.module.function(shape.function);
     let mut frame = Frame::new(function);
-    let first = before(&mut lowering, &mut frame, shape, uniforms, out)?;
-    lowering.builder.ins().jump(turn, &first);
+    before(&mut lowering, &mut frame, shape, uniforms)?;
+    let zero = lowering.builder.ins().iconst(types::I64, 0);
+    lowering.builder.ins().jump(turn, &[BlockArg::Value(zero)]);
 
     let index = lowering.builder.append_block_param(turn, types::I64);
-    let sums: Vec<Value> = (1..first.len()).map(|_| lowering.builder.append_block_param(turn, types::F64)).collect();
     lowering.builder.switch_to_block(turn);
     lowering.fail = late_fail;
     if lowering.compiler.plan.counts_steps(shape.function) {
         let steps = lowering.builder.ins().load(types::I64, TRUSTED, context, Context::STEPS_PER_POINT);
         lowering.builder.ins().store(TRUSTED, steps, context, Context::STEPS);
     }
-    load_point(&mut lowering, &mut frame, shape, index, [u, v, w]);
-    lowering.nodes(&mut frame, |_| true)?;
-    let results = frame.all(&function.results);
-    let totals = put(&mut lowering, shape.output, &results, &sums, index, out);
+    find_point(&mut lowering, &mut frame, shape, index, [u, v, w]);
+    lowering.anchors(&mut frame)?;
+    put(&mut lowering, &mut frame, shape.output, index, out)?;
     let next = lowering.builder.ins().iadd_imm_s(index, 1);
     let more = lowering.builder.ins().icmp(IntCC::SignedLessThan, next, n);
-    let again: Vec<BlockArg> = std::iter::once(next).chain(totals.iter().copied()).map(BlockArg::Value).collect();
-    let last = lowering.builder.create_block();
-    lowering.builder.ins().brif(more, turn, &again, last, []);
-    lowering.builder.switch_to_block(last);
-    lowering.store_words(out, &totals);
-    lowering.builder.ins().jump(done, []);
+    lowering.builder.ins().brif(more, turn, &[BlockArg::Value(next)], done, []);
 
     lowering.builder.switch_to_block(done);
     lowering.return_status(0);
@@ -67,46 +61,67 @@ pub(super) fn build(
     Ok(())
 }
 
-/// What comes before the loop: uniforms, and what depends on them alone. Returns what the loop starts with: the index
-/// of the first point, and the sums so far where it accumulates.
+/// What comes before the loop: what depends on uniforms alone. Reals of it that the loop uses go to the stack.
 fn before<'m>(
     lowering: &mut Lowering<'_, '_, 'm>,
     frame: &mut Frame<'m>,
     shape: KernelShape,
     uniforms: Value,
-    out: Value,
-) -> Result<Vec<BlockArg>, JitError> {
-    load_uniforms(lowering, frame, shape, uniforms);
+) -> Result<(), JitError> {
+    let types = frame.function.params[..shape.uniforms].iter().map(|p| p.ty);
+    let uniforms = lowering.words(uniforms, types);
+    frame.values[..uniforms.len()].clone_from_slice(&uniforms);
     let varying = varying(frame.function, shape.uniforms);
-    lowering.nodes(frame, |i| !varying[i])?;
-    let mut first = vec![lowering.builder.ins().iconst(types::I64, 0)];
-    if shape.output == Output::Accumulate {
-        let types = frame.function.result_types();
-        first.extend(lowering.load_words(out, types.into_iter()));
+    for node in frame.function.values().filter(|v| !varying[v.0 as usize]) {
+        lowering.demand(frame, node)?;
     }
-    Ok(first.into_iter().map(BlockArg::Value).collect())
+    let mut kept: Vec<(usize, Value)> = Vec::new();
+    for (i, used) in used_by(frame.function, &varying).into_iter().enumerate() {
+        if let Lowered::One(value) = frame.values[i]
+            && used
+            && frame.function.nodes[i].ty == Type::Real
+        {
+            kept.push((i, value));
+        }
+    }
+    if kept.is_empty() {
+        return Ok(());
+    }
+    let bytes = u32::try_from(8 * kept.len()).unwrap_or(u32::MAX);
+    let slot = lowering.builder.create_sized_stack_slot(StackSlotData::new(StackSlotKind::ExplicitSlot, bytes, 3));
+    let base = lowering.builder.ins().stack_addr(types::I64, slot, 0);
+    for (offset, (i, value)) in (0..).step_by(8).zip(kept) {
+        lowering.builder.ins().store(TRUSTED, value, base, offset);
+        frame.values[i] = Lowered::Stored(base, offset);
+    }
+    Ok(())
 }
 
-/// What becomes of a point's results: stored at its place, or added to the sums, which are returned.
-fn put(
-    lowering: &mut Lowering<'_, '_, '_>,
+/// What becomes of a point's results: stored at its place, or added to the sums there.
+fn put<'m>(
+    lowering: &mut Lowering<'_, '_, 'm>,
+    frame: &mut Frame<'m>,
     output: Output,
-    results: &[Value],
-    sums: &[Value],
     index: Value,
     out: Value,
-) -> Vec<Value> {
-    match output {
+) -> Result<(), JitError> {
+    let results = &frame.function.results;
+    let place = match output {
         Output::Store => {
             let offset = lowering.builder.ins().imul_imm_s(index, 8 * results.len() as i64);
-            let place = lowering.builder.ins().iadd(out, offset);
-            lowering.store_words(place, results);
-            Vec::new()
+            lowering.builder.ins().iadd(out, offset)
         }
-        Output::Accumulate => {
-            sums.iter().zip(results).map(|(sum, result)| lowering.builder.ins().fadd(*sum, *result)).collect()
+        Output::Accumulate => out,
+    };
+    for (offset, result) in (0..).step_by(8).zip(results) {
+        let mut value = lowering.demanded(frame, *result)?;
+        if output == Output::Accumulate {
+            let sum = lowering.builder.ins().load(types::F64, TRUSTED, place, offset);
+            value = lowering.builder.ins().fadd(sum, value);
         }
+        lowering.store_word(place, offset, value);
     }
+    Ok(())
 }
 
 /// Which nodes depend on more than the first parameters.
@@ -120,15 +135,18 @@ fn varying(function: &Function, uniforms: usize) -> Vec<bool> {
     varying
 }
 
-fn load_uniforms(lowering: &mut Lowering<'_, '_, '_>, frame: &mut Frame<'_>, shape: KernelShape, uniforms: Value) {
-    let types = frame.function.params[..shape.uniforms].iter().map(|p| p.ty);
-    for (i, value) in lowering.load_words(uniforms, types).into_iter().enumerate() {
-        frame.values[i] = Lowered::One(value);
+/// Which nodes those of a set use, and the results are.
+fn used_by(function: &Function, users: &[bool]) -> Vec<bool> {
+    let mut used = vec![false; function.nodes.len()];
+    for (node, _) in function.nodes.iter().zip(users).filter(|(_, user)| **user) {
+        node.op.visit_operands(|v| used[v.0 as usize] = true);
     }
+    function.results.iter().for_each(|r| used[r.0 as usize] = true);
+    used
 }
 
-/// Loads u, v and the weights of the point at an index.
-fn load_point(
+/// Where u, v and the weights of the point at an index are.
+fn find_point(
     lowering: &mut Lowering<'_, '_, '_>,
     frame: &mut Frame<'_>,
     shape: KernelShape,
@@ -137,14 +155,13 @@ fn load_point(
 ) {
     let builder = &mut lowering.builder;
     let offset = builder.ins().imul_imm_s(index, 8);
-    let mut loads = vec![(u, offset, 0), (v, offset, 0)];
+    let mut places = vec![(builder.ins().iadd(u, offset), 0), (builder.ins().iadd(v, offset), 0)];
     if shape.weights {
         let offset = builder.ins().imul_imm_s(index, 24);
-        loads.extend((0..3).map(|c| (w, offset, 8 * c)));
+        let base = builder.ins().iadd(w, offset);
+        places.extend((0..3).map(|c| (base, 8 * c)));
     }
-    for (k, (base, offset, component)) in loads.into_iter().enumerate() {
-        let address = builder.ins().iadd(base, offset);
-        let value = builder.ins().load(types::F64, TRUSTED, address, component);
-        frame.values[shape.uniforms + k] = Lowered::One(value);
+    for (k, (base, offset)) in places.into_iter().enumerate() {
+        frame.values[shape.uniforms + k] = Lowered::Stored(base, offset);
     }
 }

@@ -4,12 +4,12 @@ use super::compiler::{Compiler, JitError};
 use super::context::{Context, DEPTH};
 use super::host;
 use crate::ir::arithmetic::pow_int_steps;
+use crate::ir::hash::HashMap;
 use crate::ir::{self, Binary, Compare, Function, FunctionId, Op, Type, Unary};
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{AbiParam, Block, FuncRef, InstBuilder, MemFlagsData, StackSlot, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_module::{Linkage, Module as _};
-use std::collections::HashMap;
 
 /// Memory that generated code touches is there, aligned, and its own.
 pub(super) const TRUSTED: MemFlagsData = MemFlagsData::trusted();
@@ -29,12 +29,20 @@ pub(super) struct Lowering<'a, 'f, 'm> {
 }
 
 /// What a node became.
+///
+/// A loop over points calls functions, and a call keeps no vector register: a real that lived over it would go to the
+/// stack and come back. What is in memory anyway therefore stays there until an instruction uses it (most take an
+/// operand from memory), which also leaves the register allocator little to do.
 #[derive(Clone, Debug)]
 pub(super) enum Lowered {
     /// Not lowered yet.
     Nothing,
     /// A value.
     One(Value),
+    /// A real at an address and offset.
+    Stored(Value, i32),
+    /// A real constant, by its bits.
+    Constant(u64),
     /// The results of a branch, loop or call.
     Many(Vec<Value>),
 }
@@ -50,16 +58,13 @@ impl<'m> Frame<'m> {
         Frame { function, values: vec![Lowered::Nothing; function.nodes.len()] }
     }
 
-    /// The value of a node that is not `Multi`.
-    pub(super) fn value(&self, v: ir::Value) -> Value {
-        match &self.values[v.0 as usize] {
-            Lowered::One(value) => *value,
-            _ => unreachable!("operands are single values made before their users"),
-        }
+    pub(super) fn is_missing(&self, v: ir::Value) -> bool {
+        matches!(self.values[v.0 as usize], Lowered::Nothing)
     }
 
-    pub(super) fn all(&self, values: &[ir::Value]) -> Vec<Value> {
-        values.iter().map(|v| self.value(*v)).collect()
+    /// What some nodes became.
+    pub(super) fn all(&self, values: &[ir::Value]) -> Vec<Lowered> {
+        values.iter().map(|v| self.values[v.0 as usize].clone()).collect()
     }
 }
 
@@ -79,9 +84,14 @@ pub(super) fn build_plain(
     let mut lowering = Lowering::new(compiler, builder, context, fail);
     lowering.check_stack();
     let function = lowering.compiler.module.function(id);
-    let arguments = lowering.load_words(arguments, function.params.iter().map(|p| p.ty));
-    let values = lowering.function(function, &arguments)?;
-    lowering.store_words(results, &values);
+    let arguments = lowering.words(arguments, function.params.iter().map(|p| p.ty));
+    let mut frame = Frame::new(function);
+    frame.values[..arguments.len()].clone_from_slice(&arguments);
+    lowering.anchors(&mut frame)?;
+    for (offset, result) in (0..).step_by(8).zip(&function.results) {
+        let value = lowering.demanded(&mut frame, *result)?;
+        lowering.store_word(results, offset, value);
+    }
     lowering.return_status(0);
     lowering.open_fail_block(fail);
     lowering.return_fail_status(fail);
@@ -101,9 +111,9 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             builder,
             context,
             fail,
-            hosts: HashMap::new(),
-            natives: HashMap::new(),
-            slots: HashMap::new(),
+            hosts: HashMap::default(),
+            natives: HashMap::default(),
+            slots: HashMap::default(),
         }
     }
 
@@ -113,53 +123,120 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     }
 
     /// Lowers a function in place, for these arguments.
-    pub(super) fn function(&mut self, function: &'m Function, arguments: &[Value]) -> Result<Vec<Value>, JitError> {
+    pub(super) fn function(&mut self, function: &'m Function, arguments: &[Lowered]) -> Result<Vec<Lowered>, JitError> {
         let mut frame = Frame::new(function);
-        for (i, value) in arguments.iter().enumerate() {
-            frame.values[i] = Lowered::One(*value);
+        frame.values[..arguments.len()].clone_from_slice(arguments);
+        self.anchors(&mut frame)?;
+        for result in &function.results {
+            self.demand(&mut frame, *result)?;
         }
-        self.nodes(&mut frame, |_| true)?;
         Ok(frame.all(&function.results))
     }
 
-    /// Lowers the nodes that are wanted and not lowered yet.
-    pub(super) fn nodes(&mut self, frame: &mut Frame<'m>, wanted: impl Fn(usize) -> bool) -> Result<(), JitError> {
+    /// Lowers the nodes of a function that may end it early, in their order, and all calls, with what they need. Results
+    /// are to be demanded after them.
+    pub(super) fn anchors(&mut self, frame: &mut Frame<'m>) -> Result<(), JitError> {
         let function = frame.function;
         self.compiler.spend(&function.name, function.nodes.len())?;
-        for (i, node) in function.nodes.iter().enumerate() {
-            if wanted(i) && matches!(frame.values[i], Lowered::Nothing) {
-                frame.values[i] = self.node(frame, &node.op, node.ty)?;
+        for (i, node) in (0..).zip(&function.nodes) {
+            let anchor = match &node.op {
+                Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Guard { .. } => true,
+                Op::Unary(op, _) => host::unary(*op).is_some(),
+                Op::Binary(op, ..) => node.ty == Type::Real && host::binary(*op).is_some(),
+                _ => false,
+            };
+            if anchor {
+                self.demand(frame, ir::Value(i))?;
             }
         }
         Ok(())
     }
 
+    /// Lowers a node with what it needs, where that is still to be done. Values are thus made shortly before they are
+    /// used; in the order of a derivative's nodes, which has every value's tangents side by side, most would live at once.
+    pub(super) fn demand(&mut self, frame: &mut Frame<'m>, node: ir::Value) -> Result<(), JitError> {
+        let function = frame.function;
+        let mut open = vec![node];
+        while let Some(&node) = open.last() {
+            if !frame.is_missing(node) {
+                open.pop();
+                continue;
+            }
+            let ir::Node { op, ty, .. } = &function.nodes[node.0 as usize];
+            let first = open.len();
+            op.visit_operands(|v| open.extend(frame.is_missing(v).then_some(v)));
+            if open.len() == first {
+                frame.values[node.0 as usize] = self.node(frame, op, *ty)?;
+            } else {
+                open[first..].reverse();
+            }
+        }
+        Ok(())
+    }
+
+    /// The value of a node, which is lowered if need be.
+    pub(super) fn demanded(&mut self, frame: &mut Frame<'m>, node: ir::Value) -> Result<Value, JitError> {
+        self.demand(frame, node)?;
+        Ok(self.value(&frame.values[node.0 as usize]))
+    }
+
+    /// The value of a node that is not `Multi`, for an instruction that comes next.
+    pub(super) fn value(&mut self, lowered: &Lowered) -> Value {
+        match *lowered {
+            Lowered::One(value) => value,
+            Lowered::Stored(base, offset) => self.builder.ins().load(types::F64, TRUSTED, base, offset),
+            Lowered::Constant(bits) => self.builder.ins().f64const(f64::from_bits(bits)),
+            Lowered::Nothing | Lowered::Many(_) => unreachable!("operands are single values made before their users"),
+        }
+    }
+
+    pub(super) fn values(&mut self, all: &[Lowered]) -> Vec<Value> {
+        all.iter().map(|lowered| self.value(lowered)).collect()
+    }
+
     fn node(&mut self, frame: &Frame<'m>, op: &Op, ty: Type) -> Result<Lowered, JitError> {
+        let mut get = |v: &ir::Value| self.value(&frame.values[v.0 as usize]);
         Ok(Lowered::One(match op {
             Op::Param(_) => unreachable!("parameters are there before the nodes"),
-            Op::Real(bits) => self.builder.ins().f64const(f64::from_bits(*bits)),
+            Op::Real(bits) => return Ok(Lowered::Constant(*bits)),
             Op::Int(i) => self.builder.ins().iconst(types::I64, *i),
             Op::Bool(b) => self.builder.ins().iconst(types::I8, i64::from(*b)),
-            Op::Unary(op, a) => self.unary(*op, frame.value(*a)),
-            Op::Binary(op, a, b) if ty == Type::Real => self.binary(*op, frame.value(*a), frame.value(*b)),
-            Op::Binary(op, a, b) => self.binary_int(*op, frame.value(*a), frame.value(*b)),
-            Op::PowInt(a, n) => self.pow_int(frame.value(*a), *n),
-            Op::Compare(op, a, b) => self.compare(*op, frame.function.ty(*a), frame.value(*a), frame.value(*b)),
-            Op::Select(c, a, b) => self.builder.ins().select(frame.value(*c), frame.value(*a), frame.value(*b)),
+            Op::Unary(op, a) => {
+                let a = get(a);
+                self.unary(*op, a)
+            }
+            Op::Binary(op, a, b) => {
+                let (a, b) = (get(a), get(b));
+                if ty == Type::Real { self.binary(*op, a, b) } else { self.binary_int(*op, a, b) }
+            }
+            Op::PowInt(a, n) => {
+                let a = get(a);
+                self.pow_int(a, *n)
+            }
+            Op::Compare(op, a, b) => {
+                let ty = frame.function.ty(*a);
+                let (a, b) = (get(a), get(b));
+                self.compare(*op, ty, a, b)
+            }
+            Op::Select(c, a, b) => {
+                let (c, a, b) = (get(c), get(a), get(b));
+                self.builder.ins().select(c, a, b)
+            }
             Op::Guard { value, condition, failure } => {
-                self.guard(frame.value(*condition), *failure);
-                frame.value(*value)
+                let condition = get(condition);
+                self.guard(condition, *failure);
+                return Ok(frame.values[value.0 as usize].clone());
             }
             Op::Project(multi, k) => match &frame.values[multi.0 as usize] {
                 Lowered::Many(values) => values[*k as usize],
                 _ => unreachable!("a projection's operand has several values"),
             },
             Op::If { condition, then, otherwise, args } => {
-                let condition = frame.value(*condition);
+                let condition = get(condition);
                 return self.branch(condition, [*then, *otherwise], &frame.all(args)).map(Lowered::Many);
             }
             Op::Loop { count, body, init, invariant } => {
-                let count = frame.value(*count);
+                let count = get(count);
                 return self.repeat(count, *body, &frame.all(init), &frame.all(invariant)).map(Lowered::Many);
             }
             Op::Call { function, args } => {
@@ -329,33 +406,46 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
 }
 
 impl Lowering<'_, '_, '_> {
-    /// Values from 64-bit words in memory.
-    pub(super) fn load_words(&mut self, base: Value, types: impl Iterator<Item = Type>) -> Vec<Value> {
+    /// Values of 64-bit words in memory, which must not change while they are in use. Reals stay there.
+    pub(super) fn words(&mut self, base: Value, types: impl Iterator<Item = Type>) -> Vec<Lowered> {
         let mut values = Vec::new();
         for (i, ty) in types.enumerate() {
             let offset = 8 * i as i32;
             values.push(match ty {
-                Type::Real => self.builder.ins().load(types::F64, TRUSTED, base, offset),
-                Type::Int => self.builder.ins().load(types::I64, TRUSTED, base, offset),
-                Type::Bool => {
-                    let word = self.builder.ins().load(types::I64, TRUSTED, base, offset);
-                    self.builder.ins().icmp_imm_s(IntCC::NotEqual, word, 0)
-                }
-                Type::Multi => unreachable!("no parameter or result is Multi"),
+                Type::Real => Lowered::Stored(base, offset),
+                _ => Lowered::One(self.load_word(base, offset, ty)),
             });
         }
         values
     }
 
-    /// Values to 64-bit words in memory.
-    pub(super) fn store_words(&mut self, base: Value, values: &[Value]) {
-        for (i, value) in values.iter().enumerate() {
-            let wide = match self.builder.func.dfg.value_type(*value) {
-                types::I8 => self.builder.ins().uextend(types::I64, *value),
-                _ => *value,
-            };
-            self.builder.ins().store(TRUSTED, wide, base, 8 * i as i32);
+    /// A value from a 64-bit word in memory.
+    pub(super) fn load_word(&mut self, base: Value, offset: i32, ty: Type) -> Value {
+        match ty {
+            Type::Real => self.builder.ins().load(types::F64, TRUSTED, base, offset),
+            Type::Int => self.builder.ins().load(types::I64, TRUSTED, base, offset),
+            Type::Bool => {
+                let word = self.builder.ins().load(types::I64, TRUSTED, base, offset);
+                self.builder.ins().icmp_imm_s(IntCC::NotEqual, word, 0)
+            }
+            Type::Multi => unreachable!("no parameter or result is Multi"),
         }
+    }
+
+    /// Values to 64-bit words in memory.
+    pub(super) fn store_all(&mut self, base: Value, values: &[Lowered]) {
+        for (i, value) in values.iter().enumerate() {
+            let value = self.value(value);
+            self.store_word(base, 8 * i as i32, value);
+        }
+    }
+
+    pub(super) fn store_word(&mut self, base: Value, offset: i32, value: Value) {
+        let wide = match self.builder.func.dfg.value_type(value) {
+            types::I8 => self.builder.ins().uextend(types::I64, value),
+            _ => value,
+        };
+        self.builder.ins().store(TRUSTED, wide, base, offset);
     }
 
     pub(super) fn return_status(&mut self, status: i64) {

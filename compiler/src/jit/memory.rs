@@ -2,23 +2,54 @@
 
 use super::compiler::{JitError, Options};
 use super::host;
-use cranelift_codegen::isa::OwnedTargetIsa;
+use cranelift_codegen::Context;
+use cranelift_codegen::isa::{OwnedTargetIsa, TargetIsa};
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_module::{FuncId, Module as _, ModuleError, ModuleReloc};
 use std::sync::OnceLock;
 
 /// A Cranelift module whose code lives as long as this.
 pub(super) struct CodeMemory {
     /// Taken only by `drop`.
     module: Option<JITModule>,
+    /// For code that is made in linear time.
+    quick: OwnedTargetIsa,
+    /// For code that is to run fast.
+    thorough: OwnedTargetIsa,
+}
+
+/// What code is to be good at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Effort {
+    /// At being made: in linear time.
+    Quick,
+    /// At running.
+    Thorough,
 }
 
 impl CodeMemory {
     /// An empty module for the machine that this runs on.
     pub(super) fn new(options: Options) -> Result<CodeMemory, JitError> {
-        let mut builder = JITBuilder::with_isa(target(options)?, cranelift_module::default_libcall_names());
+        let thorough = target(options, Effort::Thorough)?;
+        let mut builder = JITBuilder::with_isa(thorough.clone(), cranelift_module::default_libcall_names());
         builder.symbols(host::all().into_iter().map(|f| (f.name, f.address)));
-        Ok(CodeMemory { module: Some(JITModule::new(builder)) })
+        Ok(CodeMemory { module: Some(JITModule::new(builder)), quick: target(options, Effort::Quick)?, thorough })
+    }
+
+    /// Compiles a function that was built in `context` and takes its code. (What `JITModule::define_function` does, with
+    /// a choice of targets.)
+    pub(super) fn define(&mut self, id: FuncId, context: &mut Context, effort: Effort) -> Result<(), ModuleError> {
+        let target: &dyn TargetIsa = match effort {
+            Effort::Quick => &*self.quick,
+            Effort::Thorough => &*self.thorough,
+        };
+        context.compile(target, &mut Default::default())?;
+        let Some(code) = context.compiled_code() else { return Ok(()) };
+        let relocs = code.buffer.relocs().iter().map(|r| ModuleReloc::from_mach_reloc(r, &context.func, id));
+        let relocs: Vec<ModuleReloc> = relocs.collect();
+        let module = self.module.as_mut().expect("only drop takes it");
+        module.define_function_bytes(id, u64::from(code.buffer.alignment), code.code_buffer(), &relocs)
     }
 
     pub(super) fn module(&self) -> &JITModule {
@@ -46,18 +77,19 @@ impl Drop for CodeMemory {
 unsafe impl Sync for CodeMemory {}
 
 /// The machine that this runs on, with its settings, made once for each combination of them.
-fn target(options: Options) -> Result<OwnedTargetIsa, JitError> {
+fn target(options: Options, effort: Effort) -> Result<OwnedTargetIsa, JitError> {
     static TARGETS: [OnceLock<Result<OwnedTargetIsa, JitError>>; 4] = [const { OnceLock::new() }; 4];
-    let index = usize::from(options.verify) + 2 * usize::from(options.quick);
-    TARGETS[index].get_or_init(|| make_target(options)).clone()
+    let index = usize::from(options.verify) + 2 * usize::from(effort == Effort::Quick);
+    TARGETS[index].get_or_init(|| make_target(options, effort)).clone()
 }
 
-fn make_target(options: Options) -> Result<OwnedTargetIsa, JitError> {
+fn make_target(options: Options, effort: Effort) -> Result<OwnedTargetIsa, JitError> {
+    let quick = effort == Effort::Quick;
     let host = |e: &dyn std::fmt::Display| JitError::Host(e.to_string());
     let mut flags = settings::builder();
     let values = [
-        ("opt_level", if options.quick { "none" } else { "speed" }),
-        ("regalloc_algorithm", if options.quick { "single_pass" } else { "backtracking" }),
+        ("opt_level", if quick { "none" } else { "speed" }),
+        ("regalloc_algorithm", if quick { "single_pass" } else { "backtracking" }),
         // Calls reach anywhere in the address space.
         ("use_colocated_libcalls", "false"),
         ("is_pic", "false"),

@@ -2,6 +2,7 @@
 
 use super::derivatives::ModelFunctions;
 use super::kernels::Kernels;
+use super::on_demand::OnDemand;
 use super::{Part, Program};
 use crate::check::{self, CheckOptions, InputValue, typed};
 use crate::diagnostic::{Diagnostic, Severity};
@@ -58,7 +59,7 @@ pub struct Failed {
 }
 
 /// Why a checked model cannot be compiled.
-#[derive(Debug, Error)]
+#[derive(Clone, Debug, Error)]
 pub(super) enum BuildError {
     #[error(transparent)]
     Inline(#[from] InlineError),
@@ -78,14 +79,41 @@ impl BuildError {
     }
 }
 
+/// A stage of [`compile`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Text to typed tree: parsing, names, types, instantiation.
+    Check,
+    /// Typed tree to scalar functions.
+    Lower,
+    /// Scalar functions to prelude and bodies with their Jacobians.
+    Differentiate,
+    /// Machine code for points and Jacobians. (The other derivatives are made when they are first asked for.)
+    MachineCode,
+}
+
 /// Compiles a script: its last model, or the one that the options name.
 ///
 /// # Errors
 /// What is wrong with the script, in the order of its text.
 pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Result<Compilation, Failed> {
+    compile_observed(script, loader, options, &mut |_| {})
+}
+
+/// As [`compile`], and says when each stage is done, for those who measure them (the compiler itself reads no clock).
+///
+/// # Errors
+/// As [`compile`].
+pub fn compile_observed(
+    script: SourceFile,
+    loader: &dyn Loader,
+    options: &Options,
+    done: &mut dyn FnMut(Stage),
+) -> Result<Compilation, Failed> {
     let mut sources = Sources::default();
     let main = sources.add(script.name, script.text);
     let (model, mut diagnostics) = check::check(&mut sources, loader, main, &options.inputs, &options.check);
+    done(Stage::Check);
     let Some(model) = model else {
         if !diagnostics.iter().any(|d| d.severity == Severity::Error) {
             let whole = Span { file: main, start: 0, end: 0 };
@@ -96,7 +124,7 @@ pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Re
         }
         return Err(Failed { diagnostics, sources });
     };
-    match build_model(model, &sources, options) {
+    match build_observed(model, &sources, options, done) {
         Ok(program) => Ok(Compilation { program, warnings: diagnostics, sources }),
         Err(e) => {
             diagnostics.push(e);
@@ -107,10 +135,19 @@ pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Re
 
 /// The stages after the check of a model, with what is wrong for the user.
 pub(crate) fn build_model(model: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Diagnostic> {
+    build_observed(model, sources, options, &mut |_| {})
+}
+
+fn build_observed(
+    model: typed::Model,
+    sources: &Sources,
+    options: &Options,
+    done: &mut dyn FnMut(Stage),
+) -> Result<Program, Diagnostic> {
     let span = model.parts.first().map_or(Span::default(), |p| p.span);
-    build(model, sources, options).map_err(|e| match e {
-        Stage::Lower(e) => e.diagnostic(),
-        Stage::Build(e) => e.diagnostic(span),
+    build(model, sources, options, done).map_err(|e| match e {
+        NotBuilt::Lower(e) => e.diagnostic(),
+        NotBuilt::Build(e) => e.diagnostic(span),
     })
 }
 
@@ -130,17 +167,25 @@ fn size_error(e: &InlineError) -> Diagnostic {
     }
 }
 
-enum Stage {
+enum NotBuilt {
     Lower(lower::TooLarge),
     Build(BuildError),
 }
 
 /// The stages after the check.
-fn build(typed: typed::Model, sources: &Sources, options: &Options) -> Result<Program, Stage> {
+fn build(
+    typed: typed::Model,
+    sources: &Sources,
+    options: &Options,
+    done: &mut dyn FnMut(Stage),
+) -> Result<Program, NotBuilt> {
     let limits = inline::Limits { nodes: options.operations, ..inline::Limits::default() };
-    let lowered = lower::lower_within(&typed, limits).map_err(Stage::Lower)?;
-    let functions = ModelFunctions::new(&lowered).map_err(Stage::Build)?;
-    let kernels = Kernels::new(&functions).map_err(|e| Stage::Build(e.into()))?;
+    let mut lowered = lower::lower_within(&typed, limits).map_err(NotBuilt::Lower)?;
+    done(Stage::Lower);
+    let functions = ModelFunctions::new(&mut lowered).map_err(NotBuilt::Build)?;
+    done(Stage::Differentiate);
+    let kernels = Kernels::new(&functions).map_err(|e| NotBuilt::Build(e.into()))?;
+    done(Stage::MachineCode);
     let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
         name: part.name.clone(),
         group: part.group.clone(),
@@ -156,6 +201,7 @@ fn build(typed: typed::Model, sources: &Sources, options: &Options) -> Result<Pr
         typed,
         functions,
         kernels,
+        derived: OnDemand::default(),
         limits: options.limits,
     })
 }

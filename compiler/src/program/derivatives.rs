@@ -1,15 +1,13 @@
-//! The functions of a model: prelude and bodies, with their derivatives.
+//! The functions of a model: prelude and bodies, with their derivatives by the parameters.
 
 use super::compile::BuildError;
-use crate::diff::{self, Entry};
-use crate::ir::graph::References;
-use crate::ir::split::{Body, Split, split_all};
-use crate::ir::{
-    self, Function, FunctionBuilder, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value,
-};
-use std::collections::BTreeMap;
+use crate::diff::{self, Directions, Entry, Rate};
+use crate::ir::hash::HashMap;
+use crate::ir::merge::merge_bodies;
+use crate::ir::split::{Body, Whole, split_all};
+use crate::ir::{self, Function, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value};
 
-/// Every function that is compiled, all in one module.
+/// Every function that is compiled in any case, all in one module.
 pub(super) struct ModelFunctions {
     pub(super) module: Module,
     /// `(params..) -> (lower, upper)..`.
@@ -18,15 +16,27 @@ pub(super) struct ModelFunctions {
     pub(super) requires: Vec<LoweredRequire>,
     /// `(params..) -> captures..`.
     pub(super) prelude: FunctionId,
-    /// `(params..) -> slopes..`: the derivatives of captures by parameters that are not constant.
+    /// `(params..) -> slopes..`: the derivatives of captures by parameters, but for those that are 1 or -1.
     pub(super) slopes: FunctionId,
+    /// The bodies of the parts. Parts that differ in what they capture only have one body: those of a loop.
+    pub(super) bodies: Vec<BodyFunction>,
     pub(super) parts: Vec<PartFunctions>,
+}
+
+/// What is computed at every point of a part. C stands for its captures, in order.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BodyFunction {
+    /// `(C.., u, v) -> point`.
+    pub(super) points: FunctionId,
+    /// How many C are.
+    pub(super) captures: usize,
+    /// How many of them, the first, are not constant.
+    pub(super) varied: usize,
 }
 
 /// The derivative of a capture by a parameter, where it is not zero.
 #[derive(Clone, Copy, Debug)]
 struct Slope {
-    capture: u32,
     param: u32,
     value: SlopeValue,
 }
@@ -34,33 +44,27 @@ struct Slope {
 /// Its value.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum SlopeValue {
-    /// Whatever the parameters.
+    /// 1 or -1, whatever the parameters.
     Constant(f64),
     /// Result of `ModelFunctions::slopes`.
     Computed(u32),
 }
 
-/// A part's functions. C stands for its captures, in order.
+/// A part's functions.
 pub(super) struct PartFunctions {
-    /// The whole, for texts and for the interpreter: `(params.., u, v) -> (x, y, z)`.
-    pub(super) surface: FunctionId,
-    /// Which captures it uses.
+    /// The whole, for texts and for the interpreter: `(the parameters that it takes.., u, v) -> (x, y, z)`.
+    pub(super) surface: Whole,
+    /// Its body's index.
+    pub(super) body: usize,
+    /// Its C among all captures.
     pub(super) captures: Vec<u32>,
-    /// `(C.., u, v) -> point`.
-    pub(super) points: FunctionId,
-    /// `(C.., u, v) -> (point, du, dv)`.
-    pub(super) partials: FunctionId,
-    /// `(C.., u, v) -> (point, du, dv, duu, duv, dvv)`.
-    pub(super) second_partials: FunctionId,
     /// `(C.., slopes.., u, v) -> (point's derivative by each active parameter)..`.
     pub(super) jacobian: FunctionId,
     /// Which slopes `jacobian` takes.
     pub(super) jacobian_slopes: Vec<u32>,
-    /// `(C.., u, v, w..) -> adjoints of C..`.
-    pub(super) pullback: FunctionId,
     /// Parameters that the part depends on, ascending.
     pub(super) active: Vec<u32>,
-    /// The slopes of its captures, for what `pullback` gives.
+    /// The slopes of its captures, for what the pullback gives.
     pub(super) slopes: Vec<PartSlope>,
 }
 
@@ -74,283 +78,187 @@ pub(super) struct PartSlope {
 }
 
 impl ModelFunctions {
-    /// Differentiates a model.
-    pub(super) fn new(lowered: &LoweredModel) -> Result<ModelFunctions, BuildError> {
-        let mut module = lowered.module.clone();
-        let surfaces: Vec<FunctionId> = lowered.parts.iter().map(|p| p.surface).collect();
-        let mut roots = surfaces.clone();
+    /// Differentiates a model, whose functions it takes.
+    pub(super) fn new(lowered: &mut LoweredModel) -> Result<ModelFunctions, BuildError> {
+        let mut module = std::mem::take(&mut lowered.module);
+        let surface = |p: &ir::LoweredPart| Whole { function: p.surface, uniform: p.params.clone() };
+        let surfaces: Vec<Whole> = lowered.parts.iter().map(surface).collect();
+        let mut roots: Vec<FunctionId> = surfaces.iter().map(|s| s.function).collect();
         roots.push(lowered.bounds);
         roots.extend(lowered.requires.iter().map(|r| r.function));
         diff::expand(&mut module, &roots)?;
-        clean(&mut module, &roots)?;
-        let n = lowered.params.len() as u32;
-        let split = match surfaces[..] {
-            [] => Split { prelude: nothing(&mut module, lowered), bodies: Vec::new() },
-            _ => split_all(&mut module, &surfaces, &[n, n + 1]),
-        };
-        let wrt: Vec<u32> = (0..n).collect();
+        let limits = module.limits;
+        ir::inline(&mut module, &roots, limits)?;
+        ir::simplify(&mut module, &roots);
+        let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
+        let mut split = split_all(&mut module, params, &surfaces);
+        merge_bodies(&mut module, &mut split);
+        let wrt: Vec<u32> = (0..lowered.params.len() as u32).collect();
         let (jacobian, pattern) = diff::jacobian(&mut module, split.prelude, &wrt)?;
-        let (slopes, slope_table) = slopes(&mut module, jacobian, &pattern);
+        let (slopes, table) = slopes(&mut module, jacobian, &pattern);
+        let (bodies, of_part) = bodies(&split.bodies);
+        let mut jacobians = Jacobians::default();
         let mut parts = Vec::new();
-        for (surface, part) in surfaces.iter().zip(split.bodies) {
-            parts.push(PartFunctions::new(&mut module, *surface, part, &slope_table)?);
+        for ((surface, body), part) in surfaces.into_iter().zip(of_part).zip(split.bodies) {
+            let slopes = part_slopes(&part.captures, &table);
+            let jacobian = jacobians.of(&mut module, body, bodies[body], &slopes)?;
+            parts.push(PartFunctions { surface, body, captures: part.captures, slopes, ..jacobian });
         }
-        Ok(ModelFunctions {
-            module,
-            bounds: lowered.bounds,
-            requires: lowered.requires.clone(),
-            prelude: split.prelude,
-            slopes,
-            parts,
-        })
+        let (bounds, requires) = (lowered.bounds, std::mem::take(&mut lowered.requires));
+        Ok(ModelFunctions { module, bounds, requires, prelude: split.prelude, slopes, bodies, parts })
     }
 }
 
-impl PartFunctions {
-    fn new(
-        module: &mut Module,
-        surface: FunctionId,
-        body: Body,
-        slope_table: &[Slope],
-    ) -> Result<PartFunctions, BuildError> {
-        let n = body.captures.len() as u32;
-        let (partials, second_partials) = partials(module, body.function, n)?;
-        let slopes = part_slopes(&body, slope_table);
-        let (jacobian, jacobian_slopes, active) = jacobian(module, &body, &slopes)?;
-        let wrt: Vec<u32> = (0..n).collect();
-        let pullback = diff::pullback(module, body.function, &wrt, false)?;
-        Ok(PartFunctions {
-            surface,
-            captures: body.captures,
-            points: body.function,
-            partials,
-            second_partials,
-            jacobian,
-            jacobian_slopes,
-            pullback,
-            active,
-            slopes,
-        })
+/// Different bodies, and the one of each part.
+fn bodies(parts: &[Body]) -> (Vec<BodyFunction>, Vec<usize>) {
+    let mut bodies = Vec::new();
+    let mut indices: HashMap<FunctionId, usize> = HashMap::default();
+    let mut of_part = Vec::new();
+    for part in parts {
+        let index = *indices.entry(part.function).or_insert_with(|| {
+            let captures = part.captures.len();
+            bodies.push(BodyFunction { points: part.function, captures, varied: captures - part.constants });
+            bodies.len() - 1
+        });
+        of_part.push(index);
     }
+    (bodies, of_part)
 }
 
-/// The prelude of a model without parts.
-fn nothing(module: &mut Module, lowered: &LoweredModel) -> FunctionId {
-    let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
-    module.add(FunctionBuilder::new("prelude", params).finish([]))
-}
-
-fn clean(module: &mut Module, roots: &[FunctionId]) -> Result<(), BuildError> {
-    ir::inline(module, roots, module.limits)?;
-    ir::simplify(module, roots);
-    Ok(())
-}
-
-/// Separates the constants from the prelude's Jacobian, `(params..) -> (captures.., entries..)`.
-fn slopes(module: &mut Module, jacobian: FunctionId, pattern: &[Entry]) -> (FunctionId, Vec<Slope>) {
+/// Separates what is 1 or -1 from the prelude's Jacobian, `(params..) -> (captures.., entries..)`: such factors vanish.
+/// Other constants stay, lest parts in a loop differ in them. Returns the slopes of each capture, by parameter.
+fn slopes(module: &mut Module, jacobian: FunctionId, pattern: &[Entry]) -> (FunctionId, Vec<Vec<Slope>>) {
     let function = module.function(jacobian);
     let first = function.results.len() - pattern.len();
     let mut picks = Vec::new();
-    let mut table = Vec::new();
+    let mut table = vec![Vec::new(); first];
     for (entry, result) in pattern.iter().zip(first..) {
         let value = match function.op(function.results[result]) {
-            Op::Real(bits) => SlopeValue::Constant(f64::from_bits(*bits)),
+            Op::Real(bits) if f64::from_bits(*bits).abs() == 1.0 => SlopeValue::Constant(f64::from_bits(*bits)),
             _ => {
                 picks.push(Some(result));
                 SlopeValue::Computed(picks.len() as u32 - 1)
             }
         };
-        table.push(Slope { capture: entry.result, param: entry.param, value });
+        table[entry.result as usize].push(Slope { param: entry.param, value });
     }
     let picked = pick(function, "slopes", &picks);
     (module.add(picked), table)
 }
 
-/// The slopes of the captures that a body takes.
-fn part_slopes(body: &Body, table: &[Slope]) -> Vec<PartSlope> {
-    let position = |slope: &Slope| body.captures.binary_search(&slope.capture).ok();
-    table
-        .iter()
-        .filter_map(|s| Some(PartSlope { position: position(s)? as u32, param: s.param, value: s.value }))
-        .collect()
-}
-
-/// `(C.., u, v) -> (point, du, dv)`, and the same with second partials.
-fn partials(module: &mut Module, body: FunctionId, captures: u32) -> Result<(FunctionId, FunctionId), BuildError> {
-    let uv = [captures, captures + 1];
-    let (first, pattern) = diff::jacobian(module, body, &uv)?;
-    let entry = |pattern: &[Entry], results: usize, result: u32, param: u32| {
-        pattern.iter().position(|e| e.result == result && e.param == param).map(|i| results + i)
-    };
-    let mut picks: Vec<Option<usize>> = (0..3).map(Some).collect();
-    picks.extend(uv.iter().flat_map(|p| (0..3).map(|r| entry(&pattern, 3, r, *p)).collect::<Vec<_>>()));
-    let partials = pick(module.function(first), "partials", &picks);
-    let partials = module.add(partials);
-
-    let (second, pattern) = diff::jacobian(module, partials, &uv)?;
-    let mut picks: Vec<Option<usize>> = (0..9).map(Some).collect();
-    // The partials of du are duu and duv; of those of dv, dvv is new.
-    for (results, param) in [(3..6, uv[0]), (3..6, uv[1]), (6..9, uv[1])] {
-        picks.extend(results.map(|r| entry(&pattern, 9, r, param)));
+/// The slopes of the captures that a part takes.
+fn part_slopes(captures: &[u32], table: &[Vec<Slope>]) -> Vec<PartSlope> {
+    let mut slopes = Vec::new();
+    for (position, capture) in (0..).zip(captures) {
+        let own = table[*capture as usize].iter();
+        slopes.extend(own.map(|s| PartSlope { position, param: s.param, value: s.value }));
     }
-    let second = pick(module.function(second), "second_partials", &picks);
-    Ok((partials, module.add(second)))
+    slopes
 }
 
-/// `(C.., slopes.., u, v) -> derivatives by active parameters`, with the slopes that it takes and the parameters.
-///
-/// Two ways lead there: the body's tangent in the direction of each parameter, or its Jacobian by the captures, times
-/// the slopes. The one with fewer operations is taken.
+/// The Jacobians made so far.
+#[derive(Default)]
+struct Jacobians {
+    made: HashMap<JacobianKey, Jacobian>,
+}
+
+/// A body's index and, for each slope, the position of the capture, the parameter's rank among those with slopes, and the
+/// bits of its value where it is constant.
+type JacobianKey = (usize, Vec<(u32, u32, Option<u64>)>);
+
+#[derive(Clone)]
+struct Jacobian {
+    function: FunctionId,
+    /// The ranks of the parameters by which the derivative is not always zero.
+    active: Vec<u32>,
+}
+
+impl Jacobians {
+    /// A part's Jacobian; the rest of the part is left empty.
+    fn of(
+        &mut self,
+        module: &mut Module,
+        body: usize,
+        function: BodyFunction,
+        slopes: &[PartSlope],
+    ) -> Result<PartFunctions, BuildError> {
+        let mut params: Vec<u32> = slopes.iter().map(|s| s.param).collect();
+        params.sort_unstable();
+        params.dedup();
+        let rank = |param: u32| params.binary_search(&param).map_or(u32::MAX, |rank| rank as u32);
+        let (mut jacobian_slopes, mut pattern) = (Vec::new(), Vec::new());
+        for slope in slopes {
+            let constant = match slope.value {
+                SlopeValue::Constant(x) => Some(x.to_bits()),
+                SlopeValue::Computed(k) => {
+                    jacobian_slopes.push(k);
+                    None
+                }
+            };
+            pattern.push((slope.position, rank(slope.param), constant));
+        }
+        let key = (body, pattern);
+        let jacobian = match self.made.get(&key) {
+            Some(known) => known.clone(),
+            None => {
+                let made = jacobian(module, function, &key.1)?;
+                self.made.entry(key).or_insert(made).clone()
+            }
+        };
+        Ok(PartFunctions {
+            surface: Whole { function: function.points, uniform: Vec::new() },
+            body,
+            captures: Vec::new(),
+            jacobian: jacobian.function,
+            jacobian_slopes,
+            active: jacobian.active.iter().map(|rank| params[*rank as usize]).collect(),
+            slopes: Vec::new(),
+        })
+    }
+}
+
+/// `(C.., slopes.., u, v) -> derivatives by active parameters`, with the ranks of these.
 fn jacobian(
     module: &mut Module,
-    body: &Body,
-    slopes: &[PartSlope],
-) -> Result<(FunctionId, Vec<u32>, Vec<u32>), BuildError> {
-    let wrapper = Wrapper::new(body, slopes);
-    let by_tangents = wrapper.by_tangents(module)?;
-    let by_captures = wrapper.by_captures(module)?;
-    let smaller = if size(module, by_tangents) <= size(module, by_captures) { by_tangents } else { by_captures };
-    // What turned out to be zero in all three coordinates is no influence.
-    let function = module.function(smaller);
-    let is_zero = |k: usize| *function.op(function.results[k]) == Op::Real(0);
-    let active: Vec<usize> = (0..wrapper.by_param.len()).filter(|a| (0..3).any(|c| !is_zero(3 * a + c))).collect();
-    let picks: Vec<Option<usize>> = active.iter().flat_map(|a| (0..3).map(move |c| Some(3 * a + c))).collect();
-    let picked = pick(function, "jacobian", &picks);
-    let params: Vec<u32> = wrapper.by_param.keys().copied().collect();
-    let active = active.into_iter().map(|a| params[a]).collect();
-    Ok((module.add(picked), wrapper.computed, active))
+    body: BodyFunction,
+    slopes: &[(u32, u32, Option<u64>)],
+) -> Result<Jacobian, BuildError> {
+    let n = body.captures as u32;
+    let old = &module.function(body.points).params;
+    let mut params = old[..body.captures].to_vec();
+    let mut rates = vec![Vec::new(); old.len()];
+    for (position, rank, constant) in slopes {
+        let rate = match constant {
+            Some(bits) => Rate::Constant(f64::from_bits(*bits)),
+            None => {
+                params.push(Parameter::real(format!("slope{}", params.len() - body.captures)));
+                Rate::Param(params.len() as u32 - 1)
+            }
+        };
+        rates[*position as usize].push((*rank, rate));
+    }
+    let uv = params.len() as u32;
+    params.extend_from_slice(&old[body.captures..]);
+    let args = (0..n).chain(uv..uv + 2).collect();
+    let (function, pattern) = diff::directional(module, body.points, &Directions { params, args, rates })?;
+    let mut active: Vec<u32> = pattern.iter().map(|e| e.param).collect();
+    active.sort_unstable();
+    active.dedup();
+    let entries = positions(&pattern, 0);
+    let coordinates = |rank: &u32| [0, 1, 2].map(|result| entries.get(&(result, *rank)).copied());
+    let picks: Vec<Option<usize>> = active.iter().flat_map(coordinates).collect();
+    let picked = pick(module.function(function), "jacobian", &picks);
+    module.define(function, picked);
+    Ok(Jacobian { function, active })
 }
 
-/// A function around a body: `(C.., slopes.., u, v)`.
-struct Wrapper<'b> {
-    body: &'b Body,
-    /// For every parameter with slopes: the position among C of the capture, and its slope.
-    by_param: BTreeMap<u32, Vec<(u32, SlopeValue)>>,
-    /// The slopes that are parameters of the function.
-    computed: Vec<u32>,
-}
-
-impl<'b> Wrapper<'b> {
-    fn new(body: &'b Body, slopes: &[PartSlope]) -> Wrapper<'b> {
-        let mut by_param: BTreeMap<u32, Vec<(u32, SlopeValue)>> = BTreeMap::new();
-        let mut computed = Vec::new();
-        for slope in slopes {
-            by_param.entry(slope.param).or_default().push((slope.position, slope.value));
-            if let SlopeValue::Computed(k) = slope.value {
-                computed.push(k);
-            }
-        }
-        Wrapper { body, by_param, computed }
-    }
-
-    /// The parameters of the function.
-    fn params(&self, module: &Module) -> Vec<Parameter> {
-        let body = module.function(self.body.function);
-        let n = self.body.captures.len();
-        let mut params = body.params[..n].to_vec();
-        params.extend(self.computed.iter().map(|k| Parameter::real(format!("slope{k}"))));
-        params.extend(body.params[n..].iter().cloned());
-        params
-    }
-
-    /// The body's arguments among the parameters.
-    fn body_args(&self, builder: &FunctionBuilder) -> Vec<Value> {
-        let n = self.body.captures.len();
-        let uv = n + self.computed.len();
-        (0..n).chain(uv..uv + 2).map(|i| builder.param(i)).collect()
-    }
-
-    fn slope(&self, builder: &mut FunctionBuilder, value: SlopeValue) -> Value {
-        match value {
-            SlopeValue::Constant(x) => builder.real(x),
-            SlopeValue::Computed(k) => {
-                let position = self.computed.iter().position(|c| *c == k).expect("it was listed");
-                builder.param(self.body.captures.len() + position)
-            }
-        }
-    }
-
-    /// The body where each capture c has moved by the sum of slope times t over the parameters, differentiated by all t
-    /// at once, at t = 0.
-    fn by_tangents(&self, module: &mut Module) -> Result<FunctionId, BuildError> {
-        let (moved, wrt) = self.moved(module);
-        let (jacobian, pattern) = diff::jacobian(module, moved, &wrt)?;
-        let mut builder = FunctionBuilder::new("jacobian", self.params(module));
-        let mut args = builder.params();
-        let zero = builder.real(0.0);
-        args.extend(wrt.iter().map(|_| zero));
-        let types = vec![Type::Real; module.function(jacobian).results.len()];
-        let entries = builder.call(jacobian, args, &types);
-        let mut results = Vec::new();
-        for t in &wrt {
-            for coordinate in 0..3 {
-                let entry = pattern.iter().position(|e| e.result == coordinate && e.param == *t);
-                results.push(entry.map_or(zero, |entry| entries[3 + entry]));
-            }
-        }
-        let id = module.add(builder.finish(named(results)));
-        clean(module, &[id])?;
-        Ok(id)
-    }
-
-    /// `(C.., slopes.., u, v, t..) -> point`, and the indices of the t.
-    fn moved(&self, module: &mut Module) -> (FunctionId, Vec<u32>) {
-        let mut params = self.params(module);
-        let first = params.len();
-        params.extend(self.by_param.keys().map(|p| Parameter::real(format!("t{p}"))));
-        let mut builder = FunctionBuilder::new("moved", params);
-        let mut args = self.body_args(&builder);
-        for (t, slopes) in (first..).zip(self.by_param.values()) {
-            for (capture, value) in slopes {
-                let slope = self.slope(&mut builder, *value);
-                let product = builder.mul(slope, builder.param(t));
-                args[*capture as usize] = builder.add(args[*capture as usize], product);
-            }
-        }
-        let point = builder.call(self.body.function, args, &[Type::Real; 3]);
-        let id = module.add(builder.finish(named(point)));
-        (id, (first as u32..).take(self.by_param.len()).collect())
-    }
-
-    fn by_captures(&self, module: &mut Module) -> Result<FunctionId, BuildError> {
-        let wrt: Vec<u32> = (0..self.body.captures.len() as u32).collect();
-        let (jacobian, pattern) = diff::jacobian(module, self.body.function, &wrt)?;
-        let mut builder = FunctionBuilder::new("jacobian", self.params(module));
-        let args = self.body_args(&builder);
-        let types = vec![Type::Real; module.function(jacobian).results.len()];
-        let entries = builder.call(jacobian, args, &types);
-        let mut results = Vec::new();
-        for slopes in self.by_param.values() {
-            for coordinate in 0..3 {
-                let mut sum = builder.real(0.0);
-                for (capture, value) in slopes {
-                    let entry = pattern.iter().position(|e| e.result == coordinate && e.param == *capture);
-                    if let Some(entry) = entry {
-                        let slope = self.slope(&mut builder, *value);
-                        let product = builder.mul(slope, entries[3 + entry]);
-                        sum = builder.add(sum, product);
-                    }
-                }
-                results.push(sum);
-            }
-        }
-        let id = module.add(builder.finish(named(results)));
-        clean(module, &[id])?;
-        Ok(id)
-    }
-}
-
-fn named(results: Vec<Value>) -> impl Iterator<Item = (String, Value)> {
-    results.into_iter().enumerate().map(|(i, v)| (format!("d{i}"), v))
-}
-
-/// Operations of a function and of all that it names.
-fn size(module: &Module, id: FunctionId) -> usize {
-    References::new(module, &[id]).order.iter().map(|f| module.function(*f).nodes.len()).sum()
+/// Where the entries of a Jacobian are among a function's results, after some others, by result and parameter.
+pub(super) fn positions(pattern: &[Entry], first: usize) -> HashMap<(u32, u32), usize> {
+    pattern.iter().zip(first..).map(|(e, position)| ((e.result, e.param), position)).collect()
 }
 
 /// A function with some of another's results; zero where nothing is picked.
-fn pick(function: &Function, name: &str, picks: &[Option<usize>]) -> Function {
+pub(super) fn pick(function: &Function, name: &str, picks: &[Option<usize>]) -> Function {
     let mut picked = Function { name: name.to_owned(), ..function.clone() };
     let zero = Value(picked.nodes.len() as u32);
     picked.nodes.push(Node { op: Op::Real(0), ty: Type::Real, span: crate::source::Span::default() });

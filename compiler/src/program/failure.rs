@@ -1,10 +1,12 @@
 //! Why an evaluation failed, said with the place in the source and the values that led there.
 
+use super::compile::BuildError;
 use super::instance::Instance;
+use super::on_demand::Derivative;
 use super::{Parameter, Program, Quantity};
 use crate::ir::interpret::RunError;
 use crate::ir::scalar::Scalar;
-use crate::ir::{FunctionId, Module, interpret};
+use crate::ir::{Function, FunctionId, LoweredRequire, Module, interpret};
 use crate::jit::Stop;
 use crate::source::Span;
 use std::fmt::Write as _;
@@ -45,14 +47,14 @@ impl<'x> Place<'x> {
 impl Program {
     /// Tries what the script requires of its parameters.
     pub(super) fn check_requires(&self, x: &[f64]) -> Result<(), EvaluationError> {
-        let arguments: Vec<u64> = x.iter().map(|x| x.to_bits()).collect();
+        let bits: Vec<u64> = x.iter().map(|x| x.to_bits()).collect();
         for (require, routine) in self.functions.requires.iter().zip(&self.kernels.requires) {
             let mut holds = [0];
             let place = Place::of_model(x);
-            let call = self.kernels.code.call(*routine, &arguments, &mut holds, self.limits);
+            let call = self.kernels.code.call(*routine, &require.arguments(&bits), &mut holds, self.limits);
             call.map_err(|stop| self.stopped(stop, &place))?;
             if holds[0] == 0 {
-                let used = self.used_params(require.function);
+                let used = used_params(require, self.functions.module.function(require.function));
                 return Err(self.error(Some(require.span), &require.message, &place, Some(&used)));
             }
         }
@@ -87,15 +89,14 @@ impl Program {
             depth: self.limits.depth as usize,
             ..interpret::Limits::default()
         };
-        let [u, v] = place.uv.unwrap_or([0.5, 0.5]);
-        let of_part: Vec<Scalar> = place.x.iter().chain(&[u, v]).map(|x| Scalar::Real(*x)).collect();
-        let of_model = &of_part[..place.x.len()];
+        let uv = place.uv.unwrap_or([0.5, 0.5]);
         let requires = self.functions.requires.iter().filter(|_| place.patch.is_none());
+        let requires = requires.map(|r| (r.function, r.arguments(place.x)));
         let parts = self.functions.parts.iter().enumerate();
         let parts = parts.filter(|(k, _)| place.patch.is_none_or(|patch| patch == *k));
-        let mut runs = requires.map(|r| (r.function, of_model)).chain(parts.map(|(_, p)| (p.surface, &of_part[..])));
-        let met = runs.find_map(|(function, arguments)| {
-            match interpret::run(&self.functions.module, function, arguments, limits) {
+        let parts = parts.map(|(_, p)| (p.surface.function, p.surface.arguments(place.x, uv)));
+        let met = requires.chain(parts).find_map(|(function, arguments)| {
+            match interpret::run_real(&self.functions.module, function, &arguments, limits) {
                 Err(RunError::Steps(span) | RunError::Depth(span)) if span.end > span.start => Some(span),
                 _ => None,
             }
@@ -131,15 +132,19 @@ impl Program {
         EvaluationError { message: text, span }
     }
 
-    /// The parameters that a function of all parameters uses.
-    fn used_params(&self, function: FunctionId) -> Vec<u32> {
-        let function = self.functions.module.function(function);
-        let mut used = vec![false; function.nodes.len()];
-        function.results.iter().for_each(|r| used[r.0 as usize] = true);
-        for (node, _) in function.nodes.iter().enumerate().rev().map(|(i, n)| (n, i)) {
-            node.op.visit_operands(|v| used[v.0 as usize] = true);
-        }
-        (0..function.params.len() as u32).filter(|i| used[*i as usize]).collect()
+    /// The error for a derivative that cannot be made.
+    pub(super) fn not_made(&self, derivative: Derivative, error: &BuildError) -> EvaluationError {
+        let what = match derivative {
+            Derivative::Partials => "derivatives by u and v",
+            Derivative::SecondPartials => "second derivatives by u and v",
+            Derivative::Pullback => "gradients",
+        };
+        let span = match error {
+            BuildError::Inline(e) => Some(e.span()),
+            BuildError::Diff(e) => Some(e.span()),
+            BuildError::Jit(_) => None,
+        };
+        self.error(span, &format!("{what} cannot be had: {error}"), &Place { x: &[], patch: None, uv: None }, Some(&[]))
     }
 }
 
@@ -148,13 +153,12 @@ impl Instance<'_> {
     pub(super) fn not_finite(
         &self,
         patch: usize,
-        function: FunctionId,
+        (module, function): (&Module, FunctionId),
         arguments: &[f64],
         uv: [f64; 2],
     ) -> EvaluationError {
         let program = self.program;
-        let found =
-            self.origin_in_prelude(patch).or_else(|| origin(program, &program.functions.module, function, arguments));
+        let found = self.origin_in_prelude(patch).or_else(|| origin(program, module, function, arguments));
         let span = found.filter(|s| s.end > s.start);
         let text = span.map_or("", |s| program.sources.text(s));
         let what = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {
@@ -189,6 +193,16 @@ impl Instance<'_> {
         let id = module.add(prelude);
         origin(self.program, &module, id, &self.x)
     }
+}
+
+/// The parameters that a requirement depends on, after simplification.
+fn used_params(require: &LoweredRequire, function: &Function) -> Vec<u32> {
+    let mut used = vec![false; function.nodes.len()];
+    function.results.iter().for_each(|r| used[r.0 as usize] = true);
+    for node in function.nodes.iter().rev() {
+        node.op.visit_operands(|v| used[v.0 as usize] = true);
+    }
+    require.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
 }
 
 fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {

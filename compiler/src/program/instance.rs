@@ -3,9 +3,9 @@
 use super::Program;
 use super::derivatives::SlopeValue;
 use super::failure::{EvaluationError, Place};
-use super::kernels::PartKernels;
-use crate::ir::FunctionId;
-use crate::jit::{Kernel, Points};
+use super::on_demand::Derivative;
+use crate::ir::{FunctionId, Module};
+use crate::jit::{Code, Kernel, Points};
 use std::sync::OnceLock;
 
 /// A model at certain parameters: patches that are evaluated in batches. Batches may be evaluated by several threads at
@@ -19,9 +19,11 @@ pub struct Instance<'p> {
     slopes: OnceLock<Result<Vec<f64>, EvaluationError>>,
 }
 
-/// A derived function and the machine code for it.
-struct Evaluator {
+/// A function at the points of a part, as machine code.
+struct Evaluator<'p> {
+    module: &'p Module,
     function: FunctionId,
+    code: &'p Code,
     kernel: Kernel,
     /// Numbers a point.
     results: usize,
@@ -55,7 +57,11 @@ impl<'p> Instance<'p> {
     /// # Panics
     /// If there is no such patch or a slice has the wrong length, as in all evaluations.
     pub fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
-        self.batch(patch, |f, k| (f.points, k.points), 3, &self.uniforms[patch], (u, v), out)
+        let Program { functions, kernels, .. } = self.program;
+        let body = functions.parts[patch].body;
+        let (function, kernel) = (functions.bodies[body].points, kernels.points[body]);
+        let evaluator = Evaluator { module: &functions.module, function, code: &kernels.code, kernel, results: 3 };
+        self.batch(patch, &evaluator, &self.uniforms[patch], (u, v), out)
     }
 
     /// Points with first partials: point, dS/du, dS/dv.
@@ -63,7 +69,7 @@ impl<'p> Instance<'p> {
     /// # Errors
     /// As [`Instance::points`].
     pub fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
-        self.batch(patch, |f, k| (f.partials, k.partials), 9, &self.uniforms[patch], (u, v), out)
+        self.batch(patch, &self.derived(patch, Derivative::Partials, 9)?, &self.uniforms[patch], (u, v), out)
     }
 
     /// Points with first and second partials: point, dS/du, dS/dv, d2S/du2, d2S/du dv, d2S/dv2.
@@ -71,7 +77,7 @@ impl<'p> Instance<'p> {
     /// # Errors
     /// As [`Instance::points`].
     pub fn second_partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
-        self.batch(patch, |f, k| (f.second_partials, k.second_partials), 18, &self.uniforms[patch], (u, v), out)
+        self.batch(patch, &self.derived(patch, Derivative::SecondPartials, 18)?, &self.uniforms[patch], (u, v), out)
     }
 
     /// dS/dx over the patch's active parameters: for every point, for every active parameter, three coordinates.
@@ -79,11 +85,19 @@ impl<'p> Instance<'p> {
     /// # Errors
     /// As [`Instance::points`].
     pub fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
-        let part = &self.program.functions.parts[patch];
+        let Program { functions, kernels, .. } = self.program;
+        let part = &functions.parts[patch];
         let slopes = self.slopes()?;
         let mut uniforms = self.uniforms[patch].clone();
         uniforms.extend(part.jacobian_slopes.iter().map(|k| slopes[*k as usize]));
-        self.batch(patch, |f, k| (f.jacobian, k.jacobian), 3 * part.active.len(), &uniforms, (u, v), out)
+        let evaluator = Evaluator {
+            module: &functions.module,
+            function: part.jacobian,
+            code: &kernels.code,
+            kernel: kernels.jacobians[patch],
+            results: 3 * part.active.len(),
+        };
+        self.batch(patch, &evaluator, &uniforms, (u, v), out)
     }
 
     /// Adds sum over the points of (dS/dx)^T w to `gradient`, which has an entry for every parameter of the model.
@@ -100,12 +114,13 @@ impl<'p> Instance<'p> {
     ) -> Result<(), EvaluationError> {
         assert_eq!(gradient.len(), self.x.len(), "an entry for every parameter");
         let part = &self.program.functions.parts[patch];
-        let kernel = self.program.kernels.parts[patch].pullback;
+        let varied = self.program.functions.bodies[part.body].varied;
+        let pullback = self.derived(patch, Derivative::Pullback, varied)?;
         let uniforms = &self.uniforms[patch];
         let slopes = self.slopes()?;
         let run = |points: Points<'_>| {
-            let mut adjoints = vec![0.0; part.captures.len()];
-            let run = self.program.kernels.code.run(kernel, uniforms, points, &mut adjoints, self.program.limits);
+            let mut adjoints = vec![0.0; varied];
+            let run = pullback.code.run(pullback.kernel, uniforms, points, &mut adjoints, self.program.limits);
             run.map(|()| adjoints)
         };
         let adjoints = run(Points { u, v, w }).map_err(|stopped| {
@@ -118,7 +133,8 @@ impl<'p> Instance<'p> {
                 let points = Points { u: &u[i..=i], v: &v[i..=i], w: &w[i..=i] };
                 if run(points).is_ok_and(|adjoints| adjoints.iter().any(|a| !a.is_finite())) {
                     let arguments: Vec<f64> = uniforms.iter().chain([&u[i], &v[i]]).chain(&w[i]).copied().collect();
-                    return Err(self.not_finite(patch, part.pullback, &arguments, [u[i], v[i]]));
+                    let function = (pullback.module, pullback.function);
+                    return Err(self.not_finite(patch, function, &arguments, [u[i], v[i]]));
                 }
             }
             return Err(self.overflow(patch));
@@ -148,26 +164,33 @@ impl<'p> Instance<'p> {
         let program = self.program;
         let mut point = [0.0; 3];
         let points = Points { u: &[u], v: &[v], w: &[] };
-        let kernel = program.kernels.parts[patch].points;
+        let kernel = program.kernels.points[program.functions.parts[patch].body];
         let run = program.kernels.code.run(kernel, &self.uniforms[patch], points, &mut point, program.limits);
         run.is_ok() && all_finite(&point)
+    }
+
+    /// A derivative of a part's body, which is made if it is not there yet.
+    fn derived(&self, patch: usize, derivative: Derivative, results: usize) -> Result<Evaluator<'p>, EvaluationError> {
+        let program = self.program;
+        let derived = program.derived.get(&program.functions, derivative);
+        let derived = derived.map_err(|e| program.not_made(derivative, e))?;
+        let body = program.functions.parts[patch].body;
+        let (function, kernel) = (derived.functions[body], derived.kernels[body]);
+        Ok(Evaluator { module: &derived.module, function, code: &derived.code, kernel, results })
     }
 
     /// Runs a kernel and looks for what is not finite in its output.
     fn batch(
         &self,
         patch: usize,
-        which: impl Fn(&super::derivatives::PartFunctions, &PartKernels) -> (FunctionId, Kernel),
-        results: usize,
+        evaluator: &Evaluator<'_>,
         uniforms: &[f64],
         (u, v): (&[f64], &[f64]),
         out: &mut [f64],
     ) -> Result<(), EvaluationError> {
         let program = self.program;
-        let (function, kernel) = which(&program.functions.parts[patch], &program.kernels.parts[patch]);
-        let evaluator = Evaluator { function, kernel, results };
         let points = Points { u, v, w: &[] };
-        program.kernels.code.run(evaluator.kernel, uniforms, points, out, program.limits).map_err(|stopped| {
+        evaluator.code.run(evaluator.kernel, uniforms, points, out, program.limits).map_err(|stopped| {
             let at = Some([u[stopped.point], v[stopped.point]]);
             program.stopped(stopped.stop, &Place::of_part(&self.x, patch, at))
         })?;
@@ -176,7 +199,7 @@ impl<'p> Instance<'p> {
         }
         let i = out.iter().position(|x| !x.is_finite()).unwrap_or(0) / evaluator.results;
         let arguments: Vec<f64> = uniforms.iter().chain([&u[i], &v[i]]).copied().collect();
-        Err(self.not_finite(patch, evaluator.function, &arguments, [u[i], v[i]]))
+        Err(self.not_finite(patch, (evaluator.module, evaluator.function), &arguments, [u[i], v[i]]))
     }
 }
 

@@ -5,7 +5,7 @@
 //!
 //! What the parts have in common is computed once for each x: the *prelude* takes the parameters to *captures*, and a
 //! part's *body* takes captures, u and v to a point. The prelude is differentiated forward, sparsely; bodies whichever
-//! way is cheaper (`derivatives`). All of it is machine code (`kernels`); where that meets a failure or a value
+//! way is cheaper (`derivatives`; what not everybody needs when it is first asked for: `on_demand`). All of it is machine code (`kernels`); where that meets a failure or a value
 //! that is not finite, the interpreter goes the same way again to find the place in the source (`failure`).
 
 mod compile;
@@ -14,10 +14,13 @@ mod failure;
 mod instance;
 mod kernels;
 mod limits;
+mod on_demand;
 mod parameters;
+#[cfg(test)]
+mod tests;
 mod text;
 
-pub use compile::{Compilation, Failed, Options, compile};
+pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed};
 pub use failure::EvaluationError;
 pub use instance::Instance;
 pub use limits::{LIMITS, Limit, LimitError};
@@ -33,6 +36,7 @@ use crate::jit::Limits;
 use crate::source::Sources;
 use derivatives::ModelFunctions;
 use kernels::Kernels;
+use on_demand::{Derivative, OnDemand};
 
 /// A compiled script: a model as machine code, with its derivatives. Freed when dropped; may be used by several
 /// threads at once.
@@ -46,6 +50,7 @@ pub struct Program {
     typed: typed::Model,
     functions: ModelFunctions,
     kernels: Kernels,
+    derived: OnDemand,
     limits: Limits,
 }
 
@@ -100,6 +105,17 @@ impl Program {
         let lower = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
         let upper = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
         flat.chunks_exact(2).map(|pair| (lower(pair[0]), upper(pair[1]))).collect()
+    }
+
+    /// Makes the derivatives that are otherwise made when they are first asked for: partials, second partials, pullbacks.
+    ///
+    /// # Errors
+    /// If one is too large.
+    pub fn prepare(&self) -> Result<(), EvaluationError> {
+        for derivative in Derivative::ALL {
+            self.derived.get(&self.functions, derivative).map_err(|e| self.not_made(derivative, e))?;
+        }
+        Ok(())
     }
 
     /// The model at x.

@@ -1,11 +1,14 @@
 //! A program as text, for people.
 
 use super::Program;
+use super::compile::BuildError;
 use super::kernels::Kernels;
+use super::on_demand::Derivative;
 use crate::check;
 use crate::diff;
 use crate::ir::graph::References;
 use crate::ir::print::gml;
+use crate::ir::{FunctionId, Module};
 use crate::jit::Listing;
 use std::fmt::Write as _;
 
@@ -41,12 +44,15 @@ impl Program {
         let mut text = String::new();
         let mut module = self.functions.module.clone();
         for (part, functions) in self.parts.iter().zip(&self.functions.parts) {
-            let chosen = |i: &&u32| wrt.is_none_or(|name| self.parameters[**i as usize].name == name);
-            let params: Vec<u32> = part.active.iter().filter(chosen).copied().collect();
+            let chosen =
+                |i: u32| part.active.contains(&i) && wrt.is_none_or(|name| self.parameters[i as usize].name == name);
+            let surface = &functions.surface;
+            let params = (0..).zip(&surface.uniform).filter(|(_, i)| chosen(**i)).map(|(position, _)| position);
+            let params: Vec<u32> = params.collect();
             if params.is_empty() {
                 continue;
             }
-            match diff::jacobian(&mut module, functions.surface, &params) {
+            match diff::jacobian(&mut module, surface.function, &params) {
                 Ok((id, _)) => {
                     // `hole[2]` and `leg.shaft` are no names of functions.
                     module.functions[id.0 as usize].name = part.name.replace(['[', '.'], "_").replace(']', "");
@@ -67,27 +73,47 @@ impl Program {
         roots.extend(functions.requires.iter().map(|r| (format!("require {}", r.message), r.function)));
         roots.push(("captures".to_owned(), functions.prelude));
         roots.push(("derivatives of captures".to_owned(), functions.slopes));
-        for (part, f) in self.parts.iter().zip(&functions.parts) {
-            roots.push((format!("{}: points", part.name), f.points));
-            roots.push((format!("{}: partials", part.name), f.partials));
-            roots.push((format!("{}: second partials", part.name), f.second_partials));
-            roots.push((format!("{}: jacobian", part.name), f.jacobian));
-            roots.push((format!("{}: pullback", part.name), f.pullback));
-        }
         let mut text = String::new();
         for (title, root) in roots {
-            let _ = writeln!(text, "; {title}");
-            for id in References::new(&functions.module, &[root]).order {
-                let _ = writeln!(text, "{id} = {}", functions.module.function(id));
+            write_function(&mut text, &title, &functions.module, root);
+        }
+        for (part, f) in self.parts.iter().zip(&functions.parts) {
+            let title = |what| format!("{}: {what}", part.name);
+            write_function(&mut text, &title("points"), &functions.module, functions.bodies[f.body].points);
+            write_function(&mut text, &title("jacobian"), &functions.module, f.jacobian);
+            for derivative in Derivative::ALL {
+                let title = title(match derivative {
+                    Derivative::Partials => "partials",
+                    Derivative::SecondPartials => "second partials",
+                    Derivative::Pullback => "pullback",
+                });
+                match self.derived.get(functions, derivative) {
+                    Ok(derived) => write_function(&mut text, &title, &derived.module, derived.functions[f.body]),
+                    Err(e) => _ = writeln!(text, "; {title}: {e}"),
+                }
             }
         }
         text
     }
 
     fn listing(&self, which: impl Fn(&Listing) -> &str) -> String {
-        match Kernels::listings(&self.functions) {
-            Ok(listings) => listings.iter().map(|l| format!("; {}\n{}\n", l.name, which(l))).collect(),
-            Err(e) => format!("; {e}\n"),
+        let on_demand = Derivative::ALL.map(|d| self.derived.listings(&self.functions, d));
+        let all = Kernels::listings(&self.functions).map_err(BuildError::from);
+        let mut text = String::new();
+        for listings in std::iter::once(all).chain(on_demand) {
+            match listings {
+                Ok(listings) => listings.iter().for_each(|l| _ = writeln!(text, "; {}\n{}", l.name, which(l))),
+                Err(e) => _ = writeln!(text, "; {e}"),
+            }
         }
+        text
+    }
+}
+
+/// A function with those that it uses.
+fn write_function(text: &mut String, title: &str, module: &Module, root: FunctionId) {
+    let _ = writeln!(text, "; {title}");
+    for id in References::new(module, &[root]).order {
+        let _ = writeln!(text, "{id} = {}", module.function(id));
     }
 }

@@ -94,7 +94,8 @@ fn inlined(checked: &check::scope::Checked) -> Result<(Module, FunctionId), Vec<
     let evaluate::Lowered { mut module, functions } = evaluate::lower_asked(checked)?;
     let function = functions[functions.len() - 1];
     let wrong = |e: ir::inline::InlineError| vec![derivative_error(&e.into())];
-    ir::inline(&mut module, &[function], ir::inline::Limits::default()).map_err(wrong)?;
+    let limits = module.limits;
+    ir::inline(&mut module, &[function], limits).map_err(wrong)?;
     ir::simplify(&mut module, &[function]);
     for name in module.functions[function.0 as usize].result_names.iter_mut().filter(|n| n.is_empty()) {
         name.push_str("value");

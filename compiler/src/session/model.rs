@@ -106,7 +106,7 @@ impl Loaded {
         }
         let args: Vec<Scalar> = x.iter().map(|x| Scalar::Real(*x)).collect();
         self.lowered.requires.iter().find_map(|require| {
-            match interpret::run(&self.lowered.module, require.function, &args, limits) {
+            match interpret::run(&self.lowered.module, require.function, &require.arguments(&args), limits) {
                 Ok(holds) if holds == [Scalar::Bool(true)] => None,
                 Ok(_) => Some(Diagnostic::error("require", require.span, require.message.clone())),
                 Err(e) => Some(Diagnostic::error("require", require.span, e.to_string())),

@@ -104,7 +104,9 @@ proptest! {
         let expected = run_with(&module, f, n, &x);
         inline(&mut module, &[f], Limits::default()).unwrap();
         simplify(&mut module, &[f]);
-        let split = split::split_all(&mut module, &[f, f], &[2, 3]);
+        let whole = split::Whole { function: f, uniform: vec![0, 1] };
+        let params = module.function(f).params[..2].to_vec();
+        let split = split::split_all(&mut module, params, &[whole.clone(), whole]);
         let captures = run_with(&module, split.prelude, n, &x[..1]);
         prop_assert_eq!(&split.bodies[0].captures, &split.bodies[1].captures);
         let body = &split.bodies[1];

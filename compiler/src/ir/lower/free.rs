@@ -1,7 +1,7 @@
 //! Which locals an expression uses, in the order of their first use.
 
 use crate::check::typed::{Call, Expr, ExprKind, LocalId, Statement};
-use std::collections::HashSet;
+use crate::ir::hash::HashSet;
 
 /// The locals used so far. Locals are unique in a model, so that those bound inside can be told from those used from
 /// outside by having been bound.

@@ -20,10 +20,10 @@ use super::inline::Limits;
 use super::{ByHand, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::diagnostic::Diagnostic;
+use crate::ir::hash::HashMap;
 use crate::program;
 use crate::source::Span;
 use free::Free;
-use std::collections::HashMap;
 
 /// The model would become too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -161,6 +161,12 @@ impl<'m> Lowerer<'m> {
         Frame { lowerer: self, b, locals }
     }
 
+    /// The model's parameters among some locals.
+    fn used_params(&self, used: &Free) -> (Vec<u32>, Vec<LocalId>) {
+        let params = (0..).zip(&self.model.params);
+        params.filter(|(_, p)| used.locals.contains(&p.local)).map(|(i, p)| (i, p.local)).unzip()
+    }
+
     /// Starts a function of the model's parameters.
     fn model_frame(&mut self, name: &str) -> Frame<'_, 'm> {
         let params: Vec<LocalId> = self.model.params.iter().map(|p| p.local).collect();
@@ -219,17 +225,25 @@ impl<'m> Lowerer<'m> {
         let mut requires = Vec::new();
         for statement in &self.model.body {
             if let Statement::Require { condition, message, span } = statement {
-                let function = self.of_params("require", condition)?;
-                requires.push(LoweredRequire { function, message: message.clone(), span: *span });
+                let (used, lets) = lets_for(self.model, [condition]);
+                let (params, locals) = self.used_params(&used);
+                let mut frame = self.frame("require", &locals, None);
+                frame.bind(&lets)?;
+                let results = frame.expr(condition)?;
+                let function = frame.finish(condition, results);
+                let function = self.module.add(function);
+                requires.push(LoweredRequire { function, params, message: message.clone(), span: *span });
             }
         }
         Ok(requires)
     }
 
     fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, TooLarge> {
-        let params: Vec<LocalId> = self.model.params.iter().map(|p| p.local).chain([part.u, part.v]).collect();
-        let mut frame = self.frame(&part.name, &params, None);
-        frame.body_for([&part.shape])?;
+        let (used, lets) = lets_for(self.model, [&part.shape]);
+        let (params, mut locals) = self.used_params(&used);
+        locals.extend([part.u, part.v]);
+        let mut frame = self.frame(&part.name, &locals, None);
+        frame.bind(&lets)?;
         let shape = frame.expr(&part.shape)?;
         frame.locals.insert(part.local, shape);
         let point = frame.expr(&part.point)?;
@@ -241,6 +255,7 @@ impl<'m> Lowerer<'m> {
             group: part.group.clone(),
             doc: part.doc.clone(),
             surface,
+            params,
             tolerance,
             span: part.span,
         })
@@ -256,23 +271,37 @@ impl<'m> Lowerer<'m> {
     }
 }
 
+/// What some expressions need of the `let`s of the model's body, in their order; and all locals that these and the
+/// expressions use.
+fn lets_for<'m, 'e>(
+    model: &'m typed::Model,
+    exprs: impl IntoIterator<Item = &'e Expr>,
+) -> (Free, Vec<(LocalId, &'m Expr)>) {
+    let mut needed = Free::default();
+    exprs.into_iter().for_each(|e| needed.expr(e));
+    let mut lets = Vec::new();
+    for statement in model.body.iter().rev() {
+        if let Statement::Let(local, value) = statement
+            && needed.locals.contains(local)
+        {
+            needed.expr(value);
+            lets.push((*local, value));
+        }
+    }
+    lets.reverse();
+    (needed, lets)
+}
+
 impl Frame<'_, '_> {
     /// Binds what the expressions need of the `let`s of the model's body.
     fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), TooLarge> {
-        let mut needed = Free::default();
-        exprs.into_iter().for_each(|e| needed.expr(e));
-        let mut lets = Vec::new();
-        for statement in self.lowerer.model.body.iter().rev() {
-            if let Statement::Let(local, value) = statement
-                && needed.locals.contains(local)
-            {
-                needed.expr(value);
-                lets.push((*local, value));
-            }
-        }
-        for (local, value) in lets.into_iter().rev() {
+        self.bind(&lets_for(self.lowerer.model, exprs).1)
+    }
+
+    fn bind(&mut self, lets: &[(LocalId, &Expr)]) -> Result<(), TooLarge> {
+        for (local, value) in lets {
             let values = self.expr(value)?;
-            self.locals.insert(local, values);
+            self.locals.insert(*local, values);
         }
         Ok(())
     }

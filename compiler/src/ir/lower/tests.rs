@@ -30,7 +30,8 @@ fn surface(declarations: &str, point: &str) -> LoweredModel {
 }
 
 fn at(model: &LoweredModel, args: [f64; 4]) -> Result<Vec<f64>, RunError> {
-    run_real(&model.module, model.parts[0].surface, &args, Limits::default())
+    let [a, b, u, v] = args;
+    run_real(&model.module, model.parts[0].surface, &model.parts[0].arguments(&[a, b], [u, v]), Limits::default())
 }
 
 /// The surface agrees with the formula at some points to rounding errors.

@@ -3,7 +3,8 @@
 use super::super::scalar::Scalar;
 use super::super::{Function, FunctionBuilder, FunctionId, Op, Parameter, Type, Value};
 use super::{Constant, Fit, Simplifier, used_params};
-use std::collections::{BTreeSet, HashMap};
+use crate::ir::hash::HashMap;
+use std::collections::BTreeSet;
 
 impl Simplifier<'_> {
     pub(super) fn loop_(
@@ -92,7 +93,7 @@ fn needed_carried(body: &Function, outer: &[Option<Value>], used: &[(u32, Type)]
 ///
 /// Guards stay, since a loop may turn not at all; so does what may take long, for the same reason.
 fn hoist(builder: &mut FunctionBuilder, turn: &Function, outer: &[Option<Value>]) -> HashMap<Value, Value> {
-    let mut hoisted: HashMap<Value, Value> = HashMap::new();
+    let mut hoisted: HashMap<Value, Value> = HashMap::default();
     for (i, node) in turn.nodes.iter().enumerate() {
         let outside = match &node.op {
             Op::Param(i) => outer[*i as usize],

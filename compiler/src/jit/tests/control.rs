@@ -161,22 +161,17 @@ fn giants_are_refused() {
 
 #[test]
 fn large_frames_are_refused() {
-    // 40,000 arguments that live over a call need more stack than a frame may have.
-    let mut raw = Raw::new(&[Type::Real; 40_000]);
-    let mut sum = raw.real(Op::Unary(Unary::Tanh, Value(0)));
-    for i in 0..40_000 {
-        sum = raw.real(Op::Binary(Binary::Add, sum, Value(i)));
-    }
-    let mut module = Module::default();
-    let id = module.add(raw.returns(&[sum]));
-    let mut compiler = Compiler::new(&module, Options { quick: true, ..OPTIONS }).unwrap();
+    // 40,000 values that live over as many calls need more stack than a frame may have. (They would also keep the
+    // thorough register allocator busy for minutes.)
+    let (module, id) = recursion(40_000);
+    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
     assert!(matches!(compiler.routine(id), Err(JitError::TooLarge(_, "it needs too much stack"))));
 }
 
 #[test]
-fn what_takes_too_long_is_refused() {
-    // 40,000 values that live over as many calls keep the register allocator busy for minutes.
-    let (module, id) = recursion(40_000);
-    let mut compiler = Compiler::new(&module, Options::default()).unwrap();
-    assert!(matches!(compiler.routine(id), Err(JitError::TooLarge(..))));
+fn what_would_take_long_is_compiled_quickly() {
+    // 10,000 values that live over as many calls: half a minute for the thorough register allocator.
+    let (module, id) = recursion(10_000);
+    let native = Native::new(&module, id);
+    assert_eq!(native.call(&[Scalar::Int(0), real(2.0)], Limits::default()), Ok(vec![real(2.0)]));
 }

@@ -1,0 +1,86 @@
+//! How long it takes from text to machine code for M and its derivatives, by stage, and how that grows with the program.
+//!
+//! `cargo bench --bench compile` prints two tables: models of this repository, and generated ones of growing size. Times are
+//! CPU time of the thread, the least of several compilations, in milliseconds: other work on the machine counts little.
+//! What only the first compilation of a process does (the code generator's tables, the library's parsing) is in the
+//! column `first`, which is the whole of the first one.
+
+mod scripts;
+
+use cpu_time::ThreadTime;
+use gml_compiler::program::{Compilation, Options, Program, Stage, compile_observed};
+use gml_compiler::source::{NoFiles, SourceFile};
+use std::time::Duration;
+
+/// Time of each stage.
+type Stages = [f64; 4];
+
+fn main() {
+    println!("{:24} {}", "", columns());
+    for name in ["cup/cup", "cup/octagonal_cup", "mug/mug"] {
+        let path = format!("{}/examples/{name}.gml", env!("CARGO_MANIFEST_DIR"));
+        match std::fs::read_to_string(&path) {
+            Ok(text) => _ = measure(name, &text),
+            Err(e) => println!("{path}: {e}"),
+        }
+    }
+    println!("\n{:24} {}", "", columns());
+    grow("lines", &[250, 500, 1000, 2000, 4000], scripts::lines);
+    grow("holes", &[64, 256, 1024, 4096], scripts::holes);
+}
+
+fn columns() -> String {
+    let names = ["lines", "parts", "check", "lower", "diff", "code", "all", "first", "us/line", "us/part"];
+    names.iter().map(|n| format!("{n:>9}")).collect()
+}
+
+fn grow(what: &str, sizes: &[usize], script: fn(usize) -> String) {
+    let mut each = Vec::new();
+    for size in sizes {
+        let text = script(*size);
+        let all = measure(&format!("{size} {what}"), &text);
+        each.push(all / *size as f64);
+    }
+    let (least, most) = each.iter().fold((f64::INFINITY, 0.0f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    println!("{:24} time of one, most over least: {:.2}\n", "", most / least);
+}
+
+/// Compiles a script several times and prints a row; the least time in milliseconds.
+fn measure(name: &str, text: &str) -> f64 {
+    let (program, first) = stages(name, text);
+    let mut best = first;
+    let mut left = Duration::from_secs(2);
+    for _ in 0..200 {
+        let (_, again) = stages(name, text);
+        let total: f64 = again.iter().sum();
+        if total < best.iter().sum() {
+            best = again;
+        }
+        left = left.saturating_sub(Duration::from_secs_f64(total / 1e3));
+        if left.is_zero() {
+            break;
+        }
+    }
+    let all: f64 = best.iter().sum();
+    let (lines, parts) = (text.lines().count(), program.parts().len());
+    let times: String = best.iter().chain([&all, &first.iter().sum()]).map(|t| format!("{t:9.2}")).collect();
+    let (line, part) = (1e3 * all / lines as f64, 1e3 * all / parts as f64);
+    println!("{name:24} {lines:9}{parts:9}{times}{line:9.1}{part:9.1}");
+    all
+}
+
+/// Milliseconds of CPU time that each stage takes.
+fn stages(name: &str, text: &str) -> (Program, Stages) {
+    let script = SourceFile { name: name.to_owned(), text: text.to_owned() };
+    let mut times = [0.0; 4];
+    let mut last = ThreadTime::now();
+    let mut done = |stage: Stage| {
+        let now = ThreadTime::now();
+        times[stage as usize] = now.duration_since(last).as_secs_f64() * 1e3;
+        last = now;
+    };
+    match compile_observed(script, &NoFiles, &Options::default(), &mut done) {
+        Ok(Compilation { program, .. }) => (program, times),
+        Err(failed) => panic!("{failed}"),
+    }
+}

@@ -1,0 +1,173 @@
+//! Equal functions become one; bodies that differ in constants become one that captures them.
+//!
+//! The parts of a loop differ in what they capture and in constants that follow from the loop's variable. They are then
+//! differentiated and compiled once.
+
+use super::graph::References;
+use super::hash::HashMap;
+use super::split::Split;
+use super::{FailureId, Function, FunctionBuilder, FunctionId, Module, Node, Op, Parameter, Type, Value};
+use crate::source::Span;
+use foldhash::fast::RandomState;
+use std::hash::{BuildHasher, Hash, Hasher};
+
+/// For each root the function that stands for it: of functions that are equal, places in the source included, but for
+/// names, the first. So are the functions that they name.
+#[must_use]
+pub fn merge_equal(module: &mut Module, roots: &[FunctionId]) -> Vec<FunctionId> {
+    let failures = equal_failures(module);
+    let references = References::new(module, roots);
+    let state = RandomState::default();
+    let mut known: HashMap<u64, Vec<FunctionId>> = HashMap::default();
+    let mut merged: HashMap<FunctionId, FunctionId> = HashMap::default();
+    for id in &references.order {
+        for node in &mut module.functions[id.0 as usize].nodes {
+            if let Op::Guard { failure, .. } = &mut node.op {
+                *failure = failures[failure.0 as usize];
+            } else if !node.op.functions().is_empty() {
+                node.op = node.op.map_functions(|f| merged.get(&f).copied().unwrap_or(f));
+            }
+        }
+        // Functions may be equal, and only one of them differentiated by hand.
+        if module.by_hand.contains_key(id) {
+            continue;
+        }
+        let function = module.function(*id);
+        let equal = known.entry(hash(&state, function, true)).or_default();
+        match equal.iter().find(|other| is_equal(module.function(**other), function, true)) {
+            Some(other) => _ = merged.insert(*id, *other),
+            None => equal.push(*id),
+        }
+    }
+    roots.iter().map(|id| merged.get(id).copied().unwrap_or(*id)).collect()
+}
+
+/// Merges the bodies of a split that are equal but for the values of real constants: constants that differ become captures,
+/// after the others, and results of the prelude.
+pub fn merge_bodies(module: &mut Module, split: &mut Split) {
+    let roots: Vec<FunctionId> = split.bodies.iter().map(|b| b.function).collect();
+    let merged = merge_equal(module, &roots);
+    let state = RandomState::default();
+    let mut known: HashMap<u64, Vec<Vec<FunctionId>>> = HashMap::default();
+    let mut seen: HashMap<FunctionId, ()> = HashMap::default();
+    for id in merged.iter().filter(|id| seen.insert(**id, ()).is_none()) {
+        let function = module.function(*id);
+        let groups = known.entry(hash(&state, function, false)).or_default();
+        match groups.iter_mut().find(|group| is_equal(module.function(group[0]), function, false)) {
+            Some(group) => group.push(*id),
+            None => groups.push(vec![*id]),
+        }
+    }
+    let mut groups: Vec<Vec<FunctionId>> = known.into_values().flatten().filter(|g| g.len() > 1).collect();
+    groups.sort_unstable();
+    let mut constants = Constants { indices: HashMap::default() };
+    let mut replaced: HashMap<FunctionId, (FunctionId, Vec<u32>)> = HashMap::default();
+    for group in groups {
+        let differing = differing_constants(module, &group);
+        let captured = group.iter().map(|id| {
+            let bits = differing.iter().map(|v| real_bits(module.function(*id), *v)).collect::<Vec<_>>();
+            (*id, bits)
+        });
+        let captured: Vec<(FunctionId, Vec<u64>)> = captured.collect();
+        let function = with_captures(module.function(group[0]), &differing);
+        let function = module.add(function);
+        let prelude = &mut module.functions[split.prelude.0 as usize];
+        for (id, bits) in captured {
+            let captures = bits.into_iter().map(|bits| constants.capture(prelude, bits)).collect();
+            replaced.insert(id, (function, captures));
+        }
+    }
+    for (body, function) in split.bodies.iter_mut().zip(merged) {
+        body.function = function;
+        if let Some((function, captures)) = replaced.get(&function) {
+            body.function = *function;
+            body.constants = captures.len();
+            body.captures.extend(captures);
+        }
+    }
+    super::validate::after_pass(module, "merge");
+}
+
+/// The constants that a prelude returns.
+struct Constants {
+    indices: HashMap<u64, u32>,
+}
+
+impl Constants {
+    fn capture(&mut self, prelude: &mut Function, bits: u64) -> u32 {
+        *self.indices.entry(bits).or_insert_with(|| {
+            let value = Value(prelude.nodes.len() as u32);
+            prelude.nodes.push(Node { op: Op::Real(bits), ty: Type::Real, span: Span::default() });
+            prelude.results.push(value);
+            prelude.result_names.push(format!("c{}", prelude.results.len() - 1));
+            prelude.results.len() as u32 - 1
+        })
+    }
+}
+
+/// The constants in which functions that are equal otherwise differ.
+fn differing_constants(module: &Module, group: &[FunctionId]) -> Vec<Value> {
+    let first = module.function(group[0]);
+    let differs = |v: &Value| {
+        matches!(first.op(*v), Op::Real(_)) && group.iter().any(|id| module.function(*id).op(*v) != first.op(*v))
+    };
+    first.values().filter(differs).collect()
+}
+
+fn real_bits(function: &Function, v: Value) -> u64 {
+    if let Op::Real(bits) = *function.op(v) { bits } else { 0 }
+}
+
+/// A body `(captures.., u, v)` with some of its constants as captures, after the others.
+fn with_captures(body: &Function, constants: &[Value]) -> Function {
+    let uv = body.params.len() - 2;
+    let mut params = body.params[..uv].to_vec();
+    params.extend((0..constants.len()).map(|k| Parameter::real(format!("k{k}"))));
+    params.extend_from_slice(&body.params[uv..]);
+    let mut builder = FunctionBuilder::new(body.name.clone(), params);
+    let mut values: Vec<Value> = Vec::with_capacity(body.nodes.len());
+    for (node, v) in body.nodes.iter().zip(body.values()) {
+        builder.set_span(node.span);
+        let value = match (&node.op, constants.binary_search(&v)) {
+            (Op::Param(i), _) if (*i as usize) < uv => Value(*i),
+            (Op::Param(i), _) => Value(*i + constants.len() as u32),
+            (_, Ok(k)) => builder.param(uv + k),
+            (op, Err(_)) => builder.emit(&op.map_operands(|v| values[v.0 as usize]), node.ty),
+        };
+        values.push(value);
+    }
+    let results: Vec<Value> = body.results.iter().map(|r| values[r.0 as usize]).collect();
+    builder.finish(body.result_names.iter().cloned().zip(results))
+}
+
+/// For each failure the first that says the same of the same place.
+fn equal_failures(module: &Module) -> Vec<FailureId> {
+    let mut first: HashMap<(Span, &str), FailureId> = HashMap::default();
+    let failures = (0..).map(FailureId).zip(&module.failures);
+    failures.map(|(id, failure)| *first.entry((failure.span, &failure.message)).or_insert(id)).collect()
+}
+
+fn hash(state: &RandomState, function: &Function, constants: bool) -> u64 {
+    let mut hasher = state.build_hasher();
+    for node in &function.nodes {
+        match node.op {
+            Op::Real(_) if !constants => 0.hash(&mut hasher),
+            _ => node.op.hash(&mut hasher),
+        }
+        (node.ty, node.span).hash(&mut hasher);
+    }
+    function.results.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Whether functions are equal; the values of real constants count where `constants`.
+fn is_equal(a: &Function, b: &Function, constants: bool) -> bool {
+    let alike = |(a, b): (&Node, &Node)| {
+        let masked = !constants && matches!((&a.op, &b.op), (Op::Real(_), Op::Real(_)));
+        (masked || a.op == b.op) && a.ty == b.ty && a.span == b.span
+    };
+    a.params.len() == b.params.len()
+        && a.results == b.results
+        && a.nodes.len() == b.nodes.len()
+        && a.nodes.iter().zip(&b.nodes).all(alike)
+}

@@ -1,0 +1,131 @@
+//! What programs are made of: parts that are alike share their functions, and nothing grows faster than the script.
+
+use super::{Compilation, Options, Program, compile};
+use crate::ir::FunctionId;
+use crate::source::{NoFiles, SourceFile};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+fn program(text: &str) -> Program {
+    let script = SourceFile { name: "test.gml".to_owned(), text: text.to_owned() };
+    match compile(script, &NoFiles, &Options::default()) {
+        Ok(Compilation { program, .. }) => program,
+        Err(failed) => panic!("{failed}"),
+    }
+}
+
+/// Pegs in a row, and around a circle.
+fn pegs(count: usize) -> String {
+    format!(
+        "use std.surface (cylinder)\nuse std.frame (translate)\nuse std.vector (polar)\n
+         model pegs {{\n param r: length = 3mm; param h: length = 20mm; param ring: length = 60mm\n
+         for i in 0..{count} {{\n
+           part row = cylinder(r, h).translate((i * 10mm + 5mm, i * i * 1mm + 3mm, 0mm))\n
+           part around = cylinder(r, h).translate(polar(ring, (i + 0.3) * 1turn / {count}, 0mm))\n
+         }}\n}}"
+    )
+}
+
+fn jacobians(program: &Program) -> usize {
+    program.functions.parts.iter().map(|p| p.jacobian).collect::<BTreeSet<FunctionId>>().len()
+}
+
+/// Nodes of all functions that are compiled.
+fn nodes(program: &Program) -> usize {
+    program.functions.module.functions.iter().map(|f| f.nodes.len()).sum()
+}
+
+#[test]
+fn parts_of_a_loop_are_compiled_once() {
+    let [few, many] = [16, 64].map(|n| program(&pegs(n)));
+    assert_eq!(many.parts().len(), 128);
+    // A row of pegs, and the signs of sine and cosine.
+    assert!(few.functions.bodies.len() <= 6, "{} bodies", few.functions.bodies.len());
+    assert_eq!(few.functions.bodies.len(), many.functions.bodies.len());
+    assert_eq!(jacobians(&few), jacobians(&many));
+    assert!(nodes(&many) < 5 * nodes(&few), "{} nodes, of which a quarter took {}", nodes(&many), nodes(&few));
+}
+
+#[test]
+fn merged_parts_keep_their_values() {
+    let program = program(&pegs(7));
+    let (r, h, ring) = (3.5, 21.0, 55.0);
+    let instance = program.instantiate(&[r, h, ring]).expect("it exists");
+    let (u, v) = (0.15f64, 0.6);
+    let (sin, cos) = (u * std::f64::consts::TAU).sin_cos();
+    for (k, part) in program.parts().iter().enumerate() {
+        let i = (k / 2) as f64;
+        let turn = (i + 0.3) * std::f64::consts::TAU / 7.0;
+        let row = part.group == "row";
+        let at = if row { [i * 10.0 + 5.0, i * i + 3.0] } else { [ring * turn.cos(), ring * turn.sin()] };
+        let expected = [at[0] + r * cos, at[1] + r * sin, h * v];
+        let mut point = [0.0; 3];
+        instance.points(k, &[u], &[v], &mut point).expect("it is finite");
+        assert!(near(&point, &expected), "{}: {point:?} is not {expected:?}", part.name);
+
+        let by = [[cos, sin, 0.0], [0.0, 0.0, v], [turn.cos(), turn.sin(), 0.0]];
+        let active: &[u32] = if row { &[0, 1] } else { &[0, 1, 2] };
+        assert_eq!(part.active, active);
+        let mut jacobian = vec![0.0; 3 * active.len()];
+        instance.jacobian(k, &[u], &[v], &mut jacobian).expect("it is finite");
+        assert!(near(&jacobian, &by[..active.len()].concat()), "{}: {jacobian:?}", part.name);
+
+        let (w, mut gradient) = ([0.3, -0.7, 1.1], [0.0; 3]);
+        instance.pullback(k, &[u], &[v], &[w], &mut gradient).expect("it is finite");
+        let transposed = [0, 1, 2].map(|p| {
+            let part = active.contains(&(p as u32));
+            if part { (0..3).map(|c| w[c] * by[p][c]).sum() } else { 0.0 }
+        });
+        assert!(near(&gradient, &transposed), "{}: {gradient:?} is not {transposed:?}", part.name);
+
+        let mut partials = [0.0; 9];
+        instance.partials(k, &[u], &[v], &mut partials).expect("it is finite");
+        let around = std::f64::consts::TAU * r;
+        assert!(near(&partials[3..6], &[-around * sin, around * cos, 0.0]), "{}: {partials:?}", part.name);
+    }
+}
+
+/// Equal to rounding errors of a few operations on numbers below 100.
+fn near(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
+}
+
+/// Parts that all differ, each with parameters of its own.
+fn sections(count: usize) -> String {
+    let mut text = String::from("use std.surface (revolve)\nuse std.frame (translate)\nmodel tower {\n");
+    text.push_str("param x: length = 0mm\nparam y: length = 0mm\n");
+    for k in 0..count {
+        let (a, b) = (1 + k % 7, 2 + k % 11);
+        let _ = writeln!(
+            text,
+            "param r{k}: length = 10mm\nparam s{k}: real = 0.5\n\
+             require r{k} > 1mm, \"too thin\"\n\
+             part p{k} = translate(revolve(|t| (r{k} * (1 + s{k} * sin(t ^ {a} * {b}.5 * 1turn)), {k} * 9mm + t * {b}mm)), (x, y, 0mm))"
+        );
+    }
+    text.push('}');
+    text
+}
+
+#[test]
+fn functions_grow_with_the_script() {
+    let [small, large] = [12, 48].map(|n| program(&sections(n)));
+    // Twice as much for each part would be quadratic growth: if every part took every parameter, for instance.
+    let each = |program: &Program, n: usize| nodes(program) as f64 / n as f64;
+    let (small, large) = (each(&small, 12), each(&large, 48));
+    assert!(large < 1.3 * small, "{small} nodes a part became {large}");
+}
+
+#[test]
+fn derivatives_on_demand_are_made_once() {
+    let program = program(&pegs(3));
+    program.prepare().expect("they are small");
+    let instance = program.instantiate(&program.defaults()).expect("it exists");
+    let run = || {
+        let mut out = [0.0; 18];
+        instance.second_partials(0, &[0.2], &[0.4], &mut out).expect("it is finite");
+        out
+    };
+    let expected = run();
+    std::thread::scope(|scope| (0..4).for_each(|_| _ = scope.spawn(|| assert_eq!(run(), expected))));
+}
