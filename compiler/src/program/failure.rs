@@ -17,6 +17,10 @@ pub struct EvaluationError {
     pub message: String,
     /// The place in the source, where it is known.
     pub span: Option<Span>,
+    /// The sentence alone.
+    pub sentence: String,
+    /// The part, the point and the parameters' values that led there; may be empty.
+    pub circumstances: String,
 }
 
 /// What was being evaluated.
@@ -53,6 +57,14 @@ impl Program {
             }
         }
         Ok(())
+    }
+
+    /// Whether one requirement holds; false where it cannot be evaluated.
+    pub(super) fn holds(&self, require: usize, x: &[f64]) -> bool {
+        let arguments: Vec<u64> = x.iter().map(|x| x.to_bits()).collect();
+        let mut holds = [0];
+        let call = self.kernels.code.call(self.kernels.requires[require], &arguments, &mut holds, self.limits);
+        call.is_ok() && holds[0] != 0
     }
 
     /// The error for code that stopped early.
@@ -100,14 +112,15 @@ impl Program {
         if !shown.is_empty() {
             values.push(format!("where {}", shown.join(", ")));
         }
+        let circumstances = values.join("; ");
         if !values.is_empty() {
-            let _ = write!(text, " ({})", values.join("; "));
+            let _ = write!(text, " ({circumstances})");
         }
-        EvaluationError { message: text, span }
+        EvaluationError { message: text, span, sentence: message.to_owned(), circumstances }
     }
 
     /// The parameters that a function of all parameters uses.
-    fn used_params(&self, function: FunctionId) -> Vec<u32> {
+    pub(super) fn used_params(&self, function: FunctionId) -> Vec<u32> {
         let function = self.functions.module.function(function);
         let mut used = vec![false; function.nodes.len()];
         function.results.iter().for_each(|r| used[r.0 as usize] = true);

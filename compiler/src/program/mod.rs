@@ -14,6 +14,7 @@ mod failure;
 mod instance;
 mod kernels;
 mod parameters;
+mod probe;
 mod text;
 
 pub use compile::{Compilation, Failed, Options, compile};
