@@ -4,6 +4,7 @@ mod check;
 mod cli;
 mod diagnostics;
 mod diff;
+mod doc;
 mod emit;
 mod error;
 mod findings;
@@ -14,6 +15,7 @@ mod measure;
 mod mesh;
 mod picture;
 mod progress;
+mod repl;
 mod scan;
 mod script;
 mod table;
@@ -22,7 +24,6 @@ mod variance;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use error::CommandError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -31,17 +32,16 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Mesh(args) => mesh::run(args),
         Command::Diff(args) => diff::run(args),
+        Command::Doc(args) => doc::run(args),
         Command::Emit(args) => emit::run(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Scan(args) => scan::run(args),
         Command::Fit(args) => fit::run(args),
         Command::Variance(args) => variance::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Repl(args) => repl::run(args),
     };
     let Err(error) = result else { return ExitCode::SUCCESS };
-    match &error {
-        CommandError::Failed(message) | CommandError::Usage(message) => eprintln!("error: {message}"),
-        CommandError::Script(errors) => diagnostics::print(&errors.diagnostics, &errors.sources),
-    }
+    error.print();
     ExitCode::from(error.status())
 }

@@ -1,3 +1,5 @@
+// Surfaces that a curve makes when it moves: prisms, ruled and lofted surfaces, sections carried along a path.
+
 /// A curve in the plane of x and y raised along z: the wall of a prism. Where the curve runs counterclockwise the normal is outwards.
 /// On the way it can be turned by `twist` in all and scaled to `taper` times its size, both about the z axis. Of a curve in
 /// space every point is raised.
@@ -64,6 +66,9 @@ fn loft(curves, closed: bool = false) = |u: real, v: real| catmull_rom(for c in 
 /// ```gml
 /// let arch = |t| (10mm * cos(t * 180deg), 0mm, 10mm * sin(t * 180deg))
 /// norm(sweep(arch, circle(2mm), up: (0, 1, 0))(0, 0.7))    // = 10.198039 mm
+/// let knot = |t| polar(20mm + 5mm * cos(3turn * t), 2turn * t, 8mm * sin(3turn * t))
+/// let s = sweep(knot, rectangle(4mm, 2mm), closed: true)
+/// distance(s(0.1, 0), s(0.1, 1)) < 1e-9mm    // = true
 /// norm(sweep(arch, |u, v| circle(1mm + 1mm * v)(u))(0.3, 1) - (-10mm, 0mm, 0mm))    // = 2 mm
 /// ```
 fn sweep(

@@ -1,18 +1,39 @@
-//! Every `gmlc` command in README.md, docs/ and the cup's README is run, in order, in a folder that has the examples. Those of
-//! the other examples are run by tests/examples.rs.
+//! Every `gmlc` command in README.md, docs/ and the cup's README is run, in order, in a folder that has the examples and the scripts
+//! of the page. Those of the other examples are run by tests/examples.rs.
 
 mod support;
 
-use support::{commands, copy, gmlc_in, root, text};
+use std::collections::BTreeSet;
+use std::fs;
+use support::{Step, copy, gmlc_in, root, steps, text};
 
 #[test]
 fn every_command_of_the_documentation_works() {
     let folder = tempfile::tempdir().expect("a folder");
     copy(&root().join("examples"), &folder.path().join("examples"));
-    let mut count = 0;
-    let pages = ["README.md", "docs/output.md", "docs/language.md", "examples/cup/README.md"];
+    let (mut run, mut count) = (BTreeSet::new(), 0);
+    let pages = [
+        "README.md",
+        "docs/output.md",
+        "docs/language.md",
+        "docs/tutorial.md",
+        "docs/repl.md",
+        "examples/cup/README.md",
+    ];
     for page in pages {
-        for command in commands(&root().join(page)) {
+        for step in steps(&root().join(page)) {
+            let command = match step {
+                Step::Run(command) => command,
+                Step::Save(name, script) => {
+                    fs::write(folder.path().join(name), script).expect("written");
+                    run.clear();
+                    continue;
+                }
+            };
+            // What a page repeats from another one writes the same files.
+            if !run.insert(command.clone()) {
+                continue;
+            }
             let args: Vec<&str> = command.split_whitespace().collect();
             let output = gmlc_in(folder.path(), &args);
             let errors = text(&output.stderr);
@@ -20,5 +41,5 @@ fn every_command_of_the_documentation_works() {
             count += 1;
         }
     }
-    assert!(count >= 8, "the tour has commands, not {count}");
+    assert!(count >= 16, "the tour has commands, not {count}");
 }

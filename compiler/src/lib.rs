@@ -10,7 +10,7 @@
 //! 6. [`program`]: what everything outside may know of a compiled script.
 //!
 //! [`session`] goes the same way with texts that are entered one after another.
-//! Beside this way lies [`format`], from text to its one layout.
+//! Beside this way lie [`format`], from text to its one layout, and [`reference`], from doc comments to pages.
 //!
 //! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
 //! [`source::Loader`].
@@ -22,6 +22,7 @@ pub mod format;
 pub mod ir;
 pub mod jit;
 pub mod program;
+pub mod reference;
 pub mod session;
 pub mod source;
 mod suggest;

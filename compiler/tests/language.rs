@@ -67,17 +67,6 @@ fn language() {
     assert!(wrong.is_empty(), "\n{wrong}");
 }
 
-/// Every ```gml block of the language's reference compiles and runs.
-#[test]
-fn reference() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/language.md");
-    let text = std::fs::read_to_string(path).expect("the reference");
-    let blocks: Vec<&str> = text.split("```gml\n").skip(1).filter_map(|b| b.split("```").next()).collect();
-    assert!(!blocks.is_empty(), "the reference has examples");
-    let wrong: String = blocks.iter().map(|b| difference(b, &annotated(b))).collect();
-    assert!(wrong.is_empty(), "\n{wrong}");
-}
-
 /// The texts between the lines that begin a case, those lines included.
 fn cases(text: &str) -> Vec<String> {
     let mut cases: Vec<String> = vec![String::new()];

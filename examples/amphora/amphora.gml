@@ -1,6 +1,9 @@
 use std.curve (bezier)
+use std.frame (translate)
+use std.offset (offset)
+use std.repeat (polar_pattern)
+use std.spline (bspline_knots)
 use std.surface (disc, flip, revolve, tube)
-use std.frame (rotate, translate)
 
 /// An amphora: a body whose profile is a cubic B-spline through five stations, and handles from neck to shoulder.
 /// It stands on the plane of x and y; the first handle is towards x.
@@ -52,15 +55,8 @@ model amphora {
     (neck, neck_height),
     (lip, height),
   ]
-  let spline = through(stations)
-  let profile = |t: real| spline(4 * t)
-
-  /// The curve at a distance on its left side: the inside of an outer profile that runs upwards.
-  fn beside(c: real -> point2, distance: length) = |t: real| {
-    let along = normalize(c'(t))
-    c(t) + (-along.y, along.x) * distance
-  }
-  let hollow = beside(profile, wall)
+  let profile = through(stations)
+  let hollow = offset(profile, -wall)
   // The foot is solid up to here.
   let solid = 0.06
 
@@ -76,16 +72,14 @@ model amphora {
     (p + q) / 2 + across * cos(t * 180deg) + over * sin(t * 180deg)
   })
 
-  let (top, bottom) = (spline(handle_top), spline(handle_bottom))
+  let (top, bottom) = (profile(handle_top / 4), profile(handle_bottom / 4))
   let handle_curve = bezier([
     top - (wall / 2, 0mm),
     (reach, top.y + rise),
     (reach, bottom.y + fall),
     bottom - (wall / 2, 0mm),
   ])
-  for i in 0..handles {
-    part handle = tube(handle_curve, radii: (handle_thickness, handle_width)).rotate(i * 1turn / handles)
-  }
+  part handle = tube(handle_curve, radii: (handle_thickness, handle_width)).polar_pattern(handles)
 }
 
 /// Chebyshev's polynomials of the second kind at 2: 1, 4, 15, 56, ...
@@ -107,17 +101,13 @@ fn control_points(p) {
   }
 }
 
-/// The natural cubic spline through points, in B-spline form, at which it arrives at 0, 1, 2, ...
+/// The natural cubic spline through points, in B-spline form: it arrives at them at equal steps of its parameter.
 fn through(p) {
   let c = control_points(p)
-  let last = len(p) - 1
-  // Beyond the ends the control points go on straight.
-  fn control(i) = if i < 0 { 2 * c[0] - c[1] } else if i > last { 2 * c[last] - c[last - 1] } else { c[i] }
-  // One cubic between two points; the sum takes the pieces up to t, each beginning where the one before ends.
-  fn piece(i, t: real) {
-    let s = clamp(t - i, 0, 1)
-    let weights = [(1 - s) ^ 3, 3 * s ^ 3 - 6 * s ^ 2 + 4, 3 * (s + s ^ 2 - s ^ 3) + 1, s ^ 3]
-    sum(for k in 0..4 { control(i + k - 1) * (weights[k] / 6) })
+  let (n, m) = (len(c), len(c) - 1)
+  // Beyond the ends the control points go on straight, which is to be without curvature there.
+  let points = for i in 0..n + 2 {
+    if i == 0 { 2 * c[0] - c[1] } else if i > n { 2 * c[m] - c[m - 1] } else { c[i - 1] }
   }
-  |t: real| p[0] + sum(for i in 0..last { piece(i, t) - p[i] })
+  bspline_knots(points, for k in 0..n + 6 { k })
 }

@@ -1,4 +1,5 @@
 use std.curve (arc, bezier)
+use std.offset (offset)
 use std.surface (disc, flip, revolve)
 use std.frame (translate)
 
@@ -35,14 +36,8 @@ model bowl {
   let (from, to) = ((foot, 0mm), (rim, top))
   let outer = bezier([from, mix(from, corner, fullness), mix(to, corner, fullness), to])
 
-  /// The curve at a distance on its left side, which is the inside of an outer profile that runs upwards.
-  fn beside(c: real -> point2, distance: length) = |t| {
-    let along = normalize(c'(t))
-    c(t) + (-along.y, along.x) * distance
-  }
-
   part outside = revolve(outer)
-  part inside = flip(revolve(beside(outer, wall)))
+  part inside = flip(revolve(offset(outer, -wall)))
   part floor = disc(foot - wall * sin(slope)).translate((0mm, 0mm, wall * cos(slope)))
   part base = flip(disc(foot))
 

@@ -1,6 +1,9 @@
-use std.curve (arc, bezier)
-use std.surface (cylinder, flip, plane, revolve)
-use std.frame (rotate, translate)
+use std.curve (arc, bezier, line)
+use std.frame (translate)
+use std.repeat (polar_pattern)
+use std.surface (flip, plane, revolve)
+use std.sweep (ruled)
+use std.vector (lift)
 
 /// A fluted column: plinth and moulded base, a shaft with entasis, and a capital of echinus and abacus.
 /// It stands on the plane of x and y; the sides of plinth and abacus look along x and y.
@@ -81,17 +84,15 @@ model column {
   }
 
   /// Four upright walls around a square.
-  fn walls(half: length, height: length) = for i in 0..4 {
+  fn walls(half: length, height: length) {
     let wall = |u: real, v: real| (half, mix(-half, half, u), height * v)
-    wall.rotate(i * 90deg)
+    wall.polar_pattern(4)
   }
   /// A square from which a disc is left out, in four pieces: what shows of a block under something round. It looks upwards.
-  fn ledge(half: length, radius: length) = for i in 0..4 {
-    let quarter = |u: real, v: real| {
-      let (on_square, on_circle) = ((half, mix(-half, half, u), 0mm), polar(radius, mix(-45deg, 45deg, u)))
-      mix(on_square, on_circle, v)
-    }
-    quarter.rotate(i * 90deg)
+  fn ledge(half: length, radius: length) {
+    let edge = line((half, -half, 0mm), (half, half, 0mm))
+    let quarter = arc((0mm, 0mm), radius, -45deg, 45deg)
+    ruled(edge, |t| lift(quarter(t))).polar_pattern(4)
   }
 
   part plinth = {
@@ -103,6 +104,6 @@ model column {
   part abacus = {
     side: walls(abacus_half, 0.4 * c).translate((0mm, 0mm, top + 0.6 * c)),
     top: plane(2 * abacus_half, 2 * abacus_half).translate((0mm, 0mm, top + c)),
-    bottom: each(ledge(abacus_half, echinus), flip).translate((0mm, 0mm, top + 0.6 * c)),
+    bottom: flip(ledge(abacus_half, echinus)).translate((0mm, 0mm, top + 0.6 * c)),
   }
 }

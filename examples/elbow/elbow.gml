@@ -53,7 +53,7 @@ model elbow {
   }
 
   part outside = pipe(radius, thickness)
-  part inside = each(pipe(radius - wall, 0mm), flip)
+  part inside = flip(pipe(radius - wall, 0mm))
   let ring = collar(bore: radius - wall, neck: radius, radius: radius + rim, thickness: thickness)
   part inlet_collar = ring.transform(inlet)
   part outlet_collar = ring.transform(outlet)

@@ -1,6 +1,7 @@
 use std.curve (bezier)
-use std.surface (disc, flip, sphere, tube)
-use std.frame (rotate, stretch, transform, translate)
+use std.frame (transform, translate)
+use std.surface (disc, ellipsoid, flip, tube)
+use std.vector (turned)
 
 /// A tree that is grown by recursion: every branch bends away from the one that bears it and forks into two, until the last
 /// ones end in leaves. It stands on the plane of x and y.
@@ -38,7 +39,7 @@ model tree {
     if level == 0 {
       {
         wood: wood,
-        leaf: sphere(leaf / 2).stretch((0.5, 0.16, 1)).translate((0mm, 0mm, 0.4 * leaf)).transform(end),
+        leaf: ellipsoid(leaf / 4, leaf / 12, leaf / 2).translate((0mm, 0mm, 0.4 * leaf)).transform(end),
       }
     } else {
       let fork = |p| end(turned(p, (0, 0, 1), twist))

@@ -55,15 +55,38 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// The arguments of the commands in a page's fenced blocks marked `sh` that begin with `gmlc`. A line that ends with a backslash
-/// goes on in the next.
-pub(crate) fn commands(page: &Path) -> Vec<String> {
+/// What a page asks of its reader.
+pub(crate) enum Step {
+    /// The arguments of a command: a line that begins with `gmlc` in a fenced block marked `sh`. One that ends with a
+    /// backslash goes on in the next.
+    Run(String),
+    /// A script to save: its name and text, from a block marked `gml` whose first line is `// NAME.gml`.
+    Save(String, String),
+}
+
+/// The steps of a page in order.
+pub(crate) fn steps(page: &Path) -> Vec<Step> {
     let text = std::fs::read_to_string(page).unwrap_or_else(|e| panic!("{}: {e}", page.display()));
-    let blocks = text.split("```").skip(1).step_by(2).filter_map(|b| b.strip_prefix("sh\n"));
-    let joined: Vec<String> = blocks.map(|b| b.replace("\\\n", " ")).collect();
-    let lines = joined.iter().flat_map(|b| b.lines());
-    let commands = lines.filter_map(|l| l.strip_prefix("gmlc ")).map(|l| l.split('#').next().unwrap_or(""));
-    commands.map(|l| l.trim().to_owned()).collect()
+    let mut steps = Vec::new();
+    for block in text.split("```").skip(1).step_by(2) {
+        if let Some(lines) = block.strip_prefix("sh\n") {
+            let lines = lines.replace("\\\n", " ");
+            let commands = lines.lines().filter_map(|l| l.strip_prefix("gmlc "));
+            steps.extend(commands.map(|l| Step::Run(l.split('#').next().unwrap_or("").trim().to_owned())));
+        } else if let Some(script) = block.strip_prefix("gml\n")
+            && let Some((name, _)) = script.strip_prefix("// ").and_then(|s| s.split_once('\n'))
+            && name.ends_with(".gml")
+        {
+            steps.push(Step::Save(name.to_owned(), script.to_owned()));
+        }
+    }
+    steps
+}
+
+/// The commands of a page.
+pub(crate) fn commands(page: &Path) -> Vec<String> {
+    let run = |step| if let Step::Run(command) = step { Some(command) } else { None };
+    steps(page).into_iter().filter_map(run).collect()
 }
 
 /// Copies a folder with all that is in it.

@@ -48,6 +48,7 @@ mod tests;
 
 pub use print::print;
 pub use scope::{Kind, Known};
+pub use stdlib::MODULES as STANDARD_LIBRARY;
 
 pub(crate) use model::dimension;
 

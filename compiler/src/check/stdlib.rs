@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 /// Name and text of every module. Its names are in scope everywhere, but for those that begin with `_`; what a script
 /// defines or uses goes before.
-pub(super) const MODULES: &[(&str, &str)] = &[
+pub const MODULES: &[(&str, &str)] = &[
     ("std.math", include_str!("../../../stdlib/math.gml")),
     ("std.list", include_str!("../../../stdlib/list.gml")),
     ("std.vector", include_str!("../../../stdlib/vector.gml")),

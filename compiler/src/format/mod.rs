@@ -26,7 +26,8 @@ mod tests;
 use crate::diagnostic::Diagnostic;
 use crate::source::FileId;
 use crate::syntax::token::Token;
-use crate::syntax::{self, LENGTH_LIMIT, layout};
+use crate::syntax::{self, LENGTH_LIMIT, layout, literal};
+use std::borrow::Cow;
 use thiserror::Error;
 
 /// The greatest width of a line, where there is a choice. Comments may be longer.
@@ -74,9 +75,9 @@ fn format_within(file: FileId, text: &str, width: usize) -> Result<String, Forma
 }
 
 /// The tokens that matter with their texts, and the comments: what must not change. The parser sees nothing else.
-fn essence(file: FileId, text: &str) -> (Vec<(Token, &str)>, Vec<&str>) {
+fn essence(file: FileId, text: &str) -> (Vec<(Token, Cow<'_, str>)>, Vec<&str>) {
     let (lexemes, _) = layout::layout(file, text, true);
-    let mut tokens: Vec<(Token, &str)> = Vec::with_capacity(lexemes.len());
+    let mut tokens: Vec<(Token, Cow<'_, str>)> = Vec::with_capacity(lexemes.len());
     for lexeme in &lexemes {
         if lexeme.token.is_closer() || lexeme.token == Token::Bar || lexeme.token == Token::Semicolon {
             // The comma after the last element.
@@ -86,9 +87,11 @@ fn essence(file: FileId, text: &str) -> (Vec<(Token, &str)>, Vec<&str>) {
             // The brace may begin a line after what it belongs to.
             tokens.pop_if(|(token, _)| *token == Token::Separator);
         }
+        let written = &text[lexeme.start as usize..lexeme.end as usize];
         let shown = match lexeme.token {
-            Token::Separator | Token::Doc => "",
-            _ => &text[lexeme.start as usize..lexeme.end as usize],
+            Token::Separator => Cow::Borrowed(""),
+            Token::Doc => Cow::Owned(literal::doc(written)),
+            _ => Cow::Borrowed(written),
         };
         tokens.push((lexeme.token, shown));
     }

@@ -132,8 +132,11 @@ pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) 
     out
 }
 
-/// The text of `///` lines (and whatever lies between them) without the slashes.
-pub(super) fn doc(text: &str) -> String {
-    let lines = text.lines().filter_map(|line| line.trim().strip_prefix("///").map(str::trim));
+/// The text of `///` lines (and whatever lies between them) without the slashes and the space after them.
+pub(crate) fn doc(text: &str) -> String {
+    // A semicolon may stand before a comment.
+    let begins = |c: char| c == ';' || c.is_whitespace();
+    let lines = text.lines().filter_map(|line| line.trim_start_matches(begins).strip_prefix("///"));
+    let lines = lines.map(|line| line.strip_prefix(' ').unwrap_or(line).trim_end());
     lines.collect::<Vec<_>>().join("\n")
 }

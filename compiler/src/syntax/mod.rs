@@ -9,9 +9,10 @@
 
 pub mod ast;
 mod builder;
+mod classes;
 mod foreign;
 pub(crate) mod layout;
-mod literal;
+pub(crate) mod literal;
 mod messages;
 mod print;
 mod recover;
@@ -22,6 +23,7 @@ pub(crate) mod token;
 #[cfg(test)]
 mod tests;
 
+pub use classes::{Class, classes};
 pub use print::{print, print_expression, type_text};
 pub use recover::{parse, parse_expression};
 pub use statements::{Entry, is_incomplete, parse_entries};

@@ -1,0 +1,49 @@
+//! Reference pages in Markdown, from doc comments.
+//!
+//! [`script`] describes what a script declares: models with their parameters, inputs, requirements, parts and functions,
+//! everything as it is written. [`library`] describes the standard library, a page a module. What begins with `_` is private
+//! and left out.
+
+mod library;
+mod model;
+mod page;
+
+#[cfg(test)]
+mod tests;
+
+pub use library::library;
+
+use crate::diagnostic::Diagnostic;
+use crate::source::FileId;
+use crate::syntax::{self, ast::ItemKind};
+use page::Page;
+
+/// A page.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Document {
+    /// The name of its file: `curve.md`.
+    pub name: String,
+    /// Markdown.
+    pub text: String,
+}
+
+/// The page of a script, under a title such as the name of its file.
+///
+/// # Errors
+/// What keeps the script from being read.
+pub fn script(title: &str, file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
+    let (tree, diagnostics) = syntax::parse(file, text);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
+    }
+    let mut page = Page::new(text);
+    page.heading(1, title);
+    page.introduction();
+    for item in &tree.items {
+        if let ItemKind::Model(model) = &item.kind {
+            page.model(&format!("Model {}", model.name.text), &item.doc, model);
+        }
+    }
+    page.definitions(2, &tree.items);
+    Ok(page.finish())
+}

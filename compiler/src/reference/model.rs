@@ -1,0 +1,116 @@
+//! Models.
+
+use super::page::Page;
+use crate::source::Span;
+use crate::syntax::ast::{Expr, Item, ItemKind, Model, ParamDecl, Pattern};
+
+impl Page<'_> {
+    /// A model, under a heading of level 2.
+    pub(super) fn model(&mut self, heading: &str, doc: &str, model: &Model) {
+        self.heading(2, heading);
+        self.paragraph(doc);
+        self.declared("Parameters", "Parameter", &model.items, |kind| match kind {
+            ItemKind::Param(decl) => Some(decl),
+            _ => None,
+        });
+        self.declared("Inputs", "Input", &model.items, |kind| match kind {
+            ItemKind::Input(decl) => Some(decl),
+            _ => None,
+        });
+        let mut requirements = Vec::new();
+        let mut parts = Vec::new();
+        self.within(&model.items, &Place::default(), &mut requirements, &mut parts);
+        if !requirements.is_empty() {
+            self.heading(3, "Requirements");
+            self.list(&requirements);
+        }
+        if !parts.is_empty() {
+            self.heading(3, "Parts");
+            self.list(&parts);
+        }
+        self.definitions(3, &model.items);
+    }
+
+    /// The table of parameters or of inputs.
+    fn declared(&mut self, title: &str, head: &str, items: &[Item], pick: fn(&ItemKind) -> Option<&ParamDecl>) {
+        let mut rows = Vec::new();
+        for (item, decl) in items.iter().filter_map(|i| pick(&i.kind).map(|decl| (i, decl))) {
+            let (low, high) = decl.bounds.as_ref().map_or((None, None), |(low, high)| (Some(low), Some(high)));
+            let code = |e: Option<&Expr>| self.code(e.map(|e| e.span));
+            rows.push(vec![
+                format!("`{}`", decl.name.text),
+                self.written(decl.ty.span),
+                code(low),
+                code(high),
+                code(decl.default.as_ref()),
+                item.doc.clone(),
+            ]);
+        }
+        if !rows.is_empty() {
+            self.heading(3, title);
+            self.table(&[head, "Quantity", "From", "To", "Default", "Description"], &rows);
+        }
+    }
+
+    /// Requirements and parts among items, and within their loops and conditions.
+    fn within(&self, items: &[Item], place: &Place, requirements: &mut Vec<String>, parts: &mut Vec<String>) {
+        for item in items {
+            match &item.kind {
+                ItemKind::Require(decl) => {
+                    let message = decl.message.as_deref().map(|m| format!(": {m}")).unwrap_or_default();
+                    requirements.push(format!("`{}`{}{message}", self.written(decl.condition.span), place.text()));
+                }
+                ItemKind::Part(decl) => {
+                    let doc = if item.doc.is_empty() { String::new() } else { format!(": {}", item.doc) };
+                    let tolerance = decl.tolerance.as_ref().map(|t| self.code(Some(t.span)));
+                    let tolerance = tolerance.map(|t| format!(", tolerance {t}")).unwrap_or_default();
+                    parts.push(format!("`{}{}`{tolerance}{}{doc}", decl.name.text, place.index(), place.text()));
+                }
+                ItemKind::For(decl) => {
+                    let turns =
+                        format!("for `{}` in {}", self.pattern(&decl.pattern), self.code(Some(decl.iterable.span)));
+                    self.within(&decl.items, &place.and(turns, true), requirements, parts);
+                }
+                ItemKind::If(decl) => {
+                    let condition = self.code(Some(decl.condition.span));
+                    self.within(&decl.then, &place.and(format!("where {condition}"), false), requirements, parts);
+                    let otherwise = place.and(format!("where not {condition}"), false);
+                    self.within(&decl.otherwise, &otherwise, requirements, parts);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn pattern(&self, pattern: &Pattern) -> String {
+        let span: Span = match pattern {
+            Pattern::Name(name) => name.span,
+            Pattern::Tuple(_, span) => *span,
+        };
+        self.written(span)
+    }
+}
+
+/// The loops and conditions around an item.
+#[derive(Clone, Default)]
+struct Place {
+    around: Vec<String>,
+    repeated: bool,
+}
+
+impl Place {
+    fn and(&self, text: String, repeated: bool) -> Place {
+        let mut around = self.around.clone();
+        around.push(text);
+        Place { around, repeated: self.repeated || repeated }
+    }
+
+    fn text(&self) -> String {
+        self.around.iter().map(|text| format!(", {text}")).collect()
+    }
+
+    /// The parts of loops are numbered.
+    fn index(&self) -> &'static str {
+        if self.repeated { "[0], [1], ..." } else { "" }
+    }
+}

@@ -1,0 +1,34 @@
+//! The page of a script with everything that a page can have.
+
+use super::{library, script};
+use crate::source::FileId;
+
+#[test]
+fn the_page_of_a_script() {
+    let text = include_str!("tests/flange.gml");
+    insta::assert_snapshot!(script("flange.gml", FileId(0), text).expect("a page"));
+}
+
+#[test]
+fn a_script_with_errors_has_no_page() {
+    let diagnostics = script("wrong.gml", FileId(0), "model m {\n").expect_err("an error");
+    assert!(!diagnostics.is_empty());
+}
+
+#[test]
+fn private_names_are_left_out() {
+    let page = script("a.gml", FileId(0), "/// One.\nfn _one() = 1\n/// Two.\nfn two() = 2\nlet _three = 3\n")
+        .expect("a page");
+    assert_eq!(page, "# a.gml\n\n## Functions\n\n### two\n\n```\nfn two()\n```\n\nTwo.\n");
+}
+
+#[test]
+fn every_module_of_the_library_has_a_page() {
+    let pages = library();
+    assert_eq!(pages[0].name, "README.md");
+    let curve = pages.iter().find(|p| p.name == "curve.md").expect("the page of std.curve");
+    assert!(curve.text.starts_with("# std.curve\n"), "{}", curve.text);
+    assert!(curve.text.contains("\n## bezier\n\n```\nfn bezier(points)\n```\n\nThe Bezier curve"), "{}", curve.text);
+    assert!(pages[0].text.contains("- [bezier](curve.md#bezier): The Bezier curve"), "{}", pages[0].text);
+    assert!(!pages.iter().any(|p| p.text.contains("## _")), "private names are left out");
+}

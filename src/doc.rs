@@ -1,0 +1,38 @@
+//! `gmlc doc`.
+
+use crate::cli::DocArgs;
+use crate::error::{CommandError, ScriptErrors};
+use crate::script;
+use gml_compiler::reference::{self, Document};
+use gml_compiler::source::Sources;
+use gml_runtime::export::atomic;
+use std::path::Path;
+
+pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
+    let pages = if args.script == Path::new("std") { reference::library() } else { vec![page(&args.script)?] };
+    let Some(folder) = &args.output else {
+        let texts: Vec<&str> = pages.iter().map(|p| p.text.as_str()).collect();
+        print!("{}", texts.join("\n"));
+        return Ok(());
+    };
+    std::fs::create_dir_all(folder)
+        .map_err(|e| CommandError::Failed(format!("{}: {}", folder.display(), script::reason(&e))))?;
+    for page in &pages {
+        let path = folder.join(&page.name);
+        atomic::write(&path, page.text.as_bytes()).map_err(CommandError::failed)?;
+        println!("wrote {}", path.display());
+    }
+    Ok(())
+}
+
+/// The page of a script.
+fn page(path: &Path) -> Result<Document, CommandError> {
+    let text = script::read(path)?;
+    let mut sources = Sources::default();
+    let id = sources.add(path.display().to_string(), text.as_str());
+    let title = path.file_name().unwrap_or_default().to_string_lossy();
+    match reference::script(&title, id, &text) {
+        Ok(text) => Ok(Document { name: Path::new(&*title).with_extension("md").display().to_string(), text }),
+        Err(diagnostics) => Err(CommandError::Script(Box::new(ScriptErrors { diagnostics, sources }))),
+    }
+}
