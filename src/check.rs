@@ -3,9 +3,10 @@
 use crate::cli::{CheckArgs, Format, ScriptArgs};
 use crate::error::{CommandError, ScriptErrors};
 use crate::{findings, script, table};
+use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{self, Diagnostic, Severity};
 use gml_compiler::program::{Parameter, Program, Quantity};
-use gml_compiler::source::{FileId, Sources};
+use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
 use serde_json::{Value, json};
 
@@ -21,11 +22,14 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
 }
 
 fn check(script: &ScriptArgs, format: Format) -> Result<(), CommandError> {
-    let checked = match script::compile_quietly(script) {
+    let mut checked = match script::compile_quietly(script) {
         Ok(c) => Checked { program: Some(c.program), diagnostics: c.warnings, sources: c.sources },
         Err(CommandError::Script(e)) => library(*e),
         Err(e) => return Err(e),
     };
+    if !checked.diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        checked.look_closer();
+    }
     let failed = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
     match format {
         Format::Json => println!("{:#}", document(&checked, !failed)),
@@ -50,6 +54,21 @@ struct Checked {
     program: Option<Program>,
     diagnostics: Vec<Diagnostic>,
     sources: Sources,
+}
+
+impl Checked {
+    /// Warnings that cost more than other commands want to wait for.
+    fn look_closer(&mut self) {
+        let main = FileId::default();
+        if let Some(file) = self.sources.get(main) {
+            self.diagnostics.extend(lints(&syntax::parse(main, &file.text).0));
+        }
+        if let Some(program) = &self.program {
+            let said: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
+            self.diagnostics.extend(program.probe().into_iter().filter(|d| !said.contains(&d.span)));
+        }
+        self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
+    }
 }
 
 /// A file of functions for others to use is in order, although there is nothing to evaluate.

@@ -126,7 +126,7 @@ fn mistakes_as_the_user_reads_of_them() {
             insta::assert_snapshot!(name, shown);
         });
     }
-    assert!(count >= 80, "there are {count} cases");
+    assert!(count >= 200, "there are {count} cases");
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn every_suggestion_mends_its_finding() {
     assert!(wrong.is_empty(), "{wrong}");
     let followed: usize =
         parallel(&cases, |c| c.findings().iter().map(|f| suggestions(f).len()).sum::<usize>()).iter().sum();
-    assert!(followed >= 4, "there are {followed} suggestions");
+    assert!(followed >= 60, "there are {followed} suggestions");
 }
 
 fn suggestions(finding: &Value) -> &Vec<Value> {
@@ -153,7 +153,9 @@ fn unmended(case: &Case) -> String {
         let same = |list: &[Value]| {
             list.iter().filter(|f| f["code"] == finding["code"] && f["message"] == finding["message"]).count()
         };
-        if same(&after) >= same(&findings) || after.len() >= findings.len() {
+        // Where an error is gone, warnings may come that were held back.
+        let weight = |list: &[Value]| list.iter().filter(|f| f["severity"] == finding["severity"]).count();
+        if same(&after) >= same(&findings) || weight(&after) >= weight(&findings) {
             let (title, question) = (&case.title, &suggestion["message"]);
             let _ = writeln!(wrong, "{title}: {question} gives\n{}\n{}", mended.files[0].1, mended.printed());
         }

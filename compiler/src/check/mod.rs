@@ -30,6 +30,7 @@ mod free;
 mod inputs;
 mod instantiate;
 mod iteration;
+mod lints;
 mod model;
 mod modules;
 mod names;
@@ -54,6 +55,7 @@ pub(crate) use model::dimension;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, Loader, Sources};
+use crate::syntax::ast::File;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -127,6 +129,12 @@ pub fn check(
         diagnostics.retain(|d| d.severity == Severity::Error);
     }
     (model.filter(|_| !failed), diagnostics)
+}
+
+/// What the names of a file without errors tell: what is defined and never used, and what hides a function of the library.
+#[must_use]
+pub fn lints(file: &File) -> Vec<Diagnostic> {
+    lints::lints(&file.items)
 }
 
 /// A mend that puts something in parentheses leaves them out where it has some already.

@@ -104,6 +104,23 @@ pub fn run_real(module: &Module, function: FunctionId, args: &[f64], limits: Lim
     results.into_iter().map(Scalar::real).collect::<Option<_>>().ok_or(RunError::Malformed(Span::default()))
 }
 
+/// The outcomes of all comparisons of a run with where they are written, in the order in which they are made, and how many nodes it
+/// evaluates.
+///
+/// # Errors
+/// As [`run`].
+pub fn outcomes(
+    module: &Module,
+    function: FunctionId,
+    args: &[Scalar],
+    limits: Limits,
+) -> Result<(Vec<(Span, bool)>, u64), RunError> {
+    let mut interpreter = Interpreter { outcomes: Some(Vec::new()), ..Interpreter::new(module, limits) };
+    interpreter.check(function, args)?;
+    interpreter.run(function, args.to_vec(), Span::default())?;
+    Ok((interpreter.outcomes.unwrap_or_default(), limits.steps - interpreter.steps))
+}
+
 /// Where the first infinity or NaN arises among those that the first non-finite result was computed from;
 /// nothing where all results are finite. Arms that were not selected are left out of account. A non-finite
 /// argument is no operation's fault: the span of its first use is given.
@@ -134,6 +151,8 @@ struct Interpreter<'m> {
     memory: usize,
     /// Ends the run where it is set.
     interrupt: Option<&'m AtomicBool>,
+    /// The outcomes of comparisons, where they are wanted.
+    outcomes: Option<Vec<(Span, bool)>>,
 }
 
 /// What a node computed.
@@ -150,6 +169,7 @@ impl<'m> Interpreter<'m> {
             depth: limits.depth.min(MOST_DEPTH),
             memory: limits.memory,
             interrupt: None,
+            outcomes: None,
         }
     }
 
@@ -195,6 +215,11 @@ impl<'m> Interpreter<'m> {
                 }
                 op => Computed::One(simple(op, args, |v| one(&values, v)).ok_or(RunError::Malformed(node.span))?),
             };
+            if let (Some(outcomes), Op::Compare(..), Computed::One(Scalar::Bool(outcome))) =
+                (&mut self.outcomes, &node.op, &value)
+            {
+                outcomes.push((node.span, *outcome));
+            }
             values.push(value);
         }
         self.depth += 1;

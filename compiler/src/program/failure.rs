@@ -6,7 +6,7 @@ use super::on_demand::Derivative;
 use super::{Parameter, Program, Quantity};
 use crate::ir::interpret::RunError;
 use crate::ir::scalar::Scalar;
-use crate::ir::{Function, FunctionId, LoweredRequire, Module, interpret};
+use crate::ir::{FunctionId, LoweredRequire, Module, interpret};
 use crate::jit::Stop;
 use crate::source::Span;
 use std::fmt::Write as _;
@@ -23,6 +23,10 @@ pub struct EvaluationError {
     pub message: String,
     /// The place in the source, where it is known.
     pub span: Option<Span>,
+    /// The sentence alone.
+    pub sentence: String,
+    /// The part, the point and the parameters' values that led there; may be empty.
+    pub circumstances: String,
 }
 
 /// What was being evaluated.
@@ -54,11 +58,19 @@ impl Program {
             let call = self.kernels.code.call(*routine, &require.arguments(&bits), &mut holds, self.limits);
             call.map_err(|stop| self.stopped(stop, &place))?;
             if holds[0] == 0 {
-                let used = used_params(require, self.functions.module.function(require.function));
+                let used = self.used_params(require);
                 return Err(self.error(Some(require.span), &require.message, &place, Some(&used)));
             }
         }
         Ok(())
+    }
+
+    /// Whether one requirement holds; false where it cannot be evaluated.
+    pub(super) fn holds(&self, require: usize, x: &[f64]) -> bool {
+        let bits: Vec<u64> = self.functions.requires[require].arguments(x).into_iter().map(f64::to_bits).collect();
+        let mut holds = [0];
+        let call = self.kernels.code.call(self.kernels.requires[require], &bits, &mut holds, self.limits);
+        call.is_ok() && holds[0] != 0
     }
 
     /// The error for code that stopped early.
@@ -126,10 +138,22 @@ impl Program {
         if !shown.is_empty() {
             values.push(format!("where {}", shown.join(", ")));
         }
+        let circumstances = values.join("; ");
         if !values.is_empty() {
-            let _ = write!(text, " ({})", values.join("; "));
+            let _ = write!(text, " ({circumstances})");
         }
-        EvaluationError { message: text, span }
+        EvaluationError { message: text, span, sentence: message.to_owned(), circumstances }
+    }
+
+    /// The parameters that a requirement uses.
+    pub(super) fn used_params(&self, require: &LoweredRequire) -> Vec<u32> {
+        let function = self.functions.module.function(require.function);
+        let mut used = vec![false; function.nodes.len()];
+        function.results.iter().for_each(|r| used[r.0 as usize] = true);
+        for node in function.nodes.iter().rev() {
+            node.op.visit_operands(|v| used[v.0 as usize] = true);
+        }
+        require.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
     }
 
     /// The error for a derivative that cannot be made.
@@ -196,15 +220,6 @@ impl Instance<'_> {
 }
 
 /// The parameters that a requirement depends on, after simplification.
-fn used_params(require: &LoweredRequire, function: &Function) -> Vec<u32> {
-    let mut used = vec![false; function.nodes.len()];
-    function.results.iter().for_each(|r| used[r.0 as usize] = true);
-    for node in function.nodes.iter().rev() {
-        node.op.visit_operands(|v| used[v.0 as usize] = true);
-    }
-    require.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
-}
-
 fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {
     let arguments: Vec<Scalar> = arguments.iter().map(|x| Scalar::Real(*x)).collect();
     interpret::non_finite(module, function, &arguments, program.replay_limits()).ok().flatten()

@@ -16,6 +16,7 @@ mod kernels;
 mod limits;
 mod on_demand;
 mod parameters;
+mod probe;
 #[cfg(test)]
 mod tests;
 mod text;

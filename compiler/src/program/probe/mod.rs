@@ -1,0 +1,84 @@
+//! What only running a model tells: whether it can be evaluated where it stands, which parameters do nothing, which values
+//! of them can never be used, and where its surfaces jump or have kinks as a parameter passes a branch.
+//!
+//! All of it samples: it finds what shows at some tens of settings, and proves nothing.
+
+mod jumps;
+mod ranges;
+
+use super::{EvaluationError, Parameter, Program, Quantity};
+use crate::diagnostic::Diagnostic;
+
+impl Program {
+    /// Runs the model at some settings of its parameters. An error where it cannot be evaluated at its defaults; warnings
+    /// of what is most likely not meant.
+    #[must_use]
+    pub fn probe(&self) -> Vec<Diagnostic> {
+        if let Err(error) = self.evaluate_at_defaults() {
+            return vec![self.not_evaluated(&error)];
+        }
+        let mut found = self.without_influence();
+        found.extend(ranges::probe(self));
+        found.extend(jumps::probe(self));
+        found.sort_by_key(|d| (d.span.file, d.span.start));
+        found
+    }
+
+    /// Points, partials and the Jacobian of every part on a coarse grid, inner points only: poles are no mistake.
+    fn evaluate_at_defaults(&self) -> Result<(), EvaluationError> {
+        let instance = self.instantiate(&self.defaults())?;
+        let steps = [0.02, 0.27, 0.5, 0.73, 0.98];
+        let (u, v): (Vec<f64>, Vec<f64>) = steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip();
+        for (k, part) in self.parts.iter().enumerate() {
+            let mut out = vec![0.0; u.len() * 9.max(3 * part.active.len())];
+            instance.points(k, &u, &v, &mut out[..3 * u.len()])?;
+            instance.partials(k, &u, &v, &mut out[..9 * u.len()])?;
+            instance.jacobian(k, &u, &v, &mut out[..3 * part.active.len() * u.len()])?;
+        }
+        Ok(())
+    }
+
+    fn not_evaluated(&self, error: &EvaluationError) -> Diagnostic {
+        let span = error.span.or_else(|| self.typed.parts.first().map(|p| p.span)).unwrap_or_default();
+        let message = format!("the model cannot be evaluated at its defaults: {}", error.sentence);
+        Diagnostic::error("evaluation", span, message).label(error.circumstances.clone())
+    }
+
+    /// Parameters that no part depends on although something uses them.
+    fn without_influence(&self) -> Vec<Diagnostic> {
+        let idle = |i: &usize| self.parts.iter().all(|p| !p.active.contains(&(*i as u32)));
+        let warning = |i: usize| {
+            let p = &self.parameters[i];
+            let message = format!("no part depends on the parameter '{}'", p.name);
+            Diagnostic::warning("no-influence", p.span, message)
+                .hint("a fit cannot find its value; use it in a part, or make it an input")
+        };
+        if self.parts.is_empty() {
+            return Vec::new();
+        }
+        (0..self.parameters.len()).filter(idle).map(warning).collect()
+    }
+
+    /// The range of every parameter that is looked at: its bounds at x, where there are none a range about its default.
+    fn range(&self, x: &[f64], i: usize) -> (f64, f64) {
+        let (low, high) = self.bounds(x)[i];
+        let p = &self.parameters[i];
+        let about = match p.quantity {
+            Quantity::Angle => std::f64::consts::PI,
+            _ => p.default.abs().max(1.0),
+        };
+        (if low.is_finite() { low } else { p.default - about }, if high.is_finite() { high } else { p.default + about })
+    }
+}
+
+/// A value with its unit and as many digits as a person wants to read.
+fn shown(parameter: &Parameter, value: f64) -> String {
+    let (value, unit) = match parameter.quantity {
+        Quantity::Length => (value, "mm"),
+        Quantity::Angle => (value.to_degrees(), "deg"),
+        Quantity::Real | Quantity::Int | Quantity::Bool => (value, ""),
+    };
+    let digits = 4 - value.abs().max(1e-3).log10().floor() as i32;
+    let scale = 10f64.powi(digits.clamp(0, 6));
+    format!("{}{unit}", (value * scale).round() / scale + 0.0)
+}

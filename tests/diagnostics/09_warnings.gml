@@ -1,0 +1,100 @@
+// --- a parameter that nothing uses
+model m {
+  param r: length = 3mm
+  param h: length = 3mm
+  part p = sphere(r)
+}
+// --- an input that nothing uses
+model m {
+  input n: int = 3
+  param r: length = 3mm
+  part p = sphere(r)
+}
+// --- a name that nothing uses
+model m {
+  param r: length = 3mm
+  let twice = 2 * r
+  part p = sphere(r)
+}
+// --- a name of a block that nothing uses
+fn f(x: real) {
+  let y = x + 1
+  let z = x + 2
+  y
+}
+// --- a name that is brought and not used
+use std.curve (line, circle)
+fn f() = circle(3mm)
+// --- a function that hides one of the library
+fn mix(a: real, b: real) = (a + b) / 2
+// --- a function that hides one of the language
+fn max(a: real, b: real) = if a > b { a } else { b }
+// --- a parameter without influence
+model m {
+  param r: length = 3mm
+  param h: length = 3mm
+  require h > 0mm, "a height"
+  part p = sphere(r)
+}
+// --- a range that may be empty
+model m {
+  param a: length in 0mm..50mm = 10mm
+  param b: length in a..30mm = 20mm
+  part p = cone(a, b, 20mm)
+}
+// --- an upper bound that is never reached
+model m {
+  param r: length in 10mm..50mm = 20mm
+  require r < 30mm, "too large for the box"
+  part p = sphere(r)
+}
+// --- a lower bound that is never reached
+model m {
+  param inner: length in 1mm..50mm = 20mm
+  param outer: length in 1mm..50mm = 40mm
+  require outer > inner + 5mm, "the wall is too thin"
+  part p = annulus(inner, outer)
+}
+// --- a part that jumps
+model m {
+  param k: real in -1..1 = 0.5
+  let size = if k > 0.25 { 2 } else { 1 }
+  part p = sphere(10mm * size + 1mm * k)
+}
+// --- a derivative that jumps
+model m {
+  param k: real in -1..1 = 0.5
+  let bend = if k > 0 { 1 + 2 * k } else { 1 + k }
+  part p = sphere(10mm * bend)
+}
+// --- a derivative that jumps in a function
+fn soft(x) = if x < 0 { 0 } else { x }
+model m {
+  param k: real in -1..1 = 0.5
+  part p = sphere(10mm + 1mm * soft(k))
+}
+// --- a smooth branch
+model m {
+  param k: real in -1..1 = 0.5
+  let bend = if k > 0 { k ^ 2 } else { 0 }
+  part p = sphere(10mm * (1 + bend))
+}
+// --- a requirement that the defaults do not meet
+model m {
+  param r: length in 1mm..50mm = 20mm
+  param h: length in 1mm..50mm = 10mm
+  require r + h > 40mm, "too small to be held"
+  part p = sphere(r + h)
+}
+// --- a value that is not finite
+model m {
+  param r: length in 0mm..50mm = 20mm
+  param k: real in 0..1 = 0
+  part p = sphere(r / k)
+}
+// --- an index that is out of range
+model m {
+  param r: length in 1mm..50mm = 20mm
+  part p = |u, v| (r * [1, 2, 3][stop_floor(u * 4)], r * v, 0mm)
+}
+fn stop_floor(x) = floor(stop(x))
