@@ -1,3 +1,6 @@
+// Curves are functions of t over 0..1 whose values are points in the plane or in space. A profile, for `revolve`, is a curve in the
+// plane whose first coordinate is the radius and whose second is the height.
+
 /// The straight line from a to b, in the plane or in space.
 /// ```gml
 /// line((0mm, 0mm, 0mm), (4mm, 0mm, 2mm))(0.5)   // = (2, 0, 1) mm

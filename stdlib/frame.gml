@@ -1,3 +1,7 @@
+// Moving, turning and scaling. The functions that take a shape take a point, a curve, a surface, the parts of a model, and arrays and
+// records of such: `cylinder(2mm, 5mm).rotate(30deg).translate((0mm, 0mm, 1mm))`. Rotations (`euler`, `about_x`, ...) are functions of
+// points and vectors, frames (`place`, `look_at`, ...) are functions of shapes. Angles count by the right-hand rule.
+
 /// What f, a function of points, makes of a shape: of a point, of every point of a curve or surface, or of all that an array, a
 /// record or a model's parts hold. Rotations such as euler(..) and frames such as place(..) are functions of points, too.
 /// ```gml

@@ -1,3 +1,5 @@
+// Arrays, beside the built-in `len`, `sum`, `fold`, `min` and `max`, and `for x in xs { ... }`. Their lengths are known while compiling.
+
 /// f of every element of xs.
 /// ```gml
 /// map([1, 2, 3], |x| x * x)   // = [1, 4, 9]
@@ -8,7 +10,10 @@ fn map(xs, f) = for x in xs { f(x) }
 /// ```gml
 /// steps(0mm, 3mm, 4)   // = [0, 1, 2, 3] mm
 /// ```
-fn steps(from, to, count: int) = for i in 0..count { mix(from, to, i / (count - 1)) }
+fn steps(from, to, count: int) {
+  require count > 1, "steps(from, to, count) gives both ends, which are two numbers at least"
+  for i in 0..count { mix(from, to, i / (count - 1)) }
+}
 
 /// The elements of a, then those of b.
 /// ```gml

@@ -1,3 +1,6 @@
+// Numbers: mixing, ranges, smooth steps and easing. Arguments may be numbers of any dimension where nothing else is said, and
+// points and vectors where that makes sense. Roots, powers and the functions of angles are built in.
+
 /// The value between a (t = 0) and b (t = 1): a + (b - a) t. For numbers, points and vectors of any dimension (elsewhere
 /// called lerp); t may lie outside of 0..1.
 /// ```gml

@@ -1,3 +1,5 @@
+// What curves and surfaces measure: directions, lengths, curvature, area; and curves at constant speed.
+
 /// The vector of length 1 along a curve.
 /// ```gml
 /// tangent(line((0mm, 0mm), (3mm, 4mm)), 0.2)   // = (0.6, 0.8)

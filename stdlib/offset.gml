@@ -1,3 +1,5 @@
+// Curves and surfaces at a distance from others, and sheets of a thickness.
+
 /// A curve in the plane (of x and y) moved sideways by a distance, to the right of its sense: outwards for a closed one that runs
 /// counterclockwise. Of a surface: moved along its normal, outwards. A negative distance goes to the other side. Beyond the
 /// radius of curvature it folds over.

@@ -1,3 +1,5 @@
+// Surfaces between four curves and over grids of points.
+
 /// The surface between four points: the lines from a to b and from c to d are its edges at v = 0 and v = 1. Not flat, in general.
 /// ```gml
 /// bilinear((0mm, 0mm, 0mm), (4mm, 0mm, 0mm), (0mm, 4mm, 0mm), (4mm, 4mm, 4mm))(0.5, 0.5)   // = (2, 2, 1) mm

@@ -1,3 +1,5 @@
+// Curves of straight lines, with and without rounded corners.
+
 /// Straight lines from point to point, in the plane or in space; each gets an equal share of t. A closed one returns to the
 /// first point.
 /// ```gml
@@ -5,6 +7,7 @@
 /// polyline([(0mm, 0mm), (4mm, 0mm), (4mm, 3mm)], closed: true)(5 / 6)       // = (2, 1.5) mm
 /// ```
 fn polyline(points, closed: bool = false) {
+  require len(points) > 1, "a polyline needs two points at least"
   let corners = if closed { concat(points, [points[0]]) } else { points }
   |t: real| {
     let (i, s) = span_of(t, len(corners) - 1)
@@ -22,6 +25,8 @@ fn polyline(points, closed: bool = false) {
 /// distance(c(1), (10mm, 10mm)) < 1e-9mm             // = true
 /// ```
 fn rounded_polyline(points, radius: length, closed: bool = false) {
+  require len(points) > (if closed { 2 } else { 1 }),
+    "a polyline needs two points at least, a closed one three"
   let p = if closed { _from_middle(points) } else { points }
   let n = len(p) - 1
   // Beyond the end it goes straight on, with a corner of no turn.

@@ -1,3 +1,7 @@
+// Copies of a shape in rows, rings, grids and mirrors. A shape is a point, a curve, a surface or the parts of a model; a pattern is an array, and
+// patterns of patterns are arrays of arrays: `part hole = cylinder(2mm, 5mm).translate((30mm, 0mm, 0mm)).polar_pattern(6)` has the
+// parts hole[0] to hole[5]. How many copies there are may be an `input`, and not a `param`.
+
 /// Copies of a shape in a row: `count` of them, each moved by `step` from the one before, the first where it is. A shape is a point, a curve, a
 /// surface, or what a model gives; as a part the copies are named [0], [1], ...
 /// ```gml
@@ -36,9 +40,7 @@ fn mirror_pattern(shape, normal = (1, 0, 0), through = normal * 0mm) = [shape, s
 /// ```gml
 /// (0mm, 0mm, 1mm).along_pattern(line((0mm, 0mm, 0mm), (9mm, 0mm, 0mm)), 4)[2]   // = (6, 0, 1) mm
 /// ```
-fn along_pattern(shape, curve, count: int) = for i in 0..count {
-  shape.translate(lift(curve(i / (count - 1))))
-}
+fn along_pattern(shape, curve, count: int) = for t in steps(0, 1, count) { shape.translate(lift(curve(t))) }
 
 /// A copy of a shape in every one of an array of frames (place, look_at, frame_at, ...).
 /// ```gml

@@ -1,3 +1,7 @@
+// Solids of several named surfaces that close without gaps, all normals outwards. They are models: their arguments are labelled, what is left out
+// has its default, and `part tin = capped_cylinder(radius: 40mm)` has the parts `tin.wall`, `tin.top` and `tin.base`. As any shape they
+// can be moved, turned, mirrored and repeated.
+
 /// A box that stands on the plane of x and y, about the z axis: six faces.
 /// ```gml
 /// let b = box(width: 40mm, depth: 20mm, height: 10mm)

@@ -1,3 +1,6 @@
+// Curves that follow or pass through points: B-splines, rational curves and interpolation. Points may be in the plane or in space, and
+// depend on parameters; how many there are is known while compiling. Where t crosses from one piece to the next, nothing jumps.
+
 /// The cubic curve from a to b that leaves a with the velocity da and comes to b with db (Hermite).
 /// ```gml
 /// hermite((0mm, 0mm), (3mm, 0mm), (3mm, 3mm), (0mm, 3mm))(0.5)   // = (1.875, 1.125) mm
@@ -23,6 +26,7 @@ fn _cubic(a, da, b, db, t) {
 fn bspline(points, degree: int = 3, closed: bool = false) {
   let n = len(points)
   let spans = if closed { n } else { n - degree }
+  require degree < n, "a B-spline needs more points than its degree"
   |t: real| {
     let i = span_of(t, spans).x
     let near = for j in 0..degree + 1 { if closed { points[(i + j) % n] } else { points[i + j] } }
@@ -42,6 +46,7 @@ fn bspline(points, degree: int = 3, closed: bool = false) {
 fn bspline_knots(points, knots) {
   let n = len(points)
   let degree = len(knots) - n - 1
+  require degree > 0, "a B-spline has more knots than points: by its degree and one more"
   |t: real| {
     let x = mix(knots[degree], knots[n], t)
     let i = sum(for j in degree + 1..n { if x < knots[j] { 0 } else { 1 } })
@@ -150,6 +155,7 @@ fn _de_boor(near, knot, k, x, degree: int, level: int) = if level > degree {
 /// The points with one more at either end: those around the corner, or what continues the first and last line.
 fn _with_neighbours(points, closed: bool) {
   let n = len(points)
+  require n > 1, "a curve through points needs two points at least"
   let (before, after) =
     if closed { ([points[n - 1]], [points[0], points[1]]) }
     else { ([points[0] * 2 - points[1]], [points[n - 1] * 2 - points[n - 2]]) }

@@ -1,3 +1,7 @@
+// Surfaces are functions of (u, v), both over 0..1, whose values are points in space. The outer side is the one to which the cross product
+// of the derivatives by u and v points; `flip` turns it. Surfaces of revolution stand about the z axis: u runs around, from the x axis
+// counterclockwise, and v along the profile.
+
 /// A profile turned about the z axis: the whole way around, or from one angle to another. The profile gives (radius, height); u runs
 /// around, v along the profile. A profile that runs upwards has its normal away from the axis, one that runs
 /// inwards has it upwards.

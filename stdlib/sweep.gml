@@ -1,3 +1,5 @@
+// Surfaces that a curve makes when it moves: prisms, ruled and lofted surfaces, sections carried along a path.
+
 /// A curve in the plane of x and y raised along z: the wall of a prism. Where the curve runs counterclockwise the normal is outwards.
 /// On the way it can be turned by `twist` in all and scaled to `taper` times its size, both about the z axis. Of a curve in
 /// space every point is raised.

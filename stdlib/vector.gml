@@ -1,3 +1,6 @@
+// Vectors and points: `vec2` and `vec3` without dimension, `point2` and `point3` of lengths. Sums, differences and multiples are written
+// with operators; what is here takes both kinds, in the plane and in space where it makes sense.
+
 /// The scalar product of two vectors of any length.
 /// ```gml
 /// dot((1, 2, 3), (4, -5, 6))   // = 12

@@ -3,9 +3,7 @@
 mod common;
 
 use common::{Random, deviation, program, scale};
-use gml_compiler::program::{Instance, Options, Program, compile};
-use gml_compiler::source::{NoFiles, SourceFile};
-use std::path::Path;
+use gml_compiler::program::{Instance, Program};
 
 type Point = [f64; 3];
 
@@ -572,78 +570,4 @@ fn derivatives_of_every_surface() {
             }
         }
     }
-}
-
-/// The doc comments' examples: the lines of every ```gml block, and what is defined after them.
-fn doc_examples(text: &str) -> Vec<(String, Vec<String>)> {
-    let mut examples = Vec::new();
-    let (mut lines, mut inside) = (Vec::new(), false);
-    for line in text.lines() {
-        match line.strip_prefix("///") {
-            Some(doc) if doc.trim().starts_with("```") => inside = !inside,
-            Some(doc) if inside => lines.push(doc.trim().to_owned()),
-            Some(_) => {}
-            None => {
-                if ["fn ", "let ", "model "].iter().any(|word| line.starts_with(word)) {
-                    examples.push((line.to_owned(), std::mem::take(&mut lines)));
-                }
-            }
-        }
-    }
-    examples
-}
-
-/// A condition that holds where the expression has the value, which is written as it is shown to people.
-fn condition(expression: &str, value: &str) -> String {
-    let (number, unit) = match value.rsplit_once(' ') {
-        Some((number, unit)) if ["mm", "deg"].contains(&unit) => (number, format!("1{unit}")),
-        _ => (value, "1".to_owned()),
-    };
-    if number == "true" {
-        return format!("({expression}) == {number}");
-    }
-    if number.starts_with('[') {
-        return format!("sum(for (a, b) in zip({expression}, {number}) {{ abs(a - b * {unit}) }}) <= 1e-6 * {unit}");
-    }
-    if number.starts_with('(') {
-        return format!("norm(({expression}) - {number} * {unit}) <= 1e-6 * norm({number}) * {unit} + 1e-12 * {unit}");
-    }
-    format!("abs(({expression}) - {number} * {unit}) <= (1e-6 * abs({number}) + 1e-12) * {unit}")
-}
-
-#[test]
-fn every_function_has_examples_that_hold() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../stdlib");
-    let mut wrong = String::new();
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let text = std::fs::read_to_string(entry.unwrap().path()).unwrap();
-        for (name, lines) in doc_examples(&text) {
-            let private = name.split(' ').nth(1).is_some_and(|n| n.starts_with('_'));
-            let (values, items): (Vec<&String>, Vec<&String>) = lines.iter().partition(|l| l.contains("// ="));
-            if values.is_empty() && !private {
-                wrong += &format!("{name}: no example\n");
-            }
-            let items: String = items.iter().map(|i| format!("{i}\n")).collect();
-            if values.is_empty() {
-                continue;
-            }
-            let requires = values.iter().map(|line| {
-                let (expression, value) = line.split_once("// =").unwrap();
-                let condition = condition(expression.trim(), value.trim());
-                format!("  require {condition}, \"{}\"\n", line.trim())
-            });
-            let requires: String = requires.collect();
-            let text = format!("{items}model m {{\n{requires}  part p = disc(1mm)\n}}\n");
-            let script = SourceFile { name: "example.gml".to_owned(), text };
-            match compile(script, &NoFiles, &Options::default()) {
-                Ok(compilation) => {
-                    if let Err(error) = compilation.program.instantiate(&[]) {
-                        wrong += &format!("{name}: {error}\n");
-                    }
-                }
-                Err(failed) => wrong += &format!("{name}: {failed}\n"),
-            }
-        }
-    }
-    assert!(wrong.is_empty(), "\n{wrong}");
 }
