@@ -144,11 +144,8 @@ impl Writer<'_> {
             return layouts.after(&mut self.docs);
         }
         // What opens a bracket soon enough stays on the line, and breaks within.
-        let bracketed = match expr.kind {
-            ExprKind::Tuple(_) | ExprKind::Array(_) | ExprKind::Record(_) => true,
-            ExprKind::Lambda(..) | ExprKind::For(..) | ExprKind::Block(..) => true,
-            _ => false,
-        };
+        let bracketed = matches!(expr.kind, ExprKind::Tuple(_) | ExprKind::Array(_) | ExprKind::Record(_))
+            || matches!(expr.kind, ExprKind::Lambda(..) | ExprKind::For(..) | ExprKind::Block(..));
         let called = matches!(expr.kind, ExprKind::Call(..) | ExprKind::Method(..));
         let doc = self.expr_at(expr, false).doc;
         let spaced = self.docs.spaced(doc);
