@@ -101,7 +101,7 @@ fn tables(program: &Program) -> String {
 }
 
 /// Angles in degrees, as people think of them; the JSON has radians.
-fn shown(x: f64, quantity: Quantity) -> String {
+pub(crate) fn shown(x: f64, quantity: Quantity) -> String {
     if !x.is_finite() {
         return String::new();
     }
@@ -111,12 +111,12 @@ fn shown(x: f64, quantity: Quantity) -> String {
     format!("{rounded}")
 }
 
-fn unit(p: &Parameter) -> &'static str {
+pub(crate) fn unit(p: &Parameter) -> &'static str {
     if p.quantity == Quantity::Angle { "deg" } else { p.quantity.unit() }
 }
 
 /// First sentence of a doc comment.
-fn summary(doc: &str) -> String {
+pub(crate) fn summary(doc: &str) -> String {
     doc.lines().next().unwrap_or("").trim().to_owned()
 }
 

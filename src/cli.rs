@@ -43,6 +43,8 @@ pub(crate) enum Command {
     Variance(VarianceArgs),
     /// Fit, measure and document: everything into one folder
     Inspect(InspectArgs),
+    /// Evaluate expressions and definitions interactively, with a model at hand
+    Repl(ReplArgs),
 }
 
 /// A script and its inputs.
@@ -343,4 +345,30 @@ pub(crate) struct InspectArgs {
     /// Folder for the results
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc repl examples/cup/cup.gml               then: r * 2, outer(0.5), :set r=42mm, :grad r * h, :help
+  gmlc repl -p r=42mm cup.gml
+  echo 'mix(2mm, 4mm, 0.5)' | gmlc repl        without a terminal: no prompts; the status is 1 if anything failed
+
+Lines are kept in $XDG_STATE_HOME/gmlc/history (else ~/.local/state/gmlc/history). docs/repl.md tells more.")]
+pub(crate) struct ReplArgs {
+    /// The script to begin with (.gml)
+    #[arg(value_name = "MODEL.gml")]
+    pub(crate) model: Option<PathBuf>,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+    /// Set a parameter, such as r=42mm (may be repeated)
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
+    pub(crate) values: Vec<String>,
+    /// Neither read nor keep the lines of other times
+    #[arg(long)]
+    pub(crate) no_history: bool,
+    /// Without a terminal, print the prompts and what is read as well
+    #[arg(long)]
+    pub(crate) echo: bool,
 }

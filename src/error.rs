@@ -1,6 +1,7 @@
 //! How a command ends other than well.
 
 use gml_compiler::diagnostic::Diagnostic;
+use gml_compiler::program::Failed;
 use gml_compiler::source::Sources;
 
 /// Why a command could not do its work.
@@ -12,6 +13,15 @@ pub(crate) enum CommandError {
     Usage(String),
     /// The script has errors: exit status 1.
     Script(Box<ScriptErrors>),
+    /// Something is wrong, and was said already: exit status 1.
+    Said,
+}
+
+impl From<Failed> for CommandError {
+    fn from(failed: Failed) -> CommandError {
+        let Failed { diagnostics, sources } = failed;
+        CommandError::Script(Box::new(ScriptErrors { diagnostics, sources }))
+    }
 }
 
 /// Diagnostics with the sources that they point into.
@@ -27,8 +37,17 @@ impl CommandError {
     /// The process's exit status.
     pub(crate) fn status(&self) -> u8 {
         match self {
-            CommandError::Failed(_) | CommandError::Script(_) => 1,
+            CommandError::Failed(_) | CommandError::Script(_) | CommandError::Said => 1,
             CommandError::Usage(_) => 2,
+        }
+    }
+
+    /// Says what went wrong on standard error.
+    pub(crate) fn print(&self) {
+        match self {
+            CommandError::Failed(message) | CommandError::Usage(message) => eprintln!("error: {message}"),
+            CommandError::Script(errors) => crate::diagnostics::print(&errors.diagnostics, &errors.sources),
+            CommandError::Said => {}
         }
     }
 

@@ -14,7 +14,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let program = script::compile(&args.script)?;
     let options = options(&args.controls, &program)?;
     let scan = read_scan(&args.scan)?;
-    let result = run_fit(&program, &args.script.model, &scan, &options)?;
+    let result = run_fit(&program, &args.script.model, &scan, &options, &TerminalProgress::new())?;
     if let Some(path) = &args.output {
         mesh::make_parent(path)?;
         json::write(path, &result).map_err(CommandError::failed)?;
@@ -60,16 +60,22 @@ pub(crate) fn run_fit(
     script: &Path,
     scan: &Scan,
     options: &FitOptions,
+    progress: &TerminalProgress,
 ) -> Result<FitResult, CommandError> {
-    let progress = TerminalProgress::new();
-    let result = fit::fit(program, scan, options, &progress);
+    let result = fit::fit(program, scan, options, progress);
     progress.finish();
     let mut result = result.map_err(|e| match e {
         FitError::UnknownParameter { .. } | FitError::OutOfBounds { .. } | FitError::Sigma(_) => CommandError::usage(e),
+        FitError::Cancelled => interrupted(),
         _ => CommandError::failed(e),
     })?;
     result.script = script.display().to_string();
     Ok(result)
+}
+
+/// The user has ended the work.
+pub(crate) fn interrupted() -> CommandError {
+    CommandError::Failed("interrupted".into())
 }
 
 /// The table that people read.

@@ -24,10 +24,18 @@ const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
 const VIEW_SIZE: usize = 480;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
+    // What is wrong with the command line is said before any work is done.
+    measure::resolution(&args.variance)?;
+    measure::max_distance(&args.variance)?;
+    let program = script::compile(&args.script)?;
+    inspect(&program, args, &TerminalProgress::new())
+}
+
+/// Inspects a scan with a program.
+pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &TerminalProgress) -> Result<(), CommandError> {
     let size = measure::resolution(&args.variance)?;
     let max_distance = measure::max_distance(&args.variance)?;
-    let program = script::compile(&args.script)?;
-    let options = fit::options(&args.fit, &program)?;
+    let options = fit::options(&args.fit, program)?;
     let scan = fit::read_scan(&args.scan)?;
     if scan.mesh.triangles.is_empty() {
         return Err(CommandError::Failed(format!(
@@ -36,18 +44,18 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
         )));
     }
     mesh::make_folder(&args.output)?;
-    let fitted = fit::run_fit(&program, &args.script.model, &scan, &options)?;
+    let fitted = fit::run_fit(program, &args.script.model, &scan, &options, progress)?;
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
-    let progress = TerminalProgress::new();
-    let surface = Surface::of_program(&program, &x, &pose, size)?;
-    let measured = measure::measure(surface, &scan, max_distance, args.variance.device, &progress)?;
+    let surface = Surface::of_program(program, &x, &pose, size)?;
+    let measured = measure::measure(surface, &scan, max_distance, args.variance.device, progress)?;
     measure::write(&args.output, &measured)?;
-    let upright = upright(&program, &x, &pose)?;
-    document(args, &fitted, &scan, &measured, &upright, &progress)?;
+    let upright = upright(program, &x, &pose)?;
+    let documented = document(args, &fitted, &scan, &measured, &upright, progress);
     progress.finish();
+    documented?;
 
     print!("{}\n{}", fit::summary(&fitted), measure::summary(&measured.report));
     println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
@@ -80,6 +88,9 @@ fn document(
     let title = format!("{} compared with {}", fitted.model, scan.source.path);
     let coded = measured.coded_png()?;
     progress.report("drawing", f64::NAN, "views");
+    if progress.cancelled() {
+        return Err(fit::interrupted());
+    }
     let views = measure::png(&views(scan, measured, upright))?;
     let colours = measure::png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
 

@@ -15,6 +15,7 @@ mod measure;
 mod mesh;
 mod picture;
 mod progress;
+mod repl;
 mod scan;
 mod script;
 mod table;
@@ -23,7 +24,6 @@ mod variance;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use error::CommandError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -39,11 +39,9 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(args),
         Command::Variance(args) => variance::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Repl(args) => repl::run(args),
     };
     let Err(error) = result else { return ExitCode::SUCCESS };
-    match &error {
-        CommandError::Failed(message) | CommandError::Usage(message) => eprintln!("error: {message}"),
-        CommandError::Script(errors) => diagnostics::print(&errors.diagnostics, &errors.sources),
-    }
+    error.print();
     ExitCode::from(error.status())
 }

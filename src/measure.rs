@@ -115,6 +115,9 @@ pub(crate) fn measure(
     let flipped = variance::agree_with_scan(&mut texels, &mut tessellation.mesh, &scan.mesh, &bvh, max_distance);
     progress.report("casting rays", f64::NAN, &format!("{} texels", texels.len()));
     let started = Instant::now();
+    if progress.cancelled() {
+        return Err(crate::fit::interrupted());
+    }
     let facing = if scan.oriented { Facing::Same } else { Facing::Any };
     let device = match device {
         DeviceArg::Auto => Device::Auto,
@@ -122,6 +125,9 @@ pub(crate) fn measure(
         DeviceArg::Gpu => Device::Gpu,
     };
     let trace = variance::trace(texels, &bvh, max_distance, facing, device).map_err(CommandError::failed)?;
+    if progress.cancelled() {
+        return Err(crate::fit::interrupted());
+    }
     let cast = started.elapsed().as_secs_f64();
     let started = Instant::now();
     let mut report = VarianceReport::new(&trace.deviations, &scan.source, &trace.device);

@@ -4,9 +4,10 @@ use crate::cli::MeshArgs;
 use crate::error::CommandError;
 use crate::picture::Framing;
 use crate::{script, values};
+use gml_compiler::program::Program;
 use gml_runtime::export::{obj, ply, stl};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Tessellation};
+use gml_runtime::model::{Atlas, Fineness, Model, Motion, Tessellation};
 use std::path::Path;
 
 /// Texture coordinates of a mesh for other programs: those of an atlas of this many texels a side.
@@ -16,18 +17,34 @@ const ATLAS: u32 = 1024;
 const CHORD: f64 = 0.02;
 
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
-    let framing = framing(args)?;
-    let chord = args.chord.as_deref().map(|text| values::positive_length("--chord", text)).transpose()?;
+    check_options(args)?;
     let program = script::compile(&args.script)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
-    let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
+    write_model(args, &program, (&x, &motion))
+}
+
+/// What is wrong with the command line, before any work is done.
+fn check_options(args: &MeshArgs) -> Result<(Option<Framing>, Option<f64>), CommandError> {
+    let framing = framing(args)?;
+    let chord = args.chord.as_deref().map(|text| values::positive_length("--chord", text)).transpose()?;
+    Ok((framing, chord))
+}
+
+/// Writes the surface of a model at x, moved, as the arguments say.
+pub(crate) fn write_model(
+    args: &MeshArgs,
+    program: &Program,
+    (x, motion): (&[f64], &Motion),
+) -> Result<(), CommandError> {
+    let (framing, chord) = check_options(args)?;
+    let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
     let chord = match (chord, &framing) {
         (Some(chord), _) => chord,
-        (None, Some(framing)) => framing.chord(&program, &*instance).map_err(CommandError::failed)?,
+        (None, Some(framing)) => framing.chord(program, &*instance).map_err(CommandError::failed)?,
         (None, None) => CHORD,
     };
     let fineness = Fineness { chord, ..Fineness::default() };
-    let mut tessellation = Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?;
+    let mut tessellation = Tessellation::new(program, &*instance, fineness).map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
     if let Some(framing) = framing {
         make_parent(&args.output)?;
@@ -36,7 +53,7 @@ pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
         println!("{}: {} x {} pixels, {parts} parts", args.output.display(), framing.width, framing.height);
         return Ok(());
     }
-    let atlas = Atlas::new(&program, &*instance, ATLAS).map_err(CommandError::failed)?;
+    let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
     let tessellation = tessellation.with_atlas(&atlas);
     write(&args.output, &tessellation.mesh)?;
     println!(

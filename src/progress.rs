@@ -2,11 +2,15 @@
 
 use gml_runtime::progress::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// One line that says what is going on.
 #[derive(Debug)]
 pub(crate) struct TerminalProgress {
     bar: ProgressBar,
+    /// Set when the user wants the work to end.
+    interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl TerminalProgress {
@@ -17,7 +21,12 @@ impl TerminalProgress {
         let style = ProgressStyle::with_template("{prefix:<22} {bar:24} {wide_msg}")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         bar.set_style(style);
-        TerminalProgress { bar }
+        TerminalProgress { bar, interrupt: None }
+    }
+
+    /// Tells the work to end once the flag is set.
+    pub(crate) fn until(interrupt: Arc<AtomicBool>) -> TerminalProgress {
+        TerminalProgress { interrupt: Some(interrupt), ..TerminalProgress::new() }
     }
 
     /// Takes the line away.
@@ -34,5 +43,9 @@ impl Progress for TerminalProgress {
             self.bar.set_position((done.clamp(0.0, 1.0) * 1000.0) as u64);
         }
         self.bar.tick();
+    }
+
+    fn cancelled(&self) -> bool {
+        self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
     }
 }

@@ -1,8 +1,9 @@
 //! Scripts from files: loading, compiling, values of parameters.
 
 use crate::cli::{ScriptArgs, ValueArgs};
-use crate::error::{CommandError, ScriptErrors};
+use crate::error::CommandError;
 use crate::values;
+use gml_compiler::check::InputValue;
 use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::{Loader, SourceFile};
 use gml_runtime::fit::FitResult;
@@ -15,7 +16,7 @@ pub(crate) const LARGEST_SCRIPT: u64 = 16 << 20;
 
 /// Loads files that scripts name, relative to the script that names them.
 #[derive(Debug)]
-struct FileLoader;
+pub(crate) struct FileLoader;
 
 impl Loader for FileLoader {
     fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
@@ -62,19 +63,22 @@ pub(crate) fn compile(args: &ScriptArgs) -> Result<Program, CommandError> {
     Ok(compilation.program)
 }
 
-/// Compiles a script and keeps the warnings.
-pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandError> {
-    let text = read(&args.model)?;
+/// Values of inputs from `--input` options.
+pub(crate) fn inputs(given: &[String]) -> Result<BTreeMap<String, InputValue>, CommandError> {
     let mut inputs = BTreeMap::new();
-    for given in &args.inputs {
+    for given in given {
         let (name, value) = values::assignment("--input", given)?;
         inputs.insert(name.to_owned(), values::input_value(name, value)?);
     }
-    let options = Options { inputs, ..Options::default() };
+    Ok(inputs)
+}
+
+/// Compiles a script and keeps the warnings.
+pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandError> {
+    let text = read(&args.model)?;
+    let options = Options { inputs: inputs(&args.inputs)?, ..Options::default() };
     let file = SourceFile { name: args.model.display().to_string(), text };
-    program::compile(file, &FileLoader, &options).map_err(|failed| {
-        CommandError::Script(Box::new(ScriptErrors { diagnostics: failed.diagnostics, sources: failed.sources }))
-    })
+    program::compile(file, &FileLoader, &options).map_err(CommandError::from)
 }
 
 /// The parameters from defaults, a fit and `-p`, with the pose that the fit added.

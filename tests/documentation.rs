@@ -12,7 +12,14 @@ fn every_command_of_the_documentation_works() {
     let folder = tempfile::tempdir().expect("a folder");
     copy(&root().join("examples"), &folder.path().join("examples"));
     let (mut run, mut count) = (BTreeSet::new(), 0);
-    let pages = ["README.md", "docs/output.md", "docs/language.md", "docs/tutorial.md", "examples/cup/README.md"];
+    let pages = [
+        "README.md",
+        "docs/output.md",
+        "docs/language.md",
+        "docs/tutorial.md",
+        "docs/repl.md",
+        "examples/cup/README.md",
+    ];
     for page in pages {
         for step in steps(&root().join(page)) {
             let command = match step {

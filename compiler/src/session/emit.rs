@@ -96,6 +96,9 @@ fn inlined(checked: &check::scope::Checked) -> Result<(Module, FunctionId), Vec<
     let wrong = |e: ir::inline::InlineError| vec![derivative_error(&e.into())];
     ir::inline(&mut module, &[function], ir::inline::Limits::default()).map_err(wrong)?;
     ir::simplify(&mut module, &[function]);
+    for name in module.functions[function.0 as usize].result_names.iter_mut().filter(|n| n.is_empty()) {
+        name.push_str("value");
+    }
     Ok((module, function))
 }
 

@@ -14,7 +14,7 @@ use serde::Serialize;
 /// An expression's value and its derivatives.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Gradient {
-    /// The value.
+    /// The value. Its span says nothing.
     pub value: Value,
     /// Names of its numbers: empty for the one of a plain number; `x`, `[2]`, `p.x` for those of a tuple, array or record.
     pub components: Vec<String>,

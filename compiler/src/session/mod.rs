@@ -255,31 +255,33 @@ impl Session {
         })
     }
 
-    /// Does something with a checked expression, and forgets it.
+    /// Does something with a checked expression, and forgets it: nobody quotes it any more.
     fn with_expression<T>(
         &mut self,
         text: &str,
         loader: &dyn Loader,
         f: impl FnOnce(&Session, &mut Checked) -> Result<T, Vec<Diagnostic>>,
     ) -> Result<T, Failed> {
-        self.attempt(|s| {
+        let (mark, files, texts) = (self.scope.mark(), self.sources.len(), self.texts);
+        let warnings = self.warnings.clone();
+        let result = self.attempt(|s| {
             let file = s.add_text(text);
             let mut entries = s.parse(file, text)?;
             let whole = Span { file, start: 0, end: text.len() as u32 };
             let Some(Entry::Expression(_)) = entries.peek() else {
                 return Err(vec![Diagnostic::error("no-value", whole, "an expression is wanted here")]);
             };
-            let mark = s.scope.mark();
             let segment = s.scope.add((&mut s.sources, loader), file, &mut entries)?;
             if entries.peek().is_some() || !segment.is_one_value() {
                 return Err(vec![Diagnostic::error("no-value", whole, "one expression is wanted here")]);
             }
             let mut checked = s.scope.check(&segment, &s.options.inputs, &s.options.check)?;
-            s.warnings = std::mem::take(&mut checked.warnings);
-            let result = f(s, &mut checked)?;
-            s.scope.forget_expressions(&mark);
-            Ok(result)
-        })
+            f(s, &mut checked)
+        });
+        self.scope.restore(mark);
+        self.sources.truncate(files);
+        (self.texts, self.warnings) = (texts, warnings);
+        result
     }
 
     fn add_text(&mut self, text: &str) -> FileId {

@@ -139,6 +139,12 @@ impl Session {
         self.model.as_ref().map(|loaded| CurrentModel { loaded })
     }
 
+    /// The script that the current model comes from; nothing where it was entered.
+    #[must_use]
+    pub fn model_file(&self) -> Option<String> {
+        self.scope.model_file().filter(|name| !name.starts_with("input ")).map(str::to_owned)
+    }
+
     /// Gives a parameter or an input of the current model the value of an expression: `42mm`, `h / 2`.
     ///
     /// # Errors

@@ -19,6 +19,12 @@ impl Session {
         self.scope.known(name)
     }
 
+    /// The modules of the standard library: `std.math`.
+    #[must_use]
+    pub fn modules(&self) -> Vec<String> {
+        self.scope.modules()
+    }
+
     /// What may follow a value, or the name of a module, and a dot.
     pub fn fields(&mut self, text: &str, loader: &dyn Loader) -> Vec<String> {
         let members = self.scope.members(text);

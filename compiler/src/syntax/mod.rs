@@ -9,6 +9,7 @@
 
 pub mod ast;
 mod builder;
+mod classes;
 mod foreign;
 pub(crate) mod layout;
 pub(crate) mod literal;
@@ -22,6 +23,7 @@ pub(crate) mod token;
 #[cfg(test)]
 mod tests;
 
+pub use classes::{Class, classes};
 pub use print::{print, print_expression, type_text};
 pub use recover::{parse, parse_expression};
 pub use statements::{Entry, is_incomplete, parse_entries};

@@ -7,6 +7,7 @@ use super::motion::Motion;
 use super::points::Points;
 use super::space::{Estimate, Space};
 use crate::model::{EvaluationError, Instance};
+use crate::progress::Progress;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -25,6 +26,8 @@ pub(crate) struct Objective<'s> {
     pub(crate) tolerance: f64,
     /// Counts evaluations.
     pub(crate) evaluations: &'s AtomicU64,
+    /// Says when nobody waits for the result any longer: there is none then, and whoever minimises ends soon.
+    pub(crate) progress: &'s dyn Progress,
 }
 
 /// How much is computed.
@@ -122,6 +125,9 @@ impl Objective<'_> {
 
     /// As `evaluate`, for a model that is already placed at these parameters: only the motion may differ.
     pub(crate) fn evaluate_placed(&self, placed: &Placed, at: &Estimate, order: Order) -> Option<Evaluation> {
+        if self.progress.cancelled() {
+            return None;
+        }
         self.evaluations.fetch_add(1, Ordering::Relaxed);
         let count = self.points.len();
         let chunks: Vec<Range<usize>> =

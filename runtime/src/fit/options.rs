@@ -59,6 +59,9 @@ pub enum FitError {
     /// The model cannot be evaluated where the fit begins.
     #[error("the model cannot be evaluated at the start values: {0}")]
     Evaluation(#[from] EvaluationError),
+    /// The user ended the work.
+    #[error("cancelled")]
+    Cancelled,
 }
 
 impl FitOptions {

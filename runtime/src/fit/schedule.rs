@@ -15,7 +15,7 @@ use super::result::FitResult;
 use super::screening::{self, Candidate};
 use super::space::{Estimate, Space};
 use crate::model::Model;
-use crate::progress::Progress;
+use crate::progress::{Progress, Silent};
 use crate::scan::Scan;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
@@ -31,6 +31,8 @@ pub(crate) struct Setting<'a> {
     /// Radius of gyration of the scan: the scale of lengths. Millimetres.
     pub(crate) radius: f64,
     pub(crate) evaluations: &'a AtomicU64,
+    /// Asked whether to go on.
+    pub(crate) progress: &'a dyn Progress,
     /// Whether the scan's normals tell the sides of a wall from each other.
     pub(crate) oriented: bool,
     start_x: Vec<f64>,
@@ -44,7 +46,7 @@ const MIDDLE: usize = 6000;
 ///
 /// # Errors
 /// Options that name what is not there, a scan or a model with nothing in it, or a model that cannot be evaluated where the
-/// fit begins. A fit that finds nothing convincing is not an error: `inliers`, `converged` and `warnings` say so.
+/// fit begins; or that `progress` was cancelled. A fit that finds nothing convincing is not an error: `inliers`, `converged` and `warnings` say so.
 pub fn fit(
     model: &dyn Model,
     scan: &Scan,
@@ -66,6 +68,7 @@ pub fn fit(
     let frame = Frame::choose(model, options, &rigid, &fixed);
     let evaluations = AtomicU64::new(0);
     let mut setting = Setting::new(model, &points, &x, frame.free(&fixed), frame.moving, radius, &evaluations)?;
+    setting.progress = progress;
     setting.oriented &= scan.oriented && !options.ignore_normals;
     clock.lap("prepare");
 
@@ -80,6 +83,9 @@ pub fn fit(
         screening::screen(&setting, &start).unwrap_or_else(|| Candidate::new(&setting, start))
     };
     clock.lap("screen");
+    if progress.cancelled() {
+        return Err(FitError::Cancelled);
+    }
     progress.report("fitting", f64::NAN, "");
     let mut last = setting.descend(begin, scan.noise, options, near, &mut iterations);
     clock.lap("fit");
@@ -89,6 +95,9 @@ pub fn fit(
         last = setting.written_back(last, &rigid, &fixed, options, &mut iterations, &mut warnings);
     }
     clock.lap("finish");
+    if progress.cancelled() {
+        return Err(FitError::Cancelled);
+    }
     Ok(report::result(
         &setting,
         scan,
@@ -169,7 +178,17 @@ impl<'a> Setting<'a> {
         let at = space.estimate(x, Motion::IDENTITY);
         let layout = Layout::default();
         let oriented = !points.normal.is_empty();
-        let mut setting = Self { model, points, space, layout, radius, evaluations, oriented, start_x: x.to_vec() };
+        let mut setting = Self {
+            model,
+            points,
+            space,
+            layout,
+            radius,
+            evaluations,
+            progress: &Silent,
+            oriented,
+            start_x: x.to_vec(),
+        };
         setting.remodel(&at, 0.01 * radius)?;
         Ok(setting)
     }
@@ -196,6 +215,7 @@ impl<'a> Setting<'a> {
             signs: None,
             tolerance: 1e-3 * loss.sigma,
             evaluations: self.evaluations,
+            progress: self.progress,
         }
     }
 

@@ -103,6 +103,17 @@ impl Scope {
         file.map(|f| f.ast.items.iter().flat_map(defined).collect()).unwrap_or_default()
     }
 
+    /// The modules of the library.
+    pub(crate) fn modules(&self) -> Vec<String> {
+        stdlib::MODULES.iter().map(|(name, _)| (*name).to_owned()).collect()
+    }
+
+    /// The file of the current model.
+    pub(crate) fn model_file(&self) -> Option<&str> {
+        let current = self.names.current.as_ref()?;
+        Some(&self.files.loaded.get(current.file)?.name)
+    }
+
     fn module_of(&self, name: &str) -> Option<&str> {
         let file = self.names.seen.names.get(name)?;
         Some(&self.files.loaded.get(*file)?.name)

@@ -1,0 +1,306 @@
+//! Lines that begin with a colon.
+
+use super::state::{Flow, Repl};
+use super::{show, work};
+use crate::error::CommandError;
+use crate::script::FileLoader;
+use crate::values;
+use gml_compiler::program::{self, EmitStage};
+use std::path::Path;
+
+/// What a command takes, for completion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Takes {
+    Nothing,
+    Expression,
+    Parameter,
+    File,
+    Name,
+    Command,
+}
+
+/// A command.
+pub(crate) struct Command {
+    pub(crate) name: &'static str,
+    /// Its arguments as help shows them.
+    pub(crate) arguments: &'static str,
+    pub(crate) takes: Takes,
+    /// A line.
+    pub(crate) about: &'static str,
+    /// More, with examples; may be empty.
+    pub(crate) more: &'static str,
+    run: fn(&mut Repl, &str) -> Result<Flow, CommandError>,
+}
+
+/// All commands, in the order of help.
+pub(crate) const COMMANDS: &[Command] = &[
+    Command {
+        name: "load",
+        arguments: "FILE",
+        takes: Takes::File,
+        about: "Load a script; its last model is the current one",
+        more: "Its definitions, and the model's parameters, values and parts are then in scope.",
+        run: |repl, rest| repl.load(Path::new(&unquoted(argument(rest, ":load cup.gml")?))).map(|()| Flow::Go),
+    },
+    Command {
+        name: "reload",
+        arguments: "",
+        takes: Takes::Nothing,
+        about: "Read all files again; happens by itself when one has changed",
+        more: "What was entered is entered again. Parameters keep the values that were set.",
+        run: |repl, _| repl.reload().map(|()| Flow::Go),
+    },
+    Command {
+        name: "params",
+        arguments: "",
+        takes: Takes::Nothing,
+        about: "Show the model's parameters with values and bounds, its inputs and parts",
+        more: "",
+        run: |repl, _| said(repl, |repl| Ok(show::parameters(repl.session.borrow().model().ok_or_else(no_model)?))),
+    },
+    Command {
+        name: "set",
+        arguments: "NAME=VALUE",
+        takes: Takes::Parameter,
+        about: "Give a parameter or an input of the model a value",
+        more: "The value is an expression:\n  :set r=42mm\n  :set h = 2 * r\nBounds and requirements must hold.",
+        run: set,
+    },
+    Command {
+        name: "type",
+        arguments: "EXPR",
+        takes: Takes::Expression,
+        about: "Show the type of an expression",
+        more: "  :type r * h\n  area (an area)",
+        run: |repl, rest| {
+            said(repl, |repl| {
+                let text = argument(rest, ":type r * h")?;
+                let (words, written) = repl.session.borrow_mut().type_of(text, &FileLoader)?;
+                Ok(format!("{written} ({words})\n"))
+            })
+        },
+    },
+    Command {
+        name: "grad",
+        arguments: "EXPR",
+        takes: Takes::Expression,
+        about: "Show an expression's derivatives by every parameter, with units",
+        more: "  :grad outer(0.5) * h\nThe derivatives are exact: the compiler differentiates the program. Angles count in radians.",
+        run: |repl, rest| {
+            said(repl, |repl| {
+                let text = argument(rest, ":grad r * h")?;
+                Ok(show::gradient(&repl.session.borrow_mut().gradient(text, &FileLoader)?))
+            })
+        },
+    },
+    Command {
+        name: "diff",
+        arguments: "[PARAMETER | EXPR]",
+        takes: Takes::Expression,
+        about: "Print the derivative program of the model, by one parameter, or of an expression",
+        more: "  :diff            every part by every parameter\n  :diff r          every part by r\n  :diff outer(0.5) of an expression",
+        run: diff,
+    },
+    Command {
+        name: "ir",
+        arguments: "[EXPR]",
+        takes: Takes::Expression,
+        about: "Print the scalar functions that an expression, or the model, becomes",
+        more: "A part is a function: :ir outside(0.5, 0.5) shows what is computed for a point of it.",
+        run: |repl, rest| emit(repl, rest, EmitStage::Ir),
+    },
+    Command {
+        name: "clif",
+        arguments: "[EXPR]",
+        takes: Takes::Expression,
+        about: "Print Cranelift's intermediate representation of an expression, or of the model",
+        more: "",
+        run: |repl, rest| emit(repl, rest, EmitStage::Clif),
+    },
+    Command {
+        name: "asm",
+        arguments: "[EXPR]",
+        takes: Takes::Expression,
+        about: "Print the machine code of an expression, or of the model",
+        more: "",
+        run: |repl, rest| emit(repl, rest, EmitStage::Asm),
+    },
+    Command {
+        name: "time",
+        arguments: "EXPR",
+        takes: Takes::Expression,
+        about: "Compile an expression to machine code and run it, and show how long both take",
+        more: "Both are repeated, and the shortest time is shown.",
+        run: |repl, rest| {
+            let text = argument(rest, ":time r * h")?;
+            repl.refresh()?;
+            work::time(repl, text).map(|()| Flow::Go)
+        },
+    },
+    Command {
+        name: "mesh",
+        arguments: "FILE",
+        takes: Takes::File,
+        about: "Write the model's surface as a mesh (.obj, .ply or .stl)",
+        more: "Options of `gmlc mesh` may follow the name: :mesh cup.ply --chord 0.005mm",
+        run: |repl, rest| worked(repl, rest, work::mesh),
+    },
+    Command {
+        name: "fit",
+        arguments: "SCAN",
+        takes: Takes::File,
+        about: "Fit the model to a scan; the parameters then have the fitted values",
+        more: "The fit begins at the values that were set. Ctrl-C ends it.",
+        run: |repl, rest| worked(repl, rest, work::fit),
+    },
+    Command {
+        name: "inspect",
+        arguments: "SCAN DIR",
+        takes: Takes::File,
+        about: "Fit, measure and document: everything into one folder",
+        more: "As `gmlc inspect`, with the current model. Ctrl-C ends it.",
+        run: |repl, rest| worked(repl, rest, work::inspect),
+    },
+    Command {
+        name: "doc",
+        arguments: "NAME",
+        takes: Takes::Name,
+        about: "Show how a name is declared, and its doc comment",
+        more: "  :doc revolve\n  :doc std.math.mix",
+        run: |repl, rest| said(repl, |repl| doc(repl, argument(rest, ":doc revolve")?)),
+    },
+    Command {
+        name: "help",
+        arguments: "[COMMAND]",
+        takes: Takes::Command,
+        about: "Show this list, or more of a command",
+        more: "",
+        run: |_, rest| help(rest).map(|()| Flow::Go),
+    },
+    Command {
+        name: "quit",
+        arguments: "",
+        takes: Takes::Nothing,
+        about: "Leave; so does Ctrl-D",
+        more: "",
+        run: |_, _| Ok(Flow::Quit),
+    },
+];
+
+/// Runs a command, given without its colon. Its name may be cut short where that is no other's beginning.
+pub(crate) fn run(repl: &mut Repl, line: &str) -> Result<Flow, CommandError> {
+    let (name, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
+    (find(name)?.run)(repl, rest.trim())
+}
+
+fn find(name: &str) -> Result<&'static Command, CommandError> {
+    if name == "?" {
+        return find("help");
+    }
+    let fitting: Vec<&Command> =
+        COMMANDS.iter().filter(|c| c.name == name || (!name.is_empty() && c.name.starts_with(name))).collect();
+    match &fitting[..] {
+        [] => Err(CommandError::usage(format!("there is no command :{name}; :help lists them"))),
+        [one] => Ok(one),
+        several => match several.iter().find(|c| c.name == name) {
+            Some(exact) => Ok(exact),
+            None => {
+                let names: Vec<String> = several.iter().map(|c| format!(":{}", c.name)).collect();
+                Err(CommandError::usage(format!(":{name} may be {}", names.join(" or "))))
+            }
+        },
+    }
+}
+
+pub(super) fn no_model() -> CommandError {
+    CommandError::Failed("there is no model: load one (:load cup.gml) or enter one".into())
+}
+
+fn argument<'r>(rest: &'r str, example: &str) -> Result<&'r str, CommandError> {
+    if rest.is_empty() { Err(CommandError::usage(format!("something is missing, as in {example}"))) } else { Ok(rest) }
+}
+
+/// A file's name, which may be put in quotes.
+fn unquoted(text: &str) -> String {
+    text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(text).to_owned()
+}
+
+/// Prints what a command has to say, after files that have changed were read again.
+fn said(repl: &mut Repl, f: impl FnOnce(&mut Repl) -> Result<String, CommandError>) -> Result<Flow, CommandError> {
+    repl.refresh()?;
+    let text = f(repl)?;
+    print!("{text}");
+    Ok(Flow::Go)
+}
+
+fn worked(
+    repl: &mut Repl,
+    rest: &str,
+    f: fn(&mut Repl, &str) -> Result<(), CommandError>,
+) -> Result<Flow, CommandError> {
+    repl.refresh()?;
+    f(repl, rest).map(|()| Flow::Go)
+}
+
+fn set(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
+    repl.refresh()?;
+    let (name, value) = values::assignment(":set", rest)?;
+    repl.session.borrow_mut().set(name, value, &FileLoader)?;
+    Ok(Flow::Go)
+}
+
+fn diff(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
+    said(repl, |repl| {
+        let mut session = repl.session.borrow_mut();
+        let parameter = session.model().is_some_and(|m| m.parameters().iter().any(|p| p.name == rest));
+        if !rest.is_empty() && !parameter {
+            return Ok(session.derivative_text(rest, &FileLoader)?);
+        }
+        let compiled = session.compile(&program::Options::default())?;
+        Ok(compiled.program.derivative_text(Some(rest).filter(|r| !r.is_empty())))
+    })
+}
+
+fn emit(repl: &mut Repl, rest: &str, stage: EmitStage) -> Result<Flow, CommandError> {
+    said(repl, |repl| {
+        let mut session = repl.session.borrow_mut();
+        if rest.is_empty() {
+            return Ok(session.compile(&program::Options::default())?.program.emit(stage));
+        }
+        Ok(session.emit(rest, stage, &FileLoader)?)
+    })
+}
+
+fn doc(repl: &Repl, name: &str) -> Result<String, CommandError> {
+    let known = repl.session.borrow().known(name);
+    let known = known.ok_or_else(|| CommandError::Failed(format!("there is no '{name}' here")))?;
+    let mut out = known.declaration;
+    if !known.module.is_empty() {
+        out.push_str(&format!("   ({})", known.module));
+    }
+    out.push('\n');
+    if !known.doc.is_empty() {
+        out.push_str(&format!("\n{}\n", known.doc.trim_end()));
+    }
+    Ok(out)
+}
+
+fn help(rest: &str) -> Result<(), CommandError> {
+    if !rest.is_empty() {
+        let command = find(rest.trim_start_matches(':'))?;
+        println!(":{}\n\n{}.", format!("{} {}", command.name, command.arguments).trim_end(), command.about);
+        if !command.more.is_empty() {
+            println!("\n{}", command.more);
+        }
+        if let Some(options) = work::options_of(command.name) {
+            println!("\n{options}");
+        }
+        return Ok(());
+    }
+    println!("Expressions, definitions and models are evaluated as they are entered. Commands:\n");
+    let width = COMMANDS.iter().map(|c| c.name.len() + c.arguments.len()).max().unwrap_or(0) + 1;
+    for command in COMMANDS {
+        println!("  :{:<width$}  {}", format!("{} {}", command.name, command.arguments).trim_end(), command.about);
+    }
+    Ok(())
+}

@@ -1,0 +1,192 @@
+//! What a word may become.
+
+use super::commands::{COMMANDS, Takes};
+use crate::script::FileLoader;
+use gml_compiler::session::{Kind, Session};
+use gml_compiler::syntax::{Class, classes};
+use std::ops::Range;
+use std::path::{MAIN_SEPARATOR, Path};
+
+/// Words of the language that may begin a line or a value.
+const KEYWORDS: [&str; 16] = [
+    "use", "fn", "deriv", "let", "model", "param", "input", "part", "require", "for", "if", "else", "true", "false",
+    "not", "in",
+];
+
+/// The modules of the standard library.
+const STD: &str = "std.";
+
+/// Where the word under the cursor begins, and what may stand there instead of it.
+pub(crate) fn complete(session: &mut Session, line: &str, pos: usize) -> (usize, Vec<String>) {
+    let before = &line[..pos];
+    let Some(command) = before.trim_start().strip_prefix(':') else { return expression(session, before, 0) };
+    let start = pos - command.len();
+    let Some((name, rest)) = command.split_once(char::is_whitespace) else {
+        let names = COMMANDS.iter().map(|c| c.name).filter(|n| n.starts_with(command));
+        return (start, names.map(str::to_owned).collect());
+    };
+    let rest_start = pos - rest.len();
+    let takes = COMMANDS.iter().find(|c| c.name == name || (name.len() > 1 && c.name.starts_with(name)));
+    match takes.map_or(Takes::Expression, |c| c.takes) {
+        Takes::Nothing => (pos, Vec::new()),
+        Takes::Command => (rest_start, matching(rest, COMMANDS.iter().map(|c| c.name.to_owned()))),
+        Takes::Parameter if !rest.contains('=') => {
+            let parameters =
+                session.names().into_iter().filter(|(_, kind)| matches!(kind, Kind::Parameter | Kind::Input));
+            (rest_start, matching(rest, parameters.map(|(name, _)| format!("{name}="))))
+        }
+        Takes::File => {
+            let word = rest.rfind(char::is_whitespace).map_or(0, |i| i + 1);
+            files(&rest[word..], rest_start + word)
+        }
+        Takes::Name if rest.starts_with(STD) => expression(session, before, rest_start),
+        _ => expression(session, before, rest_start),
+    }
+}
+
+/// In an expression, or a line of the language, that begins at `from`.
+fn expression(session: &mut Session, before: &str, from: usize) -> (usize, Vec<String>) {
+    let text = &before[from..];
+    let pieces: Vec<(Range<usize>, Class)> = classes(text).collect();
+    match pieces.last() {
+        Some((_, Class::Comment)) => return (before.len(), Vec::new()),
+        // A text that is not closed yet is a file's name.
+        Some((range, Class::Wrong)) if text[range.start..].starts_with('"') => {
+            return files(&text[range.start + 1..], from + range.start + 1);
+        }
+        _ => {}
+    }
+    let word = text.char_indices().rev().take_while(|(_, c)| c.is_alphanumeric() || *c == '_').last();
+    let start = word.map_or(text.len(), |(i, _)| i);
+    let prefix = &text[start..];
+    if prefix.starts_with(|c: char| c.is_ascii_digit()) {
+        return (before.len(), Vec::new());
+    }
+    if let Some(receiver) = text[..start].strip_suffix('.') {
+        return (from + start, members(session, receiver, prefix));
+    }
+    let names = session.names().into_keys().filter(|n| n != "_");
+    let mut found = matching(prefix, labels(session, &text[..start]).into_iter());
+    found.extend(matching(prefix, names.chain(KEYWORDS.iter().map(|k| (*k).to_owned()))));
+    if prefix.is_empty() {
+        // Every name there is would be no help; labels are.
+        found.retain(|f| f.ends_with(": "));
+    }
+    (from + start, found)
+}
+
+/// What may follow a dot: fields, members of modules, and functions that take the value first.
+fn members(session: &mut Session, receiver: &str, prefix: &str) -> Vec<String> {
+    let value = &receiver[operand(receiver)..];
+    if value == "std" {
+        let modules = session.modules().into_iter().filter_map(|m| m.strip_prefix(STD).map(str::to_owned));
+        return matching(prefix, modules);
+    }
+    if value.is_empty() {
+        return Vec::new();
+    }
+    let fields = session.fields(value, &FileLoader);
+    let found = matching(prefix, fields.into_iter());
+    if !found.is_empty() || prefix.is_empty() {
+        return found;
+    }
+    let names: Vec<String> = session.names().into_keys().collect();
+    let functions = names.into_iter().filter(|n| n.starts_with(prefix));
+    functions.filter(|n| session.known(n).is_some_and(|k| !k.labels.is_empty())).collect()
+}
+
+/// Where the last operand of a text begins: names, dots, and brackets with all that is in them.
+fn operand(text: &str) -> usize {
+    let mut depth = 0;
+    let mut start = text.len();
+    for (i, c) in text.char_indices().rev() {
+        match c {
+            ')' | ']' | '}' => depth += 1,
+            '(' | '[' | '{' if depth == 0 => break,
+            '(' | '[' | '{' => depth -= 1,
+            c if depth == 0 && !(c.is_alphanumeric() || matches!(c, '_' | '.' | '\'')) => break,
+            _ => {}
+        }
+        start = i;
+    }
+    start
+}
+
+/// The labels of the call around the end of a text: `radius: `.
+fn labels(session: &Session, text: &str) -> Vec<String> {
+    let known = called(text).and_then(|name| session.known(name));
+    known.map(|k| k.labels.iter().map(|l| format!("{l}: ")).collect()).unwrap_or_default()
+}
+
+/// The name of the function whose arguments the end of a text stands in.
+pub(crate) fn called(text: &str) -> Option<&str> {
+    let mut depth = 0;
+    let open = text.char_indices().rev().find_map(|(i, c)| {
+        match c {
+            ')' | ']' | '}' => depth += 1,
+            '(' | '[' | '{' if depth == 0 => return Some((i, c)),
+            '(' | '[' | '{' => depth -= 1,
+            _ => {}
+        }
+        None
+    });
+    let (open, _) = open.filter(|(_, c)| *c == '(')?;
+    let callee = &text[..open];
+    let start = callee.char_indices().rev().take_while(|(_, c)| c.is_alphanumeric() || *c == '_').last()?.0;
+    Some(&callee[start..])
+}
+
+fn matching(prefix: &str, names: impl Iterator<Item = String>) -> Vec<String> {
+    names.filter(|n| n.starts_with(prefix) && n != prefix).collect()
+}
+
+/// Files and folders whose path begins so.
+fn files(path: &str, at: usize) -> (usize, Vec<String>) {
+    let path = path.trim_start_matches('"');
+    let split = path.rfind(MAIN_SEPARATOR).map_or(0, |i| i + 1);
+    let (folder, prefix) = path.split_at(split);
+    let folder = if folder.is_empty() { Path::new(".") } else { Path::new(folder) };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let Ok(mut name) = entry.file_name().into_string() else { continue };
+        let hidden = name.starts_with('.') && !prefix.starts_with('.');
+        if name.starts_with(prefix) && !hidden {
+            if entry.path().is_dir() {
+                name.push(MAIN_SEPARATOR);
+            }
+            found.push(name);
+        }
+    }
+    found.sort();
+    (at + split, found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gml_compiler::session::Options;
+    use gml_compiler::source::NoFiles;
+
+    fn completed(line: &str) -> (usize, Vec<String>) {
+        let mut session = Session::new(Options::default());
+        let text = "let radius_in = 3mm\nlet shape = {width: 2mm, height: 3mm}\nmodel m { param rim: length = 1mm\n part p = |u, v| (rim * u, rim * v, 0mm) }";
+        session.enter(text, &NoFiles).expect("well-formed");
+        complete(&mut session, line, line.len())
+    }
+
+    #[test]
+    fn names_fields_labels_commands_and_parameters_are_completed() {
+        assert_eq!(completed("2 * radius_"), (4, vec!["radius_in".into()]));
+        assert_eq!(completed("shape.wi"), (6, vec!["width".into()]));
+        assert_eq!(completed("p(0.5, 0.5)."), (12, vec!["x".into(), "y".into(), "z".into()]));
+        assert_eq!(completed("tube(c, radius: 5mm"), (19, vec![]));
+        assert!(completed("tube(c, rad").1.contains(&"radius: ".to_owned()));
+        assert_eq!(completed(":para"), (1, vec!["params".into()]));
+        assert_eq!(completed(":set ri"), (5, vec!["rim=".into()]));
+        assert_eq!(completed(":grad ri"), (6, vec!["rim".into()]));
+        assert!(completed("std.ma").1.contains(&"math".to_owned()));
+        assert_eq!(completed("mod").1, ["model"]);
+        assert!(completed("sm").1.contains(&"smoothstep".to_owned()));
+        assert_eq!(completed("1 // rad").1, Vec::<String>::new());
+    }
+}

@@ -1,0 +1,129 @@
+//! What has been entered, and what becomes of the next line.
+
+use super::watch::Watch;
+use super::{commands, show};
+use crate::cli::ReplArgs;
+use crate::diagnostics;
+use crate::error::CommandError;
+use crate::script::{self, FileLoader};
+use crate::values;
+use gml_compiler::ir::interpret::Limits;
+use gml_compiler::session::{Options, Session};
+use gml_compiler::source::SourceFile;
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether the dialogue goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Flow {
+    Go,
+    Quit,
+}
+
+/// A dialogue.
+pub(crate) struct Repl {
+    /// Shared with the editor, which completes names.
+    pub(crate) session: Rc<RefCell<Session>>,
+    /// Set by Ctrl-C.
+    pub(crate) interrupt: Arc<AtomicBool>,
+    watch: Watch,
+    interactive: bool,
+    failed: bool,
+}
+
+impl Repl {
+    /// A dialogue with the model of the command line.
+    pub(crate) fn new(args: &ReplArgs, interactive: bool) -> Result<Repl, CommandError> {
+        let interrupt = Arc::new(AtomicBool::new(false));
+        // Whoever sits at a terminal ends what takes too long; scripts have nobody to do so.
+        let limits = Limits { steps: if interactive { u64::MAX } else { 1_000_000_000 }, ..Limits::default() };
+        let inputs = script::inputs(&args.inputs)?;
+        let options = Options { limits, inputs: inputs.clone(), interrupt: interrupt.clone(), ..Options::default() };
+        let session = Rc::new(RefCell::new(Session::new(options)));
+        let mut repl = Repl { session, interrupt, watch: Watch::default(), interactive, failed: false };
+        if let Some(path) = &args.model {
+            repl.load(path)?;
+        }
+        let known: Vec<String> = match repl.session.borrow().model() {
+            Some(model) => model.inputs().iter().map(|i| i.name.clone()).collect(),
+            None => Vec::new(),
+        };
+        if let Some(name) = inputs.keys().find(|name| !known.contains(name)) {
+            return Err(CommandError::usage(format!("--input {name}: the model has no input of that name")));
+        }
+        for given in &args.values {
+            let (name, value) = values::assignment("-p", given)?;
+            repl.session.borrow_mut().set(name, value, &FileLoader)?;
+        }
+        Ok(repl)
+    }
+
+    /// Does what a line, or several that belong together, says. Goes on after any error.
+    pub(crate) fn take(&mut self, text: &str) -> Flow {
+        self.interrupt.store(false, Ordering::Relaxed);
+        if text.trim().is_empty() {
+            return Flow::Go;
+        }
+        let result = match text.trim().strip_prefix(':') {
+            Some(line) => commands::run(self, line),
+            None => self.enter(text).map(|()| Flow::Go),
+        };
+        self.interrupt.store(false, Ordering::Relaxed);
+        result.unwrap_or_else(|error| {
+            self.failed = true;
+            error.print();
+            Flow::Go
+        })
+    }
+
+    /// How the dialogue ends: badly, where anything failed and nobody was there to see it.
+    pub(crate) fn end(&self) -> Result<(), CommandError> {
+        if self.failed && !self.interactive { Err(CommandError::Said) } else { Ok(()) }
+    }
+
+    fn enter(&mut self, text: &str) -> Result<(), CommandError> {
+        self.refresh()?;
+        let answers = self.session.borrow_mut().enter(text, &FileLoader)?;
+        self.warn();
+        self.watch.files(&self.session.borrow().files());
+        print!("{}", show::answers(&answers, &self.session.borrow()));
+        Ok(())
+    }
+
+    /// Loads a script.
+    pub(crate) fn load(&mut self, path: &Path) -> Result<(), CommandError> {
+        let file = SourceFile { name: path.display().to_string(), text: script::read(path)? };
+        let answers = self.session.borrow_mut().load(file, &FileLoader)?;
+        self.warn();
+        self.watch.files(&self.session.borrow().files());
+        print!("{}", show::answers(&answers, &self.session.borrow()));
+        Ok(())
+    }
+
+    /// Reads all files again.
+    pub(crate) fn reload(&mut self) -> Result<(), CommandError> {
+        // What is wrong with a file is said once for each change of it.
+        self.watch.seen();
+        self.session.borrow_mut().reload(&FileLoader)?;
+        self.warn();
+        self.watch.files(&self.session.borrow().files());
+        Ok(())
+    }
+
+    /// Reads all files again where one has changed, and says so.
+    pub(crate) fn refresh(&mut self) -> Result<(), CommandError> {
+        if let Some(name) = self.watch.changed() {
+            println!("{name} has changed and is read again");
+            self.reload()?;
+        }
+        Ok(())
+    }
+
+    fn warn(&self) {
+        let session = self.session.borrow();
+        diagnostics::print(session.warnings(), session.sources());
+    }
+}

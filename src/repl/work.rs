@@ -1,0 +1,227 @@
+//! Commands that take their time: meshes, fits, inspections, measurements of time.
+
+use super::commands::no_model;
+use super::state::Repl;
+use crate::cli::{FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
+use crate::error::CommandError;
+use crate::progress::TerminalProgress;
+use crate::script::FileLoader;
+use crate::{fit as fitting, inspect as inspecting, mesh as meshing};
+use clap::{CommandFactory, Parser};
+use gml_compiler::jit::Limits;
+use gml_compiler::program::{self, Program};
+use gml_runtime::export::json;
+use gml_runtime::model::Motion;
+use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+/// How long `:time` repeats each of its two measurements.
+const REPEATED_FOR: Duration = Duration::from_millis(200);
+
+/// The arguments of `gmlc mesh`.
+#[derive(Debug, Parser)]
+#[command(name = ":mesh", no_binary_name = true)]
+struct MeshLine {
+    #[command(flatten)]
+    args: MeshArgs,
+}
+
+#[derive(Debug, Parser)]
+#[command(name = ":fit", no_binary_name = true)]
+struct FitLine {
+    #[command(flatten)]
+    scan: ScanArgs,
+    #[command(flatten)]
+    controls: FitControls,
+    /// Where to write the result
+    #[arg(short, long, value_name = "FIT.json")]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, Parser)]
+#[command(name = ":inspect", no_binary_name = true)]
+struct InspectLine {
+    #[command(flatten)]
+    scan: ScanArgs,
+    /// Folder for the results
+    #[arg(value_name = "DIR")]
+    output: PathBuf,
+    #[command(flatten)]
+    fit: FitControls,
+    #[command(flatten)]
+    variance: VarianceControls,
+}
+
+/// The options of a command, where it has any.
+pub(crate) fn options_of(command: &str) -> Option<String> {
+    let help = match command {
+        "fit" => FitLine::command().render_help(),
+        "inspect" => InspectLine::command().render_help(),
+        _ => return None,
+    };
+    Some(help.to_string().trim_end().to_owned())
+}
+
+/// `:mesh FILE`.
+pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
+    // The model is at hand; what follows after the file's name are options of `gmlc mesh`.
+    let mut words = words(rest)?;
+    if words.is_empty() {
+        return Err(CommandError::usage("something is missing, as in :mesh cup.obj"));
+    }
+    let model = script(repl).display().to_string();
+    words.splice(0..0, [model, "-o".to_owned()]);
+    let line: MeshLine = parsed(words)?;
+    let (program, x) = program(repl)?;
+    meshing::write_model(&line.args, &program, (&x, &Motion::IDENTITY))
+}
+
+/// `:fit SCAN`.
+pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
+    let line: FitLine = parsed(words(rest)?)?;
+    let (program, x) = program(repl)?;
+    let options = fitting::options(&controls(line.controls, &program, &x), &program)?;
+    let scan = fitting::read_scan(&line.scan)?;
+    let progress = TerminalProgress::until(repl.interrupt.clone());
+    let fitted = fitting::run_fit(&program, &script(repl), &scan, &options, &progress)?;
+    if let Some(path) = &line.output {
+        meshing::make_parent(path)?;
+        json::write(path, &fitted).map_err(CommandError::failed)?;
+    }
+    print!("{}", fitting::summary(&fitted));
+    let values: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
+    repl.session.borrow_mut().set_all(&values)?;
+    println!("the parameters have these values now");
+    Ok(())
+}
+
+/// `:inspect SCAN DIR`.
+pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
+    let line: InspectLine = parsed(words(rest)?)?;
+    let (program, x) = program(repl)?;
+    let args = InspectArgs {
+        script: ScriptArgs { model: script(repl), inputs: Vec::new() },
+        scan: line.scan,
+        fit: controls(line.fit, &program, &x),
+        variance: line.variance,
+        output: line.output,
+    };
+    let progress = TerminalProgress::until(repl.interrupt.clone());
+    let result = inspecting::inspect(&program, &args, &progress);
+    progress.finish();
+    result
+}
+
+/// `:time EXPR`.
+pub(crate) fn time(repl: &mut Repl, text: &str) -> Result<(), CommandError> {
+    let interrupt = repl.interrupt.clone();
+    let mut session = repl.session.borrow_mut();
+    let native = session.native(text, Limits::default(), &FileLoader)?;
+    let compile =
+        fastest(1, || session.native(text, Limits::default(), &FileLoader).is_ok()).ok_or_else(fitting::interrupted)?;
+    let stopped = |e| CommandError::Failed(format!("the evaluation does not end: {e:?}"));
+    native.run().map_err(stopped)?;
+    // Short runs are timed many at a time, so that the clock does not show.
+    let run = fastest(1000, || !interrupt.load(Ordering::Relaxed) && native.run().is_ok());
+    let run = run.ok_or_else(fitting::interrupted)?;
+    println!("compiled in {}, runs in {}", shown(compile), shown(run));
+    Ok(())
+}
+
+/// The shortest time of one turn, in seconds; nothing where a turn fails.
+fn fastest(most_at_once: u32, mut turn: impl FnMut() -> bool) -> Option<f64> {
+    let begun = Instant::now();
+    let mut best = f64::INFINITY;
+    let mut at_once = 1;
+    while begun.elapsed() < REPEATED_FOR {
+        let started = Instant::now();
+        for _ in 0..at_once {
+            if !turn() {
+                return None;
+            }
+        }
+        let elapsed = started.elapsed();
+        best = best.min(elapsed.as_secs_f64() / f64::from(at_once));
+        if elapsed < Duration::from_micros(100) {
+            at_once = (at_once * 2).min(most_at_once);
+        }
+    }
+    Some(best)
+}
+
+fn shown(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-6 => format!("{:.0} ns", s * 1e9),
+        s if s < 1e-3 => format!("{:.2} us", s * 1e6),
+        s if s < 1.0 => format!("{:.2} ms", s * 1e3),
+        s => format!("{s:.2} s"),
+    }
+}
+
+/// The current model as a program, and the values of its parameters.
+fn program(repl: &Repl) -> Result<(Program, Vec<f64>), CommandError> {
+    let session = repl.session.borrow();
+    let x = session.model().ok_or_else(no_model)?.values().to_vec();
+    Ok((session.compile(&program::Options::default())?.program, x))
+}
+
+/// The name of the script for results; the model's own where it was entered.
+fn script(repl: &Repl) -> PathBuf {
+    let session = repl.session.borrow();
+    let name = session.model_file().or_else(|| session.model().map(|m| m.name().to_owned()));
+    PathBuf::from(name.unwrap_or_default())
+}
+
+/// What was set is where a fit begins, unless its options say otherwise.
+fn controls(mut controls: FitControls, program: &Program, x: &[f64]) -> FitControls {
+    let mut values: Vec<String> = Vec::new();
+    for (p, value) in program.parameters().iter().zip(x) {
+        if *value != p.default {
+            values.push(format!("{}={value}{}", p.name, p.quantity.unit()));
+        }
+    }
+    values.append(&mut controls.values);
+    FitControls { values, ..controls }
+}
+
+/// A line as the command line would have it.
+fn parsed<L: Parser>(words: Vec<String>) -> Result<L, CommandError> {
+    L::try_parse_from(words).map_err(|e| {
+        let text = e.render().to_string();
+        CommandError::Usage(text.trim_start_matches("error: ").trim_end().to_owned())
+    })
+}
+
+/// The words of a line; quotes hold together what has spaces.
+fn words(line: &str) -> Result<Vec<String>, CommandError> {
+    let mut words = Vec::new();
+    let mut word: Option<String> = None;
+    let mut quoted = false;
+    for c in line.chars() {
+        match c {
+            '"' => {
+                quoted = !quoted;
+                word.get_or_insert_default();
+            }
+            c if c.is_whitespace() && !quoted => words.extend(word.take()),
+            c => word.get_or_insert_default().push(c),
+        }
+    }
+    if quoted {
+        return Err(CommandError::usage("a quote is not closed"));
+    }
+    words.extend(word);
+    Ok(words)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_split_at_spaces_outside_of_quotes() {
+        assert_eq!(words("a  \"b c\" d\"e\"").ok(), Some(vec!["a".into(), "b c".into(), "de".into()]));
+        assert!(words("\"a").is_err());
+    }
+}
