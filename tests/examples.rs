@@ -11,7 +11,7 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use support::{commands, copy, gmlc, json, parameter, root};
+use support::{commands, copy, gmlc, gmlc_in, json, parameter, root, text};
 use tempfile::tempdir;
 
 /// All but the cup, whose README scans another model than it fits: tests/inspect.rs compares those.
@@ -121,6 +121,17 @@ fn every_example_is_complete() {
         let picture = folder.join(format!("{name}.png")).metadata().map_or(0, |m| m.len());
         assert!((1000..LARGEST_PICTURE).contains(&picture), "{name}.png has {picture} bytes");
         assert!(gallery.contains(&format!("examples/{name}/{name}.png")), "{name} is not in the README's gallery");
+    }
+}
+
+/// The scripts are as `gmlc fmt` writes them, and nothing about them is worth a warning.
+#[test]
+fn every_example_is_tidy() {
+    gmlc(root(), &["fmt", "--check", "examples"]);
+    for name in EXAMPLES.into_iter().chain(["cup"]) {
+        let output = gmlc_in(root(), &["check", &format!("examples/{name}/{name}.gml")]);
+        let warnings = text(&output.stderr);
+        assert!(output.status.success() && warnings.is_empty(), "{name}\n{warnings}");
     }
 }
 
