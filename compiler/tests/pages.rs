@@ -6,6 +6,7 @@
 //! begins with `// NAME.gml` is also a file for the blocks below it to `use`. Models are compiled, and instantiated with their
 //! defaults. In docs/diagnostics.md each block is a script in which the code that it stands below is found.
 
+use gml_compiler::check;
 use gml_compiler::diagnostic::Diagnostic;
 use gml_compiler::program::{self, Options};
 use gml_compiler::session::{self, Session};
@@ -203,8 +204,12 @@ fn every_example_of_a_diagnostic() {
     let mut wrong = String::new();
     for block in blocks(&page).iter().filter(|b| b.kind == "gml") {
         let script = SourceFile { name: "example.gml".to_owned(), text: block.text.clone() };
+        // As `gmlc check` does, where nothing is wrong that compiling tells.
         let found = match program::compile(script, &NoFiles, &Options::default()) {
-            Ok(compilation) => compilation.warnings,
+            Ok(compilation) => [compilation.warnings, lints(&block.text), compilation.program.probe()].concat(),
+            Err(failed) if failed.diagnostics.iter().all(|d| d.code == "no-model") => {
+                [failed.diagnostics, lints(&block.text)].concat()
+            }
             Err(failed) => failed.diagnostics,
         };
         let codes: Vec<&str> = found.iter().map(|d| d.code.as_str()).collect();
@@ -216,6 +221,10 @@ fn every_example_of_a_diagnostic() {
         }
     }
     assert!(wrong.is_empty(), "\n{wrong}");
+}
+
+fn lints(text: &str) -> Vec<Diagnostic> {
+    check::lints(&syntax::parse(FileId(0), text).0)
 }
 
 /// The items of a script, those of its models among them.

@@ -15,7 +15,7 @@ use crate::suggest::nearest;
 use crate::syntax::ast::{DerivativeDecl, FnParam, FunctionDecl, Item, ItemKind, Pattern};
 
 /// The derivatives among some items, each with its function; what is wrong with the others.
-pub(super) fn pair<'a>(items: &'a [Item]) -> (Vec<(&'a FunctionDecl, &'a DerivativeDecl)>, Vec<Diagnostic>) {
+pub(super) fn pair(items: &[Item]) -> (Vec<(&FunctionDecl, &DerivativeDecl)>, Vec<Diagnostic>) {
     let mut pairs: Vec<(&FunctionDecl, &DerivativeDecl)> = Vec::new();
     let mut diagnostics = Vec::new();
     let functions = || {

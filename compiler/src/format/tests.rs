@@ -160,9 +160,7 @@ fn mutant(text: &str, random: &mut Random) -> String {
     }
     for _ in 0..1 + random.below(4) {
         let at = random.below(pieces.len());
-        if at.is_multiple_of(2) {
-            pieces[at] = BETWEEN[random.below(BETWEEN.len())];
-        } else if random.below(2) == 0 && pieces[at] == "\n" {
+        if at.is_multiple_of(2) || (random.below(2) == 0 && pieces[at] == "\n") {
             pieces[at] = BETWEEN[random.below(BETWEEN.len())];
         } else if random.below(4) == 0 {
             pieces[at] = INSTEAD[random.below(INSTEAD.len())];

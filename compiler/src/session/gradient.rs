@@ -3,7 +3,7 @@
 use super::display::{inner_unit, number};
 use super::evaluate::{self, Lowered};
 use super::{Session, Value};
-use crate::check::typed::{Dimension, Model, Type};
+use crate::check::typed::{Dimension, Type};
 use crate::diagnostic::Diagnostic;
 use crate::diff;
 use crate::ir;
@@ -47,7 +47,7 @@ impl Session {
                 let message = "there is no model whose parameters this could be derived by";
                 return Err(vec![Diagnostic::error("no-model", span, message)]);
             };
-            let numbers = numbers_of(&checked.model, &asked.ty).ok_or_else(|| {
+            let numbers = numbers_of(&asked.ty).ok_or_else(|| {
                 let message = format!("only numbers have derivatives, and this is {}", asked.words);
                 vec![Diagnostic::error("no-derivative", span, message).hint("call the function, or take a component")]
             })?;
@@ -101,15 +101,15 @@ fn of_derivative(e: Diagnostic) -> Diagnostic {
 }
 
 /// The dimensions of a value's numbers; nothing where it has a function in it.
-fn numbers_of(model: &Model, ty: &Type) -> Option<Vec<Dimension>> {
+fn numbers_of(ty: &Type) -> Option<Vec<Dimension>> {
     Some(match ty {
         Type::Real(d) => vec![*d],
         Type::Int(_) | Type::Bool(_) => vec![Dimension::NONE],
         Type::Range(..) => vec![Dimension::NONE; 2],
         Type::Text | Type::Error => Vec::new(),
-        Type::Tuple(types) => flatten(types.iter().map(|t| numbers_of(model, t)))?,
-        Type::Array(t, n) => flatten((0..*n).map(|_| numbers_of(model, t)))?,
-        Type::Record(fields) => flatten(fields.iter().map(|(_, t)| numbers_of(model, t)))?,
+        Type::Tuple(types) => flatten(types.iter().map(numbers_of))?,
+        Type::Array(t, n) => flatten((0..*n).map(|_| numbers_of(t)))?,
+        Type::Record(fields) => flatten(fields.iter().map(|(_, t)| numbers_of(t)))?,
         Type::Closure(_) => return None,
     })
 }

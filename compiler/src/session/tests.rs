@@ -136,10 +136,10 @@ fn after_an_error_the_session_is_as_before() {
 #[test]
 fn errors_quote_what_was_entered() {
     let mut session = Session::new(Options::default());
-    let failed = session.enter("let a = 1mm\na + 1", &NoFiles).err().expect("an error");
+    let failed = session.enter("let a = 1mm\na + 1", &NoFiles).expect_err("an error");
     let span = failed.diagnostics[0].span;
     assert_eq!(failed.sources.line_column(span).0, 2, "{failed}");
-    let failed = session.enter("5 + 1 / (1 - 1)", &NoFiles).err().expect("an error");
+    let failed = session.enter("5 + 1 / (1 - 1)", &NoFiles).expect_err("an error");
     assert_eq!(failed.diagnostics[0].message, "division by 0");
 }
 
@@ -171,7 +171,7 @@ fn a_models_parameters_and_parts_are_in_scope() {
         ("h", "40mm", "require"),
         ("h", "nothing", "unknown-name"),
     ] {
-        let failed = session.set(name, text, &NoFiles).err().expect("refused");
+        let failed = session.set(name, text, &NoFiles).expect_err("refused");
         assert_eq!(failed.diagnostics[0].code, code);
         assert_eq!(value(&mut session, "r"), "50 mm");
     }

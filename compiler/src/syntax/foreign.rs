@@ -482,7 +482,7 @@ impl Slip<'_, '_> {
             return Some(self.no_while(here));
         }
         if word == "from" {
-            return Some(self.from_import(span));
+            return Some(self.import_of_another_language(span));
         }
         if next == Some(Token::Equals) {
             let diagnostic = self.error(span, format!("'{word}' is not declared"));
@@ -527,7 +527,7 @@ impl Slip<'_, '_> {
     }
 
     /// `from std.curve import bezier`.
-    fn from_import(&self, span: Span) -> Diagnostic {
+    fn import_of_another_language(&self, span: Span) -> Diagnostic {
         let end = statement_around(self.place.tokens, self.here()).to;
         let import = (self.here()..end).find(|i| self.text(*i) == "import");
         let diagnostic = self.error(span, "'from' is no word of the language");

@@ -3,7 +3,6 @@
 use super::{Case, conforms};
 use gml_compiler::check::{CheckOptions, check};
 use gml_compiler::diff;
-use gml_compiler::ir::FunctionId;
 use gml_compiler::ir::lower::lower;
 use gml_compiler::ir::scalar::Scalar::{self, Real};
 use gml_compiler::source::{Loader, SourceFile, Sources};
@@ -40,25 +39,25 @@ fn case(name: &str, text: &str, derivatives: bool) -> Option<Case> {
     let (model, _) = check(&mut sources, &Files, main, &BTreeMap::new(), &CheckOptions::default());
     let lowered = lower(&model?).ok()?;
     let mut module = lowered.module;
-    let requires: Vec<FunctionId> = lowered.requires.iter().map(|r| r.function).chain([lowered.bounds]).collect();
-    let parts: Vec<FunctionId> = lowered.parts.iter().map(|p| p.surface).collect();
-    diff::expand(&mut module, &[&requires[..], &parts].concat()).ok()?;
+    let requires = lowered.requires.iter().map(|r| r.function).chain([lowered.bounds]);
+    let surfaces = lowered.parts.iter().map(|p| p.surface);
+    diff::expand(&mut module, &requires.chain(surfaces).collect::<Vec<_>>()).ok()?;
     let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Real(p.default)).collect();
     let beside: Vec<Scalar> = lowered.params.iter().map(|p| Real(p.default * 0.93 + 0.01)).collect();
     let mut runs = Vec::new();
     for x in [&defaults, &beside] {
-        runs.extend(requires.iter().map(|f| (*f, x.clone())));
-        for (u, v) in [(0.0, 0.5), (0.3, 0.7), (1.0, 1.0)] {
-            let arguments = [&x[..], &[Real(u), Real(v)]].concat();
-            runs.extend(parts.iter().map(|f| (*f, arguments.clone())));
+        runs.push((lowered.bounds, x.clone()));
+        runs.extend(lowered.requires.iter().map(|r| (r.function, r.arguments(x))));
+        for uv in [[0.0, 0.5], [0.3, 0.7], [1.0, 1.0]] {
+            runs.extend(lowered.parts.iter().map(|p| (p.surface, p.arguments(x, uv.map(Real)))));
         }
     }
-    let wrt: Vec<u32> = (0..defaults.len() as u32).collect();
-    for part in parts.iter().filter(|_| derivatives) {
-        let (jacobian, _) = diff::jacobian(&mut module, *part, &wrt).ok()?;
-        let pullback = diff::pullback(&mut module, *part, &wrt, true).ok()?;
+    for part in lowered.parts.iter().filter(|_| derivatives) {
+        let wrt: Vec<u32> = (0..part.params.len() as u32).collect();
+        let (jacobian, _) = diff::jacobian(&mut module, part.surface, &wrt).ok()?;
+        let pullback = diff::pullback(&mut module, part.surface, &wrt, true).ok()?;
         for x in [&defaults, &beside] {
-            let arguments = [&x[..], &[Real(0.3), Real(0.7)]].concat();
+            let arguments = part.arguments(x, [Real(0.3), Real(0.7)]);
             runs.push((jacobian, arguments.clone()));
             runs.push((pullback, [&arguments[..], &[Real(1.0), Real(-0.5), Real(0.25)]].concat()));
         }

@@ -4,14 +4,14 @@ use gml_compiler::check::{CheckOptions, check};
 use gml_compiler::diff::{self, expand};
 use gml_compiler::ir::interpret::{Limits, run_real};
 use gml_compiler::ir::lower::lower;
-use gml_compiler::ir::{FunctionId, Module};
+use gml_compiler::ir::{FunctionId, LoweredPart, Module};
 use gml_compiler::source::{NoFiles, Sources};
 use std::collections::BTreeMap;
 
-/// The functions of a script's parts.
+/// The functions of a script's parts. Each takes the parameters that it uses; arguments and results here are of all.
 pub(crate) struct Oracle {
     module: Module,
-    pub(crate) parts: Vec<FunctionId>,
+    pub(crate) parts: Vec<LoweredPart>,
     pub(crate) params: usize,
 }
 
@@ -22,9 +22,10 @@ impl Oracle {
         let (model, diagnostics) = check(&mut sources, &NoFiles, main, &BTreeMap::new(), &CheckOptions::default());
         let model = model.ok_or_else(|| format!("{diagnostics:#?}"))?;
         let lowered = lower(&model).map_err(|e| e.to_string())?;
-        let (mut module, parts) = (lowered.module, lowered.parts.iter().map(|p| p.surface).collect::<Vec<_>>());
-        expand(&mut module, &parts).map_err(|e| e.to_string())?;
-        Ok(Oracle { module, parts, params: lowered.params.len() })
+        let mut module = lowered.module;
+        let surfaces: Vec<FunctionId> = lowered.parts.iter().map(|p| p.surface).collect();
+        expand(&mut module, &surfaces).map_err(|e| e.to_string())?;
+        Ok(Oracle { module, parts: lowered.parts, params: lowered.params.len() })
     }
 
     fn run(&self, function: FunctionId, args: &[f64]) -> Result<Vec<f64>, String> {
@@ -33,28 +34,29 @@ impl Oracle {
 
     /// The point of a part at (x, u, v).
     pub(crate) fn point(&self, part: usize, x: &[f64], uv: [f64; 2]) -> Result<Vec<f64>, String> {
-        self.run(self.parts[part], &[x, &uv].concat())
+        self.run(self.parts[part].surface, &self.parts[part].arguments(x, uv))
     }
 
     /// The functions `tangent` and `gradient` of a part, and the tangent of the gradient.
     pub(crate) fn derivatives(&mut self, part: usize) -> Result<Derivatives, String> {
-        let wrt: Vec<u32> = (0..self.params as u32).collect();
-        let f = self.parts[part];
+        let f = self.parts[part].surface;
+        let params = self.parts[part].params.clone();
+        let wrt: Vec<u32> = (0..params.len() as u32).collect();
         let text = |e: diff::DiffError| e.to_string();
         let tangent = diff::tangent(&mut self.module, f, &wrt).map_err(text)?;
         let gradient = diff::pullback(&mut self.module, f, &wrt, false).map_err(text)?;
         let hessian = diff::tangent(&mut self.module, gradient, &wrt).map_err(text)?;
-        Ok(Derivatives { tangent, gradient, hessian })
+        Ok(Derivatives { params, tangent, gradient, hessian })
     }
 
     /// The tangent of the point in the direction `dx`.
     pub(crate) fn tangent(&self, d: &Derivatives, x: &[f64], uv: [f64; 2], dx: &[f64]) -> Result<Vec<f64>, String> {
-        Ok(self.run(d.tangent, &[x, &uv, dx].concat())?[3..].to_vec())
+        Ok(self.run(d.tangent, &[&d.of(x)[..], &uv, &d.of(dx)].concat())?[3..].to_vec())
     }
 
     /// The gradient of w times the point.
     pub(crate) fn gradient(&self, d: &Derivatives, x: &[f64], uv: [f64; 2], w: &[f64; 3]) -> Result<Vec<f64>, String> {
-        self.run(d.gradient, &[x, &uv, w].concat())
+        Ok(self.of_all(d, &self.run(d.gradient, &[&d.of(x)[..], &uv, w].concat())?))
     }
 
     /// The Hessian of w times the point, times `dx`.
@@ -64,13 +66,30 @@ impl Oracle {
         (x, uv, w): (&[f64], [f64; 2], &[f64; 3]),
         dx: &[f64],
     ) -> Result<Vec<f64>, String> {
-        Ok(self.run(d.hessian, &[x, &uv, w, dx].concat())?[self.params..].to_vec())
+        let results = self.run(d.hessian, &[&d.of(x)[..], &uv, w, &d.of(dx)].concat())?;
+        Ok(self.of_all(d, &results[d.params.len()..]))
+    }
+
+    /// What there is for each parameter that a part uses, with zeros for the others.
+    fn of_all(&self, d: &Derivatives, used: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; self.params];
+        d.params.iter().zip(used).for_each(|(i, x)| all[*i as usize] = *x);
+        all
     }
 }
 
 /// Functions that are derivatives of a part.
 pub(crate) struct Derivatives {
+    /// The parameters that the part uses.
+    params: Vec<u32>,
     tangent: FunctionId,
     gradient: FunctionId,
     hessian: FunctionId,
+}
+
+impl Derivatives {
+    /// The values for the parameters that the part uses.
+    fn of(&self, all: &[f64]) -> Vec<f64> {
+        self.params.iter().map(|i| all[*i as usize]).collect()
+    }
 }
