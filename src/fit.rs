@@ -120,7 +120,9 @@ pub(crate) fn run_fit(
     let result = fit::fit(program, scan, options, progress);
     progress.finish();
     let mut result = result.map_err(|e| match e {
-        FitError::UnknownParameter { .. } | FitError::OutOfBounds { .. } | FitError::Sigma(_) | FitError::Equal(..) => CommandError::usage(e),
+        FitError::UnknownParameter { .. } | FitError::OutOfBounds { .. } | FitError::Sigma(_) | FitError::Equal(..) => {
+            CommandError::usage(e)
+        }
         _ => CommandError::failed(e),
     })?;
     result.script = script.display().to_string();

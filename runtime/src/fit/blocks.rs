@@ -81,7 +81,8 @@ mod tests {
         // A random value on every square of 5 mm, and white noise of the same size: of n = 20000 * 25 / 10000 = 50 points
         // a square, the variance of the mean is 1 + (n - 1) / 2 times that of independent ones.
         let levels: Vec<f64> = (0..400).map(|_| random.random_range(-1.0..1.0)).collect();
-        let at = |p: DVec3| levels[(((p.x + 50.0) / 5.0) as usize).min(19) * 20 + (((p.y + 50.0) / 5.0) as usize).min(19)];
+        let at =
+            |p: DVec3| levels[(((p.x + 50.0) / 5.0) as usize).min(19) * 20 + (((p.y + 50.0) / 5.0) as usize).min(19)];
         let patchy: Vec<f64> = points.iter().zip(&white).map(|((p, _), z)| at(*p) + z).collect();
         let blocks = Blocks::find(&points, &patchy, 50.0).unwrap();
         assert!((15.0..40.0).contains(&blocks.inflation) && blocks.edge >= 5.0, "{blocks:?}");

@@ -180,19 +180,13 @@ impl Facets<'_> {
         });
         let Best { quad, corners, weights } = best?;
         let Quad { patch, vertices } = self.layout.quads[quad as usize];
-        let at = |k: usize| corners.iter().zip(weights).map(|(c, w)| w * self.layout.uv[vertices[*c] as usize][k]).sum();
+        let at =
+            |k: usize| corners.iter().zip(weights).map(|(c, w)| w * self.layout.uv[vertices[*c] as usize][k]).sum();
         Some(Nearest { patch, uv: [at(0), at(1)], quad })
     }
 
     /// Puts a facet into `best` if it is nearer than `limit` (squared); returns what is to be beaten from then on.
-    fn try_quad(
-        &self,
-        q: DVec3,
-        quad: u32,
-        facing: Option<Facing>,
-        mut limit: f64,
-        best: &mut Option<Best>,
-    ) -> f64 {
+    fn try_quad(&self, q: DVec3, quad: u32, facing: Option<Facing>, mut limit: f64, best: &mut Option<Best>) -> f64 {
         let Quad { patch, vertices } = self.layout.quads[quad as usize];
         let corner = vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
         for corners in [[0, 1, 2], [0, 2, 3]] {

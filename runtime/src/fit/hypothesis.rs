@@ -23,7 +23,9 @@ pub(crate) fn test(
     }
     let found = released(setting, last, &tested);
     if found.is_none() {
-        warnings.push("whether the scan contradicts the fixed values cannot be tested: it does not determine them".to_owned());
+        warnings.push(
+            "whether the scan contradicts the fixed values cannot be tested: it does not determine them".to_owned(),
+        );
     }
     let Some((x, values, covariance)) = found else { return Vec::new() };
     let one = |chosen: &[usize]| {

@@ -43,8 +43,7 @@ impl Objective<'_> {
         let chunks: Vec<Range<usize>> =
             (0..count).step_by(CHUNK).map(|start| start..(start + CHUNK).min(count)).collect();
         for some in chunks.chunks(AT_ONCE) {
-            let rows: Vec<Rows> =
-                some.par_iter().map(|range| self.rows(&placed, at, range.clone(), &chain)).collect();
+            let rows: Vec<Rows> = some.par_iter().map(|range| self.rows(&placed, at, range.clone(), &chain)).collect();
             rows.iter().for_each(&mut each);
         }
         Some(())
@@ -101,7 +100,8 @@ impl Objective<'_> {
         let start = out.len();
         out.resize(start + self.space.dim(), 0.0);
         let turn = (foot.point - self.space.centre).cross(away);
-        let by_parameter = active.iter().zip(slopes.chunks_exact(3)).map(|(a, s)| (*a as usize, away.dot(DVec3::from_slice(s))));
+        let by_parameter =
+            active.iter().zip(slopes.chunks_exact(3)).map(|(a, s)| (*a as usize, away.dot(DVec3::from_slice(s))));
         let by_motion = away.to_array().into_iter().chain(turn.to_array()).enumerate().map(|(k, s)| (n + k, s));
         for (row, slope) in by_parameter.chain(by_motion) {
             for (k, out) in out[start..].iter_mut().enumerate() {

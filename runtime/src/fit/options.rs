@@ -111,7 +111,8 @@ impl FitOptions {
             let members = group.iter().map(index).collect::<Result<Vec<usize>, FitError>>()?;
             let Some((leader, followers)) = members.split_first() else { continue };
             for follower in followers {
-                let refuse = |why| FitError::Equal(parameters[*leader].name.clone(), parameters[*follower].name.clone(), why);
+                let refuse =
+                    |why| FitError::Equal(parameters[*leader].name.clone(), parameters[*follower].name.clone(), why);
                 if parameters[*leader].quantity != parameters[*follower].quantity {
                     return Err(refuse("they measure different things"));
                 }

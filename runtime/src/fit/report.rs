@@ -121,7 +121,10 @@ fn covariance(setting: &Setting, last: &Last, uncertainty: &Uncertainty, warning
     for a in 0..n {
         for b in 0..a {
             let r = correlation(a, b);
-            let tied = space.ties.iter().any(|t| space.followers(t.0).filter(|i| *i == chosen[a] || *i == chosen[b]).count() > 1);
+            let tied = space
+                .ties
+                .iter()
+                .any(|t| space.followers(t.0).filter(|i| *i == chosen[a] || *i == chosen[b]).count() > 1);
             if r.abs() > INSEPARABLE && !tied {
                 let (b, a) = (name(b), name(a));
                 warnings.push(format!("`{b}` and `{a}` are not separable in this scan: correlation {r:.4}"));

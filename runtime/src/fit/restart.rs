@@ -7,6 +7,7 @@ use super::loss::Loss;
 use super::objective::{Objective, Order};
 use super::points::Points;
 use super::proposals::halton;
+use super::relabel::relabelled;
 use super::schedule::Setting;
 use super::screening::Candidate;
 use super::space::{Estimate, Space};
@@ -22,10 +23,17 @@ const ANGLES: u32 = 16;
 /// The variants that are always optimised: the present values, the start's and those at home.
 const KNOWN: usize = 3;
 /// Others that are optimised alone, and with everything else.
-const SETTLED: usize = 28;
+const SETTLED: usize = 20;
+/// Rounds over all groups.
+const ROUNDS: usize = 2;
+/// Points of a group whose mean psi is less than this times that of the others need no other values.
+const SETTLED_BELOW: f64 = 1.3;
 const PURSUED: usize = 4;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
+
+/// A rotation as shift and turn a radian.
+type Axis = (DVec3, DVec3);
 
 /// Parameters that shape the same patches, and not all of them.
 struct Group {
@@ -45,9 +53,17 @@ pub(crate) fn restart(
     candidate: Candidate,
 ) -> Candidate {
     let mut best = candidate;
-    for group in groups(setting) {
-        if let Some(better) = retry(setting, [start, home], points, scale, &group, &best) {
-            best = better;
+    for _ in 0..ROUNDS {
+        let mut improved = false;
+        for group in groups(setting) {
+            if let Some(better) = retry(setting, [start, home], points, scale, &group, &best) {
+                // A rest that fits better shows more clearly what it leaves over.
+                improved |= better.value < 0.99 * best.value;
+                best = better;
+            }
+        }
+        if !improved {
+            break;
         }
     }
     best
@@ -81,23 +97,35 @@ fn retry(
     let fine = Loss::welsch(scale * setting.radius);
     let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, points, fine) };
     // What the other patches explain says nothing about this group.
-    let (rest, axis) = unexplained(&objective, &from.estimate, group)?;
+    let (explained, axis) = unexplained(&objective, &from.estimate, group)?;
+    let rest = points.pick((0..explained.len()).filter(|i| !explained[*i]));
     if rest.len() < 8 {
         return None;
     }
     let rest = rest.sample(250);
     let local = Local::new(setting, group, &rest, from)?;
-    let ranked = local.rank(variants(setting, [start, home], group, from), axis);
-    let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, SETTLED)
-        .into_par_iter()
-        .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
-        .collect();
-    settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-    let mut pursued: Vec<Candidate> = diverse(setting, group, settled, PURSUED)
-        .into_par_iter()
-        .filter_map(|(_, candidate)| pursue(setting, points, scale, candidate))
-        .collect();
+    let mut pursued = if is_settled(&objective, &from.estimate, &explained)? {
+        vec![from.clone()]
+    } else {
+        let ranked = local.rank(variants(setting, [start, home], group, from), axis);
+        let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, SETTLED)
+            .into_par_iter()
+            .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
+            .collect();
+        settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        diverse(setting, group, settled, PURSUED)
+            .into_par_iter()
+            .filter_map(|(_, candidate)| pursue(setting, points, scale, candidate))
+            .collect()
+    };
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
+    if let Some(best) = pursued.first() {
+        let alone = local.objective(&setting.space, scale);
+        let same = relabelled(&alone, &best.estimate, &group.members, home);
+        let same: Vec<Candidate> = same.into_iter().map(|estimate| Candidate { estimate, ..best.clone() }).collect();
+        pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, points, scale, candidate)));
+        pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
+    }
     let least = pursued.first()?.value;
     let away = |c: &Candidate| setting.space.apart(&c.estimate, home);
     let best =
@@ -159,7 +187,7 @@ impl<'s> Local<'s> {
     }
 
     /// Every variant at every angle about an axis of symmetry, with its number, best first.
-    fn rank(&self, variants: Vec<Estimate>, axis: Option<(DVec3, DVec3)>) -> Vec<(usize, Candidate)> {
+    fn rank(&self, variants: Vec<Estimate>, axis: Option<Axis>) -> Vec<(usize, Candidate)> {
         let coarse = self.objective(&self.setting.space, COARSE);
         let turns = if axis.is_some() { ANGLES } else { 1 };
         let mut ranked: Vec<(usize, Candidate)> = variants
@@ -241,9 +269,24 @@ fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Cand
     variants
 }
 
-/// The points that no patch outside the group explains, and the rotation (shift and turn a radian) that leaves those
+/// Whether the points that only the group can explain fit nearly as well as the others.
+fn is_settled(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<bool> {
+    let placed = objective.place(at).ok()?;
+    let mut psi = vec![1.0; explained.len()];
+    for (i, foot) in objective.feet(&placed, &at.motion) {
+        psi[i] = objective.loss.psi(foot.d2);
+    }
+    let mean = |side: bool| {
+        let chosen = psi.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
+        let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    Some(mean(false) < SETTLED_BELOW * mean(true))
+}
+
+/// Which points patches outside the group explain, and the rotation (shift and turn a radian) that leaves those
 /// patches' surface where it is, if there is one.
-fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Points, Option<(DVec3, DVec3)>)> {
+fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
     let mut placed = objective.place(at).ok()?;
     placed.facets.remove(|patch| group.patches[patch]);
     let centre = objective.space.centre;
@@ -261,9 +304,8 @@ fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(P
             count += 1.0;
         }
     }
-    let rest = objective.points.pick((0..explained.len()).filter(|i| !explained[*i]));
     if count < 20.0 {
-        return Some((rest, None));
+        return Some((explained, None));
     }
     let eigen = SymmetricEigen::new(gram / count);
     let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < 1e-3).find_map(|k| {
@@ -273,5 +315,5 @@ fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(P
         // Mostly a translation (of a plane, along a cylinder) is no rotation.
         (rate * radius > 0.3).then(|| (DVec3::new(e[0], e[1], e[2]) / rate, turn / rate))
     });
-    Some((rest, axis))
+    Some((explained, axis))
 }

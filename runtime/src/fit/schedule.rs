@@ -78,8 +78,7 @@ pub fn fit(
         return Err(FitError::EmptyScan { points: points.len() });
     }
     let rigid = pose::recognise(model, &x, radius)?;
-    let bound: Vec<bool> =
-        (0..x.len()).map(|i| fixed[i] || ties.iter().any(|(a, b)| *a == i || *b == i)).collect();
+    let bound: Vec<bool> = (0..x.len()).map(|i| fixed[i] || ties.iter().any(|(a, b)| *a == i || *b == i)).collect();
     let following = |i: &usize| ties.iter().any(|(_, b)| b == i);
     let frame = Frame::choose(model, options, &rigid, &bound);
     let evaluations = AtomicU64::new(0);
@@ -353,14 +352,17 @@ impl<'a> Setting<'a> {
         signs: Vec<i8>,
         iterations: &mut u32,
     ) -> Last {
+        // Least squares is for those who want every digit.
+        let (tolerance, step) = match loss.kind {
+            LossKind::Squared => (1e-12 * self.radius, 1e-11 * self.radius),
+            _ => (1e-5 * loss.sigma, 2e-5 * loss.sigma),
+        };
         let objective = Objective {
             signs: Some(&signs),
-            tolerance: 1e-5 * loss.sigma,
+            tolerance,
             log: Some(self.log("polish")),
             ..self.objective(&self.space, points, loss)
         };
-        // Least squares is for those who want every digit.
-        let step = if loss.kind == LossKind::Squared { 1e-11 * self.radius } else { 2e-5 * loss.sigma };
         let stop = Stop { iterations: 30, step };
         match gauss_newton::minimise(&objective, at.clone(), stop) {
             Some(minimum) => {

@@ -7,7 +7,7 @@ pub(crate) fn chi_squared_tail(x: f64, degrees: usize) -> f64 {
         return 1.0;
     }
     let half = 0.5 * x;
-    let (mut sum, mut term, mut order) = if degrees % 2 == 0 {
+    let (mut sum, mut term, mut order) = if degrees.is_multiple_of(2) {
         (0.0, (-half).exp(), 1.0)
     } else {
         (libm::erfc(half.sqrt()), 2.0 * (half / std::f64::consts::PI).sqrt() * (-half).exp(), 1.5)

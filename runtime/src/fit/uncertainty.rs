@@ -67,8 +67,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
 fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
     let dim = objective.space.dim();
     let zero = || DMatrix::zeros(dim, dim);
-    let mut sums =
-        Sums { bread: zero(), weighted: zero(), filling: zero(), places: Vec::new(), pulls: Vec::new() };
+    let mut sums = Sums { bread: zero(), weighted: zero(), filling: zero(), places: Vec::new(), pulls: Vec::new() };
     objective.for_rows(at, |rows| {
         for (point, row) in rows.points.iter().zip(rows.jacobian.chunks_exact(dim.max(1))) {
             let pull = point.weight * point.distance;
@@ -93,8 +92,7 @@ fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
 /// Sum over blocks of (sum of pulls J) (sum of pulls J)^T, the mean over some positions of the grid.
 fn between_blocks(objective: &Objective, at: &Estimate, blocks: Blocks) -> Option<DMatrix<f64>> {
     let dim = objective.space.dim();
-    let shifts: Vec<DVec3> =
-        (1..=SHIFTS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
+    let shifts: Vec<DVec3> = (1..=SHIFTS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
     let mut index: Vec<HashMap<(u32, [i64; 3]), usize>> = vec![HashMap::new(); SHIFTS];
     let mut sums: Vec<Vec<f64>> = vec![Vec::new(); SHIFTS];
     objective.for_rows(at, |rows: &Rows| {

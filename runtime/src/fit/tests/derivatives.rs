@@ -61,7 +61,8 @@ fn the_gradient_pulled_back_to_another_estimate_agrees_with_differences() {
     let points = Points::of(&scan);
     let evaluations = AtomicU64::new(0);
     let x: Vec<f64> = crate::model::Model::parameters(&model).iter().map(|p| p.default).collect();
-    let setting = Setting::new(&model, &points, &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations).unwrap();
+    let setting =
+        Setting::new(&model, &points, &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations).unwrap();
     let objective = Objective { tolerance: 1e-8, ..setting.objective(&setting.space, &points, Loss::welsch(15.0)) };
     let from = setting.space.estimate(&x, Motion::IDENTITY);
     // Far along the coordinates, where the exponential map is no longer the identity.
