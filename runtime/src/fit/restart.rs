@@ -42,6 +42,13 @@ struct Group {
     patches: Vec<bool>,
 }
 
+impl Group {
+    /// Signs of which those of the group's patches are not known.
+    fn unsigned(&self, signs: &[i8]) -> Vec<i8> {
+        signs.iter().zip(&self.patches).map(|(sign, own)| if *own { 0 } else { *sign }).collect()
+    }
+}
+
 /// Tries other values of every group of local parameters; returns the candidate, or a better one. Among equally good ones (a
 /// curve run backwards is the same curve) it takes the one nearest to `home`.
 pub(crate) fn restart(
@@ -103,6 +110,8 @@ fn retry(
         return None;
     }
     let rest = rest.sample(250);
+    // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
+    let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
     let mut pursued = if is_settled(&objective, &from.estimate, &explained)? {
         vec![from.clone()]
@@ -122,7 +131,9 @@ fn retry(
     if let Some(best) = pursued.first() {
         let alone = local.objective(&setting.space, scale);
         let same = relabelled(&alone, &best.estimate, &group.members, home);
-        let same: Vec<Candidate> = same.into_iter().map(|estimate| Candidate { estimate, ..best.clone() }).collect();
+        let signs = group.unsigned(&best.signs);
+        let with = |estimate| Candidate { estimate, signs: signs.clone(), ..best.clone() };
+        let same: Vec<Candidate> = same.into_iter().map(with).collect();
         pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, points, scale, candidate)));
         pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
@@ -237,7 +248,8 @@ fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) 
     };
     let stop = Stop { iterations: 12, step: 5e-4 * setting.radius };
     let minimum = gauss_newton::minimise(&objective, candidate.estimate.clone(), stop)?;
-    Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, ..candidate })
+    let signs = setting.facing(&minimum.evaluation);
+    Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, signs, ..candidate })
 }
 
 /// The present values, those that are known, and values spread over the bounds.
