@@ -17,14 +17,14 @@ type PullbackFunction = unsafe extern "C" fn(
 );
 
 /// The functions of benches/peers/cup.c.
-pub struct Cup {
+pub(crate) struct Cup {
     points: PointsFunction,
     jacobian: PointsFunction,
     pullback: PullbackFunction,
     /// Keeps the code of the functions.
     _library: Library,
     /// How it was compiled.
-    pub command: String,
+    pub(crate) command: String,
 }
 
 /// Columns for which the C version has room.
@@ -32,7 +32,7 @@ const MAX_COLUMNS: usize = 4096;
 
 impl Cup {
     /// Compiles it with the system's C compiler.
-    pub fn new() -> Result<Cup, Box<dyn std::error::Error>> {
+    pub(crate) fn new() -> Result<Cup, Box<dyn std::error::Error>> {
         let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/cup.c");
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
         let made = folder.join("cup_by_hand.so");
@@ -51,7 +51,7 @@ impl Cup {
     }
 
     /// Points of a part: `out[rows][columns][3]`.
-    pub fn points(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
+    pub(crate) fn points(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
         check(x, [u, v], out.len(), 3);
         let (nu, nv) = (u.len() as i32, v.len() as i32);
         // SAFETY: the slices have the lengths that the function reads and writes.
@@ -59,7 +59,7 @@ impl Cup {
     }
 
     /// The dense Jacobian of a part: `out[rows][columns][3][15]`.
-    pub fn jacobian(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
+    pub(crate) fn jacobian(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
         check(x, [u, v], out.len(), 45);
         let (nu, nv) = (u.len() as i32, v.len() as i32);
         // SAFETY: as above.
@@ -67,7 +67,7 @@ impl Cup {
     }
 
     /// Adds the sum of J^T w over the points of a part.
-    pub fn pullback(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], w: &[[f64; 3]], gradient: &mut [f64]) {
+    pub(crate) fn pullback(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], w: &[[f64; 3]], gradient: &mut [f64]) {
         check(x, [u, v], w.len(), 1);
         assert_eq!(gradient.len(), 15);
         let (nu, nv) = (u.len() as i32, v.len() as i32);

@@ -7,7 +7,7 @@
 
 mod c;
 
-use gml_compiler::program::{Instance, Options, Program, compile};
+use gml_compiler::program::{Instance, JacobianEntry, Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -23,12 +23,10 @@ const TOLERANCE: f64 = 1e-12;
 struct Task {
     patch: usize,
     part: usize,
-    active: Vec<u32>,
+    entries: Vec<JacobianEntry>,
     columns: Vec<f64>,
     rows: Vec<f64>,
     /// Of every point.
-    u: Vec<f64>,
-    v: Vec<f64>,
     w: Vec<[f64; 3]>,
     points: Vec<f64>,
     jacobian: Vec<f64>,
@@ -38,26 +36,14 @@ struct Task {
 impl Task {
     fn new(program: &Program, (name, part, columns, rows): (&str, usize, usize, usize)) -> Task {
         let patch = program.parts().iter().position(|p| p.name == name).expect("the cup has this part");
-        let active = program.parts()[patch].active.clone();
+        let entries = program.jacobian_entries(patch);
+        let varying = entries.iter().filter(|e| e.constant.is_none()).count();
         let even = |n: usize| -> Vec<f64> { (0..n).map(|i| i as f64 / (n - 1) as f64).collect() };
         let (columns, rows) = (even(columns), even(rows));
         let n = columns.len() * rows.len();
-        let (v, u) = rows.iter().flat_map(|v| columns.iter().map(move |u| (*v, *u))).unzip();
         let w = (0..n).map(|i| [0.5, 1.3, 2.1].map(|k| (i as f64 * k).sin())).collect();
-        let jacobian = vec![0.0; 3 * n * active.len()];
-        Task {
-            patch,
-            part,
-            active,
-            columns,
-            rows,
-            u,
-            v,
-            w,
-            points: vec![0.0; 3 * n],
-            jacobian,
-            dense: vec![0.0; 45 * n],
-        }
+        let jacobian = vec![0.0; n * varying];
+        Task { patch, part, entries, columns, rows, w, points: vec![0.0; 3 * n], jacobian, dense: vec![0.0; 45 * n] }
     }
 
     fn grid(&self) -> [&[f64]; 2] {
@@ -93,28 +79,37 @@ fn deviation(ours: impl Iterator<Item = f64>, theirs: impl Iterator<Item = f64>)
     worst / largest
 }
 
+/// Our Jacobian as the version in C has it.
+fn dense(task: &Task) -> Vec<f64> {
+    let mut dense = vec![0.0; task.dense.len()];
+    let mut values = task.jacobian.iter();
+    for point in dense.chunks_exact_mut(45) {
+        for entry in &task.entries {
+            let value = entry.constant.or_else(|| values.next().copied()).unwrap_or(f64::NAN);
+            point[15 * usize::from(entry.coordinate) + entry.param as usize] = value;
+        }
+    }
+    dense
+}
+
 fn agree(c: &c::Cup, instance: &Instance<'_>, x: &[f64], tasks: &mut [Task]) {
     let mut gradients = [vec![0.0; 15], vec![0.0; 15]];
     let [mut of_points, mut of_jacobian] = [0.0f64; 2];
     for task in tasks {
-        let n = task.u.len();
+        let n = task.w.len();
         let mut theirs = vec![0.0; 3 * n];
         c.points(x, task.part, task.grid(), &mut theirs);
-        instance.points(task.patch, &task.u, &task.v, &mut task.points).expect("points");
+        instance.points_grid(task.patch, &task.columns, &task.rows, &mut task.points).expect("points");
         of_points = of_points.max(deviation(task.points.iter().copied(), theirs.iter().copied()));
 
         c.jacobian(x, task.part, [&task.columns, &task.rows], &mut task.dense);
-        instance.jacobian(task.patch, &task.u, &task.v, &mut task.jacobian).expect("a Jacobian");
+        instance.jacobian_grid(task.patch, &task.columns, &task.rows, &mut task.jacobian).expect("a Jacobian");
+        let ours = dense(task);
         for param in 0..15 {
-            let at = |i: usize, k: usize| match task.active.iter().position(|a| *a as usize == param) {
-                Some(a) => task.jacobian[(i * task.active.len() + a) * 3 + k],
-                None => 0.0,
-            };
-            let ours = (0..n).flat_map(|i| [0, 1, 2].map(|k| at(i, k)));
-            let theirs = (0..n).flat_map(|i| [0, 1, 2].map(|k| task.dense[(3 * i + k) * 15 + param]));
-            of_jacobian = of_jacobian.max(deviation(ours, theirs));
+            let of = |all: &[f64]| (0..3 * n).map(|i| all[15 * i + param]).collect::<Vec<_>>();
+            of_jacobian = of_jacobian.max(deviation(of(&ours).into_iter(), of(&task.dense).into_iter()));
         }
-        instance.pullback(task.patch, &task.u, &task.v, &task.w, &mut gradients[0]).expect("a pullback");
+        instance.pullback_grid(task.patch, &task.columns, &task.rows, &task.w, &mut gradients[0]).expect("a pullback");
         c.pullback(x, task.part, task.grid(), &task.w, &mut gradients[1]);
     }
     let [ours, theirs] = gradients;
@@ -154,7 +149,7 @@ fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
             || {
                 let instance = program.instantiate(black_box(x)).expect("an instance");
                 for t in tasks.borrow_mut().iter_mut() {
-                    instance.points(t.patch, &t.u, &t.v, &mut t.points).expect("points");
+                    instance.points_grid(t.patch, &t.columns, &t.rows, &mut t.points).expect("points");
                 }
             },
             || {
@@ -170,7 +165,7 @@ fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
             || {
                 let instance = program.instantiate(black_box(x)).expect("an instance");
                 for t in tasks.borrow_mut().iter_mut() {
-                    instance.jacobian(t.patch, &t.u, &t.v, &mut t.jacobian).expect("a Jacobian");
+                    instance.jacobian_grid(t.patch, &t.columns, &t.rows, &mut t.jacobian).expect("a Jacobian");
                 }
             },
             || {
@@ -188,7 +183,7 @@ fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
             || {
                 let instance = program.instantiate(black_box(x)).expect("an instance");
                 for t in tasks.borrow_mut().iter_mut() {
-                    instance.pullback(t.patch, &t.u, &t.v, &t.w, ours).expect("a pullback");
+                    instance.pullback_grid(t.patch, &t.columns, &t.rows, &t.w, ours).expect("a pullback");
                 }
             },
             || {

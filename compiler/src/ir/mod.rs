@@ -15,9 +15,11 @@ pub mod lowered;
 pub mod merge;
 pub mod operands;
 pub mod print;
+pub mod regroup;
 pub mod scalar;
 pub mod simplify;
 pub mod split;
+pub mod stages;
 pub mod validate;
 
 mod algebra;

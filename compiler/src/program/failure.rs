@@ -163,6 +163,11 @@ impl Program {
             Derivative::SecondPartials => "second derivatives by u and v",
             Derivative::Pullback => "gradients",
         };
+        self.too_large(what, error)
+    }
+
+    /// The error for code that cannot be made.
+    pub(super) fn too_large(&self, what: &str, error: &BuildError) -> EvaluationError {
         let span = match error {
             BuildError::Inline(e) => Some(e.span()),
             BuildError::Diff(e) => Some(e.span()),
