@@ -12,6 +12,7 @@ pub mod inline;
 pub mod interpret;
 pub mod lower;
 pub mod lowered;
+pub mod magnitude;
 pub mod merge;
 pub mod operands;
 pub mod print;

@@ -237,10 +237,10 @@ impl<'m> Compiler<'m> {
         Ok(kernel)
     }
 
-    /// How many results a function of the module has.
+    /// A function of the module.
     #[must_use]
-    pub fn results(&self, function: FunctionId) -> usize {
-        self.module.function(function).results.len()
+    pub fn function(&self, id: FunctionId) -> &'m Function {
+        self.module.function(id)
     }
 
     /// Compiles a function into loops over a grid, with what it calls.

@@ -6,10 +6,11 @@ use super::kernels::OPTIONS;
 use super::on_demand::{Derivative, OnDemand};
 use crate::diff;
 use crate::ir::hash::HashMap;
+use crate::ir::magnitude::is_bounded;
 use crate::ir::stages::{Stages, stages};
 use crate::ir::{Function, FunctionId, Module, Op, Value};
 use crate::jit::{Code, Compiler, GridKernel, GridShape, Kernel, KernelShape, Options, Output};
-use std::sync::OnceLock;
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// What is computed on a grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +47,23 @@ pub(super) struct GridKernels {
     pub(super) inner: GridKernel,
     /// Results of the inner stage.
     pub(super) results: usize,
+    /// The inner stage, where bounds of its values can be had from its tables.
+    pub(super) bounded: Option<Function>,
+    /// Where the values of columns depend on u alone: the last ones that were computed.
+    pub(super) kept: Option<Kept>,
     /// Of a pullback.
     pub(super) adjoints: Option<Adjoints>,
 }
+
+/// Values of columns as the inner stage takes them.
+#[derive(Default)]
+pub(super) struct Columns {
+    pub(super) u: Vec<f64>,
+    pub(super) values: Vec<f64>,
+}
+
+/// The last columns: grids stay while parameters change. Whoever comes while another looks computes them itself.
+pub(super) type Kept = Mutex<Arc<Columns>>;
 
 /// What the sums of a pullback's inner stage are, and how they go on.
 pub(super) struct Adjoints {
@@ -228,8 +243,12 @@ fn compile(
     let Stages { row_values, column_values, .. } = stages;
     let function = pulled.as_ref().map_or(stages.inner, |p| p.inner);
     let row_sums = pulled.as_ref().map(|p| p.captures.len() + p.rows.map_or(0, |(n, _)| n));
-    let results = compiler.results(function);
+    let results = compiler.function(function).results.len();
     let inner = compiler.grid(GridShape { function, uniforms, row_values, column_values, row_sums })?;
+    let stored = pulled.is_none().then(|| compiler.function(function));
+    let bounded = stored.filter(|f| is_bounded(f)).cloned();
+    let fixed = depends_on(compiler.function(stages.columns), uniforms).into_iter().all(|depends| !depends);
+    let kept = fixed.then(Kept::default);
     let mut outer = |pulled: Option<(usize, FunctionId)>| -> Result<_, BuildError> {
         let Some((weights, function)) = pulled else { return Ok(None) };
         let shape = KernelShape { function, uniforms, weights, output: Output::Accumulate };
@@ -239,5 +258,5 @@ fn compile(
         Some(p) => Some(Adjoints { captures: p.captures, rows: outer(p.rows)?, columns: outer(p.columns)? }),
         None => None,
     };
-    Ok(GridKernels { columns, column_values, rows, row_values, inner, results, adjoints })
+    Ok(GridKernels { columns, column_values, rows, row_values, inner, results, bounded, kept, adjoints })
 }

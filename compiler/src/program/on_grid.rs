@@ -5,9 +5,11 @@
 
 use super::Instance;
 use super::failure::EvaluationError;
-use super::grids::{GridCode, GridKernels, OnGrid, constant};
+use super::grids::{Columns, GridCode, GridKernels, OnGrid, constant};
 use super::instance::all_finite;
+use crate::ir::magnitude::stays_finite;
 use crate::jit::{Code, GridTables, Kernel, Points};
+use std::sync::Arc;
 
 /// An entry of a part's Jacobian dS/dx that is not zero whatever the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +25,7 @@ pub struct JacobianEntry {
 /// Values of rows and columns as the inner kernel takes them.
 struct Tables {
     rows: Vec<f64>,
-    columns: Vec<f64>,
+    columns: Arc<Columns>,
 }
 
 impl super::Program {
@@ -162,9 +164,21 @@ impl Instance<'_> {
         let Some(Tables { rows, columns }) = self.tables(&grid.code, kernels, uniforms, (u, v)) else {
             return Ok(false);
         };
-        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns: &columns, w: &[] };
+        let columns = &columns.values[..];
+        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w: &[] };
         let run = grid.code.run_grid(kernels.inner, uniforms, tables, out, &mut [], self.program.limits);
-        Ok(run.is_ok() && all_finite(out))
+        if run.is_err() {
+            return Ok(false);
+        }
+        // Bounds say at once what looking at every value would.
+        let finite = kernels.bounded.as_ref().is_some_and(|inner| {
+            let mut largest: Vec<f64> = uniforms.to_vec();
+            largest.extend(largest_of(&rows, kernels.row_values, 1));
+            let lanes = if grid.code.is_wide(kernels.inner) { 2 } else { 1 };
+            largest.extend(largest_of(columns, kernels.column_values, lanes));
+            stays_finite(inner, &largest)
+        });
+        Ok(finite || all_finite(out))
     }
 
     /// Adjoints of a part's captures; nothing where something fails or is not finite.
@@ -193,7 +207,8 @@ impl Instance<'_> {
         let [of_rows, of_columns] = [&adjoints.rows, &adjoints.columns].map(|a| a.as_ref().map_or(0, |(n, _)| *n));
         let n = adjoints.captures.len() + of_rows;
         let (mut row_sums, mut column_sums) = (vec![0.0; n * v.len()], vec![0.0; of_columns * u.len()]);
-        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns: &columns, w };
+        let columns = &columns.values[..];
+        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w };
         let run = grid.code.run_grid(kernels.inner, uniforms, tables, &mut row_sums, &mut column_sums, limits);
         if run.is_err() {
             return Ok(None);
@@ -230,12 +245,32 @@ impl Instance<'_> {
             code.run(kernel, uniforms, points, &mut out, self.program.limits).ok().map(|()| out)
         };
         let rows = table(kernels.rows, kernels.row_values, v)?;
-        let mut columns = table(kernels.columns, kernels.column_values, u)?;
+        let last = kernels.kept.as_ref().and_then(|kept| kept.try_lock().ok().map(|last| last.clone()));
+        if let Some(last) = last.filter(|last| last.u == u) {
+            return Some(Tables { rows, columns: last });
+        }
+        let mut values = table(kernels.columns, kernels.column_values, u)?;
         if code.is_wide(kernels.inner) {
-            columns = paired(&columns, kernels.column_values);
+            values = paired(&values, kernels.column_values);
+        }
+        let columns = Arc::new(Columns { u: u.to_vec(), values });
+        if let Some(mut last) = kernels.kept.as_ref().and_then(|kept| kept.try_lock().ok()) {
+            *last = columns.clone();
         }
         Some(Tables { rows, columns })
     }
+}
+
+/// The largest magnitude of each value in a table of groups of `lanes`; NaN counts as larger than all.
+fn largest_of(table: &[f64], values: usize, lanes: usize) -> Vec<f64> {
+    // Magnitudes are ordered as their bits are.
+    let mut largest = vec![0u64; values];
+    for group in table.chunks_exact((values * lanes).max(1)) {
+        for (most, value) in largest.iter_mut().zip(group.chunks_exact(lanes)) {
+            *most = value.iter().fold(*most, |m, x| m.max(x.abs().to_bits()));
+        }
+    }
+    largest.into_iter().map(f64::from_bits).collect()
 }
 
 /// Values of columns, one column after the other, by pairs of columns: both of each value. The last pair of an odd number is of the last

@@ -2,6 +2,7 @@
 
 mod batches;
 mod control;
+mod grids;
 mod operations;
 mod random;
 mod resources;
