@@ -3,9 +3,10 @@
 //!
 //! `cargo bench --bench cup` prints a table. The two are run by turns and the least time of each counts, so that ratios mean
 //! something on a machine that has other work. The grids are those of the outer and the inner surface (128 x 64) and of
-//! the handle (64 x 32): 18,432 points, 15 parameters, doubles, one thread.
+//! the handle (64 x 32): 18,432 points, 15 parameters, doubles, one thread. A second table shows how M and its gradient grow with points and with parameters.
 
 mod c;
+mod growth;
 
 use gml_compiler::program::{Instance, JacobianEntry, Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -67,6 +68,7 @@ fn main() {
     let mut tasks = PARTS.map(|part| Task::new(&program, part));
     agree(&c, &instance, &x, &mut tasks);
     time(&c, &program, &x, &mut tasks);
+    growth::table(&program);
 }
 
 /// Largest difference, relative to the largest value.

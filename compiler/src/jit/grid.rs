@@ -208,33 +208,61 @@ impl Grid {
             }
         }
         let first = lowering.builder.ins().imul(row, self.column_count);
+        let offset = lowering.builder.ins().imul_imm_s(first, self.point_bytes());
+        let points = if self.shape.row_sums.is_some() { self.weights } else { self.out };
+        let place = lowering.builder.ins().iadd(points, offset);
         let (turn, after) = (lowering.builder.create_block(), lowering.builder.create_block());
         let zero = lowering.builder.ins().iconst(types::I64, 0);
         let sums = self.begin_sums(lowering);
-        let start: Vec<BlockArg> = std::iter::once(zero).chain(sums.iter().copied()).map(BlockArg::Value).collect();
+        let start = [zero, self.columns, place].into_iter().chain(sums.iter().copied());
+        let start: Vec<BlockArg> = start.map(BlockArg::Value).collect();
         lowering.builder.ins().jump(turn, &start);
-        let column = lowering.builder.append_block_param(turn, types::I64);
+        let at = [0; 3].map(|_| lowering.builder.append_block_param(turn, types::I64));
         let carried: Vec<Value> =
             sums.iter().map(|_| lowering.builder.append_block_param(turn, types::F64X2)).collect();
         let results: Vec<Value> =
             sums.iter().map(|_| lowering.builder.append_block_param(after, types::F64X2)).collect();
         lowering.builder.switch_to_block(turn);
         lowering.wide = self.wide;
-        let made = self.column(lowering, frame, [first, column], &carried)?;
+        let made = self.column(lowering, frame, at, &carried)?;
         lowering.wide = false;
-        self.next(lowering, column, made, [turn, after]);
+        self.next(lowering, at, made, [turn, after]);
         lowering.builder.switch_to_block(after);
         self.end_sums(lowering, row, &results);
         Ok(())
     }
 
+    /// Bytes of what a point has in memory: weights or results.
+    fn point_bytes(&self) -> i64 {
+        8 * if self.shape.row_sums.is_some() { 3 } else { self.results as i64 }
+    }
+
     /// Goes to the next columns, or on.
-    fn next(&self, lowering: &mut Lowering<'_, '_, '_>, column: Value, made: Vec<Value>, [turn, after]: [Block; 2]) {
-        let next = lowering.builder.ins().iadd_imm_s(column, self.lanes);
-        let more = lowering.builder.ins().icmp(IntCC::SignedLessThan, next, self.column_count);
+    fn next(
+        &self,
+        lowering: &mut Lowering<'_, '_, '_>,
+        [column, table, place]: [Value; 3],
+        made: Vec<Value>,
+        [turn, after]: [Block; 2],
+    ) {
+        let builder = &mut lowering.builder;
+        let next = builder.ins().iadd_imm_s(column, self.lanes);
+        let table = builder.ins().iadd_imm_s(table, 8 * self.lanes * self.shape.column_values as i64);
+        let place = if self.wide && self.shape.row_sums.is_none() {
+            // The last pair of an odd number is of the last two columns.
+            let last = builder.ins().iadd_imm_s(self.column_count, -2);
+            let beyond = builder.ins().icmp(IntCC::SignedGreaterThan, next, last);
+            let [one, two] = [1, 2].map(|n| builder.ins().iconst(types::I64, n * self.point_bytes()));
+            let step = builder.ins().select(beyond, one, two);
+            builder.ins().iadd(place, step)
+        } else {
+            builder.ins().iadd_imm_s(place, self.lanes * self.point_bytes())
+        };
+        let more = builder.ins().icmp(IntCC::SignedLessThan, next, self.column_count);
         let made: Vec<BlockArg> = made.into_iter().map(BlockArg::Value).collect();
-        let again: Vec<BlockArg> = std::iter::once(BlockArg::Value(next)).chain(made.iter().copied()).collect();
-        lowering.builder.ins().brif(more, turn, &again, after, &made);
+        let again = [next, table, place].map(BlockArg::Value);
+        let again: Vec<BlockArg> = again.into_iter().chain(made.iter().copied()).collect();
+        builder.ins().brif(more, turn, &again, after, &made);
     }
 
     /// The point or points at a column. Returns the sums that are in registers.
@@ -242,7 +270,7 @@ impl Grid {
         &self,
         lowering: &mut Lowering<'_, '_, 'm>,
         frame: &mut Frame<'m>,
-        [first, column]: [Value; 2],
+        [column, table, place]: [Value; 3],
         sums: &[Value],
     ) -> Result<Vec<Value>, JitError> {
         if lowering.compiler.plan.counts_steps(self.shape.function) {
@@ -250,31 +278,18 @@ impl Grid {
             let steps = lowering.builder.ins().load(types::I64, TRUSTED, context, Context::STEPS_PER_POINT);
             lowering.builder.ins().store(TRUSTED, steps, context, Context::STEPS);
         }
-        let offset = lowering.builder.ins().imul_imm_s(column, 8 * self.shape.column_values as i64);
-        let table = lowering.builder.ins().iadd(self.columns, offset);
         let params = self.shape.uniforms + self.shape.row_values;
         for k in 0..self.shape.column_values {
             frame.values[params + k] = Lowered::Stored(table, (8 * self.lanes) as i32 * k as i32);
         }
         if self.shape.row_sums.is_some() {
-            let index = lowering.builder.ins().iadd(first, column);
-            let weights = self.point_weights(lowering, index);
+            let weights = self.point_weights(lowering, place);
             frame.values[params + self.shape.column_values..][..3].clone_from_slice(&weights);
         }
         lowering.anchors(frame)?;
         if self.shape.row_sums.is_some() {
             return self.add(lowering, frame, column, sums);
         }
-        // The last columns of an odd number are computed with the one before them.
-        let column = if self.wide {
-            let last = lowering.builder.ins().iadd_imm_s(self.column_count, -2);
-            lowering.builder.ins().smin(column, last)
-        } else {
-            column
-        };
-        let index = lowering.builder.ins().iadd(first, column);
-        let offset = lowering.builder.ins().imul_imm_s(index, 8 * self.results as i64);
-        let place = lowering.builder.ins().iadd(self.out, offset);
         if self.wide {
             self.put_pairs(lowering, frame, place)?
         } else {
@@ -283,10 +298,8 @@ impl Grid {
         Ok(Vec::new())
     }
 
-    /// The weights of the point or points at an index.
-    fn point_weights(&self, lowering: &mut Lowering<'_, '_, '_>, index: Value) -> [Lowered; 3] {
-        let offset = lowering.builder.ins().imul_imm_s(index, 24);
-        let base = lowering.builder.ins().iadd(self.weights, offset);
+    /// The weights of the point or points at a place.
+    fn point_weights(&self, lowering: &mut Lowering<'_, '_, '_>, base: Value) -> [Lowered; 3] {
         if !self.wide {
             return [0, 8, 16].map(|offset| Lowered::Stored(base, offset));
         }

@@ -60,6 +60,8 @@ pub(super) struct GridKernels {
 pub(super) struct Columns {
     pub(super) u: Vec<f64>,
     pub(super) values: Vec<f64>,
+    /// The largest magnitude of each value.
+    pub(super) largest: Vec<f64>,
 }
 
 /// The last columns: grids stay while parameters change. Whoever comes while another looks computes them itself.

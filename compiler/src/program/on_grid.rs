@@ -164,8 +164,8 @@ impl Instance<'_> {
         let Some(Tables { rows, columns }) = self.tables(&grid.code, kernels, uniforms, (u, v)) else {
             return Ok(false);
         };
-        let columns = &columns.values[..];
-        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w: &[] };
+        let values = &columns.values[..];
+        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns: values, w: &[] };
         let run = grid.code.run_grid(kernels.inner, uniforms, tables, out, &mut [], self.program.limits);
         if run.is_err() {
             return Ok(false);
@@ -173,9 +173,8 @@ impl Instance<'_> {
         // Bounds say at once what looking at every value would.
         let finite = kernels.bounded.as_ref().is_some_and(|inner| {
             let mut largest: Vec<f64> = uniforms.to_vec();
-            largest.extend(largest_of(&rows, kernels.row_values, 1));
-            let lanes = if grid.code.is_wide(kernels.inner) { 2 } else { 1 };
-            largest.extend(largest_of(columns, kernels.column_values, lanes));
+            largest.extend(largest_of(&rows, kernels.row_values));
+            largest.extend_from_slice(&columns.largest);
             stays_finite(inner, &largest)
         });
         Ok(finite || all_finite(out))
@@ -250,10 +249,11 @@ impl Instance<'_> {
             return Some(Tables { rows, columns: last });
         }
         let mut values = table(kernels.columns, kernels.column_values, u)?;
+        let largest = largest_of(&values, kernels.column_values);
         if code.is_wide(kernels.inner) {
             values = paired(&values, kernels.column_values);
         }
-        let columns = Arc::new(Columns { u: u.to_vec(), values });
+        let columns = Arc::new(Columns { u: u.to_vec(), values, largest });
         if let Some(mut last) = kernels.kept.as_ref().and_then(|kept| kept.try_lock().ok()) {
             *last = columns.clone();
         }
@@ -261,14 +261,12 @@ impl Instance<'_> {
     }
 }
 
-/// The largest magnitude of each value in a table of groups of `lanes`; NaN counts as larger than all.
-fn largest_of(table: &[f64], values: usize, lanes: usize) -> Vec<f64> {
+/// The largest magnitude of each value in a table; NaN counts as larger than all.
+fn largest_of(table: &[f64], values: usize) -> Vec<f64> {
     // Magnitudes are ordered as their bits are.
     let mut largest = vec![0u64; values];
-    for group in table.chunks_exact((values * lanes).max(1)) {
-        for (most, value) in largest.iter_mut().zip(group.chunks_exact(lanes)) {
-            *most = value.iter().fold(*most, |m, x| m.max(x.abs().to_bits()));
-        }
+    for group in table.chunks_exact(values.max(1)) {
+        largest.iter_mut().zip(group).for_each(|(most, x)| *most = (*most).max(x.abs().to_bits()));
     }
     largest.into_iter().map(f64::from_bits).collect()
 }
