@@ -139,6 +139,7 @@ impl Report {
         for mut diagnostic in errors.diagnostics {
             diagnostic.span.file = id;
             diagnostic.related.iter_mut().for_each(|(span, _)| span.file = id);
+            diagnostic.suggestions.iter_mut().flat_map(|s| &mut s.edits).for_each(|edit| edit.span.file = id);
             all.diagnostics.push(diagnostic);
         }
     }

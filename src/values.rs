@@ -81,7 +81,10 @@ pub(crate) fn assignment<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'
     text.split_once('=')
         .map(|(name, value)| (name.trim(), value.trim()))
         .filter(|(name, _)| !name.is_empty())
-        .ok_or_else(|| CommandError::usage(format!("{option} {text}: expected NAME=VALUE, such as r=42mm")))
+        .ok_or_else(|| {
+            let given = format!("{option} {text}");
+            CommandError::usage(format!("{}: expected NAME=VALUE, such as r=42mm", given.trim_end()))
+        })
 }
 
 /// The index of a parameter, with the nearest name where there is none of this.
@@ -111,6 +114,9 @@ pub(crate) fn input_value(name: &str, text: &str) -> Result<InputValue, CommandE
     }
     if let Ok(whole) = text.parse() {
         return Ok(InputValue::Int(whole));
+    }
+    if matches!(text.to_lowercase().as_str(), "yes" | "no" | "on" | "off" | "true" | "false") {
+        return Err(CommandError::usage(format!("{what}: '{text}' is neither true nor false, as these are written")));
     }
     let quantity = UNITS.iter().filter(|u| text.ends_with(u.0)).map(|u| u.1).next_back();
     parse(&what, text, quantity.unwrap_or(Quantity::Real)).map(InputValue::Real)

@@ -122,6 +122,16 @@ fn formatting_reports_for_people_and_programs() {
     assert!(fails(folder.path(), &["fmt", "-", "all"], 2).contains("stands alone"));
 }
 
+/// Mends are shown in the file that they are for.
+#[test]
+fn several_files_with_errors_are_told_apart() {
+    let folder = tempdir().expect("a folder");
+    fs::write(folder.path().join("a.gml"), "let a = 3 mm\n").expect("written");
+    fs::write(folder.path().join("b.gml"), "// another\nlet b = 4 cm\n").expect("written");
+    let error = fails(folder.path(), &["fmt", "--check", "a.gml", "b.gml"], 1);
+    assert!(error.contains("1 | let a = 3mm") && error.contains("2 | let b = 4cm"), "{error}");
+}
+
 #[test]
 fn standard_input_is_formatted_to_standard_output() {
     let folder = tempdir().expect("a folder");
@@ -175,11 +185,13 @@ fn what_is_wrong_with_files_and_options_is_said() {
     write("flat.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n");
     write("empty.gml", "");
     let cup = example("cup/cup.gml");
-    let table: [(&[&str], i32, &[&str]); 17] = [
+    let table: [(&[&str], i32, &[&str]); 19] = [
         (&["check", "none.gml"], 1, &["none.gml", "no such file"]),
         (&["check", "."], 1, &["folder"]),
         (&["check", "empty.gml"], 1, &["model"]),
         (&["check", "cloud.obj"], 1, &["error"]),
+        (&["fit", "cloud.obj", &cup], 1, &["script", "first"]),
+        (&["check", &cup, "--input", "lid=yes"], 2, &["lid", "true"]),
         (&["fit", &cup, "none.ply"], 1, &["none.ply"]),
         (&["fit", &cup, "empty.ply"], 1, &["empty.ply"]),
         (&["fit", &cup, "text.stl"], 1, &["text.stl"]),
