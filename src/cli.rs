@@ -262,12 +262,54 @@ pub(crate) struct FitControls {
     /// Start a parameter at a value, such as r=42mm (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
     pub(crate) values: Vec<String>,
-    /// Hold a parameter at its start: NAME, or NAME=VALUE (may be repeated)
-    #[arg(long, value_name = "NAME")]
+    /// Hold a parameter: NAME at its start, or NAME=VALUE, which is also tested against the scan (may be repeated)
+    #[arg(long, value_name = "NAME[=VALUE]")]
     pub(crate) fix: Vec<String>,
+    /// Hold parameters equal: NAME,NAME,... (may be repeated)
+    #[arg(long, value_name = "NAMES")]
+    pub(crate) equal: Vec<String>,
     /// Width of the loss at the end of the fit; by default from the scan's noise
     #[arg(long, value_name = "LENGTH")]
     pub(crate) sigma: Option<String>,
+    /// How distances are counted at the end of the fit
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) loss: LossArg,
+    /// Neither add nor search a pose: only the script's own parameters move the model
+    #[arg(long)]
+    pub(crate) no_pose: bool,
+    /// Whether the scan's normals say which side of a thin wall a point belongs to
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) normals: NormalsArg,
+    /// Seed of all that is random
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) seed: u64,
+    /// Write the steps of the optimisers to a table, for a plot of the convergence
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) trace: Option<PathBuf>,
+}
+
+/// How distances are counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LossArg {
+    /// Bounded and smooth: what the model does not explain does not pull it
+    #[default]
+    Welsch,
+    /// Least squares, for scans without anything foreign
+    Squared,
+    /// Least squares near, absolute values far
+    Huber,
+    /// Bounded, and constant beyond 1.7 sigma
+    Tukey,
+}
+
+/// What the scan's normals are for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NormalsArg {
+    /// Points belong to surfaces that face as they do
+    #[default]
+    Use,
+    /// Points belong to the nearest surface
+    Ignore,
 }
 
 #[derive(Debug, Args)]

@@ -1,20 +1,24 @@
 //! `gmlc fit`.
 
-use crate::cli::{FitArgs, FitControls, Format, ScanArgs};
+use crate::cli::{FitArgs, FitControls, Format, LossArg, NormalsArg, ScanArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::{mesh, script, table, values};
 use gml_compiler::program::{Program, Quantity};
-use gml_runtime::export::json;
-use gml_runtime::fit::{self, FitError, FitOptions, FitResult};
+use gml_runtime::export::{atomic, json};
+use gml_runtime::fit::{self, FitError, FitOptions, FitResult, HypothesisTest, LossKind};
 use gml_runtime::scan::{self, ReadOptions, Scan};
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let program = script::compile(&args.script)?;
     let options = options(&args.controls, &program)?;
     let scan = read_scan(&args.scan)?;
-    let result = run_fit(&program, &args.script.model, &scan, &options, &TerminalProgress::new())?;
+    let progress = TerminalProgress::until(on_interrupt()?);
+    let result = run_fit(&program, &args.script.model, &scan, &options, &progress)?;
+    write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
         mesh::make_parent(path)?;
         json::write(path, &result).map_err(CommandError::failed)?;
@@ -23,7 +27,39 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
         Format::Text => print!("{}", summary(&result)),
         Format::Json => println!("{}", serde_json::to_string_pretty(&result).map_err(CommandError::failed)?),
     }
-    Ok(())
+    unless_interrupted(&result)
+}
+
+/// A flag that Ctrl-C sets; pressed again, it ends the process at once.
+pub(crate) fn on_interrupt() -> Result<Arc<AtomicBool>, CommandError> {
+    let flag = Arc::new(AtomicBool::new(false));
+    let set = flag.clone();
+    let handler = move || {
+        if set.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    };
+    ctrlc::set_handler(handler).map_err(CommandError::failed)?;
+    Ok(flag)
+}
+
+/// An error if the user ended the fit before it was done.
+pub(crate) fn unless_interrupted(result: &FitResult) -> Result<(), CommandError> {
+    if result.interrupted { Err(interrupted()) } else { Ok(()) }
+}
+
+/// Writes the steps of the optimisers as comma-separated values.
+pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(), CommandError> {
+    let Some(path) = path else { return Ok(()) };
+    let mut text = String::from("step,stage,evaluations,points,sigma,objective,inliers\n");
+    for (step, t) in result.trace.iter().enumerate() {
+        text.push_str(&format!(
+            "{step},{},{},{},{},{},{}\n",
+            t.stage, t.evaluations, t.points, t.sigma, t.objective, t.inliers
+        ));
+    }
+    mesh::make_parent(path)?;
+    atomic::write(path, text.as_bytes()).map_err(CommandError::failed)
 }
 
 /// Reads and cleans a scan.
@@ -48,9 +84,28 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
         }
         options.fixed.push(name.to_owned());
     }
+    for names in &controls.equal {
+        let names: Vec<&str> = names.split(',').map(str::trim).collect();
+        if names.len() < 2 {
+            return Err(CommandError::usage(format!("--equal {}: expected two names or more, such as a,b", names[0])));
+        }
+        for name in &names {
+            values::parameter("--equal", name, known)?;
+        }
+        options.equal.push(names.into_iter().map(str::to_owned).collect());
+    }
     if let Some(text) = &controls.sigma {
         options.sigma = Some(values::positive_length("--sigma", text)?);
     }
+    options.loss = match controls.loss {
+        LossArg::Welsch => LossKind::Welsch,
+        LossArg::Squared => LossKind::Squared,
+        LossArg::Huber => LossKind::Huber,
+        LossArg::Tukey => LossKind::Tukey,
+    };
+    options.no_pose = controls.no_pose;
+    options.ignore_normals = controls.normals == NormalsArg::Ignore;
+    options.seed = controls.seed;
     Ok(options)
 }
 
@@ -65,8 +120,9 @@ pub(crate) fn run_fit(
     let result = fit::fit(program, scan, options, progress);
     progress.finish();
     let mut result = result.map_err(|e| match e {
-        FitError::UnknownParameter { .. } | FitError::OutOfBounds { .. } | FitError::Sigma(_) => CommandError::usage(e),
-        FitError::Cancelled => interrupted(),
+        FitError::UnknownParameter { .. } | FitError::OutOfBounds { .. } | FitError::Sigma(_) | FitError::Equal(..) => {
+            CommandError::usage(e)
+        }
         _ => CommandError::failed(e),
     })?;
     result.script = script.display().to_string();
@@ -76,6 +132,19 @@ pub(crate) fn run_fit(
 /// The user has ended the work.
 pub(crate) fn interrupted() -> CommandError {
     CommandError::Failed("interrupted".into())
+}
+
+/// What a test of a held value says.
+fn test_sentence(test: &HypothesisTest) -> String {
+    let verdict = if test.p < 0.05 { "the scan contradicts it" } else { "the scan does not contradict it" };
+    let names = test.parameters.join(", ");
+    format!(
+        "held {names}: {verdict} (chi-squared {} with {} degree{} of freedom, p = {:.3e})\n",
+        table::number(test.statistic),
+        test.degrees,
+        if test.degrees == 1 { "" } else { "s" },
+        test.p
+    )
 }
 
 /// The table that people read.
@@ -104,6 +173,9 @@ pub(crate) fn summary(fit: &FitResult) -> String {
             out.push_str(&format!("  {} {} {}\n", r[0], r[1], r[2]));
         }
     }
+    for test in &fit.tests {
+        out.push_str(&test_sentence(test));
+    }
     out.push_str(&format!(
         "objective {}  sigma {} mm  inliers {:.1} %  rms {} mm  noise {} mm\n",
         table::number(fit.objective),
@@ -114,7 +186,11 @@ pub(crate) fn summary(fit: &FitResult) -> String {
     ));
     out.push_str(&format!(
         "{} after {} iterations, {} evaluations, {:.2} s\n",
-        if fit.converged { "converged" } else { "NOT CONVERGED" },
+        match (fit.interrupted, fit.converged) {
+            (true, _) => "INTERRUPTED",
+            (_, true) => "converged",
+            _ => "NOT CONVERGED",
+        },
         fit.iterations,
         fit.evaluations,
         fit.seconds.values().sum::<f64>()

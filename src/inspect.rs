@@ -28,7 +28,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     measure::resolution(&args.variance)?;
     measure::max_distance(&args.variance)?;
     let program = script::compile(&args.script)?;
-    inspect(&program, args, &TerminalProgress::new())
+    inspect(&program, args, &TerminalProgress::until(fit::on_interrupt()?))
 }
 
 /// Inspects a scan with a program.
@@ -46,6 +46,8 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
     mesh::make_folder(&args.output)?;
     let fitted = fit::run_fit(program, &args.script.model, &scan, &options, progress)?;
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
+    fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
+    fit::unless_interrupted(&fitted)?;
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     let pose = fitted.pose.unwrap_or(Motion::IDENTITY);

@@ -15,6 +15,7 @@ fn every_command_of_the_documentation_works() {
     let pages = [
         "README.md",
         "docs/output.md",
+        "docs/fitting.md",
         "docs/language.md",
         "docs/tutorial.md",
         "docs/repl.md",

@@ -84,10 +84,13 @@ pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: FitLine = parsed(words(rest)?)?;
     let (program, x) = program(repl)?;
+    let trace = line.controls.trace.clone();
     let options = fitting::options(&controls(line.controls, &program, &x), &program)?;
     let scan = fitting::read_scan(&line.scan)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
     let fitted = fitting::run_fit(&program, &script(repl), &scan, &options, &progress)?;
+    fitting::write_trace(trace.as_deref(), &fitted)?;
+    fitting::unless_interrupted(&fitted)?;
     if let Some(path) = &line.output {
         meshing::make_parent(path)?;
         json::write(path, &fitted).map_err(CommandError::failed)?;

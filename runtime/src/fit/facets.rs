@@ -48,6 +48,8 @@ pub(crate) struct Facets<'a> {
 pub(crate) struct Nearest {
     pub(crate) patch: u32,
     pub(crate) uv: [f64; 2],
+    /// The facet: a hint for the next search from about here.
+    pub(crate) quad: u32,
 }
 
 /// What a point's own normal demands of the surface that it may belong to.
@@ -67,10 +69,26 @@ const CELLS: (usize, usize) = (1, 48);
 impl Layout {
     /// Facets whose distance from the exact surface is about `tolerance`, at the model's current shape.
     pub(crate) fn new(model: &dyn Model, instance: &dyn Instance, tolerance: f64, size: f64) -> Self {
+        Self::of_patches(model, instance, tolerance, size, |_| true)
+    }
+
+    /// As `new`, of some patches; the others are never found.
+    pub(crate) fn of_patches(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        tolerance: f64,
+        size: f64,
+        chosen: impl Fn(usize) -> bool,
+    ) -> Self {
         let mut layout = Self::default();
         for patch in 0..model.parts().len() {
-            let gauge = gauge(instance, patch, tolerance, size);
-            layout.push_grid(patch, gauge);
+            if chosen(patch) {
+                let gauge = gauge(instance, patch, tolerance, size);
+                layout.push_grid(patch, gauge);
+            } else {
+                let first = layout.uv.len();
+                layout.grids.push(Grid { first, u: Vec::new(), v: Vec::new(), closed: [false; 2] });
+            }
         }
         let mut positions = vec![[f64::NAN; 3]; layout.uv.len()];
         layout.place(instance, &mut positions);
@@ -107,6 +125,9 @@ impl Layout {
         let mut absent = 0;
         for (patch, grid) in self.grids.iter().enumerate() {
             let out = &mut positions[grid.first..grid.first + grid.u.len()];
+            if out.is_empty() {
+                continue;
+            }
             if instance.points(patch, &grid.u, &grid.v, out).is_err() {
                 out.fill([f64::NAN; 3]);
                 absent += 1;
@@ -125,7 +146,7 @@ impl Layout {
     }
 
     fn refit(&self, tree: &mut Tree, positions: &[[f64; 3]]) {
-        tree.refit(|quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
+        tree.refit(bounds(positions), |quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
     }
 
     /// Whether patch `patch` closes in u, and in v.
@@ -146,30 +167,40 @@ impl Facets<'_> {
     }
 
     /// The nearest facet within `cutoff` of `q`, and where on it; None where there is none. With `facing`, only facets
-    /// that look the way the point's normal does.
-    pub(crate) fn nearest(&self, q: DVec3, cutoff: f64, facing: Option<Facing>) -> Option<Nearest> {
-        let mut best: Option<Nearest> = None;
-        self.tree.visit(q, cutoff * cutoff, |quad, limit| {
-            let Quad { patch, vertices } = self.layout.quads[quad];
-            let corner = vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
-            let mut limit = limit;
-            for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
-                if facing.is_some_and(|f| f.rejects(patch, corner[a], corner[b], corner[c])) {
-                    continue;
-                }
-                let (weights, d2) = triangle_closest(q, corner[a], corner[b], corner[c]);
-                if d2 < limit {
-                    limit = d2;
-                    let at = |k: usize| {
-                        let uv = |n: usize| self.layout.uv[vertices[n] as usize][k];
-                        weights[0] * uv(a) + weights[1] * uv(b) + weights[2] * uv(c)
-                    };
-                    best = Some(Nearest { patch, uv: [at(0), at(1)] });
-                }
-            }
-            limit
+    /// that look the way the point's normal does. `hint` is a facet that may well be the nearest, or none of those that there
+    /// are: with a good one most boxes need no look, and the answer is the same.
+    pub(crate) fn nearest(&self, q: DVec3, cutoff: f64, facing: Option<Facing>, hint: u32) -> Option<Nearest> {
+        let mut best: Option<Best> = None;
+        let mut limit = cutoff * cutoff;
+        if (hint as usize) < self.layout.quads.len() {
+            limit = self.try_quad(q, hint, facing, limit, &mut best);
+        }
+        self.tree.visit(q, limit, |quad, limit| {
+            if quad as u32 == hint { limit } else { self.try_quad(q, quad as u32, facing, limit, &mut best) }
         });
-        best
+        let Best { quad, corners, weights } = best?;
+        let Quad { patch, vertices } = self.layout.quads[quad as usize];
+        let at =
+            |k: usize| corners.iter().zip(weights).map(|(c, w)| w * self.layout.uv[vertices[*c] as usize][k]).sum();
+        Some(Nearest { patch, uv: [at(0), at(1)], quad })
+    }
+
+    /// Puts a facet into `best` if it is nearer than `limit` (squared); returns what is to be beaten from then on.
+    fn try_quad(&self, q: DVec3, quad: u32, facing: Option<Facing>, mut limit: f64, best: &mut Option<Best>) -> f64 {
+        let Quad { patch, vertices } = self.layout.quads[quad as usize];
+        let corner = vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            let [a, b, c] = corners.map(|k| corner[k]);
+            if facing.is_some_and(|f| f.rejects(patch, a, b, c)) {
+                continue;
+            }
+            let (weights, d2) = triangle_closest(q, a, b, c);
+            if d2 < limit {
+                limit = d2;
+                *best = Some(Best { quad, corners, weights });
+            }
+        }
+        limit
     }
 
     /// The distance from `q` to the nearest facet; infinite if there is none.
@@ -187,9 +218,7 @@ impl Facets<'_> {
 
     /// The box around all facets, if there are any.
     pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let corners = || self.positions.iter().map(|p| DVec3::from_array(*p)).filter(|p| p.is_finite());
-        let low = corners().fold(DVec3::INFINITY, DVec3::min);
-        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let (low, high) = bounds(&self.positions);
         (low.cmple(high).all() && (high - low).max_element() > 0.0).then_some((low, high))
     }
 
@@ -218,9 +247,24 @@ impl Facing<'_> {
     }
 }
 
+/// The box around all positions that are finite.
+fn bounds(positions: &[[f64; 3]]) -> (DVec3, DVec3) {
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let finite = positions.iter().map(|p| DVec3::from_array(*p)).filter(|p| p.is_finite());
+    finite.fold(start, |(low, high), p| (low.min(p), high.max(p)))
+}
+
 fn centre(quad: &Quad, positions: &[[f64; 3]]) -> DVec3 {
     let sum: DVec3 = quad.vertices.iter().map(|v| DVec3::from_array(positions[*v as usize])).sum();
     sum / 4.0
+}
+
+/// The nearest facet so far.
+struct Best {
+    quad: u32,
+    /// Which of its corners.
+    corners: [usize; 3],
+    weights: [f64; 3],
 }
 
 /// How finely a patch must be divided, and whether it closes.

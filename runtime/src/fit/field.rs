@@ -2,7 +2,7 @@
 //! be tried for the price of one exact evaluation.
 
 use super::facets::Facets;
-use super::loss::Welsch;
+use super::loss::Loss;
 use super::motion::Motion;
 use super::points::Points;
 use glam::DVec3;
@@ -73,7 +73,7 @@ impl DistanceField {
     pub(crate) fn settle(
         &self,
         points: &Points,
-        loss: Welsch,
+        loss: Loss,
         motion: Motion,
         centre: DVec3,
         steps: u32,
@@ -97,7 +97,7 @@ impl DistanceField {
     }
 
     /// Mean psi and the Gauss-Newton step.
-    fn step(&self, points: &Points, loss: Welsch, at: &Motion, centre: DVec3) -> (f64, Option<Vector6<f64>>) {
+    fn step(&self, points: &Points, loss: Loss, at: &Motion, centre: DVec3) -> (f64, Option<Vector6<f64>>) {
         let inverse = at.rotation.inverse();
         let (mut psi, mut normal, mut gradient) = (0.0, Matrix6::zeros(), Vector6::zeros());
         for p in &points.position {

@@ -28,6 +28,7 @@ pub(crate) struct Minimum {
 pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
     let evaluation = objective.evaluate(&start, Order::Normal)?;
     let mut at = Minimum { estimate: start, evaluation, iterations: 0, converged: false };
+    objective.note(&at.evaluation);
     let mut damping = 1e-4;
     while at.iterations < stop.iterations {
         at.iterations += 1;
@@ -62,6 +63,7 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
                 };
                 at.estimate = estimate;
                 at.evaluation = trial;
+                objective.note(&at.evaluation);
             }
             _ => {
                 // Below the rounding of the objective no step can be told from another.

@@ -87,6 +87,7 @@ fn round(objective: &Objective, at: &mut Minimum, held: &[bool], iterations: u32
     {
         at.estimate = estimate;
         at.evaluation = evaluation;
+        objective.note(&at.evaluation);
     }
 }
 

@@ -1,40 +1,102 @@
-//! The loss psi that makes the fit robust ([VA] eq. 2), and how its scale follows from residuals.
+//! The loss psi of a distance ([VA] eq. 2 and others), and how its scale follows from residuals.
 
-/// psi(d) = 1 - exp(-d^2 / sigma^2) ([VA] eq. 2), known elsewhere as Welsch's loss: quadratic for small distances,
-/// constant for large ones, so that what the model does not explain does not pull it.
+use serde::{Deserialize, Serialize};
+use std::f64::consts::LN_2;
+
+/// How a distance is counted. All agree with d^2 / sigma^2 for distances much smaller than sigma.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LossKind {
+    /// psi(d) = 1 - exp(-d^2 / sigma^2) ([VA] eq. 2): quadratic for small distances, constant for large ones, so that what
+    /// the model does not explain does not pull it.
+    #[default]
+    Welsch,
+    /// d^2 / sigma^2: least squares, for scans without anything foreign. Sigma only scales it.
+    Squared,
+    /// Huber's: quadratic up to sigma, 2 d / sigma - 1 beyond.
+    Huber,
+    /// Tukey's biweight with c^2 = 3 sigma^2: 1 - (1 - d^2 / c^2)^3 up to c, constant beyond.
+    Tukey,
+}
+
+/// A loss with its scale.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Welsch {
+pub(crate) struct Loss {
+    pub(crate) kind: LossKind,
     /// The scale. Millimetres.
     pub(crate) sigma: f64,
 }
 
-/// Distances beyond this many sigma are not computed and count as psi = 1 ([VA] eq. 4); psi there is 1 - 4.8e-6.
+/// Distances beyond this many sigma are not computed and count as psi = 1 ([VA] eq. 4) where psi is bounded; Welsch's psi there
+/// is 1 - 4.8e-6.
 const CUTOFF: f64 = 3.5;
 
-impl Welsch {
+impl Loss {
+    /// The default loss.
+    pub(crate) fn welsch(sigma: f64) -> Self {
+        Self { kind: LossKind::Welsch, sigma }
+    }
+
     /// psi at a squared distance.
     pub(crate) fn psi(self, d2: f64) -> f64 {
-        -(-d2 / (self.sigma * self.sigma)).exp_m1()
+        let t = d2 / (self.sigma * self.sigma);
+        match self.kind {
+            LossKind::Welsch => -(-t).exp_m1(),
+            LossKind::Squared => t,
+            LossKind::Huber if t <= 1.0 => t,
+            LossKind::Huber => 2.0 * t.sqrt() - 1.0,
+            LossKind::Tukey if t < 3.0 => t * (1.0 - t / 3.0 + t * t / 27.0),
+            LossKind::Tukey => 1.0,
+        }
     }
 
-    /// The weight exp(-d^2 / sigma^2) that makes weighted least squares agree with psi: psi'(d) = weight * 2 d / sigma^2.
+    /// The weight that makes weighted least squares agree with psi: psi'(d) = weight * 2 d / sigma^2.
     pub(crate) fn weight(self, d2: f64) -> f64 {
-        (-d2 / (self.sigma * self.sigma)).exp()
+        let t = d2 / (self.sigma * self.sigma);
+        match self.kind {
+            LossKind::Welsch => (-t).exp(),
+            LossKind::Squared => 1.0,
+            LossKind::Huber => t.max(1.0).sqrt().recip(),
+            LossKind::Tukey => (1.0 - t / 3.0).max(0.0).powi(2),
+        }
     }
 
-    /// The distance beyond which nothing is computed. Millimetres.
+    /// psi''(d) sigma^2 / 2: how fast the pull weight * d changes with d.
+    pub(crate) fn curvature(self, d2: f64) -> f64 {
+        let t = d2 / (self.sigma * self.sigma);
+        match self.kind {
+            LossKind::Welsch => (-t).exp() * (1.0 - 2.0 * t),
+            LossKind::Squared => 1.0,
+            LossKind::Huber => f64::from(u8::from(t <= 1.0)),
+            LossKind::Tukey => (1.0 - t / 3.0).max(0.0) * (1.0 - 5.0 * t / 3.0),
+        }
+    }
+
+    /// The distance beyond which nothing is computed. Millimetres; infinite where every point counts.
     pub(crate) fn cutoff(self) -> f64 {
-        CUTOFF * self.sigma
+        match self.kind {
+            LossKind::Welsch => CUTOFF * self.sigma,
+            LossKind::Tukey => 3f64.sqrt() * self.sigma,
+            LossKind::Squared | LossKind::Huber => f64::INFINITY,
+        }
     }
 
     /// The distance at which psi is 1/2: what is nearer counts as an inlier.
     pub(crate) fn half(self) -> f64 {
-        self.sigma * std::f64::consts::LN_2.sqrt()
+        self.sigma * Self::half_by_sigma(self.kind)
+    }
+
+    fn half_by_sigma(kind: LossKind) -> f64 {
+        match kind {
+            LossKind::Welsch => LN_2.sqrt(),
+            LossKind::Squared | LossKind::Huber => 0.5f64.sqrt(),
+            LossKind::Tukey => (3.0 * (1.0 - 0.5f64.cbrt())).sqrt(),
+        }
     }
 
     /// The scale for which psi(d + eps) = 1/2 ([VA] sect. 3), d + eps being what an inlier's distance may reach.
-    pub(crate) fn with_half_at(distance: f64) -> Self {
-        Self { sigma: distance / std::f64::consts::LN_2.sqrt() }
+    pub(crate) fn with_half_at(kind: LossKind, distance: f64) -> Self {
+        Self { kind, sigma: distance / Self::half_by_sigma(kind) }
     }
 }
 
@@ -58,17 +120,37 @@ pub(crate) fn robust_deviation(distances: &mut Vec<f64>, limit: f64) -> f64 {
 mod tests {
     use super::*;
 
+    const KINDS: [LossKind; 4] = [LossKind::Welsch, LossKind::Squared, LossKind::Huber, LossKind::Tukey];
+
     #[test]
-    fn the_weight_is_the_derivative_of_psi_and_half_is_half() {
-        let loss = Welsch { sigma: 1.7 };
-        for d in [0.01_f64, 0.4, 1.3, 3.0] {
-            let h = 1e-5;
-            let slope = (loss.psi((d + h).powi(2)) - loss.psi((d - h).powi(2))) / (2.0 * h);
-            let expected = loss.weight(d * d) * 2.0 * d / (1.7 * 1.7);
-            assert!((slope - expected).abs() < 1e-9, "{slope} against {expected} at {d}");
+    fn weight_and_curvature_are_derivatives_of_psi_and_half_is_half() {
+        for kind in KINDS {
+            let loss = Loss { kind, sigma: 1.7 };
+            for d in [0.01_f64, 0.4, 1.3, 2.2, 3.0] {
+                let h = 1e-4;
+                let at = |d: f64| loss.psi(d * d);
+                let slope = (at(d + h) - at(d - h)) / (2.0 * h);
+                let expected = loss.weight(d * d) * 2.0 * d / (1.7 * 1.7);
+                // The third derivative times h^2 / 6.
+                assert!((slope - expected).abs() < 1e-7, "{kind:?}: {slope} against {expected} at {d}");
+                let bend = (at(d + h) - 2.0 * at(d) + at(d - h)) / (h * h);
+                let expected = loss.curvature(d * d) * 2.0 / (1.7 * 1.7);
+                assert!((bend - expected).abs() < 1e-6, "{kind:?}: {bend} against {expected} at {d}");
+            }
+            assert!((loss.psi(loss.half().powi(2)) - 0.5).abs() < 1e-15);
+            assert!((Loss::with_half_at(kind, loss.half()).sigma - 1.7).abs() < 1e-14);
+            // Continuous where it bends, and as d^2 / sigma^2 for small distances.
+            assert!((loss.psi(1.7_f64.powi(2) * 1.000_001) - loss.psi(1.7_f64.powi(2))).abs() < 1e-5);
+            assert!((loss.psi(1e-10) * 1.7 * 1.7 / 1e-10 - 1.0).abs() < 1e-9);
         }
-        assert!((loss.psi(loss.half().powi(2)) - 0.5).abs() < 1e-15);
-        assert!((Welsch::with_half_at(loss.half()).sigma - 1.7).abs() < 1e-14);
+    }
+
+    #[test]
+    fn bounded_losses_end_at_the_cutoff() {
+        for kind in [LossKind::Welsch, LossKind::Tukey] {
+            let loss = Loss { kind, sigma: 2.0 };
+            assert!((loss.psi(loss.cutoff().powi(2)) - 1.0).abs() < 5e-6, "{kind:?}");
+        }
     }
 
     #[test]

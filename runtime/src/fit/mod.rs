@@ -7,10 +7,14 @@
 //!   script's own pose parameters and writes the motion back into them.
 //! - `lbfgs` and `gauss_newton` minimise; `screening` finds where to begin, `schedule` goes from coarse to fine.
 
+mod blocks;
 mod distance;
 mod facets;
 mod field;
+mod function;
 mod gauss_newton;
+mod hypothesis;
+mod influence;
 mod lbfgs;
 mod loss;
 mod motion;
@@ -19,17 +23,26 @@ mod options;
 mod points;
 mod pose;
 mod proposals;
+mod regression;
+mod relabel;
 mod report;
 mod restart;
 mod result;
 mod schedule;
 mod screening;
+mod significance;
 mod space;
+mod trace;
 mod tree;
+mod uncertainty;
 
 #[cfg(test)]
 mod tests;
 
+pub use function::ObjectiveFunction;
+pub use loss::LossKind;
 pub use options::{FitError, FitOptions};
-pub use result::{FitResult, FittedParameter};
+pub use regression::{Observation, Regression, regress};
+pub use result::{Covariance, FitResult, FittedParameter, HypothesisTest};
 pub use schedule::fit;
+pub use trace::TracePoint;

@@ -1,6 +1,8 @@
 //! Rigid motions and their local coordinates.
 
 use glam::{DMat3, DQuat, DVec3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 /// A rigid motion: p -> rotation * p + translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,6 +75,21 @@ pub(crate) fn rotations(count: usize) -> Vec<DQuat> {
             DQuat::from_xyzw(r * alpha.sin(), r * alpha.cos(), big * beta.sin(), big * beta.cos()).normalize()
         })
         .collect()
+}
+
+/// A rotation drawn evenly from all; none for seed 0.
+pub(crate) fn random_rotation(seed: u64) -> DQuat {
+    if seed == 0 {
+        return DQuat::IDENTITY;
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    loop {
+        let [x, y, z, w] = [(); 4].map(|()| random.random_range(-1.0..1.0));
+        let q = DQuat::from_xyzw(x, y, z, w);
+        if (0.01..1.0).contains(&q.length_squared()) {
+            return q.normalize();
+        }
+    }
 }
 
 #[cfg(test)]

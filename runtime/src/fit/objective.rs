@@ -2,30 +2,36 @@
 
 use super::distance::{Foot, refine};
 use super::facets::{Facets, Facing, Layout};
-use super::loss::Welsch;
+use super::loss::Loss;
 use super::motion::Motion;
 use super::points::Points;
 use super::space::{Estimate, Space};
+use super::trace::Log;
 use crate::model::{EvaluationError, Instance};
 use crate::progress::Progress;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 
 /// The objective over some points with a certain loss.
 pub(crate) struct Objective<'s> {
     pub(crate) space: &'s Space<'s>,
     pub(crate) points: &'s Points,
     pub(crate) layout: &'s Layout,
-    pub(crate) loss: Welsch,
+    pub(crate) loss: Loss,
     /// Per patch, which way is out (see `Facing`); None where normals are not to be used.
     pub(crate) signs: Option<&'s [i8]>,
     /// Foot points are exact to this. Millimetres.
     pub(crate) tolerance: f64,
     /// Counts evaluations.
     pub(crate) evaluations: &'s AtomicU64,
+    /// By point, the facet that was the nearest one the last time.
+    pub(crate) hints: Arc<Vec<AtomicU32>>,
+    /// Where steps are written down, if anywhere.
+    pub(crate) log: Option<Log<'s>>,
     /// Says when nobody waits for the result any longer: there is none then, and whoever minimises ends soon.
     pub(crate) progress: &'s dyn Progress,
 }
@@ -78,6 +84,11 @@ impl Evaluation {
     }
 }
 
+/// Hints for points of which nothing is known yet.
+pub(crate) fn no_hints(points: &Points) -> Arc<Vec<AtomicU32>> {
+    Arc::new((0..points.len()).map(|_| AtomicU32::new(u32::MAX)).collect())
+}
+
 /// A model at certain parameters with its facets.
 pub(crate) struct Placed<'s> {
     pub(crate) instance: Box<dyn Instance + 's>,
@@ -85,7 +96,7 @@ pub(crate) struct Placed<'s> {
 }
 
 /// Points a chunk: sums do not depend on the number of threads because chunks do not.
-const CHUNK: usize = 512;
+pub(crate) const CHUNK: usize = 512;
 
 /// Sums over a chunk; derivatives by (x, shift, turn).
 struct Sums {
@@ -210,7 +221,7 @@ impl Objective<'_> {
     }
 
     /// The points of a chunk that have a facet within the cut-off, by patch.
-    fn search(&self, placed: &Placed, motion: &Motion, range: Range<usize>) -> Vec<Found> {
+    pub(crate) fn search(&self, placed: &Placed, motion: &Motion, range: Range<usize>) -> Vec<Found> {
         let inverse = motion.rotation.inverse();
         let cutoff = self.loss.cutoff();
         let mut found = Vec::with_capacity(range.len());
@@ -221,7 +232,9 @@ impl Objective<'_> {
                 (Some(signs), Some(normal)) => Some(Facing { normal, signs }),
                 _ => None,
             };
-            if let Some(nearest) = placed.facets.nearest(q, cutoff, facing) {
+            let hint = self.hints[i].load(Ordering::Relaxed);
+            if let Some(nearest) = placed.facets.nearest(q, cutoff, facing, hint) {
+                self.hints[i].store(nearest.quad, Ordering::Relaxed);
                 found.push(Found {
                     index: i,
                     patch: nearest.patch,
@@ -328,11 +341,12 @@ impl Objective<'_> {
 }
 
 /// A point with the facet that it is nearest to.
-struct Found {
-    index: usize,
-    patch: u32,
-    uv: [f64; 2],
-    q: DVec3,
+pub(crate) struct Found {
+    pub(crate) index: usize,
+    pub(crate) patch: u32,
+    pub(crate) uv: [f64; 2],
+    /// The point in the model's frame.
+    pub(crate) q: DVec3,
     normal: DVec3,
 }
 

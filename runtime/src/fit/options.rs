@@ -1,5 +1,6 @@
 //! What a fit is told, and why it may be refused.
 
+use super::loss::LossKind;
 use crate::model::{EvaluationError, Model};
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -10,8 +11,10 @@ pub struct FitOptions {
     /// Start values by parameter, in millimetres and radians; the script's defaults hold for the others. A start value
     /// of a parameter of the script's pose is taken as a pose to begin from, and orientations are not screened.
     pub start: BTreeMap<String, f64>,
-    /// Parameters that keep their start value.
+    /// Parameters that keep their start value. Where that was given in `start`, the result says whether the scan contradicts it.
     pub fixed: Vec<String>,
+    /// Groups of parameters that have one value.
+    pub equal: Vec<Vec<String>>,
     /// Do not add or search a pose: the scan already lies where the script puts the model, but for what the script's own
     /// parameters do.
     pub no_pose: bool,
@@ -19,6 +22,10 @@ pub struct FitOptions {
     pub sigma: Option<f64>,
     /// Do not use the scan's normals.
     pub ignore_normals: bool,
+    /// The loss at the end; before that, while the place is still sought, it is always Welsch's.
+    pub loss: LossKind,
+    /// Turns the orientations that are tried first, and draws the samples of a bootstrap. 0 is as good as any.
+    pub seed: u64,
 }
 
 /// Why there is no fit.
@@ -32,6 +39,9 @@ pub enum FitError {
         /// The parameter with the most similar name.
         nearest: Option<String>,
     },
+    /// Parameters that cannot be equal.
+    #[error("`{0}` and `{1}` cannot be held equal: {2}")]
+    Equal(String, String, &'static str),
     /// A start value outside the parameter's bounds, or not finite.
     #[error("the start value {value} of `{name}` is not within its bounds {low} to {high}")]
     OutOfBounds {
@@ -59,14 +69,11 @@ pub enum FitError {
     /// The model cannot be evaluated where the fit begins.
     #[error("the model cannot be evaluated at the start values: {0}")]
     Evaluation(#[from] EvaluationError),
-    /// The user ended the work.
-    #[error("cancelled")]
-    Cancelled,
 }
 
 impl FitOptions {
-    /// The start vector and which parameters are fixed.
-    pub(crate) fn resolve(&self, model: &dyn Model) -> Result<(Vec<f64>, Vec<bool>), FitError> {
+    /// The start vector, and which parameters are fixed or tied to others.
+    pub(crate) fn resolve(&self, model: &dyn Model) -> Result<Start, FitError> {
         if let Some(sigma) = self.sigma
             && !(sigma > 0.0 && sigma.is_finite())
         {
@@ -99,8 +106,38 @@ impl FitOptions {
         for name in &self.fixed {
             fixed[index(name)?] = true;
         }
-        Ok((x, fixed))
+        let mut ties = Vec::new();
+        for group in &self.equal {
+            let members = group.iter().map(index).collect::<Result<Vec<usize>, FitError>>()?;
+            let Some((leader, followers)) = members.split_first() else { continue };
+            for follower in followers {
+                let refuse =
+                    |why| FitError::Equal(parameters[*leader].name.clone(), parameters[*follower].name.clone(), why);
+                if parameters[*leader].quantity != parameters[*follower].quantity {
+                    return Err(refuse("they measure different things"));
+                }
+                let known = |i: &usize| fixed[*i] || ties.iter().any(|(a, b)| a == i || b == i);
+                if leader == follower || known(follower) || (fixed[*leader]) {
+                    return Err(refuse("one of them is fixed or tied already"));
+                }
+                let (low, high) = bounds[*follower];
+                if !(x[*leader] >= low && x[*leader] <= high) {
+                    x[*leader] = x[*leader].min(high).max(low);
+                }
+                x[*follower] = x[*leader];
+                ties.push((*leader, *follower));
+            }
+        }
+        Ok(Start { x, fixed, ties })
     }
+}
+
+/// Where a fit begins, and what it leaves alone.
+pub(crate) struct Start {
+    pub(crate) x: Vec<f64>,
+    pub(crate) fixed: Vec<bool>,
+    /// Pairs: the second follows the first.
+    pub(crate) ties: Vec<(usize, usize)>,
 }
 
 /// The name at the smallest edit distance, if it is near at all.

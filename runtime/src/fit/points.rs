@@ -9,6 +9,8 @@ pub(crate) struct Points {
     pub(crate) position: Vec<DVec3>,
     /// Unit normals, as many as positions, or none.
     pub(crate) normal: Vec<DVec3>,
+    /// Where in the scan each of them stands.
+    pub(crate) index: Vec<u32>,
 }
 
 impl Points {
@@ -22,6 +24,7 @@ impl Points {
             } else {
                 Vec::new()
             },
+            index: (0..position.len() as u32).collect(),
             position,
         };
         let (low, high) = all.bounds();
@@ -40,6 +43,7 @@ impl Points {
     pub(crate) fn pick(&self, indices: impl Iterator<Item = usize> + Clone) -> Self {
         Self {
             position: indices.clone().map(|i| self.position[i]).collect(),
+            index: indices.clone().map(|i| self.index[i]).collect(),
             normal: if self.normal.is_empty() { Vec::new() } else { indices.map(|i| self.normal[i]).collect() },
         }
     }

@@ -2,15 +2,19 @@
 
 use super::objective::Evaluation;
 use super::pose::RigidParameters;
-use super::result::{FitResult, FittedParameter};
+use super::result::{Covariance, FitResult, FittedParameter, HypothesisTest};
 use super::schedule::{Last, Setting};
+use super::uncertainty::Uncertainty;
 use crate::scan::Scan;
+use nalgebra::DVector;
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 /// What a fit ended with.
 pub(crate) struct Outcome {
     pub(crate) last: Last,
+    pub(crate) uncertainty: Option<Uncertainty>,
+    pub(crate) tests: Vec<HypothesisTest>,
     pub(crate) fixed: Vec<bool>,
     pub(crate) rigid: RigidParameters,
     pub(crate) iterations: u32,
@@ -21,16 +25,26 @@ pub(crate) struct Outcome {
 
 /// The result of a fit.
 pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitResult {
-    let Outcome { last, fixed, rigid, iterations, mut warnings, seconds, report_pose } = outcome;
+    let Outcome { last, uncertainty, tests, fixed, rigid, iterations, mut warnings, seconds, report_pose } = outcome;
     let space = &setting.space;
     let x = space.x(&last.estimate.z).unwrap_or_default();
     let points = setting.points.len() as f64;
     let inliers = last.evaluation.inliers();
     let d2: f64 = last.evaluation.patches.iter().map(|p| p.d2).sum();
-    let deviations = deviations(setting, &last);
+    let covariance = uncertainty.map(|u| covariance(setting, &last, &u, &mut warnings));
+    let mut deviations = vec![None; fixed.len()];
+    if let Some(known) = &covariance {
+        for (a, name) in known.parameters.iter().enumerate() {
+            if let Some(i) = setting.model.parameters().iter().position(|p| p.name == *name) {
+                deviations[i] = Some(known.matrix[a][a].max(0.0).sqrt());
+            }
+        }
+    }
     let mut at_bound = vec![false; fixed.len()];
     for (i, at) in space.free.iter().zip(space.at_bound(&last.estimate)) {
-        at_bound[*i] = at;
+        for i in space.followers(*i) {
+            at_bound[i] = at;
+        }
     }
     let parameters: Vec<FittedParameter> = setting
         .model
@@ -54,7 +68,10 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
             100.0 * inliers / points
         ));
     }
-    if !last.converged {
+    let interrupted = setting.progress.cancelled();
+    if interrupted {
+        warnings.push("interrupted: this is the best that was found until then, not a finished fit".to_owned());
+    } else if !last.converged {
         warnings.push("the last stage did not converge".to_owned());
     }
     let motion = last.estimate.motion;
@@ -73,49 +90,81 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
         iterations: u64::from(iterations),
         evaluations: setting.evaluations.load(Ordering::Relaxed),
         converged: last.converged,
+        covariance,
+        tests,
         seconds,
         warnings,
+        loss: last.loss.kind,
+        interrupted,
+        trace: setting.trace.lock().map(|trace| trace.clone()).unwrap_or_default(),
     }
 }
 
-/// Standard deviation by parameter from the weighted Gauss-Newton matrix: s^2 (sum w J^T J)^-1 with s^2 = sum w d^2 / sum w.
-/// Assumes that the distances of different points are independent; they are not where the model's family cannot
-/// follow the shape. None for a parameter that is fixed, at a bound or without influence.
-fn deviations(setting: &Setting, last: &Last) -> Vec<Option<f64>> {
+/// The covariance of the parameters; with those named that the scan does not determine.
+fn covariance(setting: &Setting, last: &Last, uncertainty: &Uncertainty, warnings: &mut Vec<String>) -> Covariance {
     let space = &setting.space;
-    let mut by_parameter = vec![None; setting.model.parameters().len()];
-    let normal = &last.evaluation.normal;
-    let bound = space.at_bound(&last.estimate);
-    let largest = normal.diagonal().amax();
-    let kept: Vec<usize> = (0..normal.nrows())
-        .filter(|k| normal[(*k, *k)] > 1e-12 * largest && !bound.get(*k).is_some_and(|b| *b))
-        .collect();
-    if kept.is_empty() {
-        return by_parameter;
-    }
-    let matrix = nalgebra::DMatrix::from_fn(kept.len(), kept.len(), |a, b| normal[(kept[a], kept[b])]);
-    let Some(factor) = matrix.cholesky() else { return by_parameter };
-    let inverse = factor.inverse();
-    let weight: f64 = last.evaluation.patches.iter().map(|p| p.weight).sum();
-    let d2: f64 = last.evaluation.patches.iter().map(|p| p.weighted_d2).sum();
-    // normal = 2 / (sigma^2 N) sum w J^T J.
-    let scale = 2.0 / (last.loss.sigma * last.loss.sigma * setting.points.len() as f64);
-    let variance = d2 / weight.max(f64::MIN_POSITIVE) * scale;
     let slope = space.chain(&last.estimate);
-    for i in &space.free {
-        let row: Vec<f64> = kept.iter().map(|k| slope[(*i, *k)]).collect();
-        let own = space.free.binary_search(i).is_ok_and(|k| kept.contains(&k));
-        let mut sum = 0.0;
-        for (a, ra) in row.iter().enumerate() {
-            for (b, rb) in row.iter().enumerate() {
-                sum += ra * rb * inverse[(a, b)];
+    let parameters = setting.model.parameters();
+    let determined = |i: &usize| {
+        let row = slope.row(*i);
+        row.amax() > 0.0 && row.iter().zip(&uncertainty.known).all(|(s, known)| *s == 0.0 || *known)
+    };
+    let chosen: Vec<usize> = (0..parameters.len()).filter(determined).collect();
+    let rows = slope.select_rows(&chosen);
+    let matrix = &rows * &uncertainty.covariance * rows.transpose();
+    let n = chosen.len();
+    let sd: Vec<f64> = (0..n).map(|a| matrix[(a, a)].max(0.0).sqrt()).collect();
+    let correlation = |a: usize, b: usize| {
+        if a == b { 1.0 } else { (matrix[(a, b)] / (sd[a] * sd[b]).max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0) }
+    };
+    let name = |a: usize| &parameters[chosen[a]].name;
+    for a in 0..n {
+        for b in 0..a {
+            let r = correlation(a, b);
+            let tied = space
+                .ties
+                .iter()
+                .any(|t| space.followers(t.0).filter(|i| *i == chosen[a] || *i == chosen[b]).count() > 1);
+            if r.abs() > INSEPARABLE && !tied {
+                let (b, a) = (name(b), name(a));
+                warnings.push(format!("`{b}` and `{a}` are not separable in this scan: correlation {r:.4}"));
             }
         }
-        if own && sum.is_finite() && sum >= 0.0 {
-            by_parameter[*i] = Some((variance * sum).sqrt());
-        }
     }
-    by_parameter
+    for direction in &uncertainty.undetermined {
+        warnings.push(undetermined(setting, direction));
+    }
+    let square = |f: &dyn Fn(usize, usize) -> f64| (0..n).map(|a| (0..n).map(|b| f(a, b)).collect()).collect();
+    Covariance {
+        parameters: (0..n).map(|a| name(a).clone()).collect(),
+        matrix: square(&|a, b| matrix[(a, b)]),
+        correlations: square(&correlation),
+        effective_points: uncertainty.effective_points,
+        block: uncertainty.blocks.map(|b| b.edge),
+    }
+}
+
+/// Correlations beyond this are worth a warning.
+const INSEPARABLE: f64 = 0.999;
+
+/// A sentence on a combination of coordinates that leaves every distance as it is.
+fn undetermined(setting: &Setting, direction: &DVector<f64>) -> String {
+    let space = &setting.space;
+    let (shape, pose) = direction.as_slice().split_at(space.free.len());
+    let largest = direction.amax();
+    let named: Vec<String> = space
+        .free
+        .iter()
+        .zip(shape)
+        .filter(|(_, s)| s.abs() > 0.05 * largest)
+        .map(|(i, s)| format!("{:+.2} `{}`", s / largest, setting.model.parameters()[*i].name))
+        .collect();
+    let moves = pose.iter().any(|p| p.abs() > 0.05 * largest);
+    match (named.is_empty(), moves) {
+        (true, _) => "the scan does not determine the whole pose: the model is symmetric, and can be turned or shifted within itself".to_owned(),
+        (false, true) => format!("the scan does not determine a common change of the pose and of {}", named.join(" ")),
+        (false, false) => format!("the scan does not determine the combination {} (in millimetres of surface moved): it leaves every distance as it is", named.join(" ")),
+    }
 }
 
 fn warn(

@@ -1,15 +1,18 @@
 //! Second chances for parameters that shape only some parts (a handle): the rest of the model may fit well while they are
 //! stuck in a wrong valley, or while the model is turned about the rest's axis of symmetry.
 
+use super::facets::Layout;
 use super::gauss_newton::{self, Stop};
-use super::loss::Welsch;
+use super::loss::Loss;
 use super::objective::{Objective, Order};
 use super::points::Points;
 use super::proposals::halton;
+use super::relabel::relabelled;
 use super::schedule::Setting;
 use super::screening::Candidate;
 use super::space::{Estimate, Space};
 use glam::DVec3;
+use gml_compiler::program::Part;
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
@@ -17,10 +20,20 @@ use rayon::prelude::*;
 const VARIANTS: usize = 48;
 /// Angles about an axis of symmetry.
 const ANGLES: u32 = 16;
-/// The variants that are always optimised: the present values and the start's.
-const KNOWN: usize = 2;
-/// Others that are optimised.
-const PURSUED: usize = 6;
+/// The variants that are always optimised: the present values, the start's and those at home.
+const KNOWN: usize = 3;
+/// Others that are optimised alone, and with everything else.
+const SETTLED: usize = 20;
+/// Rounds over all groups.
+const ROUNDS: usize = 2;
+/// Points of a group whose mean psi is less than this times that of the others need no other values.
+const SETTLED_BELOW: f64 = 1.3;
+const PURSUED: usize = 4;
+/// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
+const COARSE: f64 = 0.1;
+
+/// A rotation as shift and turn a radian.
+type Axis = (DVec3, DVec3);
 
 /// Parameters that shape the same patches, and not all of them.
 struct Group {
@@ -29,18 +42,28 @@ struct Group {
     patches: Vec<bool>,
 }
 
-/// Tries other values of every group of local parameters; returns the candidate, or a better one.
+/// Tries other values of every group of local parameters; returns the candidate, or a better one. Among equally good ones (a
+/// curve run backwards is the same curve) it takes the one nearest to `home`.
 pub(crate) fn restart(
     setting: &Setting,
     start: &Estimate,
+    home: &Estimate,
     points: &Points,
     scale: f64,
     candidate: Candidate,
 ) -> Candidate {
     let mut best = candidate;
-    for group in groups(setting) {
-        if let Some(better) = retry(setting, start, points, scale, &group, &best) {
-            best = better;
+    for _ in 0..ROUNDS {
+        let mut improved = false;
+        for group in groups(setting) {
+            if let Some(better) = retry(setting, [start, home], points, scale, &group, &best) {
+                // A rest that fits better shows more clearly what it leaves over.
+                improved |= better.value < 0.99 * best.value;
+                best = better;
+            }
+        }
+        if !improved {
+            break;
         }
     }
     best
@@ -50,7 +73,8 @@ fn groups(setting: &Setting) -> Vec<Group> {
     let parts = setting.model.parts();
     let mut groups: Vec<Group> = Vec::new();
     for (k, i) in setting.space.free.iter().enumerate() {
-        let patches: Vec<bool> = parts.iter().map(|p| p.active.contains(&(*i as u32))).collect();
+        let shapes = |p: &Part| setting.space.followers(*i).any(|i| p.active.contains(&(i as u32)));
+        let patches: Vec<bool> = parts.iter().map(shapes).collect();
         if patches.iter().all(|p| *p) || !patches.contains(&true) {
             continue;
         }
@@ -64,52 +88,46 @@ fn groups(setting: &Setting) -> Vec<Group> {
 
 fn retry(
     setting: &Setting,
-    start: &Estimate,
+    [start, home]: [&Estimate; 2],
     points: &Points,
     scale: f64,
     group: &Group,
     from: &Candidate,
 ) -> Option<Candidate> {
-    let fine = Welsch { sigma: scale * setting.radius };
+    let fine = Loss::welsch(scale * setting.radius);
     let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, points, fine) };
     // What the other patches explain says nothing about this group.
-    let (rest, axis) = unexplained(&objective, &from.estimate, group)?;
+    let (explained, axis) = unexplained(&objective, &from.estimate, group)?;
+    let rest = points.pick((0..explained.len()).filter(|i| !explained[*i]));
     if rest.len() < 8 {
         return None;
     }
     let rest = rest.sample(250);
-    let variants = variants(setting, start, group, from);
-    let coarse = Welsch { sigma: 0.1 * setting.radius };
-    let coarse = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, &rest, coarse) };
-    let ranked: Vec<(usize, Candidate)> = variants
-        .into_par_iter()
-        .enumerate()
-        .flat_map_iter(|(number, estimate)| {
-            let placed = coarse.place(&estimate).ok();
-            let turns = if axis.is_some() { ANGLES } else { 1 };
-            let tried: Vec<(usize, Candidate)> = (0..turns)
-                .filter_map(|turn| {
-                    let mut at = estimate.clone();
-                    if let Some((shift, rotation)) = axis {
-                        let angle = std::f64::consts::TAU * f64::from(turn) / f64::from(ANGLES);
-                        at.motion = at.motion.after_local(shift * angle, rotation * angle, setting.space.centre);
-                    }
-                    let value = coarse.evaluate_placed(placed.as_ref()?, &at, Order::Value)?.value;
-                    Some((number, Candidate { estimate: at, value, signs: from.signs.clone() }))
-                })
-                .collect();
-            tried
-        })
-        .collect();
-    let ranked = diverse(setting, group, ranked);
-    let mut pursued: Vec<Candidate> = ranked
-        .into_par_iter()
-        .filter_map(|candidate| pursue(setting, points, &rest, group, scale, candidate))
-        .collect();
+    let local = Local::new(setting, group, &rest, from)?;
+    let mut pursued = if is_settled(&objective, &from.estimate, &explained)? {
+        vec![from.clone()]
+    } else {
+        let ranked = local.rank(variants(setting, [start, home], group, from), axis);
+        let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, SETTLED)
+            .into_par_iter()
+            .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
+            .collect();
+        settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        diverse(setting, group, settled, PURSUED)
+            .into_par_iter()
+            .filter_map(|(_, candidate)| pursue(setting, points, scale, candidate))
+            .collect()
+    };
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
+    if let Some(best) = pursued.first() {
+        let alone = local.objective(&setting.space, scale);
+        let same = relabelled(&alone, &best.estimate, &group.members, home);
+        let same: Vec<Candidate> = same.into_iter().map(|estimate| Candidate { estimate, ..best.clone() }).collect();
+        pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, points, scale, candidate)));
+        pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
+    }
     let least = pursued.first()?.value;
-    // Among equals (a curve run backwards is the same curve) the one nearest to the start.
-    let away = |c: &Candidate| setting.space.apart(&c.estimate, start);
+    let away = |c: &Candidate| setting.space.apart(&c.estimate, home);
     let best =
         pursued.into_iter().take_while(|c| c.value <= least * 1.002).min_by(|a, b| away(a).total_cmp(&away(b)))?;
     let present = objective.evaluate(&from.estimate, Order::Value)?.value;
@@ -117,59 +135,113 @@ fn retry(
     better.then_some(best)
 }
 
-/// The best of the present values and of the start's, and the best others that are not nearly the same.
-fn diverse(setting: &Setting, group: &Group, mut ranked: Vec<(usize, Candidate)>) -> Vec<Candidate> {
-    ranked.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-    let mut chosen: Vec<Candidate> = Vec::new();
+/// Some of what is ranked (best first): the best of each of the known variants, and the best `count` others of which no two
+/// are nearly the same.
+fn diverse(setting: &Setting, group: &Group, ranked: Vec<(usize, Candidate)>, count: usize) -> Vec<(usize, Candidate)> {
+    let mut chosen: Vec<(usize, Candidate)> = Vec::new();
     for known in 0..KNOWN {
-        chosen.extend(ranked.iter().find(|(number, _)| *number == known).map(|(_, c)| c.clone()));
+        chosen.extend(ranked.iter().find(|(number, _)| *number == known).cloned());
     }
     let apart = |a: &Estimate, b: &Estimate| {
         let c = setting.space.centre;
         let turned = a.motion.rotation.angle_between(b.motion.rotation) > 0.1;
         turned || a.motion.apply(c).distance(b.motion.apply(c)) > 0.1 * setting.radius || {
             let moved = |k: &usize| setting.space.coordinate_distance(*k, a, b);
-            group.members.iter().map(moved).fold(0.0, f64::max) > 0.15 * setting.radius
+            group.members.iter().map(moved).fold(0.0, f64::max) > 0.1 * setting.radius
         }
     };
-    for (_, candidate) in ranked {
-        if chosen.len() < KNOWN + PURSUED && chosen.iter().all(|c| apart(&c.estimate, &candidate.estimate)) {
-            chosen.push(candidate);
+    for (number, candidate) in ranked {
+        if chosen.len() < KNOWN + count && chosen.iter().all(|(_, c)| apart(&c.estimate, &candidate.estimate)) {
+            chosen.push((number, candidate));
         }
     }
     chosen
 }
 
-/// Optimises the group on the unexplained points, then everything on all.
-fn pursue(
-    setting: &Setting,
-    points: &Points,
-    rest: &Points,
-    group: &Group,
-    scale: f64,
-    candidate: Candidate,
-) -> Option<Candidate> {
-    let Candidate { estimate, signs, .. } = candidate;
-    let x = setting.space.x(&estimate.z)?;
-    let free: Vec<usize> = group.members.iter().map(|k| setting.space.free[*k]).collect();
-    let mut local = Space::new(setting.model, &x, free, false);
-    local.copy_scale(&setting.space);
-    let at = local.estimate(&x, estimate.motion);
-    let sided = |space, points, sigma: f64| Objective {
-        signs: Some(&signs),
-        ..setting.objective(space, points, Welsch { sigma: sigma * setting.radius })
-    };
-    let stop = Stop { iterations: 12, step: 1e-3 * setting.radius };
-    let at = gauss_newton::minimise(&sided(&local, rest, 1.2 * scale), at, stop)?.estimate;
-    let x = local.x(&at.z)?;
-    let at = setting.space.estimate(&x, at.motion);
-    let stop = Stop { iterations: 12, step: 5e-4 * setting.radius };
-    let minimum = gauss_newton::minimise(&sided(&setting.space, points, scale), at, stop)?;
-    Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, signs })
+/// The group's patches alone, with the points that no other patch explains.
+struct Local<'s> {
+    setting: &'s Setting<'s>,
+    rest: &'s Points,
+    from: &'s Candidate,
+    layout: Layout,
+    /// The group's parameters as positions in the model's list.
+    free: Vec<usize>,
 }
 
-/// The present values, the start's, and values spread over the bounds.
-fn variants(setting: &Setting, start: &Estimate, group: &Group, from: &Candidate) -> Vec<Estimate> {
+impl<'s> Local<'s> {
+    fn new(setting: &'s Setting<'s>, group: &Group, rest: &'s Points, from: &'s Candidate) -> Option<Self> {
+        let x = setting.space.x(&from.estimate.z)?;
+        let instance = setting.model.instantiate(&x).ok()?;
+        let (tolerance, size) = (0.005 * setting.radius, 2.0 * setting.radius);
+        let layout = Layout::of_patches(setting.model, &*instance, tolerance, size, |patch| group.patches[patch]);
+        let free = group.members.iter().map(|k| setting.space.free[*k]).collect();
+        Some(Self { setting, rest, from, layout, free })
+    }
+
+    fn objective<'o>(&'o self, space: &'o Space<'o>, scale: f64) -> Objective<'o> {
+        Objective {
+            signs: Some(&self.from.signs),
+            layout: &self.layout,
+            ..self.setting.objective(space, self.rest, Loss::welsch(scale * self.setting.radius))
+        }
+    }
+
+    /// Every variant at every angle about an axis of symmetry, with its number, best first.
+    fn rank(&self, variants: Vec<Estimate>, axis: Option<Axis>) -> Vec<(usize, Candidate)> {
+        let coarse = self.objective(&self.setting.space, COARSE);
+        let turns = if axis.is_some() { ANGLES } else { 1 };
+        let mut ranked: Vec<(usize, Candidate)> = variants
+            .into_par_iter()
+            .enumerate()
+            .flat_map_iter(|(number, estimate)| {
+                let placed = coarse.place(&estimate).ok();
+                let tried: Vec<(usize, Candidate)> = (0..turns)
+                    .filter_map(|turn| {
+                        let mut at = estimate.clone();
+                        if let Some((shift, rotation)) = axis {
+                            let angle = std::f64::consts::TAU * f64::from(turn) / f64::from(ANGLES);
+                            at.motion =
+                                at.motion.after_local(shift * angle, rotation * angle, self.setting.space.centre);
+                        }
+                        let value = coarse.evaluate_placed(placed.as_ref()?, &at, Order::Value)?.value;
+                        Some((number, Candidate { estimate: at, value, ..self.from.clone() }))
+                    })
+                    .collect();
+                tried
+            })
+            .collect();
+        ranked.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        ranked
+    }
+
+    /// Optimises the group's parameters alone.
+    fn settle(&self, scale: f64, candidate: Candidate) -> Option<Candidate> {
+        let setting = self.setting;
+        let x = setting.space.x(&candidate.estimate.z)?;
+        let mut space = Space::new(setting.model, &x, self.free.clone(), false, &setting.space.ties);
+        space.copy_scale(&setting.space);
+        let stop = Stop { iterations: 10, step: 1e-3 * setting.radius };
+        let at = space.estimate(&x, candidate.estimate.motion);
+        let at = gauss_newton::minimise(&self.objective(&space, COARSE), at, stop)?.estimate;
+        let found = gauss_newton::minimise(&self.objective(&space, 0.8 * scale), at, stop)?;
+        let estimate = setting.space.estimate(&space.x(&found.estimate.z)?, found.estimate.motion);
+        Some(Candidate { estimate, value: found.evaluation.value, ..candidate })
+    }
+}
+
+/// Optimises everything on all points.
+fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) -> Option<Candidate> {
+    let objective = Objective {
+        signs: Some(&candidate.signs),
+        ..setting.objective(&setting.space, points, Loss::welsch(scale * setting.radius))
+    };
+    let stop = Stop { iterations: 12, step: 5e-4 * setting.radius };
+    let minimum = gauss_newton::minimise(&objective, candidate.estimate.clone(), stop)?;
+    Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, ..candidate })
+}
+
+/// The present values, those that are known, and values spread over the bounds.
+fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Candidate) -> Vec<Estimate> {
     let with = |values: &dyn Fn(usize) -> f64| {
         let mut estimate = from.estimate.clone();
         for (n, k) in group.members.iter().enumerate() {
@@ -178,20 +250,43 @@ fn variants(setting: &Setting, start: &Estimate, group: &Group, from: &Candidate
         estimate
     };
     let ranges: Vec<(f64, f64)> =
-        group.members.iter().map(|k| setting.space.search_range(*k, start.z[*k], setting.radius)).collect();
-    let mut variants = vec![from.estimate.clone(), with(&|n| start.z[group.members[n]])];
+        group.members.iter().map(|k| setting.space.search_range(*k, known[0].z[*k], setting.radius)).collect();
+    let mut variants = vec![from.estimate.clone()];
+    variants.extend(known.map(|known| with(&|n| known.z[group.members[n]])));
     variants.extend((1..=VARIANTS).map(|i| {
         with(&|n| {
             let (low, high) = ranges[n];
             low + (high - low) * halton(i, n)
         })
     }));
+    // Where the start is near, what resembles it is more likely than the rest.
+    variants.extend((1..=VARIANTS / 2).map(|i| {
+        with(&|n| {
+            let ((low, high), middle) = (ranges[n], known[0].z[group.members[n]]);
+            (middle + 0.4 * (high - low) * (halton(i, n) - 0.5)).min(high).max(low)
+        })
+    }));
     variants
 }
 
-/// The points that no patch outside the group explains, and the rotation (shift and turn a radian) that leaves those
+/// Whether the points that only the group can explain fit nearly as well as the others.
+fn is_settled(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<bool> {
+    let placed = objective.place(at).ok()?;
+    let mut psi = vec![1.0; explained.len()];
+    for (i, foot) in objective.feet(&placed, &at.motion) {
+        psi[i] = objective.loss.psi(foot.d2);
+    }
+    let mean = |side: bool| {
+        let chosen = psi.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
+        let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    Some(mean(false) < SETTLED_BELOW * mean(true))
+}
+
+/// Which points patches outside the group explain, and the rotation (shift and turn a radian) that leaves those
 /// patches' surface where it is, if there is one.
-fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Points, Option<(DVec3, DVec3)>)> {
+fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
     let mut placed = objective.place(at).ok()?;
     placed.facets.remove(|patch| group.patches[patch]);
     let centre = objective.space.centre;
@@ -209,9 +304,8 @@ fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(P
             count += 1.0;
         }
     }
-    let rest = objective.points.pick((0..explained.len()).filter(|i| !explained[*i]));
     if count < 20.0 {
-        return Some((rest, None));
+        return Some((explained, None));
     }
     let eigen = SymmetricEigen::new(gram / count);
     let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < 1e-3).find_map(|k| {
@@ -221,5 +315,5 @@ fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(P
         // Mostly a translation (of a plane, along a cylinder) is no rotation.
         (rate * radius > 0.3).then(|| (DVec3::new(e[0], e[1], e[2]) / rate, turn / rate))
     });
-    Some((rest, axis))
+    Some((explained, axis))
 }

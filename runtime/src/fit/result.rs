@@ -1,5 +1,7 @@
 //! What a fit found, as written to fit.json (docs/output.md describes every field).
 
+use super::loss::LossKind;
+use super::trace::TracePoint;
 use crate::model::Motion;
 use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;
@@ -7,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What a fit found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FitResult {
     /// The model's name.
     pub model: String,
@@ -35,12 +37,27 @@ pub struct FitResult {
     pub iterations: u64,
     /// Evaluations of the objective, over all points or some.
     pub evaluations: u64,
+    /// The loss.
+    #[serde(default)]
+    pub loss: LossKind,
+    /// The user ended the work before it was done: this is the best that was found until then.
+    #[serde(default)]
+    pub interrupted: bool,
     /// Whether the last stage met its criterion.
     pub converged: bool,
+    /// How well the parameters are known together; of those that are free and determined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub covariance: Option<Covariance>,
+    /// Whether the scan contradicts values at which parameters were held.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tests: Vec<HypothesisTest>,
     /// Seconds by stage.
     pub seconds: BTreeMap<String, f64>,
     /// Sentences for the user.
     pub warnings: Vec<String>,
+    /// The steps that led here, in order. Not part of fit.json.
+    #[serde(skip)]
+    pub trace: Vec<TracePoint>,
 }
 
 /// A parameter of the script.
@@ -61,4 +78,39 @@ pub struct FittedParameter {
     /// Standard deviation, where it was estimated. In `unit`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sd: Option<f64>,
+}
+
+/// The covariance of the parameters that have a standard deviation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Covariance {
+    /// Their names, in the script's order.
+    pub parameters: Vec<String>,
+    /// The matrix, by rows; in the parameters' units.
+    pub matrix: Vec<Vec<f64>>,
+    /// Divided by the standard deviations.
+    pub correlations: Vec<Vec<f64>>,
+    /// How many independent points would say as much as the scan's points that lie near the model.
+    pub effective_points: f64,
+    /// Edge of the blocks within which residuals were found to depend on each other. Millimetres; absent where they do not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub block: Option<f64>,
+}
+
+/// Wald's test of values at which parameters were held.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HypothesisTest {
+    /// Names.
+    pub parameters: Vec<String>,
+    /// The values at which they were held. Millimetres and radians.
+    pub held: Vec<f64>,
+    /// What they become when released.
+    pub free: Vec<f64>,
+    /// Their standard deviations then.
+    pub sd: Vec<f64>,
+    /// Squared distance between the two in standard deviations (of correlated values: Mahalanobis').
+    pub statistic: f64,
+    /// Degrees of freedom of the chi-squared distribution that it has if the held values are true.
+    pub degrees: usize,
+    /// The probability of such a statistic, or a larger one, if they are.
+    pub p: f64,
 }

@@ -3,21 +3,25 @@
 
 use super::facets::Layout;
 use super::gauss_newton::{self, Stop};
+use super::hypothesis;
 use super::lbfgs;
-use super::loss::{INLIER_DEVIATIONS, Welsch, robust_deviation};
+use super::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
 use super::motion::Motion;
-use super::objective::{Evaluation, Objective, PatchSum};
-use super::options::{FitError, FitOptions};
+use super::objective::{Evaluation, Objective, Order, PatchSum, no_hints};
+use super::options::{FitError, FitOptions, Start};
 use super::points::Points;
 use super::pose::{self, Field, RigidParameters};
 use super::report::{self, Outcome};
 use super::result::FitResult;
 use super::screening::{self, Candidate};
 use super::space::{Estimate, Space};
+use super::trace::{Log, TracePoint};
+use super::uncertainty::{self, Uncertainty};
 use crate::model::Model;
 use crate::progress::{Progress, Silent};
 use crate::scan::Scan;
 use std::collections::BTreeMap;
+use std::sync::Mutex;
 use std::sync::atomic::AtomicU64;
 use std::time::Instant;
 
@@ -35,18 +39,27 @@ pub(crate) struct Setting<'a> {
     pub(crate) progress: &'a dyn Progress,
     /// Whether the scan's normals tell the sides of a wall from each other.
     pub(crate) oriented: bool,
+    /// Every step after the screening.
+    pub(crate) trace: Mutex<Vec<TracePoint>>,
+    /// See `FitOptions`.
+    pub(crate) seed: u64,
     start_x: Vec<f64>,
 }
 
 /// Points of the levels between the screening and the last one, which has all.
 const MIDDLE: usize = 6000;
+/// A fraction of inliers at the screening's scale that a wrong pose does not have.
+const CONVINCING: f64 = 0.9;
+/// Another pose must be better by this factor to be preferred to the one at the start.
+const CLEARLY: f64 = 0.9;
 
 /// Fits a model to a scan. The scan's frame is the script's: a script with pose parameters gets them, one without gets a
 /// pose beside its parameters.
 ///
 /// # Errors
 /// Options that name what is not there, a scan or a model with nothing in it, or a model that cannot be evaluated where the
-/// fit begins; or that `progress` was cancelled. A fit that finds nothing convincing is not an error: `inliers`, `converged` and `warnings` say so.
+/// fit begins. A fit that finds nothing convincing is not an error: `inliers`, `converged` and `warnings` say so. One that
+/// `progress` cancels ends soon with the best so far, marked as `interrupted`.
 pub fn fit(
     model: &dyn Model,
     scan: &Scan,
@@ -54,7 +67,7 @@ pub fn fit(
     progress: &dyn Progress,
 ) -> Result<FitResult, FitError> {
     let mut clock = Clock::default();
-    let (x, fixed) = options.resolve(model)?;
+    let Start { x, fixed, ties } = options.resolve(model)?;
     if model.parts().is_empty() {
         return Err(FitError::EmptyModel);
     }
@@ -65,43 +78,49 @@ pub fn fit(
         return Err(FitError::EmptyScan { points: points.len() });
     }
     let rigid = pose::recognise(model, &x, radius)?;
-    let frame = Frame::choose(model, options, &rigid, &fixed);
+    let bound: Vec<bool> = (0..x.len()).map(|i| fixed[i] || ties.iter().any(|(a, b)| *a == i || *b == i)).collect();
+    let following = |i: &usize| ties.iter().any(|(_, b)| b == i);
+    let frame = Frame::choose(model, options, &rigid, &bound);
     let evaluations = AtomicU64::new(0);
-    let mut setting = Setting::new(model, &points, &x, frame.free(&fixed), frame.moving, radius, &evaluations)?;
+    let free = frame.free(&fixed).into_iter().filter(|i| !following(i)).collect();
+    let mut setting = Setting::new(model, &points, &x, (free, &ties), frame.moving, radius, &evaluations)?;
     setting.progress = progress;
     setting.oriented &= scan.oriented && !options.ignore_normals;
+    setting.seed = options.seed;
     clock.lap("prepare");
 
     let start = setting.space.estimate(&x, Motion::IDENTITY);
     let near =
         options.no_pose || rigid.indices.iter().any(|i| options.start.contains_key(&model.parameters()[*i].name));
     let mut iterations = 0;
-    let begin = if near || !frame.moving {
-        Candidate::new(&setting, start)
-    } else {
-        progress.report("screening orientations", f64::NAN, "");
-        screening::screen(&setting, &start).unwrap_or_else(|| Candidate::new(&setting, start))
-    };
+    let begin = setting.begin(start, near, frame.moving && !options.no_pose);
     clock.lap("screen");
-    if progress.cancelled() {
-        return Err(FitError::Cancelled);
-    }
     progress.report("fitting", f64::NAN, "");
-    let mut last = setting.descend(begin, scan.noise, options, near, &mut iterations);
+    let mut last = setting.descend(begin, scan.noise, options, frame.write_back, &mut iterations);
     clock.lap("fit");
 
     let mut warnings = frame.warnings;
     if frame.write_back {
-        last = setting.written_back(last, &rigid, &fixed, options, &mut iterations, &mut warnings);
+        last = setting.written_back(last, &rigid, &fixed, &mut iterations, &mut warnings);
     }
     clock.lap("finish");
-    if progress.cancelled() {
-        return Err(FitError::Cancelled);
-    }
+    let tests = hypothesis::test(&setting, &last, options, &fixed, &mut warnings);
+    let uncertainty = setting.uncertainty(&last);
+    clock.lap("uncertainty");
     Ok(report::result(
         &setting,
         scan,
-        Outcome { last, fixed, rigid, iterations, warnings, seconds: clock.laps, report_pose: frame.report_pose },
+        Outcome {
+            last,
+            uncertainty,
+            tests,
+            fixed,
+            rigid,
+            iterations,
+            warnings,
+            seconds: clock.laps,
+            report_pose: frame.report_pose,
+        },
     ))
 }
 
@@ -133,7 +152,7 @@ impl Frame {
         }
         if rigid.indices.iter().any(|i| fixed[*i]) {
             let warning = format!(
-                "some of the pose parameters {} are fixed, so orientations are not searched: the fit begins at their start values",
+                "some of the pose parameters {} are fixed or tied, so orientations are not searched: the fit begins at their start values",
                 names()
             );
             return Self { warnings: vec![warning], ..none };
@@ -158,7 +177,7 @@ impl Frame {
 pub(crate) struct Last {
     pub(crate) estimate: Estimate,
     pub(crate) evaluation: Evaluation,
-    pub(crate) loss: Welsch,
+    pub(crate) loss: Loss,
     pub(crate) signs: Vec<i8>,
     pub(crate) converged: bool,
 }
@@ -169,12 +188,12 @@ impl<'a> Setting<'a> {
         model: &'a dyn Model,
         points: &'a Points,
         x: &[f64],
-        free: Vec<usize>,
+        (free, ties): (Vec<usize>, &[(usize, usize)]),
         moving: bool,
         radius: f64,
         evaluations: &'a AtomicU64,
     ) -> Result<Self, FitError> {
-        let space = Space::new(model, x, free, moving);
+        let space = Space::new(model, x, free, moving, ties);
         let at = space.estimate(x, Motion::IDENTITY);
         let layout = Layout::default();
         let oriented = !points.normal.is_empty();
@@ -187,6 +206,8 @@ impl<'a> Setting<'a> {
             evaluations,
             progress: &Silent,
             oriented,
+            trace: Mutex::default(),
+            seed: 0,
             start_x: x.to_vec(),
         };
         setting.remodel(&at, 0.01 * radius)?;
@@ -194,7 +215,7 @@ impl<'a> Setting<'a> {
     }
 
     /// Divides the model's patches, and scales the coordinates, as is right at an estimate.
-    fn remodel(&mut self, at: &Estimate, tolerance: f64) -> Result<(), FitError> {
+    pub(crate) fn remodel(&mut self, at: &Estimate, tolerance: f64) -> Result<(), FitError> {
         let x = self.space.x(&at.z).unwrap_or_else(|| self.start_x.clone());
         let instance = self.model.instantiate(&x)?;
         self.layout = Layout::new(self.model, &*instance, tolerance, 2.0 * self.radius);
@@ -206,7 +227,7 @@ impl<'a> Setting<'a> {
     }
 
     /// An objective without normals.
-    pub(crate) fn objective<'s>(&'s self, space: &'s Space<'s>, points: &'s Points, loss: Welsch) -> Objective<'s> {
+    pub(crate) fn objective<'s>(&'s self, space: &'s Space<'s>, points: &'s Points, loss: Loss) -> Objective<'s> {
         Objective {
             space,
             points,
@@ -215,6 +236,8 @@ impl<'a> Setting<'a> {
             signs: None,
             tolerance: 1e-3 * loss.sigma,
             evaluations: self.evaluations,
+            hints: no_hints(points),
+            log: None,
             progress: self.progress,
         }
     }
@@ -234,82 +257,137 @@ impl<'a> Setting<'a> {
         evaluation.patches.iter().map(sign).collect()
     }
 
-    /// From a coarse scale of psi to the final one.
+    /// Where the descent begins: what lies near the start, or the best of all orientations. Near starts that lead to nothing
+    /// convincing are given up where the pose may be searched.
+    fn begin(&self, start: Estimate, near: bool, searched: bool) -> Candidate {
+        let nearby = (near || !searched).then(|| screening::approach(self, &start));
+        if let Some(found) = &nearby
+            && (!searched || found.inliers > CONVINCING)
+        {
+            return found.clone();
+        }
+        self.progress.report("screening orientations", f64::NAN, "");
+        let elsewhere = screening::screen(self, &start);
+        match (nearby, elsewhere) {
+            (Some(near), Some(far)) if far.value < CLEARLY * near.value => far,
+            (Some(near), _) => near,
+            (None, Some(far)) => far,
+            (None, None) => Candidate::new(self, start),
+        }
+    }
+
+    /// From the screening's scale of psi to the final one.
     fn descend(
         &mut self,
         begin: Candidate,
         noise: f64,
         options: &FitOptions,
-        near: bool,
+        again: bool,
         iterations: &mut u32,
     ) -> Last {
         let middle = self.points.sample(MIDDLE);
         let Candidate { estimate: mut at, mut signs, .. } = begin;
-        let scales: &[f64] = if near { &[0.3, 0.2, 0.14, 0.1, 0.07] } else { &[0.07] };
-        for scale in scales {
-            // A model that cannot be evaluated where it has come to keeps its facets.
-            let _ = self.remodel(&at, 0.05 * scale * self.radius);
-            // From a near start the signs are still to be learnt; the screening has learnt them.
-            let objective = Objective {
-                signs: Some(&signs).filter(|_| !near).map(Vec::as_slice),
-                ..self.objective(&self.space, &middle, Welsch { sigma: scale * self.radius })
-            };
-            if let Some(minimum) = lbfgs::minimise(&objective, at.clone(), 40, 1e-7) {
-                *iterations += minimum.iterations;
-                at = minimum.estimate;
-                signs = self.facing(&minimum.evaluation);
-            }
+        // A model that cannot be evaluated where it has come to keeps its facets.
+        let _ = self.remodel(&at, 0.05 * screening::FINE * self.radius);
+        let objective = Objective {
+            signs: Some(&signs),
+            log: Some(self.log("coarse")),
+            ..self.objective(&self.space, &middle, Loss::welsch(screening::FINE * self.radius))
+        };
+        if let Some(minimum) = lbfgs::minimise(&objective, at.clone(), 40, 1e-7) {
+            *iterations += minimum.iterations;
+            at = minimum.estimate;
+            signs = self.facing(&minimum.evaluation);
         }
         let _ = self.remodel(&at, 0.002 * self.radius);
-        let coarse = Welsch { sigma: 0.05 * self.radius };
-        let mut loss = options.sigma.map_or(coarse, |sigma| Welsch { sigma });
+        let given = options.sigma.map(|sigma| Loss { kind: options.loss, sigma });
+        let mut loss = given.unwrap_or(Loss::welsch(0.05 * self.radius));
         for _ in 0..6 {
-            let objective = Objective { signs: Some(&signs), ..self.objective(&self.space, &middle, loss) };
+            let objective = Objective {
+                signs: Some(&signs),
+                log: Some(self.log("refine")),
+                ..self.objective(&self.space, &middle, loss)
+            };
             let stop = Stop { iterations: 12, step: 1e-4 * loss.sigma };
             if let Some(minimum) = gauss_newton::minimise(&objective, at.clone(), stop) {
                 *iterations += minimum.iterations;
                 at = minimum.estimate;
                 signs = self.facing(&minimum.evaluation);
             }
-            let next =
-                options.sigma.map_or_else(|| self.scale(&at, &middle, loss, &signs, noise), |sigma| Welsch { sigma });
+            let next = given.unwrap_or_else(|| self.scale(&at, &middle, loss, &signs, noise));
             let settled = next.sigma > 0.9 * loss.sigma;
             loss = next;
             if settled {
                 break;
             }
         }
-        self.polish(at, loss, signs, iterations)
+        let half = loss.half();
+        let last = if options.sigma.is_none() { Loss::with_half_at(options.loss, half) } else { loss };
+        // Where the motion is still to be put into the script's parameters, all points wait for that.
+        self.polish(if again { &middle } else { self.points }, at, last, signs, iterations)
+    }
+
+    fn log(&self, stage: &'static str) -> Log<'_> {
+        Log { stage, trace: &self.trace }
     }
 
     /// The scale that the residuals suggest: psi(d + eps) = 1/2 ([VA] sect. 3) where d + eps is three robust standard
     /// deviations of the distances, which hold both the noise and what the model's family cannot follow. Never above the
     /// present scale, and never below the noise's.
-    fn scale(&self, at: &Estimate, points: &Points, loss: Welsch, signs: &[i8], noise: f64) -> Welsch {
+    fn scale(&self, at: &Estimate, points: &Points, loss: Loss, signs: &[i8], noise: f64) -> Loss {
         let objective = Objective { signs: Some(signs), ..self.objective(&self.space, points, loss) };
         let Ok(placed) = objective.place(at) else { return loss };
         let mut distances: Vec<f64> = objective.feet(&placed, &at.motion).iter().map(|(_, f)| f.d2.sqrt()).collect();
         let spread = robust_deviation(&mut distances, loss.cutoff()).max(noise).max(1e-6 * self.radius);
-        let next = Welsch::with_half_at(INLIER_DEVIATIONS * spread);
-        Welsch { sigma: next.sigma.min(loss.sigma).max(0.35 * loss.sigma) }
+        let next = Loss::with_half_at(loss.kind, INLIER_DEVIATIONS * spread);
+        Loss::welsch(next.sigma.min(loss.sigma).max(0.35 * loss.sigma))
     }
 
-    /// Gauss-Newton over all points at the final scale.
-    fn polish(&self, at: Estimate, loss: Welsch, signs: Vec<i8>, iterations: &mut u32) -> Last {
+    /// Gauss-Newton at the final scale.
+    pub(crate) fn polish(
+        &self,
+        points: &Points,
+        at: Estimate,
+        loss: Loss,
+        signs: Vec<i8>,
+        iterations: &mut u32,
+    ) -> Last {
+        // Least squares is for those who want every digit.
+        let (tolerance, step) = match loss.kind {
+            LossKind::Squared => (1e-12 * self.radius, 1e-11 * self.radius),
+            _ => (1e-5 * loss.sigma, 2e-5 * loss.sigma),
+        };
         let objective = Objective {
             signs: Some(&signs),
-            tolerance: 1e-5 * loss.sigma,
-            ..self.objective(&self.space, self.points, loss)
+            tolerance,
+            log: Some(self.log("polish")),
+            ..self.objective(&self.space, points, loss)
         };
-        let stop = Stop { iterations: 30, step: 2e-5 * loss.sigma };
+        let stop = Stop { iterations: 30, step };
         match gauss_newton::minimise(&objective, at.clone(), stop) {
             Some(minimum) => {
                 *iterations += minimum.iterations;
                 let gauss_newton::Minimum { estimate, evaluation, converged, .. } = minimum;
                 Last { estimate, evaluation, loss, signs, converged }
             }
-            None => Last { evaluation: self.nothing(), estimate: at, loss, signs, converged: false },
+            None => {
+                // Cancelled, or the model does not exist here. What it is worth is still to be said.
+                let objective = Objective { progress: &Silent, signs: Some(&signs), ..objective };
+                let evaluation = objective.evaluate(&at, Order::Normal).unwrap_or_else(|| self.nothing());
+                Last { evaluation, estimate: at, loss, signs, converged: false }
+            }
         }
+    }
+
+    /// How well the last estimate is determined.
+    pub(crate) fn uncertainty(&self, last: &Last) -> Option<Uncertainty> {
+        let objective = Objective {
+            signs: Some(&last.signs),
+            tolerance: 1e-5 * last.loss.sigma,
+            progress: &Silent,
+            ..self.objective(&self.space, self.points, last.loss)
+        };
+        uncertainty::assess(&objective, &last.estimate, &self.space.at_bound(&last.estimate))
     }
 
     /// What stands for the evaluation of a model that does not exist.
@@ -330,7 +408,6 @@ impl<'a> Setting<'a> {
         last: Last,
         rigid: &RigidParameters,
         fixed: &[bool],
-        options: &FitOptions,
         iterations: &mut u32,
         warnings: &mut Vec<String>,
     ) -> Last {
@@ -340,7 +417,7 @@ impl<'a> Setting<'a> {
             Ok(written) => written,
             Err(error) => {
                 warnings.push(format!("the pose could not be written into the script's parameters: {error}"));
-                return last;
+                return self.polish(self.points, last.estimate, last.loss, last.signs, iterations);
             }
         };
         for i in &rigid.indices {
@@ -349,16 +426,17 @@ impl<'a> Setting<'a> {
         if off > 1e-6 * self.radius {
             warnings.push(format!("the script's pose parameters reproduce the pose found only to {off:.3} mm"));
         }
-        let free = (0..fixed.len()).filter(|i| !fixed[*i]).collect();
+        let ties = std::mem::take(&mut self.space.ties);
+        let follows = |i: &usize| ties.iter().any(|(_, b)| b == i);
+        let free = (0..fixed.len()).filter(|i| !fixed[*i] && !follows(i)).collect();
         let centre = self.space.centre;
-        self.space = Space::new(self.model, &x, free, false);
+        self.space = Space::new(self.model, &x, free, false, &ties);
         self.space.centre = centre;
         let at = self.space.estimate(&x, Motion::IDENTITY);
         if let Err(error) = self.remodel(&at, 0.002 * self.radius) {
             warnings.push(format!("the model could not be evaluated in its final pose: {error}"));
         }
-        let _ = options;
-        self.polish(at, last.loss, last.signs, iterations)
+        self.polish(self.points, at, last.loss, last.signs, iterations)
     }
 }
 

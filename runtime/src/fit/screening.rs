@@ -2,9 +2,10 @@
 
 use super::field::DistanceField;
 use super::gauss_newton::{self, Stop};
-use super::loss::Welsch;
-use super::motion::{Motion, rotations};
-use super::objective::Objective;
+use super::loss::Loss;
+use super::motion::{Motion, random_rotation, rotations};
+use super::objective::{Objective, Order};
+use super::points::Points;
 use super::proposals;
 use super::restart::restart;
 use super::schedule::Setting;
@@ -12,7 +13,7 @@ use super::space::Estimate;
 use rayon::prelude::*;
 
 /// The finest scale of psi here, as a fraction of the scan's radius.
-const FINE: f64 = 0.07;
+pub(crate) const FINE: f64 = 0.07;
 /// Shapes beside the start's and the default.
 const PROPOSALS: usize = 4;
 /// Orientations that are tried.
@@ -23,6 +24,8 @@ const ORIENTATIONS: usize = 200;
 pub(crate) struct Candidate {
     pub(crate) estimate: Estimate,
     pub(crate) value: f64,
+    /// Fraction of inliers, where known.
+    pub(crate) inliers: f64,
     /// Per patch, which way is out, as learnt so far (see `Facing`).
     pub(crate) signs: Vec<i8>,
 }
@@ -30,8 +33,32 @@ pub(crate) struct Candidate {
 impl Candidate {
     /// A candidate of which nothing is known.
     pub(crate) fn new(setting: &Setting, estimate: Estimate) -> Self {
-        Self { estimate, value: f64::INFINITY, signs: vec![0; setting.model.parts().len()] }
+        Self { estimate, value: f64::INFINITY, inliers: 0.0, signs: vec![0; setting.model.parts().len()] }
     }
+}
+
+/// The best place to begin from near a start.
+pub(crate) fn approach(setting: &Setting, start: &Estimate) -> Candidate {
+    let from = Candidate::new(setting, start.clone());
+    let points = setting.points.sample(2000);
+    let mut scales = vec![0.3, 0.2];
+    // A start so far off that hardly a point feels it is brought nearer with wider scales.
+    while scales[0] < 20.0 && inliers(setting, &points, scales[0], &from) < 0.5 {
+        scales.insert(0, 2.0 * scales[0]);
+    }
+    let found = advance(setting, vec![from.clone()], 1000, &scales, false);
+    let found = advance(setting, found, 2000, &[0.14, 0.1, FINE], true);
+    let Some(found) = found.into_iter().next() else { return from };
+    let mut found = restart(setting, start, start, &points, FINE, found);
+    found.inliers = inliers(setting, &points, FINE, &found);
+    found
+}
+
+/// The fraction of points near a candidate, by a scale of psi.
+fn inliers(setting: &Setting, points: &Points, scale: f64, at: &Candidate) -> f64 {
+    let objective = setting.objective(&setting.space, points, Loss::welsch(scale * setting.radius));
+    let evaluation = objective.evaluate(&at.estimate, Order::Value);
+    evaluation.map_or(0.0, |e| e.inliers() / points.len().max(1) as f64)
 }
 
 /// The best place to begin from: of all orientations, of the start's shape, the script's default shape and others that
@@ -41,7 +68,7 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
     let defaults: Vec<f64> = setting.model.parameters().iter().map(|p| p.default).collect();
     let defaults = setting.space.estimate(&defaults, start.motion);
     if setting.space.apart(&defaults, start) > 0.05 * setting.radius {
-        shapes.push(defaults);
+        shapes.push(defaults.clone());
     }
     shapes.extend(proposals::propose(setting, start, PROPOSALS));
     let mut candidates: Vec<Candidate> =
@@ -54,7 +81,7 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
     let points = setting.points.sample(2000);
     let mut best: Vec<Candidate> = distinct(setting, candidates, 2)
         .into_iter()
-        .map(|candidate| restart(setting, start, &points, FINE, candidate))
+        .map(|candidate| restart(setting, start, &defaults, &points, FINE, candidate))
         .collect();
     best.sort_by(|a, b| a.value.total_cmp(&b.value));
     best.into_iter().next()
@@ -63,14 +90,15 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
 /// Every orientation, moved rigidly to where it fits best, with the parameters of `shape`.
 fn orientations(setting: &Setting, shape: &Estimate) -> Vec<Candidate> {
     let points = setting.points.sample(350);
-    let loss = Welsch { sigma: 0.35 * setting.radius };
+    let loss = Loss::welsch(0.35 * setting.radius);
     let objective = setting.objective(&setting.space, &points, loss);
     let Ok(placed) = objective.place(shape) else { return Vec::new() };
     let Some(field) = DistanceField::new(&placed.facets, 0.5 * setting.radius) else { return Vec::new() };
     let (centre, ..) = placed.facets.moments();
     let target = points.centre();
+    let turn = random_rotation(setting.seed);
     let mut motions = vec![shape.motion];
-    motions.extend(rotations(ORIENTATIONS).into_iter().map(|r| Motion::taking(r, centre, target)));
+    motions.extend(rotations(ORIENTATIONS).into_iter().map(|r| Motion::taking(turn * r, centre, target)));
     let mut found: Vec<Candidate> = motions
         .into_par_iter()
         .map(|motion| {
@@ -91,13 +119,16 @@ fn advance(setting: &Setting, candidates: Vec<Candidate>, count: usize, scales: 
         .into_par_iter()
         .filter_map(|mut candidate| {
             for scale in scales {
-                let loss = Welsch { sigma: scale * setting.radius };
+                let loss = Loss::welsch(scale * setting.radius);
                 let objective = Objective {
                     signs: sided.then_some(&candidate.signs),
                     ..setting.objective(&setting.space, &points, loss)
                 };
                 let stop = Stop { iterations: 8, step: 2e-3 * setting.radius };
-                let minimum = gauss_newton::minimise(&objective, candidate.estimate, stop)?;
+                let Some(minimum) = gauss_newton::minimise(&objective, candidate.estimate.clone(), stop) else {
+                    // Whoever does not want to wait any longer gets what there is.
+                    return setting.progress.cancelled().then_some(candidate);
+                };
                 if !sided {
                     candidate.signs = setting.facing(&minimum.evaluation);
                 }

@@ -37,6 +37,8 @@ pub(crate) struct Space<'a> {
     base: Vec<f64>,
     /// Indices of the free parameters, ascending.
     pub(crate) free: Vec<usize>,
+    /// Pairs of a free parameter and one that follows it.
+    pub(crate) ties: Vec<(usize, usize)>,
     rules: Vec<Rule>,
     /// Some parameter's bounds depend on others.
     dependent: bool,
@@ -53,9 +55,22 @@ pub(crate) struct Space<'a> {
 impl<'a> Space<'a> {
     /// The space in which the parameters `free` (ascending) and, if `moving`, the motion vary about `x`. Scales are 1 until
     /// `set_scale`.
-    pub(crate) fn new(model: &'a dyn Model, x: &[f64], free: Vec<usize>, moving: bool) -> Self {
-        let at = model.bounds(x);
+    /// Of every pair in `ties` the second parameter, which is not free, is to equal the first.
+    pub(crate) fn new(
+        model: &'a dyn Model,
+        x: &[f64],
+        free: Vec<usize>,
+        moving: bool,
+        ties: &[(usize, usize)],
+    ) -> Self {
+        let mut at = model.bounds(x);
         let varying = varying_bounds(model, x, &at);
+        for (leader, follower) in ties {
+            let (low, high) = at[*follower];
+            if !varying[*follower] {
+                at[*leader] = (at[*leader].0.max(low), at[*leader].1.min(high));
+            }
+        }
         let rules: Vec<Rule> = free
             .iter()
             .map(|i| {
@@ -70,7 +85,18 @@ impl<'a> Space<'a> {
             .collect();
         let dependent = varying.contains(&true);
         let scale = vec![1.0; free.len()];
-        Self { model, base: x.to_vec(), free, rules, dependent, moving, centre: DVec3::ZERO, scale, radius: 1.0 }
+        let (base, ties, centre) = (x.to_vec(), ties.to_vec(), DVec3::ZERO);
+        Self { model, base, free, ties, rules, dependent, moving, centre, scale, radius: 1.0 }
+    }
+
+    /// The space of all parameters without bounds and without a motion: its coordinates are the parameters themselves.
+    pub(crate) fn unbounded(model: &'a dyn Model, x: &[f64]) -> Self {
+        let n = x.len();
+        let rule = Rule::Plain { low: f64::NEG_INFINITY, high: f64::INFINITY };
+        let (base, free) = (x.to_vec(), (0..n).collect());
+        let (rules, scale) = (vec![rule; n], vec![1.0; n]);
+        let (ties, centre) = (Vec::new(), DVec3::ZERO);
+        Self { model, base, free, ties, rules, dependent: false, moving: false, centre, scale, radius: 1.0 }
     }
 
     /// Coordinates in all.
@@ -86,7 +112,10 @@ impl<'a> Space<'a> {
             now[*i] = x[*i];
         }
         for (k, i) in self.free.iter().enumerate() {
-            let (low, high) = self.model.bounds(&now)[*i];
+            let (low, high) = match self.rules[k] {
+                Rule::Plain { low, high } => (low, high),
+                _ => self.model.bounds(&now)[*i],
+            };
             let value = clamp(now[*i], low, high);
             now[*i] = value;
             z[k] = match self.rules[k] {
@@ -108,6 +137,7 @@ impl<'a> Space<'a> {
                 x[*i] = *z;
             }
         }
+        self.tie(&mut x);
         if !self.dependent {
             return Some(x);
         }
@@ -126,12 +156,24 @@ impl<'a> Space<'a> {
                 Rule::AboveLow => low + z,
                 Rule::BelowHigh => high - z,
             };
+            self.tie(&mut x);
         }
         let slack = |bound: f64| 1e-9 * (1.0 + bound.abs());
         let kept = self.model.bounds(&x).iter().zip(&x).enumerate().all(|(i, ((low, high), x))| {
             self.free.binary_search(&i).is_ok() || (*x >= low - slack(*low) && *x <= high + slack(*high))
         });
         kept.then_some(x)
+    }
+
+    fn tie(&self, x: &mut [f64]) {
+        for (leader, follower) in &self.ties {
+            x[*follower] = x[*leader];
+        }
+    }
+
+    /// A free parameter and those that follow it.
+    pub(crate) fn followers(&self, i: usize) -> impl Iterator<Item = usize> {
+        std::iter::once(i).chain(self.ties.iter().filter(move |t| t.0 == i).map(|t| t.1))
     }
 
     /// dx/dz over the free parameters, with the scales: the derivative of every x (rows) by every scaled coordinate of a
@@ -141,7 +183,9 @@ impl<'a> Space<'a> {
         let mut slope = DMatrix::zeros(self.base.len(), n);
         for (k, i) in self.free.iter().enumerate() {
             if !self.dependent {
-                slope[(*i, k)] = 1.0 / self.scale[k];
+                for row in self.followers(*i) {
+                    slope[(row, k)] = 1.0 / self.scale[k];
+                }
                 continue;
             }
             let h = 1e-6 * z[k].abs().max(1.0 / self.scale[k].max(1e-300)).max(1e-6);
@@ -171,6 +215,7 @@ impl<'a> Space<'a> {
                 Rule::AboveLow => low + z,
                 Rule::BelowHigh => high - z,
             };
+            self.tie(&mut x);
         }
         x.iter().all(|x| x.is_finite()).then_some(x)
     }

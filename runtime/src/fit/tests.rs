@@ -6,4 +6,5 @@ mod distances;
 mod fits;
 mod number;
 pub(crate) mod shapes;
+mod statistics;
 mod success;

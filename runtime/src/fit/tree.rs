@@ -1,17 +1,20 @@
 //! A tree of boxes over facets, refitted as the model moves.
 
-use glam::DVec3;
+use glam::{DVec3, Vec4};
 
 /// A binary tree of axis-aligned boxes; children stand behind their parent, so that one pass backwards refits all.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
+    /// What the boxes' coordinates are relative to.
+    origin: DVec3,
 }
 
+/// Boxes are in single precision, a little larger than what they hold, so that no rounding hides an item.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    low: DVec3,
-    high: DVec3,
+    low: Vec4,
+    high: Vec4,
     /// First item of a leaf, else the left child; the right one follows it.
     first: u32,
     /// Items of a leaf; 0 in an inner node.
@@ -27,7 +30,7 @@ impl Tree {
     /// `order[i]`. Boxes are empty until `refit`.
     pub(crate) fn build(centres: &[DVec3]) -> (Self, Vec<u32>) {
         let mut order: Vec<u32> = (0..centres.len() as u32).collect();
-        let empty = Node { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY, first: 0, count: centres.len() as u32 };
+        let empty = Node { low: Vec4::INFINITY, high: Vec4::NEG_INFINITY, first: 0, count: centres.len() as u32 };
         let mut nodes = vec![empty];
         let mut next = 0;
         while next < nodes.len() {
@@ -42,14 +45,20 @@ impl Tree {
             }
             next += 1;
         }
-        (Self { nodes }, order)
+        (Self { nodes, origin: DVec3::ZERO }, order)
     }
 
-    /// Fits every box to the corners of its items; items with a corner that is not finite are left out.
-    pub(crate) fn refit(&mut self, corners: impl Fn(usize) -> [[f64; 3]; 4]) {
+    /// Fits every box to the corners of its items; items with a corner that is not finite are left out. `bounds` holds all
+    /// corners.
+    pub(crate) fn refit(&mut self, (low, high): (DVec3, DVec3), corners: impl Fn(usize) -> [[f64; 3]; 4]) {
+        let empty = !low.cmple(high).all();
+        self.origin = if empty { DVec3::ZERO } else { 0.5 * (low + high) };
+        // Rounding to single precision, of the box and of whoever asks, moves a coordinate by less than 1e-7 of its size.
+        let margin = if empty { 0.0 } else { (4e-7 * (high - low).max_element()) as f32 };
+        let margin = Vec4::new(margin, margin, margin, 0.0);
         for i in (0..self.nodes.len()).rev() {
             let Node { first, count, .. } = self.nodes[i];
-            let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
             if count == 0 {
                 for child in &self.nodes[first as usize..first as usize + 2] {
                     low = low.min(child.low);
@@ -57,11 +66,11 @@ impl Tree {
                 }
             } else {
                 for item in first..first + count {
-                    let corners = corners(item as usize).map(DVec3::from_array);
+                    let corners = corners(item as usize).map(|c| self.local(DVec3::from_array(c)));
                     if corners.iter().all(|c| c.is_finite()) {
                         for c in corners {
-                            low = low.min(c);
-                            high = high.max(c);
+                            low = low.min(c - margin);
+                            high = high.max(c + margin);
                         }
                     }
                 }
@@ -70,16 +79,21 @@ impl Tree {
         }
     }
 
+    fn local(&self, p: DVec3) -> Vec4 {
+        (p - self.origin).as_vec3().extend(0.0)
+    }
+
     /// Visits items near `q`, nearest boxes first. `item` gets an item and the squared distance that it must beat, and
     /// returns the one to beat from then on.
     pub(crate) fn visit(&self, q: DVec3, limit: f64, mut item: impl FnMut(usize, f64) -> f64) {
         let mut limit = limit;
+        let place = self.local(q);
         let mut stack = [(0.0_f64, 0_u32); DEPTH];
         let mut depth = 0;
         if self.nodes.is_empty() {
             return;
         }
-        stack[depth] = (self.distance(0, q), 0);
+        stack[depth] = (self.distance(0, place), 0);
         depth += 1;
         while depth > 0 {
             depth -= 1;
@@ -96,7 +110,7 @@ impl Tree {
                     break;
                 }
                 let (mut near, mut far) = (first, first + 1);
-                let (mut d_near, mut d_far) = (self.distance(near, q), self.distance(far, q));
+                let (mut d_near, mut d_far) = (self.distance(near, place), self.distance(far, place));
                 if d_far < d_near {
                     (near, far, d_near, d_far) = (far, near, d_far, d_near);
                 }
@@ -112,10 +126,10 @@ impl Tree {
         }
     }
 
-    /// Squared distance from `q` to a node's box; infinite for an empty one.
-    fn distance(&self, node: u32, q: DVec3) -> f64 {
+    /// Squared distance from `q` to a node's box, not more than it is; infinite for an empty one.
+    fn distance(&self, node: u32, q: Vec4) -> f64 {
         let Node { low, high, .. } = self.nodes[node as usize];
-        (low - q).max(q - high).max(DVec3::ZERO).length_squared()
+        f64::from((low - q).max(q - high).max(Vec4::ZERO).length_squared()) * (1.0 - 1e-6)
     }
 }
 
@@ -228,7 +242,9 @@ mod tests {
         let (mut tree, order) = Tree::build(&points);
         // Refit to points that have moved since.
         let moved: Vec<DVec3> = points.iter().map(|p| *p * 1.3 + point(&mut rng) * 0.2).collect();
-        tree.refit(|i| [moved[order[i] as usize].to_array(); 4]);
+        let low = moved.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = moved.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        tree.refit((low, high), |i| [moved[order[i] as usize].to_array(); 4]);
         for _ in 0..300 {
             let q = point(&mut rng) * 1.5;
             let mut found = (f64::INFINITY, usize::MAX);

@@ -77,6 +77,7 @@ fn fit() -> FitResult {
         converged: true,
         seconds: BTreeMap::from([("fit".to_owned(), 1.5)]),
         warnings: vec![HOSTILE.to_owned()],
+        ..FitResult::default()
     }
 }
 

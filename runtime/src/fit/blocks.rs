@@ -1,0 +1,90 @@
+//! Blocks of space within which the residuals of a scan may depend on each other.
+
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Blocks of one size: points of one patch in one cube.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Blocks {
+    /// Edge of a cube. Millimetres.
+    pub(crate) edge: f64,
+    /// By how much dependence within blocks raises the variance of a mean, over that of independent residuals.
+    pub(crate) inflation: f64,
+    /// What is left out across the borders of blocks: a factor on variances.
+    pub(crate) correction: f64,
+}
+
+/// Fewer blocks than this estimate no variance.
+const FEWEST: usize = 40;
+/// Ratios of the scan's radius that are tried as edges.
+const EDGES: i32 = 8;
+
+impl Blocks {
+    /// The key of a point's block; `shift` (fractions of an edge) moves the grid.
+    pub(crate) fn key(edge: f64, shift: DVec3, patch: u32, p: DVec3) -> (u32, [i64; 3]) {
+        (patch, (p / edge + shift).floor().to_array().map(|c| c as i64))
+    }
+
+    /// The blocks in which signed pulls (`weight * distance`) depend on each other, from the sizes of block sums: those of
+    /// independent pulls grow like the root of their number, so that
+    /// sum over blocks of (sum of pulls)^2 / sum of pulls^2 is 1 whatever the size. None where it is not clearly more.
+    /// The edge taken is the one at which the ratio is largest: in larger blocks the fit itself has made the sums small.
+    pub(crate) fn find(points: &[(DVec3, u32)], pulls: &[f64], radius: f64) -> Option<Self> {
+        let total: f64 = pulls.iter().map(|z| z * z).sum();
+        if !(total > 0.0) {
+            return None;
+        }
+        let mut by_edge: Vec<(f64, f64)> = Vec::new();
+        let mut clear = false;
+        for k in (1..=EDGES).rev() {
+            let edge = radius * 0.5_f64.powi(k);
+            let mut sums: HashMap<(u32, [i64; 3]), f64> = HashMap::new();
+            for ((p, patch), z) in points.iter().zip(pulls) {
+                *sums.entry(Self::key(edge, DVec3::ZERO, *patch, *p)).or_default() += z;
+            }
+            if sums.len() < FEWEST {
+                break;
+            }
+            // Sorted, so that the sum does not depend on the table's order.
+            let mut squares: Vec<f64> = sums.values().map(|s| s * s).collect();
+            squares.sort_by(f64::total_cmp);
+            let ratio = squares.iter().sum::<f64>() / total;
+            clear |= ratio > 1.15 + 4.0 * (2.0 / sums.len() as f64).sqrt();
+            by_edge.push((edge, ratio));
+        }
+        let best = (0..by_edge.len()).max_by(|a, b| by_edge[*a].1.total_cmp(&by_edge[*b].1))?;
+        let (edge, inflation) = by_edge[best];
+        if !clear {
+            return None;
+        }
+        // Half the edge cuts twice as much off: the limit of uncut dependence is about one difference farther.
+        let finer = best.checked_sub(1).map_or(inflation, |i| by_edge[i].1);
+        let correction = (1.0 + (inflation - finer) / inflation).clamp(1.0, 1.5);
+        Some(Self { edge, inflation: inflation * correction, correction })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+
+    #[test]
+    fn independent_pulls_have_no_blocks_and_smooth_ones_have() {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let points: Vec<(DVec3, u32)> = (0..20_000)
+            .map(|_| (DVec3::new(random.random_range(-50.0..50.0), random.random_range(-50.0..50.0), 0.0), 0))
+            .collect();
+        let white: Vec<f64> = points.iter().map(|_| random.random_range(-1.0..1.0)).collect();
+        assert_eq!(Blocks::find(&points, &white, 50.0), None);
+        // A random value on every square of 5 mm, and white noise of the same size: of n = 20000 * 25 / 10000 = 50 points
+        // a square, the variance of the mean is 1 + (n - 1) / 2 times that of independent ones.
+        let levels: Vec<f64> = (0..400).map(|_| random.random_range(-1.0..1.0)).collect();
+        let at =
+            |p: DVec3| levels[(((p.x + 50.0) / 5.0) as usize).min(19) * 20 + (((p.y + 50.0) / 5.0) as usize).min(19)];
+        let patchy: Vec<f64> = points.iter().zip(&white).map(|((p, _), z)| at(*p) + z).collect();
+        let blocks = Blocks::find(&points, &patchy, 50.0).unwrap();
+        assert!((15.0..40.0).contains(&blocks.inflation) && blocks.edge >= 5.0, "{blocks:?}");
+    }
+}

@@ -1,0 +1,162 @@
+//! What fits say of their own uncertainty, against many fits of simulated scans.
+
+use super::cup::scan_of;
+use super::number::Number;
+use super::shapes::{Formula, Handmade, Simple, simple};
+use crate::fit::{FitError, FitOptions, FitResult, LossKind, fit};
+use crate::mesh::TriangleMesh;
+use crate::progress::{Progress, Silent};
+use crate::scan::Scan;
+use glam::DVec3;
+use gml_compiler::program::Quantity;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Options that keep the model where it is, so that a fit takes no longer than it must.
+fn still() -> FitOptions {
+    FitOptions { no_pose: true, ..FitOptions::default() }
+}
+
+fn fitted(scan: &Scan, options: &FitOptions) -> FitResult {
+    fit(&simple(Simple::Sphere, &[38.0]), scan, options, &Silent).unwrap()
+}
+
+/// Mean and standard deviation.
+fn spread(values: &[f64]) -> (f64, f64) {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64;
+    (mean, square.sqrt())
+}
+
+/// A sphere whose radius varies smoothly from place to place by `bumps`, beside white noise.
+fn bumpy(bumps: f64, noise: f64, seed: u64) -> Scan {
+    let mut scan = scan_of(&simple(Simple::Sphere, &[37.0]), &[37.0], noise, 1500, seed);
+    let mut random = ChaCha8Rng::seed_from_u64(1000 + seed);
+    let centres: Vec<(DVec3, f64)> = (0..300)
+        .map(|_| {
+            let p = DVec3::from_array([(); 3].map(|()| random.random_range(-1.0..1.0)));
+            (p.normalize_or(DVec3::X), random.random_range(-1.0..1.0))
+        })
+        .collect();
+    for p in &mut scan.mesh.positions {
+        let at = DVec3::from_array(*p);
+        let n = at.normalize();
+        // Hills of some 4 mm.
+        let hill: f64 = centres.iter().map(|(c, height)| height * (-(n.distance(*c) / 0.1).powi(2)).exp()).sum();
+        *p = (at + n * (bumps * hill)).to_array();
+    }
+    scan
+}
+
+#[test]
+fn standard_deviations_are_those_of_repeated_scans() {
+    for (bumps, noise) in [(0.0, 0.05), (0.1, 0.02)] {
+        let runs: Vec<FitResult> = (0..60).map(|seed| fitted(&bumpy(bumps, noise, seed), &still())).collect();
+        let values: Vec<f64> = runs.iter().map(|r| r.parameters[0].value).collect();
+        let stated: Vec<f64> = runs.iter().map(|r| r.parameters[0].sd.unwrap()).collect();
+        let (found, (stated, _)) = (spread(&values).1, spread(&stated));
+        // Of sixty runs, the spread is known to 9 %; block sums are less certain.
+        let room = if bumps > 0.0 { 0.65..1.55 } else { 0.75..1.3 };
+        assert!(room.contains(&(stated / found)), "{bumps}: stated {stated}, found {found}");
+        let points = runs[0].scan.points.max(1500) as f64;
+        let effective = runs[0].covariance.as_ref().unwrap().effective_points;
+        // What independent residuals would give is far too small where they are not.
+        assert_eq!(effective < 0.4 * points, bumps > 0.0, "{bumps}: {effective} of {points}");
+    }
+}
+
+#[test]
+fn a_held_value_is_contradicted_where_it_is_wrong() {
+    let truth = [36.0, 60.0];
+    let scan = scan_of(&simple(Simple::Cylinder, &truth), &truth, 0.05, 2000, 4);
+    let test = |held: f64| {
+        let options = FitOptions { start: [("a".to_owned(), held)].into(), fixed: vec!["a".to_owned()], ..still() };
+        let result = fit(&simple(Simple::Cylinder, &[30.0, 58.0]), &scan, &options, &Silent).unwrap();
+        assert_eq!(result.parameters[0].value, held);
+        result.tests[0].clone()
+    };
+    let (right, wrong) = (test(36.0), test(36.02));
+    assert!(right.p > 0.001 && right.degrees == 1, "{right:?}");
+    // Twenty standard errors of 0.05 / sqrt(2000).
+    assert!(wrong.p < 1e-10 && (wrong.free[0] - 36.0).abs() < 0.01, "{wrong:?}");
+}
+
+#[test]
+fn tied_parameters_stay_equal_and_others_cannot_be_tied() {
+    let truth = [47.0, 47.0];
+    let scan = scan_of(&simple(Simple::Cylinder, &truth), &truth, 0.05, 2000, 5);
+    let model = simple(Simple::Cylinder, &[40.0, 60.0]);
+    let tie = |names: [&str; 2]| FitOptions { equal: vec![names.map(str::to_owned).into()], ..still() };
+    let result = fit(&model, &scan, &tie(["a", "b"]), &Silent).unwrap();
+    let [a, b] = [0, 1].map(|i| &result.parameters[i]);
+    assert!(a.value == b.value && (a.value - 47.0).abs() < 0.02 && a.sd == b.sd, "{result:?}");
+    assert!(matches!(fit(&model, &scan, &tie(["a", "a"]), &Silent), Err(FitError::Equal(..))));
+    assert!(matches!(fit(&model, &scan, &tie(["a", "c"]), &Silent), Err(FitError::UnknownParameter { .. })));
+}
+
+/// A sphere whose radius is the sum of two parameters.
+struct Sum;
+
+impl Formula for Sum {
+    fn surface<T: Number>(&self, _: usize, x: &[T], u: T, v: T) -> [T; 3] {
+        Simple::Sphere.surface(0, &[x[0] + x[1]], u, v)
+    }
+}
+
+#[test]
+fn a_combination_that_the_scan_does_not_determine_is_named() {
+    let scan = scan_of(&simple(Simple::Sphere, &[37.0]), &[37.0], 0.05, 1000, 6);
+    let rows = [("a", Quantity::Length, 1.0, 99.0, 20.0), ("b", Quantity::Length, 1.0, 99.0, 18.0)];
+    let model = Handmade::new(Sum, &rows, &[("all", &[0, 1])]);
+    let result = fit(&model, &scan, &still(), &Silent).unwrap();
+    assert!((result.parameters[0].value + result.parameters[1].value - 37.0).abs() < 0.01, "{result:?}");
+    assert!(result.parameters.iter().all(|p| p.sd.is_none()), "{result:?}");
+    let named = result.warnings.iter().any(|w| w.contains("combination") && w.contains("`a`") && w.contains("`b`"));
+    assert!(named, "{:?}", result.warnings);
+}
+
+#[test]
+fn bounded_losses_ignore_what_squares_do_not() {
+    let mut scan = scan_of(&simple(Simple::Sphere, &[37.0]), &[37.0], 0.05, 1500, 7);
+    for p in scan.mesh.positions.iter_mut().step_by(20) {
+        *p = (DVec3::from_array(*p) * 1.1).to_array();
+    }
+    let off = |loss| (fitted(&scan, &FitOptions { loss, ..still() }).parameters[0].value - 37.0).abs();
+    for loss in [LossKind::Welsch, LossKind::Tukey] {
+        assert!(off(loss) < 0.01, "{loss:?}: {}", off(loss));
+    }
+    // One point in twenty is 3.7 mm off: 0.185 mm on average.
+    assert!((off(LossKind::Squared) - 0.185).abs() < 0.02, "{}", off(LossKind::Squared));
+    let huber = off(LossKind::Huber);
+    assert!(huber > 0.002 && huber < 0.05, "{huber}");
+}
+
+/// Cancels when it has been asked often enough.
+struct Impatient(AtomicU32);
+
+impl Progress for Impatient {
+    fn report(&self, _: &str, _: f64, _: &str) {}
+    fn cancelled(&self) -> bool {
+        self.0.fetch_add(1, Ordering::Relaxed) > 40
+    }
+}
+
+#[test]
+fn an_interrupted_fit_has_the_best_so_far() {
+    let scan = scan_of(&simple(Simple::Torus, &[47.0, 9.0]), &[47.0, 9.0], 0.05, 3000, 9);
+    let model = simple(Simple::Torus, &[40.0, 12.0]);
+    let result = fit(&model, &scan, &FitOptions::default(), &Impatient(AtomicU32::new(0))).unwrap();
+    assert!(result.interrupted && !result.converged && result.parameters.len() == 2, "{result:?}");
+    assert!(result.warnings.iter().any(|w| w.contains("interrupted")), "{result:?}");
+    let whole = fit(&model, &scan, &FitOptions::default(), &Silent).unwrap();
+    assert!(!whole.interrupted && !whole.trace.is_empty());
+    assert!(whole.trace.windows(2).all(|pair| pair[0].evaluations <= pair[1].evaluations));
+}
+
+#[test]
+fn a_scan_without_points_is_refused() {
+    let scan = Scan { mesh: TriangleMesh::default(), ..bumpy(0.0, 0.1, 1) };
+    let model = simple(Simple::Sphere, &[38.0]);
+    assert!(matches!(fit(&model, &scan, &still(), &Silent), Err(FitError::EmptyScan { .. })));
+}

@@ -1,0 +1,7 @@
+/// NIST StRD Misra1a. The response.
+model misra1a {
+  param b1: real = 1
+  param b2: real = 1
+
+  part response = |x, _| (0mm, 0mm, 1mm * (b1 * (1 - exp(-b2 * x))))
+}

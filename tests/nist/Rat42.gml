@@ -1,0 +1,8 @@
+/// NIST StRD Rat42. The response.
+model rat42 {
+  param b1: real = 1
+  param b2: real = 1
+  param b3: real = 1
+
+  part response = |x, _| (0mm, 0mm, 1mm * (b1 / (1 + exp(b2 - b3 * x))))
+}

@@ -1,0 +1,6 @@
+/// A part of the plane z = 0, larger than what was measured.
+model plane {
+  /// About the size of the object, in millimetres.
+  input reach: real = 10
+  part face = |u, v| ((u - 1/2) * reach * 8mm, (v - 1/2) * reach * 8mm, 0mm)
+}
