@@ -5,6 +5,7 @@
 
 mod deviations;
 mod moments;
+mod ordered;
 mod orientation;
 mod report;
 mod statistics;
