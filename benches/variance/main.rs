@@ -2,8 +2,8 @@
 //! 2048, two directions a texel, 10 mm.
 //!
 //! `GMLC_TEST_DATA=... cargo bench --bench variance` prints wall and processor seconds, the least of several runs, and queries
-//! (texels) a second. With `-- --dump FILE` the origins and normals are written for benches/variance/peers.py, which casts the
-//! same rays with other libraries.
+//! (texels) a second. With `-- --dump FILE` origins and normals are written, and what was found, for benches/variance/peers.py, which
+//! casts the same rays with other libraries and compares.
 
 use cpu_time::ProcessTime;
 use gml_compiler::program::{Options, Program, compile};
@@ -69,6 +69,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let bvh = stages.time("build", || Bvh::build(&scan.mesh))?;
         let trace = stages.time("trace", || variance::trace(texels, &bvh, MAX_DISTANCE, Facing::Any, Device::Cpu))?;
         let deviations = trace.deviations;
+        if let (0, Some(dump)) = (run, dump) {
+            let both = deviations.outward.iter().zip(&deviations.inward).flat_map(|(a, b)| [*a, *b]);
+            write_floats(Path::new(&format!("{dump}.found")), both)?;
+        }
         stages.time("texture", || DistanceTexture::new(&deviations));
         let report = stages.time("statistics", || VarianceReport::new(&deviations, &ScanSource::default(), "cpu"));
         if run == 0 {
@@ -107,13 +111,17 @@ fn true_parameters(program: &Program, folder: &Path) -> Result<Vec<f64>, Box<dyn
     program.parameters().iter().map(|p| of(&p.name)).collect()
 }
 
-/// Six single-precision numbers a texel: origin and normal, as written by the machine.
+/// Six numbers a texel: origin and normal.
 fn write_rays(path: &Path, texels: &Texels) -> std::io::Result<()> {
+    let ray = |(position, normal): (&[f64; 3], &[f32; 3])| [position.map(|x| x as f32), *normal].concat();
+    write_floats(path, texels.position.iter().zip(&texels.normal).flat_map(ray))
+}
+
+/// In single precision, bytes in the machine's order.
+fn write_floats(path: &Path, values: impl Iterator<Item = f32>) -> std::io::Result<()> {
     let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
-    for (position, normal) in texels.position.iter().zip(&texels.normal) {
-        for x in position.map(|x| x as f32).iter().chain(normal) {
-            file.write_all(&x.to_ne_bytes())?;
-        }
+    for x in values {
+        file.write_all(&x.to_ne_bytes())?;
     }
     file.flush()
 }

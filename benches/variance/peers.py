@@ -52,7 +52,18 @@ def run(build, cast, rays, limit):
         casting = clocks() - before
         signed, _ = finish(outward, inward, limit)
         times.append([casting, clocks() - start])
-    return np.min(times, axis=0), signed
+    return np.min(times, axis=0), signed, np.stack([outward, inward], axis=1)
+
+
+def compare(theirs, ours, limit):
+    """Hits on one side only, but for those at the very ends of the rays, and the largest difference of the others."""
+    hit, found = np.isfinite(theirs), np.isfinite(ours)
+    # A texel on the scan itself is at distance zero in both directions for gmlc; a ray from it may miss behind its origin.
+    at_an_end = (np.nan_to_num(theirs, posinf=0) > limit - 1e-3) | (np.nan_to_num(ours) > limit - 1e-3) | (ours < 1e-3)
+    lost, extra = hit & ~found & ~at_an_end, found & ~hit & ~at_an_end
+    late = np.abs(theirs - ours)[hit & found]
+    print(f"{'':8} {lost.sum()} hits that gmlc has not, {extra.sum()} that only gmlc has; "
+          f"differences of the other {len(late)}: {(late > 1e-3).sum()} above 1e-3 mm, largest {late.max():.2g} mm")
 
 
 def open3d_scene(path):
@@ -94,12 +105,13 @@ def main():
     rays = np.fromfile(sys.argv[1], np.float32).reshape(-1, 6)
     limit = float(sys.argv[3]) if len(sys.argv) > 3 else 10.0
     for name, scene in (("open3d", open3d_scene), ("embreex", embreex_scene)):
-        (casting, everything), signed = run(*scene(sys.argv[2]), rays, limit)
+        (casting, everything), signed, both = run(*scene(sys.argv[2]), rays, limit)
         hit = np.isfinite(signed)
         print(f"{name:8} {len(signed)} texels, coverage {hit.mean():.4f}, rms {np.sqrt((signed[hit] ** 2).mean()):.4f} mm")
         print(f"{'':8} casting {casting[0]:.3f} s, processor {casting[1]:.3f} s", end="; ")
         print(f"{2e-6 * len(rays) / casting[0]:.1f} M rays/s, {2e-6 * len(rays) / casting[1]:.1f} a processor")
         print(f"{'':8} all     {everything[0]:.3f} s, processor {everything[1]:.3f} s")
+        compare(both, np.fromfile(sys.argv[1] + ".found", np.float32).reshape(-1, 2), limit)
 
 
 main()

@@ -1,7 +1,7 @@
 //! The result of a variance analysis as it is written to variance.json.
 
 use super::statistics::{Samples, Sorted};
-use super::{Deviations, Statistics};
+use super::{Deviations, Statistics, Tolerance};
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -66,6 +66,17 @@ impl VarianceReport {
     /// `seconds` by whoever measures it.
     #[must_use]
     pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str) -> Self {
+        Self::with_tolerance(deviations, scan, device, None)
+    }
+
+    /// As [`new`](Self::new), and says of all, of every part and of every group how it stands to a tolerance.
+    #[must_use]
+    pub fn with_tolerance(
+        deviations: &Deviations,
+        scan: &ScanSource,
+        device: &str,
+        tolerance: Option<Tolerance>,
+    ) -> Self {
         let names = &deviations.texels.part_names;
         let sorted = Sorted::of(deviations);
         let range = deviations.max_distance;
@@ -77,14 +88,14 @@ impl VarianceReport {
         }
         let named = |(name, samples): (String, Samples)| PartStatistics {
             name,
-            statistics: Statistics::of_samples(&samples, range),
+            statistics: Statistics::of_samples(&samples, range, tolerance),
         };
         let of = |class: &[Option<usize>], names: Vec<String>| -> Vec<PartStatistics> {
             let samples = sorted.by_class(class, names.len());
             names.into_par_iter().zip(samples).map(named).collect()
         };
         let (overall, (parts, groups)) = rayon::join(
-            || Statistics::of_samples(&sorted.all(), range),
+            || Statistics::of_samples(&sorted.all(), range, tolerance),
             || (of(&every, names.clone()), of(&grouped, groups.into_iter().map(|(name, _)| name).collect())),
         );
         Self {

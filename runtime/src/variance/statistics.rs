@@ -3,6 +3,7 @@
 use super::Deviations;
 use super::moments::Moments;
 use super::ordered::{Ordered, sum};
+use super::tolerance::{Conformance, Tolerance};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -31,6 +32,9 @@ pub struct Statistics {
     pub per_texel: Moments,
     /// How the signed distances are distributed.
     pub histogram: Histogram,
+    /// How they stand to the tolerance, where one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Conformance>,
 }
 
 /// How signed distances are distributed: bins of equal width from `low` to `high`, each with its lower end, the last
@@ -134,10 +138,10 @@ impl Statistics {
     /// Of all texels. Areas that are negative or not finite count as zero.
     #[must_use]
     pub fn of(deviations: &Deviations) -> Self {
-        Self::of_samples(&Sorted::of(deviations).all(), deviations.max_distance)
+        Self::of_samples(&Sorted::of(deviations).all(), deviations.max_distance, None)
     }
 
-    pub(super) fn of_samples(samples: &Samples, max_distance: f64) -> Self {
+    pub(super) fn of_samples(samples: &Samples, max_distance: f64, tolerance: Option<Tolerance>) -> Self {
         let (mut signed, mut areas) = (Cow::Borrowed(&samples.signed), Cow::Borrowed(&samples.areas));
         if areas.contains(&0.0) {
             let with_area = |(x, a): (&f32, &f32)| (*a > 0.0).then_some((*x, *a));
@@ -157,6 +161,7 @@ impl Statistics {
             weighted: Moments::of(&weighted),
             per_texel: Moments::of(&alike),
             histogram: Histogram::of(&weighted, &alike, max_distance),
+            tolerance: tolerance.map(|t| Conformance::of(&weighted, &alike, t)),
         }
     }
 }
