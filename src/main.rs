@@ -27,6 +27,8 @@ use cli::{Cli, Command};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // A reader that has seen enough, such as `head`, ends the command quietly.
+    sigpipe::reset();
     let cli = Cli::parse();
     let result = match &cli.command {
         Command::Check(args) => check::run(args),

@@ -335,3 +335,16 @@ fn a_reference_mesh_without_texture_coordinates_is_measured() {
         assert_eq!(report["parts"][0]["tolerance"]["within"], within);
     }
 }
+
+/// As in `gmlc doc std | head`.
+#[test]
+#[cfg(unix)]
+fn a_reader_that_leaves_is_no_error() {
+    use std::process::{Command, Stdio};
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
+    let mut child =
+        command.args(["doc", "std"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("it starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+}

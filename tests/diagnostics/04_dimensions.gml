@@ -82,3 +82,14 @@ fn f() {
   let b = 2 + 1mm
   a + b
 }
+// --- a misspelt dimension
+model m {
+  param r: lenght = 3mm
+  part p = sphere(r + 2mm)
+}
+// --- a dimension of another language
+model m {
+  param k: float = 3
+  param r: Radius = 3mm
+  part p = sphere(r + k * 2mm)
+}

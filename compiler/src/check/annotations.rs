@@ -109,8 +109,11 @@ impl Checker<'_> {
                         (Some(near), _) => error.did_you_mean(ty.span, near),
                         (None, _) => error.hint(format!("the types are {}", NAMES.join(", "))),
                     };
+                    // What is suggested is most likely meant: the rest is judged by it.
+                    let meant = error.suggestions.first().and_then(|s| s.edits.first());
+                    let meant = meant.and_then(|edit| Wanted::named(&edit.replacement));
                     self.report(error);
-                    Wanted::Any
+                    meant.unwrap_or(Wanted::Any)
                 }
             },
             TypeKind::Power(base, n) => match self.wanted(base) {

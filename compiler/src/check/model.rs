@@ -247,9 +247,14 @@ impl<'a> Checker<'a> {
     fn param(&mut self, decl: &'a ParamDecl, item: &'a Item, body: &mut Body<'a>) {
         let wanted = self.wanted(&decl.ty);
         let quantity = match wanted {
-            Wanted::Real(Dimension::NONE) | Wanted::Any => Quantity::Real,
+            Wanted::Real(Dimension::NONE) => Quantity::Real,
             Wanted::Real(Dimension::LENGTH) => Quantity::Length,
             Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
+            // An error was reported.
+            Wanted::Any => {
+                let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
+                return self.declare(decl, unknown, body);
+            }
             _ => {
                 let message = format!("a param must be real, length or angle, and this is {}", wanted.describe());
                 let diagnostic = Diagnostic::error("invalid-type", decl.ty.span, message);

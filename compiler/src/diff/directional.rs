@@ -39,7 +39,8 @@ impl Rate {
 /// entry is, by result and then by direction (as `param`). What is always zero is left out.
 ///
 /// Two ways lead there: values carry their tangents in all directions; or in the direction of every p, and these are
-/// combined in the end. The one with fewer operations is taken.
+/// combined in the end. The one with fewer operations is taken. The other stays in the module: functions that both
+/// reach may have been rewritten in terms of it.
 ///
 /// # Errors
 /// If the derivative would be too large.
@@ -48,18 +49,9 @@ pub fn directional(
     function: FunctionId,
     directions: &Directions,
 ) -> Result<(FunctionId, Vec<Entry>), DiffError> {
-    let start = module.functions.len();
     let by_tangents = carried(module, function, directions)?;
-    let middle = module.functions.len();
     let by_params = combined(module, function, directions)?;
-    if size(module, by_tangents.0) <= size(module, by_params.0) {
-        module.functions.truncate(middle);
-        Ok(by_tangents)
-    } else {
-        // Nothing names them; they keep their places, as functions are named by these.
-        module.functions[start..middle].fill_with(Default::default);
-        Ok(by_params)
-    }
+    if size(module, by_tangents.0) <= size(module, by_params.0) { Ok(by_tangents) } else { Ok(by_params) }
 }
 
 /// Operations of a function and of all that it names.

@@ -105,7 +105,20 @@ impl ModelFunctions {
             parts.push(PartFunctions { surface, body, captures: part.captures, slopes, ..jacobian });
         }
         let (bounds, requires) = (lowered.bounds, std::mem::take(&mut lowered.requires));
-        Ok(ModelFunctions { module, bounds, requires, prelude: split.prelude, slopes, bodies, parts })
+        let mut functions = ModelFunctions { module, bounds, requires, prelude: split.prelude, slopes, bodies, parts };
+        functions.drop_unreached();
+        Ok(functions)
+    }
+
+    /// Drops the functions that were made on the way.
+    fn drop_unreached(&mut self) {
+        let mut named: Vec<&mut FunctionId> = vec![&mut self.bounds, &mut self.prelude, &mut self.slopes];
+        named.extend(self.requires.iter_mut().map(|r| &mut r.function));
+        named.extend(self.bodies.iter_mut().map(|b| &mut b.points));
+        named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian]));
+        let mut roots: Vec<FunctionId> = named.iter().map(|f| **f).collect();
+        self.module.drop_unreached(&mut roots);
+        named.into_iter().zip(roots).for_each(|(f, id)| *f = id);
     }
 }
 

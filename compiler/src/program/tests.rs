@@ -129,3 +129,23 @@ fn derivatives_on_demand_are_made_once() {
     let expected = run();
     std::thread::scope(|scope| (0..4).for_each(|_| _ = scope.spawn(|| assert_eq!(run(), expected))));
 }
+
+/// A branch that a recursive function decides: both ways to its Jacobian rewrite that function, and both stay sound.
+#[test]
+fn a_recursive_function_in_a_condition() {
+    let program = program(
+        "fn halve(x: real) -> real = if x < 0.4 { abs({ let y = x; y }) } else { 0.3 + 0.5 * halve(0.5 * x) }
+         model m { param a: real in -3..3 = 0.75
+           part p = |u, v| (if not (v + v < halve(v)) { (1mm, 2mm, 0mm) * tanh(a) } else { (2mm, 2mm, 2mm) }) }",
+    );
+    let instance = program.instantiate(&[0.5]).unwrap();
+    let slope = |v: f64| {
+        let mut jacobian = [0.0; 3];
+        instance.jacobian(0, &[0.5], &[v], &mut jacobian).unwrap();
+        jacobian
+    };
+    // halve(0.9) = 0.3 + 0.5 * halve(0.45) = 0.5625 < 1.8; halve(-0.5) = 0.5 > -1.
+    let expected = 1.0 - 0.5f64.tanh().powi(2);
+    assert!(slope(0.9).iter().zip([expected, 2.0 * expected, 0.0]).all(|(a, b)| (a - b).abs() < 1e-15));
+    assert_eq!(slope(-0.5), [0.0; 3]);
+}

@@ -131,7 +131,7 @@ impl Generator<'_> {
             }
             2 if with_piece => {
                 let (width, by) = (self.length(1), self.point(1));
-                text += &format!("  part p = piece(w: {width}).translate({by})\n");
+                text += &format!("  part p = piece(w: 5mm + 4mm * tanh(({width}) / 1mm)).translate({by})\n");
             }
             3 => {
                 let (first, second) = (self.surface(2), self.surface(2));
@@ -304,8 +304,8 @@ impl Generator<'_> {
             1 => format!("ln(1.5 + ({x}) ^ 2)"),
             2 => format!("sqrt(1.5 + ({x}) ^ 2)"),
             3 => format!("tan(0.7rad * {sine})"),
-            4 => format!("asin(0.9 * {sine}) / 1rad"),
-            5 => format!("acos(0.9 * {sine}) / 2rad"),
+            4 => format!("(asin(0.9 * {sine}) / 1rad)"),
+            5 => format!("(acos(0.9 * {sine}) / 2rad)"),
             6 => format!("sinh({sine})"),
             7 => format!("cosh({sine})"),
             _ => format!("tanh({x})"),
