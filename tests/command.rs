@@ -175,7 +175,7 @@ fn what_is_wrong_with_files_and_options_is_said() {
     write("flat.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n");
     write("empty.gml", "");
     let cup = example("cup/cup.gml");
-    let table: [(&[&str], i32, &[&str]); 17] = [
+    let table: [(&[&str], i32, &[&str]); 18] = [
         (&["check", "none.gml"], 1, &["none.gml", "no such file"]),
         (&["check", "."], 1, &["folder"]),
         (&["check", "empty.gml"], 1, &["model"]),

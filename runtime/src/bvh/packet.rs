@@ -28,7 +28,8 @@ pub(crate) struct Line {
 pub(crate) struct Search {
     /// The largest |t|.
     pub(crate) reach: f32,
-    /// Hits with |t| up to this are at t = 0, and count for both directions.
+    /// Hits with |t| up to this are at t = 0, and count for both directions. (Were such a hit at its own t for one of them,
+    /// what a line finds would depend on which hit comes first.)
     pub(crate) tolerance: f32,
     /// Which triangles are hit: those whose normal (by their corners' order) goes with the line (1), against it (-1), or any (0).
     pub(crate) facing: f32,
@@ -151,10 +152,11 @@ impl Group {
             return;
         }
         let t = self.scale * (u * az + v * bz + w * cz) / det;
-        let ahead: BVec4A = inside & t.cmpge(-tolerance) & t.cmplt(self.ahead);
-        self.ahead = Vec4::select(ahead, t.max(Vec4::ZERO), self.ahead);
-        let behind: BVec4A = inside & t.cmple(tolerance) & t.cmpgt(self.behind);
-        self.behind = Vec4::select(behind, t.min(Vec4::ZERO), self.behind);
+        let t = Vec4::select(t.abs().cmple(tolerance), Vec4::ZERO, t);
+        let ahead: BVec4A = inside & t.cmpge(Vec4::ZERO) & t.cmplt(self.ahead);
+        self.ahead = Vec4::select(ahead, t, self.ahead);
+        let behind: BVec4A = inside & t.cmple(Vec4::ZERO) & t.cmpgt(self.behind);
+        self.behind = Vec4::select(behind, t, self.behind);
     }
 }
 

@@ -34,11 +34,12 @@ fn brute(bvh: &Bvh, mesh: &TriangleMesh, line: Line, search: Search) -> BothWays
         if search.facing * det > 0.0 {
             continue;
         }
-        if (-search.tolerance..=search.reach).contains(&t) {
-            found.ahead = found.ahead.min(t.max(0.0));
+        let t = if t.abs() <= search.tolerance { 0.0 } else { t };
+        if (0.0..=search.reach).contains(&t) {
+            found.ahead = found.ahead.min(t);
         }
-        if (-search.reach..=search.tolerance).contains(&t) {
-            found.behind = found.behind.min((-t).max(0.0));
+        if (0.0..=search.reach).contains(&-t) {
+            found.behind = found.behind.min(-t);
         }
     }
     found
@@ -100,12 +101,15 @@ fn packets_agree_with_all_triangles_one_by_one() {
 fn no_line_slips_through_edges_and_vertices() {
     let mut rng = ChaCha8Rng::seed_from_u64(32);
     for (rings, sectors, center) in [(2, 3, 0.0), (13, 18, 0.0), (90, 120, 500.0)] {
-        let mesh = sphere(rings, sectors, 50.0, DVec3::new(center, -center, 0.5 * center));
+        let center = DVec3::new(center, -center, 0.5 * center);
+        let mesh = sphere(rings, sectors, 50.0, center);
         let bvh = Bvh::build(&mesh).unwrap();
+        let middle = bvh.to_local(center.to_array());
         let search = Search { reach: 200.0, tolerance: bvh.tolerance(), facing: 0.0 };
         for case in 0..15_000 {
             // Within the coarsest mesh's inscribed sphere.
-            let origin = if case % 3 == 0 { Vec3A::ZERO } else { random_point(&mut rng, 5.0).as_vec3a() };
+            let away = if case % 3 == 0 { Vec3A::ZERO } else { random_point(&mut rng, 5.0).as_vec3a() };
+            let origin = middle + away;
             let first = rng.random_range(0..mesh.triangles.len());
             let lines: [Line; PACKET] = std::array::from_fn(|i| {
                 // Neighbouring triangles, mostly.
