@@ -125,6 +125,7 @@ impl Report {
             }
             Err(CommandError::Script(errors)) => self.add_errors(*errors),
             Err(CommandError::Failed(message) | CommandError::Usage(message)) => self.failures.push(message),
+            Err(CommandError::OutOfTolerance(lines)) => self.failures.extend(lines),
             Err(CommandError::Said) => {}
         }
     }
