@@ -84,7 +84,7 @@ fn library(errors: ScriptErrors) -> Checked {
 
 /// The table of parameters, inputs and parts.
 fn tables(program: &Program) -> String {
-    let mut out = format!("model {}\n\n", program.name());
+    let mut out = format!("model {}\n", program.name());
     let rows: Vec<Vec<String>> = program
         .parameters()
         .iter()
@@ -99,12 +99,15 @@ fn tables(program: &Program) -> String {
             ]
         })
         .collect();
-    out.push_str(&table::render(&["parameter", "default", "from", "to", "unit", ""], &rows));
+    if !rows.is_empty() {
+        out.push('\n');
+        out.push_str(&table::render(&["parameter", "default", "from", "to", "unit", ""], &rows));
+    }
     if !program.inputs().is_empty() {
         let rows: Vec<Vec<String>> = program
             .inputs()
             .iter()
-            .map(|i| vec![i.name.clone(), shown(i.value, i.quantity), summary(&i.doc)])
+            .map(|i| vec![i.name.clone(), shown_input(i.value, i.quantity), summary(&i.doc)])
             .collect();
         out.push('\n');
         out.push_str(&table::render(&["input", "value", ""], &rows));
@@ -131,6 +134,10 @@ pub(crate) fn shown(x: f64, quantity: Quantity) -> String {
     // Six significant decimals, without the noise of a unit's conversion.
     let rounded = (x * 1e6).round() / 1e6;
     format!("{rounded}")
+}
+
+fn shown_input(x: f64, quantity: Quantity) -> String {
+    if quantity == Quantity::Bool { (x != 0.0).to_string() } else { shown(x, quantity) }
 }
 
 pub(crate) fn unit(p: &Parameter) -> &'static str {

@@ -15,6 +15,8 @@ pub(crate) enum CommandError {
     Script(Box<ScriptErrors>),
     /// Something is wrong, and was said already: exit status 1.
     Said,
+    /// Everything was done, and deviations exceed the tolerance, as these lines say: exit status 3.
+    OutOfTolerance(Vec<String>),
 }
 
 impl From<Failed> for CommandError {
@@ -39,6 +41,7 @@ impl CommandError {
         match self {
             CommandError::Failed(_) | CommandError::Script(_) | CommandError::Said => 1,
             CommandError::Usage(_) => 2,
+            CommandError::OutOfTolerance(_) => 3,
         }
     }
 
@@ -47,6 +50,7 @@ impl CommandError {
         match self {
             CommandError::Failed(message) | CommandError::Usage(message) => eprintln!("error: {message}"),
             CommandError::Script(errors) => crate::diagnostics::print(&errors.diagnostics, &errors.sources),
+            CommandError::OutOfTolerance(lines) => lines.iter().for_each(|line| eprintln!("out of tolerance: {line}")),
             CommandError::Said => {}
         }
     }

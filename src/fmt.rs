@@ -125,6 +125,7 @@ impl Report {
             }
             Err(CommandError::Script(errors)) => self.add_errors(*errors),
             Err(CommandError::Failed(message) | CommandError::Usage(message)) => self.failures.push(message),
+            Err(CommandError::OutOfTolerance(lines)) => self.failures.extend(lines),
             Err(CommandError::Said) => {}
         }
     }
@@ -139,6 +140,7 @@ impl Report {
         for mut diagnostic in errors.diagnostics {
             diagnostic.span.file = id;
             diagnostic.related.iter_mut().for_each(|(span, _)| span.file = id);
+            diagnostic.suggestions.iter_mut().flat_map(|s| &mut s.edits).for_each(|edit| edit.span.file = id);
             all.diagnostics.push(diagnostic);
         }
     }

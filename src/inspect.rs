@@ -27,6 +27,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // What is wrong with the command line is said before any work is done.
     measure::resolution(&args.variance)?;
     measure::max_distance(&args.variance)?;
+    measure::tolerance(&args.variance)?;
     let program = script::compile(&args.script)?;
     inspect(&program, args, &TerminalProgress::until(fit::on_interrupt()?))
 }
@@ -52,7 +53,7 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
     let surface = Surface::of_program(program, &x, &pose, size)?;
-    let measured = measure::measure(surface, &scan, max_distance, args.variance.device, progress)?;
+    let measured = measure::measure(surface, &scan, max_distance, &args.variance, progress)?;
     measure::write(&args.output, &measured)?;
     let upright = upright(program, &x, &pose)?;
     let documented = document(args, &fitted, &scan, &measured, &upright, progress);
@@ -61,7 +62,7 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
 
     print!("{}\n{}", fit::summary(&fitted), measure::summary(&measured.report));
     println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
-    Ok(())
+    measure::judge(&measured.report)
 }
 
 /// The motion from the script's own position (its defaults, where up is up) to where the scan lies, whether the pose is

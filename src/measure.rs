@@ -12,7 +12,9 @@ use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Tessellation, Texels};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
-use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Facing, Statistics, VarianceReport};
+use gml_runtime::variance::{
+    self, Deviations, Device, DistanceTexture, Facing, PartStatistics, Statistics, Tolerance, VarianceReport,
+};
 use std::path::Path;
 use std::time::Instant;
 
@@ -97,13 +99,36 @@ pub(crate) fn max_distance(controls: &VarianceControls) -> Result<Option<f64>, C
     controls.max_distance.as_ref().map(|d| values::positive_length("--max-distance", d)).transpose()
 }
 
+/// The tolerance from the options.
+pub(crate) fn tolerance(controls: &VarianceControls) -> Result<Option<Tolerance>, CommandError> {
+    let ends = controls.tolerance.as_ref().map(|t| values::tolerance("--tolerance", t)).transpose()?;
+    Ok(ends.map(|(lower, upper)| Tolerance { lower, upper }))
+}
+
+/// An error where deviations exceed the tolerance: which part, on how much of its measured area, and how far.
+pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
+    let line = |part: &PartStatistics| {
+        let conformance = part.statistics.tolerance.filter(|c| !c.within)?;
+        let extremes = &part.statistics.per_texel.signed;
+        let Tolerance { lower, upper } = conformance.tolerance;
+        let [least, greatest, lower, upper] = [extremes.min, extremes.max, lower, upper].map(table::number);
+        Some(format!(
+            "{}: {:.2} % of its measured area; {least} to {greatest} mm, where {lower} to {upper} mm are allowed",
+            part.name,
+            100.0 * (1.0 - conformance.share)
+        ))
+    };
+    let lines: Vec<String> = report.parts.iter().filter_map(line).collect();
+    if lines.is_empty() { Ok(()) } else { Err(CommandError::OutOfTolerance(lines)) }
+}
+
 /// Casts the rays and draws the statistics from them. Without a distance, the scan is looked for within a tenth of the
 /// model's size.
 pub(crate) fn measure(
     surface: Surface,
     scan: &Scan,
     max_distance: Option<f64>,
-    device: DeviceArg,
+    controls: &VarianceControls,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
     let Surface { mut tessellation, mut texels, notices } = surface;
@@ -119,7 +144,7 @@ pub(crate) fn measure(
         return Err(crate::fit::interrupted());
     }
     let facing = if scan.oriented { Facing::Same } else { Facing::Any };
-    let device = match device {
+    let device = match controls.device {
         DeviceArg::Auto => Device::Auto,
         DeviceArg::Cpu => Device::Cpu,
         DeviceArg::Gpu => Device::Gpu,
@@ -130,7 +155,8 @@ pub(crate) fn measure(
     }
     let cast = started.elapsed().as_secs_f64();
     let started = Instant::now();
-    let mut report = VarianceReport::new(&trace.deviations, &scan.source, &trace.device);
+    let tolerance = tolerance(controls)?;
+    let mut report = VarianceReport::with_tolerance(&trace.deviations, &scan.source, &trace.device, tolerance);
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
@@ -195,10 +221,18 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
             table::number(m.percentiles.p95),
             table::number(m.max),
         ]
+        .into_iter()
+        .chain(s.tolerance.map(|c| format!("{:.2} %", 100.0 * c.share)))
+        .collect()
     };
     let mut rows = vec![row("all", &report.overall)];
     rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
     let headings = ["part", "area mm2", "coverage", "mean", "sd", "signed mean", "rms", "95 %", "max"];
+    let headings = if report.overall.tolerance.is_some() {
+        [&headings[..], &["in tolerance"]].concat()
+    } else {
+        headings.to_vec()
+    };
     let mut out = table::render(&headings, &rows);
     out.push_str(&format!(
         "distances in mm, at most {}; {}; cast by {}\n",

@@ -9,7 +9,7 @@ use gml_compiler::source::{Loader, SourceFile};
 use gml_runtime::fit::FitResult;
 use gml_runtime::model::Motion;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 /// Scripts are text that people write; anything larger was not meant as one.
 pub(crate) const LARGEST_SCRIPT: u64 = 16 << 20;
@@ -21,9 +21,27 @@ pub(crate) struct FileLoader;
 impl Loader for FileLoader {
     fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
         let base = Path::new(from).parent().unwrap_or_else(|| Path::new(""));
-        let full = base.join(path);
+        let full = plain(&base.join(path));
         let text = read_text(&full)?;
         Ok(SourceFile { name: full.display().to_string(), text })
+    }
+}
+
+/// The path without `.` and `..`, where that leads to the same file: one file has one name, whichever way it is used.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match (part, plain.components().next_back()) {
+            (Component::CurDir, _) => {}
+            (Component::ParentDir, Some(Component::Normal(_))) => _ = plain.pop(),
+            _ => plain.push(part),
+        }
+    }
+    // Beyond a link to a folder, `..` leads elsewhere.
+    match (plain.canonicalize(), path.canonicalize()) {
+        (Ok(a), Ok(b)) if a == b => plain,
+        (Err(_), Err(_)) => plain,
+        _ => path.to_owned(),
     }
 }
 
@@ -75,6 +93,12 @@ pub(crate) fn inputs(given: &[String]) -> Result<BTreeMap<String, InputValue>, C
 
 /// Compiles a script and keeps the warnings.
 pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandError> {
+    if let Some(format @ ("ply" | "obj" | "stl")) = args.model.extension().and_then(|e| e.to_str()) {
+        let shown = args.model.display();
+        return Err(CommandError::Failed(format!(
+            "{shown}: a .{format} holds a mesh or a scan; the script (.gml) comes first"
+        )));
+    }
     let text = read(&args.model)?;
     let mut options = Options { inputs: inputs(&args.inputs)?, ..Options::default() };
     set_limits(&mut options, &args.limits)?;

@@ -67,6 +67,23 @@ pub(crate) fn length(option: &str, text: &str) -> Result<f64, CommandError> {
     if value >= 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is negative"))) }
 }
 
+/// Least and greatest of a tolerance in millimetres: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either
+/// order; the last unit holds for both.
+pub(crate) fn tolerance(option: &str, text: &str) -> Result<(f64, f64), CommandError> {
+    let Some((first, second)) = text.split_once('/') else {
+        return positive_length(option, text).map(|t| (-t, t));
+    };
+    let second = second.trim();
+    let unit = &second[second.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len()..];
+    let has_unit = first.trim_end().ends_with(|c: char| c.is_ascii_alphabetic());
+    let first = if has_unit { first.to_owned() } else { format!("{}{unit}", first.trim_end()) };
+    let (a, b) = (parse(option, &first, Quantity::Length)?, parse(option, second, Quantity::Length)?);
+    if a == b {
+        return Err(CommandError::usage(format!("{option}: '{text}' allows nothing: both ends are equal")));
+    }
+    Ok((a.min(b), a.max(b)))
+}
+
 /// A fraction between 0 and 1.
 pub(crate) fn fraction(option: &str, value: f64) -> Result<f64, CommandError> {
     if (0.0..=1.0).contains(&value) {
@@ -81,7 +98,10 @@ pub(crate) fn assignment<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'
     text.split_once('=')
         .map(|(name, value)| (name.trim(), value.trim()))
         .filter(|(name, _)| !name.is_empty())
-        .ok_or_else(|| CommandError::usage(format!("{option} {text}: expected NAME=VALUE, such as r=42mm")))
+        .ok_or_else(|| {
+            let given = format!("{option} {text}");
+            CommandError::usage(format!("{}: expected NAME=VALUE, such as r=42mm", given.trim_end()))
+        })
 }
 
 /// The index of a parameter, with the nearest name where there is none of this.
@@ -112,6 +132,9 @@ pub(crate) fn input_value(name: &str, text: &str) -> Result<InputValue, CommandE
     if let Ok(whole) = text.parse() {
         return Ok(InputValue::Int(whole));
     }
+    if matches!(text.to_lowercase().as_str(), "yes" | "no" | "on" | "off" | "true" | "false") {
+        return Err(CommandError::usage(format!("{what}: '{text}' is neither true nor false, as these are written")));
+    }
     let quantity = UNITS.iter().filter(|u| text.ends_with(u.0)).map(|u| u.1).next_back();
     parse(&what, text, quantity.unwrap_or(Quantity::Real)).map(InputValue::Real)
 }
@@ -136,6 +159,22 @@ mod tests {
         assert_eq!(parse("a", "0.5turn", Quantity::Angle).ok(), Some(std::f64::consts::PI));
         assert_eq!(parse("s", "1e2", Quantity::Real).ok(), Some(100.0));
         assert_eq!(parse("x", "0", Quantity::Length).ok(), Some(0.0), "zero is zero in any unit");
+    }
+
+    #[test]
+    fn tolerances_have_one_end_or_two() {
+        for (text, expected) in [
+            ("0.5mm", (-0.5, 0.5)),
+            ("+0.3/-0.1mm", (-0.1, 0.3)),
+            ("-0.1mm/+0.03cm", (-0.1, 0.3)),
+            ("0/0.2 mm", (0.0, 0.2)),
+        ] {
+            let (low, high) = tolerance("t", text).expect(text);
+            assert!((low - expected.0).abs() < 1e-15 && (high - expected.1).abs() < 1e-15, "{text}: {low} {high}");
+        }
+        for text in ["0.5", "0mm", "-1mm", "1mm/1mm", "+0.3/-0.1", "1mm/", "/", "1mm/2mm/3mm", "1deg/2mm"] {
+            assert!(matches!(tolerance("t", text), Err(CommandError::Usage(_))), "{text}");
+        }
     }
 
     #[test]

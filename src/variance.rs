@@ -10,15 +10,16 @@ use gml_runtime::scan;
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let size = measure::resolution(&args.controls)?;
     let max_distance = measure::max_distance(&args.controls)?;
+    measure::tolerance(&args.controls)?;
     let surface = surface(args, size)?;
     let scan = fit::read_scan(&args.scan)?;
     let progress = TerminalProgress::new();
-    let measured = measure::measure(surface, &scan, max_distance, args.controls.device, &progress);
+    let measured = measure::measure(surface, &scan, max_distance, &args.controls, &progress);
     progress.finish();
     let measured = measured?;
     measure::write(&args.output, &measured)?;
     print!("{}", measure::summary(&measured.report));
-    Ok(())
+    measure::judge(&measured.report)
 }
 
 /// A script with its parameters, or a mesh: the file's name says which.

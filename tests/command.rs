@@ -122,6 +122,16 @@ fn formatting_reports_for_people_and_programs() {
     assert!(fails(folder.path(), &["fmt", "-", "all"], 2).contains("stands alone"));
 }
 
+/// Mends are shown in the file that they are for.
+#[test]
+fn several_files_with_errors_are_told_apart() {
+    let folder = tempdir().expect("a folder");
+    fs::write(folder.path().join("a.gml"), "let a = 3 mm\n").expect("written");
+    fs::write(folder.path().join("b.gml"), "// another\nlet b = 4 cm\n").expect("written");
+    let error = fails(folder.path(), &["fmt", "--check", "a.gml", "b.gml"], 1);
+    assert!(error.contains("1 | let a = 3mm") && error.contains("2 | let b = 4cm"), "{error}");
+}
+
 #[test]
 fn standard_input_is_formatted_to_standard_output() {
     let folder = tempdir().expect("a folder");
@@ -175,11 +185,13 @@ fn what_is_wrong_with_files_and_options_is_said() {
     write("flat.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n");
     write("empty.gml", "");
     let cup = example("cup/cup.gml");
-    let table: [(&[&str], i32, &[&str]); 17] = [
+    let table: [(&[&str], i32, &[&str]); 20] = [
         (&["check", "none.gml"], 1, &["none.gml", "no such file"]),
         (&["check", "."], 1, &["folder"]),
         (&["check", "empty.gml"], 1, &["model"]),
         (&["check", "cloud.obj"], 1, &["error"]),
+        (&["fit", "cloud.obj", &cup], 1, &["script", "first"]),
+        (&["check", &cup, "--input", "lid=yes"], 2, &["lid", "true"]),
         (&["fit", &cup, "none.ply"], 1, &["none.ply"]),
         (&["fit", &cup, "empty.ply"], 1, &["empty.ply"]),
         (&["fit", &cup, "text.stl"], 1, &["text.stl"]),
@@ -193,6 +205,7 @@ fn what_is_wrong_with_files_and_options_is_said() {
         (&["mesh", &cup, "-p", "r=1000mm", "-o", "cup.obj"], 1, &["r", "bounds"]),
         (&["variance", "flat.obj", "cloud.obj", "-o", "out", "--resolution", "1000"], 2, &["power of two"]),
         (&["inspect", &cup, "cloud.obj", "-o", "out", "--max-distance=-3mm"], 2, &["--max-distance"]),
+        (&["inspect", &cup, "cloud.obj", "-o", "out", "--tolerance", "1mm/1mm"], 2, &["--tolerance", "equal"]),
     ];
     for (args, status, words) in table {
         let error = fails(folder.path(), args, status);
@@ -313,6 +326,25 @@ fn a_reference_mesh_without_texture_coordinates_is_measured() {
     assert!(report["coverage"].as_f64().expect("a number") > 0.85);
     for name in ["distance.png", "distance.tif", "colours.png"] {
         assert!(folder.path().join("out").join(name).exists(), "{name}");
+    }
+
+    let measured = |tolerance, folder| {
+        let options = ["--max-distance", "2mm", "--resolution", "256", "--tolerance", tolerance, "-o", folder];
+        [&["variance", "cup.stl", "scan.ply"], &options[..]].concat()
+    };
+    // Nothing is measured beyond the maximum distance.
+    gmlc(folder.path(), &measured("2mm", "in"));
+    let error = fails(folder.path(), &measured("-0.05/+0.1mm", "out_of"), 3);
+    assert!(error.contains("out of tolerance: ") && error.contains("-0.05"), "{error}");
+    for (out, within) in [("in", true), ("out_of", false)] {
+        let report = json(&folder.path().join(out).join("variance.json"));
+        let conformance = &report["tolerance"];
+        assert_eq!(conformance["within"], within);
+        let area = |name: &str| conformance[name].as_f64().expect("a number");
+        let sum = area("area_below") + area("area_within") + area("area_above");
+        assert!((sum / report["measured_area"].as_f64().expect("a number") - 1.0).abs() < 1e-9);
+        assert_eq!(area("share") == 1.0, within);
+        assert_eq!(report["parts"][0]["tolerance"]["within"], within);
     }
 }
 

@@ -57,7 +57,9 @@ fn special_characters(text: &str) -> String {
 impl Case {
     fn write(&self, folder: &Path) {
         for (name, text) in &self.files {
-            fs::write(folder.join(name), text).expect("written");
+            let path = folder.join(name);
+            fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+            fs::write(path, text).expect("written");
         }
     }
 

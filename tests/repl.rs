@@ -22,6 +22,11 @@ fn results_are_printed_and_failures_are_counted() {
     assert_eq!(lines(folder.path(), &[], "let a = 2mm\na * 3\n"), (Some(0), "a = 2 mm\n6 mm\n".into()));
     assert_eq!(lines(folder.path(), &[], "1 +* 2\n40 + 2\n"), (Some(1), "42\n".into()), "it goes on after an error");
     assert_eq!(lines(folder.path(), &[], ":nonsense\n:quit\n1\n"), (Some(1), String::new()));
+    assert_eq!(
+        lines(folder.path(), &[], ":mesh x.obj\n:reload\n1\n"),
+        (Some(1), "1\n".into()),
+        "there is no model yet"
+    );
     assert_eq!(lines(folder.path(), &[], "fn f(x) {\n  x + 1\n}\n\nf(\n1)"), (Some(0), "fn f(x)\n2\n".into()));
     let cup = example("cup/cup.gml");
     let (status, out) = lines(folder.path(), &[&cup, "-p", "r=50mm"], "r\n:params\n:mesh cup.ply\n:doc outer\n");

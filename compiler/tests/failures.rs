@@ -56,7 +56,7 @@ fn derivatives_that_are_not_finite_are_found() {
 fn recursion_without_end_is_stopped() {
     let script = "fn f(x: real) -> real = if x > 0 { f(x + 1) } else { x }\nmodel m {\n  param a: real = 1\n  part p = |u, v| (f(a + u) * 1mm, u * 1mm, v * 1mm)\n}\n";
     let program = program("m.gml", script);
-    insta::assert_snapshot!(message(&program, &[1.0], &[0.5], &[0.5]), @"m.gml:1:25: calls are nested deeper than 1000 (see --limit depth), or than there is memory for (in part p; at u = 0.5, v = 0.5; where a = 1)");
+    insta::assert_snapshot!(message(&program, &[1.0], &[0.5], &[0.5]), @"m.gml:1:25: calls are nested deeper than 1000 (see --limit depth), or than there is memory for (in part p of m.gml:4; at u = 0.5, v = 0.5; where a = 1)");
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn the_number_of_steps_is_limited() {
     let script = SourceFile { name: "m.gml".to_owned(), text: script.to_owned() };
     let options = Options { limits: Limits { steps: 100_000, depth: 1000 }, ..Options::default() };
     let program = compile(script, &NoFiles, &options).unwrap_or_else(|e| panic!("{e}")).program;
-    insta::assert_snapshot!(message(&program, &[100.0], &[0.5], &[0.5]), @"m.gml:1:28: the evaluation takes more than 100000 steps (see --limit steps) (in part p; at u = 0.5, v = 0.5; where a = 100)");
+    insta::assert_snapshot!(message(&program, &[100.0], &[0.5], &[0.5]), @"m.gml:1:28: the evaluation takes more than 100000 steps (see --limit steps) (in part p of m.gml:4; at u = 0.5, v = 0.5; where a = 100)");
 }
 
 #[test]

@@ -14,7 +14,8 @@ pub(crate) enum Takes {
     Nothing,
     Expression,
     Parameter,
-    File,
+    /// A file whose name ends so; any where there is no ending.
+    File(&'static [&'static str]),
     Name,
     Command,
 }
@@ -32,12 +33,18 @@ pub(crate) struct Command {
     run: fn(&mut Repl, &str) -> Result<Flow, CommandError>,
 }
 
+/// How scripts' names end.
+pub(crate) const SCRIPTS: &[&str] = &["gml"];
+
+/// How scans' names end.
+const SCANS: &[&str] = &["ply", "obj", "stl"];
+
 /// All commands, in the order of help.
 pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "load",
         arguments: "FILE",
-        takes: Takes::File,
+        takes: Takes::File(SCRIPTS),
         about: "Load a script; its last model is the current one",
         more: "Its definitions, and the model's parameters, values and parts are then in scope.",
         run: |repl, rest| repl.load(Path::new(&unquoted(argument(rest, ":load cup.gml")?))).map(|()| Flow::Go),
@@ -48,7 +55,7 @@ pub(crate) const COMMANDS: &[Command] = &[
         takes: Takes::Nothing,
         about: "Read all files again; happens by itself when one has changed",
         more: "What was entered is entered again. Parameters keep the values that were set.",
-        run: |repl, _| repl.reload().map(|()| Flow::Go),
+        run: |repl, _| reload(repl),
     },
     Command {
         name: "params",
@@ -140,15 +147,15 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "mesh",
         arguments: "FILE",
-        takes: Takes::File,
-        about: "Write the model's surface as a mesh (.obj, .ply or .stl)",
+        takes: Takes::File(&[]),
+        about: "Write the model's surface as a mesh (.obj, .ply or .stl), or as a picture (.png)",
         more: "Options of `gmlc mesh` may follow the name: :mesh cup.ply --chord 0.005mm",
         run: |repl, rest| worked(repl, rest, work::mesh),
     },
     Command {
         name: "fit",
         arguments: "SCAN",
-        takes: Takes::File,
+        takes: Takes::File(SCANS),
         about: "Fit the model to a scan; the parameters then have the fitted values",
         more: "The fit begins at the values that were set. Ctrl-C ends it.",
         run: |repl, rest| worked(repl, rest, work::fit),
@@ -156,7 +163,7 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "inspect",
         arguments: "SCAN DIR",
-        takes: Takes::File,
+        takes: Takes::File(SCANS),
         about: "Fit, measure and document: everything into one folder",
         more: "As `gmlc inspect`, with the current model. Ctrl-C ends it.",
         run: |repl, rest| worked(repl, rest, work::inspect),
@@ -240,6 +247,17 @@ fn worked(
 ) -> Result<Flow, CommandError> {
     repl.refresh()?;
     f(repl, rest).map(|()| Flow::Go)
+}
+
+fn reload(repl: &mut Repl) -> Result<Flow, CommandError> {
+    if repl.session.borrow().files().is_empty() {
+        return Err(CommandError::Failed("no file was read yet: load one (:load cup.gml)".into()));
+    }
+    repl.reload()?;
+    if let Some(model) = repl.session.borrow().model() {
+        println!("{}", show::headline(model));
+    }
+    Ok(Flow::Go)
 }
 
 fn set(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {

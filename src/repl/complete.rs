@@ -1,6 +1,6 @@
 //! What a word may become.
 
-use super::commands::{COMMANDS, Takes};
+use super::commands::{COMMANDS, SCRIPTS, Takes};
 use crate::script::FileLoader;
 use gml_compiler::session::{Kind, Session};
 use gml_compiler::syntax::{Class, classes};
@@ -35,9 +35,9 @@ pub(crate) fn complete(session: &mut Session, line: &str, pos: usize) -> (usize,
                 session.names().into_iter().filter(|(_, kind)| matches!(kind, Kind::Parameter | Kind::Input));
             (rest_start, matching(rest, parameters.map(|(name, _)| format!("{name}="))))
         }
-        Takes::File => {
+        Takes::File(endings) => {
             let word = rest.rfind(char::is_whitespace).map_or(0, |i| i + 1);
-            files(&rest[word..], rest_start + word)
+            files(&rest[word..], rest_start + word, endings)
         }
         Takes::Name if rest.starts_with(STD) => expression(session, before, rest_start),
         _ => expression(session, before, rest_start),
@@ -52,7 +52,7 @@ fn expression(session: &mut Session, before: &str, from: usize) -> (usize, Vec<S
         Some((_, Class::Comment)) => return (before.len(), Vec::new()),
         // A text that is not closed yet is a file's name.
         Some((range, Class::Wrong)) if text[range.start..].starts_with('"') => {
-            return files(&text[range.start + 1..], from + range.start + 1);
+            return files(&text[range.start + 1..], from + range.start + 1, SCRIPTS);
         }
         _ => {}
     }
@@ -140,9 +140,10 @@ fn matching(prefix: &str, names: impl Iterator<Item = String>) -> Vec<String> {
     names.filter(|n| n.starts_with(prefix) && n != prefix).collect()
 }
 
-/// Files and folders whose path begins so.
-fn files(path: &str, at: usize) -> (usize, Vec<String>) {
-    let path = path.trim_start_matches('"');
+/// Folders, and files with one of the endings, whose path begins so.
+fn files(path: &str, at: usize, endings: &[&str]) -> (usize, Vec<String>) {
+    let quotes = path.len() - path.trim_start_matches('"').len();
+    let (path, at) = (&path[quotes..], at + quotes);
     let split = path.rfind(MAIN_SEPARATOR).map_or(0, |i| i + 1);
     let (folder, prefix) = path.split_at(split);
     let folder = if folder.is_empty() { Path::new(".") } else { Path::new(folder) };
@@ -150,12 +151,17 @@ fn files(path: &str, at: usize) -> (usize, Vec<String>) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let Ok(mut name) = entry.file_name().into_string() else { continue };
         let hidden = name.starts_with('.') && !prefix.starts_with('.');
-        if name.starts_with(prefix) && !hidden {
-            if entry.path().is_dir() {
-                name.push(MAIN_SEPARATOR);
-            }
-            found.push(name);
+        if !name.starts_with(prefix) || hidden {
+            continue;
         }
+        if entry.path().is_dir() {
+            name.push(MAIN_SEPARATOR);
+        } else if !endings.is_empty()
+            && !endings.iter().any(|e| entry.path().extension().is_some_and(|x| x.eq_ignore_ascii_case(e)))
+        {
+            continue;
+        }
+        found.push(name);
     }
     found.sort();
     (at + split, found)
@@ -188,5 +194,19 @@ mod tests {
         assert_eq!(completed("mod").1, ["model"]);
         assert!(completed("sm").1.contains(&"smoothstep".to_owned()));
         assert_eq!(completed("1 // rad").1, Vec::<String>::new());
+    }
+    #[test]
+    fn files_are_completed_by_what_a_command_reads() {
+        let folder = tempfile::tempdir().expect("a folder");
+        for name in ["vase.gml", "vase.png", "vase.ply"] {
+            std::fs::write(folder.path().join(name), "").expect("written");
+        }
+        let path = folder.path().join("va").display().to_string();
+        let offered = |command: &str| completed(&format!("{command} {path}")).1;
+        assert_eq!(offered(":load"), ["vase.gml"]);
+        assert_eq!(offered(":fit"), ["vase.ply"]);
+        assert_eq!(offered(":mesh").len(), 3);
+        let quoted = format!(":load \"{path}");
+        assert_eq!(completed(&quoted), (quoted.len() - 2, vec!["vase.gml".into()]));
     }
 }

@@ -40,7 +40,7 @@ fn cut(text: &str) -> String {
 }
 
 /// `model cup: 15 parameters, 4 parts`.
-fn headline(model: CurrentModel<'_>) -> String {
+pub(crate) fn headline(model: CurrentModel<'_>) -> String {
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let mut counts = vec![count(model.parameters().len(), "parameter")];
     if !model.inputs().is_empty() {

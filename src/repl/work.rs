@@ -65,6 +65,9 @@ pub(crate) fn options_of(command: &str) -> Option<String> {
 
 /// `:mesh FILE`.
 pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
+    if repl.session.borrow().model().is_none() {
+        return Err(no_model());
+    }
     // The model is at hand; what follows after the file's name are options of `gmlc mesh`.
     let mut words = words(rest)?;
     if words.is_empty() {

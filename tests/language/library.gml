@@ -82,8 +82,8 @@ model m {
   part e = cylinder(1mm, 3mm).translate(2mm)
 }
 
-// Fails: elsewhere: the parameter 'inner' is outside of its bounds
-// Fails: elsewhere: the parameter 'inner' is outside of its bounds
+// Fails: elsewhere: the value given for the parameter 'inner' is outside of its bounds
+// Fails: elsewhere: the value given for the parameter 'inner' is outside of its bounds
 // --- parameters of the library's models are within their bounds
 model m {
   part b = hollow_sphere(outer: 5mm, inner: 6mm)
@@ -100,13 +100,10 @@ let p = [(1mm, 0mm), (2mm, 1mm)]
 // Error: 9-19 a B-spline needs more points than its degree
 let a = bspline(p)(0.5)
 // Error: 9-33 a B-spline has more knots than points: by its degree and one more
-// Error: 9-38 there is no element -1: the array has 2, counted from 0
 let b = bspline_knots(p, [0, 1])(0.5)
 // Error: 9-34 a curve through points needs two points at least
-// Error: 9-34 there is no element 1: the array has 1, counted from 0
 let c = catmull_rom([(1mm, 2mm)])(0.5)
 // Error: 9-27 steps(from, to, count) gives both ends, which are two numbers at least
-// Error: 9-27 division by 0
 let d = steps(0mm, 1mm, 1)
 // Error: 9-31 a polyline needs two points at least
 let e = polyline([(1mm, 2mm)])(0.5)

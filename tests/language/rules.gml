@@ -160,7 +160,7 @@ model table {
 
 // --- what a model is given must lie within its bounds
 model shaft {
-  // Fails: 9-15 the parameter 'radius' is outside of its bounds
+  // Fails: 9-15 the value given for the parameter 'radius' is outside of its bounds
   param radius: length in 5mm..50mm = 20mm
   part body = cylinder(radius, 10mm)
 }

@@ -106,6 +106,13 @@ impl Checker<'_> {
                         (_, "float" | "double" | "number" | "f64") => {
                             error.suggest("a bare number is 'real'", [Edit::replace(ty.span, "real")])
                         }
+                        (_, "mm" | "cm" | "m" | "in") => {
+                            error.suggest("what is measured so is a 'length'", [Edit::replace(ty.span, "length")])
+                        }
+                        (_, "deg" | "rad" | "turn" | "degrees") => {
+                            error.suggest("what is measured so is an 'angle'", [Edit::replace(ty.span, "angle")])
+                        }
+                        (_, "string" | "str" | "text") => error.hint("texts are for messages and file names only"),
                         (Some(near), _) => error.did_you_mean(ty.span, near),
                         (None, _) => error.hint(format!("the types are {}", NAMES.join(", "))),
                     };
@@ -153,7 +160,10 @@ impl Checker<'_> {
             None => {
                 let message = format!("{what} must be {}, but this is {}", wanted.describe(), self.describe(&expr.ty));
                 let error = Diagnostic::error(mismatch_code(&expr.ty, wanted), expr.span, message);
-                let mend = self.unit_hint(&expr, wanted).or_else(|| self.call_meant(&expr));
+                let mend = self
+                    .unit_hint(&expr, wanted)
+                    .or_else(|| self.call_meant(&expr))
+                    .or_else(|| curve_meant(&expr, wanted));
                 self.fail(error.mend(mend))
             }
         }
@@ -225,4 +235,12 @@ fn mismatch_code(have: &Type, wanted: &Wanted) -> &'static str {
         (Type::Real(_) | Type::Int(_), Wanted::Real(_)) => "dimension-mismatch",
         _ => "type-mismatch",
     }
+}
+
+/// Points where a curve is wanted.
+fn curve_meant(expr: &Expr, wanted: &Wanted) -> Option<Suggestion> {
+    let (Wanted::Function(params, _), Type::Array(element, _)) = (wanted, &expr.ty) else { return None };
+    let edits = vec![Edit::before(expr.span, "polyline("), Edit::after(expr.span, ")")];
+    let message = "make a curve of the points: polyline(points), or bezier(points)".to_owned();
+    (params.len() == 1 && matches!(**element, Type::Tuple(_))).then_some(Suggestion { message, edits })
 }

@@ -13,7 +13,15 @@ impl<'a> Checker<'a> {
         let mut statements = Vec::new();
         self.pair_derivatives(items);
         for item in items {
-            self.statement(item, &mut statements);
+            if let ItemKind::Require(decl) = &item.kind {
+                // What follows may rely on it.
+                if !self.requirement(decl, item.span, &mut statements) {
+                    self.env.names.truncate(mark);
+                    return error(span);
+                }
+            } else {
+                self.statement(item, &mut statements);
+            }
         }
         let value = match result {
             Some(result) => self.expr(result),
@@ -45,10 +53,7 @@ impl<'a> Checker<'a> {
                 let value = self.local_function(decl);
                 self.bind_name(&decl.name, value, out);
             }
-            ItemKind::Require(decl) => {
-                let condition = self.expr(&decl.condition);
-                self.require(condition, decl.message.as_deref(), item.span, out);
-            }
+            ItemKind::Require(decl) => _ = self.requirement(decl, item.span, out),
             // Derivatives were paired with their functions.
             ItemKind::Derivative(_) | ItemKind::Error => {}
             ItemKind::Param(ast::ParamDecl { name, .. })
@@ -70,14 +75,20 @@ impl<'a> Checker<'a> {
         }
     }
 
-    pub(super) fn require(&mut self, condition: Expr, message: Option<&str>, span: Span, out: &mut Vec<Statement>) {
-        let message = message.unwrap_or("a condition that the script requires does not hold");
+    /// A condition that must hold; false where it is known not to.
+    fn requirement(&mut self, decl: &'a ast::Require, span: Span, out: &mut Vec<Statement>) -> bool {
+        let condition = self.expr(&decl.condition);
+        let message = decl.message.as_deref().unwrap_or("a condition that the script requires does not hold");
         match condition.ty {
             Type::Bool(Some(true)) | Type::Error => {}
-            Type::Bool(Some(false)) => self.report(Diagnostic::error("require", span, message)),
+            Type::Bool(Some(false)) => {
+                self.report(Diagnostic::error("require", span, message));
+                return false;
+            }
             Type::Bool(None) => out.push(Statement::Require { condition, message: message.to_owned(), span }),
             _ => self.condition_error(&condition),
         }
+        true
     }
 
     /// Binds the names of a pattern.

@@ -320,7 +320,8 @@ impl<'a> Checker<'a> {
         let mut best = first;
         if rest.is_empty() {
             // Of the elements of one array.
-            let Some(items) = self.items(best, &mut statements) else { return error(span) };
+            let name = builtin.entry().0;
+            let Some(items) = self.items(name, best, &mut statements) else { return error(span) };
             rest = items;
             if rest.is_empty() {
                 return self.fail(Diagnostic::error(

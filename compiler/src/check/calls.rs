@@ -62,7 +62,14 @@ impl<'a> Checker<'a> {
     }
 
     fn given(&mut self, args: &'a [Arg]) -> Vec<Given<'a>> {
-        args.iter().map(|arg| Given { label: arg.label.as_ref(), value: self.expr(&arg.value) }).collect()
+        let outer = self.beside;
+        let given = args.iter().enumerate().map(|(i, arg)| {
+            self.beside = &args[..i];
+            Given { label: arg.label.as_ref(), value: self.expr(&arg.value) }
+        });
+        let given = given.collect();
+        self.beside = outer;
+        given
     }
 
     /// `a.f(b)`: a function of a module used whole, a function in a field, or `f(a, b)`.
@@ -110,11 +117,16 @@ impl<'a> Checker<'a> {
         let diagnostic = match (nearest(&name.text, fields.iter().copied()), &value.ty) {
             (Some(near), _) => diagnostic.suggest(format!("did you mean '.{near}'?"), [Edit::replace(name.span, near)]),
             (None, Type::Record(_)) => diagnostic.hint(format!("its fields are {}", fields.join(", "))),
-            (None, Type::Tuple(types)) => diagnostic.hint(match types.len() {
+            (None, Type::Tuple(types)) if !self.is_function(&name.text) => diagnostic.hint(match types.len() {
                 2 => "the components are .x and .y",
                 3 => "the components are .x, .y and .z",
                 _ => "components are had by index, as in t[3]",
             }),
+            (None, Type::Array(..)) if matches!(name.text.as_str(), "length" | "size" | "count") => {
+                diagnostic.suggest("it is written '.len()'", [Edit::replace(name.span, "len()")])
+            }
+            (None, ty) if self.is_function(&name.text) && !matches!(ty, Type::Closure(_)) => diagnostic
+                .suggest(format!("it is a function: call it, '.{}()'", name.text), [Edit::after(name.span, "()")]),
             (None, Type::Closure(_)) => diagnostic.hint("call the function first"),
             _ => diagnostic,
         };
@@ -129,11 +141,13 @@ impl<'a> Checker<'a> {
         let Type::Closure(id) = f.ty else {
             let message = format!("only a function can be called, and this is {}", self.describe(&f.ty));
             let diagnostic = Diagnostic::error("not-a-function", f.span, message);
-            let number = matches!(f.ty, Type::Int(_) | Type::Real(_));
-            return self.fail(if number {
-                diagnostic.suggest("write * to multiply", [Edit::after(f.span, " * ")])
-            } else {
-                diagnostic
+            return self.fail(match f.ty {
+                Type::Int(_) | Type::Real(_) => diagnostic.suggest("write * to multiply", [Edit::after(f.span, " * ")]),
+                // In a list over several lines a line end separates nothing.
+                Type::Tuple(_) | Type::Array(..) | Type::Record(_) | Type::Text => {
+                    diagnostic.suggest("is a comma missing after it?", [Edit::after(f.span, ",")])
+                }
+                _ => diagnostic,
             });
         };
         let code = self.closure(id).code;
@@ -209,8 +223,6 @@ impl<'a> Checker<'a> {
         args: Vec<Given<'a>>,
         span: Span,
     ) -> Option<Vec<Option<Expr>>> {
-        let name = self.called(id);
-        let labelled_only = matches!(self.closure(id).code, Code::Model(..));
         let mut slots: Vec<Option<Expr>> = params.iter().map(|_| None).collect();
         let mut position = 0;
         let mut good = true;
@@ -219,14 +231,14 @@ impl<'a> Checker<'a> {
                 Some(label) => match params.iter().position(|p| p.name == label.text) {
                     Some(at) => at,
                     None => {
-                        let diagnostic = self.unknown_label(&name, label, params);
+                        let diagnostic = self.unknown_label(&self.called(id), label, params);
                         self.report(diagnostic);
                         good = false;
                         continue;
                     }
                 },
-                None if labelled_only => {
-                    let message = format!("the arguments of the model {name} must be labelled");
+                None if matches!(self.closure(id).code, Code::Model(..)) => {
+                    let message = format!("the arguments of the model {} must be labelled", self.called(id));
                     let hint = params.first().map(|p| format!("write {}: before the value, for example", p.name));
                     let mut diagnostic = Diagnostic::error("arguments", arg.value.span, message);
                     diagnostic.hint = hint;
@@ -240,13 +252,7 @@ impl<'a> Checker<'a> {
             };
             match slots.get_mut(at) {
                 None => {
-                    let message = match params.len() {
-                        0 => format!("{name} takes no arguments"),
-                        1 => format!("{name} takes one argument, and this is one more"),
-                        n => format!("{name} takes {n} arguments, and this is one more"),
-                    };
-                    let diagnostic = Diagnostic::error("arguments", arg.value.span, message);
-                    self.report(self.with_definition(id, diagnostic));
+                    self.one_too_many(id, params.len(), &arg.value, slots.first().and_then(Option::as_ref));
                     return None;
                 }
                 Some(Some(_)) => {
@@ -257,31 +263,56 @@ impl<'a> Checker<'a> {
                 Some(slot) => *slot = Some(arg.value),
             }
         }
-        let missing: Vec<&str> = params
-            .iter()
-            .zip(&slots)
-            .filter(|(p, s)| s.is_none() && !p.optional)
-            .map(|(p, _)| if p.name.is_empty() { "a tuple" } else { p.name })
-            .collect();
-        if good && !missing.is_empty() {
-            let list = missing.iter().map(|m| format!("'{m}'")).collect::<Vec<_>>().join(" and ");
-            let message = if name.starts_with('\'') {
-                format!("this call of {name} lacks {list}")
-            } else {
-                format!("a function is called here without {list}")
-            };
-            self.report(self.with_definition(id, Diagnostic::error("arguments", span, message)));
+        (good && self.none_is_missing(id, params, &slots, span)).then_some(slots)
+    }
+
+    fn one_too_many(&mut self, id: ClosureId, count: usize, value: &Expr, first: Option<&Expr>) {
+        let name = self.called(id);
+        let message = match count {
+            0 => format!("{name} takes no arguments"),
+            1 => format!("{name} takes one argument, and this is one more"),
+            n => format!("{name} takes {n} arguments, and this is one more"),
+        };
+        let mut diagnostic = Diagnostic::error("arguments", value.span, message);
+        let point = |e: &Expr| matches!(e.ty, Type::Tuple(_));
+        if count == 1 && point(value) && first.is_some_and(point) {
+            let hint = format!("several points are given as an array: {}([a, b])", name.trim_matches('\''));
+            diagnostic = diagnostic.hint(hint);
         }
-        (good && missing.is_empty()).then_some(slots)
+        self.report(self.with_definition(id, diagnostic));
+    }
+
+    /// Whether every parameter without a default has its argument; else that is reported.
+    fn none_is_missing(&mut self, id: ClosureId, params: &[Parameter<'a>], slots: &[Option<Expr>], span: Span) -> bool {
+        let missing = params.iter().zip(slots).filter(|(p, s)| s.is_none() && !p.optional);
+        let missing: Vec<String> = missing
+            .map(|(p, _)| if p.name.is_empty() { "'a tuple'".to_owned() } else { format!("'{}'", p.name) })
+            .collect();
+        if missing.is_empty() {
+            return true;
+        }
+        let (name, list) = (self.called(id), missing.join(" and "));
+        let message = if name.starts_with('\'') {
+            format!("this call of {name} lacks {list}")
+        } else {
+            format!("a function is called here without {list}")
+        };
+        self.report(self.with_definition(id, Diagnostic::error("arguments", span, message)));
+        false
     }
 
     fn unknown_label(&self, name: &str, label: &Ident, params: &[Parameter<'a>]) -> Diagnostic {
         let names: Vec<&str> = params.iter().map(|p| p.name).filter(|n| !n.is_empty()).collect();
         let message = format!("{name} has no parameter '{}'", label.text);
         let diagnostic = Diagnostic::error("unknown-label", label.span, message);
-        match nearest(&label.text, names.iter().copied()) {
+        let mut begun = names.iter().filter(|n| n.starts_with(label.text.as_str()));
+        let abbreviated = begun.next().filter(|_| begun.next().is_none());
+        match nearest(&label.text, names.iter().copied()).or(abbreviated.copied()) {
             Some(near) => diagnostic.did_you_mean(label.span, near),
             None if names.is_empty() => diagnostic,
+            None if names.contains(&"radius") && (label.text == "d" || label.text.starts_with("diam")) => {
+                diagnostic.hint("give the radius: half of the diameter")
+            }
             None => diagnostic.hint(parameters_in_words(&names)),
         }
     }

@@ -3,7 +3,7 @@
 use super::CheckOptions;
 use super::builtins::Builtin;
 use super::instantiate::Instance;
-use super::modules::Module;
+use super::modules::{Definition, Module};
 use super::typed::{Expr, ExprKind, Function, FunctionId, Local, LocalId, Type};
 use super::types::ClosureId;
 use crate::diagnostic::{Diagnostic, Severity};
@@ -36,6 +36,8 @@ pub(super) struct Checker<'a> {
     pub(super) by_hand: HashMap<usize, &'a ast::DerivativeDecl>,
     /// The names of the `let` whose value is being checked.
     pub(super) defining: Option<&'a ast::Pattern>,
+    /// The arguments before the one that is being checked.
+    pub(super) beside: &'a [ast::Arg],
     /// Where numbers are written without a unit.
     pub(super) bare_literals: HashSet<Span>,
     diagnostics: Vec<Diagnostic>,
@@ -129,6 +131,7 @@ impl<'a> Checker<'a> {
             free_names: HashMap::new(),
             by_hand: HashMap::new(),
             defining: None,
+            beside: &[],
             bare_literals: HashSet::new(),
             diagnostics: Vec::new(),
             reported: HashSet::new(),
@@ -193,6 +196,7 @@ impl<'a> Checker<'a> {
             let of_arguments = ["dimension-mismatch", "type-mismatch", "arguments", "wrong-result"];
             if name.starts_with('\'') && of_arguments.contains(&&*diagnostic.code) {
                 diagnostic.message = format!("{name} cannot be called with these arguments: {}", diagnostic.message);
+                diagnostic.hint = diagnostic.hint.or_else(|| self.parameters_of_library(&steps[last].1));
             }
             let label = std::mem::take(&mut diagnostic.label);
             let label = if label.is_empty() { format!("in {name}") } else { format!("in {name}: {label}") };
@@ -246,6 +250,21 @@ impl<'a> Checker<'a> {
     pub(super) fn called(&self, id: ClosureId) -> String {
         let name = &self.closure(id).name;
         if name.contains('|') { "this function".to_owned() } else { format!("'{name}'") }
+    }
+
+    /// What a function of the library takes, in words.
+    fn parameters_of_library(&self, name: &str) -> Option<String> {
+        let library = self.modules.iter().filter(|m| m.std).find_map(|m| m.definitions.get(name))?;
+        let Definition::Function(decl) = library else { return None };
+        let names: Option<Vec<&str>> = decl
+            .params
+            .iter()
+            .map(|p| match &p.pattern {
+                ast::Pattern::Name(name) => Some(name.text.as_str()),
+                ast::Pattern::Tuple(..) => None,
+            })
+            .collect();
+        names.filter(|names| names.len() > 1).map(|names| super::calls::parameters_in_words(&names))
     }
 
     fn in_library(&self, span: Span) -> bool {

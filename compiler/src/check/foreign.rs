@@ -35,6 +35,11 @@ pub(super) fn meaning(name: &str) -> Option<Foreign> {
         "None" | "null" | "nil" | "undef" => {
             Hint("there is no empty value; a default or another branch takes its place")
         }
+        "yes" | "on" => Name("true"),
+        "no" | "off" => Name("false"),
+        "math" | "Math" | "np" | "numpy" => Hint("what is built in is written without a module: 'sin(30deg)', 'pi'"),
+        "diff" | "derivative" | "gradient" | "grad" => Hint("the derivative of a function f is f': f'(2)"),
+        "enumerate" => Hint("run over the numbers: for i in 0..len(xs) { ... xs[i] ... }"),
         "pow" | "power" => Hint("a power is written a ^ b"),
         "mod" => Hint("a remainder is written a % b"),
         "range" => Hint("a range is written from..to, without to"),

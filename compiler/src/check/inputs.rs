@@ -2,7 +2,8 @@
 
 use super::annotations::Wanted;
 use super::context::Checker;
-use super::model::{Body, dimension};
+use super::model::Body;
+use super::params::dimension;
 use super::typed::{Expr, ExprKind, Input, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, evaluate};
@@ -13,6 +14,24 @@ use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
 use std::collections::BTreeMap;
 
 impl<'a> Checker<'a> {
+    /// What an input is; `None` where its type is none, which was reported.
+    fn quantity_of_input(&mut self, decl: &'a ParamDecl, wanted: &Wanted) -> Option<Quantity> {
+        Some(match wanted {
+            Wanted::Int => Quantity::Int,
+            Wanted::Bool => Quantity::Bool,
+            Wanted::Real(Dimension::NONE) => Quantity::Real,
+            Wanted::Real(Dimension::LENGTH) => Quantity::Length,
+            Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
+            Wanted::Any => return None,
+            _ => {
+                let message =
+                    format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
+                self.report(Diagnostic::error("invalid-type", decl.ty.span, message));
+                Quantity::Real
+            }
+        })
+    }
+
     /// Declares an input with the value that is given, or its default.
     pub(super) fn input(
         &mut self,
@@ -22,18 +41,9 @@ impl<'a> Checker<'a> {
         given: &BTreeMap<String, InputValue>,
     ) {
         let wanted = self.wanted(&decl.ty);
-        let quantity = match wanted {
-            Wanted::Int => Quantity::Int,
-            Wanted::Bool => Quantity::Bool,
-            Wanted::Real(Dimension::NONE) | Wanted::Any => Quantity::Real,
-            Wanted::Real(Dimension::LENGTH) => Quantity::Length,
-            Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
-            _ => {
-                let message =
-                    format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
-                self.report(Diagnostic::error("invalid-type", decl.ty.span, message));
-                Quantity::Real
-            }
+        let Some(quantity) = self.quantity_of_input(decl, &wanted) else {
+            let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
+            return self.declare(decl, unknown, body);
         };
         let constant = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
             let e = checker.expr(e);

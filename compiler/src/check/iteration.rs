@@ -23,7 +23,7 @@ impl<'a> Checker<'a> {
     ) -> Expr {
         let iterable = self.expr(iterable);
         let mut outer = Vec::new();
-        let Some(items) = self.items(iterable, &mut outer) else { return error(span) };
+        let Some(items) = self.items("for", iterable, &mut outer) else { return error(span) };
         let mut values = Vec::with_capacity(items.len());
         for item in items {
             let mark = self.env.names.len();
@@ -41,8 +41,8 @@ impl<'a> Checker<'a> {
         wrap(outer, array, span)
     }
 
-    /// What an array, a tuple or a known range runs over, one by one.
-    pub(super) fn items(&mut self, iterable: Expr, statements: &mut Vec<Statement>) -> Option<Vec<Expr>> {
+    /// What an array, a tuple or a known range runs over, one by one, for what is called so.
+    pub(super) fn items(&mut self, what: &str, iterable: Expr, statements: &mut Vec<Statement>) -> Option<Vec<Expr>> {
         let span = iterable.span;
         let count = match &iterable.ty {
             Type::Error => return None,
@@ -66,13 +66,20 @@ impl<'a> Checker<'a> {
             Type::Array(_, n) => *n,
             Type::Tuple(types) => types.len(),
             other => {
-                let message = format!("'for' runs over a range or an array, and this is {}", self.describe(other));
+                let message = format!("'{what}' runs over a range or an array, and this is {}", self.describe(other));
                 let diagnostic = Diagnostic::error("type-mismatch", span, message);
-                let number = matches!(other, Type::Int(_));
-                self.report(if number {
-                    diagnostic.suggest("for n turns write 0..n", [Edit::before(span, "0..")])
-                } else {
-                    diagnostic
+                self.report(match (what, other) {
+                    ("for" | "sum", Type::Int(_)) => {
+                        diagnostic.suggest("for n turns write 0..n", [Edit::before(span, "0..")])
+                    }
+                    ("fold", _) => diagnostic.hint("the order is fold(init, xs, |so_far, x| ...)"),
+                    ("min" | "max", _) => {
+                        diagnostic.hint(format!("it takes two numbers or more, or one array: {what}(a, b)"))
+                    }
+                    ("sum", Type::Closure(_)) => {
+                        diagnostic.hint("make an array of the values: sum(for i in 0..n { ... })")
+                    }
+                    _ => diagnostic,
                 });
                 return None;
             }
@@ -93,6 +100,9 @@ impl<'a> Checker<'a> {
 
     /// `fold(init, xs, f)`: f(f(f(init, x0), x1), x2)...
     pub(super) fn fold(&mut self, init: Expr, xs: Expr, f: Expr, span: Span) -> Expr {
+        if !self.takes_so_far_and_next(&f) {
+            return error(span);
+        }
         let long = match xs.ty {
             Type::Range(Some(from), Some(to)) => {
                 usize::try_from(to.saturating_sub(from)).is_ok_and(|n| n > self.options.unroll)
@@ -104,7 +114,7 @@ impl<'a> Checker<'a> {
             return self.fold_loop(init, xs, f, span);
         }
         let mut statements = Vec::new();
-        let Some(items) = self.items(xs, &mut statements) else { return error(span) };
+        let Some(items) = self.items("fold", xs, &mut statements) else { return error(span) };
         let f = self.keep("", f, &mut statements);
         let mut accumulator = init;
         for item in items {
@@ -117,12 +127,27 @@ impl<'a> Checker<'a> {
         wrap(statements, accumulator, span)
     }
 
+    /// Whether a function can be called as `fold` and `loop` do; else that is reported.
+    fn takes_so_far_and_next(&mut self, f: &Expr) -> bool {
+        let message = match f.ty {
+            Type::Error => return true,
+            Type::Closure(id) if self.accepts(id, 2) => return true,
+            _ => format!("a function of two arguments is needed here, and this is {}", self.describe(&f.ty)),
+        };
+        let error = Diagnostic::error("arguments", f.span, message);
+        self.report(error.hint("it gets what has come about so far, and the next element: |so_far, x| ..."));
+        false
+    }
+
     /// `loop(init, count, f)`: as `fold(init, 0..count, f)`, and never written out, so that a long f stays one.
     pub(super) fn fold_count(&mut self, init: Expr, count: Expr, f: Expr, span: Span) -> Expr {
         let Type::Int(n) = count.ty else {
             let message = format!("how often a loop turns is a whole number, and this is {}", self.describe(&count.ty));
             return self.fail(Diagnostic::error("type-mismatch", count.span, message));
         };
+        if !self.takes_so_far_and_next(&f) {
+            return error(span);
+        }
         let bounds = vec![int(0, count.span), count];
         let range = Expr { kind: ExprKind::Aggregate(bounds), ty: Type::Range(Some(0), n), span };
         self.fold_loop(init, range, f, span)
@@ -173,7 +198,7 @@ impl<'a> Checker<'a> {
     /// `sum(xs)`.
     pub(super) fn sum_of(&mut self, xs: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
-        let Some(items) = self.items(xs, &mut statements) else { return error(span) };
+        let Some(items) = self.items("sum", xs, &mut statements) else { return error(span) };
         let mut items = items.into_iter();
         let Some(mut total) = items.next() else { return int(0, span) };
         for item in items {

@@ -24,6 +24,7 @@ mod derivatives;
 mod describe;
 mod evaluate;
 mod expressions;
+mod files;
 mod finish;
 mod foreign;
 mod free;
@@ -35,6 +36,7 @@ mod model;
 mod modules;
 mod names;
 mod operators;
+mod params;
 mod parts;
 mod print;
 pub(crate) mod scope;
@@ -51,7 +53,7 @@ pub use print::print;
 pub use scope::{Kind, Known};
 pub use stdlib::MODULES as STANDARD_LIBRARY;
 
-pub(crate) use model::dimension;
+pub(crate) use params::dimension;
 
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::{FileId, Loader, Sources};
@@ -115,7 +117,7 @@ pub fn check(
     inputs: &BTreeMap<String, InputValue>,
     options: &CheckOptions,
 ) -> (Option<typed::Model>, Vec<Diagnostic>) {
-    let (loaded, mut diagnostics) = modules::load(sources, loader, main);
+    let (loaded, mut diagnostics) = files::load(sources, loader, main);
     let (modules, more) = modules::index(&loaded);
     diagnostics.extend(more);
     let mut checker = context::Checker::new(&modules, options);

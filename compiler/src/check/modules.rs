@@ -1,32 +1,12 @@
-//! Files: the main one, those that it uses, and the modules of the standard library whose names occur.
+//! The names of files: what each defines, and what its `use`s bring.
 
-use super::free;
+use super::files::Loaded;
 use super::stdlib::{self, MODULES};
-use crate::diagnostic::{Diagnostic, Edit};
-use crate::source::{FileId, Loader, Sources, Span};
+use crate::diagnostic::Diagnostic;
+use crate::source::Span;
 use crate::suggest::nearest;
-use crate::syntax::ast::{File, FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
+use crate::syntax::ast::{FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
-
-/// How many files a script may use, directly or not.
-const FILE_LIMIT: usize = 256;
-
-/// A file that was read, and for each of its `use`s (by item index) the file that it names.
-#[derive(Default)]
-pub(super) struct Loaded {
-    pub(super) name: String,
-    pub(super) std: bool,
-    /// Shared with other compilations where it is the library's.
-    pub(super) ast: Arc<File>,
-    pub(super) uses: Vec<(usize, Option<usize>)>,
-    /// Of a text entered into a session: what stands in the scope of the session's model.
-    pub(super) inner: Vec<Item>,
-    /// Of such a text: the names of those before it.
-    pub(super) seen: Arc<Seen>,
-    /// Of such a text: its own names mean what they meant before it.
-    pub(super) earlier: bool,
-}
 
 /// Names that the texts of a session have brought, with the files that define them.
 #[derive(Clone, Debug, Default)]
@@ -115,208 +95,6 @@ pub(super) fn pattern_span(pattern: &Pattern) -> Span {
     }
 }
 
-/// Reads the main file and all that it needs. Module 0 is the main file.
-pub(super) fn load(sources: &mut Sources, loader: &dyn Loader, main: FileId) -> (Vec<Loaded>, Vec<Diagnostic>) {
-    let (name, text) = match sources.get(main) {
-        Some(file) => (file.name.clone(), file.text.clone()),
-        None => (String::new(), String::new()),
-    };
-    let mut files = Files::default();
-    let mut reader = Reader { sources, loader, files: &mut files, diagnostics: Vec::new() };
-    reader.parse(main, name.clone(), &text, false);
-    reader.follow_from(0);
-    let diagnostics = reader.diagnostics;
-    (files.loaded, diagnostics)
-}
-
-/// Reads what a text entered into a session needs, and adds both; with the text's index.
-pub(super) fn load_entered(
-    files: &mut Files,
-    sources: &mut Sources,
-    loader: &dyn Loader,
-    entered: Loaded,
-) -> (usize, Vec<Diagnostic>) {
-    let id = files.loaded.len();
-    files.loaded.push(entered);
-    let mut reader = Reader { sources, loader, files, diagnostics: Vec::new() };
-    reader.follow_from(id);
-    (id, reader.diagnostics)
-}
-
-/// The files that were read.
-#[derive(Default)]
-pub(super) struct Files {
-    pub(super) loaded: Vec<Loaded>,
-    /// Index of a file by its name.
-    pub(super) ids: HashMap<String, usize>,
-}
-
-struct Reader<'s> {
-    sources: &'s mut Sources,
-    loader: &'s dyn Loader,
-    files: &'s mut Files,
-    diagnostics: Vec<Diagnostic>,
-}
-
-impl Reader<'_> {
-    fn parse(&mut self, file: FileId, name: String, text: &str, std: bool) -> usize {
-        let (ast, diagnostics) = crate::syntax::parse(file, text);
-        self.diagnostics.extend(diagnostics);
-        self.add(Loaded { name, std, ast: Arc::new(ast), ..Loaded::default() })
-    }
-
-    fn add(&mut self, loaded: Loaded) -> usize {
-        let id = self.files.loaded.len();
-        self.files.ids.insert(loaded.name.clone(), id);
-        self.files.loaded.push(loaded);
-        id
-    }
-
-    /// Reads what the files from `first` on use, directly or not.
-    fn follow_from(&mut self, first: usize) {
-        let mut next = first;
-        while next < self.files.loaded.len() {
-            self.follow(next);
-            next += 1;
-        }
-        self.report_cycles(first);
-    }
-
-    fn std_module(&mut self, index: usize) -> usize {
-        let (name, text) = MODULES[index];
-        if let Some(id) = self.files.ids.get(name) {
-            return *id;
-        }
-        let (ast, diagnostics) = stdlib::parsed(index);
-        self.sources.add_library(index, name, text);
-        self.diagnostics.extend_from_slice(diagnostics);
-        self.add(Loaded { name: name.to_owned(), std: true, ast: ast.clone(), ..Loaded::default() })
-    }
-
-    /// Reads what a file uses, and the modules of the library whose names occur in it.
-    fn follow(&mut self, id: usize) {
-        let std: Vec<usize> = {
-            let file = &self.files.loaded[id];
-            let names = [&file.ast.items, &file.inner].into_iter().flat_map(|items| free::of_items(items));
-            let mut modules: Vec<usize> = names.filter_map(stdlib::module_of).collect();
-            modules.sort_unstable();
-            modules.dedup();
-            modules
-        };
-        for index in std {
-            self.std_module(index);
-        }
-        let uses: Vec<(usize, UsePath)> = self.files.loaded[id]
-            .ast
-            .items
-            .iter()
-            .enumerate()
-            .filter_map(|(i, item)| match &item.kind {
-                ItemKind::Use(u) => Some((i, u.path.clone())),
-                _ => None,
-            })
-            .collect();
-        for (item, path) in uses {
-            let target = match &path {
-                UsePath::Module(parts) => self.use_module(parts),
-                UsePath::File(path, span) => self.use_file(id, path, *span),
-            };
-            self.files.loaded[id].uses.push((item, target));
-        }
-    }
-
-    fn use_module(&mut self, parts: &[Ident]) -> Option<usize> {
-        let (first, last) = (parts.first()?, parts.last()?);
-        let span = first.span.to(last.span);
-        let name = parts.iter().map(|p| p.text.as_str()).collect::<Vec<_>>().join(".");
-        if let Some(index) = MODULES.iter().position(|(n, _)| *n == name) {
-            return Some(self.std_module(index));
-        }
-        let mut error = Diagnostic::error("unknown-module", span, format!("there is no module '{name}'"));
-        let list = MODULES.iter().map(|(n, _)| *n);
-        let full = format!("std.{name}");
-        error = match list.clone().find(|module| *module == full).or_else(|| nearest(&name, list.clone())) {
-            Some(near) => error.did_you_mean(span, near),
-            None if last.text == "gml" => {
-                error.suggest("a file is named in quotes", [Edit::before(span, "\""), Edit::after(span, "\"")])
-            }
-            None if first.text != "std" => error.hint("a file is named in quotes: use \"column.gml\" (column)"),
-            None => error.hint(format!("the modules are {}", list.collect::<Vec<_>>().join(", "))),
-        };
-        self.diagnostics.push(error);
-        None
-    }
-
-    fn use_file(&mut self, from: usize, path: &str, span: Span) -> Option<usize> {
-        if self.files.loaded.len() >= FILE_LIMIT {
-            self.diagnostics.push(Diagnostic::error(
-                "too-many-files",
-                span,
-                format!("the script uses more than {FILE_LIMIT} files"),
-            ));
-            return None;
-        }
-        match self.loader.load(path, &self.files.loaded[from].name) {
-            Ok(file) => {
-                if let Some(id) = self.files.ids.get(&file.name) {
-                    return Some(*id);
-                }
-                let id = self.sources.add(file.name.clone(), file.text.clone());
-                Some(self.parse(id, file.name, &file.text, false))
-            }
-            // What is wrong with the text was said.
-            Err(_)
-                if self
-                    .diagnostics
-                    .iter()
-                    .any(|d| d.span.file == span.file && d.span.start > span.start && d.span.end <= span.end) =>
-            {
-                None
-            }
-            Err(reason) => {
-                self.diagnostics.push(Diagnostic::error("file-not-found", span, reason));
-                None
-            }
-        }
-    }
-
-    /// One error for every `use` that closes a circle of files.
-    fn report_cycles(&mut self, first: usize) {
-        // Depth first, without recursion: (file, next use); a file on the path is grey.
-        let mut done = vec![false; self.files.loaded.len()];
-        let mut grey = vec![false; self.files.loaded.len()];
-        let mut path = vec![(first, 0)];
-        grey[first] = true;
-        while let Some((file, next)) = path.pop() {
-            let Some((item, target)) = self.files.loaded[file].uses.get(next).copied() else {
-                grey[file] = false;
-                done[file] = true;
-                continue;
-            };
-            path.push((file, next + 1));
-            let Some(target) = target else { continue };
-            if self.files.loaded[file].std || self.files.loaded[target].std || done[target] {
-                continue;
-            }
-            if grey[target] {
-                let start = path.iter().position(|(f, _)| *f == target).unwrap_or(0);
-                let mut names: Vec<&str> =
-                    path[start..].iter().map(|(f, _)| self.files.loaded[*f].name.as_str()).collect();
-                names.push(&self.files.loaded[target].name);
-                let message = format!("files use each other in a circle: {}", names.join(" -> "));
-                let span = self.files.loaded[file].ast.items[item].span;
-                self.diagnostics.push(
-                    Diagnostic::error("use-cycle", span, message)
-                        .hint("move what both need into a file that uses neither"),
-                );
-                continue;
-            }
-            grey[target] = true;
-            path.push((target, 0));
-        }
-    }
-}
-
 /// The names of every file.
 pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
     let mut diagnostics = Vec::new();
@@ -344,6 +122,8 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
             let ItemKind::Use(u) = &file.ast.items[*item].kind else { continue };
             for name in u.names.iter().flatten() {
                 match target {
+                    // A file that uses itself is a circle, which was reported.
+                    Some(target) if *target == id => {}
                     Some(target) => {
                         diagnostics.extend(unknown_import(name, &modules[*target]));
                         diagnostics.extend(colliding_import(name, *target, &modules[id]));

@@ -9,7 +9,7 @@ use super::typed::{Call, Expr, ExprKind, Type};
 use crate::diagnostic::{Diagnostic, Edit};
 use crate::source::Span;
 use crate::suggest::{nearest, nearest_of};
-use crate::syntax::ast::{Item, ItemKind, Let, Pattern};
+use crate::syntax::ast::{self, Item, ItemKind, Let, Pattern};
 
 impl<'a> Checker<'a> {
     /// The value of a name.
@@ -74,7 +74,9 @@ impl<'a> Checker<'a> {
             None => {
                 let names = self.modules[target].public_names();
                 let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
+                let built_in = Builtin::named(name).is_some() || builtins::constant_named(name, span).is_some();
                 let error = match (stdlib::module_of(name), nearest(name, names)) {
+                    _ if built_in => error.hint(format!("it is built in, and written without a module: '{name}'")),
                     (Some(other), _) => {
                         let home = stdlib::MODULES[other].0;
                         error.hint(format!("'{name}' is in {home}: add `use {home} ({name})`"))
@@ -134,6 +136,14 @@ impl<'a> Checker<'a> {
         value
     }
 
+    /// Whether the language, its library or the file has a function of the name.
+    pub(super) fn is_function(&self, name: &str) -> bool {
+        let own = self.modules[self.env.module].definitions.get(name);
+        Builtin::named(name).is_some()
+            || stdlib::module_of(name).is_some()
+            || matches!(own, Some(Definition::Function(_)))
+    }
+
     fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
         let error = Diagnostic::error("unknown-name", span, format!("there is no '{name}' here"));
         let module = &self.modules[self.env.module];
@@ -160,6 +170,11 @@ impl<'a> Checker<'a> {
                 Foreign::Hint(hint) => error.hint(hint),
             };
         }
+        if self.is_of_lambda_beside(name) {
+            return error.hint(format!(
+                "'{name}' is known only in the function before the comma; a point stands in parentheses: |{name}| (x, y)"
+            ));
+        }
         match self.defined_in_model(name, span) {
             Some((_, true)) => {
                 return error.hint("it is defined further down: move its definition up, before this line");
@@ -174,6 +189,14 @@ impl<'a> Checker<'a> {
             Some(near) => error.did_you_mean(span, near),
             None => error,
         }
+    }
+
+    /// Whether an argument before the one that is checked is a function with a parameter of the name.
+    fn is_of_lambda_beside(&self, name: &str) -> bool {
+        self.beside.iter().any(|arg| match &arg.value.kind {
+            ast::ExprKind::Lambda(params, _) => params.iter().any(|p| path_to(&p.pattern, name).is_some()),
+            _ => false,
+        })
     }
 
     /// The model of the file that defines the name, which is not in scope, and whether it was used within.

@@ -175,6 +175,16 @@ impl<'a> Checker<'a> {
             (Type::Tuple(x), Type::Tuple(y)) if x.len() != y.len() => {
                 return diagnostic.hint(format!("one has {} components, the other {}", x.len(), y.len()));
             }
+            (Type::Array(..), Type::Tuple(_)) | (Type::Tuple(_), Type::Array(..)) => {
+                return diagnostic.hint("a point or vector is written in parentheses: (x, y, z)");
+            }
+            (Type::Closure(f), Type::Closure(g)) => {
+                return diagnostic.hint(if self.arity(*f) == 2 && self.arity(*g) == 2 {
+                    "surfaces are not combined: every one is a part of its own"
+                } else {
+                    "add what they give: |t| a(t) + b(t)"
+                });
+            }
             (Type::Array(..), _) | (_, Type::Array(..)) => {
                 return diagnostic.hint("for arrays, write a comprehension: for i in 0..len(a) { a[i] + b[i] }");
             }

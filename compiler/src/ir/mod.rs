@@ -12,12 +12,15 @@ pub mod inline;
 pub mod interpret;
 pub mod lower;
 pub mod lowered;
+pub mod magnitude;
 pub mod merge;
 pub mod operands;
 pub mod print;
+pub mod regroup;
 pub mod scalar;
 pub mod simplify;
 pub mod split;
+pub mod stages;
 pub mod validate;
 
 mod algebra;

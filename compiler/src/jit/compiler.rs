@@ -2,8 +2,10 @@
 
 use super::code::Code;
 use super::context::MAX_FRAME;
+use super::grid::{self, GridShape};
 use super::memory::{CodeMemory, Effort};
 use super::plan::Plan;
+use super::vector::can_be_wide;
 use super::{kernel, lower};
 use crate::ir::hash::HashMap;
 use crate::ir::{Function, FunctionId, Module, Op, Type, Value};
@@ -43,6 +45,8 @@ pub struct Options {
     /// Compile everything in linear time to code that is slower to run. Else this is done with routines, which run once
     /// for every x, and with what would take too long.
     pub quick: bool,
+    /// Do not compute two points at once. Results are the same; tests compare.
+    pub narrow: bool,
 }
 
 /// The text of a compiled function.
@@ -64,6 +68,10 @@ pub struct Routine(pub(super) u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kernel(pub(super) u32);
 
+/// A function of a [`Code`] that runs over a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridKernel(pub(super) u32);
+
 /// What a kernel makes of its function's results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
@@ -80,8 +88,8 @@ pub struct KernelShape {
     pub function: FunctionId,
     /// How many of its first parameters are the same for all points.
     pub uniforms: usize,
-    /// Whether three weights follow after u and v.
-    pub weights: bool,
+    /// How many weights of each point follow after u and v.
+    pub weights: usize,
     /// What becomes of the results.
     pub output: Output,
 }
@@ -92,7 +100,7 @@ struct Computation {
     nodes: Vec<(Op, Type)>,
     results: Vec<Value>,
     uniforms: usize,
-    weights: bool,
+    weights: usize,
     accumulates: bool,
 }
 
@@ -116,8 +124,17 @@ pub(super) struct Entry {
     pub(super) inputs: usize,
     /// Words that it writes: in all, for every point, or accumulated.
     pub(super) results: usize,
-    /// Of a kernel.
-    pub(super) shape: Option<KernelShape>,
+    /// What it is.
+    pub(super) kind: EntryKind,
+}
+
+/// What `Code` can call, by signature.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum EntryKind {
+    Routine,
+    Kernel(KernelShape),
+    /// Whether it computes two points at once.
+    Grid(GridShape, bool),
 }
 
 /// Compiles functions of one module. What it has compiled is freed with it, or belongs to the [`Code`].
@@ -135,6 +152,7 @@ pub struct Compiler<'m> {
     nodes: usize,
     listings: Option<Vec<Listing>>,
     quick: bool,
+    narrow: bool,
     /// Reused from function to function.
     context: Option<(Context, FunctionBuilderContext)>,
 }
@@ -164,6 +182,7 @@ impl<'m> Compiler<'m> {
             nodes: 0,
             listings: options.listings.then(Vec::new),
             quick: options.quick,
+            narrow: options.narrow,
             context: None,
         })
     }
@@ -184,7 +203,7 @@ impl<'m> Compiler<'m> {
         };
         self.compile_pending()?;
         let f = self.module.function(id);
-        let entry = Entry { function, inputs: f.params.len(), results: f.results.len(), shape: None };
+        let entry = Entry { function, inputs: f.params.len(), results: f.results.len(), kind: EntryKind::Routine };
         Ok(Routine(self.add(entry)))
     }
 
@@ -194,7 +213,7 @@ impl<'m> Compiler<'m> {
     /// [`JitError`].
     pub fn kernel(&mut self, shape: KernelShape) -> Result<Kernel, JitError> {
         let f = self.module.function(shape.function);
-        let params = shape.uniforms + 2 + if shape.weights { 3 } else { 0 };
+        let params = shape.uniforms + 2 + shape.weights;
         let reals = f.params.iter().map(|p| p.ty).chain(f.result_types()).all(|ty| ty == Type::Real);
         if params != f.params.len() || !reals {
             return Err(JitError::Shape(f.name.clone()));
@@ -211,10 +230,40 @@ impl<'m> Compiler<'m> {
             kernel::build(compiler, shape, context, frontend)
         })?;
         self.compile_pending()?;
-        let entry = Entry { function, inputs: shape.uniforms, results: f.results.len(), shape: Some(shape) };
+        let entry =
+            Entry { function, inputs: shape.uniforms, results: f.results.len(), kind: EntryKind::Kernel(shape) };
         let kernel = Kernel(self.add(entry));
         self.kernels.insert(computation, kernel);
         Ok(kernel)
+    }
+
+    /// A function of the module.
+    #[must_use]
+    pub fn function(&self, id: FunctionId) -> &'m Function {
+        self.module.function(id)
+    }
+
+    /// Compiles a function into loops over a grid, with what it calls.
+    ///
+    /// # Errors
+    /// [`JitError`].
+    pub fn grid(&mut self, shape: GridShape) -> Result<GridKernel, JitError> {
+        let f = self.module.function(shape.function);
+        let reals = f.params.iter().map(|p| p.ty).chain(f.result_types()).all(|ty| ty == Type::Real);
+        if shape.params() != f.params.len() || shape.row_sums.is_some_and(|n| n > f.results.len()) || !reals {
+            return Err(JitError::Shape(f.name.clone()));
+        }
+        let wide = !self.narrow && can_be_wide(f, &kernel::varying(f, shape.uniforms));
+        let mut signature = self.memory.module().make_signature();
+        signature.params.extend([AbiParam::new(types::I64); 2]);
+        signature.returns.push(AbiParam::new(types::I32));
+        let function = self.declare(&signature, &f.name)?;
+        self.define(function, &f.name, signature, Effort::Thorough, |compiler, context, frontend| {
+            grid::build(compiler, shape, wide, context, frontend)
+        })?;
+        self.compile_pending()?;
+        let kind = EntryKind::Grid(shape, wide);
+        Ok(GridKernel(self.add(Entry { function, inputs: shape.uniforms, results: f.results.len(), kind })))
     }
 
     /// The text of everything compiled so far; empty unless asked for in the options.

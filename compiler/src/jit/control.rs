@@ -88,6 +88,7 @@ impl Lowering<'_, '_, '_> {
 
     /// Ends the evaluation with a failure where a condition does not hold.
     pub(super) fn guard(&mut self, condition: Value, failure: FailureId) {
+        let condition = self.in_all_lanes(condition);
         self.require(condition, FIRST_FAILURE + i64::from(failure.0));
     }
 

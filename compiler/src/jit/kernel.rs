@@ -125,7 +125,7 @@ fn put<'m>(
 }
 
 /// Which nodes depend on more than the first parameters.
-fn varying(function: &Function, uniforms: usize) -> Vec<bool> {
+pub(super) fn varying(function: &Function, uniforms: usize) -> Vec<bool> {
     let mut varying: Vec<bool> = Vec::with_capacity(function.nodes.len());
     for node in &function.nodes {
         let mut any = matches!(node.op, Op::Param(i) if i as usize >= uniforms);
@@ -136,7 +136,7 @@ fn varying(function: &Function, uniforms: usize) -> Vec<bool> {
 }
 
 /// Which nodes those of a set use, and the results are.
-fn used_by(function: &Function, users: &[bool]) -> Vec<bool> {
+pub(super) fn used_by(function: &Function, users: &[bool]) -> Vec<bool> {
     let mut used = vec![false; function.nodes.len()];
     for (node, _) in function.nodes.iter().zip(users).filter(|(_, user)| **user) {
         node.op.visit_operands(|v| used[v.0 as usize] = true);
@@ -156,10 +156,10 @@ fn find_point(
     let builder = &mut lowering.builder;
     let offset = builder.ins().imul_imm_s(index, 8);
     let mut places = vec![(builder.ins().iadd(u, offset), 0), (builder.ins().iadd(v, offset), 0)];
-    if shape.weights {
-        let offset = builder.ins().imul_imm_s(index, 24);
+    if shape.weights > 0 {
+        let offset = builder.ins().imul_imm_s(index, 8 * shape.weights as i64);
         let base = builder.ins().iadd(w, offset);
-        places.extend((0..3).map(|c| (base, 8 * c)));
+        places.extend((0..shape.weights as i32).map(|c| (base, 8 * c)));
     }
     for (k, (base, offset)) in places.into_iter().enumerate() {
         frame.values[shape.uniforms + k] = Lowered::Stored(base, offset);

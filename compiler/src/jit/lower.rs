@@ -3,6 +3,7 @@
 use super::compiler::{Compiler, JitError};
 use super::context::{Context, DEPTH};
 use super::host;
+use super::vector::PAIRS;
 use crate::ir::arithmetic::pow_int_steps;
 use crate::ir::hash::HashMap;
 use crate::ir::{self, Binary, Compare, Function, FunctionId, Op, Type, Unary};
@@ -22,6 +23,8 @@ pub(super) struct Lowering<'a, 'f, 'm> {
     pub(super) context: Value,
     /// Where to go with a status that is not 0.
     pub(super) fail: Block,
+    /// Reals are pairs of reals and truth values pairs of masks ([`vector`](super::vector)).
+    pub(super) wide: bool,
     hosts: HashMap<&'static str, FuncRef>,
     pub(super) natives: HashMap<FunctionId, FuncRef>,
     /// Stack slots for arguments and results of calls, by their size in words.
@@ -111,6 +114,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             builder,
             context,
             fail,
+            wide: false,
             hosts: HashMap::default(),
             natives: HashMap::default(),
             slots: HashMap::default(),
@@ -184,8 +188,11 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     pub(super) fn value(&mut self, lowered: &Lowered) -> Value {
         match *lowered {
             Lowered::One(value) => value,
-            Lowered::Stored(base, offset) => self.builder.ins().load(types::F64, TRUSTED, base, offset),
-            Lowered::Constant(bits) => self.builder.ins().f64const(f64::from_bits(bits)),
+            Lowered::Stored(base, offset) => {
+                let (ty, flags) = if self.wide { (types::F64X2, PAIRS) } else { (types::F64, TRUSTED) };
+                self.builder.ins().load(ty, flags, base, offset)
+            }
+            Lowered::Constant(bits) => self.constant(f64::from_bits(bits)),
             Lowered::Nothing | Lowered::Many(_) => unreachable!("operands are single values made before their users"),
         }
     }
@@ -200,7 +207,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             Op::Param(_) => unreachable!("parameters are there before the nodes"),
             Op::Real(bits) => return Ok(Lowered::Constant(*bits)),
             Op::Int(i) => self.builder.ins().iconst(types::I64, *i),
-            Op::Bool(b) => self.builder.ins().iconst(types::I8, i64::from(*b)),
+            Op::Bool(b) => self.truth(*b),
             Op::Unary(op, a) => {
                 let a = get(a);
                 self.unary(*op, a)
@@ -220,7 +227,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             }
             Op::Select(c, a, b) => {
                 let (c, a, b) = (get(c), get(a), get(b));
-                self.builder.ins().select(c, a, b)
+                self.select(c, a, b)
             }
             Op::Guard { value, condition, failure } => {
                 let condition = get(condition);
@@ -258,6 +265,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             Unary::Sqrt => self.builder.ins().sqrt(a),
             Unary::Floor => self.builder.ins().floor(a),
             Unary::Ceil => self.builder.ins().ceil(a),
+            Unary::Not if self.wide => self.builder.ins().bnot(a),
             Unary::Not => self.builder.ins().bxor_imm_u(a, 1),
             Unary::ToReal => self.builder.ins().fcvt_from_sint(types::F64, a),
             Unary::ToInt => self.builder.ins().fcvt_to_sint_sat(types::I64, a),
@@ -330,26 +338,24 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     }
 
     fn pow_int(&mut self, x: Value, n: i32) -> Value {
-        let one = self.builder.ins().f64const(1.0);
+        let one = self.constant(1.0);
         let mut multiply = |a, b| self.builder.ins().fmul(a, b);
         let power = pow_int_steps(&mut multiply, x, n.unsigned_abs()).unwrap_or(one);
         if n < 0 { self.builder.ins().fdiv(one, power) } else { power }
     }
 
     fn sign(&mut self, a: Value) -> Value {
-        let zero = self.builder.ins().f64const(0.0);
-        let one = self.builder.ins().f64const(1.0);
-        let minus_one = self.builder.ins().f64const(-1.0);
+        let [zero, one, minus_one] = [0.0, 1.0, -1.0].map(|x| self.constant(x));
         let negative = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
         let positive = self.builder.ins().fcmp(FloatCC::GreaterThan, a, zero);
-        let rest = self.builder.ins().select(negative, minus_one, zero);
-        self.builder.ins().select(positive, one, rest)
+        let rest = self.select(negative, minus_one, zero);
+        self.select(positive, one, rest)
     }
 
     fn zero_where_zero(&mut self, a: Value, otherwise: Value) -> Value {
-        let zero = self.builder.ins().f64const(0.0);
+        let zero = self.constant(0.0);
         let is_zero = self.builder.ins().fcmp(FloatCC::Equal, a, zero);
-        self.builder.ins().select(is_zero, zero, otherwise)
+        self.select(is_zero, zero, otherwise)
     }
 
     fn compare(&mut self, op: Compare, ty: Type, a: Value, b: Value) -> Value {

@@ -13,15 +13,18 @@ mod code;
 mod compiler;
 mod context;
 mod control;
+mod grid;
 mod host;
 mod kernel;
 mod lower;
 mod memory;
 mod plan;
+mod vector;
 
 #[cfg(test)]
 mod tests;
 
-pub use code::{Code, Points, Stopped};
-pub use compiler::{Compiler, JitError, Kernel, KernelShape, Listing, Options, Output, Routine};
+pub use code::{Code, GridTables, Points, Stopped};
+pub use compiler::{Compiler, GridKernel, JitError, Kernel, KernelShape, Listing, Options, Output, Routine};
 pub use context::{Limits, Stop};
+pub use grid::GridShape;

@@ -1,6 +1,7 @@
 //! From text to a program: all stages.
 
 use super::derivatives::ModelFunctions;
+use super::grids::Grids;
 use super::kernels::Kernels;
 use super::on_demand::OnDemand;
 use super::{Part, Program};
@@ -202,6 +203,7 @@ fn build(
         functions,
         kernels,
         derived: OnDemand::default(),
+        grids: Grids::default(),
         limits: options.limits,
     })
 }

@@ -4,6 +4,7 @@ use super::compile::BuildError;
 use crate::diff::{self, Directions, Entry, Rate};
 use crate::ir::hash::HashMap;
 use crate::ir::merge::merge_bodies;
+use crate::ir::regroup::regroup;
 use crate::ir::split::{Body, Whole, split_all};
 use crate::ir::{self, Function, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value};
 
@@ -90,6 +91,9 @@ impl ModelFunctions {
         let limits = module.limits;
         ir::inline(&mut module, &roots, limits)?;
         ir::simplify(&mut module, &roots);
+        for surface in &surfaces {
+            regroup(&mut module, surface.function, surface.uniform.len());
+        }
         let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
         let mut split = split_all(&mut module, params, &surfaces);
         merge_bodies(&mut module, &mut split);

@@ -23,6 +23,8 @@ pub struct EvaluationError {
     pub message: String,
     /// The place in the source, where it is known.
     pub span: Option<Span>,
+    /// The part that was evaluated, where the place lies outside of it: in a function that it calls.
+    pub part: Option<Span>,
     /// The sentence alone.
     pub sentence: String,
     /// The part, the point and the parameters' values that led there; may be empty.
@@ -125,6 +127,7 @@ impl Program {
         }
         text.push_str(message);
         let mut values = Vec::new();
+        let part = self.part_outside_of(span, place);
         if let Some(patch) = place.patch {
             values.push(format!("in part {}", self.parts[patch].name));
         }
@@ -139,10 +142,21 @@ impl Program {
             values.push(format!("where {}", shown.join(", ")));
         }
         let circumstances = values.join("; ");
-        if !values.is_empty() {
-            let _ = write!(text, " ({circumstances})");
+        if let Some(file) = part.and_then(|p| self.sources.get(p.file)) {
+            let (line, _) = self.sources.line_column(part.unwrap_or_default());
+            values[0] = format!("{} of {}:{line}", values[0], file.name);
         }
-        EvaluationError { message: text, span, sentence: message.to_owned(), circumstances }
+        if !values.is_empty() {
+            let _ = write!(text, " ({})", values.join("; "));
+        }
+        EvaluationError { message: text, span, part, sentence: message.to_owned(), circumstances }
+    }
+
+    /// The statement of the part that was evaluated, where the place of the failure is not within it.
+    fn part_outside_of(&self, span: Option<Span>, place: &Place<'_>) -> Option<Span> {
+        let (at, part) = (span?, self.typed.parts[place.patch?].span);
+        let within = at.file == part.file && part.start <= at.start && at.end <= part.end;
+        (!within).then_some(part)
     }
 
     /// The parameters that a requirement uses.
@@ -163,6 +177,11 @@ impl Program {
             Derivative::SecondPartials => "second derivatives by u and v",
             Derivative::Pullback => "gradients",
         };
+        self.too_large(what, error)
+    }
+
+    /// The error for code that cannot be made.
+    pub(super) fn too_large(&self, what: &str, error: &BuildError) -> EvaluationError {
         let span = match error {
             BuildError::Inline(e) => Some(e.span()),
             BuildError::Diff(e) => Some(e.span()),

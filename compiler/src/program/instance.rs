@@ -15,7 +15,7 @@ pub struct Instance<'p> {
     pub(super) x: Vec<f64>,
     pub(super) captures: Vec<f64>,
     /// Every part's captures, in its order.
-    uniforms: Vec<Vec<f64>>,
+    pub(super) uniforms: Vec<Vec<f64>>,
     slopes: OnceLock<Result<Vec<f64>, EvaluationError>>,
 }
 
@@ -87,9 +87,7 @@ impl<'p> Instance<'p> {
     pub fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
         let Program { functions, kernels, .. } = self.program;
         let part = &functions.parts[patch];
-        let slopes = self.slopes()?;
-        let mut uniforms = self.uniforms[patch].clone();
-        uniforms.extend(part.jacobian_slopes.iter().map(|k| slopes[*k as usize]));
+        let uniforms = self.jacobian_uniforms(patch)?;
         let evaluator = Evaluator {
             module: &functions.module,
             function: part.jacobian,
@@ -123,14 +121,14 @@ impl<'p> Instance<'p> {
             let run = pullback.code.run(pullback.kernel, uniforms, points, &mut adjoints, self.program.limits);
             run.map(|()| adjoints)
         };
-        let adjoints = run(Points { u, v, w }).map_err(|stopped| {
+        let adjoints = run(Points { u, v, w: w.as_flattened() }).map_err(|stopped| {
             let at = Some([u[stopped.point], v[stopped.point]]);
             self.program.stopped(stopped.stop, &Place::of_part(&self.x, patch, at))
         })?;
         if !adjoints.iter().all(|a| a.is_finite()) {
             // The sum does not tell which point it was.
             for i in 0..u.len() {
-                let points = Points { u: &u[i..=i], v: &v[i..=i], w: &w[i..=i] };
+                let points = Points { u: &u[i..=i], v: &v[i..=i], w: w[i..=i].as_flattened() };
                 if run(points).is_ok_and(|adjoints| adjoints.iter().any(|a| !a.is_finite())) {
                     let arguments: Vec<f64> = uniforms.iter().chain([&u[i], &v[i]]).chain(&w[i]).copied().collect();
                     let function = (pullback.module, pullback.function);
@@ -139,18 +137,30 @@ impl<'p> Instance<'p> {
             }
             return Err(self.overflow(patch));
         }
-        for slope in &part.slopes {
+        self.add_to_gradient(patch, &adjoints, slopes, gradient);
+        Ok(())
+    }
+
+    /// Adds what the adjoints of a part's captures contribute.
+    pub(super) fn add_to_gradient(&self, patch: usize, adjoints: &[f64], slopes: &[f64], gradient: &mut [f64]) {
+        for slope in &self.program.functions.parts[patch].slopes {
             let value = match slope.value {
                 SlopeValue::Constant(x) => x,
                 SlopeValue::Computed(k) => slopes[k as usize],
             };
             gradient[slope.param as usize] += adjoints[slope.position as usize] * value;
         }
-        Ok(())
+    }
+
+    /// What a part's Jacobian takes beside u and v.
+    pub(super) fn jacobian_uniforms(&self, patch: usize) -> Result<Vec<f64>, EvaluationError> {
+        let slopes = self.slopes()?;
+        let own = self.program.functions.parts[patch].jacobian_slopes.iter().map(|k| slopes[*k as usize]);
+        Ok(self.uniforms[patch].iter().copied().chain(own).collect())
     }
 
     /// The derivatives of captures by parameters, computed when first needed.
-    fn slopes(&self) -> Result<&[f64], EvaluationError> {
+    pub(super) fn slopes(&self) -> Result<&[f64], EvaluationError> {
         let program = self.program;
         let compute = || {
             let call = program.kernels.code.call_reals(program.kernels.slopes, &self.x, program.limits);
@@ -204,7 +214,7 @@ impl<'p> Instance<'p> {
 }
 
 /// Whether no value is infinite or NaN: by integers, which the compiler makes into wide instructions.
-fn all_finite(values: &[f64]) -> bool {
+pub(super) fn all_finite(values: &[f64]) -> bool {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
     values.chunks(256).all(|chunk| !chunk.iter().fold(false, |any, x| any | (x.to_bits() & EXPONENT == EXPONENT)))
 }

@@ -6,7 +6,7 @@ use crate::ir::hash::HashMap;
 use crate::jit::{Code, Compiler, JitError, Kernel, KernelShape, Listing, Options, Output, Routine};
 
 /// How code is made: tests let Cranelift verify its input.
-pub(super) const OPTIONS: Options = Options { verify: cfg!(test), listings: false, quick: false };
+pub(super) const OPTIONS: Options = Options { verify: cfg!(test), listings: false, quick: false, narrow: false };
 
 /// Machine code of a model, but for what is made on demand.
 pub(super) struct Kernels {
@@ -34,7 +34,7 @@ impl Kernels {
     fn with_listings(functions: &ModelFunctions, options: Options) -> Result<(Kernels, Vec<Listing>), JitError> {
         let mut compiler = Compiler::new(&functions.module, options)?;
         let stored = |compiler: &mut Compiler<'_>, function: FunctionId, uniforms: usize| {
-            compiler.kernel(KernelShape { function, uniforms, weights: false, output: Output::Store })
+            compiler.kernel(KernelShape { function, uniforms, weights: 0, output: Output::Store })
         };
         // Kernels first: functions that they share with routines are compiled to run fast.
         let bodies = functions.bodies.iter();

@@ -11,10 +11,12 @@
 mod compile;
 mod derivatives;
 mod failure;
+mod grids;
 mod instance;
 mod kernels;
 mod limits;
 mod on_demand;
+mod on_grid;
 mod parameters;
 mod probe;
 #[cfg(test)]
@@ -25,6 +27,7 @@ pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed
 pub use failure::EvaluationError;
 pub use instance::Instance;
 pub use limits::{LIMITS, Limit, LimitError};
+pub use on_grid::JacobianEntry;
 pub use parameters::{Input, Parameter, Part, Quantity};
 pub use text::EmitStage;
 
@@ -36,6 +39,7 @@ use crate::ir::interpret;
 use crate::jit::Limits;
 use crate::source::Sources;
 use derivatives::ModelFunctions;
+use grids::Grids;
 use kernels::Kernels;
 use on_demand::{Derivative, OnDemand};
 
@@ -52,6 +56,7 @@ pub struct Program {
     functions: ModelFunctions,
     kernels: Kernels,
     derived: OnDemand,
+    grids: Grids,
     limits: Limits,
 }
 

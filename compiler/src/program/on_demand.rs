@@ -99,8 +99,10 @@ fn compile(
     let mut compiler = Compiler::new(module, options)?;
     let mut kernels = Vec::new();
     for (function, body) in functions.iter().zip(bodies) {
-        let weights = derivative == Derivative::Pullback;
-        let output = if weights { Output::Accumulate } else { Output::Store };
+        let (weights, output) = match derivative {
+            Derivative::Pullback => (3, Output::Accumulate),
+            Derivative::Partials | Derivative::SecondPartials => (0, Output::Store),
+        };
         kernels.push(compiler.kernel(KernelShape { function: *function, uniforms: body.captures, weights, output })?);
     }
     let listings = compiler.listings().to_vec();

@@ -46,7 +46,7 @@ impl Session {
             if stage == EmitStage::Ir {
                 return Ok(listing(&module, function));
             }
-            let options = jit::Options { verify: false, listings: true, quick: false };
+            let options = jit::Options { verify: false, listings: true, quick: false, narrow: false };
             let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
             let mut compiler = Compiler::new(&module, options).map_err(|e| machine_code(&e, span))?;
             compiler.routine(function).map_err(|e| machine_code(&e, span))?;

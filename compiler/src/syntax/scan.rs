@@ -119,7 +119,9 @@ impl<'t> Scan<'t> {
     fn report_rubbish(&mut self) {
         let Some(Lexeme { start, end, .. }) = self.rubbish.take() else { return };
         let (span, text) = (self.span(start, end), self.slice(start, end));
-        if let Some((_, ours, token, hint)) = SIGNS.iter().find(|(sign, ..)| *sign == text) {
+        let after_value = self.raw.last().is_some_and(|l| l.end == start && ends_a_value(*l));
+        let sign = SIGNS.iter().filter(|(sign, ..)| !(*sign == "!" && after_value)).find(|(sign, ..)| *sign == text);
+        if let Some((_, ours, token, hint)) = sign {
             let spaced = ours.chars().all(char::is_alphabetic) && !self.text[end as usize..].starts_with(' ');
             let replacement = if spaced { format!("{ours} ") } else { (*ours).to_owned() };
             self.report(
@@ -143,6 +145,9 @@ impl<'t> Scan<'t> {
             (_, Some(power)) => diagnostic
                 .suggest(format!("a power is written 'a {power}'"), [Edit::replace(span, format!(" {power}"))]),
             (Some('?'), _) => diagnostic.hint("a value is chosen with 'if c { a } else { b }'"),
+            (Some('$'), _) if self.text[end as usize..].starts_with('f') => {
+                diagnostic.hint("surfaces are exact; how finely they are drawn is an option: gmlc mesh --chord 0.1mm")
+            }
             (Some('√'), _) => diagnostic.hint("a square root is written 'sqrt(x)'"),
             (Some('\\'), _) if at_end => {
                 diagnostic.suggest("a line that ends with an operator goes on by itself", [Edit::remove(span)])
@@ -176,10 +181,13 @@ impl<'t> Scan<'t> {
         // Paths end with their ending; other texts most likely with the line.
         let length = line.find(".gml").map_or(line.len(), |at| at + 4) as u32;
         let place = self.span(lexeme.start, lexeme.start + length);
-        self.report(
-            Diagnostic::error("unclosed-text", span, "this text is not closed on its line")
-                .suggest("end it with a double quote", [Edit::after(place, "\"")]),
-        );
+        let error = Diagnostic::error("unclosed-text", span, "this text is not closed on its line");
+        let number = self.raw.last().filter(|l| l.token == Token::Number && l.end == lexeme.start);
+        self.report(match number {
+            Some(_) => error
+                .suggest("inches are written '3in'", [Edit::replace(self.span(lexeme.start, lexeme.start + 1), "in")]),
+            None => error.suggest("end it with a double quote", [Edit::after(place, "\"")]),
+        });
         self.push_error(lexeme.start, end);
     }
 
@@ -237,6 +245,12 @@ impl<'t> Scan<'t> {
                 lexeme.end += 1;
                 self.operator(lexeme, "!=", "'not equal' is written '!='");
                 lexeme.token = Token::NotEq;
+            }
+            Dot if adjacent.is_some_and(|l| l.token == Token::DotDot) => {
+                let span = self.span(lexeme.start, lexeme.end);
+                let diagnostic = Diagnostic::error("syntax", span, "a range has two points");
+                self.report(diagnostic.suggest("leave the third out", [Edit::remove(span)]));
+                return;
             }
             Dot if rest.starts_with(|c: char| c.is_ascii_digit()) && !adjacent.is_some_and(ends_a_value) => {
                 let span = self.span(lexeme.start, lexeme.end);

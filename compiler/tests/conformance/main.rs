@@ -58,7 +58,7 @@ struct Native<'m> {
 
 impl<'m> Evaluator<'m> for Native<'m> {
     fn new(module: &'m Module, functions: &[FunctionId]) -> Native<'m> {
-        let options = Options { verify: true, listings: false, quick: false };
+        let options = Options { verify: true, listings: false, quick: false, narrow: false };
         let mut compiler = Compiler::new(module, options).expect("this machine is supported");
         let routines = functions.iter().map(|f| (*f, compiler.routine(*f).expect("it compiles"))).collect();
         Native { module, code: compiler.finish().expect("it finishes"), routines }

@@ -93,6 +93,8 @@ fn evaluate(program: &Program) -> Stage {
             drop(instance.jacobian(patch, &u, &v, &mut vec![0.0; 3 * n * part.active.len()]));
             let mut gradient = vec![0.0; x.len()];
             drop(instance.pullback(patch, &u, &v, &vec![[1.0, -0.5, 0.25]; n], &mut gradient));
+            drop(instance.points_grid(patch, &u, &v, &mut vec![0.0; 3 * n * n]));
+            drop(instance.pullback_grid(patch, &u, &v, &vec![[1.0, -0.5, 0.25]; n * n], &mut gradient));
             if finite {
                 stage = stage.max(Stage::Evaluated);
             }

@@ -78,6 +78,7 @@ pub(crate) fn hold(text: &str, seen: &mut Seen) -> Result<(), String> {
         at.values(&oracle, &instance, &mut random)?;
         at.partials(&instance, seen, &mut random)?;
         at.derivatives(&mut oracle, &instance, seen, &mut random)?;
+        at.grids(&instance, &mut random)?;
     }
     Ok(())
 }
@@ -117,6 +118,50 @@ impl Place<'_> {
         for (i, (u, v)) in u.iter().zip(&v).enumerate() {
             let expected = oracle.point(self.part, self.x, [*u, *v])?;
             all_close(&format!("points of {}", self.name()), &native[3 * i..3 * i + 3], &expected, 1e-10)?;
+        }
+        Ok(())
+    }
+
+    /// Grids against the evaluation point by point: the same operations, so the same bits; sums in another order.
+    fn grids(&self, instance: &Instance<'_>, random: &mut Random) -> Result<(), String> {
+        let (u, v) = self.uvs(random);
+        let v = &v[..2];
+        let (all_u, all_v): (Vec<f64>, Vec<f64>) = v.iter().flat_map(|v| u.iter().map(move |u| (*u, *v))).unzip();
+        let n = all_u.len();
+        let pairs = [
+            self.batch(3, n, |out| instance.points_grid(self.part, &u, v, out))?,
+            self.batch(3, n, |out| instance.points(self.part, &all_u, &all_v, out))?,
+            self.batch(9, n, |out| instance.partials_grid(self.part, &u, v, out))?,
+            self.batch(9, n, |out| instance.partials(self.part, &all_u, &all_v, out))?,
+        ];
+        for pair in pairs.chunks_exact(2) {
+            if let Some(k) = (0..pair[0].len()).find(|k| pair[0][*k].to_bits() != pair[1][*k].to_bits()) {
+                return Err(format!("{} on a grid: number {k} is {}, not {}", self.name(), pair[0][k], pair[1][k]));
+            }
+        }
+        let entries = self.program.jacobian_entries(self.part);
+        let entries: Vec<_> = entries.iter().filter(|e| e.constant.is_none()).collect();
+        let jacobian = self.batch(entries.len(), n, |out| instance.jacobian_grid(self.part, &u, v, out))?;
+        let active = &self.program.parts()[self.part].active;
+        let dense = self.batch(3 * active.len(), n, |out| instance.jacobian(self.part, &all_u, &all_v, out))?;
+        for (i, value) in jacobian.iter().enumerate() {
+            let (point, entry) = (i / entries.len(), entries[i % entries.len()]);
+            let rank = active.iter().position(|a| *a == entry.param).unwrap_or(usize::MAX);
+            let expected = dense[3 * (point * active.len() + rank) + usize::from(entry.coordinate)];
+            if value.to_bits() != expected.to_bits() {
+                return Err(format!("Jacobian of {} on a grid: {value}, not {expected}", self.name()));
+            }
+        }
+        let w = vec![[0.4, -0.7, 0.6]; n];
+        let pulled = [
+            self.batch(self.x.len(), 1, |out| instance.pullback_grid(self.part, &u, v, &w, out))?,
+            self.batch(self.x.len(), 1, |out| instance.pullback(self.part, &all_u, &all_v, &w, out))?,
+        ];
+        let size: f64 = dense.iter().map(|d| d.abs()).sum();
+        for (grid, batch) in pulled[0].iter().zip(&pulled[1]) {
+            if !((grid - batch).abs() <= 1e-11 * (1.0 + size)) {
+                return Err(format!("pullback of {} on a grid: {grid}, not {batch}", self.name()));
+            }
         }
         Ok(())
     }

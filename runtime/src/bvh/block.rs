@@ -21,9 +21,6 @@ pub(crate) struct Shear {
     origin: [Vec4; 3],
     shear: [Vec4; 2],
     scale: Vec4,
-    /// `scale` times 1 where only triangles are hit whose normal has a positive component along the ray, -1 where a
-    /// negative one, 0 where any.
-    facing: Vec4,
 }
 
 /// Where a ray meets a triangle of a block.
@@ -35,9 +32,8 @@ pub(crate) struct BlockHit {
 }
 
 impl Shear {
-    /// Of a ray with finite origin and finite, nonzero direction. `facing` says which triangles it hits: those whose
-    /// normal (by their corners' order) goes with the ray (1), against it (-1), or any (0).
-    pub(crate) fn new(origin: Vec3A, direction: Vec3A, facing: f32) -> Self {
+    /// Of a ray with finite origin and finite, nonzero direction.
+    pub(crate) fn new(origin: Vec3A, direction: Vec3A) -> Self {
         let (o, d) = (origin.to_array(), direction.to_array());
         let z = (1..3).fold(0, |best, k| if d[k].abs() > d[best].abs() { k } else { best });
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
@@ -46,7 +42,6 @@ impl Shear {
             origin: axes.map(|k| Vec4::splat(o[k])),
             shear: [Vec4::splat(d[axes[0]] / d[z]), Vec4::splat(d[axes[1]] / d[z])],
             scale: Vec4::splat(1.0 / d[z]),
-            facing: Vec4::splat(facing / d[z]),
         }
     }
 }
@@ -93,9 +88,7 @@ impl TriangleBlock {
         let low = u.min(v).min(w);
         let high = u.max(v).max(w);
         let det = u + v + w;
-        // In sheared axes, which keep their handedness, the normal is -det along z.
-        let faces = (ray.facing * det).cmple(Vec4::ZERO);
-        let inside = (low.cmpge(Vec4::ZERO) | high.cmple(Vec4::ZERO)) & det.cmpne(Vec4::ZERO) & faces;
+        let inside = (low.cmpge(Vec4::ZERO) | high.cmple(Vec4::ZERO)) & det.cmpne(Vec4::ZERO);
         if !inside.any() {
             return None;
         }

@@ -9,12 +9,16 @@
 
 mod block;
 mod closest;
+mod packet;
+#[cfg(test)]
+mod packet_tests;
 mod ray;
 mod sweep;
 #[cfg(test)]
 mod tests;
 
 pub use closest::ClosestPoint;
+pub(crate) use packet::{BothWays, Line, PACKET, Search};
 pub use ray::Hit;
 use sweep::MAX_DEPTH;
 
@@ -24,7 +28,6 @@ use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
-use ray::LocalRay;
 use thiserror::Error;
 
 /// Coordinates further than this from the mesh's centre are refused: third powers must stay within single precision.
@@ -115,12 +118,6 @@ impl Bvh {
     /// Half the sides of the mesh's bounding box.
     pub(crate) fn half_extent(&self) -> Vec3A {
         self.half_extent
-    }
-
-    /// A ray for [`cast`](Self::cast). Origin and direction must be finite, the direction not zero. It hits triangles
-    /// whose normal goes with it (`facing` 1), against it (-1), or any (0).
-    pub(crate) fn local_ray(&self, origin: Vec3A, direction: Vec3A, facing: f32) -> LocalRay {
-        LocalRay::new(origin, direction, self.half_extent, facing)
     }
 
     /// The nodes, root first, the children of an inner node side by side; and the triangles, of which the leaf that

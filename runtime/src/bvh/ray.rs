@@ -39,13 +39,13 @@ impl LocalRay {
     ///
     /// Boxes are padded by 32 roundings of the largest distance from the origin to the mesh's corners: more than the
     /// shear and the slab test are off together (10 and 3 roundings), so that no box is missed whose triangle is hit.
-    pub(crate) fn new(origin: Vec3A, direction: Vec3A, half_extent: Vec3A, facing: f32) -> Self {
+    pub(crate) fn new(origin: Vec3A, direction: Vec3A, half_extent: Vec3A) -> Self {
         let reach = (origin.abs() + half_extent).max_element();
         let padding = Vec3A::splat((reach * (16.0 * f32::EPSILON)).max(1e-30));
         // The last coordinate makes the counts in the nodes' fourth places harmless: they become (0 - 1) * 0.
         let inverse = direction.to_array().map(|d| 1.0 / if d.abs() < 1e-20 { 1e-20f32.copysign(d) } else { d });
         Self {
-            shear: Shear::new(origin, direction, facing),
+            shear: Shear::new(origin, direction),
             from_low: (origin + padding).extend(1.0),
             from_high: (origin - padding).extend(1.0),
             inverse: Vec3A::from_array(inverse).extend(0.0),
@@ -83,7 +83,7 @@ impl Bvh {
         let relative: [f64; 3] = std::array::from_fn(|k| origin[k] - self.center[k]);
         let (enter, leave) = self.clip(relative, direction, max_t)?;
         let start = Vec3A::from_array(std::array::from_fn(|k| (relative[k] + enter * direction[k]) as f32));
-        let ray = LocalRay::new(start, Vec3A::from_array(direction.map(|d| d as f32)), self.half_extent, 0.0);
+        let ray = LocalRay::new(start, Vec3A::from_array(direction.map(|d| d as f32)), self.half_extent);
         let hit = self.cast(&ray, -enter as f32, (leave - enter) as f32)?;
         let t = (enter + f64::from(hit.t)).clamp(0.0, max_t);
         let weights = hit.weights.map(f64::from);

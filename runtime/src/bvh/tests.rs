@@ -9,12 +9,12 @@ fn mesh(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> TriangleMesh {
     TriangleMesh { positions, triangles, ..TriangleMesh::default() }
 }
 
-fn random_point(rng: &mut ChaCha8Rng, scale: f64) -> DVec3 {
+pub(super) fn random_point(rng: &mut ChaCha8Rng, scale: f64) -> DVec3 {
     DVec3::from(std::array::from_fn::<f64, 3, _>(|_| rng.random_range(-scale..scale)))
 }
 
 /// Triangles of size `size` within a cube of half side `scale` around `center`.
-fn soup(rng: &mut ChaCha8Rng, count: usize, scale: f64, size: f64, center: DVec3) -> TriangleMesh {
+pub(super) fn soup(rng: &mut ChaCha8Rng, count: usize, scale: f64, size: f64, center: DVec3) -> TriangleMesh {
     let mut positions = Vec::new();
     for _ in 0..count {
         let p = center + random_point(rng, scale);
@@ -24,7 +24,7 @@ fn soup(rng: &mut ChaCha8Rng, count: usize, scale: f64, size: f64, center: DVec3
 }
 
 /// A closed sphere of `rings` by `sectors` with poles.
-fn sphere(rings: u32, sectors: u32, radius: f64, center: DVec3) -> TriangleMesh {
+pub(super) fn sphere(rings: u32, sectors: u32, radius: f64, center: DVec3) -> TriangleMesh {
     let mut positions = vec![(center + DVec3::Z * radius).to_array()];
     for i in 1..rings {
         let (sin, cos) = (std::f64::consts::PI * f64::from(i) / f64::from(rings)).sin_cos();

@@ -90,10 +90,9 @@ impl Atlas {
 /// lengths of the lines along u and v, its area is the patch's.
 fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationError> {
     const LATTICE: u32 = 32;
-    let at = |i: u32| (f64::from(i) + 0.5) / f64::from(LATTICE);
-    let (u, v): (Vec<f64>, Vec<f64>) = (0..LATTICE).flat_map(|j| (0..LATTICE).map(move |i| (at(i), at(j)))).unzip();
-    let mut samples = vec![Partials::default(); u.len()];
-    instance.partials(patch, &u, &v, &mut samples)?;
+    let at: Vec<f64> = (0..LATTICE).map(|i| (f64::from(i) + 0.5) / f64::from(LATTICE)).collect();
+    let mut samples = vec![Partials::default(); at.len() * at.len()];
+    instance.partials_grid(patch, &at, &at, &mut samples)?;
     let mean = |f: &dyn Fn(&Partials) -> f64| samples.iter().map(f).sum::<f64>() / samples.len() as f64;
     let along_u = mean(&|p| vector::length(p.du));
     let along_v = mean(&|p| vector::length(p.dv));

@@ -40,6 +40,14 @@ impl Instance for program::Instance<'_> {
         Ok(program::Instance::partials(self, patch, u, v, bytemuck::cast_slice_mut(out))?)
     }
 
+    fn points_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
+        Ok(program::Instance::points_grid(self, patch, u, v, out.as_flattened_mut())?)
+    }
+
+    fn partials_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError> {
+        Ok(program::Instance::partials_grid(self, patch, u, v, bytemuck::cast_slice_mut(out))?)
+    }
+
     fn second_partials(
         &self,
         patch: usize,

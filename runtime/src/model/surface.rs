@@ -63,6 +63,24 @@ pub trait Instance: Sync {
     /// As `points`.
     fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError>;
 
+    /// Points at every u for every v, u running fastest: what `points` gives there, faster where the model can.
+    ///
+    /// # Errors
+    /// As `points`.
+    fn points_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
+        let (u, v) = every_point(u, v);
+        self.points(patch, &u, &v, out)
+    }
+
+    /// Points with first partials at every u for every v, u running fastest.
+    ///
+    /// # Errors
+    /// As `points`.
+    fn partials_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError> {
+        let (u, v) = every_point(u, v);
+        self.partials(patch, &u, &v, out)
+    }
+
     /// Points with first and second partials.
     ///
     /// # Errors
@@ -102,4 +120,9 @@ pub trait Instance: Sync {
 pub struct EvaluationError {
     /// A sentence for the user, with the place in the source where there is one (`cup.gml:12:5: ...`).
     pub message: String,
+}
+
+/// Every point of a grid, row after row.
+pub(crate) fn every_point(u: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    v.iter().flat_map(|v| u.iter().map(move |u| (*u, *v))).unzip()
 }

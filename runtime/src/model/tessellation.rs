@@ -1,6 +1,7 @@
 //! A model's surface as triangles that remember where they come from.
 
 use super::atlas::Atlas;
+use super::surface::every_point;
 use super::{EvaluationError, Instance, Model, Partials, SecondPartials, vector};
 use crate::mesh::{Group, TriangleMesh};
 
@@ -83,11 +84,11 @@ impl Tessellation {
         nu: u32,
         nv: u32,
     ) -> Result<(), EvaluationError> {
-        let (u, v): (Vec<f64>, Vec<f64>) = (0..=nv)
-            .flat_map(|j| (0..=nu).map(move |i| (f64::from(i) / f64::from(nu), f64::from(j) / f64::from(nv))))
-            .unzip();
-        let mut partials = vec![Partials::default(); u.len()];
-        instance.partials(patch, &u, &v, &mut partials)?;
+        let even = |n: u32| -> Vec<f64> { (0..=n).map(|i| f64::from(i) / f64::from(n)).collect() };
+        let (columns, rows) = (even(nu), even(nv));
+        let mut partials = vec![Partials::default(); columns.len() * rows.len()];
+        instance.partials_grid(patch, &columns, &rows, &mut partials)?;
+        let (u, v) = every_point(&columns, &rows);
         let normals = unit_normals(instance, patch, &u, &v, &partials)?;
 
         let first_vertex = self.mesh.positions.len() as u32;

@@ -44,12 +44,63 @@ impl Texels {
     /// # Errors
     /// Where the surface cannot be evaluated.
     pub fn of_model(model: &dyn Model, instance: &dyn Instance, atlas: &Atlas) -> Result<Texels, EvaluationError> {
-        let rows: Vec<(usize, u32)> =
-            atlas.charts.iter().enumerate().flat_map(|(p, c)| (0..c.height).map(move |j| (p, j))).collect();
-        let sampled: Vec<Vec<Texel>> =
-            rows.par_iter().map(|&(patch, j)| sample_row(instance, atlas, patch, j)).collect::<Result<_, _>>()?;
-        let names = model.parts().iter().map(|p| p.name.clone()).collect();
-        Ok(Texels::new(atlas.size, atlas.size, names, sampled.into_iter().flatten().collect()))
+        let mut rows: Vec<Row> = atlas
+            .charts
+            .iter()
+            .enumerate()
+            .flat_map(|(patch, c)| (0..c.height).map(move |j| Row { patch, j, first: (c.y + j) * atlas.size + c.x }))
+            .collect();
+        // Charts do not overlap, so that rows in this order give ascending indices.
+        rows.sort_unstable_by_key(|row| row.first);
+        let count = rows.iter().map(|row| atlas.charts[row.patch].width as usize).sum();
+        let mut texels = Texels {
+            width: atlas.size,
+            height: atlas.size,
+            index: vec![0; count],
+            part: vec![0; count],
+            position: vec![[0.0; 3]; count],
+            normal: vec![[0.0; 3]; count],
+            area: vec![0.0; count],
+            part_names: model.parts().iter().map(|p| p.name.clone()).collect(),
+        };
+        let mut rest = texels.places();
+        let mut tasks = Vec::with_capacity(rows.len());
+        for row in rows {
+            let places;
+            (places, rest) = rest.split_at(atlas.charts[row.patch].width as usize);
+            tasks.push((row, places));
+        }
+        tasks.into_par_iter().try_for_each(|(row, places)| sample_row(instance, atlas, row, places))?;
+        texels.drop_absent();
+        Ok(texels)
+    }
+
+    /// All arrays to write to.
+    fn places(&mut self) -> Places<'_> {
+        Places {
+            index: &mut self.index,
+            part: &mut self.part,
+            position: &mut self.position,
+            normal: &mut self.normal,
+            area: &mut self.area,
+        }
+    }
+
+    /// Removes texels whose area is `ABSENT`.
+    fn drop_absent(&mut self) {
+        if !self.area.contains(&ABSENT) {
+            return;
+        }
+        let keep: Vec<bool> = self.area.iter().map(|&a| a != ABSENT).collect();
+        fn retain<T>(values: &mut Vec<T>, keep: &[bool]) {
+            let mut kept = keep.iter();
+            values.retain(|_| kept.next().is_none_or(|&k| k));
+        }
+        retain(&mut self.index, &keep);
+        retain(&mut self.part, &keep);
+        retain(&mut self.position, &keep);
+        retain(&mut self.normal, &keep);
+        retain(&mut self.area, &keep);
     }
 
     /// Sorts the texels by index and lays them out as arrays.
@@ -80,21 +131,60 @@ impl Texels {
     }
 }
 
-fn sample_row(instance: &dyn Instance, atlas: &Atlas, patch: usize, j: u32) -> Result<Vec<Texel>, EvaluationError> {
-    let chart = &atlas.charts[patch];
-    let (u, v): (Vec<f64>, Vec<f64>) = (0..chart.width).map(|i| chart.parameters(i, j)).unzip();
+/// One row of a chart's texels: row j of patch `patch`, from the texture's place `first` on.
+#[derive(Clone, Copy)]
+struct Row {
+    patch: usize,
+    j: u32,
+    first: u32,
+}
+
+/// The area of a texel at which there is no surface.
+const ABSENT: f32 = -1.0;
+
+/// The places in all arrays of some consecutive texels.
+struct Places<'a> {
+    index: &'a mut [u32],
+    part: &'a mut [u32],
+    position: &'a mut [[f64; 3]],
+    normal: &'a mut [[f32; 3]],
+    area: &'a mut [f32],
+}
+
+impl<'a> Places<'a> {
+    fn split_at(self, count: usize) -> (Places<'a>, Places<'a>) {
+        let (index, index_rest) = self.index.split_at_mut(count);
+        let (part, part_rest) = self.part.split_at_mut(count);
+        let (position, position_rest) = self.position.split_at_mut(count);
+        let (normal, normal_rest) = self.normal.split_at_mut(count);
+        let (area, area_rest) = self.area.split_at_mut(count);
+        (
+            Places { index, part, position, normal, area },
+            Places {
+                index: index_rest,
+                part: part_rest,
+                position: position_rest,
+                normal: normal_rest,
+                area: area_rest,
+            },
+        )
+    }
+}
+
+fn sample_row(instance: &dyn Instance, atlas: &Atlas, row: Row, places: Places) -> Result<(), EvaluationError> {
+    let chart = &atlas.charts[row.patch];
+    let (u, v): (Vec<f64>, Vec<f64>) = (0..chart.width).map(|i| chart.parameters(i, row.j)).unzip();
     let mut partials = vec![Partials::default(); u.len()];
-    instance.partials(patch, &u, &v, &mut partials)?;
-    let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+    instance.partials(row.patch, &u, &v, &mut partials)?;
+    let normals = unit_normals(instance, row.patch, &u, &v, &partials)?;
     let cell = 1.0 / (f64::from(chart.width) * f64::from(chart.height));
-    let texel = |(i, (p, n)): (usize, (&Partials, &Option<[f64; 3]>))| {
-        n.map(|n| Texel {
-            index: (chart.y + j) * atlas.size + chart.x + i as u32,
-            part: patch as u32,
-            position: p.point,
-            normal: n.map(|c| c as f32),
-            area: (vector::length(vector::cross(p.du, p.dv)) * cell) as f32,
-        })
-    };
-    Ok(partials.iter().zip(&normals).enumerate().filter_map(texel).collect())
+    places.part.fill(row.patch as u32);
+    for (i, (p, normal)) in partials.iter().zip(&normals).enumerate() {
+        places.index[i] = row.first + i as u32;
+        places.position[i] = p.point;
+        places.normal[i] = normal.unwrap_or_default().map(|c| c as f32);
+        let area = (vector::length(vector::cross(p.du, p.dv)) * cell) as f32;
+        places.area[i] = if normal.is_some() { area } else { ABSENT };
+    }
+    Ok(())
 }

@@ -5,10 +5,12 @@
 
 mod deviations;
 mod moments;
+mod ordered;
 mod orientation;
 mod report;
 mod statistics;
 mod texture;
+mod tolerance;
 mod trace;
 mod trace_cpu;
 mod trace_gpu;
@@ -19,5 +21,6 @@ pub use orientation::agree_with_scan;
 pub use report::{PartStatistics, SIGN_CONVENTION, VarianceReport, VarianceSeconds};
 pub use statistics::{Histogram, Statistics};
 pub use texture::{DistanceTexture, signed_distances};
+pub use tolerance::{Conformance, Tolerance};
 pub use trace::{Device, Facing, Trace, TraceError, trace};
 pub use trace_gpu::GpuError;

@@ -1,8 +1,9 @@
 //! The result of a variance analysis as it is written to variance.json.
 
-use super::statistics::{Sample, Samples};
-use super::{Deviations, Statistics};
+use super::statistics::{Samples, Sorted};
+use super::{Deviations, Statistics, Tolerance};
 use crate::scan::ScanSource;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -65,27 +66,38 @@ impl VarianceReport {
     /// `seconds` by whoever measures it.
     #[must_use]
     pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str) -> Self {
+        Self::with_tolerance(deviations, scan, device, None)
+    }
+
+    /// As [`new`](Self::new), and says of all, of every part and of every group how it stands to a tolerance.
+    #[must_use]
+    pub fn with_tolerance(
+        deviations: &Deviations,
+        scan: &ScanSource,
+        device: &str,
+        tolerance: Option<Tolerance>,
+    ) -> Self {
         let names = &deviations.texels.part_names;
-        let samples = Samples::of(deviations);
+        let sorted = Sorted::of(deviations);
         let range = deviations.max_distance;
-        let of = |members: &[usize], measured: &[Vec<Sample>], missing: &[Vec<Sample>]| {
-            let gather = |by_part: &[Vec<Sample>]| -> Vec<Sample> {
-                members.iter().flat_map(|&p| by_part[p].iter().copied()).collect()
-            };
-            let mut measured = gather(measured);
-            measured.sort_by(|a, b| a.signed.total_cmp(&b.signed));
-            Statistics::of_samples(&measured, &gather(missing), range)
-        };
-        let overall = Statistics::of_samples(&samples.measured, &samples.missing, range);
-        let (measured, missing) = (split(samples.measured, names.len()), split(samples.missing, names.len()));
-        let part = |(p, name): (usize, &String)| PartStatistics {
-            name: name.clone(),
-            statistics: Statistics::of_samples(&measured[p], &missing[p], range),
-        };
-        let group = |(name, members): (String, Vec<usize>)| PartStatistics {
-            statistics: of(&members, &measured, &missing),
+        let groups = groups(names);
+        let every: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
+        let mut grouped = vec![None; names.len()];
+        for (g, (_, members)) in groups.iter().enumerate() {
+            members.iter().for_each(|&part| grouped[part] = Some(g));
+        }
+        let named = |(name, samples): (String, Samples)| PartStatistics {
             name,
+            statistics: Statistics::of_samples(&samples, range, tolerance),
         };
+        let of = |class: &[Option<usize>], names: Vec<String>| -> Vec<PartStatistics> {
+            let samples = sorted.by_class(class, names.len());
+            names.into_par_iter().zip(samples).map(named).collect()
+        };
+        let (overall, (parts, groups)) = rayon::join(
+            || Statistics::of_samples(&sorted.all(), range, tolerance),
+            || (of(&every, names.clone()), of(&grouped, groups.into_iter().map(|(name, _)| name).collect())),
+        );
         Self {
             sign_convention: SIGN_CONVENTION.to_owned(),
             unit: "mm".to_owned(),
@@ -94,23 +106,12 @@ impl VarianceReport {
             resolution: [deviations.texels.width, deviations.texels.height],
             scan: scan.clone(),
             overall,
-            parts: names.iter().enumerate().map(part).collect(),
-            groups: groups(names).into_iter().map(group).collect(),
+            parts,
+            groups,
             seconds: VarianceSeconds::default(),
             warnings: Vec::new(),
         }
     }
-}
-
-/// The samples of each part, in their order.
-fn split(samples: Vec<Sample>, parts: usize) -> Vec<Vec<Sample>> {
-    let mut split = vec![Vec::new(); parts];
-    for sample in samples {
-        if let Some(part) = split.get_mut(sample.part as usize) {
-            part.push(sample);
-        }
-    }
-    split
 }
 
 /// Names without their indices, and which parts have them, in the order of each group's first part; only names that

@@ -1,9 +1,12 @@
 //! Statistics of deviations.
 
 use super::Deviations;
-use super::moments::{Moments, Weighted, sum};
+use super::moments::Moments;
+use super::ordered::{Ordered, sum};
+use super::tolerance::{Conformance, Tolerance};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 
 /// Bins of a histogram.
 const BINS: usize = 64;
@@ -29,6 +32,9 @@ pub struct Statistics {
     pub per_texel: Moments,
     /// How the signed distances are distributed.
     pub histogram: Histogram,
+    /// How they stand to the tolerance, where one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Conformance>,
 }
 
 /// How signed distances are distributed: bins of equal width from `low` to `high`, each with its lower end, the last
@@ -45,80 +51,163 @@ pub struct Histogram {
     pub texels: Vec<usize>,
 }
 
-/// One texel.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
-    pub(super) signed: f64,
-    pub(super) area: f64,
-    pub(super) part: u32,
-}
-
-/// All texels, those with data in ascending order of their signed distance.
+/// The texels of the model, of a part or of a group of parts.
+#[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
-    pub(super) measured: Vec<Sample>,
-    pub(super) missing: Vec<Sample>,
+    /// Signed distances of those that have one, ascending.
+    pub(super) signed: Vec<f32>,
+    /// Their areas.
+    pub(super) areas: Vec<f32>,
+    /// How many texels have none, and their area.
+    pub(super) missing: usize,
+    pub(super) missing_area: f64,
 }
 
-impl Samples {
-    /// Sorts once what all statistics need sorted. Areas that are negative or not finite count as zero.
-    pub(super) fn of(deviations: &Deviations) -> Self {
-        let sample = |i: usize| {
-            let area = f64::from(deviations.texels.area[i]);
-            Sample {
-                // Not -0, which would be printed.
-                signed: f64::from(deviations.signed(i)) + 0.0,
-                area: if area.is_finite() && area > 0.0 { area } else { 0.0 },
-                part: deviations.texels.part[i],
-            }
-        };
-        let samples: Vec<Sample> = (0..deviations.outward.len()).into_par_iter().map(sample).collect();
-        let (missing, mut measured): (Vec<_>, Vec<_>) = samples.into_iter().partition(|s| s.signed.is_nan());
-        // Stable, so that equal distances keep the texels' order whatever the number of threads.
-        measured.par_sort_by(|a, b| a.signed.total_cmp(&b.signed));
-        Self { measured, missing }
+/// All texels in ascending order of their signed distance, then of their place; those without data at the end.
+pub(super) struct Sorted<'a> {
+    deviations: &'a Deviations,
+    /// Above the distance as an integer of the same order, below the texel.
+    keys: Vec<u64>,
+    measured: usize,
+}
+
+impl<'a> Sorted<'a> {
+    /// Sorts once what all statistics need sorted.
+    pub(super) fn of(deviations: &'a Deviations) -> Self {
+        let key = |i: usize| u64::from(order_of(deviations.signed(i))) << 32 | i as u64;
+        let keys = sorted_by_distance((0..deviations.outward.len()).into_par_iter().map(key).collect());
+        let measured = keys.partition_point(|key| (key >> 32) as u32 != NO_DATA);
+        Self { deviations, keys, measured }
     }
+
+    /// Everything together.
+    pub(super) fn all(&self) -> Samples {
+        self.samples(&self.keys[..self.measured], &self.keys[self.measured..])
+    }
+
+    /// Texels of one class each: `class` by part, below `classes`; parts without a class are left out.
+    pub(super) fn by_class(&self, class: &[Option<usize>], classes: usize) -> Vec<Samples> {
+        if classes == 0 {
+            return Vec::new();
+        }
+        let split = |keys: &[u64]| {
+            let mut split = vec![Vec::new(); classes];
+            for &key in keys {
+                let part = self.deviations.texels.part[key as u32 as usize];
+                if let Some(class) = class.get(part as usize).copied().flatten() {
+                    split[class].push(key);
+                }
+            }
+            split
+        };
+        let (measured, missing) =
+            rayon::join(|| split(&self.keys[..self.measured]), || split(&self.keys[self.measured..]));
+        measured.into_iter().zip(missing).map(|(measured, missing)| self.samples(&measured, &missing)).collect()
+    }
+
+    fn samples(&self, measured: &[u64], missing: &[u64]) -> Samples {
+        let area = |key: &u64| {
+            let area = self.deviations.texels.area[*key as u32 as usize];
+            if area.is_finite() && area > 0.0 { area } else { 0.0 }
+        };
+        Samples {
+            signed: measured.par_iter().map(|key| from_order((key >> 32) as u32)).collect(),
+            areas: measured.par_iter().map(area).collect(),
+            missing: missing.len(),
+            missing_area: sum(missing.iter().map(|key| f64::from(area(key)))),
+        }
+    }
+}
+
+/// Sorts keys by their upper halves and leaves equal ones in their order: by counting, eleven bits at a time.
+fn sorted_by_distance(mut keys: Vec<u64>) -> Vec<u64> {
+    const BITS: u32 = 11;
+    let mut sorted = vec![0; keys.len()];
+    for shift in [32, 32 + BITS, 32 + 2 * BITS] {
+        let digit = |key: u64| (key >> shift) as usize & ((1 << BITS) - 1);
+        let mut places = vec![0usize; 1 << BITS];
+        keys.iter().for_each(|&key| places[digit(key)] += 1);
+        let mut start = 0;
+        for place in &mut places {
+            (*place, start) = (start, start + *place);
+        }
+        for &key in &keys {
+            let place = &mut places[digit(key)];
+            sorted[*place] = key;
+            *place += 1;
+        }
+        std::mem::swap(&mut keys, &mut sorted);
+    }
+    keys
+}
+
+/// The order of what is not a distance.
+const NO_DATA: u32 = u32::MAX;
+
+/// A distance as an integer of the same order; -0 counts as 0, which is what is printed then.
+fn order_of(x: f32) -> u32 {
+    let bits = (x + 0.0).to_bits();
+    match (x.is_nan(), bits >> 31) {
+        (true, _) => NO_DATA,
+        (_, 0) => bits | 1 << 31,
+        _ => !bits,
+    }
+}
+
+fn from_order(order: u32) -> f32 {
+    f32::from_bits(if order >> 31 == 1 { order & !(1 << 31) } else { !order })
 }
 
 impl Statistics {
-    /// Of all texels.
+    /// Of all texels. Areas that are negative or not finite count as zero.
     #[must_use]
     pub fn of(deviations: &Deviations) -> Self {
-        let samples = Samples::of(deviations);
-        Self::of_samples(&samples.measured, &samples.missing, deviations.max_distance)
+        Self::of_samples(&Sorted::of(deviations).all(), deviations.max_distance, None)
     }
 
-    /// `measured` in ascending order of signed distance.
-    pub(super) fn of_samples(measured: &[Sample], missing: &[Sample], max_distance: f64) -> Self {
-        let by =
-            |weight: fn(&Sample) -> f64| -> Vec<Weighted> { measured.iter().map(|s| (s.signed, weight(s))).collect() };
-        let (weighted, per_texel) = rayon::join(|| Moments::of(&by(|s| s.area)), || Moments::of(&by(|_| 1.0)));
-        let measured_area = sum(measured.iter().map(|s| s.area));
-        let area = measured_area + sum(missing.iter().map(|s| s.area));
+    pub(super) fn of_samples(samples: &Samples, max_distance: f64, tolerance: Option<Tolerance>) -> Self {
+        let (mut signed, mut areas) = (Cow::Borrowed(&samples.signed), Cow::Borrowed(&samples.areas));
+        if areas.contains(&0.0) {
+            let with_area = |(x, a): (&f32, &f32)| (*a > 0.0).then_some((*x, *a));
+            let (x, a) = samples.signed.iter().zip(&samples.areas).filter_map(with_area).unzip();
+            (signed, areas) = (Cow::Owned(x), Cow::Owned(a));
+        }
+        let weighted = Ordered::weighted(&signed, &areas);
+        let alike = Ordered::alike(&samples.signed);
+        let measured_area = weighted.total();
+        let area = measured_area + samples.missing_area;
         Self {
-            texels: measured.len() + missing.len(),
-            measured_texels: measured.len(),
+            texels: samples.signed.len() + samples.missing,
+            measured_texels: samples.signed.len(),
             area,
             measured_area,
             coverage: if area > 0.0 { measured_area / area } else { 0.0 },
-            weighted,
-            per_texel,
-            histogram: Histogram::of(measured, max_distance),
+            weighted: Moments::of(&weighted),
+            per_texel: Moments::of(&alike),
+            histogram: Histogram::of(&weighted, &alike, max_distance),
+            tolerance: tolerance.map(|t| Conformance::of(&weighted, &alike, t)),
         }
     }
 }
 
 impl Histogram {
-    fn of(measured: &[Sample], max_distance: f64) -> Self {
-        let mut area = vec![0.0; BINS];
-        let mut texels = vec![0; BINS];
-        for sample in measured {
-            let place = (sample.signed + max_distance) / (2.0 * max_distance) * BINS as f64;
-            // Saturates: single precision may lie beyond the ends by a rounding.
-            let bin = (place as usize).min(BINS - 1);
-            area[bin] += sample.area;
-            texels[bin] += 1;
+    fn of(weighted: &Ordered, alike: &Ordered, max_distance: f64) -> Self {
+        // Saturates: single precision may lie beyond the ends by a rounding.
+        let bin = |x: f32| ((f64::from(x) + max_distance) / (2.0 * max_distance) * BINS as f64) as usize;
+        let ends = |distances: &Ordered| -> Vec<f64> {
+            let inner = (1..BINS).map(|b| distances.before(distances.values().partition_point(|&x| bin(x) < b)));
+            inner.chain([distances.total()]).collect()
+        };
+        let differences = |ends: Vec<f64>| -> Vec<f64> {
+            let starts = std::iter::once(0.0).chain(ends.iter().copied());
+            starts.zip(&ends).map(|(start, end)| end - start).collect()
+        };
+        Self {
+            low: -max_distance,
+            high: max_distance,
+            area: differences(ends(weighted)),
+            texels: differences(ends(alike)).into_iter().map(|n| n as usize).collect(),
         }
-        Self { low: -max_distance, high: max_distance, area, texels }
     }
 }
 

@@ -112,7 +112,7 @@ pub(super) struct Rays<'a> {
     pub(super) texels: &'a Texels,
     pub(super) scan: &'a Bvh,
     pub(super) max_distance: f32,
-    /// Hits this far behind a ray's origin count as distance zero.
+    /// Hits this far from a ray's origin, ahead or behind, are at distance zero in both directions.
     pub(super) tolerance: f32,
     /// 1 where only triangles count that face as the model does, 0 where all.
     pub(super) facing: f32,

@@ -112,6 +112,11 @@ fn enter(node: u32, slabs: Slabs, t_min: f32, t_max: f32) -> f32 {
   return select(FAR, first, first <= last);
 }
 
+// What is within the tolerance of the origin is at it, in both directions.
+fn distance_of(t: f32) -> f32 {
+  return select(select(t, 0.0, t <= setup.tolerance), MISS, t == FAR);
+}
+
 fn nearest_hit(origin: vec3f, direction: vec3f, facing: f32) -> f32 {
   let reach = abs(origin) + setup.half_extent;
   let padding = max(max(max(reach.x, reach.y), reach.z) * 0x1p-19, 1.0e-30);
@@ -128,7 +133,7 @@ fn nearest_hit(origin: vec3f, direction: vec3f, facing: f32) -> f32 {
 
   if nodes[0].count > 0u {
     best = intersect(0u, ray, t_min, t_max);
-    return select(max(best, 0.0), MISS, best == FAR);
+    return distance_of(best);
   }
   var stack_pair: array<u32, STACK>;
   var stack_t: array<f32, STACK>;
@@ -183,7 +188,7 @@ fn nearest_hit(origin: vec3f, direction: vec3f, facing: f32) -> f32 {
       break;
     }
   }
-  return select(max(best, 0.0), MISS, best == FAR);
+  return distance_of(best);
 }
 
 @compute @workgroup_size(64)

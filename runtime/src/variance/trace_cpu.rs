@@ -1,28 +1,73 @@
 //! Casting rays in native code.
 
 use super::trace::{Distances, Rays};
+use crate::bvh::{BothWays, Line, PACKET, Search};
 use rayon::prelude::*;
+use std::ops::Range;
 
-/// Texels a task.
-const CHUNK: usize = 1024;
+/// Side of the squares of texels that are cast together: their rays run close to each other.
+const TILE: usize = 4;
 
 /// Casts all rays, on rayon's threads.
 pub(super) fn trace(rays: &Rays) -> Distances {
     let mut outward = vec![f32::NAN; rays.len()];
     let mut inward = vec![f32::NAN; rays.len()];
-    let chunks = outward.par_chunks_mut(CHUNK).zip(inward.par_chunks_mut(CHUNK)).enumerate();
-    chunks.for_each(|(chunk, (outward, inward))| {
-        for (i, (outward, inward)) in outward.iter_mut().zip(inward).enumerate() {
-            if let Some((origin, normal)) = rays.get(chunk * CHUNK + i) {
-                let distance = |direction, facing| {
-                    let ray = rays.scan.local_ray(origin, direction, facing);
-                    let hit = rays.scan.cast(&ray, -rays.tolerance, rays.max_distance);
-                    hit.map_or(f32::NAN, |hit| hit.t.max(0.0))
-                };
-                *outward = distance(normal, rays.facing);
-                *inward = distance(-normal, -rays.facing);
+    let (mut rest_outward, mut rest_inward) = (&mut outward[..], &mut inward[..]);
+    let mut tasks = Vec::new();
+    for texels in bands(&rays.texels.index, rays.texels.width as usize) {
+        let (band_outward, band_inward);
+        (band_outward, rest_outward) = rest_outward.split_at_mut(texels.len());
+        (band_inward, rest_inward) = rest_inward.split_at_mut(texels.len());
+        tasks.push((texels, band_outward, band_inward));
+    }
+    tasks.into_par_iter().for_each(|(texels, outward, inward)| trace_band(rays, texels, outward, inward));
+    Distances { outward, inward }
+}
+
+/// The texels in every run of `TILE` rows of the texture, given their ascending places on it.
+fn bands(index: &[u32], width: usize) -> Vec<Range<usize>> {
+    let mut bands = Vec::new();
+    let mut start = 0;
+    while start < index.len() {
+        let band = index[start] as usize / (TILE * width.max(1));
+        let end = start + index[start..].partition_point(|&i| i as usize / (TILE * width.max(1)) == band);
+        bands.push(start..end);
+        start = end;
+    }
+    bands
+}
+
+/// One run of rows, tile by tile.
+fn trace_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &mut [f32]) {
+    let width = (rays.texels.width as usize).max(1);
+    let index = &rays.texels.index[texels.clone()];
+    let column = |i: usize| index[i] as usize % width;
+    // What is left of each row.
+    let mut rows: [Range<usize>; TILE] = std::array::from_fn(|r| {
+        let row = index.first().map_or(0, |&i| i as usize / (TILE * width) * TILE) + r;
+        index.partition_point(|&i| (i as usize / width) < row)..index.partition_point(|&i| i as usize / width <= row)
+    });
+    let search = Search { reach: rays.max_distance, tolerance: rays.tolerance, facing: rays.facing };
+    loop {
+        let next = rows.iter().filter(|row| row.start < row.end).map(|row| column(row.start)).min();
+        let Some(end) = next.map(|column| (column / TILE + 1) * TILE) else { return };
+        let mut members = [0; PACKET];
+        let mut lines = [Line::default(); PACKET];
+        let mut count = 0;
+        for row in &mut rows {
+            while row.start < row.end && column(row.start) < end && count < PACKET {
+                if let Some((origin, direction)) = rays.get(texels.start + row.start) {
+                    (members[count], lines[count]) = (row.start, Line { origin, direction });
+                    count += 1;
+                }
+                row.start += 1;
             }
         }
-    });
-    Distances { outward, inward }
+        let mut found = [BothWays::NOTHING; PACKET];
+        rays.scan.cast_both_ways(&lines[..count], search, &mut found);
+        let or_none = |t: f32| if t.is_finite() { t } else { f32::NAN };
+        for (&i, found) in members[..count].iter().zip(found) {
+            (outward[i], inward[i]) = (or_none(found.ahead), or_none(found.behind));
+        }
+    }
 }

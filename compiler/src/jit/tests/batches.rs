@@ -44,7 +44,7 @@ fn grid(n: usize, end: f64) -> (Vec<f64>, Vec<f64>) {
 fn a_batch_is_its_points() {
     let (module, id) = surface();
     let (u, v) = grid(37, 0.7);
-    let shape = KernelShape { function: id, uniforms: 2, weights: false, output: Output::Store };
+    let shape = KernelShape { function: id, uniforms: 2, weights: 0, output: Output::Store };
     let mut out = vec![0.0; 3 * u.len()];
     run(&module, shape, &[1.5, 2.0], Points { u: &u, v: &v, w: &[] }, &mut out).unwrap();
     let native = Native::new(&module, id);
@@ -58,7 +58,7 @@ fn a_batch_is_its_points() {
 fn a_failure_names_its_point() {
     let (module, id) = surface();
     let (u, v) = grid(100, 1.0);
-    let shape = KernelShape { function: id, uniforms: 2, weights: false, output: Output::Store };
+    let shape = KernelShape { function: id, uniforms: 2, weights: 0, output: Output::Store };
     let mut out = vec![0.0; 300];
     let stopped = run(&module, shape, &[1.5, 2.0], Points { u: &u, v: &v, w: &[] }, &mut out).unwrap_err();
     assert_eq!(stopped.point, 75);
@@ -70,7 +70,7 @@ fn a_failure_names_its_point() {
 #[test]
 fn an_empty_batch_does_nothing() {
     let (module, id) = surface();
-    let shape = KernelShape { function: id, uniforms: 2, weights: false, output: Output::Store };
+    let shape = KernelShape { function: id, uniforms: 2, weights: 0, output: Output::Store };
     run(&module, shape, &[f64::NAN; 2], Points { u: &[], v: &[], w: &[] }, &mut []).unwrap();
 }
 
@@ -86,9 +86,9 @@ fn accumulation_adds_in_order() {
     let id = module.add(raw.returns(&[first, second]));
     let (u, v) = grid(50, 1.0);
     let w: Vec<[f64; 3]> = (0..50).map(|i| [f64::from(i) * 0.1, -0.3, 1.0 / f64::from(i + 1)]).collect();
-    let shape = KernelShape { function: id, uniforms: 1, weights: true, output: Output::Accumulate };
+    let shape = KernelShape { function: id, uniforms: 1, weights: 3, output: Output::Accumulate };
     let mut out = [10.0, 20.0];
-    run(&module, shape, &[0.7], Points { u: &u, v: &v, w: &w }, &mut out).unwrap();
+    run(&module, shape, &[0.7], Points { u: &u, v: &v, w: w.as_flattened() }, &mut out).unwrap();
     let mut expected = [10.0, 20.0];
     for i in 0..50 {
         expected[0] += 0.7 * u[i] * w[i][0];
@@ -110,7 +110,7 @@ fn steps_are_counted_for_each_point() {
     let turns = raw.node(turns, Type::Multi);
     let result = raw.real(Op::Project(turns, 0));
     let id = module.add(raw.returns(&[result]));
-    let shape = KernelShape { function: id, uniforms: 0, weights: false, output: Output::Store };
+    let shape = KernelShape { function: id, uniforms: 0, weights: 0, output: Output::Store };
     let mut out = [0.0; 10];
     run(&module, shape, &[], Points { u: &[1.0; 10], v: &[0.5; 10], w: &[] }, &mut out).unwrap();
     assert_eq!(out, [31.0; 10]);
@@ -120,7 +120,7 @@ fn steps_are_counted_for_each_point() {
 fn a_kernel_of_another_shape_is_refused() {
     let (module, id) = surface();
     let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
-    let shape = KernelShape { function: id, uniforms: 3, weights: false, output: Output::Store };
+    let shape = KernelShape { function: id, uniforms: 3, weights: 0, output: Output::Store };
     assert_eq!(compiler.kernel(shape), Err(JitError::Shape("test".to_owned())));
 }
 
@@ -131,9 +131,8 @@ fn equal_kernels_are_one() {
     twin.name = "twin".to_owned();
     let twin = module.add(twin);
     let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
-    let mut kernel = |function, uniforms, output| {
-        compiler.kernel(KernelShape { function, uniforms, weights: false, output }).unwrap()
-    };
+    let mut kernel =
+        |function, uniforms, output| compiler.kernel(KernelShape { function, uniforms, weights: 0, output }).unwrap();
     let one = kernel(id, 2, Output::Store);
     assert_eq!(one, kernel(twin, 2, Output::Store));
     assert_ne!(one, kernel(twin, 2, Output::Accumulate));

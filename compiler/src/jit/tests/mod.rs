@@ -2,6 +2,7 @@
 
 mod batches;
 mod control;
+mod grids;
 mod operations;
 mod random;
 mod resources;
@@ -12,7 +13,7 @@ use crate::ir::{Function, FunctionId, Module, Node, Op, Parameter, Type, Value};
 use crate::source::Span;
 
 /// Tests let Cranelift verify what we give it.
-const OPTIONS: Options = Options { verify: true, listings: false, quick: false };
+const OPTIONS: Options = Options { verify: true, listings: false, quick: false, narrow: false };
 
 /// A function node by node, without the simplifications of the builder.
 struct Raw(Function);

@@ -41,7 +41,11 @@ impl Program {
     fn not_evaluated(&self, error: &EvaluationError) -> Diagnostic {
         let span = error.span.or_else(|| self.typed.parts.first().map(|p| p.span)).unwrap_or_default();
         let message = format!("the model cannot be evaluated at its defaults: {}", error.sentence);
-        Diagnostic::error("evaluation", span, message).label(error.circumstances.clone())
+        let diagnostic = Diagnostic::error("evaluation", span, message).label(error.circumstances.clone());
+        match error.part {
+            Some(part) => diagnostic.related(part, "the part that it is evaluated for"),
+            None => diagnostic,
+        }
     }
 
     /// Parameters that no part depends on although something uses them.

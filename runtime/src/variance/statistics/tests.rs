@@ -1,6 +1,6 @@
 use crate::model::Texels;
 use crate::scan::ScanSource;
-use crate::variance::{Deviations, Moments, Statistics, VarianceReport};
+use crate::variance::{Deviations, Moments, Statistics, Tolerance, VarianceReport};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -89,6 +89,22 @@ fn areas_weigh() {
     close(s.weighted.signed.mean, (3.0 - 2.0) / 4.0, 1e-12);
     close(s.per_texel.signed.mean, -0.5, 1e-12);
     close(s.weighted.rms, ((3.0 + 4.0) / 4.0f64).sqrt(), 1e-12);
+}
+
+#[test]
+fn tolerances_include_their_ends_and_leave_out_what_was_not_measured() {
+    let texels = [(0.1, 2.0, 0), (-0.2, 1.0, 0), (0.11, 4.0, 1), (-0.3, 8.0, 1), (f64::NAN, 16.0, 1), (0.0, 0.5, 2)];
+    let d = deviations(&texels, &["a", "b", "c"]);
+    let tolerance = Some(Tolerance { lower: -0.2, upper: 0.1 });
+    let report = VarianceReport::with_tolerance(&d, &ScanSource::default(), "cpu", tolerance);
+    let [a, b, c] = [0, 1, 2].map(|p| report.parts[p].statistics.tolerance.expect("asked for"));
+    assert!(a.within && !b.within && c.within);
+    assert_eq!((b.texels_below, b.texels_within, b.texels_above), (1, 0, 1));
+    let all = report.overall.tolerance.expect("asked for");
+    assert_eq!((all.area_below, all.area_within, all.area_above), (8.0, 3.5, 4.0));
+    close(all.share, 3.5 / 15.5, 1e-15);
+    assert!(!all.within);
+    assert!(VarianceReport::new(&d, &ScanSource::default(), "cpu").overall.tolerance.is_none());
 }
 
 /// Against the definitions, written down plainly.
@@ -185,4 +201,16 @@ fn statistics_do_not_depend_on_the_number_of_threads() {
     assert!(run(1) == run(3));
     let m: &Moments = &run(2).overall.weighted;
     assert!(m.min == 0.0 && m.max == 2.5);
+}
+
+#[test]
+fn keys_are_sorted_by_distance_and_then_by_place() {
+    let mut rng = ChaCha8Rng::seed_from_u64(15);
+    for count in [0, 1, 1000, 70_000] {
+        let keys: Vec<u64> =
+            (0..count).map(|i| u64::from(rng.random_range(0..u32::MAX) >> (i % 20)) << 32 | i).collect();
+        let mut expected = keys.clone();
+        expected.sort_unstable();
+        assert_eq!(super::sorted_by_distance(keys), expected);
+    }
 }

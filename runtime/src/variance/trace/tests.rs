@@ -270,3 +270,27 @@ fn the_other_side_of_a_thin_wall_is_not_measured() {
     let any = trace(texels(&points), &scan, 20.0, Facing::Any, Device::Cpu).unwrap().deviations;
     assert!((0..points.len()).all(|i| (any.signed(i) + 2.0).abs() < 0.1), "{:?}", &any.inward[..5]);
 }
+
+/// Texels are cast in squares of a picture; what they find does not depend on which others are there. Rows of all lengths,
+/// gaps, a width that squares do not divide.
+#[test]
+fn a_texel_finds_the_same_in_any_picture() {
+    let (points, scan) = rough_scene(1500);
+    let scan = Bvh::build(&scan).unwrap();
+    let in_a_row = trace(texels(&points), &scan, 2.0, Facing::Any, Device::Cpu).unwrap().deviations;
+    assert!((200..1300).contains(&in_a_row.outward.iter().filter(|d| d.is_nan()).count()));
+    let mut rng = ChaCha8Rng::seed_from_u64(14);
+    for width in [1, 37, 1024] {
+        let mut picture = texels(&points);
+        let mut next = 0;
+        for index in &mut picture.index {
+            next += if rng.random_bool(0.9) { 1 } else { rng.random_range(1..3 * width) };
+            *index = next;
+        }
+        (picture.width, picture.height) = (width, next / width + 1);
+        let found = trace(picture, &scan, 2.0, Facing::Any, Device::Cpu).unwrap().deviations;
+        let bits = |d: &[f32]| d.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(&found.outward), bits(&in_a_row.outward));
+        assert_eq!(bits(&found.inward), bits(&in_a_row.inward));
+    }
+}

@@ -1,0 +1,97 @@
+//! The cup in C, compiled and loaded.
+
+use libloading::Library;
+use std::path::{Path, PathBuf};
+
+type PointsFunction =
+    unsafe extern "C" fn(x: *const f64, part: i32, u: *const f64, nu: i32, v: *const f64, nv: i32, out: *mut f64);
+type PullbackFunction = unsafe extern "C" fn(
+    x: *const f64,
+    part: i32,
+    u: *const f64,
+    nu: i32,
+    v: *const f64,
+    nv: i32,
+    w: *const f64,
+    gradient: *mut f64,
+);
+
+/// The functions of benches/peers/cup.c.
+pub(crate) struct Cup {
+    points: PointsFunction,
+    jacobian: PointsFunction,
+    pullback: PullbackFunction,
+    /// Keeps the code of the functions.
+    _library: Library,
+    /// How it was compiled.
+    pub(crate) command: String,
+}
+
+/// Columns for which the C version has room.
+const MAX_COLUMNS: usize = 4096;
+
+impl Cup {
+    /// Compiles it with the system's C compiler.
+    pub(crate) fn new() -> Result<Cup, Box<dyn std::error::Error>> {
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/cup.c");
+        let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
+        let made = folder.join("cup_by_hand.so");
+        let (command, compiled) = compile(&source, &made, &folder)?;
+        if !compiled {
+            return Err(format!("{command} failed").into());
+        }
+        // SAFETY: the library has no initialisers, and its functions have the types that cup.c declares.
+        unsafe {
+            let library = Library::new(&made)?;
+            let points = *library.get::<PointsFunction>(b"cup_points\0")?;
+            let jacobian = *library.get::<PointsFunction>(b"cup_jacobian\0")?;
+            let pullback = *library.get::<PullbackFunction>(b"cup_pullback\0")?;
+            Ok(Cup { points, jacobian, pullback, _library: library, command })
+        }
+    }
+
+    /// Points of a part: `out[rows][columns][3]`.
+    pub(crate) fn points(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
+        check(x, [u, v], out.len(), 3);
+        let (nu, nv) = (u.len() as i32, v.len() as i32);
+        // SAFETY: the slices have the lengths that the function reads and writes.
+        unsafe { (self.points)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
+    }
+
+    /// The dense Jacobian of a part: `out[rows][columns][3][15]`.
+    pub(crate) fn jacobian(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
+        check(x, [u, v], out.len(), 45);
+        let (nu, nv) = (u.len() as i32, v.len() as i32);
+        // SAFETY: as above.
+        unsafe { (self.jacobian)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
+    }
+
+    /// Adds the sum of J^T w over the points of a part.
+    pub(crate) fn pullback(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], w: &[[f64; 3]], gradient: &mut [f64]) {
+        check(x, [u, v], w.len(), 1);
+        assert_eq!(gradient.len(), 15);
+        let (nu, nv) = (u.len() as i32, v.len() as i32);
+        let w = w.as_flattened().as_ptr();
+        // SAFETY: as above.
+        unsafe { (self.pullback)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, w, gradient.as_mut_ptr()) }
+    }
+}
+
+fn check(x: &[f64], [u, v]: [&[f64]; 2], length: usize, each: usize) {
+    assert_eq!(x.len(), 15);
+    assert!(u.len() <= MAX_COLUMNS);
+    assert_eq!(length, u.len() * v.len() * each);
+}
+
+/// Compiles a C file to a shared library; the command, and whether it went well.
+fn compile(source: &Path, made: &Path, folder: &Path) -> std::io::Result<(String, bool)> {
+    let target = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
+    let mut build = cc::Build::new();
+    build.target(&target).host(&target).opt_level(3).out_dir(folder).cargo_metadata(false).warnings(false).pic(true);
+    build.flag("-march=native").flag("-shared").debug(false);
+    let mut command = build.get_compiler().to_command();
+    command.arg(source).arg("-o").arg(made).arg("-lm");
+    let text = std::iter::once(command.get_program()).chain(command.get_args());
+    let text: Vec<_> = text.map(|a| a.to_string_lossy().into_owned()).collect();
+    Ok((text.join(" "), command.status()?.success()))
+}

@@ -1,0 +1,127 @@
+//! How long the deviations of a large texture take, by stage: the paper's cup at the position of its scan, a texture of 2048 x
+//! 2048, two directions a texel, 10 mm.
+//!
+//! `GMLC_TEST_DATA=... cargo bench --bench variance` prints wall and processor seconds, the least of several runs, and queries
+//! (texels) a second. With `-- --dump FILE` origins and normals are written, and what was found, for benches/variance/peers.py, which
+//! casts the same rays with other libraries and compares.
+
+use cpu_time::ProcessTime;
+use gml_compiler::program::{Options, Program, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
+use gml_runtime::bvh::Bvh;
+use gml_runtime::model::{Atlas, Model, Texels};
+use gml_runtime::scan::{ReadOptions, ScanSource, read};
+use gml_runtime::variance::{self, Device, DistanceTexture, Facing, VarianceReport};
+use std::error::Error;
+use std::io::Write;
+use std::path::Path;
+use std::time::Instant;
+
+/// Side of the texture.
+const SIZE: u32 = 2048;
+
+/// How far rays go. Millimetres.
+const MAX_DISTANCE: f64 = 10.0;
+
+/// The least times of each stage so far: name, wall, processor.
+#[derive(Default)]
+struct Stages(Vec<(&'static str, f64, f64)>);
+
+impl Stages {
+    fn time<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
+        let (wall, processor) = (Instant::now(), ProcessTime::now());
+        let result = work();
+        let (wall, processor) = (wall.elapsed().as_secs_f64(), processor.elapsed().as_secs_f64());
+        match self.0.iter_mut().find(|s| s.0 == name) {
+            Some(stage) => (stage.1, stage.2) = (stage.1.min(wall), stage.2.min(processor)),
+            None => self.0.push((name, wall, processor)),
+        }
+        result
+    }
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let Some(folder) = std::env::var_os("GMLC_TEST_DATA") else {
+        println!("skipped: GMLC_TEST_DATA is not set");
+        return Ok(());
+    };
+    let folder = Path::new(&folder).join("cup");
+    let path = format!("{}/examples/cup/cup.gml", env!("CARGO_MANIFEST_DIR"));
+    let script = SourceFile { text: std::fs::read_to_string(&path)?, name: path };
+    let program = compile(script, &NoFiles, &Options::default()).map_err(|_| "the cup does not compile")?.program;
+    let x = true_parameters(&program, &folder)?;
+    let scan = read(&folder.join("cup_scan.ply"), &ReadOptions::default())?;
+    let arguments: Vec<String> = std::env::args().collect();
+    let dump = arguments.iter().position(|a| a == "--dump").and_then(|i| arguments.get(i + 1));
+
+    let mut stages = Stages::default();
+    let mut count = 0;
+    for run in 0..5 {
+        let texels = stages.time("texels", || -> Result<_, Box<dyn Error>> {
+            let instance = Model::instantiate(&program, &x)?;
+            let atlas = Atlas::new(&program, &*instance, SIZE)?;
+            Ok(Texels::of_model(&program, &*instance, &atlas)?)
+        })?;
+        count = texels.len();
+        if let (0, Some(dump)) = (run, dump) {
+            write_rays(Path::new(dump), &texels)?;
+        }
+        let bvh = stages.time("build", || Bvh::build(&scan.mesh))?;
+        let trace = stages.time("trace", || variance::trace(texels, &bvh, MAX_DISTANCE, Facing::Any, Device::Cpu))?;
+        let deviations = trace.deviations;
+        if let (0, Some(dump)) = (run, dump) {
+            let both = deviations.outward.iter().zip(&deviations.inward).flat_map(|(a, b)| [*a, *b]);
+            write_floats(Path::new(&format!("{dump}.found")), both)?;
+        }
+        stages.time("texture", || DistanceTexture::new(&deviations));
+        let report = stages.time("statistics", || VarianceReport::new(&deviations, &ScanSource::default(), "cpu"));
+        if run == 0 {
+            let s = &report.overall;
+            println!("{count} texels, coverage {:.4}, rms {:.4} mm", s.coverage, s.weighted.rms);
+        }
+    }
+    println!("{:12}{:>10}{:>12}", "stage", "wall s", "processor s");
+    let mut all = (0.0, 0.0);
+    for (name, wall, processor) in &stages.0 {
+        println!("{name:12}{wall:10.3}{processor:12.3}");
+        all = (all.0 + wall, all.1 + processor);
+        if *name == "trace" {
+            let million = count as f64 / 1e6;
+            println!(
+                "{:12}{:10.2}{:12.2}  million queries a second (of the wall, of a processor)",
+                "",
+                million / wall,
+                million / processor
+            );
+        }
+    }
+    println!("{:12}{:10.3}{:12.3}", "all", all.0, all.1);
+    Ok(())
+}
+
+/// The parameters that the scan was made with.
+fn true_parameters(program: &Program, folder: &Path) -> Result<Vec<f64>, Box<dyn Error>> {
+    let truth: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(folder.join("cup_truth.json"))?)?;
+    let value = |name: &str| {
+        let names = truth["names"].as_array()?;
+        let i = names.iter().position(|n| n.as_str().is_some_and(|n| n.eq_ignore_ascii_case(name)))?;
+        truth["x_true"][i].as_f64()
+    };
+    let of = |name: &str| value(name).ok_or(format!("the truth has no parameter {name}").into());
+    program.parameters().iter().map(|p| of(&p.name)).collect()
+}
+
+/// Six numbers a texel: origin and normal.
+fn write_rays(path: &Path, texels: &Texels) -> std::io::Result<()> {
+    let ray = |(position, normal): (&[f64; 3], &[f32; 3])| [position.map(|x| x as f32), *normal].concat();
+    write_floats(path, texels.position.iter().zip(&texels.normal).flat_map(ray))
+}
+
+/// In single precision, bytes in the machine's order.
+fn write_floats(path: &Path, values: impl Iterator<Item = f32>) -> std::io::Result<()> {
+    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    for x in values {
+        file.write_all(&x.to_ne_bytes())?;
+    }
+    file.flush()
+}

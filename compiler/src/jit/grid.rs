@@ -1,0 +1,439 @@
+//! Functions as loops over a grid of points: what was computed once a row and once a column comes from tables.
+//!
+//! A function whose operations all have instructions for pairs runs on two columns at once. Sums over points are made of two,
+//! of the even and of the odd columns, in either case, so that results do not depend on that.
+
+use super::compiler::{Compiler, JitError};
+use super::context::Context;
+use super::kernel::{used_by, varying};
+use super::lower::{Frame, Lowered, Lowering, TRUSTED};
+use super::vector::PAIRS;
+use crate::ir::{FunctionId, Type, Value as Node};
+use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::{Block, BlockArg, InstBuilder, StackSlotData, StackSlotKind, Value, types};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use std::mem::offset_of;
+
+/// A kernel over a grid: a function `(uniforms.., row values.., column values..) -> results..`, followed by three weights
+/// of each point if it sums; all Real.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GridShape {
+    /// The function.
+    pub function: FunctionId,
+    /// How many of its parameters are the same for all points.
+    pub uniforms: usize,
+    /// How many are of the row.
+    pub row_values: usize,
+    /// How many are of the column.
+    pub column_values: usize,
+    /// Results are stored point by point; or, here, so many of them summed over each row and the rest over each column.
+    pub row_sums: Option<usize>,
+}
+
+impl GridShape {
+    /// Weights of a point.
+    pub(super) fn weights(&self) -> usize {
+        if self.row_sums.is_some() { 3 } else { 0 }
+    }
+
+    /// Parameters of the function.
+    pub(super) fn params(&self) -> usize {
+        self.uniforms + self.row_values + self.column_values + self.weights()
+    }
+}
+
+/// What generated code gets, by address.
+#[repr(C)]
+pub(super) struct Arguments {
+    pub(super) uniforms: *const f64,
+    pub(super) rows: *const f64,
+    pub(super) columns: *const f64,
+    pub(super) weights: *const f64,
+    pub(super) out: *mut f64,
+    pub(super) column_sums: *mut f64,
+    pub(super) row_count: i64,
+    pub(super) column_count: i64,
+}
+
+/// Values of a loop that stay in registers (of which there are 16) at most; else all are in memory.
+const MOST_PINNED: usize = 11;
+
+/// Builds `(context, arguments) -> status`.
+pub(super) fn build(
+    compiler: &mut Compiler<'_>,
+    shape: GridShape,
+    wide: bool,
+    context: &mut cranelift_codegen::Context,
+    frontend: &mut FunctionBuilderContext,
+) -> Result<(), JitError> {
+    let mut builder = FunctionBuilder::new(&mut context.func, frontend);
+    let entry = builder.create_block();
+    builder.append_block_params_for_function_params(entry);
+    builder.switch_to_block(entry);
+    let &[context, arguments] = builder.block_params(entry) else { unreachable!("it has this signature") };
+    let fail = builder.create_block();
+    let mut lowering = Lowering::new(compiler, builder, context, fail);
+    let function = lowering.compiler.module.function(shape.function);
+    let mut frame = Frame::new(function);
+    let mut grid = Grid::new(&mut lowering, &frame, shape, wide, arguments);
+    grid.before(&mut lowering, &mut frame)?;
+    let (turn, done) = (lowering.builder.create_block(), lowering.builder.create_block());
+    let zero = lowering.builder.ins().iconst(types::I64, 0);
+    lowering.builder.ins().jump(turn, &[BlockArg::Value(zero)]);
+    let row = lowering.builder.append_block_param(turn, types::I64);
+    lowering.builder.switch_to_block(turn);
+    grid.row(&mut lowering, &mut frame, row)?;
+    let next = lowering.builder.ins().iadd_imm_s(row, 1);
+    let more = lowering.builder.ins().icmp(IntCC::SignedLessThan, next, grid.row_count);
+    lowering.builder.ins().brif(more, turn, &[BlockArg::Value(next)], done, []);
+    lowering.builder.switch_to_block(done);
+    lowering.return_status(0);
+    lowering.open_fail_block(fail);
+    lowering.return_fail_status(fail);
+    lowering.finish();
+    Ok(())
+}
+
+/// The loops in the making.
+struct Grid {
+    shape: GridShape,
+    wide: bool,
+    /// Columns at once.
+    lanes: i64,
+    results: usize,
+    /// What the columns' loop needs of uniforms and row values as pairs; whether it is kept in registers.
+    pinned: Vec<usize>,
+    in_registers: bool,
+    /// Room for what is not: 16 bytes for each node of `pinned`, then for each row sum.
+    slot: Option<Value>,
+    uniforms: Value,
+    rows: Value,
+    columns: Value,
+    weights: Value,
+    out: Value,
+    column_sums: Value,
+    row_count: Value,
+    column_count: Value,
+}
+
+impl Grid {
+    fn new(lowering: &mut Lowering<'_, '_, '_>, frame: &Frame<'_>, shape: GridShape, wide: bool, base: Value) -> Grid {
+        let mut load = |offset: usize| lowering.builder.ins().load(types::I64, TRUSTED, base, offset as i32);
+        let uniforms = load(offset_of!(Arguments, uniforms));
+        let rows = load(offset_of!(Arguments, rows));
+        let columns = load(offset_of!(Arguments, columns));
+        let weights = load(offset_of!(Arguments, weights));
+        let out = load(offset_of!(Arguments, out));
+        let column_sums = load(offset_of!(Arguments, column_sums));
+        let row_count = load(offset_of!(Arguments, row_count));
+        let column_count = load(offset_of!(Arguments, column_count));
+        let function = frame.function;
+        let of_points = varying(function, shape.uniforms);
+        let used = used_by(function, &of_points);
+        let of_row = shape.uniforms..shape.uniforms + shape.row_values;
+        let pinned = |i: &usize| used[*i] && (!of_points[*i] || of_row.contains(i));
+        let pinned: Vec<usize> = (0..function.nodes.len()).filter(pinned).collect();
+        let sums = shape.row_sums.unwrap_or(0);
+        let in_registers = wide && pinned.len() + sums <= MOST_PINNED;
+        let words = pinned.len() + sums;
+        let slot = (words > 0).then(|| {
+            let bytes = u32::try_from(16 * words).unwrap_or(u32::MAX);
+            let slot = StackSlotData::new(StackSlotKind::ExplicitSlot, bytes, 4);
+            let slot = lowering.builder.create_sized_stack_slot(slot);
+            lowering.builder.ins().stack_addr(types::I64, slot, 0)
+        });
+        Grid {
+            shape,
+            wide,
+            lanes: if wide { 2 } else { 1 },
+            results: function.results.len(),
+            pinned,
+            in_registers,
+            slot,
+            uniforms,
+            rows,
+            columns,
+            weights,
+            out,
+            column_sums,
+            row_count,
+            column_count,
+        }
+    }
+
+    /// What comes before the loops: what depends on uniforms alone.
+    fn before<'m>(&self, lowering: &mut Lowering<'_, '_, 'm>, frame: &mut Frame<'m>) -> Result<(), JitError> {
+        let types = frame.function.params[..self.shape.uniforms].iter().map(|p| p.ty);
+        let uniforms = lowering.words(self.uniforms, types);
+        frame.values[..uniforms.len()].clone_from_slice(&uniforms);
+        let of_points = varying(frame.function, self.shape.uniforms);
+        for node in frame.function.values().filter(|v| !of_points[v.0 as usize]) {
+            lowering.demand(frame, node)?;
+        }
+        for (k, node) in self.pinned.iter().enumerate().filter(|(_, i)| !of_points[**i]) {
+            if !matches!(frame.values[*node], Lowered::Constant(_) | Lowered::Many(_)) {
+                let value = lowering.value(&frame.values[*node]);
+                frame.values[*node] = self.pin(lowering, k, frame.function.nodes[*node].ty, value);
+            }
+        }
+        Ok(())
+    }
+
+    /// A value for the columns' loop.
+    fn pin(&self, lowering: &mut Lowering<'_, '_, '_>, k: usize, ty: Type, value: Value) -> Lowered {
+        let wide = if self.wide { lowering.widened(value) } else { value };
+        match self.slot {
+            Some(slot) if !self.in_registers && ty == Type::Real => {
+                let offset = 16 * k as i32;
+                lowering.builder.ins().store(PAIRS, wide, slot, offset);
+                Lowered::Stored(slot, offset)
+            }
+            _ => Lowered::One(wide),
+        }
+    }
+
+    /// One row.
+    fn row<'m>(
+        &mut self,
+        lowering: &mut Lowering<'_, '_, 'm>,
+        frame: &mut Frame<'m>,
+        row: Value,
+    ) -> Result<(), JitError> {
+        let offset = lowering.builder.ins().imul_imm_s(row, 8 * self.shape.row_values as i64);
+        let values = lowering.builder.ins().iadd(self.rows, offset);
+        for (k, node) in self.pinned.iter().enumerate().filter(|(_, i)| **i >= self.shape.uniforms) {
+            if let Some(position) = node.checked_sub(self.shape.uniforms).filter(|p| *p < self.shape.row_values) {
+                let value = lowering.builder.ins().load(types::F64, TRUSTED, values, 8 * position as i32);
+                frame.values[*node] = self.pin(lowering, k, Type::Real, value);
+            }
+        }
+        let first = lowering.builder.ins().imul(row, self.column_count);
+        let offset = lowering.builder.ins().imul_imm_s(first, self.point_bytes());
+        let points = if self.shape.row_sums.is_some() { self.weights } else { self.out };
+        let place = lowering.builder.ins().iadd(points, offset);
+        let (turn, after) = (lowering.builder.create_block(), lowering.builder.create_block());
+        let zero = lowering.builder.ins().iconst(types::I64, 0);
+        let sums = self.begin_sums(lowering);
+        let start = [zero, self.columns, place].into_iter().chain(sums.iter().copied());
+        let start: Vec<BlockArg> = start.map(BlockArg::Value).collect();
+        lowering.builder.ins().jump(turn, &start);
+        let at = [0; 3].map(|_| lowering.builder.append_block_param(turn, types::I64));
+        let carried: Vec<Value> =
+            sums.iter().map(|_| lowering.builder.append_block_param(turn, types::F64X2)).collect();
+        let results: Vec<Value> =
+            sums.iter().map(|_| lowering.builder.append_block_param(after, types::F64X2)).collect();
+        lowering.builder.switch_to_block(turn);
+        lowering.wide = self.wide;
+        let made = self.column(lowering, frame, at, &carried)?;
+        lowering.wide = false;
+        self.next(lowering, at, made, [turn, after]);
+        lowering.builder.switch_to_block(after);
+        self.end_sums(lowering, row, &results);
+        Ok(())
+    }
+
+    /// Bytes of what a point has in memory: weights or results.
+    fn point_bytes(&self) -> i64 {
+        8 * if self.shape.row_sums.is_some() { 3 } else { self.results as i64 }
+    }
+
+    /// Goes to the next columns, or on.
+    fn next(
+        &self,
+        lowering: &mut Lowering<'_, '_, '_>,
+        [column, table, place]: [Value; 3],
+        made: Vec<Value>,
+        [turn, after]: [Block; 2],
+    ) {
+        let builder = &mut lowering.builder;
+        let next = builder.ins().iadd_imm_s(column, self.lanes);
+        let table = builder.ins().iadd_imm_s(table, 8 * self.lanes * self.shape.column_values as i64);
+        let place = if self.wide && self.shape.row_sums.is_none() {
+            // The last pair of an odd number is of the last two columns.
+            let last = builder.ins().iadd_imm_s(self.column_count, -2);
+            let beyond = builder.ins().icmp(IntCC::SignedGreaterThan, next, last);
+            let [one, two] = [1, 2].map(|n| builder.ins().iconst(types::I64, n * self.point_bytes()));
+            let step = builder.ins().select(beyond, one, two);
+            builder.ins().iadd(place, step)
+        } else {
+            builder.ins().iadd_imm_s(place, self.lanes * self.point_bytes())
+        };
+        let more = builder.ins().icmp(IntCC::SignedLessThan, next, self.column_count);
+        let made: Vec<BlockArg> = made.into_iter().map(BlockArg::Value).collect();
+        let again = [next, table, place].map(BlockArg::Value);
+        let again: Vec<BlockArg> = again.into_iter().chain(made.iter().copied()).collect();
+        builder.ins().brif(more, turn, &again, after, &made);
+    }
+
+    /// The point or points at a column. Returns the sums that are in registers.
+    fn column<'m>(
+        &self,
+        lowering: &mut Lowering<'_, '_, 'm>,
+        frame: &mut Frame<'m>,
+        [column, table, place]: [Value; 3],
+        sums: &[Value],
+    ) -> Result<Vec<Value>, JitError> {
+        if lowering.compiler.plan.counts_steps(self.shape.function) {
+            let context = lowering.context;
+            let steps = lowering.builder.ins().load(types::I64, TRUSTED, context, Context::STEPS_PER_POINT);
+            lowering.builder.ins().store(TRUSTED, steps, context, Context::STEPS);
+        }
+        let params = self.shape.uniforms + self.shape.row_values;
+        for k in 0..self.shape.column_values {
+            frame.values[params + k] = Lowered::Stored(table, (8 * self.lanes) as i32 * k as i32);
+        }
+        if self.shape.row_sums.is_some() {
+            let weights = self.point_weights(lowering, place);
+            frame.values[params + self.shape.column_values..][..3].clone_from_slice(&weights);
+        }
+        lowering.anchors(frame)?;
+        if self.shape.row_sums.is_some() {
+            return self.add(lowering, frame, column, sums);
+        }
+        if self.wide {
+            self.put_pairs(lowering, frame, place)?
+        } else {
+            self.put(lowering, frame, place)?
+        }
+        Ok(Vec::new())
+    }
+
+    /// The weights of the point or points at a place.
+    fn point_weights(&self, lowering: &mut Lowering<'_, '_, '_>, base: Value) -> [Lowered; 3] {
+        if !self.wide {
+            return [0, 8, 16].map(|offset| Lowered::Stored(base, offset));
+        }
+        // x y, z x', y' z'
+        let [xy, zx, yz] = [0, 16, 32].map(|o| lowering.builder.ins().load(types::F64X2, PAIRS, base, o));
+        let (x, y, z) = (lowering.outer_lanes(xy, zx), lowering.inner_lanes(xy, yz), lowering.outer_lanes(zx, yz));
+        [x, y, z].map(Lowered::One)
+    }
+
+    fn put<'m>(
+        &self,
+        lowering: &mut Lowering<'_, '_, 'm>,
+        frame: &mut Frame<'m>,
+        place: Value,
+    ) -> Result<(), JitError> {
+        for (offset, result) in (0..).step_by(8).zip(&frame.function.results) {
+            let value = lowering.demanded(frame, *result)?;
+            lowering.builder.ins().store(TRUSTED, value, place, offset);
+        }
+        Ok(())
+    }
+
+    /// Stores the results of two points, one after the other, by pairs of words.
+    fn put_pairs<'m>(
+        &self,
+        lowering: &mut Lowering<'_, '_, 'm>,
+        frame: &mut Frame<'m>,
+        place: Value,
+    ) -> Result<(), JitError> {
+        let n = self.results as i32;
+        let results: Vec<Node> = frame.function.results.clone();
+        let store = |lowering: &mut Lowering<'_, '_, 'm>, pair: Value, word: i32| {
+            lowering.builder.ins().store(PAIRS, pair, place, 8 * word);
+        };
+        let Some(first) = results.first() else { return Ok(()) };
+        let first = lowering.demanded(frame, *first)?;
+        let mut before = first;
+        // Words k and k + 1 of the first point where k is even, of the second one where it begins at an even word there.
+        for (k, result) in (0..n).zip(&results).skip(1) {
+            let value = lowering.demanded(frame, *result)?;
+            let start = k - 1;
+            if start % 2 == 0 {
+                let pair = lowering.firsts(before, value);
+                store(lowering, pair, start);
+            }
+            if (start + n) % 2 == 0 {
+                let pair = lowering.seconds(before, value);
+                store(lowering, pair, start + n);
+            }
+            before = value;
+        }
+        if n % 2 == 1 {
+            let pair = if n == 1 { first } else { lowering.outer_lanes(before, first) };
+            store(lowering, pair, n - 1);
+        }
+        Ok(())
+    }
+
+    /// Row sums at the begin of a row: in registers, or in memory, where there are none to be carried.
+    fn begin_sums(&self, lowering: &mut Lowering<'_, '_, '_>) -> Vec<Value> {
+        let Some(sums) = self.shape.row_sums else { return Vec::new() };
+        lowering.wide = true;
+        let zero = lowering.constant(0.0);
+        lowering.wide = false;
+        if self.in_registers {
+            return vec![zero; sums];
+        }
+        for k in 0..sums {
+            let (slot, offset) = self.sum_place(k);
+            lowering.builder.ins().store(PAIRS, zero, slot, offset);
+        }
+        Vec::new()
+    }
+
+    /// Where the two halves of row sum k are.
+    fn sum_place(&self, k: usize) -> (Value, i32) {
+        let slot = self.slot.unwrap_or(self.out);
+        (slot, 16 * (self.pinned.len() + k) as i32)
+    }
+
+    /// Adds the results of a point or two to the sums.
+    fn add<'m>(
+        &self,
+        lowering: &mut Lowering<'_, '_, 'm>,
+        frame: &mut Frame<'m>,
+        column: Value,
+        sums: &[Value],
+    ) -> Result<Vec<Value>, JitError> {
+        let row_sums = self.shape.row_sums.unwrap_or(0);
+        let ty = if self.wide { types::F64X2 } else { types::F64 };
+        let (half, _) = self.sum_place(0);
+        let half = if self.wide {
+            half
+        } else {
+            let odd = lowering.builder.ins().band_imm_s(column, 1);
+            let offset = lowering.builder.ins().imul_imm_s(odd, 8);
+            lowering.builder.ins().iadd(half, offset)
+        };
+        let per_column = (self.results - row_sums) as i64;
+        let offset = lowering.builder.ins().imul_imm_s(column, 8 * per_column);
+        let of_column = lowering.builder.ins().iadd(self.column_sums, offset);
+        let mut made = Vec::new();
+        for (k, result) in frame.function.results.clone().into_iter().enumerate() {
+            let value = lowering.demanded(frame, result)?;
+            if let Some(sum) = sums.get(k) {
+                made.push(lowering.builder.ins().fadd(*sum, value));
+                continue;
+            }
+            let (base, offset) = match k.checked_sub(row_sums) {
+                Some(k) => (of_column, (8 * self.lanes) as i32 * k as i32),
+                None => (half, self.sum_place(k).1),
+            };
+            let sum = lowering.builder.ins().load(ty, PAIRS, base, offset);
+            let sum = lowering.builder.ins().fadd(sum, value);
+            lowering.builder.ins().store(PAIRS, sum, base, offset);
+        }
+        Ok(made)
+    }
+
+    /// Writes the sums of a row.
+    fn end_sums(&self, lowering: &mut Lowering<'_, '_, '_>, row: Value, sums: &[Value]) {
+        let Some(count) = self.shape.row_sums else { return };
+        let offset = lowering.builder.ins().imul_imm_s(row, 8 * count as i64);
+        let place = lowering.builder.ins().iadd(self.out, offset);
+        for k in 0..count {
+            let halves = match sums.get(k) {
+                Some(sum) => [0, 1].map(|lane| lowering.builder.ins().extractlane(*sum, lane)),
+                None => {
+                    let (slot, offset) = self.sum_place(k);
+                    [0, 8].map(|half| lowering.builder.ins().load(types::F64, PAIRS, slot, offset + half))
+                }
+            };
+            let sum = lowering.builder.ins().fadd(halves[0], halves[1]);
+            lowering.builder.ins().store(TRUSTED, sum, place, 8 * k as i32);
+        }
+    }
+}

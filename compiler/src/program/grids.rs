@@ -1,0 +1,264 @@
+//! Machine code that evaluates parts on grids, made when it is first asked for.
+
+use super::compile::BuildError;
+use super::derivatives::ModelFunctions;
+use super::kernels::OPTIONS;
+use super::on_demand::{Derivative, OnDemand};
+use crate::diff;
+use crate::ir::hash::HashMap;
+use crate::ir::magnitude::is_bounded;
+use crate::ir::stages::{Stages, stages};
+use crate::ir::{Function, FunctionId, Module, Op, Value};
+use crate::jit::{Code, Compiler, GridKernel, GridShape, Kernel, KernelShape, Options, Output};
+use std::sync::{Arc, Mutex, OnceLock};
+
+/// What is computed on a grid.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum OnGrid {
+    Points,
+    Partials,
+    /// The entries of the Jacobian that are not constant.
+    Jacobian,
+    Pullback,
+}
+
+/// What was asked for. Several threads may ask at once; one of them makes it.
+#[derive(Default)]
+pub(super) struct Grids {
+    made: [OnceLock<Result<GridCode, BuildError>>; 4],
+}
+
+/// Kernels over grids.
+pub(super) struct GridCode {
+    pub(super) code: Code,
+    kernels: Vec<GridKernels>,
+    /// Which of them each part has.
+    of_part: Vec<usize>,
+}
+
+/// Kernels of a function of points.
+pub(super) struct GridKernels {
+    /// `(uniforms.., u, v) -> values..` of a column.
+    pub(super) columns: Kernel,
+    pub(super) column_values: usize,
+    /// `(uniforms.., u, v) -> values..` of a row.
+    pub(super) rows: Kernel,
+    pub(super) row_values: usize,
+    pub(super) inner: GridKernel,
+    /// Results of the inner stage.
+    pub(super) results: usize,
+    /// The inner stage, where bounds of its values can be had from its tables.
+    pub(super) bounded: Option<Function>,
+    /// Where the values of columns depend on u alone: the last ones that were computed.
+    pub(super) kept: Option<Kept>,
+    /// Of a pullback.
+    pub(super) adjoints: Option<Adjoints>,
+}
+
+/// Values of columns as the inner stage takes them.
+#[derive(Default)]
+pub(super) struct Columns {
+    pub(super) u: Vec<f64>,
+    pub(super) values: Vec<f64>,
+    /// The largest magnitude of each value.
+    pub(super) largest: Vec<f64>,
+}
+
+/// The last columns: grids stay while parameters change. Whoever comes while another looks computes them itself.
+pub(super) type Kept = Mutex<Arc<Columns>>;
+
+/// What the sums of a pullback's inner stage are, and how they go on.
+pub(super) struct Adjoints {
+    /// The first row sums are the adjoints of these captures.
+    pub(super) captures: Vec<u32>,
+    /// The others are the adjoints of values of the row: of so many; and from these to the adjoints of captures.
+    pub(super) rows: Option<(usize, Kernel)>,
+    /// Likewise the column sums.
+    pub(super) columns: Option<(usize, Kernel)>,
+}
+
+impl GridCode {
+    pub(super) fn of_part(&self, part: usize) -> &GridKernels {
+        &self.kernels[self.of_part[part]]
+    }
+}
+
+impl Grids {
+    pub(super) fn get(
+        &self,
+        functions: &ModelFunctions,
+        derived: &OnDemand,
+        what: OnGrid,
+    ) -> Result<&GridCode, &BuildError> {
+        self.made[what as usize].get_or_init(|| make(functions, derived, what, OPTIONS)).as_ref()
+    }
+}
+
+/// A function of points, and how many uniforms it takes.
+type Whole = (FunctionId, usize);
+
+fn make(
+    functions: &ModelFunctions,
+    derived: &OnDemand,
+    what: OnGrid,
+    options: Options,
+) -> Result<GridCode, BuildError> {
+    let (mut module, wholes, of_part) = wholes(functions, derived, what)?;
+    let mut staged = Vec::new();
+    for (i, (function, uniforms)) in wholes.iter().enumerate() {
+        let stages = stages(&mut module, *function, *uniforms);
+        let adjoints = match what {
+            OnGrid::Pullback => Some(pull_back(&mut module, stages, *uniforms, functions.bodies[i].varied)?),
+            OnGrid::Points | OnGrid::Partials | OnGrid::Jacobian => None,
+        };
+        staged.push((stages, adjoints));
+    }
+    let mut compiler = Compiler::new(&module, options)?;
+    let mut kernels = Vec::new();
+    for ((_, uniforms), (stages, adjoints)) in wholes.into_iter().zip(staged) {
+        kernels.push(compile(&mut compiler, stages, uniforms, adjoints)?);
+    }
+    Ok(GridCode { code: compiler.finish()?, kernels, of_part })
+}
+
+/// The functions that are to be evaluated, and the one of each part.
+fn wholes(
+    functions: &ModelFunctions,
+    derived: &OnDemand,
+    what: OnGrid,
+) -> Result<(Module, Vec<Whole>, Vec<usize>), BuildError> {
+    let by_body = || functions.parts.iter().map(|p| p.body).collect();
+    let (mut module, mut roots, of_part): (Module, Vec<FunctionId>, Vec<usize>) = match what {
+        OnGrid::Points | OnGrid::Pullback => {
+            (functions.module.clone(), functions.bodies.iter().map(|b| b.points).collect(), by_body())
+        }
+        OnGrid::Partials => {
+            let partials = derived.get(functions, Derivative::Partials).map_err(Clone::clone)?;
+            (partials.module.clone(), partials.functions.clone(), by_body())
+        }
+        OnGrid::Jacobian => {
+            let mut module = functions.module.clone();
+            let mut indices: HashMap<FunctionId, usize> = HashMap::default();
+            let (mut roots, mut of_part) = (Vec::new(), Vec::new());
+            for part in &functions.parts {
+                let index = *indices.entry(part.jacobian).or_insert_with(|| {
+                    let varying = varying_entries(module.function(part.jacobian));
+                    roots.push(module.add(varying));
+                    roots.len() - 1
+                });
+                of_part.push(index);
+            }
+            (module, roots, of_part)
+        }
+    };
+    module.drop_unreached(&mut roots);
+    let uniforms = |f: &FunctionId| module.function(*f).params.len() - 2;
+    let wholes = roots.iter().map(|f| (*f, uniforms(f))).collect();
+    Ok((module, wholes, of_part))
+}
+
+/// A Jacobian without its constants.
+fn varying_entries(jacobian: &Function) -> Function {
+    let mut varying = jacobian.clone();
+    let kept = |i: &usize| constant(jacobian, jacobian.results[*i]).is_none();
+    let kept: Vec<usize> = (0..jacobian.results.len()).filter(kept).collect();
+    varying.results = kept.iter().map(|i| jacobian.results[*i]).collect();
+    varying.result_names = kept.iter().map(|i| jacobian.result_names[*i].clone()).collect();
+    varying.drop_unused();
+    varying
+}
+
+/// The value, where it is a real constant.
+pub(super) fn constant(function: &Function, value: Value) -> Option<f64> {
+    if let Op::Real(bits) = function.op(value) { Some(f64::from_bits(*bits)) } else { None }
+}
+
+/// The pullbacks of the stages of a function of points: what is summed, and the functions of that.
+struct Pulled {
+    inner: FunctionId,
+    captures: Vec<u32>,
+    rows: Option<(usize, FunctionId)>,
+    columns: Option<(usize, FunctionId)>,
+}
+
+/// The pullbacks of stages to the first captures.
+fn pull_back(module: &mut Module, stages: Stages, captures: usize, varied: usize) -> Result<Pulled, BuildError> {
+    let depends = |module: &Module, f: FunctionId, first: usize| -> Vec<usize> {
+        let depends = depends_on(module.function(f), varied).into_iter().enumerate();
+        depends.filter(|(_, yes)| *yes).map(|(k, _)| first + k).collect()
+    };
+    let (first_row, first_column) = (captures, captures + stages.row_values);
+    let mut wrt: Vec<usize> = (0..varied).collect();
+    wrt.extend(depends(module, stages.rows, first_row));
+    wrt.extend(depends(module, stages.columns, first_column));
+    let params: Vec<u32> = wrt.iter().map(|p| *p as u32).collect();
+    let inner = diff::pullback(module, stages.inner, &params, false)?;
+    // Adjoints that are always zero are not summed.
+    let mut function = module.function(inner).clone();
+    let kept = |i: &usize| constant(&function, function.results[*i]) != Some(0.0);
+    let kept: Vec<usize> = (0..wrt.len()).filter(kept).collect();
+    function.results = kept.iter().map(|i| function.results[*i]).collect();
+    function.result_names = kept.iter().map(|i| function.result_names[*i].clone()).collect();
+    function.drop_unused();
+    let inner = module.add(function);
+    let within = |range: std::ops::Range<usize>| -> Vec<usize> {
+        let params = kept.iter().map(|i| wrt[*i]).filter(|p| range.contains(p));
+        params.map(|p| p - range.start).collect()
+    };
+    let (of_captures, of_rows) = (within(0..varied), within(first_row..first_column));
+    let of_columns = within(first_column..first_column + stages.column_values);
+    let mut outer = |stage: FunctionId, values: Vec<usize>| -> Result<_, BuildError> {
+        if values.is_empty() {
+            return Ok(None);
+        }
+        let mut function = module.function(stage).clone();
+        function.results = values.iter().map(|k| function.results[*k]).collect();
+        function.result_names = values.iter().map(|k| function.result_names[*k].clone()).collect();
+        function.drop_unused();
+        let function = module.add(function);
+        let wrt: Vec<u32> = (0..varied as u32).collect();
+        Ok(Some((values.len(), diff::pullback(module, function, &wrt, false)?)))
+    };
+    let (rows, columns) = (outer(stages.rows, of_rows)?, outer(stages.columns, of_columns)?);
+    Ok(Pulled { inner, captures: of_captures.into_iter().map(|c| c as u32).collect(), rows, columns })
+}
+
+/// Which results depend on the first parameters.
+fn depends_on(function: &Function, first: usize) -> Vec<bool> {
+    let mut depends: Vec<bool> = Vec::with_capacity(function.nodes.len());
+    for node in &function.nodes {
+        let mut any = matches!(node.op, Op::Param(i) if (i as usize) < first);
+        node.op.visit_operands(|v| any |= depends[v.0 as usize]);
+        depends.push(any);
+    }
+    function.results.iter().map(|r| depends[r.0 as usize]).collect()
+}
+
+fn compile(
+    compiler: &mut Compiler<'_>,
+    stages: Stages,
+    uniforms: usize,
+    pulled: Option<Pulled>,
+) -> Result<GridKernels, BuildError> {
+    let stored = |function| KernelShape { function, uniforms, weights: 0, output: Output::Store };
+    let (columns, rows) = (compiler.kernel(stored(stages.columns))?, compiler.kernel(stored(stages.rows))?);
+    let Stages { row_values, column_values, .. } = stages;
+    let function = pulled.as_ref().map_or(stages.inner, |p| p.inner);
+    let row_sums = pulled.as_ref().map(|p| p.captures.len() + p.rows.map_or(0, |(n, _)| n));
+    let results = compiler.function(function).results.len();
+    let inner = compiler.grid(GridShape { function, uniforms, row_values, column_values, row_sums })?;
+    let stored = pulled.is_none().then(|| compiler.function(function));
+    let bounded = stored.filter(|f| is_bounded(f)).cloned();
+    let fixed = depends_on(compiler.function(stages.columns), uniforms).into_iter().all(|depends| !depends);
+    let kept = fixed.then(Kept::default);
+    let mut outer = |pulled: Option<(usize, FunctionId)>| -> Result<_, BuildError> {
+        let Some((weights, function)) = pulled else { return Ok(None) };
+        let shape = KernelShape { function, uniforms, weights, output: Output::Accumulate };
+        Ok(Some((weights, compiler.kernel(shape)?)))
+    };
+    let adjoints = match pulled {
+        Some(p) => Some(Adjoints { captures: p.captures, rows: outer(p.rows)?, columns: outer(p.columns)? }),
+        None => None,
+    };
+    Ok(GridKernels { columns, column_values, rows, row_values, inner, results, bounded, kept, adjoints })
+}

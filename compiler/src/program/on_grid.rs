@@ -1,0 +1,294 @@
+//! Evaluation on grids: rows of points with the same v, columns with the same u.
+//!
+//! What depends on u or v alone is computed once a column or once a row, and what is left usually two points at once. The
+//! values are those of the evaluation point by point, to the bit; a pullback is a sum in another order.
+
+use super::Instance;
+use super::failure::EvaluationError;
+use super::grids::{Columns, GridCode, GridKernels, OnGrid, constant};
+use super::instance::all_finite;
+use crate::ir::magnitude::stays_finite;
+use crate::jit::{Code, GridTables, Kernel, Points};
+use std::sync::Arc;
+
+/// An entry of a part's Jacobian dS/dx that is not zero whatever the parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JacobianEntry {
+    /// By which of the model's parameters.
+    pub param: u32,
+    /// Of which coordinate.
+    pub coordinate: u8,
+    /// Its value, where it is the same everywhere.
+    pub constant: Option<f64>,
+}
+
+/// Values of rows and columns as the inner kernel takes them.
+struct Tables {
+    rows: Vec<f64>,
+    columns: Arc<Columns>,
+}
+
+impl super::Program {
+    /// The entries of a part's Jacobian, by parameter and then by coordinate. [`Instance::jacobian_grid`] gives those
+    /// that are not constant, in this order.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    #[must_use]
+    pub fn jacobian_entries(&self, patch: usize) -> Vec<JacobianEntry> {
+        let part = &self.functions.parts[patch];
+        let jacobian = self.functions.module.function(part.jacobian);
+        let entry = |(k, value): (usize, &crate::ir::Value)| {
+            let constant = constant(jacobian, *value);
+            let (param, coordinate) = (part.active[k / 3], (k % 3) as u8);
+            (constant != Some(0.0)).then_some(JacobianEntry { param, coordinate, constant })
+        };
+        jacobian.results.iter().enumerate().filter_map(entry).collect()
+    }
+}
+
+/// Every point of a grid, row after row.
+fn every_point(u: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    v.iter().flat_map(|v| u.iter().map(move |u| (*u, *v))).unzip()
+}
+
+impl Instance<'_> {
+    /// Points of a patch at every u for every v, u running fastest: x, y, z each.
+    ///
+    /// # Errors
+    /// As [`Instance::points`].
+    ///
+    /// # Panics
+    /// If there is no such patch or `out` has the wrong length, as in all evaluations.
+    pub fn points_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        if self.stored_on_grid(patch, OnGrid::Points, &self.uniforms[patch], (u, v), out)? {
+            return Ok(());
+        }
+        let (u, v) = every_point(u, v);
+        self.points(patch, &u, &v, out)
+    }
+
+    /// Points with first partials, as [`Instance::partials`], at every u for every v, u running fastest.
+    ///
+    /// # Errors
+    /// As [`Instance::points`].
+    pub fn partials_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        if self.stored_on_grid(patch, OnGrid::Partials, &self.uniforms[patch], (u, v), out)? {
+            return Ok(());
+        }
+        let (u, v) = every_point(u, v);
+        self.partials(patch, &u, &v, out)
+    }
+
+    /// dS/dx at every u for every v, u running fastest: for every point those entries of
+    /// [`jacobian_entries`](super::Program::jacobian_entries) that are not constant.
+    ///
+    /// # Errors
+    /// As [`Instance::points`].
+    pub fn jacobian_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        let uniforms = self.jacobian_uniforms(patch)?;
+        if self.stored_on_grid(patch, OnGrid::Jacobian, &uniforms, (u, v), out)? {
+            return Ok(());
+        }
+        let (u, v) = every_point(u, v);
+        let part = &self.program.functions.parts[patch];
+        let jacobian = self.program.functions.module.function(part.jacobian);
+        let varies: Vec<bool> = jacobian.results.iter().map(|r| constant(jacobian, *r).is_none()).collect();
+        let mut all = vec![0.0; u.len() * varies.len()];
+        self.jacobian(patch, &u, &v, &mut all)?;
+        let kept = all.iter().zip(varies.iter().cycle()).filter(|(_, varies)| **varies);
+        out.iter_mut().zip(kept).for_each(|(out, (value, _))| *out = *value);
+        Ok(())
+    }
+
+    /// Adds sum over the points of (dS/dx)^T w to `gradient`, as [`Instance::pullback`]; `w` has the weights at every u for
+    /// every v, u running fastest.
+    ///
+    /// # Errors
+    /// As [`Instance::points`]; `gradient` is then unchanged.
+    pub fn pullback_grid(
+        &self,
+        patch: usize,
+        u: &[f64],
+        v: &[f64],
+        w: &[[f64; 3]],
+        gradient: &mut [f64],
+    ) -> Result<(), EvaluationError> {
+        assert_eq!(gradient.len(), self.x.len(), "an entry for every parameter");
+        assert_eq!(Some(w.len()), u.len().checked_mul(v.len()), "a weight for every point");
+        if w.is_empty() {
+            return Ok(());
+        }
+        let slopes = self.slopes()?;
+        if let Some(adjoints) = self.adjoints_on_grid(patch, (u, v), w)? {
+            self.add_to_gradient(patch, &adjoints, slopes, gradient);
+            return Ok(());
+        }
+        let (u, v) = every_point(u, v);
+        self.pullback(patch, &u, &v, w, gradient)
+    }
+
+    /// What is made for grids.
+    fn grid_code(&self, what: OnGrid) -> Result<&GridCode, EvaluationError> {
+        let program = self.program;
+        let code = program.grids.get(&program.functions, &program.derived, what);
+        code.map_err(|e| program.too_large("evaluation on grids", e))
+    }
+
+    /// Evaluates on a grid; false where something fails or is not finite: then the evaluation point by point finds out what.
+    fn stored_on_grid(
+        &self,
+        patch: usize,
+        what: OnGrid,
+        uniforms: &[f64],
+        (u, v): (&[f64], &[f64]),
+        out: &mut [f64],
+    ) -> Result<bool, EvaluationError> {
+        let grid = self.grid_code(what)?;
+        let kernels = grid.of_part(patch);
+        let length = u.len().checked_mul(v.len()).and_then(|n| n.checked_mul(kernels.results));
+        assert_eq!(Some(out.len()), length, "length of the output");
+        if out.is_empty() {
+            return Ok(true);
+        }
+        if u.len() == 1 && grid.code.is_wide(kernels.inner) {
+            // Two columns at once, of which one is not wanted.
+            let mut twice = vec![0.0; 2 * out.len()];
+            let done = self.stored_on_grid(patch, what, uniforms, (&[u[0]; 2], v), &mut twice)?;
+            let n = kernels.results;
+            out.chunks_exact_mut(n)
+                .zip(twice.chunks_exact(2 * n))
+                .for_each(|(one, two)| one.copy_from_slice(&two[..n]));
+            return Ok(done);
+        }
+        let Some(Tables { rows, columns }) = self.tables(&grid.code, kernels, uniforms, (u, v)) else {
+            return Ok(false);
+        };
+        let values = &columns.values[..];
+        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns: values, w: &[] };
+        let run = grid.code.run_grid(kernels.inner, uniforms, tables, out, &mut [], self.program.limits);
+        if run.is_err() {
+            return Ok(false);
+        }
+        // Bounds say at once what looking at every value would.
+        let finite = kernels.bounded.as_ref().is_some_and(|inner| {
+            let mut largest: Vec<f64> = uniforms.to_vec();
+            largest.extend(largest_of(&rows, kernels.row_values));
+            largest.extend_from_slice(&columns.largest);
+            stays_finite(inner, &largest)
+        });
+        Ok(finite || all_finite(out))
+    }
+
+    /// Adjoints of a part's captures; nothing where something fails or is not finite.
+    fn adjoints_on_grid(
+        &self,
+        patch: usize,
+        (u, v): (&[f64], &[f64]),
+        w: &[[f64; 3]],
+    ) -> Result<Option<Vec<f64>>, EvaluationError> {
+        let grid = self.grid_code(OnGrid::Pullback)?;
+        let kernels = grid.of_part(patch);
+        let Some(adjoints) = &kernels.adjoints else { return Ok(None) };
+        let wide = grid.code.is_wide(kernels.inner);
+        if wide && u.len() % 2 == 1 {
+            // One more column, of no weight.
+            let n = u.len();
+            let padded: Vec<f64> = u.iter().chain(&u[n - 1..]).copied().collect();
+            let weight = |row: &[[f64; 3]]| row.iter().copied().chain([[0.0; 3]]).collect::<Vec<_>>();
+            let w: Vec<[f64; 3]> = w.chunks_exact(n).flat_map(weight).collect();
+            return self.adjoints_on_grid(patch, (&padded, v), &w);
+        }
+        let (uniforms, limits) = (&self.uniforms[patch], self.program.limits);
+        let Some(Tables { rows, columns }) = self.tables(&grid.code, kernels, uniforms, (u, v)) else {
+            return Ok(None);
+        };
+        let [of_rows, of_columns] = [&adjoints.rows, &adjoints.columns].map(|a| a.as_ref().map_or(0, |(n, _)| *n));
+        let n = adjoints.captures.len() + of_rows;
+        let (mut row_sums, mut column_sums) = (vec![0.0; n * v.len()], vec![0.0; of_columns * u.len()]);
+        let columns = &columns.values[..];
+        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w };
+        let run = grid.code.run_grid(kernels.inner, uniforms, tables, &mut row_sums, &mut column_sums, limits);
+        if run.is_err() {
+            return Ok(None);
+        }
+        let body = self.program.functions.parts[patch].body;
+        let mut sums = vec![0.0; self.program.functions.bodies[body].varied];
+        let mut weights = Vec::with_capacity(of_rows * v.len());
+        for row in row_sums.chunks_exact(n.max(1)) {
+            let (captures, values) = row.split_at(adjoints.captures.len());
+            adjoints.captures.iter().zip(captures).for_each(|(c, sum)| sums[*c as usize] += sum);
+            weights.extend_from_slice(values);
+        }
+        let mut pull = |kernel: Kernel, at: &[f64], w: &[f64]| {
+            grid.code.run(kernel, uniforms, Points { u: at, v: at, w }, &mut sums, limits).is_ok()
+        };
+        let mut done = true;
+        if let Some((_, kernel)) = adjoints.rows {
+            done &= pull(kernel, v, &weights);
+        }
+        if let Some((_, kernel)) = adjoints.columns {
+            if wide {
+                column_sums = unpaired(&column_sums, of_columns);
+            }
+            done &= pull(kernel, u, &column_sums);
+        }
+        Ok((done && sums.iter().all(|a| a.is_finite())).then_some(sums))
+    }
+
+    /// The values of rows and columns; nothing where something fails.
+    fn tables(&self, code: &Code, kernels: &GridKernels, uniforms: &[f64], (u, v): (&[f64], &[f64])) -> Option<Tables> {
+        let table = |kernel: Kernel, values: usize, at: &[f64]| {
+            let mut out = vec![0.0; values * at.len()];
+            let points = Points { u: at, v: at, w: &[] };
+            code.run(kernel, uniforms, points, &mut out, self.program.limits).ok().map(|()| out)
+        };
+        let rows = table(kernels.rows, kernels.row_values, v)?;
+        let last = kernels.kept.as_ref().and_then(|kept| kept.try_lock().ok().map(|last| last.clone()));
+        if let Some(last) = last.filter(|last| last.u == u) {
+            return Some(Tables { rows, columns: last });
+        }
+        let mut values = table(kernels.columns, kernels.column_values, u)?;
+        let largest = largest_of(&values, kernels.column_values);
+        if code.is_wide(kernels.inner) {
+            values = paired(&values, kernels.column_values);
+        }
+        let columns = Arc::new(Columns { u: u.to_vec(), values, largest });
+        if let Some(mut last) = kernels.kept.as_ref().and_then(|kept| kept.try_lock().ok()) {
+            *last = columns.clone();
+        }
+        Some(Tables { rows, columns })
+    }
+}
+
+/// The largest magnitude of each value in a table; NaN counts as larger than all.
+fn largest_of(table: &[f64], values: usize) -> Vec<f64> {
+    // Magnitudes are ordered as their bits are.
+    let mut largest = vec![0u64; values];
+    for group in table.chunks_exact(values.max(1)) {
+        largest.iter_mut().zip(group).for_each(|(most, x)| *most = (*most).max(x.abs().to_bits()));
+    }
+    largest.into_iter().map(f64::from_bits).collect()
+}
+
+/// Values of columns, one column after the other, by pairs of columns: both of each value. The last pair of an odd number is of the last
+/// two.
+fn paired(columns: &[f64], values: usize) -> Vec<f64> {
+    if values == 0 {
+        return Vec::new();
+    }
+    let count = columns.len() / values;
+    let mut pairs = Vec::with_capacity(count.next_multiple_of(2) * values);
+    for first in (0..count).step_by(2) {
+        let first = first.min(count - 2) * values;
+        let (a, b) = (&columns[first..first + values], &columns[first + values..first + 2 * values]);
+        pairs.extend(a.iter().zip(b).flat_map(|(a, b)| [*a, *b]));
+    }
+    pairs
+}
+
+/// The reverse, for an even number of columns.
+fn unpaired(pairs: &[f64], values: usize) -> Vec<f64> {
+    let lane = |pair: &[f64], lane: usize| pair.iter().skip(lane).step_by(2).copied().collect::<Vec<_>>();
+    pairs.chunks_exact(2 * values.max(1)).flat_map(|pair| [lane(pair, 0), lane(pair, 1)].concat()).collect()
+}
