@@ -17,6 +17,7 @@ use gml_runtime::progress::Silent;
 use gml_runtime::scan::{self, ReadOptions, Scan};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::time::Instant;
 
@@ -83,6 +84,7 @@ fn evaluation(program: &Program, scan: &Scan, best: &FitResult) {
 
 fn table(program: &Program, scan: &Scan, best: &FitResult, kind: Kind, starts: std::ops::Range<usize>) {
     let (mut found, mut wall, mut busy, mut count) = (0, Vec::new(), Vec::new(), 0);
+    let mut stages: BTreeMap<String, f64> = BTreeMap::new();
     for start in starts {
         let mut random = ChaCha8Rng::seed_from_u64(start as u64);
         let (scan, options) = match kind {
@@ -94,6 +96,9 @@ fn table(program: &Program, scan: &Scan, best: &FitResult, kind: Kind, starts: s
         busy.push(cpu.elapsed().as_secs_f64());
         wall.push(seconds(&result));
         count += 1;
+        for (stage, t) in &result.seconds {
+            *stages.entry(stage.clone()).or_default() += t;
+        }
         let off = differences(&result, best);
         if off.is_empty() && result.objective < 1.002 * best.objective {
             found += 1;
@@ -106,6 +111,8 @@ fn table(program: &Program, scan: &Scan, best: &FitResult, kind: Kind, starts: s
             );
         }
     }
+    let shares: Vec<String> = stages.iter().map(|(stage, t)| format!("{stage} {:.3}", t / count as f64)).collect();
+    println!("          seconds: {}", shares.join(", "));
     println!(
         "{:9} {found:3} of {count:3}   median {:.2} s   processor {:.2} s   most {:.2} s",
         format!("{kind:?}").to_lowercase(),

@@ -27,7 +27,7 @@ const SETTLED: usize = 20;
 /// Rounds over all groups.
 const ROUNDS: usize = 2;
 /// Points of a group whose mean psi is less than this times that of the others need no other values.
-const SETTLED_BELOW: f64 = 1.3;
+const SETTLED_BELOW: f64 = 1.1;
 const PURSUED: usize = 4;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
@@ -113,7 +113,10 @@ fn retry(
     // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
-    let mut pursued = if is_settled(&objective, &from.estimate, &explained)? {
+    // At a bound a parameter is more often stuck than right.
+    let at_bound = setting.space.at_bound(&from.estimate);
+    let stuck = group.members.iter().any(|k| at_bound[*k]);
+    let mut pursued = if !stuck && is_settled(&objective, &from.estimate, &explained)? {
         vec![from.clone()]
     } else {
         let ranked = local.rank(variants(setting, [start, home], group, from), axis);
@@ -130,7 +133,7 @@ fn retry(
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     if let Some(best) = pursued.first() {
         let alone = local.objective(&setting.space, scale);
-        let same = relabelled(&alone, &best.estimate, &group.members, home);
+        let same = relabelled(&alone, &best.estimate, &group.members, home, setting.radius);
         let signs = group.unsigned(&best.signs);
         let with = |estimate| Candidate { estimate, signs: signs.clone(), ..best.clone() };
         let same: Vec<Candidate> = same.into_iter().map(with).collect();
@@ -138,7 +141,7 @@ fn retry(
         pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
     let least = pursued.first()?.value;
-    let away = |c: &Candidate| setting.space.apart(&c.estimate, home);
+    let away = |c: &Candidate| setting.space.strangeness(&group.members, &c.estimate, home, setting.radius);
     let best =
         pursued.into_iter().take_while(|c| c.value <= least * 1.002).min_by(|a, b| away(a).total_cmp(&away(b)))?;
     let present = objective.evaluate(&from.estimate, Order::Value)?.value;
