@@ -18,6 +18,7 @@ mod progress;
 mod repl;
 mod scan;
 mod script;
+mod search;
 mod table;
 mod values;
 mod variance;
