@@ -11,6 +11,7 @@ mod scripts;
 use cpu_time::ProcessTime;
 use gml_compiler::program::{Compilation, Options, Program, Stage, compile_observed};
 use gml_compiler::source::{NoFiles, SourceFile};
+use gml_runtime::workers::workers;
 use std::time::{Duration, Instant};
 
 /// One compilation, in milliseconds.
@@ -83,6 +84,7 @@ fn measure(name: &str, text: &str) -> f64 {
 
 fn compile(name: &str, text: &str) -> (Program, Times) {
     let script = SourceFile { name: name.to_owned(), text: text.to_owned() };
+    let options = Options { workers: workers(), ..Options::default() };
     let mut times = Times::default();
     let (start, mut last) = (ProcessTime::now(), Instant::now());
     let mut done = |stage: Stage| {
@@ -90,7 +92,7 @@ fn compile(name: &str, text: &str) -> (Program, Times) {
         times.stages[stage as usize] = (now - last).as_secs_f64() * 1e3;
         last = now;
     };
-    let compiled = compile_observed(script, &NoFiles, &Options::default(), &mut done);
+    let compiled = compile_observed(script, &NoFiles, &options, &mut done);
     times.cpu = start.elapsed().as_secs_f64() * 1e3;
     match compiled {
         Ok(Compilation { program, .. }) => (program, times),

@@ -86,8 +86,9 @@ impl<'p> Instance<'p> {
         let part = &functions.parts[patch];
         let uniforms = self.jacobian_uniforms(patch)?;
         let (code, kernel) = kernels.jacobian(patch);
-        let results = 3 * part.active.len();
-        let evaluator = Evaluator { module: &functions.module, function: part.jacobian, code, kernel, results };
+        let results = 3 * part.jacobian.active.len();
+        let evaluator =
+            Evaluator { module: &functions.module, function: part.jacobian.function, code, kernel, results };
         self.batch(patch, &evaluator, &uniforms, (u, v), out)
     }
 
@@ -148,7 +149,7 @@ impl<'p> Instance<'p> {
     /// What a part's Jacobian takes beside u and v.
     pub(super) fn jacobian_uniforms(&self, patch: usize) -> Result<Vec<f64>, EvaluationError> {
         let slopes = self.slopes()?;
-        let own = self.program.functions.parts[patch].jacobian_slopes.iter().map(|k| slopes[*k as usize]);
+        let own = self.program.functions.parts[patch].jacobian.slopes.iter().map(|k| slopes[*k as usize]);
         Ok(self.uniforms[patch].iter().copied().chain(own).collect())
     }
 

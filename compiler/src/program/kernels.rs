@@ -4,6 +4,7 @@ use super::derivatives::ModelFunctions;
 use crate::ir::FunctionId;
 use crate::ir::hash::HashMap;
 use crate::jit::{Code, CodeSet, JitError, Kernel, KernelShape, Limits, Listing, Options, Output, Routine, Stop};
+use crate::workers::Workers;
 
 /// How code is made: tests let Cranelift verify its input.
 pub(super) const OPTIONS: Options = Options { verify: cfg!(test), listings: false, quick: false, narrow: false };
@@ -23,30 +24,35 @@ const SLOPES: usize = 2;
 const REQUIRES: usize = 3;
 
 impl Kernels {
-    pub(super) fn new(functions: &ModelFunctions) -> Result<Kernels, JitError> {
-        Kernels::with_listings(functions, OPTIONS).map(|(kernels, _)| kernels)
+    pub(super) fn new(functions: &ModelFunctions, workers: Workers) -> Result<Kernels, JitError> {
+        Kernels::with_listings(functions, OPTIONS, workers).map(|(kernels, _)| kernels)
     }
 
     /// The texts of everything that is compiled in any case.
     pub(super) fn listings(functions: &ModelFunctions) -> Result<Vec<Listing>, JitError> {
-        Kernels::with_listings(functions, Options { listings: true, ..OPTIONS }).map(|(_, listings)| listings)
+        Kernels::with_listings(functions, Options { listings: true, ..OPTIONS }, Workers::ONE)
+            .map(|(_, listings)| listings)
     }
 
-    fn with_listings(functions: &ModelFunctions, options: Options) -> Result<(Kernels, Vec<Listing>), JitError> {
+    fn with_listings(
+        functions: &ModelFunctions,
+        options: Options,
+        workers: Workers,
+    ) -> Result<(Kernels, Vec<Listing>), JitError> {
         let stored = |function, uniforms| KernelShape { function, uniforms, weights: 0, output: Output::Store };
         let mut shapes: Vec<KernelShape> = functions.bodies.iter().map(|b| stored(b.points, b.captures)).collect();
         let bodies = shapes.len();
         let mut known: HashMap<FunctionId, usize> = HashMap::default();
         let mut jacobian_of = Vec::new();
         for part in &functions.parts {
-            jacobian_of.push(*known.entry(part.jacobian).or_insert_with(|| {
-                shapes.push(stored(part.jacobian, part.captures.len() + part.jacobian_slopes.len()));
+            jacobian_of.push(*known.entry(part.jacobian.function).or_insert_with(|| {
+                shapes.push(stored(part.jacobian.function, part.captures.len() + part.jacobian.slopes.len()));
                 shapes.len() - 1 - bodies
             }));
         }
         let mut routines = vec![functions.bounds, functions.prelude, functions.slopes];
         routines.extend(functions.requires.iter().map(|r| r.function));
-        let (set, listings) = CodeSet::compile(&functions.module, &shapes, &routines, options)?;
+        let (set, listings) = CodeSet::compile(&functions.module, &shapes, &routines, options, workers)?;
         Ok((Kernels { set, bodies, jacobian_of }, listings))
     }
 

@@ -13,6 +13,7 @@ mod derivatives;
 mod failure;
 mod grids;
 mod instance;
+mod jacobians;
 mod kernels;
 mod limits;
 mod on_demand;

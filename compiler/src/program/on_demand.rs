@@ -6,6 +6,7 @@ use super::kernels::OPTIONS;
 use crate::diff;
 use crate::ir::{FunctionId, Module};
 use crate::jit::{CodeSet, JitError, KernelShape, Listing, Options, Output};
+use crate::workers::Workers;
 use std::sync::OnceLock;
 
 /// What can be made of a body. C stands for its captures.
@@ -32,16 +33,20 @@ pub(super) struct Derived {
 }
 
 /// Derivatives that were asked for. Several threads may ask at once; one of them makes it.
-#[derive(Default)]
 pub(super) struct OnDemand {
+    workers: Workers,
     made: [OnceLock<Result<Derived, BuildError>>; 3],
 }
 
 impl OnDemand {
+    pub(super) fn new(workers: Workers) -> OnDemand {
+        OnDemand { workers, made: Default::default() }
+    }
+
     pub(super) fn get(&self, functions: &ModelFunctions, derivative: Derivative) -> Result<&Derived, &BuildError> {
         let make = || {
             let (module, made) = self.differentiate(functions, derivative)?;
-            let (kernels, _) = compile(&module, &made, &functions.bodies, derivative, OPTIONS)?;
+            let (kernels, _) = compile(&module, &made, &functions.bodies, derivative, OPTIONS, self.workers)?;
             Ok(Derived { module, functions: made, kernels })
         };
         self.made[derivative as usize].get_or_init(make).as_ref()
@@ -55,7 +60,7 @@ impl OnDemand {
     ) -> Result<Vec<Listing>, BuildError> {
         let derived = self.get(functions, derivative).map_err(Clone::clone)?;
         let options = Options { listings: true, ..OPTIONS };
-        Ok(compile(&derived.module, &derived.functions, &functions.bodies, derivative, options)?.1)
+        Ok(compile(&derived.module, &derived.functions, &functions.bodies, derivative, options, Workers::ONE)?.1)
     }
 
     fn differentiate(
@@ -94,6 +99,7 @@ fn compile(
     bodies: &[BodyFunction],
     derivative: Derivative,
     options: Options,
+    workers: Workers,
 ) -> Result<(CodeSet, Vec<Listing>), JitError> {
     let (weights, output) = match derivative {
         Derivative::Pullback => (3, Output::Accumulate),
@@ -106,7 +112,7 @@ fn compile(
         output,
     };
     let shapes: Vec<KernelShape> = functions.iter().zip(bodies).map(shape).collect();
-    CodeSet::compile(module, &shapes, &[], options)
+    CodeSet::compile(module, &shapes, &[], options, workers)
 }
 
 /// `(C.., u, v) -> (point, du, dv)`.

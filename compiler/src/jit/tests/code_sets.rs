@@ -1,8 +1,9 @@
-//! Code that several threads make against that of one.
+//! Code that several workers make against that of one.
 
 use super::super::CodeSet;
 use super::*;
 use crate::ir::{Binary, Unary};
+use crate::workers::Workers;
 
 /// `(u, v) -> k sin(k sin(... u)) + v`, of a size that grows with k.
 fn tower(module: &mut Module, k: usize) -> FunctionId {
@@ -17,17 +18,25 @@ fn tower(module: &mut Module, k: usize) -> FunctionId {
     module.add(raw.returns(&[sum]))
 }
 
+/// Each job by a thread of its own.
+fn many(count: usize) -> Workers {
+    let run = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
+        std::thread::scope(|scope| (0..jobs).for_each(|i| _ = scope.spawn(move || job(i))));
+    };
+    Workers { count, run }
+}
+
 fn stored(function: FunctionId) -> KernelShape {
     KernelShape { function, uniforms: 0, weights: 0, output: Output::Store }
 }
 
 #[test]
-fn any_number_of_threads_gives_the_same() {
+fn any_number_of_workers_gives_the_same() {
     let mut module = Module::default();
     let functions: Vec<FunctionId> = (1..=9).map(|k| tower(&mut module, k)).collect();
     let shapes: Vec<KernelShape> = functions.iter().map(|f| stored(*f)).collect();
-    let values = |threads: usize| -> Vec<f64> {
-        let (set, _) = CodeSet::compile_on(threads, &module, &shapes, &functions, OPTIONS).unwrap();
+    let values = |count: usize| -> Vec<f64> {
+        let (set, _) = CodeSet::compile(&module, &shapes, &functions, OPTIONS, many(count)).unwrap();
         let mut values = Vec::new();
         for place in 0..functions.len() {
             let (code, kernel) = set.kernel(place);
@@ -50,15 +59,15 @@ fn any_number_of_threads_gives_the_same() {
 }
 
 #[test]
-fn the_first_error_is_given_whichever_thread_meets_it() {
+fn the_first_error_is_given_whichever_worker_meets_it() {
     let mut module = Module::default();
     let mut shapes: Vec<KernelShape> = (1..=9).map(|k| stored(tower(&mut module, k))).collect();
     for place in [3, 7] {
         module.functions[shapes[place].function.0 as usize].name = format!("wrong{place}");
         shapes[place].uniforms = 5;
     }
-    for threads in 1..6 {
-        let error = CodeSet::compile_on(threads, &module, &shapes, &[], OPTIONS).err();
+    for count in 1..6 {
+        let error = CodeSet::compile(&module, &shapes, &[], OPTIONS, many(count)).err();
         assert_eq!(error, Some(JitError::Shape("wrong3".to_owned())));
     }
 }
