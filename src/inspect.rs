@@ -20,6 +20,9 @@ use gml_runtime::variance::Statistics;
 /// Of the scan in pictures: clay.
 const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
 
+/// Of what of it the model does not explain.
+const UNMATCHED_COLOUR: [u8; 3] = [196, 60, 160];
+
 /// Side of one view in pixels.
 const VIEW_SIZE: usize = 480;
 
@@ -123,7 +126,7 @@ fn document(
         colour_png: &colours,
         colour_range: measured.colour_range,
         pictures: &[(
-            "The scan, the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
+            "The scan (in magenta what the model does not explain), the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
             &views,
         )],
     });
@@ -134,12 +137,13 @@ fn document(
     Ok(())
 }
 
-/// The scan in the first row, the model in the colours of its deviations in the second, both in the third.
+/// The scan in the first row, what of it is left over in a colour of its own, the model in the colours of its deviations in the second, both in the third.
 fn views(scan: &Scan, measured: &Measured, upright: &Motion) -> Picture {
     let colours = DeviationColours::new(&measured.deviations, measured.colour_range);
     let model = Layer { mesh: &measured.tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
     let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
-    let rows: [&[Layer<'_>]; 3] = [&[clay], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
+    let unmatched = Layer { mesh: &measured.unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
+    let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
     let views = [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| view.of_turned(&upright.rotation));
     let pictures: Vec<Picture> = rows
         .iter()

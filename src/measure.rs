@@ -7,19 +7,23 @@ use crate::{table, values};
 use gml_compiler::program::Program;
 use gml_runtime::bvh::Bvh;
 use gml_runtime::export::picture::{self, Picture};
-use gml_runtime::export::{atomic, json, raster};
+use gml_runtime::export::{atomic, json, ply, raster};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Tessellation, Texels};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
 use gml_runtime::variance::{
-    self, Deviations, Device, DistanceTexture, Facing, PartStatistics, Statistics, Tolerance, VarianceReport,
+    self, Deviations, Device, DistanceTexture, Facing, PartStatistics, Statistics, Tolerance, Unmatched,
+    UnmatchedSummary, VarianceReport,
 };
 use std::path::Path;
 use std::time::Instant;
 
 /// Edges that fit into the model's size: documents displace the vertices, so that detail needs them close together.
 const EDGES_ACROSS: f64 = 150.0;
+
+/// What of the scan the model does not explain.
+const UNMATCHED: &str = "unmatched.ply";
 
 /// A surface to measure from, in the scan's position.
 #[derive(Debug)]
@@ -45,6 +49,8 @@ pub(crate) struct Measured {
     pub(crate) report: VarianceReport,
     /// Where colour scales end. Millimetres.
     pub(crate) colour_range: f64,
+    /// What of the scan the model does not explain.
+    pub(crate) unmatched: TriangleMesh,
 }
 
 impl Surface {
@@ -168,10 +174,23 @@ pub(crate) fn measure(
             flipped.join(", ")
         ));
     }
+    progress.report("looking for what the model does not explain", f64::NAN, "");
+    let started = Instant::now();
+    let unmatched = Unmatched::new(&scan.mesh, &tessellation.mesh, max_distance, scan.oriented);
+    let unmatched = unmatched.map_err(|e| CommandError::Failed(format!("the model's surface: {e}")))?;
+    report.unmatched = Some(unmatched.summary);
+    report.seconds.unmatched = started.elapsed().as_secs_f64();
     progress.report("coding texture", f64::NAN, "");
     let texture = DistanceTexture::new(&trace.deviations);
     let colour_range = picture::scale_end(&report.overall, max_distance);
-    Ok(Measured { tessellation, deviations: trace.deviations, texture, report, colour_range })
+    Ok(Measured {
+        tessellation,
+        deviations: trace.deviations,
+        texture,
+        report,
+        colour_range,
+        unmatched: unmatched.mesh,
+    })
 }
 
 /// Diagonal of the box around a mesh.
@@ -184,7 +203,7 @@ fn diagonal(mesh: &TriangleMesh) -> f64 {
     (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Writes the coded texture, the lossless distances, the colours and the statistics.
+/// Writes the coded texture, the lossless distances, the colours, what of the scan is left over, and the statistics.
 pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandError> {
     make_folder(folder)?;
     let texture = &measured.texture;
@@ -197,6 +216,7 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandErr
     for (name, bytes) in [("distance.png", &coded), ("distance.tif", &tiff), ("colours.png", &colours)] {
         atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
     }
+    ply::write(&folder.join(UNMATCHED), &measured.unmatched, &[]).map_err(CommandError::failed)?;
     json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)
 }
 
@@ -240,8 +260,33 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         report.sign_convention,
         report.device
     ));
+    if let Some(unmatched) = &report.unmatched {
+        out.push_str(&left_over(unmatched));
+    }
     for w in &report.warnings {
         out.push_str(&format!("warning: {w}\n"));
+    }
+    out
+}
+
+/// How many pieces are named in the summary.
+const NAMED: usize = 3;
+
+/// A sentence about what of the scan the model does not explain, and a line for each of the largest pieces.
+fn left_over(unmatched: &UnmatchedSummary) -> String {
+    if unmatched.triangles == 0 {
+        return "the model explains all of the scan\n".to_owned();
+    }
+    let (s, rest) = if unmatched.pieces == 1 { ("", "") } else { ("s", "; the largest:") };
+    let mut out = format!(
+        "not explained by the model: {} mm2 of the scan ({:.2} %) in {} piece{s}, in {UNMATCHED}{rest}\n",
+        table::number(unmatched.area),
+        100.0 * unmatched.share,
+        unmatched.pieces,
+    );
+    for piece in unmatched.largest.iter().take(NAMED) {
+        let [x, y, z] = piece.center.map(table::number);
+        out.push_str(&format!("  {} mm2 around ({x}, {y}, {z})\n", table::number(piece.area)));
     }
     out
 }

@@ -1,7 +1,7 @@
 //! Distances from every texel of the model's surface to the scan; statistics.
 //!
 //! [`trace`] casts the rays, natively or by a compute shader, and gives [`Deviations`]; [`DistanceTexture`] codes them
-//! as the paper does; [`VarianceReport`] has the statistics.
+//! as the paper does; [`VarianceReport`] has the statistics; [`Unmatched`] is what of the scan no texel can meet.
 
 mod deviations;
 mod moments;
@@ -14,6 +14,7 @@ mod tolerance;
 mod trace;
 mod trace_cpu;
 mod trace_gpu;
+mod unmatched;
 
 pub use deviations::Deviations;
 pub use moments::{Moments, Percentiles, SignedMoments};
@@ -24,3 +25,4 @@ pub use texture::{DistanceTexture, signed_distances};
 pub use tolerance::{Conformance, Tolerance};
 pub use trace::{Device, Facing, Trace, TraceError, trace};
 pub use trace_gpu::GpuError;
+pub use unmatched::{Piece, Unmatched, UnmatchedSummary};

@@ -1,7 +1,7 @@
 //! The result of a variance analysis as it is written to variance.json.
 
 use super::statistics::{Samples, Sorted};
-use super::{Deviations, Statistics, Tolerance};
+use super::{Deviations, Statistics, Tolerance, UnmatchedSummary};
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -32,6 +32,9 @@ pub struct VarianceReport {
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
     pub groups: Vec<PartStatistics>,
+    /// What of the scan the model does not explain, where it was looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmatched: Option<UnmatchedSummary>,
     /// How long it took.
     pub seconds: VarianceSeconds,
     /// Sentences for the user.
@@ -59,6 +62,9 @@ pub struct VarianceSeconds {
     pub trace: f64,
     /// Statistics.
     pub statistics: f64,
+    /// What of the scan the model does not explain.
+    #[serde(default)]
+    pub unmatched: f64,
 }
 
 impl VarianceReport {
@@ -108,6 +114,7 @@ impl VarianceReport {
             overall,
             parts,
             groups,
+            unmatched: None,
             seconds: VarianceSeconds::default(),
             warnings: Vec::new(),
         }
