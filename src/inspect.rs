@@ -4,7 +4,7 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::measure::{self, Measured, Surface};
 use crate::progress::TerminalProgress;
-use crate::{fit, mesh, script, table};
+use crate::{deviations, fit, mesh, script, table};
 use gml_compiler::program::Program;
 use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
@@ -63,9 +63,9 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
     progress.finish();
     documented?;
 
-    print!("{}\n{}", fit::summary(&fitted), measure::summary(&measured.report));
+    print!("{}\n{}", fit::summary(&fitted), deviations::summary(&measured.report));
     println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
-    measure::judge(&measured.report)
+    deviations::judge(&measured.report)
 }
 
 /// The motion from the script's own position (its defaults, where up is up) to where the scan lies, whether the pose is

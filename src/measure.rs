@@ -3,27 +3,24 @@
 use crate::cli::{DeviceArg, VarianceControls};
 use crate::error::CommandError;
 use crate::mesh::make_folder;
-use crate::{table, values};
+use crate::values;
 use gml_compiler::program::Program;
 use gml_runtime::bvh::Bvh;
 use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::{atomic, json, ply, raster};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Tessellation, Texels};
+use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
-use gml_runtime::variance::{
-    self, Deviations, Device, DistanceTexture, Facing, PartStatistics, Statistics, Tolerance, Unmatched,
-    UnmatchedSummary, VarianceReport,
-};
+use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Facing, Tolerance, Unmatched, VarianceReport};
 use std::path::Path;
 use std::time::Instant;
 
 /// Edges that fit into the model's size: documents displace the vertices, so that detail needs them close together.
 const EDGES_ACROSS: f64 = 150.0;
 
-/// What of the scan the model does not explain.
-const UNMATCHED: &str = "unmatched.ply";
+/// The file of what of the scan the model does not explain.
+pub(crate) const UNMATCHED: &str = "unmatched.ply";
 
 /// A surface to measure from, in the scan's position.
 #[derive(Debug)]
@@ -32,6 +29,8 @@ pub(crate) struct Surface {
     pub(crate) tessellation: Tessellation,
     /// Origins of the rays.
     pub(crate) texels: Texels,
+    /// How it moves where parameters change; none for a mesh.
+    pub(crate) sensitivities: Option<Sensitivities>,
     /// Sentences for the user.
     pub(crate) notices: Vec<String>,
 }
@@ -70,14 +69,16 @@ impl Surface {
         let mut tessellation = tessellate(Fineness { edge, ..Fineness::default() })?.with_atlas(&atlas);
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
-        Ok(Surface { tessellation, texels, notices: Vec::new() })
+        let sensitivities =
+            Sensitivities::new(program, &*instance, &atlas, &texels, motion).map_err(CommandError::failed)?;
+        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), notices: Vec::new() })
     }
 
     /// The surface of a mesh from elsewhere.
     pub(crate) fn of_mesh(mesh: &TriangleMesh, size: u32) -> Result<Surface, CommandError> {
         let ReferenceSurface { tessellation, texels, notices } =
             ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
-        Ok(Surface { tessellation, texels, notices })
+        Ok(Surface { tessellation, texels, sensitivities: None, notices })
     }
 }
 
@@ -111,23 +112,6 @@ pub(crate) fn tolerance(controls: &VarianceControls) -> Result<Option<Tolerance>
     Ok(ends.map(|(lower, upper)| Tolerance { lower, upper }))
 }
 
-/// An error where deviations exceed the tolerance: which part, on how much of its measured area, and how far.
-pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
-    let line = |part: &PartStatistics| {
-        let conformance = part.statistics.tolerance.filter(|c| !c.within)?;
-        let extremes = &part.statistics.per_texel.signed;
-        let Tolerance { lower, upper } = conformance.tolerance;
-        let [least, greatest, lower, upper] = [extremes.min, extremes.max, lower, upper].map(table::number);
-        Some(format!(
-            "{}: {:.2} % of its measured area; {least} to {greatest} mm, where {lower} to {upper} mm are allowed",
-            part.name,
-            100.0 * (1.0 - conformance.share)
-        ))
-    };
-    let lines: Vec<String> = report.parts.iter().filter_map(line).collect();
-    if lines.is_empty() { Ok(()) } else { Err(CommandError::OutOfTolerance(lines)) }
-}
-
 /// Casts the rays and draws the statistics from them. Without a distance, the scan is looked for within a tenth of the
 /// model's size.
 pub(crate) fn measure(
@@ -137,7 +121,7 @@ pub(crate) fn measure(
     controls: &VarianceControls,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
-    let Surface { mut tessellation, mut texels, notices } = surface;
+    let Surface { mut tessellation, mut texels, sensitivities, notices } = surface;
     let max_distance = max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
@@ -163,6 +147,10 @@ pub(crate) fn measure(
     let started = Instant::now();
     let tolerance = tolerance(controls)?;
     let mut report = VarianceReport::with_tolerance(&trace.deviations, &scan.source, &trace.device, tolerance);
+    if let Some(sensitivities) = &sensitivities {
+        let explained = variance::explain(&trace.deviations, sensitivities);
+        report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
+    }
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
@@ -224,69 +212,4 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandErr
 pub(crate) fn png(picture: &Picture) -> Result<Vec<u8>, CommandError> {
     let rgb = picture.pixels.as_flattened();
     raster::png_rgb(picture.width as u32, picture.height as u32, rgb, &[]).map_err(CommandError::failed)
-}
-
-/// The table that people read.
-pub(crate) fn summary(report: &VarianceReport) -> String {
-    let row = |name: &str, s: &Statistics| {
-        let m = &s.weighted;
-        vec![
-            name.to_owned(),
-            table::number(s.area),
-            format!("{:.1} %", s.coverage * 100.0),
-            table::number(m.mean),
-            table::number(m.sd),
-            table::number(m.signed.mean),
-            table::number(m.rms),
-            table::number(m.percentiles.p95),
-            table::number(m.max),
-        ]
-        .into_iter()
-        .chain(s.tolerance.map(|c| format!("{:.2} %", 100.0 * c.share)))
-        .collect()
-    };
-    let mut rows = vec![row("all", &report.overall)];
-    rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
-    let headings = ["part", "area mm2", "coverage", "mean", "sd", "signed mean", "rms", "95 %", "max"];
-    let headings = if report.overall.tolerance.is_some() {
-        [&headings[..], &["in tolerance"]].concat()
-    } else {
-        headings.to_vec()
-    };
-    let mut out = table::render(&headings, &rows);
-    out.push_str(&format!(
-        "distances in mm, at most {}; {}; cast by {}\n",
-        table::number(report.max_distance),
-        report.sign_convention,
-        report.device
-    ));
-    if let Some(unmatched) = &report.unmatched {
-        out.push_str(&left_over(unmatched));
-    }
-    for w in &report.warnings {
-        out.push_str(&format!("warning: {w}\n"));
-    }
-    out
-}
-
-/// How many pieces are named in the summary.
-const NAMED: usize = 3;
-
-/// A sentence about what of the scan the model does not explain, and a line for each of the largest pieces.
-fn left_over(unmatched: &UnmatchedSummary) -> String {
-    if unmatched.triangles == 0 {
-        return "the model explains all of the scan\n".to_owned();
-    }
-    let (s, rest) = if unmatched.pieces == 1 { ("", "") } else { ("s", "; the largest:") };
-    let mut out = format!(
-        "not explained by the model: {} mm2 of the scan ({:.2} %) in {} piece{s}, in {UNMATCHED}{rest}\n",
-        table::number(unmatched.area),
-        100.0 * unmatched.share,
-        unmatched.pieces,
-    );
-    for piece in unmatched.largest.iter().take(NAMED) {
-        let [x, y, z] = piece.center.map(table::number);
-        out.push_str(&format!("  {} mm2 around ({x}, {y}, {z})\n", table::number(piece.area)));
-    }
-    out
 }

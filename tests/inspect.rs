@@ -149,3 +149,24 @@ fn what_the_model_lacks_is_listed() {
     let header = String::from_utf8_lossy(&ply[..ply.len().min(400)]).into_owned();
     assert!(header.contains(&format!("element face {}", unmatched["triangles"])), "{header}");
 }
+
+/// Deviations of a can that is too large by 0.4 mm.
+#[test]
+fn a_wrong_radius_is_named() {
+    let folder = tempdir().expect("a folder");
+    let text = "use std.surface (cylinder)\nmodel can { param r: length = 20mm; param h: length = 50mm; part side = cylinder(r, h) }\n";
+    std::fs::write(folder.path().join("can.gml"), text).expect("written");
+    gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.4mm", "-o", "real.ply"]);
+    let out = gmlc(
+        folder.path(),
+        &["variance", "can.gml", "real.ply", "-o", "out", "--device", "cpu", "--resolution", "128"],
+    );
+    let explained = &json(&folder.path().join("out/variance.json"))["parts"][0]["explained"];
+    let first = &explained["parameters"][0];
+    assert_eq!(first["name"], "r", "{explained}");
+    // The mesh's facets lie within the cylinder by a hundredth of a millimetre.
+    assert!((first["change"].as_f64().expect("a number") - 0.4).abs() < 0.02, "{explained}");
+    assert!(first["share"].as_f64().expect("a number") > 0.99, "{explained}");
+    assert!(explained["form"].as_f64().expect("a number") < 0.02, "{explained}");
+    assert!(out.contains("r +0.3") || out.contains("r +0.4"), "{out}");
+}

@@ -4,6 +4,7 @@
 //! as the paper does; [`VarianceReport`] has the statistics; [`Unmatched`] is what of the scan no texel can meet.
 
 mod deviations;
+mod explained;
 mod moments;
 mod ordered;
 mod orientation;
@@ -17,6 +18,7 @@ mod trace_gpu;
 mod unmatched;
 
 pub use deviations::Deviations;
+pub use explained::{Explanation, ParameterEffect, explain};
 pub use moments::{Moments, Percentiles, SignedMoments};
 pub use orientation::agree_with_scan;
 pub use report::{PartStatistics, SIGN_CONVENTION, VarianceReport, VarianceSeconds};

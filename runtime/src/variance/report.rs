@@ -1,7 +1,7 @@
 //! The result of a variance analysis as it is written to variance.json.
 
 use super::statistics::{Samples, Sorted};
-use super::{Deviations, Statistics, Tolerance, UnmatchedSummary};
+use super::{Deviations, Explanation, Statistics, Tolerance, UnmatchedSummary};
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -49,6 +49,9 @@ pub struct PartStatistics {
     /// Its statistics; their fields stand beside the name in JSON.
     #[serde(flatten)]
     pub statistics: Statistics,
+    /// How its deviations follow from its parameters, where the surface has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explained: Option<Explanation>,
 }
 
 /// How long the stages took.
@@ -95,6 +98,7 @@ impl VarianceReport {
         let named = |(name, samples): (String, Samples)| PartStatistics {
             name,
             statistics: Statistics::of_samples(&samples, range, tolerance),
+            explained: None,
         };
         let of = |class: &[Option<usize>], names: Vec<String>| -> Vec<PartStatistics> {
             let samples = sorted.by_class(class, names.len());

@@ -126,6 +126,7 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
     }
     out.push_str("</tbody></table></div>\n");
     conformance(variance, &mut out);
+    explained(variance, &mut out);
     if let Some(unmatched) = &variance.unmatched {
         left_over(unmatched, &mut out);
     }
@@ -155,6 +156,42 @@ fn conformance(variance: &VarianceReport, out: &mut String) {
             number(c.area_below),
             number(c.area_above),
         );
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// What changes of parameters would explain.
+fn explained(variance: &VarianceReport, out: &mut String) {
+    let known: Vec<_> = variance.parts.iter().filter_map(|p| Some((&p.name, p.explained.as_ref()?))).collect();
+    if known.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h3>Explained deviations</h3>\n<p class=\"convention\">The share of each part's mean square deviation that vanishes if its \
+         parameters change, or if it moves as a whole; what remains of both is its form. Changes are those of one parameter alone.</p>\n\
+         <div class=\"scroll\"><table>\n<thead><tr><th>Part</th><th>RMS, mm</th><th>Parameters</th><th>Position</th><th>Form, mm</th>\
+         <th colspan=\"6\">Parameters with the largest shares</th></tr></thead>\n<tbody>\n",
+    );
+    for (name, e) in known {
+        let (all, position) = (100.0 * e.all_parameters, 100.0 * e.position);
+        let (rms, form) = (number(e.rms), number(e.form));
+        let _ = write!(
+            out,
+            "<tr><td>{}</td><td>{rms}</td><td>{all:.1} %</td><td>{position:.1} %</td><td>{form}</td>",
+            escape(name)
+        );
+        for p in e.parameters.iter().take(3) {
+            let (change, unit) =
+                if p.unit == "rad" { (p.change.to_degrees(), "&deg;") } else { (p.change, p.unit.as_str()) };
+            let change = if change > 0.0 { format!("+{}", number(change)) } else { number(change) };
+            let _ = write!(
+                out,
+                "<td class=\"text\">{} {change} {unit}</td><td>{:.1} %</td>",
+                escape(&p.name),
+                100.0 * p.share
+            );
+        }
+        out.push_str("</tr>\n");
     }
     out.push_str("</tbody></table></div>\n");
 }
