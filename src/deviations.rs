@@ -7,6 +7,7 @@ use gml_runtime::variance::{PartStatistics, Statistics, Tolerance, UnmatchedSumm
 
 /// The table that people read.
 pub(crate) fn summary(report: &VarianceReport) -> String {
+    let toleranced = report.overall.tolerance.is_some();
     let row = |name: &str, s: &Statistics| {
         let m = &s.weighted;
         vec![
@@ -21,17 +22,13 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
             table::number(m.max),
         ]
         .into_iter()
-        .chain(s.tolerance.map(|c| format!("{:.2} %", 100.0 * c.share)))
+        .chain(toleranced.then(|| s.tolerance.map_or("-".to_owned(), |c| format!("{:.2} %", 100.0 * c.share))))
         .collect()
     };
     let mut rows = vec![row("all", &report.overall)];
     rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
     let headings = ["part", "area mm2", "coverage", "mean", "sd", "signed mean", "rms", "95 %", "max"];
-    let headings = if report.overall.tolerance.is_some() {
-        [&headings[..], &["in tolerance"]].concat()
-    } else {
-        headings.to_vec()
-    };
+    let headings = if toleranced { [&headings[..], &["in tolerance"]].concat() } else { headings.to_vec() };
     let mut out = table::render(&headings, &rows);
     out.push_str(&format!(
         "distances in mm, at most {}; {}; cast by {}\n",
@@ -110,7 +107,7 @@ pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
     let line = |part: &PartStatistics| {
         let conformance = part.statistics.tolerance.filter(|c| !c.within)?;
         let extremes = &part.statistics.per_texel.signed;
-        let Tolerance { lower, upper } = conformance.tolerance;
+        let Tolerance { lower, upper } = conformance.tolerance?;
         let [least, greatest, lower, upper] = [extremes.min, extremes.max, lower, upper].map(table::number);
         Some(format!(
             "{}: {:.2} % of its measured area; {least} to {greatest} mm, where {lower} to {upper} mm are allowed",

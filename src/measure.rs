@@ -31,6 +31,8 @@ pub(crate) struct Surface {
     pub(crate) texels: Texels,
     /// How it moves where parameters change; none for a mesh.
     pub(crate) sensitivities: Option<Sensitivities>,
+    /// Of each part, where the script gives one.
+    pub(crate) tolerances: Vec<Option<Tolerance>>,
     /// Sentences for the user.
     pub(crate) notices: Vec<String>,
 }
@@ -71,14 +73,17 @@ impl Surface {
         motion.move_tessellation(&mut tessellation);
         let sensitivities =
             Sensitivities::new(program, &*instance, &atlas, &texels, motion).map_err(CommandError::failed)?;
-        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), notices: Vec::new() })
+        let own = program.tolerances(x).map_err(CommandError::failed)?;
+        let tolerances = own.iter().map(|t| t.map(|t| Tolerance { lower: -t, upper: t })).collect();
+        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), tolerances, notices: Vec::new() })
     }
 
     /// The surface of a mesh from elsewhere.
     pub(crate) fn of_mesh(mesh: &TriangleMesh, size: u32) -> Result<Surface, CommandError> {
         let ReferenceSurface { tessellation, texels, notices } =
             ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
-        Ok(Surface { tessellation, texels, sensitivities: None, notices })
+        let tolerances = vec![None; texels.part_names.len()];
+        Ok(Surface { tessellation, texels, sensitivities: None, tolerances, notices })
     }
 }
 
@@ -121,7 +126,7 @@ pub(crate) fn measure(
     controls: &VarianceControls,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
-    let Surface { mut tessellation, mut texels, sensitivities, notices } = surface;
+    let Surface { mut tessellation, mut texels, sensitivities, tolerances, notices } = surface;
     let max_distance = max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
@@ -146,7 +151,8 @@ pub(crate) fn measure(
     let cast = started.elapsed().as_secs_f64();
     let started = Instant::now();
     let tolerance = tolerance(controls)?;
-    let mut report = VarianceReport::with_tolerance(&trace.deviations, &scan.source, &trace.device, tolerance);
+    let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|own| own.or(tolerance)).collect();
+    let mut report = VarianceReport::with_tolerances(&trace.deviations, &scan.source, &trace.device, &tolerances);
     if let Some(sensitivities) = &sensitivities {
         let explained = variance::explain(&trace.deviations, sensitivities);
         report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);

@@ -3,7 +3,7 @@
 mod support;
 
 use std::path::Path;
-use support::{example, gmlc, json, parameter, test_data};
+use support::{example, fails, gmlc, json, parameter, test_data};
 use tempfile::tempdir;
 
 /// Every document that inspect writes.
@@ -169,4 +169,26 @@ fn a_wrong_radius_is_named() {
     assert!(first["share"].as_f64().expect("a number") > 0.99, "{explained}");
     assert!(explained["form"].as_f64().expect("a number") < 0.02, "{explained}");
     assert!(out.contains("r +0.3") || out.contains("r +0.4"), "{out}");
+}
+
+/// Parts have tolerances of their own; `--tolerance` is for the others.
+#[test]
+fn parts_have_tolerances() {
+    let folder = tempdir().expect("a folder");
+    let text = "use std.surface (cylinder, disc)\nuse std.frame (translate)\nmodel can {\n  param r: length = 20mm\n\
+                part side tolerance r / 100 = cylinder(r, 50mm)\n  part top = disc(r).translate((0mm, 0mm, 50mm))\n}\n";
+    std::fs::write(folder.path().join("can.gml"), text).expect("written");
+    gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.15mm", "-o", "near.ply"]);
+    gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.4mm", "-o", "far.ply"]);
+    let measure = ["-o", "out", "--device", "cpu", "--resolution", "128", "--tolerance", "0.01mm"];
+    gmlc(folder.path(), &[&["variance", "can.gml", "near.ply"], &measure[..]].concat());
+    let error = fails(folder.path(), &[&["variance", "can.gml", "far.ply"], &measure[..]].concat(), 3);
+    assert!(error.contains("side: 100.00 % of its measured area") && !error.contains("top"), "{error}");
+    let report = json(&folder.path().join("out/variance.json"));
+    assert_eq!(report["parts"][0]["tolerance"]["upper"], 0.2);
+    assert_eq!(report["parts"][1]["tolerance"]["upper"], 0.01);
+    assert_eq!(
+        (&report["tolerance"]["upper"], &report["tolerance"]["within"]),
+        (&serde_json::Value::Null, &false.into())
+    );
 }

@@ -1,7 +1,7 @@
 //! The result of a variance analysis as it is written to variance.json.
 
 use super::statistics::{Samples, Sorted};
-use super::{Deviations, Explanation, Statistics, Tolerance, UnmatchedSummary};
+use super::{Conformance, Deviations, Explanation, Statistics, Tolerance, UnmatchedSummary};
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -75,39 +75,47 @@ impl VarianceReport {
     /// `seconds` by whoever measures it.
     #[must_use]
     pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str) -> Self {
-        Self::with_tolerance(deviations, scan, device, None)
+        Self::with_tolerances(deviations, scan, device, &[])
     }
 
-    /// As [`new`](Self::new), and says of all, of every part and of every group how it stands to a tolerance.
+    /// As [`new`](Self::new), and says of every part that has a tolerance, by the parts' order, how it stands to it; and of
+    /// all these and of those of every group together.
     #[must_use]
-    pub fn with_tolerance(
+    pub fn with_tolerances(
         deviations: &Deviations,
         scan: &ScanSource,
         device: &str,
-        tolerance: Option<Tolerance>,
+        tolerances: &[Option<Tolerance>],
     ) -> Self {
         let names = &deviations.texels.part_names;
         let sorted = Sorted::of(deviations);
         let range = deviations.max_distance;
-        let groups = groups(names);
+        let members = groups(names);
         let every: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
         let mut grouped = vec![None; names.len()];
-        for (g, (_, members)) in groups.iter().enumerate() {
+        for (g, (_, members)) in members.iter().enumerate() {
             members.iter().for_each(|&part| grouped[part] = Some(g));
         }
-        let named = |(name, samples): (String, Samples)| PartStatistics {
-            name,
-            statistics: Statistics::of_samples(&samples, range, tolerance),
-            explained: None,
-        };
-        let of = |class: &[Option<usize>], names: Vec<String>| -> Vec<PartStatistics> {
+        let of = |class: &[Option<usize>], names: Vec<&String>, tolerances: &[Option<Tolerance>]| {
             let samples = sorted.by_class(class, names.len());
-            names.into_par_iter().zip(samples).map(named).collect()
+            let named = |(k, (name, samples)): (usize, (&String, Samples))| {
+                let tolerance = tolerances.get(k).copied().flatten();
+                let statistics = Statistics::of_samples(&samples, range, tolerance);
+                PartStatistics { name: name.clone(), statistics, explained: None }
+            };
+            let pairs: Vec<_> = names.into_iter().zip(samples).enumerate().collect();
+            pairs.into_par_iter().map(named).collect::<Vec<PartStatistics>>()
         };
-        let (overall, (parts, groups)) = rayon::join(
-            || Statistics::of_samples(&sorted.all(), range, tolerance),
-            || (of(&every, names.clone()), of(&grouped, groups.into_iter().map(|(name, _)| name).collect())),
+        let group_names = members.iter().map(|(name, _)| name).collect();
+        let (mut overall, (parts, mut groups)) = rayon::join(
+            || Statistics::of_samples(&sorted.all(), range, None),
+            || (of(&every, names.iter().collect(), tolerances), of(&grouped, group_names, &[])),
         );
+        let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
+        overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
+        for (group, (_, members)) in groups.iter_mut().zip(&members) {
+            group.statistics.tolerance = Conformance::together(members.iter().copied().filter_map(conformance));
+        }
         Self {
             sign_convention: SIGN_CONVENTION.to_owned(),
             unit: "mm".to_owned(),
