@@ -14,6 +14,8 @@ use std::collections::BTreeMap;
 const MOST: usize = 1000;
 /// The best so many are fitted again, from the shapes of one another: a fit that went astray does not decide.
 const FINALISTS: usize = 3;
+/// That is left out where the winner has the margin and explains this fraction of the points.
+const CONVINCING: f64 = 0.95;
 /// Differences of BIC (Kass and Raftery 1995): below the first hardly worth a mention, beyond the second strong.
 const MARGINS: (f64, f64) = (2.0, 10.0);
 
@@ -61,9 +63,12 @@ pub(crate) fn run(
         let why = failed.into_iter().next().and_then(|f| f.failed).unwrap_or_default();
         return Err(CommandError::Failed(format!("--search: none of the values could be fitted: {why}")));
     }
-    rank(&mut fitted, scan)?;
-    finals(&mut fitted, args, controls, scan, progress)?;
-    let search = rank(&mut fitted, scan)?;
+    let mut search = rank(&mut fitted, scan)?;
+    let convincing = fitted[0].fit.inliers > CONVINCING && search.margin.is_some_and(|m| m > MARGINS.1);
+    if !convincing {
+        finals(&mut fitted, args, controls, scan, progress)?;
+        search = rank(&mut fitted, scan)?;
+    }
     let best = fitted.swap_remove(0);
     let search = Search { candidates: search.candidates.into_iter().chain(failed).collect(), ..search };
     Ok(Winner { program: best.program, fit: FitResult { search: Some(search), ..best.fit } })

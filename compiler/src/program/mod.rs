@@ -13,6 +13,7 @@ mod derivatives;
 mod failure;
 mod grids;
 mod instance;
+mod jacobians;
 mod kernels;
 mod limits;
 mod on_demand;
@@ -22,6 +23,7 @@ mod probe;
 #[cfg(test)]
 mod tests;
 mod text;
+mod tolerances;
 
 pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed};
 pub use failure::EvaluationError;
@@ -105,7 +107,7 @@ impl Program {
     #[must_use]
     pub fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         assert_eq!(x.len(), self.parameters.len(), "a value for every parameter");
-        let Ok(flat) = self.kernels.code.call_reals(self.kernels.bounds, x, self.limits) else {
+        let Ok(flat) = self.kernels.bounds(x, self.limits) else {
             return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()];
         };
         let lower = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
