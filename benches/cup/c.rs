@@ -1,4 +1,4 @@
-//! The cup in C, compiled and loaded.
+//! The peers in C, compiled and loaded.
 
 use libloading::Library;
 use std::path::{Path, PathBuf};
@@ -16,11 +16,12 @@ type PullbackFunction = unsafe extern "C" fn(
     gradient: *mut f64,
 );
 
-/// The functions of benches/peers/cup.c.
-pub(crate) struct Cup {
+/// The functions of benches/peers/cup.c and waves.c.
+pub(crate) struct Peers {
     points: PointsFunction,
     jacobian: PointsFunction,
     pullback: PullbackFunction,
+    waves: PointsFunction,
     /// Keeps the code of the functions.
     _library: Library,
     /// How it was compiled.
@@ -30,23 +31,25 @@ pub(crate) struct Cup {
 /// Columns for which the C version has room.
 const MAX_COLUMNS: usize = 4096;
 
-impl Cup {
+impl Peers {
     /// Compiles it with the system's C compiler.
-    pub(crate) fn new() -> Result<Cup, Box<dyn std::error::Error>> {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/cup.c");
+    pub(crate) fn new() -> Result<Peers, Box<dyn std::error::Error>> {
+        let peers = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers");
+        let sources = ["cup.c", "waves.c"].map(|name| peers.join(name));
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
         let made = folder.join("cup_by_hand.so");
-        let (command, compiled) = compile(&source, &made, &folder)?;
+        let (command, compiled) = compile(&sources, &made, &folder)?;
         if !compiled {
             return Err(format!("{command} failed").into());
         }
-        // SAFETY: the library has no initialisers, and its functions have the types that cup.c declares.
+        // SAFETY: the library has no initialisers, and its functions have the types that the files declare.
         unsafe {
             let library = Library::new(&made)?;
             let points = *library.get::<PointsFunction>(b"cup_points\0")?;
             let jacobian = *library.get::<PointsFunction>(b"cup_jacobian\0")?;
             let pullback = *library.get::<PullbackFunction>(b"cup_pullback\0")?;
-            Ok(Cup { points, jacobian, pullback, _library: library, command })
+            let waves = *library.get::<PointsFunction>(b"wave_points\0")?;
+            Ok(Peers { points, jacobian, pullback, waves, _library: library, command })
         }
     }
 
@@ -75,6 +78,14 @@ impl Cup {
         // SAFETY: as above.
         unsafe { (self.pullback)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, w, gradient.as_mut_ptr()) }
     }
+
+    /// Points of a surface of waves.c, by its index.
+    pub(crate) fn wave(&self, x: &[f64], kind: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
+        assert_eq!((x.len(), out.len()), (4, 3 * u.len() * v.len()));
+        let (nu, nv) = (u.len() as i32, v.len() as i32);
+        // SAFETY: the slices have the lengths that the function reads and writes.
+        unsafe { (self.waves)(x.as_ptr(), kind as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
+    }
 }
 
 fn check(x: &[f64], [u, v]: [&[f64]; 2], length: usize, each: usize) {
@@ -83,14 +94,14 @@ fn check(x: &[f64], [u, v]: [&[f64]; 2], length: usize, each: usize) {
     assert_eq!(length, u.len() * v.len() * each);
 }
 
-/// Compiles a C file to a shared library; the command, and whether it went well.
-fn compile(source: &Path, made: &Path, folder: &Path) -> std::io::Result<(String, bool)> {
+/// Compiles C files to a shared library; the command, and whether it went well.
+fn compile(sources: &[PathBuf], made: &Path, folder: &Path) -> std::io::Result<(String, bool)> {
     let target = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
     let mut build = cc::Build::new();
     build.target(&target).host(&target).opt_level(3).out_dir(folder).cargo_metadata(false).warnings(false).pic(true);
     build.flag("-march=native").flag("-shared").debug(false);
     let mut command = build.get_compiler().to_command();
-    command.arg(source).arg("-o").arg(made).arg("-lm");
+    command.args(sources).arg("-o").arg(made).arg("-lm");
     let text = std::iter::once(command.get_program()).chain(command.get_args());
     let text: Vec<_> = text.map(|a| a.to_string_lossy().into_owned()).collect();
     Ok((text.join(" "), command.status()?.success()))

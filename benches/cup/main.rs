@@ -7,6 +7,8 @@
 
 mod c;
 mod growth;
+mod jax;
+mod waves;
 
 use gml_compiler::program::{Instance, JacobianEntry, Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -58,7 +60,7 @@ fn main() {
     let script = SourceFile { name: "cup.gml".to_owned(), text };
     let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
     program.prepare().expect("the cup has derivatives");
-    let c = match c::Cup::new() {
+    let c = match c::Peers::new() {
         Ok(c) => c,
         Err(e) => return println!("no version in C: {e}"),
     };
@@ -68,6 +70,7 @@ fn main() {
     let mut tasks = PARTS.map(|part| Task::new(&program, part));
     agree(&c, &instance, &x, &mut tasks);
     time(&c, &program, &x, &mut tasks);
+    waves::table(&c);
     growth::table(&program);
 }
 
@@ -94,7 +97,7 @@ fn dense(task: &Task) -> Vec<f64> {
     dense
 }
 
-fn agree(c: &c::Cup, instance: &Instance<'_>, x: &[f64], tasks: &mut [Task]) {
+fn agree(c: &c::Peers, instance: &Instance<'_>, x: &[f64], tasks: &mut [Task]) {
     let mut gradients = [vec![0.0; 15], vec![0.0; 15]];
     let [mut of_points, mut of_jacobian] = [0.0f64; 2];
     for task in tasks {
@@ -137,12 +140,15 @@ fn by_turns(mut ours: impl FnMut(), mut theirs: impl FnMut()) -> [f64; 2] {
     least
 }
 
-fn row(name: &str, [ours, theirs]: [f64; 2]) {
-    println!("{name:10}{ours:10.1}{theirs:10.1}{:10.2}", ours / theirs);
+fn row(name: &str, [ours, theirs]: [f64; 2], jax: Option<f64>) {
+    let jax = jax.map_or(String::new(), |jax| format!("{jax:10.1}{:12.1}", jax / ours));
+    println!("{name:10}{ours:10.1}{theirs:10.1}{:10.2}{jax}", ours / theirs);
 }
 
-fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
-    println!("\n{:10}{:>10}{:>10}{:>10}", "us", "gmlc", "C", "ratio");
+fn time(c: &c::Peers, program: &Program, x: &[f64], tasks: &mut [Task]) {
+    let jax = jax::times();
+    let of_jax = if jax.is_some() { format!("{:>10}{:>12}", "JAX", "JAX / gmlc") } else { String::new() };
+    println!("\n{:10}{:>10}{:>10}{:>10}{of_jax}", "us", "gmlc", "C", "ratio");
     let mut theirs: Vec<Vec<f64>> = tasks.iter().map(|t| vec![0.0; t.points.len()]).collect();
     let tasks = std::cell::RefCell::new(tasks);
     row(
@@ -160,6 +166,7 @@ fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
                 }
             },
         ),
+        jax.map(|t| t[0]),
     );
     row(
         "Jacobian",
@@ -176,6 +183,7 @@ fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
                 }
             },
         ),
+        jax.map(|t| t[1]),
     );
     let mut gradients = [vec![0.0; 15], vec![0.0; 15]];
     let [ours, theirs] = &mut gradients;
@@ -194,5 +202,6 @@ fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
                 }
             },
         ),
+        jax.map(|t| t[2]),
     );
 }
