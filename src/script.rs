@@ -8,6 +8,7 @@ use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::{Loader, SourceFile};
 use gml_runtime::fit::FitResult;
 use gml_runtime::model::Motion;
+use gml_runtime::workers::workers;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
@@ -91,6 +92,11 @@ pub(crate) fn inputs(given: &[String]) -> Result<BTreeMap<String, InputValue>, C
     Ok(inputs)
 }
 
+/// Options of the compiler, but for what the command line says: all processors work.
+pub(crate) fn compile_options() -> Options {
+    Options { workers: workers(), ..Options::default() }
+}
+
 /// Compiles a script and keeps the warnings.
 pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandError> {
     if let Some(format @ ("ply" | "obj" | "stl")) = args.model.extension().and_then(|e| e.to_str()) {
@@ -100,7 +106,7 @@ pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandE
         )));
     }
     let text = read(&args.model)?;
-    let mut options = Options { inputs: inputs(&args.inputs)?, ..Options::default() };
+    let mut options = Options { inputs: inputs(&args.inputs)?, ..compile_options() };
     set_limits(&mut options, &args.limits)?;
     let file = SourceFile { name: args.model.display().to_string(), text };
     program::compile(file, &FileLoader, &options).map_err(CommandError::from)

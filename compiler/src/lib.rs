@@ -13,7 +13,7 @@
 //! Beside this way lie [`format`], from text to its one layout, and [`reference`], from doc comments to pages.
 //!
 //! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
-//! [`source::Loader`].
+//! [`source::Loader`]; work that can be done at once goes out to [`Workers`].
 
 pub mod check;
 pub mod diagnostic;
@@ -27,3 +27,6 @@ pub mod session;
 pub mod source;
 mod suggest;
 pub mod syntax;
+mod workers;
+
+pub use workers::Workers;

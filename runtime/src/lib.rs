@@ -9,6 +9,7 @@
 //! - [`fit`]: parameters and pose from a scan.
 //! - [`variance`]: distances from every texel of the model's surface to the scan; statistics.
 //! - [`export`]: the documents: X3D, pictures, meshes, report.
+//! - [`workers`]: threads for the compiler's work.
 //!
 //! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `simulate` uses `bvh`; `export` reads all
 //! results.
@@ -22,3 +23,4 @@ pub mod progress;
 pub mod scan;
 pub mod simulate;
 pub mod variance;
+pub mod workers;

@@ -3,9 +3,9 @@
 use super::state::{Flow, Repl};
 use super::{show, work};
 use crate::error::CommandError;
-use crate::script::FileLoader;
+use crate::script::{FileLoader, compile_options};
 use crate::values;
-use gml_compiler::program::{self, EmitStage};
+use gml_compiler::program::EmitStage;
 use std::path::Path;
 
 /// What a command takes, for completion.
@@ -274,7 +274,7 @@ fn diff(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
         if !rest.is_empty() && !parameter {
             return Ok(session.derivative_text(rest, &FileLoader)?);
         }
-        let compiled = session.compile(&program::Options::default())?;
+        let compiled = session.compile(&compile_options())?;
         Ok(compiled.program.derivative_text(Some(rest).filter(|r| !r.is_empty())))
     })
 }
@@ -283,7 +283,7 @@ fn emit(repl: &mut Repl, rest: &str, stage: EmitStage) -> Result<Flow, CommandEr
     said(repl, |repl| {
         let mut session = repl.session.borrow_mut();
         if rest.is_empty() {
-            return Ok(session.compile(&program::Options::default())?.program.emit(stage));
+            return Ok(session.compile(&compile_options())?.program.emit(stage));
         }
         Ok(session.emit(rest, stage, &FileLoader)?)
     })

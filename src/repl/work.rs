@@ -5,11 +5,11 @@ use super::state::Repl;
 use crate::cli::{FitControls, InspectArgs, LimitArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
-use crate::script::FileLoader;
+use crate::script::{FileLoader, compile_options};
 use crate::{fit as fitting, inspect as inspecting, mesh as meshing};
 use clap::{CommandFactory, Parser};
 use gml_compiler::jit::Limits;
-use gml_compiler::program::{self, Program};
+use gml_compiler::program::Program;
 use gml_runtime::export::json;
 use gml_runtime::model::Motion;
 use std::path::PathBuf;
@@ -169,7 +169,7 @@ fn shown(seconds: f64) -> String {
 fn program(repl: &Repl) -> Result<(Program, Vec<f64>), CommandError> {
     let session = repl.session.borrow();
     let x = session.model().ok_or_else(no_model)?.values().to_vec();
-    Ok((session.compile(&program::Options::default())?.program, x))
+    Ok((session.compile(&compile_options())?.program, x))
 }
 
 /// The name of the script for results; the model's own where it was entered.

@@ -1,7 +1,7 @@
 //! Which functions name which.
 
 use super::hash::{HashMap, HashSet};
-use super::{ByHand, FunctionId, Module, Op};
+use super::{ByHand, Function, FunctionId, Module, Op};
 
 /// The functions that some roots reach, with the strongly connected components of their references. What it takes
 /// depends on what is reached, not on the module.
@@ -158,5 +158,36 @@ impl Module {
         for root in roots {
             *root = renumbered[root.0 as usize];
         }
+    }
+
+    /// A copy with what the roots reach; the other functions are empty, so that ids stay.
+    #[must_use]
+    pub fn reached(&self, roots: &[FunctionId]) -> Module {
+        let mut functions = vec![Function::default(); self.functions.len()];
+        for id in References::new(self, roots).order {
+            functions[id.0 as usize] = self.function(id).clone();
+        }
+        let by_hand = self.by_hand.iter().filter(|(f, _)| !functions[f.0 as usize].results.is_empty());
+        let by_hand = by_hand.map(|(f, d)| (*f, d.clone())).collect();
+        Module { functions, failures: self.failures.clone(), by_hand, limits: self.limits }
+    }
+
+    /// Takes over the functions of a copy beyond the first `shared`, which were there when it was made. The result gives
+    /// the new ids. (What the copy has made of the others it keeps: they compute the same.)
+    pub fn adopt(&mut self, copy: Module, shared: usize) -> impl Fn(FunctionId) -> FunctionId + use<> {
+        let first = self.functions.len();
+        let shift = move |id: FunctionId| match (id.0 as usize).checked_sub(shared) {
+            Some(beyond) => FunctionId((first + beyond) as u32),
+            None => id,
+        };
+        for mut function in copy.functions.into_iter().skip(shared) {
+            for node in &mut function.nodes {
+                if !node.op.functions().is_empty() {
+                    node.op = node.op.map_functions(shift);
+                }
+            }
+            self.functions.push(function);
+        }
+        shift
     }
 }

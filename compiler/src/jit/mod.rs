@@ -11,6 +11,7 @@
 
 mod called;
 mod code;
+mod code_set;
 mod compiler;
 mod context;
 mod control;
@@ -27,6 +28,7 @@ mod vector;
 mod tests;
 
 pub use code::{Code, GridTables, Points, Stopped};
+pub use code_set::CodeSet;
 pub use compiler::{Compiler, GridKernel, JitError, Kernel, KernelShape, Listing, Options, Output, Routine};
 pub use context::{Limits, Stop};
 pub use grid::GridShape;

@@ -12,6 +12,7 @@ use crate::ir::inline::{self, InlineError};
 use crate::ir::lower;
 use crate::jit::{JitError, Limits};
 use crate::source::{Loader, SourceFile, Sources, Span};
+use crate::workers::Workers;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
@@ -24,6 +25,8 @@ pub struct Options {
     pub check: CheckOptions,
     /// The limits of every evaluation.
     pub limits: Limits,
+    /// Who does what can be done at once.
+    pub workers: Workers,
     /// How many operations each function may have that is compiled, and its derivatives.
     pub operations: usize,
 }
@@ -34,6 +37,7 @@ impl Default for Options {
             inputs: BTreeMap::new(),
             check: CheckOptions::default(),
             limits: Limits::default(),
+            workers: Workers::default(),
             operations: inline::Limits::default().nodes,
         }
     }
@@ -183,14 +187,14 @@ fn build(
     let limits = inline::Limits { nodes: options.operations, ..inline::Limits::default() };
     let mut lowered = lower::lower_within(&typed, limits).map_err(NotBuilt::Lower)?;
     done(Stage::Lower);
-    let functions = ModelFunctions::new(&mut lowered).map_err(NotBuilt::Build)?;
+    let functions = ModelFunctions::new(&mut lowered, options.workers).map_err(NotBuilt::Build)?;
     done(Stage::Differentiate);
-    let kernels = Kernels::new(&functions).map_err(|e| NotBuilt::Build(e.into()))?;
+    let kernels = Kernels::new(&functions, options.workers).map_err(|e| NotBuilt::Build(e.into()))?;
     done(Stage::MachineCode);
     let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
         name: part.name.clone(),
         group: part.group.clone(),
-        active: functions.active.clone(),
+        active: functions.jacobian.active.clone(),
     });
     Ok(Program {
         name: lowered.name.clone(),
@@ -202,7 +206,7 @@ fn build(
         typed,
         functions,
         kernels,
-        derived: OnDemand::default(),
+        derived: OnDemand::new(options.workers),
         grids: Grids::default(),
         limits: options.limits,
     })

@@ -1,12 +1,14 @@
 //! The functions of a model: prelude and bodies, with their derivatives by the parameters.
 
 use super::compile::BuildError;
-use crate::diff::{self, Directions, Entry, Rate};
+use super::jacobians::{self, Jacobian};
+use crate::diff::{self, Entry};
 use crate::ir::hash::HashMap;
 use crate::ir::merge::merge_bodies;
 use crate::ir::regroup::regroup;
 use crate::ir::split::{Body, Whole, split_all};
 use crate::ir::{self, Function, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value};
+use crate::workers::Workers;
 
 /// Every function that is compiled in any case, all in one module.
 pub(super) struct ModelFunctions {
@@ -59,12 +61,7 @@ pub(super) struct PartFunctions {
     pub(super) body: usize,
     /// Its C among all captures.
     pub(super) captures: Vec<u32>,
-    /// `(C.., slopes.., u, v) -> (point's derivative by each active parameter)..`.
-    pub(super) jacobian: FunctionId,
-    /// Which slopes `jacobian` takes.
-    pub(super) jacobian_slopes: Vec<u32>,
-    /// Parameters that the part depends on, ascending.
-    pub(super) active: Vec<u32>,
+    pub(super) jacobian: Jacobian,
     /// The slopes of its captures, for what the pullback gives.
     pub(super) slopes: Vec<PartSlope>,
 }
@@ -80,7 +77,7 @@ pub(super) struct PartSlope {
 
 impl ModelFunctions {
     /// Differentiates a model, whose functions it takes.
-    pub(super) fn new(lowered: &mut LoweredModel) -> Result<ModelFunctions, BuildError> {
+    pub(super) fn new(lowered: &mut LoweredModel, workers: Workers) -> Result<ModelFunctions, BuildError> {
         let mut module = std::mem::take(&mut lowered.module);
         let surface = |p: &ir::LoweredPart| Whole { function: p.surface, uniform: p.params.clone() };
         let surfaces: Vec<Whole> = lowered.parts.iter().map(surface).collect();
@@ -101,12 +98,14 @@ impl ModelFunctions {
         let (jacobian, pattern) = diff::jacobian(&mut module, split.prelude, &wrt)?;
         let (slopes, table) = slopes(&mut module, jacobian, &pattern);
         let (bodies, of_part) = bodies(&split.bodies);
-        let mut jacobians = Jacobians::default();
+        let of_parts = split.bodies.iter().map(|part| part_slopes(&part.captures, &table));
+        let of_parts: Vec<(usize, Vec<PartSlope>)> = of_part.into_iter().zip(of_parts).collect();
+        let jacobians = jacobians::of_parts(&mut module, &bodies, &of_parts, workers)?;
         let mut parts = Vec::new();
-        for ((surface, body), part) in surfaces.into_iter().zip(of_part).zip(split.bodies) {
-            let slopes = part_slopes(&part.captures, &table);
-            let jacobian = jacobians.of(&mut module, body, bodies[body], &slopes)?;
-            parts.push(PartFunctions { surface, body, captures: part.captures, slopes, ..jacobian });
+        for (((surface, part), (body, slopes)), jacobian) in
+            surfaces.into_iter().zip(split.bodies).zip(of_parts).zip(jacobians)
+        {
+            parts.push(PartFunctions { surface, body, captures: part.captures, jacobian, slopes });
         }
         let (bounds, requires) = (lowered.bounds, std::mem::take(&mut lowered.requires));
         let mut functions = ModelFunctions { module, bounds, requires, prelude: split.prelude, slopes, bodies, parts };
@@ -119,7 +118,7 @@ impl ModelFunctions {
         let mut named: Vec<&mut FunctionId> = vec![&mut self.bounds, &mut self.prelude, &mut self.slopes];
         named.extend(self.requires.iter_mut().map(|r| &mut r.function));
         named.extend(self.bodies.iter_mut().map(|b| &mut b.points));
-        named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian]));
+        named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian.function]));
         let mut roots: Vec<FunctionId> = named.iter().map(|f| **f).collect();
         self.module.drop_unreached(&mut roots);
         named.into_iter().zip(roots).for_each(|(f, id)| *f = id);
@@ -171,102 +170,6 @@ fn part_slopes(captures: &[u32], table: &[Vec<Slope>]) -> Vec<PartSlope> {
         slopes.extend(own.map(|s| PartSlope { position, param: s.param, value: s.value }));
     }
     slopes
-}
-
-/// The Jacobians made so far.
-#[derive(Default)]
-struct Jacobians {
-    made: HashMap<JacobianKey, Jacobian>,
-}
-
-/// A body's index and, for each slope, the position of the capture, the parameter's rank among those with slopes, and the
-/// bits of its value where it is constant.
-type JacobianKey = (usize, Vec<(u32, u32, Option<u64>)>);
-
-#[derive(Clone)]
-struct Jacobian {
-    function: FunctionId,
-    /// The ranks of the parameters by which the derivative is not always zero.
-    active: Vec<u32>,
-}
-
-impl Jacobians {
-    /// A part's Jacobian; the rest of the part is left empty.
-    fn of(
-        &mut self,
-        module: &mut Module,
-        body: usize,
-        function: BodyFunction,
-        slopes: &[PartSlope],
-    ) -> Result<PartFunctions, BuildError> {
-        let mut params: Vec<u32> = slopes.iter().map(|s| s.param).collect();
-        params.sort_unstable();
-        params.dedup();
-        let rank = |param: u32| params.binary_search(&param).map_or(u32::MAX, |rank| rank as u32);
-        let (mut jacobian_slopes, mut pattern) = (Vec::new(), Vec::new());
-        for slope in slopes {
-            let constant = match slope.value {
-                SlopeValue::Constant(x) => Some(x.to_bits()),
-                SlopeValue::Computed(k) => {
-                    jacobian_slopes.push(k);
-                    None
-                }
-            };
-            pattern.push((slope.position, rank(slope.param), constant));
-        }
-        let key = (body, pattern);
-        let jacobian = match self.made.get(&key) {
-            Some(known) => known.clone(),
-            None => {
-                let made = jacobian(module, function, &key.1)?;
-                self.made.entry(key).or_insert(made).clone()
-            }
-        };
-        Ok(PartFunctions {
-            surface: Whole { function: function.points, uniform: Vec::new() },
-            body,
-            captures: Vec::new(),
-            jacobian: jacobian.function,
-            jacobian_slopes,
-            active: jacobian.active.iter().map(|rank| params[*rank as usize]).collect(),
-            slopes: Vec::new(),
-        })
-    }
-}
-
-/// `(C.., slopes.., u, v) -> derivatives by active parameters`, with the ranks of these.
-fn jacobian(
-    module: &mut Module,
-    body: BodyFunction,
-    slopes: &[(u32, u32, Option<u64>)],
-) -> Result<Jacobian, BuildError> {
-    let n = body.captures as u32;
-    let old = &module.function(body.points).params;
-    let mut params = old[..body.captures].to_vec();
-    let mut rates = vec![Vec::new(); old.len()];
-    for (position, rank, constant) in slopes {
-        let rate = match constant {
-            Some(bits) => Rate::Constant(f64::from_bits(*bits)),
-            None => {
-                params.push(Parameter::real(format!("slope{}", params.len() - body.captures)));
-                Rate::Param(params.len() as u32 - 1)
-            }
-        };
-        rates[*position as usize].push((*rank, rate));
-    }
-    let uv = params.len() as u32;
-    params.extend_from_slice(&old[body.captures..]);
-    let args = (0..n).chain(uv..uv + 2).collect();
-    let (function, pattern) = diff::directional(module, body.points, &Directions { params, args, rates })?;
-    let mut active: Vec<u32> = pattern.iter().map(|e| e.param).collect();
-    active.sort_unstable();
-    active.dedup();
-    let entries = positions(&pattern, 0);
-    let coordinates = |rank: &u32| [0, 1, 2].map(|result| entries.get(&(result, *rank)).copied());
-    let picks: Vec<Option<usize>> = active.iter().flat_map(coordinates).collect();
-    let picked = pick(module.function(function), "jacobian", &picks);
-    module.define(function, picked);
-    Ok(Jacobian { function, active })
 }
 
 /// Where the entries of a Jacobian are among a function's results, after some others, by result and parameter.

@@ -55,10 +55,11 @@ impl Program {
     /// Tries what the script requires of its parameters.
     pub(super) fn check_requires(&self, x: &[f64]) -> Result<(), EvaluationError> {
         let bits: Vec<u64> = x.iter().map(|x| x.to_bits()).collect();
-        for (require, routine) in self.functions.requires.iter().zip(&self.kernels.requires) {
+        for (index, require) in self.functions.requires.iter().enumerate() {
             let mut holds = [0];
             let place = Place::of_model(x);
-            let call = self.kernels.code.call(*routine, &require.arguments(&bits), &mut holds, self.limits);
+            let (code, routine) = self.kernels.require(index);
+            let call = code.call(routine, &require.arguments(&bits), &mut holds, self.limits);
             call.map_err(|stop| self.stopped(stop, &place))?;
             if holds[0] == 0 {
                 let used = self.used_params(require);
@@ -72,7 +73,8 @@ impl Program {
     pub(super) fn holds(&self, require: usize, x: &[f64]) -> bool {
         let bits: Vec<u64> = self.functions.requires[require].arguments(x).into_iter().map(f64::to_bits).collect();
         let mut holds = [0];
-        let call = self.kernels.code.call(self.kernels.requires[require], &bits, &mut holds, self.limits);
+        let (code, routine) = self.kernels.require(require);
+        let call = code.call(routine, &bits, &mut holds, self.limits);
         call.is_ok() && holds[0] != 0
     }
 

@@ -141,8 +141,8 @@ fn wholes(
             let mut indices: HashMap<FunctionId, usize> = HashMap::default();
             let (mut roots, mut of_part) = (Vec::new(), Vec::new());
             for part in &functions.parts {
-                let index = *indices.entry(part.jacobian).or_insert_with(|| {
-                    let varying = varying_entries(module.function(part.jacobian));
+                let index = *indices.entry(part.jacobian.function).or_insert_with(|| {
+                    let varying = varying_entries(module.function(part.jacobian.function));
                     roots.push(module.add(varying));
                     roots.len() - 1
                 });

@@ -33,11 +33,8 @@ impl<'p> Instance<'p> {
     pub(super) fn new(program: &'p Program, x: &[f64]) -> Result<Instance<'p>, EvaluationError> {
         assert_eq!(x.len(), program.parameters.len(), "a value for every parameter");
         program.check_requires(x)?;
-        let captures = program
-            .kernels
-            .code
-            .call_reals(program.kernels.prelude, x, program.limits)
-            .map_err(|stop| program.stopped(stop, &Place::of_model(x)))?;
+        let captures =
+            program.kernels.captures(x, program.limits).map_err(|stop| program.stopped(stop, &Place::of_model(x)))?;
         let gather = |indices: &[u32]| indices.iter().map(|c| captures[*c as usize]).collect();
         let uniforms = program.functions.parts.iter().map(|p| gather(&p.captures)).collect();
         Ok(Instance { program, x: x.to_vec(), captures, uniforms, slopes: OnceLock::new() })
@@ -59,8 +56,8 @@ impl<'p> Instance<'p> {
     pub fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
         let Program { functions, kernels, .. } = self.program;
         let body = functions.parts[patch].body;
-        let (function, kernel) = (functions.bodies[body].points, kernels.points[body]);
-        let evaluator = Evaluator { module: &functions.module, function, code: &kernels.code, kernel, results: 3 };
+        let (function, (code, kernel)) = (functions.bodies[body].points, kernels.points(body));
+        let evaluator = Evaluator { module: &functions.module, function, code, kernel, results: 3 };
         self.batch(patch, &evaluator, &self.uniforms[patch], (u, v), out)
     }
 
@@ -88,13 +85,10 @@ impl<'p> Instance<'p> {
         let Program { functions, kernels, .. } = self.program;
         let part = &functions.parts[patch];
         let uniforms = self.jacobian_uniforms(patch)?;
-        let evaluator = Evaluator {
-            module: &functions.module,
-            function: part.jacobian,
-            code: &kernels.code,
-            kernel: kernels.jacobians[patch],
-            results: 3 * part.active.len(),
-        };
+        let (code, kernel) = kernels.jacobian(patch);
+        let results = 3 * part.jacobian.active.len();
+        let evaluator =
+            Evaluator { module: &functions.module, function: part.jacobian.function, code, kernel, results };
         self.batch(patch, &evaluator, &uniforms, (u, v), out)
     }
 
@@ -192,7 +186,7 @@ impl<'p> Instance<'p> {
     /// What a part's Jacobian takes beside u and v.
     pub(super) fn jacobian_uniforms(&self, patch: usize) -> Result<Vec<f64>, EvaluationError> {
         let slopes = self.slopes()?;
-        let own = self.program.functions.parts[patch].jacobian_slopes.iter().map(|k| slopes[*k as usize]);
+        let own = self.program.functions.parts[patch].jacobian.slopes.iter().map(|k| slopes[*k as usize]);
         Ok(self.uniforms[patch].iter().copied().chain(own).collect())
     }
 
@@ -200,7 +194,7 @@ impl<'p> Instance<'p> {
     pub(super) fn slopes(&self) -> Result<&[f64], EvaluationError> {
         let program = self.program;
         let compute = || {
-            let call = program.kernels.code.call_reals(program.kernels.slopes, &self.x, program.limits);
+            let call = program.kernels.slopes(&self.x, program.limits);
             call.map_err(|stop| program.stopped(stop, &Place::of_model(&self.x)))
         };
         self.slopes.get_or_init(compute).as_deref().map_err(Clone::clone)
@@ -211,8 +205,8 @@ impl<'p> Instance<'p> {
         let program = self.program;
         let mut point = [0.0; 3];
         let points = Points { u: &[u], v: &[v], w: &[] };
-        let kernel = program.kernels.points[program.functions.parts[patch].body];
-        let run = program.kernels.code.run(kernel, &self.uniforms[patch], points, &mut point, program.limits);
+        let (code, kernel) = program.kernels.points(program.functions.parts[patch].body);
+        let run = code.run(kernel, &self.uniforms[patch], points, &mut point, program.limits);
         run.is_ok() && all_finite(&point)
     }
 
@@ -222,8 +216,8 @@ impl<'p> Instance<'p> {
         let derived = program.derived.get(&program.functions, derivative);
         let derived = derived.map_err(|e| program.not_made(derivative, e))?;
         let body = program.functions.parts[patch].body;
-        let (function, kernel) = (derived.functions[body], derived.kernels[body]);
-        Ok(Evaluator { module: &derived.module, function, code: &derived.code, kernel, results })
+        let (function, (code, kernel)) = (derived.functions[body], derived.kernels.kernel(body));
+        Ok(Evaluator { module: &derived.module, function, code, kernel, results })
     }
 
     /// Runs a kernel and looks for what is not finite in its output.

@@ -13,6 +13,7 @@ mod derivatives;
 mod failure;
 mod grids;
 mod instance;
+mod jacobians;
 mod kernels;
 mod limits;
 mod on_demand;
@@ -105,7 +106,7 @@ impl Program {
     #[must_use]
     pub fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         assert_eq!(x.len(), self.parameters.len(), "a value for every parameter");
-        let Ok(flat) = self.kernels.code.call_reals(self.kernels.bounds, x, self.limits) else {
+        let Ok(flat) = self.kernels.bounds(x, self.limits) else {
             return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()];
         };
         let lower = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };

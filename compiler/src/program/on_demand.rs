@@ -5,7 +5,8 @@ use super::derivatives::{BodyFunction, ModelFunctions, pick, positions};
 use super::kernels::OPTIONS;
 use crate::diff;
 use crate::ir::{FunctionId, Module};
-use crate::jit::{Code, Compiler, Kernel, KernelShape, Listing, Options, Output};
+use crate::jit::{CodeSet, JitError, KernelShape, Listing, Options, Output};
+use crate::workers::Workers;
 use std::sync::OnceLock;
 
 /// What can be made of a body. C stands for its captures.
@@ -28,22 +29,25 @@ pub(super) struct Derived {
     /// The functions below, and what they name.
     pub(super) module: Module,
     pub(super) functions: Vec<FunctionId>,
-    pub(super) code: Code,
-    pub(super) kernels: Vec<Kernel>,
+    pub(super) kernels: CodeSet,
 }
 
 /// Derivatives that were asked for. Several threads may ask at once; one of them makes it.
-#[derive(Default)]
 pub(super) struct OnDemand {
+    workers: Workers,
     made: [OnceLock<Result<Derived, BuildError>>; 3],
 }
 
 impl OnDemand {
+    pub(super) fn new(workers: Workers) -> OnDemand {
+        OnDemand { workers, made: Default::default() }
+    }
+
     pub(super) fn get(&self, functions: &ModelFunctions, derivative: Derivative) -> Result<&Derived, &BuildError> {
         let make = || {
             let (module, made) = self.differentiate(functions, derivative)?;
-            let (code, kernels, _) = compile(&module, &made, &functions.bodies, derivative, OPTIONS)?;
-            Ok(Derived { module, functions: made, code, kernels })
+            let (kernels, _) = compile(&module, &made, &functions.bodies, derivative, OPTIONS, self.workers)?;
+            Ok(Derived { module, functions: made, kernels })
         };
         self.made[derivative as usize].get_or_init(make).as_ref()
     }
@@ -56,7 +60,7 @@ impl OnDemand {
     ) -> Result<Vec<Listing>, BuildError> {
         let derived = self.get(functions, derivative).map_err(Clone::clone)?;
         let options = Options { listings: true, ..OPTIONS };
-        Ok(compile(&derived.module, &derived.functions, &functions.bodies, derivative, options)?.2)
+        Ok(compile(&derived.module, &derived.functions, &functions.bodies, derivative, options, Workers::ONE)?.1)
     }
 
     fn differentiate(
@@ -95,18 +99,20 @@ fn compile(
     bodies: &[BodyFunction],
     derivative: Derivative,
     options: Options,
-) -> Result<(Code, Vec<Kernel>, Vec<Listing>), BuildError> {
-    let mut compiler = Compiler::new(module, options)?;
-    let mut kernels = Vec::new();
-    for (function, body) in functions.iter().zip(bodies) {
-        let (weights, output) = match derivative {
-            Derivative::Pullback => (3, Output::Accumulate),
-            Derivative::Partials | Derivative::SecondPartials => (0, Output::Store),
-        };
-        kernels.push(compiler.kernel(KernelShape { function: *function, uniforms: body.captures, weights, output })?);
-    }
-    let listings = compiler.listings().to_vec();
-    Ok((compiler.finish()?, kernels, listings))
+    workers: Workers,
+) -> Result<(CodeSet, Vec<Listing>), JitError> {
+    let (weights, output) = match derivative {
+        Derivative::Pullback => (3, Output::Accumulate),
+        Derivative::Partials | Derivative::SecondPartials => (0, Output::Store),
+    };
+    let shape = |(function, body): (&FunctionId, &BodyFunction)| KernelShape {
+        function: *function,
+        uniforms: body.captures,
+        weights,
+        output,
+    };
+    let shapes: Vec<KernelShape> = functions.iter().zip(bodies).map(shape).collect();
+    CodeSet::compile(module, &shapes, &[], options, workers)
 }
 
 /// `(C.., u, v) -> (point, du, dv)`.

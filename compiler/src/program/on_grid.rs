@@ -37,10 +37,10 @@ impl super::Program {
     #[must_use]
     pub fn jacobian_entries(&self, patch: usize) -> Vec<JacobianEntry> {
         let part = &self.functions.parts[patch];
-        let jacobian = self.functions.module.function(part.jacobian);
+        let jacobian = self.functions.module.function(part.jacobian.function);
         let entry = |(k, value): (usize, &crate::ir::Value)| {
             let constant = constant(jacobian, *value);
-            let (param, coordinate) = (part.active[k / 3], (k % 3) as u8);
+            let (param, coordinate) = (part.jacobian.active[k / 3], (k % 3) as u8);
             (constant != Some(0.0)).then_some(JacobianEntry { param, coordinate, constant })
         };
         jacobian.results.iter().enumerate().filter_map(entry).collect()
@@ -92,7 +92,7 @@ impl Instance<'_> {
         }
         let (u, v) = every_point(u, v);
         let part = &self.program.functions.parts[patch];
-        let jacobian = self.program.functions.module.function(part.jacobian);
+        let jacobian = self.program.functions.module.function(part.jacobian.function);
         let varies: Vec<bool> = jacobian.results.iter().map(|r| constant(jacobian, *r).is_none()).collect();
         let mut all = vec![0.0; u.len() * varies.len()];
         self.jacobian(patch, &u, &v, &mut all)?;

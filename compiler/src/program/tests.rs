@@ -1,8 +1,9 @@
 //! What programs are made of: parts that are alike share their functions, and nothing grows faster than the script.
 
-use super::{Compilation, Options, Program, compile};
+use super::{Compilation, EmitStage, Options, Program, compile};
 use crate::ir::FunctionId;
 use crate::source::{NoFiles, SourceFile};
+use crate::workers::Workers;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -27,7 +28,7 @@ fn pegs(count: usize) -> String {
 }
 
 fn jacobians(program: &Program) -> usize {
-    program.functions.parts.iter().map(|p| p.jacobian).collect::<BTreeSet<FunctionId>>().len()
+    program.functions.parts.iter().map(|p| p.jacobian.function).collect::<BTreeSet<FunctionId>>().len()
 }
 
 /// Nodes of all functions that are compiled.
@@ -148,4 +149,37 @@ fn a_recursive_function_in_a_condition() {
     let expected = 1.0 - 0.5f64.tanh().powi(2);
     assert!(slope(0.9).iter().zip([expected, 2.0 * expected, 0.0]).all(|(a, b)| (a - b).abs() < 1e-15));
     assert_eq!(slope(-0.5), [0.0; 3]);
+}
+
+/// Whoever does the work, and in whatever order, the functions and their machine code are the same.
+#[test]
+fn workers_change_nothing() {
+    let mut text = String::from("model many {\n param r: length = 3mm\n");
+    for k in 1..40 {
+        let sides = |n: i32| (0..n).map(|i| format!("r * cos(u * {}turn)", i + 1)).collect::<Vec<_>>().join(" + ");
+        let _ = writeln!(text, " part p{k} = |u, v| (({}) * v, r * sin(u * {k}turn), v * {k}mm)", sides(1 + k % 7));
+    }
+    text.push('}');
+    let made = |workers| {
+        let script = SourceFile { name: "many.gml".to_owned(), text: text.clone() };
+        let options = Options { workers, ..Options::default() };
+        let program = compile(script, &NoFiles, &options).unwrap_or_else(|e| panic!("{e}")).program;
+        let mut out = Vec::new();
+        let instance = program.instantiate(&[2.5]).expect("it exists");
+        for patch in 0..program.parts().len() {
+            let mut jacobian = [0.0; 3];
+            instance.jacobian(patch, &[0.2], &[0.7], &mut jacobian).expect("it is finite");
+            out.extend(jacobian);
+        }
+        (program.emit(EmitStage::Ir), out)
+    };
+    let run = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
+        std::thread::scope(|scope| (0..jobs).rev().for_each(|i| _ = scope.spawn(move || job(i))));
+    };
+    let (alone, values) = made(Workers::ONE);
+    for count in [2, 5] {
+        let (text, others) = made(Workers { count, run });
+        assert!(text == alone, "the functions differ");
+        assert_eq!(others, values);
+    }
 }

@@ -80,7 +80,7 @@ impl Program {
         for (part, f) in self.parts.iter().zip(&functions.parts) {
             let title = |what| format!("{}: {what}", part.name);
             write_function(&mut text, &title("points"), &functions.module, functions.bodies[f.body].points);
-            write_function(&mut text, &title("jacobian"), &functions.module, f.jacobian);
+            write_function(&mut text, &title("jacobian"), &functions.module, f.jacobian.function);
             for derivative in Derivative::ALL {
                 let title = title(match derivative {
                     Derivative::Partials => "partials",

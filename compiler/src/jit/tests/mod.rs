@@ -1,6 +1,7 @@
 //! Native code against the interpreter's semantics.
 
 mod batches;
+mod code_sets;
 mod control;
 mod grids;
 mod operations;

@@ -1,0 +1,73 @@
+//! Code that several workers make against that of one.
+
+use super::super::CodeSet;
+use super::*;
+use crate::ir::{Binary, Unary};
+use crate::workers::Workers;
+
+/// `(u, v) -> k sin(k sin(... u)) + v`, of a size that grows with k.
+fn tower(module: &mut Module, k: usize) -> FunctionId {
+    let mut raw = Raw::new(&[Type::Real; 2]);
+    let [mut x, v] = [0, 1].map(Value);
+    let factor = raw.constant(k as f64);
+    for _ in 0..20 * k {
+        let sine = raw.real(Op::Unary(Unary::Sin, x));
+        x = raw.real(Op::Binary(Binary::Mul, factor, sine));
+    }
+    let sum = raw.real(Op::Binary(Binary::Add, x, v));
+    module.add(raw.returns(&[sum]))
+}
+
+/// Each job by a thread of its own.
+fn many(count: usize) -> Workers {
+    let run = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
+        std::thread::scope(|scope| (0..jobs).for_each(|i| _ = scope.spawn(move || job(i))));
+    };
+    Workers { count, run }
+}
+
+fn stored(function: FunctionId) -> KernelShape {
+    KernelShape { function, uniforms: 0, weights: 0, output: Output::Store }
+}
+
+#[test]
+fn any_number_of_workers_gives_the_same() {
+    let mut module = Module::default();
+    let functions: Vec<FunctionId> = (1..=9).map(|k| tower(&mut module, k)).collect();
+    let shapes: Vec<KernelShape> = functions.iter().map(|f| stored(*f)).collect();
+    let values = |count: usize| -> Vec<f64> {
+        let (set, _) = CodeSet::compile(&module, &shapes, &functions, OPTIONS, many(count)).unwrap();
+        let mut values = Vec::new();
+        for place in 0..functions.len() {
+            let (code, kernel) = set.kernel(place);
+            let mut out = [0.0];
+            let points = Points { u: &[0.3], v: &[10.0 * place as f64], w: &[] };
+            code.run(kernel, &[], points, &mut out, Limits::default()).unwrap();
+            let (code, routine) = set.routine(place);
+            let plain = code.call_reals(routine, &[0.3, 10.0 * place as f64], Limits::default()).unwrap();
+            assert_eq!(plain, out);
+            values.extend(out);
+        }
+        values
+    };
+    let one = values(1);
+    // Each function is there once, and in its place.
+    assert!((1..one.len()).all(|i| !one[..i].contains(&one[i])), "{one:?}");
+    assert_eq!(values(2), one);
+    assert_eq!(values(5), one);
+    assert_eq!(values(100), one);
+}
+
+#[test]
+fn the_first_error_is_given_whichever_worker_meets_it() {
+    let mut module = Module::default();
+    let mut shapes: Vec<KernelShape> = (1..=9).map(|k| stored(tower(&mut module, k))).collect();
+    for place in [3, 7] {
+        module.functions[shapes[place].function.0 as usize].name = format!("wrong{place}");
+        shapes[place].uniforms = 5;
+    }
+    for count in 1..6 {
+        let error = CodeSet::compile(&module, &shapes, &[], OPTIONS, many(count)).err();
+        assert_eq!(error, Some(JitError::Shape("wrong3".to_owned())));
+    }
+}

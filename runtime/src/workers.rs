@@ -1,0 +1,47 @@
+//! Threads for the compiler's work.
+
+use gml_compiler::Workers;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+/// Threads at most: the compiler's other stages take longer than what more would gain.
+const MOST: usize = 8;
+
+/// As many as there are processors. Threads of their own, as [`Workers`] must not wait for a pool.
+#[must_use]
+pub fn workers() -> Workers {
+    let count = thread::available_parallelism().map_or(1, |n| n.get().min(MOST));
+    Workers { count, run }
+}
+
+/// Does jobs on this thread and as many others as are of use. Where the system gives no more, those that there are do it all.
+fn run(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < jobs) {
+            job(i);
+        }
+    };
+    thread::scope(|scope| {
+        for _ in 1..workers().count.min(jobs) {
+            if thread::Builder::new().spawn_scoped(scope, work).is_err() {
+                break;
+            }
+        }
+        work();
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    #[test]
+    fn each_job_is_done_once() {
+        for jobs in [0, 1, 2, 1000] {
+            let done = Mutex::new(vec![0; jobs]);
+            (super::workers().run)(jobs, &|i| done.lock().unwrap()[i] += 1);
+            assert_eq!(done.into_inner().unwrap(), vec![1; jobs]);
+        }
+    }
+}
