@@ -24,21 +24,28 @@ pub(crate) struct Peers {
     waves: PointsFunction,
     /// Keeps the code of the functions.
     _library: Library,
+    /// Which version it is.
+    pub(crate) name: &'static str,
     /// How it was compiled.
     pub(crate) command: String,
 }
+
+/// Names of the versions in C, and the machines that they are compiled for: this one; and one whose vectors have 128 bits and that
+/// does not multiply and add at once, as Cranelift's code does not.
+pub(crate) const VARIANTS: &[(&str, &str)] =
+    if cfg!(target_arch = "x86_64") { &[("C", "native"), ("C, 128", "x86-64-v2")] } else { &[("C", "native")] };
 
 /// Columns for which the C version has room.
 const MAX_COLUMNS: usize = 4096;
 
 impl Peers {
     /// Compiles it with the system's C compiler.
-    pub(crate) fn new() -> Result<Peers, Box<dyn std::error::Error>> {
+    pub(crate) fn new((name, machine): (&'static str, &str)) -> Result<Peers, Box<dyn std::error::Error>> {
         let peers = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers");
         let sources = ["cup.c", "waves.c"].map(|name| peers.join(name));
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
-        let made = folder.join("cup_by_hand.so");
-        let (command, compiled) = compile(&sources, &made, &folder)?;
+        let made = folder.join(format!("by_hand_{machine}.so"));
+        let (command, compiled) = compile(&sources, machine, &made, &folder)?;
         if !compiled {
             return Err(format!("{command} failed").into());
         }
@@ -49,7 +56,7 @@ impl Peers {
             let jacobian = *library.get::<PointsFunction>(b"cup_jacobian\0")?;
             let pullback = *library.get::<PullbackFunction>(b"cup_pullback\0")?;
             let waves = *library.get::<PointsFunction>(b"wave_points\0")?;
-            Ok(Peers { points, jacobian, pullback, waves, _library: library, command })
+            Ok(Peers { points, jacobian, pullback, waves, _library: library, name, command })
         }
     }
 
@@ -95,11 +102,11 @@ fn check(x: &[f64], [u, v]: [&[f64]; 2], length: usize, each: usize) {
 }
 
 /// Compiles C files to a shared library; the command, and whether it went well.
-fn compile(sources: &[PathBuf], made: &Path, folder: &Path) -> std::io::Result<(String, bool)> {
+fn compile(sources: &[PathBuf], machine: &str, made: &Path, folder: &Path) -> std::io::Result<(String, bool)> {
     let target = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
     let mut build = cc::Build::new();
     build.target(&target).host(&target).opt_level(3).out_dir(folder).cargo_metadata(false).warnings(false).pic(true);
-    build.flag("-march=native").flag("-shared").debug(false);
+    build.flag(format!("-march={machine}")).flag("-shared").debug(false);
     let mut command = build.get_compiler().to_command();
     command.args(sources).arg("-o").arg(made).arg("-lm");
     let text = std::iter::once(command.get_program()).chain(command.get_args());

@@ -4,6 +4,8 @@
 //! operand in memory, where the pair of results goes: in place of the first. Those of
 //! [`elementary`](crate::ir::elementary) compute a pair at once, the others one number after the other.
 
+#[cfg(target_arch = "x86_64")]
+use super::pair::fused::Fused;
 use super::pair::{Pair, Two};
 use crate::ir::{Binary, Unary, arithmetic, elementary};
 
@@ -193,10 +195,13 @@ macro_rules! elementary_functions {
 
 elementary_functions!(plain, Pair::load,);
 
-// SAFETY of `load`: functions with these features run only on machines that have them (`all`).
 #[cfg(target_arch = "x86_64")]
-elementary_functions!(
-    fused,
-    |place| unsafe { super::super::pair::fused::Fused::load(place) },
-    #[target_feature(enable = "avx,fma")]
-);
+elementary_functions!(fused, fused_pair, #[target_feature(enable = "avx,fma")]);
+
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn fused_pair(place: &Two) -> Fused {
+    // SAFETY: only functions of the module `fused` come here, which generated code calls where `all` has seen that the machine
+    // has the instructions.
+    unsafe { Fused::load(place) }
+}

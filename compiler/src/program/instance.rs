@@ -149,7 +149,7 @@ impl<'p> Instance<'p> {
         w: [f64; 3],
         sum: &mut [f64],
     ) -> Result<(), EvaluationError> {
-        let active = &self.program.functions.parts[patch].active;
+        let active = &self.program.parts[patch].active;
         let mut jacobian = vec![0.0; 3 * active.len()];
         self.jacobian(patch, &[u], &[v], &mut jacobian)?;
         for (param, d) in active.iter().zip(jacobian.chunks_exact(3)) {
