@@ -349,7 +349,8 @@ pub(crate) struct VarianceControls {
     /// How far from the model the scan is looked for; by default a tenth of the model's size
     #[arg(long, value_name = "LENGTH")]
     pub(crate) max_distance: Option<String>,
-    /// How far deviations may go, such as 0.5mm (either way) or +0.3/-0.1mm; the exit status is 3 if any goes further
+    /// How far deviations may go, such as 0.5mm (either way) or +0.3/-0.1mm, on parts to which the script gives no tolerance; the exit
+    /// status is 3 if any goes further
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(crate) tolerance: Option<String>,
     /// Side of the square distance texture, a power of two

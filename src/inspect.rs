@@ -4,7 +4,7 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::measure::{self, Measured, Surface};
 use crate::progress::TerminalProgress;
-use crate::{fit, mesh, script, table};
+use crate::{deviations, fit, mesh, script, table};
 use gml_compiler::program::Program;
 use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
@@ -19,6 +19,9 @@ use gml_runtime::variance::Statistics;
 
 /// Of the scan in pictures: clay.
 const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
+
+/// Of what of it the model does not explain.
+const UNMATCHED_COLOUR: [u8; 3] = [196, 60, 160];
 
 /// Side of one view in pixels.
 const VIEW_SIZE: usize = 480;
@@ -60,9 +63,9 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
     progress.finish();
     documented?;
 
-    print!("{}\n{}", fit::summary(&fitted), measure::summary(&measured.report));
+    print!("{}\n{}", fit::summary(&fitted), deviations::summary(&measured.report));
     println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
-    measure::judge(&measured.report)
+    deviations::judge(&measured.report)
 }
 
 /// The motion from the script's own position (its defaults, where up is up) to where the scan lies, whether the pose is
@@ -123,7 +126,7 @@ fn document(
         colour_png: &colours,
         colour_range: measured.colour_range,
         pictures: &[(
-            "The scan, the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
+            "The scan (in magenta what the model does not explain), the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
             &views,
         )],
     });
@@ -134,12 +137,13 @@ fn document(
     Ok(())
 }
 
-/// The scan in the first row, the model in the colours of its deviations in the second, both in the third.
+/// The scan in the first row, what of it is left over in a colour of its own, the model in the colours of its deviations in the second, both in the third.
 fn views(scan: &Scan, measured: &Measured, upright: &Motion) -> Picture {
     let colours = DeviationColours::new(&measured.deviations, measured.colour_range);
     let model = Layer { mesh: &measured.tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
     let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
-    let rows: [&[Layer<'_>]; 3] = [&[clay], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
+    let unmatched = Layer { mesh: &measured.unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
+    let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
     let views = [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| view.of_turned(&upright.rotation));
     let pictures: Vec<Picture> = rows
         .iter()

@@ -2,6 +2,7 @@
 
 mod check;
 mod cli;
+mod deviations;
 mod diagnostics;
 mod diff;
 mod doc;

@@ -3,23 +3,24 @@
 use crate::cli::{DeviceArg, VarianceControls};
 use crate::error::CommandError;
 use crate::mesh::make_folder;
-use crate::{table, values};
+use crate::values;
 use gml_compiler::program::Program;
 use gml_runtime::bvh::Bvh;
 use gml_runtime::export::picture::{self, Picture};
-use gml_runtime::export::{atomic, json, raster};
+use gml_runtime::export::{atomic, json, ply, raster};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Tessellation, Texels};
+use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
-use gml_runtime::variance::{
-    self, Deviations, Device, DistanceTexture, Facing, PartStatistics, Statistics, Tolerance, VarianceReport,
-};
+use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Facing, Tolerance, Unmatched, VarianceReport};
 use std::path::Path;
 use std::time::Instant;
 
 /// Edges that fit into the model's size: documents displace the vertices, so that detail needs them close together.
 const EDGES_ACROSS: f64 = 150.0;
+
+/// The file of what of the scan the model does not explain.
+pub(crate) const UNMATCHED: &str = "unmatched.ply";
 
 /// A surface to measure from, in the scan's position.
 #[derive(Debug)]
@@ -28,6 +29,10 @@ pub(crate) struct Surface {
     pub(crate) tessellation: Tessellation,
     /// Origins of the rays.
     pub(crate) texels: Texels,
+    /// How it moves where parameters change; none for a mesh.
+    pub(crate) sensitivities: Option<Sensitivities>,
+    /// Of each part, where the script gives one.
+    pub(crate) tolerances: Vec<Option<Tolerance>>,
     /// Sentences for the user.
     pub(crate) notices: Vec<String>,
 }
@@ -45,6 +50,8 @@ pub(crate) struct Measured {
     pub(crate) report: VarianceReport,
     /// Where colour scales end. Millimetres.
     pub(crate) colour_range: f64,
+    /// What of the scan the model does not explain.
+    pub(crate) unmatched: TriangleMesh,
 }
 
 impl Surface {
@@ -64,14 +71,19 @@ impl Surface {
         let mut tessellation = tessellate(Fineness { edge, ..Fineness::default() })?.with_atlas(&atlas);
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
-        Ok(Surface { tessellation, texels, notices: Vec::new() })
+        let sensitivities =
+            Sensitivities::new(program, &*instance, &atlas, &texels, motion).map_err(CommandError::failed)?;
+        let own = program.tolerances(x).map_err(CommandError::failed)?;
+        let tolerances = own.iter().map(|t| t.map(|t| Tolerance { lower: -t, upper: t })).collect();
+        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), tolerances, notices: Vec::new() })
     }
 
     /// The surface of a mesh from elsewhere.
     pub(crate) fn of_mesh(mesh: &TriangleMesh, size: u32) -> Result<Surface, CommandError> {
         let ReferenceSurface { tessellation, texels, notices } =
             ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
-        Ok(Surface { tessellation, texels, notices })
+        let tolerances = vec![None; texels.part_names.len()];
+        Ok(Surface { tessellation, texels, sensitivities: None, tolerances, notices })
     }
 }
 
@@ -105,23 +117,6 @@ pub(crate) fn tolerance(controls: &VarianceControls) -> Result<Option<Tolerance>
     Ok(ends.map(|(lower, upper)| Tolerance { lower, upper }))
 }
 
-/// An error where deviations exceed the tolerance: which part, on how much of its measured area, and how far.
-pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
-    let line = |part: &PartStatistics| {
-        let conformance = part.statistics.tolerance.filter(|c| !c.within)?;
-        let extremes = &part.statistics.per_texel.signed;
-        let Tolerance { lower, upper } = conformance.tolerance;
-        let [least, greatest, lower, upper] = [extremes.min, extremes.max, lower, upper].map(table::number);
-        Some(format!(
-            "{}: {:.2} % of its measured area; {least} to {greatest} mm, where {lower} to {upper} mm are allowed",
-            part.name,
-            100.0 * (1.0 - conformance.share)
-        ))
-    };
-    let lines: Vec<String> = report.parts.iter().filter_map(line).collect();
-    if lines.is_empty() { Ok(()) } else { Err(CommandError::OutOfTolerance(lines)) }
-}
-
 /// Casts the rays and draws the statistics from them. Without a distance, the scan is looked for within a tenth of the
 /// model's size.
 pub(crate) fn measure(
@@ -131,7 +126,7 @@ pub(crate) fn measure(
     controls: &VarianceControls,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
-    let Surface { mut tessellation, mut texels, notices } = surface;
+    let Surface { mut tessellation, mut texels, sensitivities, tolerances, notices } = surface;
     let max_distance = max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
@@ -156,7 +151,12 @@ pub(crate) fn measure(
     let cast = started.elapsed().as_secs_f64();
     let started = Instant::now();
     let tolerance = tolerance(controls)?;
-    let mut report = VarianceReport::with_tolerance(&trace.deviations, &scan.source, &trace.device, tolerance);
+    let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|own| own.or(tolerance)).collect();
+    let mut report = VarianceReport::with_tolerances(&trace.deviations, &scan.source, &trace.device, &tolerances);
+    if let Some(sensitivities) = &sensitivities {
+        let explained = variance::explain(&trace.deviations, sensitivities);
+        report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
+    }
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
@@ -168,10 +168,23 @@ pub(crate) fn measure(
             flipped.join(", ")
         ));
     }
+    progress.report("looking for what the model does not explain", f64::NAN, "");
+    let started = Instant::now();
+    let unmatched = Unmatched::new(&scan.mesh, &tessellation.mesh, max_distance, scan.oriented);
+    let unmatched = unmatched.map_err(|e| CommandError::Failed(format!("the model's surface: {e}")))?;
+    report.unmatched = Some(unmatched.summary);
+    report.seconds.unmatched = started.elapsed().as_secs_f64();
     progress.report("coding texture", f64::NAN, "");
     let texture = DistanceTexture::new(&trace.deviations);
     let colour_range = picture::scale_end(&report.overall, max_distance);
-    Ok(Measured { tessellation, deviations: trace.deviations, texture, report, colour_range })
+    Ok(Measured {
+        tessellation,
+        deviations: trace.deviations,
+        texture,
+        report,
+        colour_range,
+        unmatched: unmatched.mesh,
+    })
 }
 
 /// Diagonal of the box around a mesh.
@@ -184,7 +197,7 @@ fn diagonal(mesh: &TriangleMesh) -> f64 {
     (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Writes the coded texture, the lossless distances, the colours and the statistics.
+/// Writes the coded texture, the lossless distances, the colours, what of the scan is left over, and the statistics.
 pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandError> {
     make_folder(folder)?;
     let texture = &measured.texture;
@@ -197,6 +210,7 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandErr
     for (name, bytes) in [("distance.png", &coded), ("distance.tif", &tiff), ("colours.png", &colours)] {
         atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
     }
+    ply::write(&folder.join(UNMATCHED), &measured.unmatched, &[]).map_err(CommandError::failed)?;
     json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)
 }
 
@@ -204,44 +218,4 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandErr
 pub(crate) fn png(picture: &Picture) -> Result<Vec<u8>, CommandError> {
     let rgb = picture.pixels.as_flattened();
     raster::png_rgb(picture.width as u32, picture.height as u32, rgb, &[]).map_err(CommandError::failed)
-}
-
-/// The table that people read.
-pub(crate) fn summary(report: &VarianceReport) -> String {
-    let row = |name: &str, s: &Statistics| {
-        let m = &s.weighted;
-        vec![
-            name.to_owned(),
-            table::number(s.area),
-            format!("{:.1} %", s.coverage * 100.0),
-            table::number(m.mean),
-            table::number(m.sd),
-            table::number(m.signed.mean),
-            table::number(m.rms),
-            table::number(m.percentiles.p95),
-            table::number(m.max),
-        ]
-        .into_iter()
-        .chain(s.tolerance.map(|c| format!("{:.2} %", 100.0 * c.share)))
-        .collect()
-    };
-    let mut rows = vec![row("all", &report.overall)];
-    rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
-    let headings = ["part", "area mm2", "coverage", "mean", "sd", "signed mean", "rms", "95 %", "max"];
-    let headings = if report.overall.tolerance.is_some() {
-        [&headings[..], &["in tolerance"]].concat()
-    } else {
-        headings.to_vec()
-    };
-    let mut out = table::render(&headings, &rows);
-    out.push_str(&format!(
-        "distances in mm, at most {}; {}; cast by {}\n",
-        table::number(report.max_distance),
-        report.sign_convention,
-        report.device
-    ));
-    for w in &report.warnings {
-        out.push_str(&format!("warning: {w}\n"));
-    }
-    out
 }

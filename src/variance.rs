@@ -4,7 +4,7 @@ use crate::cli::{ScriptArgs, VarianceArgs};
 use crate::error::CommandError;
 use crate::measure::{self, Surface};
 use crate::progress::TerminalProgress;
-use crate::{fit, script};
+use crate::{deviations, fit, script};
 use gml_runtime::scan;
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
@@ -18,8 +18,8 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     progress.finish();
     let measured = measured?;
     measure::write(&args.output, &measured)?;
-    print!("{}", measure::summary(&measured.report));
-    measure::judge(&measured.report)
+    print!("{}", deviations::summary(&measured.report));
+    deviations::judge(&measured.report)
 }
 
 /// A script with its parameters, or a mesh: the file's name says which.

@@ -3,11 +3,12 @@
 mod support;
 
 use std::path::Path;
-use support::{example, gmlc, json, parameter, test_data};
+use support::{example, fails, gmlc, json, parameter, test_data};
 use tempfile::tempdir;
 
 /// Every document that inspect writes.
-const DOCUMENTS: [&str; 8] = [
+const DOCUMENTS: [&str; 9] = [
+    "unmatched.ply",
     "fit.json",
     "variance.json",
     "distance.png",
@@ -115,4 +116,79 @@ fn the_real_scan_of_a_mug() {
     assert!(parameter(&fit, "wall") < 2.5, "{out}");
     // And it shows.
     assert!(part("inside")["percentiles"]["p95"].as_f64().expect("a number") > 8.0, "{out}");
+}
+
+/// A small ball beside a large one that the model knows nothing of is left over, with its area, and nothing else is.
+#[test]
+fn what_the_model_lacks_is_listed() {
+    let folder = tempdir().expect("a folder");
+    let write = |name: &str, more: &str| {
+        let text = format!(
+            "use std.surface (sphere)\nuse std.frame (translate)\n
+             model balls {{ param r: length in 15mm..25mm = 20mm; part large = sphere(r)\n{more}\n}}\n"
+        );
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    write("large.gml", "");
+    write("both.gml", "part small = sphere(8mm).translate((35mm, 0mm, 25mm))");
+    let clean = ["--outliers", "0", "--holes", "0", "--dropouts", "0", "--noise", "0.1mm", "--no-pose"];
+    gmlc(folder.path(), &[&["scan", "both.gml", "--spacing", "1mm", "-o", "scan.ply"], &clean[..]].concat());
+    let (_, variance, out) = inspect(folder.path(), &["large.gml", "scan.ply", "--no-pose", "--max-distance", "4mm"]);
+    let unmatched = &variance["unmatched"];
+    let figure = |name: &str| unmatched[name].as_f64().expect("a number");
+    // All of it but slits of the scan.
+    let ball = 4.0 * std::f64::consts::PI * 64.0;
+    assert!((figure("area") - ball).abs() < 0.1 * ball, "{}\n{out}", figure("area"));
+    assert_eq!(unmatched["pieces"], 1, "{unmatched}");
+    let center = unmatched["largest"][0]["center"].as_array().expect("a point");
+    for (c, expected) in center.iter().zip([35.0, 0.0, 25.0]) {
+        assert!((c.as_f64().expect("a number") - expected).abs() < 1.0, "{center:?}");
+    }
+    assert!(out.contains("not explained by the model"), "{out}");
+    let ply = std::fs::read(folder.path().join("out/unmatched.ply")).expect("a mesh");
+    let header = String::from_utf8_lossy(&ply[..ply.len().min(400)]).into_owned();
+    assert!(header.contains(&format!("element face {}", unmatched["triangles"])), "{header}");
+}
+
+/// Deviations of a can that is too large by 0.4 mm.
+#[test]
+fn a_wrong_radius_is_named() {
+    let folder = tempdir().expect("a folder");
+    let text = "use std.surface (cylinder)\nmodel can { param r: length = 20mm; param h: length = 50mm; part side = cylinder(r, h) }\n";
+    std::fs::write(folder.path().join("can.gml"), text).expect("written");
+    gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.4mm", "-o", "real.ply"]);
+    let out = gmlc(
+        folder.path(),
+        &["variance", "can.gml", "real.ply", "-o", "out", "--device", "cpu", "--resolution", "128"],
+    );
+    let explained = &json(&folder.path().join("out/variance.json"))["parts"][0]["explained"];
+    let first = &explained["parameters"][0];
+    assert_eq!(first["name"], "r", "{explained}");
+    // The mesh's facets lie within the cylinder by a hundredth of a millimetre.
+    assert!((first["change"].as_f64().expect("a number") - 0.4).abs() < 0.02, "{explained}");
+    assert!(first["share"].as_f64().expect("a number") > 0.99, "{explained}");
+    assert!(explained["form"].as_f64().expect("a number") < 0.02, "{explained}");
+    assert!(out.contains("r +0.3") || out.contains("r +0.4"), "{out}");
+}
+
+/// Parts have tolerances of their own; `--tolerance` is for the others.
+#[test]
+fn parts_have_tolerances() {
+    let folder = tempdir().expect("a folder");
+    let text = "use std.surface (cylinder, disc)\nuse std.frame (translate)\nmodel can {\n  param r: length = 20mm\n\
+                part side tolerance r / 100 = cylinder(r, 50mm)\n  part top = disc(r).translate((0mm, 0mm, 50mm))\n}\n";
+    std::fs::write(folder.path().join("can.gml"), text).expect("written");
+    gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.15mm", "-o", "near.ply"]);
+    gmlc(folder.path(), &["mesh", "can.gml", "-p", "r=20.4mm", "-o", "far.ply"]);
+    let measure = ["-o", "out", "--device", "cpu", "--resolution", "128", "--tolerance", "0.01mm"];
+    gmlc(folder.path(), &[&["variance", "can.gml", "near.ply"], &measure[..]].concat());
+    let error = fails(folder.path(), &[&["variance", "can.gml", "far.ply"], &measure[..]].concat(), 3);
+    assert!(error.contains("side: 100.00 % of its measured area") && !error.contains("top"), "{error}");
+    let report = json(&folder.path().join("out/variance.json"));
+    assert_eq!(report["parts"][0]["tolerance"]["upper"], 0.2);
+    assert_eq!(report["parts"][1]["tolerance"]["upper"], 0.01);
+    assert_eq!(
+        (&report["tolerance"]["upper"], &report["tolerance"]["within"]),
+        (&serde_json::Value::Null, &false.into())
+    );
 }

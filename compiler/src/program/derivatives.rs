@@ -24,6 +24,8 @@ pub(super) struct ModelFunctions {
     /// The bodies of the parts. Parts that differ in what they capture only have one body: those of a loop.
     pub(super) bodies: Vec<BodyFunction>,
     pub(super) parts: Vec<PartFunctions>,
+    /// `(params..) -> length` of the parts that have a tolerance of their own.
+    pub(super) tolerances: Vec<Option<FunctionId>>,
 }
 
 /// What is computed at every point of a part. C stands for its captures, in order.
@@ -84,6 +86,8 @@ impl ModelFunctions {
         let mut roots: Vec<FunctionId> = surfaces.iter().map(|s| s.function).collect();
         roots.push(lowered.bounds);
         roots.extend(lowered.requires.iter().map(|r| r.function));
+        let tolerances: Vec<Option<FunctionId>> = lowered.parts.iter().map(|p| p.tolerance).collect();
+        roots.extend(tolerances.iter().flatten());
         diff::expand(&mut module, &roots)?;
         let limits = module.limits;
         ir::inline(&mut module, &roots, limits)?;
@@ -108,7 +112,8 @@ impl ModelFunctions {
             parts.push(PartFunctions { surface, body, captures: part.captures, jacobian, slopes });
         }
         let (bounds, requires) = (lowered.bounds, std::mem::take(&mut lowered.requires));
-        let mut functions = ModelFunctions { module, bounds, requires, prelude: split.prelude, slopes, bodies, parts };
+        let mut functions =
+            ModelFunctions { module, bounds, requires, prelude: split.prelude, slopes, bodies, parts, tolerances };
         functions.drop_unreached();
         Ok(functions)
     }
@@ -119,6 +124,7 @@ impl ModelFunctions {
         named.extend(self.requires.iter_mut().map(|r| &mut r.function));
         named.extend(self.bodies.iter_mut().map(|b| &mut b.points));
         named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian.function]));
+        named.extend(self.tolerances.iter_mut().flatten());
         let mut roots: Vec<FunctionId> = named.iter().map(|f| **f).collect();
         self.module.drop_unreached(&mut roots);
         named.into_iter().zip(roots).for_each(|(f, id)| *f = id);

@@ -122,7 +122,13 @@ impl Program {
     }
 
     /// `file:line:column: message (where r = 40mm, ...)`.
-    fn error(&self, span: Option<Span>, message: &str, place: &Place<'_>, params: Option<&[u32]>) -> EvaluationError {
+    pub(super) fn error(
+        &self,
+        span: Option<Span>,
+        message: &str,
+        place: &Place<'_>,
+        params: Option<&[u32]>,
+    ) -> EvaluationError {
         let mut text = String::new();
         if let Some(file) = span.and_then(|s| self.sources.get(s.file)) {
             let (line, column) = self.sources.line_column(span.unwrap_or_default());

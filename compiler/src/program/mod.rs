@@ -23,6 +23,7 @@ mod probe;
 #[cfg(test)]
 mod tests;
 mod text;
+mod tolerances;
 
 pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed};
 pub use failure::EvaluationError;

@@ -183,3 +183,16 @@ fn workers_change_nothing() {
         assert_eq!(others, values);
     }
 }
+
+#[test]
+fn tolerances_follow_the_parameters() {
+    let program = program(
+        "use std.surface (cylinder, disc)\nmodel can {\n param r: length = 20mm\n let fine = r / 100\n
+         part side tolerance fine + 0.1mm = cylinder(r, 50mm)\n part top = disc(r)\n
+         for i in 0..2 { part rib tolerance 0.5mm * (i + 1) = cylinder(r, 1mm) }\n
+         part odd tolerance r - 30mm = disc(r)\n}",
+    );
+    assert_eq!(program.tolerances(&[40.0]), Ok(vec![Some(0.5), None, Some(0.5), Some(1.0), Some(10.0)]));
+    let error = program.tolerances(&[20.0]).unwrap_err();
+    assert_eq!(error.message, "test.gml:11:29: a tolerance must not be negative, and this is -10 mm (in part odd)");
+}

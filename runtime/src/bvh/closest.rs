@@ -23,6 +23,22 @@ impl Bvh {
     /// None also where `p` is not finite.
     #[must_use]
     pub fn closest_point(&self, p: [f64; 3], max_distance: f64) -> Option<ClosestPoint> {
+        self.closest_among(p, max_distance, |_| true)
+    }
+
+    /// Likewise among the triangles whose normal (counter-clockwise from outside) makes less than a right angle with `normal`.
+    #[must_use]
+    pub fn closest_point_facing(&self, p: [f64; 3], max_distance: f64, normal: [f64; 3]) -> Option<ClosestPoint> {
+        let normal = Vec3A::from_array(normal.map(|c| c as f32));
+        self.closest_among(p, max_distance, |[a, b, c]| (b - a).cross(c - a).dot(normal) > 0.0)
+    }
+
+    fn closest_among(
+        &self,
+        p: [f64; 3],
+        max_distance: f64,
+        among: impl Fn([Vec3A; 3]) -> bool,
+    ) -> Option<ClosestPoint> {
         if !p.iter().all(|x| x.is_finite()) || max_distance.is_nan() || max_distance < 0.0 {
             return None;
         }
@@ -31,7 +47,8 @@ impl Bvh {
         let reach = (local.abs() + self.half_extent).max_element();
         let slack = 4.0 * f64::from(f32::EPSILON) * f64::from(reach);
         let limit = (max_distance + slack) as f32;
-        let (block, lane) = self.closest_triangle(local, 1.0 / reach.max(f32::MIN_POSITIVE), limit * limit)?;
+        let scale = 1.0 / reach.max(f32::MIN_POSITIVE);
+        let (block, lane) = self.closest_triangle(local, scale, limit * limit, among)?;
         let origin = DVec3::from(p) - DVec3::from(self.center);
         let corners = self.blocks[block].triangle(lane).map(|c| c.as_dvec3());
         let weights = closest_weights(origin, corners);
@@ -45,16 +62,26 @@ impl Bvh {
         })
     }
 
-    /// Block and lane of the triangle closest to `p`, if its squared distance is at most `best`. `scale` brings all
+    /// Block and lane of the triangle closest to `p` among those that `among` admits, if its squared distance is at most `best`. `scale` brings all
     /// distances to at most about one, so that fourth powers neither overflow nor vanish.
-    fn closest_triangle(&self, p: Vec3A, scale: f32, mut best: f32) -> Option<(usize, usize)> {
+    fn closest_triangle(
+        &self,
+        p: Vec3A,
+        scale: f32,
+        mut best: f32,
+        among: impl Fn([Vec3A; 3]) -> bool,
+    ) -> Option<(usize, usize)> {
         let nodes = &self.tree.nodes[..];
         let mut found = None;
         let mut test_leaf = |node: &Bvh2Node, best: &mut f32| {
             let block = (node.first_index / 4) as usize;
             for lane in 0..node.prim_count as usize {
                 debug_assert_ne!(self.tree.primitive_indices[4 * block + lane], NO_TRIANGLE);
-                let squared = squared_distance(p, scale, self.blocks[block].triangle(lane));
+                let triangle = self.blocks[block].triangle(lane);
+                let squared = squared_distance(p, scale, triangle);
+                if !among(triangle) {
+                    continue;
+                }
                 if squared < *best || found.is_none() && squared <= *best {
                     *best = squared;
                     found = Some((block, lane));

@@ -1,9 +1,10 @@
 //! Distances from every texel of the model's surface to the scan; statistics.
 //!
 //! [`trace`] casts the rays, natively or by a compute shader, and gives [`Deviations`]; [`DistanceTexture`] codes them
-//! as the paper does; [`VarianceReport`] has the statistics.
+//! as the paper does; [`VarianceReport`] has the statistics; [`Unmatched`] is what of the scan no texel can meet.
 
 mod deviations;
+mod explained;
 mod moments;
 mod ordered;
 mod orientation;
@@ -14,8 +15,10 @@ mod tolerance;
 mod trace;
 mod trace_cpu;
 mod trace_gpu;
+mod unmatched;
 
 pub use deviations::Deviations;
+pub use explained::{Explanation, ParameterEffect, explain};
 pub use moments::{Moments, Percentiles, SignedMoments};
 pub use orientation::agree_with_scan;
 pub use report::{PartStatistics, SIGN_CONVENTION, VarianceReport, VarianceSeconds};
@@ -24,3 +27,4 @@ pub use texture::{DistanceTexture, signed_distances};
 pub use tolerance::{Conformance, Tolerance};
 pub use trace::{Device, Facing, Trace, TraceError, trace};
 pub use trace_gpu::GpuError;
+pub use unmatched::{Piece, Unmatched, UnmatchedSummary};

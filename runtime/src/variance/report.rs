@@ -1,7 +1,7 @@
 //! The result of a variance analysis as it is written to variance.json.
 
 use super::statistics::{Samples, Sorted};
-use super::{Deviations, Statistics, Tolerance};
+use super::{Conformance, Deviations, Explanation, Statistics, Tolerance, UnmatchedSummary};
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -32,6 +32,9 @@ pub struct VarianceReport {
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
     pub groups: Vec<PartStatistics>,
+    /// What of the scan the model does not explain, where it was looked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unmatched: Option<UnmatchedSummary>,
     /// How long it took.
     pub seconds: VarianceSeconds,
     /// Sentences for the user.
@@ -46,6 +49,9 @@ pub struct PartStatistics {
     /// Its statistics; their fields stand beside the name in JSON.
     #[serde(flatten)]
     pub statistics: Statistics,
+    /// How its deviations follow from its parameters, where the surface has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explained: Option<Explanation>,
 }
 
 /// How long the stages took.
@@ -59,6 +65,9 @@ pub struct VarianceSeconds {
     pub trace: f64,
     /// Statistics.
     pub statistics: f64,
+    /// What of the scan the model does not explain.
+    #[serde(default)]
+    pub unmatched: f64,
 }
 
 impl VarianceReport {
@@ -66,38 +75,47 @@ impl VarianceReport {
     /// `seconds` by whoever measures it.
     #[must_use]
     pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str) -> Self {
-        Self::with_tolerance(deviations, scan, device, None)
+        Self::with_tolerances(deviations, scan, device, &[])
     }
 
-    /// As [`new`](Self::new), and says of all, of every part and of every group how it stands to a tolerance.
+    /// As [`new`](Self::new), and says of every part that has a tolerance, by the parts' order, how it stands to it; and of
+    /// all these and of those of every group together.
     #[must_use]
-    pub fn with_tolerance(
+    pub fn with_tolerances(
         deviations: &Deviations,
         scan: &ScanSource,
         device: &str,
-        tolerance: Option<Tolerance>,
+        tolerances: &[Option<Tolerance>],
     ) -> Self {
         let names = &deviations.texels.part_names;
         let sorted = Sorted::of(deviations);
         let range = deviations.max_distance;
-        let groups = groups(names);
+        let members = groups(names);
         let every: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
         let mut grouped = vec![None; names.len()];
-        for (g, (_, members)) in groups.iter().enumerate() {
+        for (g, (_, members)) in members.iter().enumerate() {
             members.iter().for_each(|&part| grouped[part] = Some(g));
         }
-        let named = |(name, samples): (String, Samples)| PartStatistics {
-            name,
-            statistics: Statistics::of_samples(&samples, range, tolerance),
-        };
-        let of = |class: &[Option<usize>], names: Vec<String>| -> Vec<PartStatistics> {
+        let of = |class: &[Option<usize>], names: Vec<&String>, tolerances: &[Option<Tolerance>]| {
             let samples = sorted.by_class(class, names.len());
-            names.into_par_iter().zip(samples).map(named).collect()
+            let named = |(k, (name, samples)): (usize, (&String, Samples))| {
+                let tolerance = tolerances.get(k).copied().flatten();
+                let statistics = Statistics::of_samples(&samples, range, tolerance);
+                PartStatistics { name: name.clone(), statistics, explained: None }
+            };
+            let pairs: Vec<_> = names.into_iter().zip(samples).enumerate().collect();
+            pairs.into_par_iter().map(named).collect::<Vec<PartStatistics>>()
         };
-        let (overall, (parts, groups)) = rayon::join(
-            || Statistics::of_samples(&sorted.all(), range, tolerance),
-            || (of(&every, names.clone()), of(&grouped, groups.into_iter().map(|(name, _)| name).collect())),
+        let group_names = members.iter().map(|(name, _)| name).collect();
+        let (mut overall, (parts, mut groups)) = rayon::join(
+            || Statistics::of_samples(&sorted.all(), range, None),
+            || (of(&every, names.iter().collect(), tolerances), of(&grouped, group_names, &[])),
         );
+        let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
+        overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
+        for (group, (_, members)) in groups.iter_mut().zip(&members) {
+            group.statistics.tolerance = Conformance::together(members.iter().copied().filter_map(conformance));
+        }
         Self {
             sign_convention: SIGN_CONVENTION.to_owned(),
             unit: "mm".to_owned(),
@@ -108,6 +126,7 @@ impl VarianceReport {
             overall,
             parts,
             groups,
+            unmatched: None,
             seconds: VarianceSeconds::default(),
             warnings: Vec::new(),
         }

@@ -15,9 +15,9 @@ pub struct Tolerance {
 /// How deviations stand to a tolerance. What was not measured is neither in nor out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conformance {
-    /// The tolerance.
+    /// The tolerance; absent where parts with different ones are taken together.
     #[serde(flatten)]
-    pub tolerance: Tolerance,
+    pub tolerance: Option<Tolerance>,
     /// Whether everything that was measured is within it.
     pub within: bool,
     /// Measured area within it. Square millimetres.
@@ -37,6 +37,23 @@ pub struct Conformance {
 }
 
 impl Conformance {
+    /// Of several parts together, those that have a tolerance; none where no part has one.
+    pub(super) fn together<'a>(parts: impl Iterator<Item = &'a Conformance>) -> Option<Conformance> {
+        let sum = parts.copied().reduce(|a, b| Conformance {
+            tolerance: a.tolerance.filter(|_| a.tolerance == b.tolerance),
+            within: a.within && b.within,
+            area_within: a.area_within + b.area_within,
+            area_below: a.area_below + b.area_below,
+            area_above: a.area_above + b.area_above,
+            share: 0.0,
+            texels_within: a.texels_within + b.texels_within,
+            texels_below: a.texels_below + b.texels_below,
+            texels_above: a.texels_above + b.texels_above,
+        })?;
+        let area = sum.area_within + sum.area_below + sum.area_above;
+        Some(Conformance { share: if area > 0.0 { sum.area_within / area } else { 0.0 }, ..sum })
+    }
+
     /// Of distances with their areas, and of all distances, those without area among them.
     pub(super) fn of(weighted: &Ordered, alike: &Ordered, tolerance: Tolerance) -> Self {
         let split = |distances: &Ordered| {
@@ -52,7 +69,7 @@ impl Conformance {
         let [texels_below, texels_within, texels_above] = split(alike).map(|n| n as usize);
         let area = weighted.total();
         Self {
-            tolerance,
+            tolerance: Some(tolerance),
             within: texels_below == 0 && texels_above == 0,
             area_within,
             area_below,

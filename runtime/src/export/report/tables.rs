@@ -2,7 +2,7 @@
 
 use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter};
-use crate::variance::{Statistics, VarianceReport};
+use crate::variance::{Statistics, UnmatchedSummary, VarianceReport};
 use gml_compiler::program::Quantity;
 use std::fmt::Write;
 
@@ -125,7 +125,105 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
         row(&format!("{} (all)", group.name), &group.statistics, "total", &mut out);
     }
     out.push_str("</tbody></table></div>\n");
+    conformance(variance, &mut out);
+    explained(variance, &mut out);
+    if let Some(unmatched) = &variance.unmatched {
+        left_over(unmatched, &mut out);
+    }
     out
+}
+
+/// How the parts stand to the tolerance, where one was given.
+fn conformance(variance: &VarianceReport, out: &mut String) {
+    if variance.overall.tolerance.is_none() {
+        return;
+    }
+    out.push_str(
+        "<h3>Tolerance</h3>\n<div class=\"scroll\"><table>\n<thead><tr><th>Part</th><th>From</th><th>To</th><th>Within</th>\
+         <th>Below, mm&sup2;</th><th>Above, mm&sup2;</th><th></th></tr></thead>\n<tbody>\n",
+    );
+    let parts = variance.parts.iter().map(|p| (p.name.as_str(), &p.statistics));
+    for (name, statistics) in std::iter::once(("All", &variance.overall)).chain(parts) {
+        let Some(c) = &statistics.tolerance else { continue };
+        let verdict = if c.within { "within" } else { "<span class=\"mark\">out of tolerance</span>" };
+        let _ = writeln!(
+            out,
+            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.2} %</td><td>{}</td><td>{}</td><td class=\"text\">{verdict}</td></tr>",
+            escape(name),
+            c.tolerance.map_or_else(String::new, |t| short(t.lower)),
+            c.tolerance.map_or_else(String::new, |t| short(t.upper)),
+            100.0 * c.share,
+            number(c.area_below),
+            number(c.area_above),
+        );
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// What changes of parameters would explain.
+fn explained(variance: &VarianceReport, out: &mut String) {
+    let known: Vec<_> = variance.parts.iter().filter_map(|p| Some((&p.name, p.explained.as_ref()?))).collect();
+    if known.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h3>Explained deviations</h3>\n<p class=\"convention\">The share of each part's mean square deviation that vanishes if its \
+         parameters change, or if it moves as a whole; what remains of both is its form. Changes are those of one parameter alone.</p>\n\
+         <div class=\"scroll\"><table>\n<thead><tr><th>Part</th><th>RMS, mm</th><th>Parameters</th><th>Position</th><th>Form, mm</th>\
+         <th colspan=\"6\">Parameters with the largest shares</th></tr></thead>\n<tbody>\n",
+    );
+    for (name, e) in known {
+        let (all, position) = (100.0 * e.all_parameters, 100.0 * e.position);
+        let (rms, form) = (number(e.rms), number(e.form));
+        let _ = write!(
+            out,
+            "<tr><td>{}</td><td>{rms}</td><td>{all:.1} %</td><td>{position:.1} %</td><td>{form}</td>",
+            escape(name)
+        );
+        for p in e.parameters.iter().take(3) {
+            let (change, unit) =
+                if p.unit == "rad" { (p.change.to_degrees(), "&deg;") } else { (p.change, p.unit.as_str()) };
+            let change = if change > 0.0 { format!("+{}", number(change)) } else { number(change) };
+            let _ = write!(
+                out,
+                "<td class=\"text\">{} {change} {unit}</td><td>{:.1} %</td>",
+                escape(&p.name),
+                100.0 * p.share
+            );
+        }
+        out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// What of the scan the model does not explain.
+fn left_over(unmatched: &UnmatchedSummary, out: &mut String) {
+    out.push_str("<h3>Not explained by the model</h3>\n");
+    if unmatched.triangles == 0 {
+        out.push_str("<p class=\"convention\">The model explains all of the scan.</p>\n");
+        return;
+    }
+    let _ = writeln!(
+        out,
+        "<p class=\"convention\">{} mm&sup2; of the scan ({:.2} %), in {} pieces: too far from the model, or facing another way. \
+         They are in unmatched.ply. The largest:</p>",
+        number(unmatched.area),
+        100.0 * unmatched.share,
+        unmatched.pieces
+    );
+    out.push_str(
+        "<div class=\"scroll\"><table>\n<thead><tr><th>Piece</th><th>Area, mm&sup2;</th><th>Triangles</th>\
+         <th colspan=\"3\">Centre</th><th colspan=\"3\">Size</th></tr></thead>\n<tbody>\n",
+    );
+    for (k, piece) in unmatched.largest.iter().enumerate() {
+        let _ = write!(out, "<tr><td>{k}</td><td>{}</td><td>{}</td>", number(piece.area), piece.triangles);
+        let size = piece.high.iter().zip(piece.low).map(|(high, low)| high - low);
+        for figure in piece.center.into_iter().chain(size) {
+            let _ = write!(out, "<td>{}</td>", number(figure));
+        }
+        out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody></table></div>\n");
 }
 
 fn row(name: &str, s: &Statistics, class: &str, out: &mut String) {

@@ -96,14 +96,20 @@ fn tolerances_include_their_ends_and_leave_out_what_was_not_measured() {
     let texels = [(0.1, 2.0, 0), (-0.2, 1.0, 0), (0.11, 4.0, 1), (-0.3, 8.0, 1), (f64::NAN, 16.0, 1), (0.0, 0.5, 2)];
     let d = deviations(&texels, &["a", "b", "c"]);
     let tolerance = Some(Tolerance { lower: -0.2, upper: 0.1 });
-    let report = VarianceReport::with_tolerance(&d, &ScanSource::default(), "cpu", tolerance);
+    let report = VarianceReport::with_tolerances(&d, &ScanSource::default(), "cpu", &[tolerance; 3]);
     let [a, b, c] = [0, 1, 2].map(|p| report.parts[p].statistics.tolerance.expect("asked for"));
     assert!(a.within && !b.within && c.within);
     assert_eq!((b.texels_below, b.texels_within, b.texels_above), (1, 0, 1));
     let all = report.overall.tolerance.expect("asked for");
     assert_eq!((all.area_below, all.area_within, all.area_above), (8.0, 3.5, 4.0));
     close(all.share, 3.5 / 15.5, 1e-15);
-    assert!(!all.within);
+    assert!(!all.within && all.tolerance == tolerance);
+    // Each part by its own; one without does not count.
+    let own = [tolerance, Some(Tolerance { lower: -1.0, upper: 1.0 }), None];
+    let report = VarianceReport::with_tolerances(&d, &ScanSource::default(), "cpu", &own);
+    let all = report.overall.tolerance.expect("asked for");
+    assert_eq!((all.tolerance, all.within, all.area_within, all.share), (None, true, 15.0, 1.0));
+    assert!(report.parts[2].statistics.tolerance.is_none());
     assert!(VarianceReport::new(&d, &ScanSource::default(), "cpu").overall.tolerance.is_none());
 }
 

@@ -1,0 +1,266 @@
+//! What of the scan the model does not explain: Schinko et al. cast rays from the model alone, so that what is far from it, or
+//! faces another way, would be lost without a word.
+
+use crate::bvh::{Bvh, BvhError};
+use crate::mesh::{Group, TriangleMesh};
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+
+/// Vertices of a cell of space that are compared with each of those around it: bounds the work where many lie in one place.
+const CROWD: usize = 64;
+
+/// How many pieces are listed.
+const LISTED: usize = 10;
+
+/// The triangles of a scan that the model does not explain.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Unmatched {
+    /// They, with the vertices that they use; a group a piece, the largest first.
+    pub mesh: TriangleMesh,
+    /// Their figures.
+    pub summary: UnmatchedSummary,
+}
+
+/// How much of a scan the model does not explain.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UnmatchedSummary {
+    /// Square millimetres.
+    pub area: f64,
+    /// `area` of the scan's; 0 where it has none.
+    pub share: f64,
+    /// How many triangles.
+    pub triangles: usize,
+    /// How many pieces: triangles of one piece share vertices, or lie as close to each other as their corners do. (Scanners
+    /// leave slits between the views.)
+    pub pieces: usize,
+    /// The largest pieces.
+    pub largest: Vec<Piece>,
+}
+
+/// A piece.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Piece {
+    /// Square millimetres.
+    pub area: f64,
+    /// How many triangles.
+    pub triangles: usize,
+    /// Centre of its area. Millimetres, in the scan's coordinates.
+    pub center: [f64; 3],
+    /// Least corner of the box around it.
+    pub low: [f64; 3],
+    /// Greatest corner.
+    pub high: [f64; 3],
+}
+
+impl Unmatched {
+    /// Those triangles whose centre of gravity has no point of `model` within `max_distance`; if `oriented`, of the parts of the model
+    /// that face as the triangle does (less than a right angle between the normals).
+    ///
+    /// # Errors
+    /// As [`Bvh::build`], of the model.
+    pub fn new(
+        scan: &TriangleMesh,
+        model: &TriangleMesh,
+        max_distance: f64,
+        oriented: bool,
+    ) -> Result<Unmatched, BvhError> {
+        let bvh = Bvh::build(model)?;
+        let explained = |triangle: &[u32; 3]| {
+            let center = center(scan, *triangle).to_array();
+            let found = match scan.triangle_normal(*triangle).filter(|_| oriented) {
+                Some(normal) => bvh.closest_point_facing(center, max_distance, normal),
+                None => bvh.closest_point(center, max_distance),
+            };
+            found.is_some()
+        };
+        let left: Vec<[u32; 3]> = scan.triangles.par_iter().filter(|t| !explained(t)).copied().collect();
+        let mut pieces: Vec<(Piece, Vec<[u32; 3]>)> =
+            pieces(scan, &left).into_iter().map(|triangles| (piece(scan, &triangles), triangles)).collect();
+        // Stable: pieces of one size stay in the order of the scan.
+        pieces.sort_by(|a, b| b.0.area.total_cmp(&a.0.area));
+        let area: f64 = pieces.iter().map(|(p, _)| p.area).sum();
+        let whole: f64 = scan.triangles.iter().map(|t| scan.triangle_area(*t)).sum();
+        let summary = UnmatchedSummary {
+            area,
+            share: if whole > 0.0 { area / whole } else { 0.0 },
+            triangles: left.len(),
+            pieces: pieces.len(),
+            largest: pieces.iter().take(LISTED).map(|(p, _)| p.clone()).collect(),
+        };
+        Ok(Unmatched { mesh: extract(scan, pieces.into_iter().map(|(_, t)| t)), summary })
+    }
+}
+
+fn center(mesh: &TriangleMesh, triangle: [u32; 3]) -> DVec3 {
+    triangle.iter().map(|i| DVec3::from(mesh.positions[*i as usize])).sum::<DVec3>() / 3.0
+}
+
+/// Triangles by the piece that they belong to, in the order of the pieces' first triangles.
+fn pieces(scan: &TriangleMesh, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
+    let mut parent: Vec<u32> = (0..scan.positions.len() as u32).collect();
+    for [a, b, c] in triangles {
+        join(&mut parent, *a, *b);
+        join(&mut parent, *a, *c);
+    }
+    join_neighbours(scan, triangles, &mut parent);
+    let mut place = vec![usize::MAX; scan.positions.len()];
+    let mut pieces: Vec<Vec<[u32; 3]>> = Vec::new();
+    for triangle in triangles {
+        let root = find(&mut parent, triangle[0]) as usize;
+        if place[root] == usize::MAX {
+            place[root] = pieces.len();
+            pieces.push(Vec::new());
+        }
+        pieces[place[root]].push(*triangle);
+    }
+    pieces
+}
+
+/// Joins vertices that are no further apart than twice the median edge.
+fn join_neighbours(scan: &TriangleMesh, triangles: &[[u32; 3]], parent: &mut [u32]) {
+    let at = |vertex: u32| DVec3::from(scan.positions[vertex as usize]);
+    let mut edges: Vec<f64> = triangles.iter().map(|[a, b, _]| (at(*a) - at(*b)).length()).collect();
+    if edges.is_empty() {
+        return;
+    }
+    let middle = edges.len() / 2;
+    let reach = 2.0 * *edges.select_nth_unstable_by(middle, f64::total_cmp).1;
+    if reach.is_nan() || reach <= 0.0 {
+        return;
+    }
+    let mut vertices: Vec<u32> = triangles.iter().flatten().copied().collect();
+    vertices.sort_unstable();
+    vertices.dedup();
+    let cell = |p: DVec3| (p / reach).floor().to_array().map(|c| c.clamp(-1e15, 1e15) as i64);
+    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    for vertex in &vertices {
+        cells.entry(cell(at(*vertex))).or_default().push(*vertex);
+    }
+    for vertex in &vertices {
+        let [x, y, z] = cell(at(*vertex));
+        for near in (0..27).filter_map(|k| cells.get(&[x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1])) {
+            // A crowded cell is joined by its first few: the others are joined with those when it is their turn.
+            for other in near.iter().take(CROWD).filter(|other| at(**other).distance(at(*vertex)) <= reach) {
+                join(parent, *vertex, *other);
+            }
+        }
+    }
+}
+
+fn join(parent: &mut [u32], a: u32, b: u32) {
+    let (a, b) = (find(parent, a), find(parent, b));
+    parent[b as usize] = a;
+}
+
+/// The root of a vertex's tree; halves the way there.
+fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
+    while parent[vertex as usize] != vertex {
+        parent[vertex as usize] = parent[parent[vertex as usize] as usize];
+        vertex = parent[vertex as usize];
+    }
+    vertex
+}
+
+fn piece(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Piece {
+    let (mut area, mut moment) = (0.0, DVec3::ZERO);
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for triangle in triangles {
+        let own = mesh.triangle_area(*triangle);
+        area += own;
+        moment += own * center(mesh, *triangle);
+        for vertex in triangle {
+            let p = DVec3::from(mesh.positions[*vertex as usize]);
+            (low, high) = (low.min(p), high.max(p));
+        }
+    }
+    let center = if area > 0.0 { moment / area } else { (low + high) / 2.0 };
+    Piece { area, triangles: triangles.len(), center: center.into(), low: low.into(), high: high.into() }
+}
+
+/// A mesh of these triangles, a group a piece, with the vertices that they use.
+fn extract(scan: &TriangleMesh, pieces: impl Iterator<Item = Vec<[u32; 3]>>) -> TriangleMesh {
+    let mut renumbered = vec![u32::MAX; scan.positions.len()];
+    let mut mesh = TriangleMesh::default();
+    for (k, triangles) in pieces.enumerate() {
+        let start = mesh.triangles.len();
+        for triangle in triangles {
+            let own = triangle.map(|old| {
+                let new = &mut renumbered[old as usize];
+                if *new == u32::MAX {
+                    *new = mesh.positions.len() as u32;
+                    mesh.positions.push(scan.positions[old as usize]);
+                    mesh.normals.extend(scan.normals.get(old as usize));
+                }
+                *new
+            });
+            mesh.triangles.push(own);
+        }
+        mesh.groups.push(Group { name: format!("piece{k}"), start, end: mesh.triangles.len() });
+    }
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squares of unit cells in the plane z, from corner to corner, facing up or down.
+    fn plate(low: [i32; 2], high: [i32; 2], z: f64, up: bool) -> TriangleMesh {
+        let mut mesh = TriangleMesh::default();
+        let (w, h) = ((high[0] - low[0]) as u32, (high[1] - low[1]) as u32);
+        for y in low[1]..=high[1] {
+            mesh.positions.extend((low[0]..=high[0]).map(|x| [f64::from(x), f64::from(y), z]));
+        }
+        for j in 0..h {
+            for i in 0..w {
+                let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| j * (w + 1) + i);
+                let both = [[a, b, c], [a, c, d]];
+                mesh.triangles.extend(if up { both } else { both.map(|[a, b, c]| [a, c, b]) });
+            }
+        }
+        mesh
+    }
+
+    fn together(meshes: &[TriangleMesh]) -> TriangleMesh {
+        let mut all = TriangleMesh::default();
+        for mesh in meshes {
+            let first = all.positions.len() as u32;
+            all.positions.extend(&mesh.positions);
+            all.triangles.extend(mesh.triangles.iter().map(|t| t.map(|i| i + first)));
+        }
+        all
+    }
+
+    #[test]
+    fn what_is_beyond_beside_or_turned_is_found_with_its_area() {
+        let model = plate([0, 0], [10, 10], 0.0, true);
+        let scan = together(&[
+            plate([0, 0], [10, 10], 0.5, true),
+            // Too high; beside the model, but for the first column of cells; and the other side of a thin wall.
+            plate([0, 0], [4, 5], 3.0, true),
+            plate([10, 0], [14, 2], 0.0, true),
+            plate([2, 2], [5, 5], -0.2, false),
+        ]);
+        let found = Unmatched::new(&scan, &model, 1.0, true).expect("a mesh");
+        let areas: Vec<f64> = found.summary.largest.iter().map(|p| p.area).collect();
+        assert_eq!(areas, [20.0, 9.0, 6.0]);
+        assert_eq!((found.summary.pieces, found.summary.triangles), (3, 70));
+        assert_eq!(found.summary.area, 35.0);
+        assert!((found.summary.share - 35.0 / 137.0).abs() < 1e-12);
+        assert_eq!(found.summary.largest[0].center, [2.0, 2.5, 3.0]);
+        assert_eq!((found.summary.largest[2].low, found.summary.largest[2].high), ([11.0, 0.0, 0.0], [14.0, 2.0, 0.0]));
+        let mesh = &found.mesh;
+        assert_eq!(mesh.groups.iter().map(|g| g.end - g.start).collect::<Vec<_>>(), [40, 18, 12]);
+        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        assert!((area - 35.0).abs() < 1e-9, "{area}");
+    }
+
+    #[test]
+    fn without_orientation_both_sides_count() {
+        let model = plate([0, 0], [10, 10], 0.0, true);
+        let found = Unmatched::new(&plate([2, 2], [5, 5], -0.2, false), &model, 1.0, false).expect("a mesh");
+        assert_eq!(found, Unmatched::default());
+    }
+}
