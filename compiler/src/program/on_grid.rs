@@ -121,8 +121,12 @@ impl Instance<'_> {
         }
         let slopes = self.slopes()?;
         if let Some(adjoints) = self.adjoints_on_grid(patch, (u, v), w)? {
-            self.add_to_gradient(patch, &adjoints, slopes, gradient);
-            return Ok(());
+            let mut sum = vec![0.0; gradient.len()];
+            self.add_to_gradient(patch, &adjoints, slopes, &mut sum)?;
+            if sum.iter().all(|g| g.is_finite()) {
+                gradient.iter_mut().zip(sum).for_each(|(gradient, sum)| *gradient += sum);
+                return Ok(());
+            }
         }
         let (u, v) = every_point(u, v);
         self.pullback(patch, &u, &v, w, gradient)
