@@ -48,7 +48,7 @@ pub(crate) enum Command {
 }
 
 /// A script and its inputs.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ScriptArgs {
     /// The script (.gml)
     #[arg(value_name = "MODEL.gml")]
@@ -280,6 +280,9 @@ pub(crate) struct FitControls {
     /// Whether the scan's normals say which side of a thin wall a point belongs to
     #[arg(long, value_enum, default_value_t)]
     pub(crate) normals: NormalsArg,
+    /// Fit so many scans drawn from the scan itself, for intervals that assume little
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(crate) bootstrap: usize,
     /// Seed of all that is random
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
@@ -316,7 +319,8 @@ pub(crate) enum NormalsArg {
 #[command(after_help = "\
 Examples:
   gmlc fit examples/cup/cup.gml scan.ply -o fit.json
-  gmlc fit mug.gml mug.ply --unit m -p height=80mm --fix wall=2mm -o fit.json")]
+  gmlc fit mug.gml mug.ply --unit m -p height=80mm --fix wall=2mm -o fit.json
+  gmlc fit examples/flange/flange.gml flange.ply --search bolts=3..12 -o fit.json")]
 pub(crate) struct FitArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
@@ -324,6 +328,9 @@ pub(crate) struct FitArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) controls: FitControls,
+    /// Fit every value of an input that is a whole number, such as bolts=3..16, and take the best (may be repeated)
+    #[arg(long, value_name = "NAME=LOW..HIGH")]
+    pub(crate) search: Vec<String>,
     /// Where to write the result
     #[arg(short, long, value_name = "FIT.json")]
     pub(crate) output: Option<PathBuf>,
@@ -427,6 +434,9 @@ pub(crate) struct InspectArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) fit: FitControls,
+    /// Fit every value of an input that is a whole number, such as bolts=3..16, and take the best (may be repeated)
+    #[arg(long, value_name = "NAME=LOW..HIGH")]
+    pub(crate) search: Vec<String>,
     #[command(flatten)]
     pub(crate) variance: VarianceControls,
     /// Folder for the results

@@ -3,21 +3,28 @@
 use crate::cli::{FitArgs, FitControls, Format, LossArg, NormalsArg, ScanArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
-use crate::{mesh, script, table, values};
+use crate::{mesh, script, search, table, values};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
-use gml_runtime::fit::{self, FitError, FitOptions, FitResult, HypothesisTest, LossKind};
+use gml_runtime::fit::{self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, LossKind};
 use gml_runtime::scan::{self, ReadOptions, Scan};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Scans that a bootstrap draws at most.
+const MOST_SAMPLES: usize = 100_000;
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let program = script::compile(&args.script)?;
     let options = options(&args.controls, &program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
-    let result = run_fit(&program, &args.script.model, &scan, &options, &progress)?;
+    let result = if args.search.is_empty() {
+        run_fit(&program, &args.script.model, &scan, &options, &progress)?
+    } else {
+        search::run(&program, &args.script, &args.search, &args.controls, &scan, &progress)?.fit
+    };
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
         mesh::make_parent(path)?;
@@ -105,6 +112,10 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     };
     options.no_pose = controls.no_pose;
     options.ignore_normals = controls.normals == NormalsArg::Ignore;
+    if controls.bootstrap > MOST_SAMPLES {
+        return Err(CommandError::usage(format!("--bootstrap: at most {MOST_SAMPLES}")));
+    }
+    options.bootstrap = controls.bootstrap;
     options.seed = controls.seed;
     Ok(options)
 }
@@ -147,6 +158,25 @@ fn test_sentence(test: &HypothesisTest) -> String {
     )
 }
 
+/// What resampled scans say.
+fn bootstrap_table(bootstrap: &Bootstrap, fit: &FitResult) -> String {
+    let rows: Vec<Vec<String>> = bootstrap
+        .parameters
+        .iter()
+        .map(|r| {
+            let degrees = fit.parameters.iter().any(|p| p.name == r.name && p.quantity == Quantity::Angle);
+            let shown = |x: f64| table::number(if degrees { x.to_degrees() } else { x });
+            vec![r.name.clone(), shown(r.sd), shown(r.low), shown(r.high)]
+        })
+        .collect();
+    let drawn = match bootstrap.block {
+        Some(edge) => format!("blocks of {} mm", table::number(edge)),
+        None => "single points".to_owned(),
+    };
+    let heading = format!("bootstrap: {} scans drawn in {drawn}\n", bootstrap.samples);
+    heading + &table::render(&["parameter", "sd", "2.5 %", "97.5 %"], &rows)
+}
+
 /// The table that people read.
 pub(crate) fn summary(fit: &FitResult) -> String {
     let rows: Vec<Vec<String>> = fit
@@ -175,6 +205,12 @@ pub(crate) fn summary(fit: &FitResult) -> String {
     }
     for test in &fit.tests {
         out.push_str(&test_sentence(test));
+    }
+    if let Some(bootstrap) = &fit.bootstrap {
+        out.push_str(&bootstrap_table(bootstrap, fit));
+    }
+    if let Some(found) = &fit.search {
+        out.push_str(&search::summary(found));
     }
     out.push_str(&format!(
         "objective {}  sigma {} mm  inliers {:.1} %  rms {} mm  noise {} mm\n",

@@ -4,6 +4,7 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::measure::{self, Measured, Surface};
 use crate::progress::TerminalProgress;
+use crate::search::{self, Winner};
 use crate::{deviations, fit, mesh, script, table};
 use gml_compiler::program::Program;
 use gml_runtime::export::picture::{self, Picture};
@@ -49,7 +50,13 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
         )));
     }
     mesh::make_folder(&args.output)?;
-    let fitted = fit::run_fit(program, &args.script.model, &scan, &options, progress)?;
+    let (searched, fitted) = if args.search.is_empty() {
+        (None, fit::run_fit(program, &args.script.model, &scan, &options, progress)?)
+    } else {
+        let Winner { program, fit } = search::run(program, &args.script, &args.search, &args.fit, &scan, progress)?;
+        (Some(program), fit)
+    };
+    let program = searched.as_ref().unwrap_or(program);
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
     fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
     fit::unless_interrupted(&fitted)?;

@@ -19,6 +19,7 @@ mod progress;
 mod repl;
 mod scan;
 mod script;
+mod search;
 mod table;
 mod values;
 mod variance;

@@ -110,6 +110,7 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
         script: ScriptArgs { model: script(repl), inputs: Vec::new(), limits: LimitArgs::default() },
         scan: line.scan,
         fit: controls(line.fit, &program, &x),
+        search: Vec::new(),
         variance: line.variance,
         output: line.output,
     };

@@ -1,7 +1,11 @@
 //! Blocks of space within which the residuals of a scan may depend on each other.
 
+use foldhash::fast::FixedState;
 use glam::DVec3;
 use std::collections::HashMap;
+
+/// A patch and a cube.
+pub(crate) type Key = (u32, [i64; 3]);
 
 /// Blocks of one size: points of one patch in one cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,7 +25,7 @@ const EDGES: i32 = 8;
 
 impl Blocks {
     /// The key of a point's block; `shift` (fractions of an edge) moves the grid.
-    pub(crate) fn key(edge: f64, shift: DVec3, patch: u32, p: DVec3) -> (u32, [i64; 3]) {
+    pub(crate) fn key(edge: f64, shift: DVec3, patch: u32, p: DVec3) -> Key {
         (patch, (p / edge + shift).floor().to_array().map(|c| c as i64))
     }
 
@@ -38,7 +42,7 @@ impl Blocks {
         let mut clear = false;
         for k in (1..=EDGES).rev() {
             let edge = radius * 0.5_f64.powi(k);
-            let mut sums: HashMap<(u32, [i64; 3]), f64> = HashMap::new();
+            let mut sums: HashMap<Key, f64, FixedState> = HashMap::default();
             for ((p, patch), z) in points.iter().zip(pulls) {
                 *sums.entry(Self::key(edge, DVec3::ZERO, *patch, *p)).or_default() += z;
             }

@@ -24,6 +24,8 @@ struct Grid {
     v: Vec<f64>,
     /// Whether the patch closes in u, and in v, so that a foot point may cross the seam.
     closed: [bool; 2],
+    /// Quadrilaterals each way.
+    cells: [usize; 2],
 }
 
 /// Vertices in the order (u, v), (u+, v), (u+, v+), (u, v+): counter-clockwise about dS/du x dS/dv.
@@ -61,6 +63,10 @@ pub(crate) struct Facing<'a> {
     pub(crate) signs: &'a [i8],
 }
 
+/// Facets that a search with slack remembers; where there are more within reach, nothing is said of the slack.
+const SEEN: usize = 48;
+/// The cosine between normals within which a facet may turn from looking one way to looking the other.
+const ACROSS: f64 = 0.1;
 /// Samples each way when a patch is gauged.
 const GAUGE: usize = 12;
 /// Limits of a grid's cells each way.
@@ -87,7 +93,7 @@ impl Layout {
                 layout.push_grid(patch, gauge);
             } else {
                 let first = layout.uv.len();
-                layout.grids.push(Grid { first, u: Vec::new(), v: Vec::new(), closed: [false; 2] });
+                layout.grids.push(Grid { first, u: Vec::new(), v: Vec::new(), closed: [false; 2], cells: [0; 2] });
             }
         }
         let mut positions = vec![[f64::NAN; 3]; layout.uv.len()];
@@ -117,7 +123,7 @@ impl Layout {
                 self.quads.push(Quad { patch: patch as u32, vertices: [a, a + 1, above + 1, above] });
             }
         }
-        self.grids.push(Grid { first, u: us, v: vs, closed: gauge.closed });
+        self.grids.push(Grid { first, u: us, v: vs, closed: gauge.closed, cells: gauge.cells });
     }
 
     /// Evaluates every vertex; a patch that fails is left NaN. Returns how many failed.
@@ -149,6 +155,24 @@ impl Layout {
         tree.refit(bounds(positions), |quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
     }
 
+    /// Whether two facets are the same or share a corner, within one patch.
+    fn beside(&self, a: u32, b: u32) -> bool {
+        let [a, b] = [a, b].map(|quad| self.quads[quad as usize]);
+        if a.patch != b.patch {
+            return false;
+        }
+        let grid = &self.grids[a.patch as usize];
+        let place = |quad: Quad| {
+            let first = quad.vertices[0] as usize - grid.first;
+            [first % (grid.cells[0] + 1), first / (grid.cells[0] + 1)]
+        };
+        let (a, b) = (place(a), place(b));
+        (0..2).all(|k| {
+            let apart = a[k].abs_diff(b[k]);
+            apart <= 1 || (grid.closed[k] && apart + 1 >= grid.cells[k])
+        })
+    }
+
     /// Whether patch `patch` closes in u, and in v.
     pub(crate) fn closed(&self, patch: usize) -> [bool; 2] {
         self.grids[patch].closed
@@ -178,11 +202,96 @@ impl Facets<'_> {
         self.tree.visit(q, limit, |quad, limit| {
             if quad as u32 == hint { limit } else { self.try_quad(q, quad as u32, facing, limit, &mut best) }
         });
-        let Best { quad, corners, weights } = best?;
+        best.map(|best| self.on(&best))
+    }
+
+    /// As `nearest`, and how far the model may move until the answer can be another one. For that, facets are looked at that
+    /// are up to `reach` farther away; those beside the nearest one do not count as another answer.
+    pub(crate) fn nearest_and_slack(
+        &self,
+        q: DVec3,
+        cutoff: f64,
+        facing: Option<Facing>,
+        hint: u32,
+        reach: f64,
+    ) -> (Option<Nearest>, f64) {
+        let mut best: Option<Best> = None;
+        let mut least = f64::INFINITY;
+        let mut seen = [(0_u32, 0.0_f64); SEEN];
+        let mut count = 0;
+        let mut look = |quad: u32, limit: f64| {
+            let before = least;
+            let any = self.look(q, quad, facing, &mut least, &mut best);
+            if any <= limit {
+                if let Some(slot) = seen.get_mut(count) {
+                    *slot = (quad, any);
+                }
+                count += 1;
+            }
+            if least < before { limit.min((least.sqrt().min(cutoff) + reach).powi(2)) } else { limit }
+        };
+        let mut limit = (cutoff + reach).powi(2);
+        if (hint as usize) < self.layout.quads.len() {
+            limit = look(hint, limit);
+        }
+        self.tree.visit(q, limit, |quad, limit| if quad as u32 == hint { limit } else { look(quad as u32, limit) });
+        let seen = if count > SEEN { None } else { Some(&seen[..count]) };
+        let Some(best) = best.filter(|_| least < cutoff * cutoff) else {
+            let nearest = seen.map(|seen| seen.iter().map(|s| s.1).fold(f64::INFINITY, f64::min).sqrt());
+            return (None, nearest.map_or(f64::NEG_INFINITY, |d| d.min(cutoff + reach) - cutoff));
+        };
+        let rival = |seen: &[(u32, f64)]| {
+            let others = seen.iter().filter(|s| !self.layout.beside(s.0, best.quad));
+            others.map(|s| s.1).fold(f64::INFINITY, f64::min).sqrt()
+        };
+        let distance = least.sqrt();
+        let slack = seen.map_or(f64::NEG_INFINITY, |seen| 0.5 * (rival(seen) - distance).min(reach));
+        let nearest = self.on(&best);
+        // What looks nearly across the point's normal may soon look away from it.
+        let turning = facing.is_some_and(|f| self.turns_away(&best, f));
+        (Some(nearest), if turning { f64::NEG_INFINITY } else { slack })
+    }
+
+    /// Puts a facet into `best` if it is nearer than `least` (squared); returns its squared distance whichever way it looks,
+    /// unless that is clearly the wrong one.
+    fn look(&self, q: DVec3, quad: u32, facing: Option<Facing>, least: &mut f64, best: &mut Option<Best>) -> f64 {
         let Quad { patch, vertices } = self.layout.quads[quad as usize];
-        let at =
-            |k: usize| corners.iter().zip(weights).map(|(c, w)| w * self.layout.uv[vertices[*c] as usize][k]).sum();
-        Some(Nearest { patch, uv: [at(0), at(1)], quad })
+        let corner = vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
+        let mut any = f64::INFINITY;
+        for corners in [[0, 1, 2], [0, 2, 3]] {
+            let [a, b, c] = corners.map(|k: usize| corner[k]);
+            let cosine = facing.map_or(0.0, |f| f.cosine(patch, a, b, c));
+            if cosine < -ACROSS {
+                continue;
+            }
+            let (weights, d2) = triangle_closest(q, a, b, c);
+            any = any.min(d2);
+            if cosine >= 0.0 && d2 < *least {
+                *least = d2;
+                *best = Some(Best { quad, corners, weights });
+            }
+        }
+        any
+    }
+
+    fn turns_away(&self, best: &Best, facing: Facing) -> bool {
+        let Quad { patch, vertices } = self.layout.quads[best.quad as usize];
+        let [a, b, c] = best.corners.map(|k| DVec3::from_array(self.positions[vertices[k] as usize]));
+        facing.signs[patch as usize] != 0 && facing.cosine(patch, a, b, c) < ACROSS
+    }
+
+    fn on(&self, best: &Best) -> Nearest {
+        let Quad { patch, vertices } = self.layout.quads[best.quad as usize];
+        let uv = |k: usize| {
+            let parts = best.corners.iter().zip(best.weights);
+            parts.map(|(c, w)| w * self.layout.uv[vertices[*c] as usize][k]).sum()
+        };
+        Nearest { patch, uv: [uv(0), uv(1)], quad: best.quad }
+    }
+
+    /// The facets' corners; those of patches that do not exist are not finite.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = DVec3> {
+        self.positions.iter().map(|p| DVec3::from_array(*p))
     }
 
     /// Puts a facet into `best` if it is nearer than `limit` (squared); returns what is to be beaten from then on.
@@ -241,6 +350,11 @@ impl Facets<'_> {
 }
 
 impl Facing<'_> {
+    /// Between the point's normal and the outward one of a triangle of a patch; 0 where that is not known.
+    fn cosine(&self, patch: u32, a: DVec3, b: DVec3, c: DVec3) -> f64 {
+        f64::from(self.signs[patch as usize]) * (b - a).cross(c - a).normalize_or_zero().dot(self.normal)
+    }
+
     fn rejects(&self, patch: u32, a: DVec3, b: DVec3, c: DVec3) -> bool {
         let sign = f64::from(self.signs[patch as usize]);
         sign * (b - a).cross(c - a).dot(self.normal) < 0.0

@@ -4,6 +4,7 @@
 use super::distance::Foot;
 use super::facets::Layout;
 use super::loss::Loss;
+use super::memory::{Memory, REACH};
 use super::motion::Motion;
 use super::objective::{Objective, Order, no_hints};
 use super::options::FitError;
@@ -24,6 +25,7 @@ pub struct ObjectiveFunction<'a> {
     loss: Loss,
     tolerance: f64,
     hints: Arc<Vec<AtomicU32>>,
+    memory: Arc<Memory>,
     evaluations: AtomicU64,
 }
 
@@ -51,7 +53,8 @@ impl<'a> ObjectiveFunction<'a> {
         let space = Space::unbounded(model, x);
         let tolerance = 1e-9 * radius;
         let (hints, evaluations) = (no_hints(&points), AtomicU64::new(0));
-        Ok(Self { space, points, layout, loss: Loss::welsch(sigma), tolerance, hints, evaluations })
+        let memory = Arc::new(Memory::new(points.len(), REACH * sigma));
+        Ok(Self { space, points, layout, loss: Loss::welsch(sigma), tolerance, hints, memory, evaluations })
     }
 
     /// f and its gradient by the parameters; None where the model does not exist.
@@ -84,6 +87,8 @@ impl<'a> ObjectiveFunction<'a> {
             tolerance: self.tolerance,
             evaluations: &self.evaluations,
             hints: self.hints.clone(),
+            memory: Some(self.memory.clone()),
+            curved: false,
             log: None,
             progress: &Silent,
         }

@@ -1,7 +1,8 @@
 //! What every single point says about the coordinates: residuals with the rows of the Jacobian, for the uncertainties.
 
 use super::distance::{Foot, refine};
-use super::objective::{CHUNK, Objective, Placed};
+use super::memory::Part;
+use super::objective::{CHUNK, Objective, Placed, remember};
 use super::space::Estimate;
 use glam::DVec3;
 use nalgebra::DMatrix;
@@ -34,30 +35,53 @@ pub(crate) struct RowPoint {
 const AT_ONCE: usize = 64;
 
 impl Objective<'_> {
-    /// Hands the rows of all points within the cut-off to `each`, in the points' order, some at a time. None where the model
-    /// does not exist.
-    pub(crate) fn for_rows(&self, at: &Estimate, mut each: impl FnMut(&Rows)) -> Option<()> {
+    /// Makes something of the rows of every chunk of points, on all threads, and hands it to `each` in the points' order. None
+    /// where the model does not exist.
+    pub(crate) fn for_rows<T: Send>(
+        &self,
+        at: &Estimate,
+        make: impl Fn(Rows) -> T + Sync,
+        mut each: impl FnMut(T),
+    ) -> Option<()> {
         let placed = self.place(at).ok()?;
         let chain = self.space.chain(at);
         let count = self.points.len();
         let chunks: Vec<Range<usize>> =
             (0..count).step_by(CHUNK).map(|start| start..(start + CHUNK).min(count)).collect();
-        for some in chunks.chunks(AT_ONCE) {
-            let rows: Vec<Rows> = some.par_iter().map(|range| self.rows(&placed, at, range.clone(), &chain)).collect();
-            rows.iter().for_each(&mut each);
+        let mut memory = self.memory.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+        let mut parts: Vec<Option<Part>> = match &mut memory {
+            Some(memory) => memory.parts(CHUNK).into_iter().map(Some).collect(),
+            None => chunks.iter().map(|_| None).collect(),
+        };
+        for (some, parts) in chunks.chunks(AT_ONCE).zip(parts.chunks_mut(AT_ONCE)) {
+            let made: Vec<T> = some
+                .par_iter()
+                .zip(parts)
+                .map(|(range, part)| make(self.rows(&placed, at, range.clone(), part.as_mut(), &chain)))
+                .collect();
+            made.into_iter().for_each(&mut each);
         }
         Some(())
     }
 
-    fn rows(&self, placed: &Placed, at: &Estimate, range: Range<usize>, chain: &DMatrix<f64>) -> Rows {
+    fn rows(
+        &self,
+        placed: &Placed,
+        at: &Estimate,
+        range: Range<usize>,
+        mut memory: Option<&mut Part>,
+        chain: &DMatrix<f64>,
+    ) -> Rows {
         let mut rows = Rows::default();
-        let found = self.search(placed, &at.motion, range);
+        let start = range.start;
+        let found = self.search(placed, &at.motion, range, memory.as_deref_mut());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
             let patch = these[0].patch as usize;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = these.iter().map(|f| (f.q, f.uv)).unzip();
             let instance = &*placed.instance;
             let closed = self.layout.closed(patch);
             let Ok(feet) = refine(instance, patch, closed, &q, &uv, self.tolerance) else { continue };
+            remember(memory.as_deref_mut(), start, these, &feet);
             let active = &self.space.model.parts()[patch].active;
             let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
             let mut jacobian = vec![0.0; feet.len() * active.len() * 3];

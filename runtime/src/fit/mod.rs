@@ -2,12 +2,14 @@
 //!
 //! - [`FitOptions`], [`FitError`], [`FitResult`]: what goes in and what comes out of [`fit()`].
 //! - `points` thins the scan evenly; `facets` and `tree` find the nearest facet of the model within the cut-off,
-//!   `distance` the exact foot point; `objective` sums psi and its derivatives.
+//!   `distance` the exact foot point; `memory` knows which points need no search; `objective` sums psi and its derivatives.
 //! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`). `pose` finds the
 //!   script's own pose parameters and writes the motion back into them.
 //! - `lbfgs` and `gauss_newton` minimise; `screening` finds where to begin, `schedule` goes from coarse to fine.
 
 mod blocks;
+mod bootstrap;
+mod compare;
 mod distance;
 mod facets;
 mod field;
@@ -17,6 +19,7 @@ mod hypothesis;
 mod influence;
 mod lbfgs;
 mod loss;
+mod memory;
 mod motion;
 mod objective;
 mod options;
@@ -39,10 +42,14 @@ mod uncertainty;
 #[cfg(test)]
 mod tests;
 
+pub use compare::{Comparison, Rival, compare};
 pub use function::ObjectiveFunction;
 pub use loss::LossKind;
 pub use options::{FitError, FitOptions};
+pub use pose::pose_parameters;
 pub use regression::{Observation, Regression, regress};
-pub use result::{Covariance, FitResult, FittedParameter, HypothesisTest};
+pub use result::{
+    Bootstrap, Covariance, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
+};
 pub use schedule::fit;
 pub use trace::TracePoint;

@@ -3,6 +3,7 @@
 use super::distance::{Foot, refine};
 use super::facets::{Facets, Facing, Layout};
 use super::loss::Loss;
+use super::memory::{Memory, NOWHERE, Part};
 use super::motion::Motion;
 use super::points::Points;
 use super::space::{Estimate, Space};
@@ -30,6 +31,10 @@ pub(crate) struct Objective<'s> {
     pub(crate) evaluations: &'s AtomicU64,
     /// By point, the facet that was the nearest one the last time.
     pub(crate) hints: Arc<Vec<AtomicU32>>,
+    /// What is known of the points' feet, where that is worth its time: in evaluations close to one another.
+    pub(crate) memory: Option<Arc<Memory>>,
+    /// The matrix of `Order::Normal` is nearer to the Hessian: psi'' takes the place of the weights where it is positive.
+    pub(crate) curved: bool,
     /// Where steps are written down, if anywhere.
     pub(crate) log: Option<Log<'s>>,
     /// Says when nobody waits for the result any longer: there is none then, and whoever minimises ends soon.
@@ -54,7 +59,7 @@ pub(crate) struct Evaluation {
     pub(crate) value: f64,
     /// Its gradient.
     pub(crate) gradient: DVector<f64>,
-    /// Sum of weight * J^T J, times 2 / (sigma^2 N): the Hessian without the terms that make it indefinite.
+    /// Sum of weight * J^T J, times 2 / (sigma^2 N): the Hessian without the terms that make it indefinite (see `curved`).
     pub(crate) normal: DMatrix<f64>,
     /// Sums by patch.
     pub(crate) patches: Vec<PatchSum>,
@@ -143,15 +148,22 @@ impl Objective<'_> {
         let count = self.points.len();
         let chunks: Vec<Range<usize>> =
             (0..count).step_by(CHUNK).map(|start| start..(start + CHUNK).min(count)).collect();
-        let sums: Vec<Sums> =
-            chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, order)).collect();
+        let mut memory = self.memory.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+        let sums: Vec<Sums> = match &mut memory {
+            Some(memory) => chunks
+                .into_par_iter()
+                .zip(memory.parts(CHUNK))
+                .map(|(range, mut part)| self.chunk(placed, &at.motion, range, Some(&mut part), order))
+                .collect(),
+            None => chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, None, order)).collect(),
+        };
         let evaluation = self.total(&sums, at, order, placed.facets.absent);
         (evaluation.value.is_finite() && evaluation.gradient.iter().all(|g| g.is_finite())).then_some(evaluation)
     }
 
     /// The foot points of the points within the cut-off, with the points' indices; patch by patch.
     pub(crate) fn feet(&self, placed: &Placed, motion: &Motion) -> Vec<(usize, Foot)> {
-        let found = self.search(placed, motion, 0..self.points.len());
+        let found = self.search(placed, motion, 0..self.points.len(), None);
         let mut all = Vec::with_capacity(found.len());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
             let patch = these[0].patch as usize;
@@ -204,7 +216,14 @@ impl Objective<'_> {
         Evaluation { value, gradient, normal, patches, absent }
     }
 
-    fn chunk(&self, placed: &Placed, motion: &Motion, range: Range<usize>, order: Order) -> Sums {
+    fn chunk(
+        &self,
+        placed: &Placed,
+        motion: &Motion,
+        range: Range<usize>,
+        mut memory: Option<&mut Part>,
+        order: Order,
+    ) -> Sums {
         let n = self.space.model.parameters().len() + 6;
         let patches = self.space.model.parts().len();
         let mut sums = Sums {
@@ -213,35 +232,55 @@ impl Objective<'_> {
             normal: if order == Order::Normal { vec![0.0; n * n] } else { Vec::new() },
             patches: vec![PatchSum::default(); patches],
         };
-        let found = self.search(placed, motion, range);
+        let start = range.start;
+        let found = self.search(placed, motion, range, memory.as_deref_mut());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
-            self.patch(placed, these, order, &mut sums);
+            let feet = self.patch(placed, these, order, &mut sums);
+            remember(memory.as_deref_mut(), start, these, &feet);
         }
         sums
     }
 
     /// The points of a chunk that have a facet within the cut-off, by patch.
-    pub(crate) fn search(&self, placed: &Placed, motion: &Motion, range: Range<usize>) -> Vec<Found> {
+    pub(crate) fn search(
+        &self,
+        placed: &Placed,
+        motion: &Motion,
+        range: Range<usize>,
+        mut memory: Option<&mut Part>,
+    ) -> Vec<Found> {
         let inverse = motion.rotation.inverse();
         let cutoff = self.loss.cutoff();
         let mut found = Vec::with_capacity(range.len());
-        for i in range {
+        for (k, i) in range.enumerate() {
             let q = inverse * (self.points.position[i] - motion.translation);
             let normal = self.points.normal.get(i).map(|n| inverse * *n);
+            let at = |patch, uv| Found { index: i, patch, uv, q, normal: normal.unwrap_or(DVec3::ZERO) };
+            if let Some(part) = &memory
+                && part.travelled < part.known[k].until
+            {
+                if part.known[k].patch != NOWHERE {
+                    found.push(at(part.known[k].patch, part.known[k].uv));
+                }
+                continue;
+            }
             let facing = match (self.signs, normal) {
                 (Some(signs), Some(normal)) => Some(Facing { normal, signs }),
                 _ => None,
             };
             let hint = self.hints[i].load(Ordering::Relaxed);
-            if let Some(nearest) = placed.facets.nearest(q, cutoff, facing, hint) {
+            let nearest = match &mut memory {
+                Some(part) => {
+                    let (nearest, slack) = placed.facets.nearest_and_slack(q, cutoff, facing, hint, part.reach);
+                    part.known[k].patch = nearest.map_or(NOWHERE, |n| n.patch);
+                    part.known[k].until = part.travelled + slack;
+                    nearest
+                }
+                None => placed.facets.nearest(q, cutoff, facing, hint),
+            };
+            if let Some(nearest) = nearest {
                 self.hints[i].store(nearest.quad, Ordering::Relaxed);
-                found.push(Found {
-                    index: i,
-                    patch: nearest.patch,
-                    uv: nearest.uv,
-                    q,
-                    normal: normal.unwrap_or(DVec3::ZERO),
-                });
+                found.push(at(nearest.patch, nearest.uv));
             }
         }
         found.sort_by_key(|f| f.patch);
@@ -249,18 +288,19 @@ impl Objective<'_> {
     }
 
     /// Adds the points of one patch. A patch that fails here counts as absent: its points keep psi = 1.
-    fn patch(&self, placed: &Placed, found: &[Found], order: Order, sums: &mut Sums) {
+    /// Returns the feet; none where the patch fails.
+    fn patch(&self, placed: &Placed, found: &[Found], order: Order, sums: &mut Sums) -> Vec<Foot> {
         let patch = found[0].patch as usize;
         let instance = &*placed.instance;
         let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = found.iter().map(|f| (f.q, f.uv)).unzip();
         let Ok(feet) = refine(instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance) else {
-            return;
+            return Vec::new();
         };
         let half2 = self.loss.half().powi(2);
         let residuals: Vec<Residual> = feet
-            .into_iter()
+            .iter()
             .zip(&q)
-            .map(|(foot, q)| Residual { e: foot.point - *q, weight: self.loss.weight(foot.d2), foot })
+            .map(|(foot, q)| Residual { e: foot.point - *q, weight: self.loss.weight(foot.d2), foot: *foot })
             .collect();
         for (residual, found) in residuals.iter().zip(found) {
             sums.psi += self.loss.psi(residual.foot.d2) - 1.0;
@@ -278,6 +318,7 @@ impl Objective<'_> {
             Order::Gradient => self.add_gradient(instance, patch, &residuals, sums),
             Order::Normal => self.add_normal(instance, patch, &residuals, sums),
         }
+        feet
     }
 
     fn add_gradient(&self, instance: &dyn Instance, patch: usize, residuals: &[Residual], sums: &mut Sums) {
@@ -317,9 +358,11 @@ impl Objective<'_> {
             }
             let torque = (r.foot.point - self.space.centre).cross(direction);
             row[active.len()..].copy_from_slice(&[direction.x, direction.y, direction.z, torque.x, torque.y, torque.z]);
+            // Never so small that a step would run away.
+            let bend = if self.curved { self.loss.curvature(r.foot.d2).max(0.3 * r.weight) } else { r.weight };
             for (a, ra) in row.iter().enumerate() {
-                let weighted = r.weight * ra;
-                sums.gradient[columns[a]] += weighted * distance;
+                let weighted = bend * ra;
+                sums.gradient[columns[a]] += r.weight * ra * distance;
                 let line = &mut sums.normal[columns[a] * total..][..total];
                 for (b, rb) in row.iter().enumerate().skip(a) {
                     line[columns[b]] += weighted * rb;
@@ -337,6 +380,14 @@ impl Objective<'_> {
         }
         let normal = r.foot.normal.normalize_or_zero();
         (normal, normal.dot(r.e))
+    }
+}
+
+/// Writes feet down for the next evaluation.
+pub(crate) fn remember(memory: Option<&mut Part>, start: usize, found: &[Found], feet: &[Foot]) {
+    let Some(part) = memory else { return };
+    for (found, foot) in found.iter().zip(feet) {
+        part.known[found.index - start].uv = foot.uv;
     }
 }
 

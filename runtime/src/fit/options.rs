@@ -24,6 +24,9 @@ pub struct FitOptions {
     pub ignore_normals: bool,
     /// The loss at the end; before that, while the place is still sought, it is always Welsch's.
     pub loss: LossKind,
+    /// How many scans are drawn from the scan, block by block with repetitions, and fitted again from where the fit ended; 0
+    /// for none.
+    pub bootstrap: usize,
     /// Turns the orientations that are tried first, and draws the samples of a bootstrap. 0 is as good as any.
     pub seed: u64,
 }

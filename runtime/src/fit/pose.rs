@@ -2,7 +2,9 @@
 //! into them.
 
 use super::motion::Motion;
+use super::points::Points;
 use crate::model::{EvaluationError, Instance, Model};
+use crate::scan::Scan;
 use glam::{DQuat, DVec3};
 use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, DVector, Matrix6, Vector6};
@@ -41,6 +43,16 @@ pub(crate) fn recognise(model: &dyn Model, x: &[f64], size: f64) -> Result<Rigid
     }
     let of = |mask: &[bool]| (0..x.len()).filter(|i| mask[*i]).collect();
     Ok(RigidParameters { indices: of(&rigid), rank, without_influence: of(&still) })
+}
+
+/// The names of the parameters that move the whole model rigidly: the pose that the script has of its own.
+#[must_use]
+pub fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
+    let x: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
+    let size = Points::of(scan).gyration().max(f64::MIN_POSITIVE);
+    // A model that does not exist at its defaults is said to have none; whoever fits it is told so.
+    let found = recognise(model, &x, size).map(|rigid| rigid.indices).unwrap_or_default();
+    found.into_iter().map(|i| model.parameters()[i].name.clone()).collect()
 }
 
 /// What `recognise` found.

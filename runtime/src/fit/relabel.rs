@@ -14,11 +14,17 @@ const SAME: f64 = 1.01;
 
 /// The estimates that follow from `at` by exchanging coordinates `members` in pairs, and that lie nearer to `home` and are as
 /// good by `objective`.
-pub(crate) fn relabelled(objective: &Objective, at: &Estimate, members: &[usize], home: &Estimate) -> Vec<Estimate> {
+pub(crate) fn relabelled(
+    objective: &Objective,
+    at: &Estimate,
+    members: &[usize],
+    home: &Estimate,
+    size: f64,
+) -> Vec<Estimate> {
     let space = objective.space;
     let Some(value) = objective.evaluate(at, Order::Value).map(|e| e.value) else { return Vec::new() };
     let quantity = |k: usize| space.model.parameters()[space.free[k]].quantity;
-    let away = |e: &Estimate| members.iter().map(|k| space.coordinate_distance(*k, e, home)).fold(0.0, f64::max);
+    let away = |e: &Estimate| space.strangeness(members, e, home, size);
     let before = away(at);
     exchanges(members, &quantity)
         .into_iter()

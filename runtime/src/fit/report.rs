@@ -2,7 +2,7 @@
 
 use super::objective::Evaluation;
 use super::pose::RigidParameters;
-use super::result::{Covariance, FitResult, FittedParameter, HypothesisTest};
+use super::result::{Bootstrap, Covariance, FitResult, FittedParameter, HypothesisTest};
 use super::schedule::{Last, Setting};
 use super::uncertainty::Uncertainty;
 use crate::scan::Scan;
@@ -15,6 +15,7 @@ pub(crate) struct Outcome {
     pub(crate) last: Last,
     pub(crate) uncertainty: Option<Uncertainty>,
     pub(crate) tests: Vec<HypothesisTest>,
+    pub(crate) bootstrap: Option<Bootstrap>,
     pub(crate) fixed: Vec<bool>,
     pub(crate) rigid: RigidParameters,
     pub(crate) iterations: u32,
@@ -25,7 +26,8 @@ pub(crate) struct Outcome {
 
 /// The result of a fit.
 pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitResult {
-    let Outcome { last, uncertainty, tests, fixed, rigid, iterations, mut warnings, seconds, report_pose } = outcome;
+    let Outcome { last, uncertainty, tests, bootstrap, fixed, rigid, iterations, mut warnings, seconds, report_pose } =
+        outcome;
     let space = &setting.space;
     let x = space.x(&last.estimate.z).unwrap_or_default();
     let points = setting.points.len() as f64;
@@ -68,6 +70,13 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
             100.0 * inliers / points
         ));
     }
+    let rms = (d2 / inliers.max(1.0)).sqrt();
+    if rms > FOREIGN.0 * scan.noise && rms > FOREIGN.1 * setting.radius {
+        warnings.push(format!(
+            "what lies near the model is {rms:.3} mm off (root mean square), {:.0} times the scan's noise: no model of this family has the scan's shape, or the fit has failed",
+            rms / scan.noise.max(1e-9 * setting.radius)
+        ));
+    }
     let interrupted = setting.progress.cancelled();
     if interrupted {
         warnings.push("interrupted: this is the best that was found until then, not a finished fit".to_owned());
@@ -86,12 +95,14 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
         sigma: last.loss.sigma,
         noise: scan.noise,
         inliers: inliers / points,
-        rms: (d2 / inliers.max(1.0)).sqrt(),
+        rms,
         iterations: u64::from(iterations),
         evaluations: setting.evaluations.load(Ordering::Relaxed),
         converged: last.converged,
         covariance,
         tests,
+        bootstrap,
+        search: None,
         seconds,
         warnings,
         loss: last.loss.kind,
@@ -112,6 +123,7 @@ fn covariance(setting: &Setting, last: &Last, uncertainty: &Uncertainty, warning
     let chosen: Vec<usize> = (0..parameters.len()).filter(determined).collect();
     let rows = slope.select_rows(&chosen);
     let matrix = &rows * &uncertainty.covariance * rows.transpose();
+    let naive = &rows * &uncertainty.naive * rows.transpose();
     let n = chosen.len();
     let sd: Vec<f64> = (0..n).map(|a| matrix[(a, a)].max(0.0).sqrt()).collect();
     let correlation = |a: usize, b: usize| {
@@ -139,11 +151,14 @@ fn covariance(setting: &Setting, last: &Last, uncertainty: &Uncertainty, warning
         parameters: (0..n).map(|a| name(a).clone()).collect(),
         matrix: square(&|a, b| matrix[(a, b)]),
         correlations: square(&correlation),
+        naive: (0..n).map(|a| naive[(a, a)].max(0.0).sqrt()).collect(),
         effective_points: uncertainty.effective_points,
         block: uncertainty.blocks.map(|b| b.edge),
     }
 }
 
+/// Residuals of so many times the noise, and of this fraction of the scan's radius, are not the scanner's.
+const FOREIGN: (f64, f64) = (5.0, 0.015);
 /// Correlations beyond this are worth a warning.
 const INSEPARABLE: f64 = 0.999;
 

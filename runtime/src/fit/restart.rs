@@ -16,18 +16,19 @@ use gml_compiler::program::Part;
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
-/// Values of a group's parameters that are tried, beside the present ones and the start's.
-const VARIANTS: usize = 48;
+/// Values of a group's parameters that are tried, beside the present ones and the start's: so many a parameter, and at most.
+const VARIANTS: (usize, usize) = (12, 48);
 /// Angles about an axis of symmetry.
 const ANGLES: u32 = 16;
 /// The variants that are always optimised: the present values, the start's and those at home.
 const KNOWN: usize = 3;
-/// Others that are optimised alone, and with everything else.
-const SETTLED: usize = 20;
+/// Others that are optimised alone: so many a parameter, and at most.
+const SETTLED: (usize, usize) = (4, 20);
 /// Rounds over all groups.
 const ROUNDS: usize = 2;
 /// Points of a group whose mean psi is less than this times that of the others need no other values.
-const SETTLED_BELOW: f64 = 1.3;
+const SETTLED_BELOW: f64 = 1.1;
+/// Those that are then optimised with everything else: so many at most. A single parameter has few valleys.
 const PURSUED: usize = 4;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
@@ -40,6 +41,18 @@ struct Group {
     /// Positions in the space's list of free parameters.
     members: Vec<usize>,
     patches: Vec<bool>,
+}
+
+impl Group {
+    /// So many for each of the group's parameters, but not more than the most.
+    fn of(&self, (each, most): (usize, usize)) -> usize {
+        (each * self.members.len()).min(most)
+    }
+
+    /// Signs of which those of the group's patches are not known.
+    fn unsigned(&self, signs: &[i8]) -> Vec<i8> {
+        signs.iter().zip(&self.patches).map(|(sign, own)| if *own { 0 } else { *sign }).collect()
+    }
 }
 
 /// Tries other values of every group of local parameters; returns the candidate, or a better one. Among equally good ones (a
@@ -103,17 +116,23 @@ fn retry(
         return None;
     }
     let rest = rest.sample(250);
+    // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
+    let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
-    let mut pursued = if is_settled(&objective, &from.estimate, &explained)? {
+    // At a bound a parameter is more often stuck than right.
+    let at_bound = setting.space.at_bound(&from.estimate);
+    let stuck = group.members.iter().any(|k| at_bound[*k]);
+    let mut pursued = if !stuck && is_settled(&objective, &from.estimate, &explained)? {
         vec![from.clone()]
     } else {
         let ranked = local.rank(variants(setting, [start, home], group, from), axis);
-        let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, SETTLED)
+        let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, [KNOWN, group.of(SETTLED)])
             .into_par_iter()
             .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
             .collect();
         settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        diverse(setting, group, settled, PURSUED)
+        let pursued = PURSUED.min(group.members.len());
+        diverse(setting, group, settled, [1, pursued])
             .into_par_iter()
             .filter_map(|(_, candidate)| pursue(setting, points, scale, candidate))
             .collect()
@@ -121,13 +140,15 @@ fn retry(
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     if let Some(best) = pursued.first() {
         let alone = local.objective(&setting.space, scale);
-        let same = relabelled(&alone, &best.estimate, &group.members, home);
-        let same: Vec<Candidate> = same.into_iter().map(|estimate| Candidate { estimate, ..best.clone() }).collect();
+        let same = relabelled(&alone, &best.estimate, &group.members, home, setting.radius);
+        let signs = group.unsigned(&best.signs);
+        let with = |estimate| Candidate { estimate, signs: signs.clone(), ..best.clone() };
+        let same: Vec<Candidate> = same.into_iter().map(with).collect();
         pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, points, scale, candidate)));
         pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
     let least = pursued.first()?.value;
-    let away = |c: &Candidate| setting.space.apart(&c.estimate, home);
+    let away = |c: &Candidate| setting.space.strangeness(&group.members, &c.estimate, home, setting.radius);
     let best =
         pursued.into_iter().take_while(|c| c.value <= least * 1.002).min_by(|a, b| away(a).total_cmp(&away(b)))?;
     let present = objective.evaluate(&from.estimate, Order::Value)?.value;
@@ -135,12 +156,17 @@ fn retry(
     better.then_some(best)
 }
 
-/// Some of what is ranked (best first): the best of each of the known variants, and the best `count` others of which no two
-/// are nearly the same.
-fn diverse(setting: &Setting, group: &Group, ranked: Vec<(usize, Candidate)>, count: usize) -> Vec<(usize, Candidate)> {
+/// Some of what is ranked (best first): the best of each of the first `known` variants, and the best `count` others of which
+/// no two are nearly the same.
+fn diverse(
+    setting: &Setting,
+    group: &Group,
+    ranked: Vec<(usize, Candidate)>,
+    [known, count]: [usize; 2],
+) -> Vec<(usize, Candidate)> {
     let mut chosen: Vec<(usize, Candidate)> = Vec::new();
-    for known in 0..KNOWN {
-        chosen.extend(ranked.iter().find(|(number, _)| *number == known).cloned());
+    for wanted in 0..known {
+        chosen.extend(ranked.iter().find(|(number, _)| *number == wanted).cloned());
     }
     let apart = |a: &Estimate, b: &Estimate| {
         let c = setting.space.centre;
@@ -151,7 +177,7 @@ fn diverse(setting: &Setting, group: &Group, ranked: Vec<(usize, Candidate)>, co
         }
     };
     for (number, candidate) in ranked {
-        if chosen.len() < KNOWN + count && chosen.iter().all(|(_, c)| apart(&c.estimate, &candidate.estimate)) {
+        if chosen.len() < known + count && chosen.iter().all(|(_, c)| apart(&c.estimate, &candidate.estimate)) {
             chosen.push((number, candidate));
         }
     }
@@ -237,7 +263,8 @@ fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) 
     };
     let stop = Stop { iterations: 12, step: 5e-4 * setting.radius };
     let minimum = gauss_newton::minimise(&objective, candidate.estimate.clone(), stop)?;
-    Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, ..candidate })
+    let signs = setting.facing(&minimum.evaluation);
+    Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, signs, ..candidate })
 }
 
 /// The present values, those that are known, and values spread over the bounds.
@@ -253,14 +280,15 @@ fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Cand
         group.members.iter().map(|k| setting.space.search_range(*k, known[0].z[*k], setting.radius)).collect();
     let mut variants = vec![from.estimate.clone()];
     variants.extend(known.map(|known| with(&|n| known.z[group.members[n]])));
-    variants.extend((1..=VARIANTS).map(|i| {
+    let count = group.of(VARIANTS);
+    variants.extend((1..=count).map(|i| {
         with(&|n| {
             let (low, high) = ranges[n];
             low + (high - low) * halton(i, n)
         })
     }));
     // Where the start is near, what resembles it is more likely than the rest.
-    variants.extend((1..=VARIANTS / 2).map(|i| {
+    variants.extend((1..=count / 2).map(|i| {
         with(&|n| {
             let ((low, high), middle) = (ranges[n], known[0].z[group.members[n]]);
             (middle + 0.4 * (high - low) * (halton(i, n) - 0.5)).min(high).max(low)

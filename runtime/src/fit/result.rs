@@ -51,6 +51,12 @@ pub struct FitResult {
     /// Whether the scan contradicts values at which parameters were held.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<HypothesisTest>,
+    /// What fits of resampled scans say of the uncertainty, where they were asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bootstrap: Option<Bootstrap>,
+    /// What a search over discrete inputs compared, if there was one: this is the fit of its winner.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub search: Option<Search>,
     /// Seconds by stage.
     pub seconds: BTreeMap<String, f64>,
     /// Sentences for the user.
@@ -89,6 +95,9 @@ pub struct Covariance {
     pub matrix: Vec<Vec<f64>>,
     /// Divided by the standard deviations.
     pub correlations: Vec<Vec<f64>>,
+    /// Standard deviations that take the residuals for independent of each other and all alike: for comparison.
+    #[serde(default)]
+    pub naive: Vec<f64>,
     /// How many independent points would say as much as the scan's points that lie near the model.
     pub effective_points: f64,
     /// Edge of the blocks within which residuals were found to depend on each other. Millimetres; absent where they do not.
@@ -113,4 +122,59 @@ pub struct HypothesisTest {
     pub degrees: usize,
     /// The probability of such a statistic, or a larger one, if they are.
     pub p: f64,
+}
+
+/// Fits with several values of discrete inputs, compared.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Search {
+    /// Best first; those without a fit last.
+    pub candidates: Vec<SearchCandidate>,
+    /// By how much the runner-up's BIC is larger than the winner's; absent where nothing else could be fitted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margin: Option<f64>,
+    /// The scale of psi at which all were compared. Millimetres.
+    pub sigma: f64,
+    /// How many independent points that was based on.
+    pub effective_points: f64,
+}
+
+/// One value of every input that was searched.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SearchCandidate {
+    /// The inputs.
+    pub inputs: BTreeMap<String, i64>,
+    /// Schwarz's criterion: smaller is better.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bic: Option<f64>,
+    /// Mean psi at the common scale.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub objective: Option<f64>,
+    /// Why there is no fit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
+}
+
+/// Fits of scans that are drawn from the scan itself, block by block with repetitions.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Bootstrap {
+    /// Scans that were drawn and fitted.
+    pub samples: usize,
+    /// Edge of the blocks. Millimetres; absent where single points were drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub block: Option<f64>,
+    /// Of every free parameter, in the script's order.
+    pub parameters: Vec<Resampled>,
+}
+
+/// The spread of a parameter over resampled scans, in its unit.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Resampled {
+    /// Its name.
+    pub name: String,
+    /// Standard deviation.
+    pub sd: f64,
+    /// 2.5 % of the fits were below this.
+    pub low: f64,
+    /// 2.5 % of the fits were above this.
+    pub high: f64,
 }

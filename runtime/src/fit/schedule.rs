@@ -1,11 +1,13 @@
 //! The fit as a whole: the pose is recognised, orientations are screened, and the best candidate is taken from coarse to
 //! fine, in the scale of psi and in points (graduated non-convexity), to the scale that the scan's noise suggests.
 
+use super::bootstrap;
 use super::facets::Layout;
 use super::gauss_newton::{self, Stop};
 use super::hypothesis;
 use super::lbfgs;
 use super::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
+use super::memory::{Memory, REACH};
 use super::motion::Motion;
 use super::objective::{Evaluation, Objective, Order, PatchSum, no_hints};
 use super::options::{FitError, FitOptions, Start};
@@ -21,8 +23,8 @@ use crate::model::Model;
 use crate::progress::{Progress, Silent};
 use crate::scan::Scan;
 use std::collections::BTreeMap;
-use std::sync::Mutex;
 use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
 /// Everything that stays the same while one fit goes on.
@@ -107,6 +109,10 @@ pub fn fit(
     let tests = hypothesis::test(&setting, &last, options, &fixed, &mut warnings);
     let uncertainty = setting.uncertainty(&last);
     clock.lap("uncertainty");
+    let bootstrap = bootstrap::run(&setting, &last, uncertainty.as_ref(), options.bootstrap);
+    if options.bootstrap > 0 {
+        clock.lap("bootstrap");
+    }
     Ok(report::result(
         &setting,
         scan,
@@ -114,6 +120,7 @@ pub fn fit(
             last,
             uncertainty,
             tests,
+            bootstrap,
             fixed,
             rigid,
             iterations,
@@ -237,6 +244,8 @@ impl<'a> Setting<'a> {
             tolerance: 1e-3 * loss.sigma,
             evaluations: self.evaluations,
             hints: no_hints(points),
+            memory: None,
+            curved: false,
             log: None,
             progress: self.progress,
         }
@@ -305,6 +314,7 @@ impl<'a> Setting<'a> {
         for _ in 0..6 {
             let objective = Objective {
                 signs: Some(&signs),
+                memory: Some(Arc::new(Memory::new(middle.len(), REACH * loss.sigma))),
                 log: Some(self.log("refine")),
                 ..self.objective(&self.space, &middle, loss)
             };
@@ -360,6 +370,8 @@ impl<'a> Setting<'a> {
         let objective = Objective {
             signs: Some(&signs),
             tolerance,
+            memory: Some(Arc::new(Memory::new(points.len(), REACH * loss.sigma))),
+            curved: true,
             log: Some(self.log("polish")),
             ..self.objective(&self.space, points, loss)
         };
@@ -384,6 +396,7 @@ impl<'a> Setting<'a> {
         let objective = Objective {
             signs: Some(&last.signs),
             tolerance: 1e-5 * last.loss.sigma,
+            memory: Some(Arc::new(Memory::new(self.points.len(), REACH * last.loss.sigma))),
             progress: &Silent,
             ..self.objective(&self.space, self.points, last.loss)
         };

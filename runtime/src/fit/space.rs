@@ -331,6 +331,17 @@ impl<'a> Space<'a> {
         ((a.z[k] - b.z[k]) * self.scale[k]).abs()
     }
 
+    /// How different some of an estimate's free parameters are from those at home, by what they may be: the sum of squared
+    /// differences, each over the stretch in which the parameter is looked for. What moves the surface most does not count
+    /// more than the rest here: a start that is 20 % off in every value is nearer to the truth than to the truth relabelled.
+    pub(crate) fn strangeness(&self, members: &[usize], at: &Estimate, home: &Estimate, size: f64) -> f64 {
+        let one = |k: &usize| {
+            let (low, high) = self.search_range(*k, home.z[*k], size);
+            ((at.z[*k] - home.z[*k]) / (high - low).max(f64::MIN_POSITIVE)).powi(2)
+        };
+        members.iter().map(one).sum()
+    }
+
     /// Per free parameter: whether it stands at a bound.
     pub(crate) fn at_bound(&self, at: &Estimate) -> Vec<bool> {
         self.rules

@@ -8,3 +8,4 @@ mod number;
 pub(crate) mod shapes;
 mod statistics;
 mod success;
+mod trouble;

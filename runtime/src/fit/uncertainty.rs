@@ -1,11 +1,12 @@
 //! How well the scan determines the coordinates: the sandwich estimator of their covariance (Huber 1967; with blocks as in
 //! cluster-robust estimators), and what it does not determine at all.
 
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Key};
 use super::influence::Rows;
 use super::objective::Objective;
 use super::proposals::halton;
 use super::space::Estimate;
+use foldhash::fast::FixedState;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use std::collections::HashMap;
@@ -15,6 +16,8 @@ use std::collections::HashMap;
 pub(crate) struct Uncertainty {
     /// Zero in the rows and columns of coordinates that are held or not determined.
     pub(crate) covariance: DMatrix<f64>,
+    /// The covariance if residuals were independent of each other and all alike: s^2 (sum w J J^T)^-1.
+    pub(crate) naive: DMatrix<f64>,
     /// Directions (of unit length) that no point has a say in.
     pub(crate) undetermined: Vec<DVector<f64>>,
     /// By coordinate, whether it is determined.
@@ -40,6 +43,9 @@ struct Sums {
     filling: DMatrix<f64>,
     places: Vec<(DVec3, u32)>,
     pulls: Vec<f64>,
+    /// Sum of weights, and of weight times squared distance.
+    weight: f64,
+    weighted_d2: f64,
 }
 
 /// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as known. None where the model does not exist or
@@ -55,20 +61,22 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let blocks = Blocks::find(&sums.places, &sums.pulls, objective.points.gyration());
     let filling = match blocks {
         Some(blocks) => between_blocks(objective, at, blocks)?,
-        None => sums.filling,
+        None => sums.filling.clone(),
     };
     let free = (n - dim) as f64;
     let covariance = &inverse.matrix * filling * &inverse.matrix * (n as f64 / free);
+    let weight: f64 = sums.weight;
+    let naive = &inverse.weighted * (sums.weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = n as f64 / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { undetermined, known, .. } = inverse;
-    Some(Uncertainty { covariance, undetermined, known, effective_points, blocks })
+    Some(Uncertainty { covariance, naive, undetermined, known, effective_points, blocks })
 }
 
 fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
     let dim = objective.space.dim();
-    let zero = || DMatrix::zeros(dim, dim);
-    let mut sums = Sums { bread: zero(), weighted: zero(), filling: zero(), places: Vec::new(), pulls: Vec::new() };
-    objective.for_rows(at, |rows| {
+    let mut sums = Sums::none(dim);
+    let of_chunk = |rows: Rows| {
+        let mut sums = Sums::none(dim);
         for (point, row) in rows.points.iter().zip(rows.jacobian.chunks_exact(dim.max(1))) {
             let pull = point.weight * point.distance;
             for (b, rb) in row.iter().enumerate() {
@@ -81,7 +89,19 @@ fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
             }
             sums.places.push((objective.points.position[point.index as usize], point.patch));
             sums.pulls.push(pull);
+            sums.weight += point.weight;
+            sums.weighted_d2 += pull * point.distance;
         }
+        sums
+    };
+    objective.for_rows(at, of_chunk, |chunk| {
+        sums.bread += chunk.bread;
+        sums.weighted += chunk.weighted;
+        sums.filling += chunk.filling;
+        sums.places.extend(chunk.places);
+        sums.pulls.extend(chunk.pulls);
+        sums.weight += chunk.weight;
+        sums.weighted_d2 += chunk.weighted_d2;
     })?;
     for matrix in [&mut sums.bread, &mut sums.weighted, &mut sums.filling] {
         matrix.fill_upper_triangle_with_lower_triangle();
@@ -89,28 +109,40 @@ fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
     Some(sums)
 }
 
+impl Sums {
+    fn none(dim: usize) -> Self {
+        let zero = || DMatrix::zeros(dim, dim);
+        let (places, pulls) = (Vec::new(), Vec::new());
+        Self { bread: zero(), weighted: zero(), filling: zero(), places, pulls, weight: 0.0, weighted_d2: 0.0 }
+    }
+}
+
 /// Sum over blocks of (sum of pulls J) (sum of pulls J)^T, the mean over some positions of the grid.
 fn between_blocks(objective: &Objective, at: &Estimate, blocks: Blocks) -> Option<DMatrix<f64>> {
     let dim = objective.space.dim();
     let shifts: Vec<DVec3> = (1..=SHIFTS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
-    let mut index: Vec<HashMap<(u32, [i64; 3]), usize>> = vec![HashMap::new(); SHIFTS];
+    let mut index: Vec<HashMap<Key, usize, FixedState>> = vec![HashMap::default(); SHIFTS];
     let mut sums: Vec<Vec<f64>> = vec![Vec::new(); SHIFTS];
-    objective.for_rows(at, |rows: &Rows| {
-        for (point, row) in rows.points.iter().zip(rows.jacobian.chunks_exact(dim.max(1))) {
-            let pull = point.weight * point.distance;
-            let place = objective.points.position[point.index as usize];
-            for ((shift, index), sums) in shifts.iter().zip(&mut index).zip(&mut sums) {
-                let next = index.len();
-                let slot = *index.entry(Blocks::key(blocks.edge, *shift, point.patch, place)).or_insert(next);
-                if slot == next {
-                    sums.resize((next + 1) * dim, 0.0);
-                }
-                for (sum, r) in sums[slot * dim..].iter_mut().zip(row) {
-                    *sum += pull * r;
+    objective.for_rows(
+        at,
+        |rows| rows,
+        |rows: Rows| {
+            for (point, row) in rows.points.iter().zip(rows.jacobian.chunks_exact(dim.max(1))) {
+                let pull = point.weight * point.distance;
+                let place = objective.points.position[point.index as usize];
+                for ((shift, index), sums) in shifts.iter().zip(&mut index).zip(&mut sums) {
+                    let next = index.len();
+                    let slot = *index.entry(Blocks::key(blocks.edge, *shift, point.patch, place)).or_insert(next);
+                    if slot == next {
+                        sums.resize((next + 1) * dim, 0.0);
+                    }
+                    for (sum, r) in sums[slot * dim..].iter_mut().zip(row) {
+                        *sum += pull * r;
+                    }
                 }
             }
-        }
-    })?;
+        },
+    )?;
     let mut filling = DMatrix::zeros(dim, dim);
     for sums in &sums {
         let count = (sums.len() / dim.max(1)) as f64;
@@ -126,6 +158,8 @@ fn between_blocks(objective: &Objective, at: &Estimate, blocks: Blocks) -> Optio
 /// The inverse of the sandwich's outer slices over what is determined.
 struct Inverse {
     matrix: DMatrix<f64>,
+    /// That of the weights' matrix.
+    weighted: DMatrix<f64>,
     undetermined: Vec<DVector<f64>>,
     known: Vec<bool>,
 }
@@ -172,13 +206,17 @@ impl Inverse {
         let basis = DMatrix::from_columns(&sound);
         let within = |m: &DMatrix<f64>| basis.transpose() * scaled(m) * &basis;
         let inner = within(bread).cholesky().or_else(|| within(weighted).cholesky())?.inverse();
-        let small = &basis * inner * basis.transpose();
-        let mut matrix = DMatrix::zeros(dim, dim);
-        for (a, i) in kept.iter().enumerate() {
-            for (b, j) in kept.iter().enumerate() {
-                matrix[(*i, *j)] = small[(a, b)] / (unit[a] * unit[b]);
+        let whole = |inner: DMatrix<f64>| {
+            let small = &basis * inner * basis.transpose();
+            let mut matrix = DMatrix::zeros(dim, dim);
+            for (a, i) in kept.iter().enumerate() {
+                for (b, j) in kept.iter().enumerate() {
+                    matrix[(*i, *j)] = small[(a, b)] / (unit[a] * unit[b]);
+                }
             }
-        }
-        Some(Self { matrix, undetermined, known })
+            matrix
+        };
+        let weighted = whole(within(weighted).cholesky()?.inverse());
+        Some(Self { matrix: whole(inner), weighted, undetermined, known })
     }
 }
