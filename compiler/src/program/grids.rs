@@ -59,8 +59,10 @@ pub(super) struct GridKernels {
     pub(super) results: usize,
     /// The inner stage, where bounds of its values can be had from its tables.
     pub(super) bounded: Option<Function>,
-    /// Where the values of columns depend on u alone: the last ones that were computed.
-    pub(super) kept: Option<Kept>,
+    /// Which uniforms the values of columns depend on: often none, or constants of the script.
+    pub(super) column_uniforms: Vec<usize>,
+    /// The last values of columns that were computed.
+    pub(super) kept: Kept,
     /// Of a pullback.
     pub(super) adjoints: Option<Adjoints>,
 }
@@ -68,7 +70,10 @@ pub(super) struct GridKernels {
 /// Values of columns as the inner stage takes them.
 #[derive(Default)]
 pub(super) struct Columns {
+    /// Where they are.
     pub(super) u: Vec<f64>,
+    /// The values of the uniforms that they depend on.
+    pub(super) uniforms: Vec<f64>,
     pub(super) values: Vec<f64>,
     /// The largest magnitude of each value.
     pub(super) largest: Vec<f64>,
@@ -297,6 +302,16 @@ fn depends_on(function: &Function, first: usize) -> Vec<bool> {
     function.results.iter().map(|r| depends[r.0 as usize]).collect()
 }
 
+/// Which of the first parameters anything uses.
+fn used_params(function: &Function, first: usize) -> Vec<usize> {
+    let mut used = vec![false; function.nodes.len()];
+    function.results.iter().for_each(|r| used[r.0 as usize] = true);
+    for node in &function.nodes {
+        node.op.visit_operands(|v| used[v.0 as usize] = true);
+    }
+    (0..first).filter(|p| used[*p]).collect()
+}
+
 fn compile(
     compiler: &mut Compiler<'_>,
     stages: Stages,
@@ -312,8 +327,7 @@ fn compile(
     let inner = compiler.grid(GridShape { function, uniforms, row_values, column_values, row_sums })?;
     let stored = pulled.is_none().then(|| compiler.function(function));
     let bounded = stored.filter(|f| is_bounded(f)).cloned();
-    let fixed = depends_on(compiler.function(stages.columns), uniforms).into_iter().all(|depends| !depends);
-    let kept = fixed.then(Kept::default);
+    let column_uniforms = used_params(compiler.function(stages.columns), uniforms);
     let mut outer = |pulled: Option<(usize, FunctionId)>| -> Result<_, BuildError> {
         let Some((weights, function)) = pulled else { return Ok(None) };
         let shape = KernelShape { function, uniforms, weights, output: Output::Accumulate };
@@ -323,5 +337,16 @@ fn compile(
         Some(p) => Some(Adjoints { captures: p.captures, rows: outer(p.rows)?, columns: outer(p.columns)? }),
         None => None,
     };
-    Ok(GridKernels { columns, column_values, rows, row_values, inner, results, bounded, kept, adjoints })
+    Ok(GridKernels {
+        columns,
+        column_values,
+        rows,
+        row_values,
+        inner,
+        results,
+        bounded,
+        column_uniforms,
+        kept: Kept::default(),
+        adjoints,
+    })
 }
