@@ -343,12 +343,38 @@ pub(crate) enum DeviceArg {
     Gpu,
 }
 
+/// Where distances are measured to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum DistanceArg {
+    /// Along the model's normal, as displacement shaders draw it
+    #[default]
+    Normal,
+    /// To the closest point of the scan, positive on the side of the model's normal
+    Closest,
+}
+
+impl DistanceArg {
+    /// As in variance.json.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            DistanceArg::Normal => "normal",
+            DistanceArg::Closest => "closest",
+        }
+    }
+}
+
 /// What steers the measurement of deviations.
 #[derive(Debug, Args)]
 pub(crate) struct VarianceControls {
     /// How far from the model the scan is looked for; by default a tenth of the model's size
     #[arg(long, value_name = "LENGTH")]
     pub(crate) max_distance: Option<String>,
+    /// Where distances are measured to
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) distance: DistanceArg,
+    /// The largest angle between the model's normal and that of the scan where it is measured
+    #[arg(long, value_name = "ANGLE", default_value = "90deg")]
+    pub(crate) max_angle: String,
     /// How far deviations may go, such as 0.5mm (either way) or +0.3/-0.1mm, on parts to which the script gives no tolerance; the exit
     /// status is 3 if any goes further
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]

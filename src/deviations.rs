@@ -31,7 +31,8 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     let headings = if toleranced { [&headings[..], &["in tolerance"]].concat() } else { headings.to_vec() };
     let mut out = table::render(&headings, &rows);
     out.push_str(&format!(
-        "distances in mm, at most {}; {}; cast by {}\n",
+        "distances in mm{}, at most {}; {}; found by {}\n",
+        if report.distance == "closest" { " to the closest point" } else { "" },
         table::number(report.max_distance),
         report.sign_convention,
         report.device

@@ -31,6 +31,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     measure::resolution(&args.variance)?;
     measure::max_distance(&args.variance)?;
     measure::tolerance(&args.variance)?;
+    measure::max_angle(&args.variance)?;
     let program = script::compile(&args.script)?;
     inspect(&program, args, &TerminalProgress::until(fit::on_interrupt()?))
 }

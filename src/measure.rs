@@ -1,6 +1,6 @@
 //! What `variance` and `inspect` share: measuring a scan from a surface, and writing what was found.
 
-use crate::cli::{DeviceArg, VarianceControls};
+use crate::cli::{DeviceArg, DistanceArg, VarianceControls};
 use crate::error::CommandError;
 use crate::mesh::make_folder;
 use crate::values;
@@ -111,6 +111,11 @@ pub(crate) fn max_distance(controls: &VarianceControls) -> Result<Option<f64>, C
     controls.max_distance.as_ref().map(|d| values::positive_length("--max-distance", d)).transpose()
 }
 
+/// The largest angle between the normals, in radians.
+pub(crate) fn max_angle(controls: &VarianceControls) -> Result<f64, CommandError> {
+    values::acute_angle("--max-angle", &controls.max_angle)
+}
+
 /// The tolerance from the options.
 pub(crate) fn tolerance(controls: &VarianceControls) -> Result<Option<Tolerance>, CommandError> {
     let ends = controls.tolerance.as_ref().map(|t| values::tolerance("--tolerance", t)).transpose()?;
@@ -138,13 +143,17 @@ pub(crate) fn measure(
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
-    let facing = if scan.oriented { Facing::Same } else { Facing::Any };
+    let facing = if scan.oriented { Facing::Within(max_angle(controls)?) } else { Facing::Any };
     let device = match controls.device {
         DeviceArg::Auto => Device::Auto,
         DeviceArg::Cpu => Device::Cpu,
         DeviceArg::Gpu => Device::Gpu,
     };
-    let trace = variance::trace(texels, &bvh, max_distance, facing, device).map_err(CommandError::failed)?;
+    let trace = match controls.distance {
+        DistanceArg::Normal => variance::trace(texels, &bvh, max_distance, facing, device),
+        DistanceArg::Closest => variance::trace_closest(texels, &bvh, &scan.mesh, max_distance, facing),
+    };
+    let trace = trace.map_err(CommandError::failed)?;
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
@@ -157,11 +166,15 @@ pub(crate) fn measure(
         let explained = variance::explain(&trace.deviations, sensitivities);
         report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
     }
+    report.distance = controls.distance.name().to_owned();
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
     report.warnings.extend(notices);
     report.warnings.extend(trace.notice);
+    if (controls.distance, controls.device) == (DistanceArg::Closest, DeviceArg::Gpu) {
+        report.warnings.push("closest points are found by native code; the GPU casts rays only".to_owned());
+    }
     if !flipped.is_empty() {
         report.warnings.push(format!(
             "the script's normals of {} point into the material: they were turned to agree with the scan",

@@ -61,6 +61,15 @@ pub(crate) fn positive_length(option: &str, text: &str) -> Result<f64, CommandEr
     if value > 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is not positive"))) }
 }
 
+/// An angle option in radians, above zero and at most a right angle.
+pub(crate) fn acute_angle(option: &str, text: &str) -> Result<f64, CommandError> {
+    let value = parse(option, text, Quantity::Angle)?;
+    if value > 0.0 && value <= 1.0001 * std::f64::consts::FRAC_PI_2 {
+        return Ok(value);
+    }
+    Err(CommandError::usage(format!("{option}: '{text}' must be above 0deg and at most 90deg")))
+}
+
 /// A length option in millimetres that may be zero.
 pub(crate) fn length(option: &str, text: &str) -> Result<f64, CommandError> {
     let value = parse(option, text, Quantity::Length)?;

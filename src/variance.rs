@@ -11,6 +11,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let size = measure::resolution(&args.controls)?;
     let max_distance = measure::max_distance(&args.controls)?;
     measure::tolerance(&args.controls)?;
+    measure::max_angle(&args.controls)?;
     let surface = surface(args, size)?;
     let scan = fit::read_scan(&args.scan)?;
     let progress = TerminalProgress::new();

@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let texels = points_on(&mesh, side);
     let count = f64::from(side) * f64::from(side);
     let start = Instant::now();
-    let found = trace(texels, &bvh, 5.0, Facing::Same, device)?;
+    let found = trace(texels, &bvh, 5.0, Facing::SAME, device)?;
     let seconds = start.elapsed().as_secs_f64();
     println!("{}: {:.3} s, {:.2} M rays/s", found.device, seconds, 2e-6 * count / seconds);
     if let Some(notice) = found.notice {

@@ -29,8 +29,25 @@ impl Bvh {
     /// Likewise among the triangles whose normal (counter-clockwise from outside) makes less than a right angle with `normal`.
     #[must_use]
     pub fn closest_point_facing(&self, p: [f64; 3], max_distance: f64, normal: [f64; 3]) -> Option<ClosestPoint> {
+        self.closest_point_within(p, max_distance, normal, Some(0.0))
+    }
+
+    /// Likewise, where the cosine of the angle between the normals must exceed a limit; any triangle where there is none. `normal` is of
+    /// unit length.
+    #[must_use]
+    pub(crate) fn closest_point_within(
+        &self,
+        p: [f64; 3],
+        max_distance: f64,
+        normal: [f64; 3],
+        cosine: Option<f32>,
+    ) -> Option<ClosestPoint> {
+        let Some(cosine) = cosine else { return self.closest_point(p, max_distance) };
         let normal = Vec3A::from_array(normal.map(|c| c as f32));
-        self.closest_among(p, max_distance, |[a, b, c]| (b - a).cross(c - a).dot(normal) > 0.0)
+        self.closest_among(p, max_distance, |[a, b, c]| {
+            let across = (b - a).cross(c - a);
+            across.dot(normal) > cosine * across.length()
+        })
     }
 
     fn closest_among(

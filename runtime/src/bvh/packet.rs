@@ -33,6 +33,8 @@ pub(crate) struct Search {
     pub(crate) tolerance: f32,
     /// Which triangles are hit: those whose normal (by their corners' order) goes with the line (1), against it (-1), or any (0).
     pub(crate) facing: f32,
+    /// Among those only the ones whose normal's angle with the line (or with its opposite) has at least this cosine; 0 admits all.
+    pub(crate) cosine: f32,
 }
 
 /// The hits of a line that are nearest to its origin.
@@ -114,7 +116,7 @@ impl Group {
             origin: octant.axes.map(|k| four(&|l| l.origin[k])),
             shear: [x, y].map(|k| four(&|l| l.direction[k] / l.direction[z])),
             scale: four(&|l| 1.0 / l.direction[z]),
-            facing: four(&|l| search.facing / l.direction[z]),
+            facing: four(&|l| search.facing * l.direction[z]),
             behind: -present(beyond),
             ahead: present(beyond),
         }
@@ -133,7 +135,7 @@ impl Group {
     /// Tests one triangle, whose corners' coordinates are permuted as the group's axes: the watertight test of
     /// [`TriangleBlock::intersect`](super::block::TriangleBlock), which explains it.
     #[inline(always)]
-    fn intersect(&mut self, corners: &[[Vec4; 3]; 3], tolerance: Vec4) {
+    fn intersect(&mut self, corners: &[[Vec4; 3]; 3], slant: Vec4, tolerance: Vec4) {
         let [ox, oy, oz] = self.origin;
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [0, 1, 2].map(|i| {
             let z = corners[i][2] - oz;
@@ -145,8 +147,9 @@ impl Group {
         let low = u.min(v).min(w);
         let high = u.max(v).max(w);
         let det = u + v + w;
-        // In sheared axes, which keep their handedness, the normal is -det along z.
-        let faces = (self.facing * det).cmple(Vec4::ZERO);
+        // In sheared axes, which keep their handedness, a normal as long as the doubled area is large has -det along z: its
+        // component along the line, divided by the line's along z. `slant` is the least component that is admitted.
+        let faces = (self.facing * det + slant).cmple(Vec4::ZERO);
         let inside = (low.cmpge(Vec4::ZERO) | high.cmple(Vec4::ZERO)) & det.cmpne(Vec4::ZERO) & faces;
         if !inside.any() {
             return;
@@ -197,7 +200,7 @@ impl Bvh {
         for g in 1..count {
             groups[g] = group(g);
         }
-        self.traverse(&mut groups[..count], lines[0].origin, octant, search.tolerance);
+        self.traverse(&mut groups[..count], lines[0].origin, octant, search);
         for (i, result) in results[..lines.len()].iter_mut().enumerate() {
             let (ahead, behind) = (groups[i / LANES].ahead[i % LANES], -groups[i / LANES].behind[i % LANES]);
             let within = |t: f32| if t <= search.reach { t } else { f32::INFINITY };
@@ -206,12 +209,11 @@ impl Bvh {
     }
 
     /// Depth first, the child nearer to `origin` first. A node is tested when its turn comes, with what has been found by then.
-    fn traverse(&self, groups: &mut [Group], origin: Vec3A, octant: Octant, tolerance: f32) {
+    fn traverse(&self, groups: &mut [Group], origin: Vec3A, octant: Octant, search: Search) {
         let nodes = &self.tree.nodes[..];
         if nodes.is_empty() {
             return;
         }
-        let tolerance = Vec4::splat(tolerance);
         // Two entries a level: node, and the first group that may meet it (those before it missed the parent).
         let mut stack = [(0u32, 0u32); 2 * MAX_DEPTH];
         let mut height = 1;
@@ -225,7 +227,7 @@ impl Bvh {
             let Some(skipped) = groups[first as usize..].iter().position(|g| g.meets(&near, &far)) else { continue };
             let first = first + skipped as u32;
             if node.is_leaf() {
-                self.test_leaf(node, &mut groups[first as usize..], octant.axes, tolerance);
+                self.test_leaf(node, &mut groups[first as usize..], octant.axes, search);
                 continue;
             }
             let child = node.first_index;
@@ -240,14 +242,22 @@ impl Bvh {
         }
     }
 
-    fn test_leaf(&self, leaf: &Bvh2Node, groups: &mut [Group], axes: [usize; 3], tolerance: Vec4) {
+    fn test_leaf(&self, leaf: &Bvh2Node, groups: &mut [Group], axes: [usize; 3], search: Search) {
+        let tolerance = Vec4::splat(search.tolerance);
         let block = &self.blocks[(leaf.first_index / 4) as usize];
         for lane in 0..leaf.prim_count as usize {
             debug_assert_ne!(self.tree.primitive_indices[leaf.first_index as usize + lane], NO_TRIANGLE);
             let corners = block.corners.map(|corner| axes.map(|k| Vec4::splat(corner[k][lane])));
+            let slant = if search.cosine > 0.0 { search.cosine * normal_length(block.triangle(lane)) } else { 0.0 };
+            let slant = Vec4::splat(slant);
             for group in groups.iter_mut() {
-                group.intersect(&corners, tolerance);
+                group.intersect(&corners, slant, tolerance);
             }
         }
     }
+}
+
+/// Of the normal that is as long as twice the triangle's area is large.
+pub(super) fn normal_length([a, b, c]: [Vec3A; 3]) -> f32 {
+    (b - a).cross(c - a).length()
 }

@@ -1,6 +1,6 @@
 //! Packets against the same triangle test over all triangles, without a tree.
 
-use super::packet::{BothWays, Line, PACKET, Search};
+use super::packet::{BothWays, Line, PACKET, Search, normal_length};
 use super::tests::{random_point, soup, sphere};
 use super::{Bvh, TriangleMesh};
 use glam::{DVec3, Vec3A};
@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// Woop, Benthin and Wald's test of one triangle, one operation at a time, in the order in which packets do it: t and the
 /// doubled area in sheared coordinates, whose sign is that of the normal against the line.
-fn woop(line: Line, [a, b, c]: [Vec3A; 3]) -> Option<(f32, f32)> {
+fn woop(line: Line, [a, b, c]: [Vec3A; 3]) -> Option<(f32, f32, f32)> {
     let (o, d) = (line.origin.to_array(), line.direction.to_array());
     let kz = (1..3).fold(0, |best, k| if d[k].abs() > d[best].abs() { k } else { best });
     let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
@@ -22,16 +22,17 @@ fn woop(line: Line, [a, b, c]: [Vec3A; 3]) -> Option<(f32, f32)> {
     let (u, v, w) = (cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax);
     let det = u + v + w;
     let inside = u.min(v).min(w) >= 0.0 || u.max(v).max(w) <= 0.0;
-    (inside && det != 0.0).then(|| (sz * (u * az + v * bz + w * cz) / det, det * d[kz].signum()))
+    (inside && det != 0.0).then(|| (sz * (u * az + v * bz + w * cz) / det, det, d[kz]))
 }
 
 fn brute(bvh: &Bvh, mesh: &TriangleMesh, line: Line, search: Search) -> BothWays {
     let mut found = BothWays::NOTHING;
     for triangle in &mesh.triangles {
         let corners = triangle.map(|v| bvh.to_local(mesh.positions[v as usize]));
-        let Some((t, det)) = woop(line, corners) else { continue };
+        let Some((t, det, along)) = woop(line, corners) else { continue };
         // A normal along the line looks away, so that its corners run clockwise.
-        if search.facing * det > 0.0 {
+        let slant = if search.cosine > 0.0 { search.cosine * normal_length(corners) } else { 0.0 };
+        if search.facing * along * det + slant > 0.0 {
             continue;
         }
         let t = if t.abs() <= search.tolerance { 0.0 } else { t };
@@ -82,7 +83,8 @@ fn packets_agree_with_all_triangles_one_by_one() {
             let search = Search {
                 reach: rng.random_range(0.5..20.0),
                 tolerance: [0.0, bvh.tolerance(), 0.5][case % 3],
-                facing: [0.0, 1.0, -1.0][case / 3 % 3],
+                facing: [0.0, 1.0, -1.0, 1.0][case / 3 % 4],
+                cosine: [0.0, 0.0, 0.0, 0.7][case / 3 % 4],
             };
             let mut found = [BothWays::NOTHING; PACKET];
             bvh.cast_both_ways(&lines, search, &mut found);
@@ -105,7 +107,7 @@ fn no_line_slips_through_edges_and_vertices() {
         let mesh = sphere(rings, sectors, 50.0, center);
         let bvh = Bvh::build(&mesh).unwrap();
         let middle = bvh.to_local(center.to_array());
-        let search = Search { reach: 200.0, tolerance: bvh.tolerance(), facing: 0.0 };
+        let search = Search { reach: 200.0, tolerance: bvh.tolerance(), facing: 0.0, cosine: 0.0 };
         for case in 0..15_000 {
             // Within the coarsest mesh's inscribed sphere.
             let away = if case % 3 == 0 { Vec3A::ZERO } else { random_point(&mut rng, 5.0).as_vec3a() };

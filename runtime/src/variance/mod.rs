@@ -3,6 +3,7 @@
 //! [`trace`] casts the rays, natively or by a compute shader, and gives [`Deviations`]; [`DistanceTexture`] codes them
 //! as the paper does; [`VarianceReport`] has the statistics; [`Unmatched`] is what of the scan no texel can meet.
 
+mod closest;
 mod deviations;
 mod explained;
 mod moments;
@@ -25,6 +26,6 @@ pub use report::{PartStatistics, SIGN_CONVENTION, VarianceReport, VarianceSecond
 pub use statistics::{Histogram, Statistics};
 pub use texture::{DistanceTexture, signed_distances};
 pub use tolerance::{Conformance, Tolerance};
-pub use trace::{Device, Facing, Trace, TraceError, trace};
+pub use trace::{Device, Facing, Trace, TraceError, trace, trace_closest};
 pub use trace_gpu::GpuError;
 pub use unmatched::{Piece, Unmatched, UnmatchedSummary};

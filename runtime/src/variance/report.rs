@@ -17,6 +17,8 @@ pub struct VarianceReport {
     pub sign_convention: String,
     /// Unit of all lengths; areas are in its square.
     pub unit: String,
+    /// Where distances are measured to: along the model's `normal`, or to the `closest` point of the scan.
+    pub distance: String,
     /// How far rays went. Millimetres.
     pub max_distance: f64,
     /// What cast the rays: `cpu`, or `gpu: ` and the adapter's name.
@@ -119,6 +121,7 @@ impl VarianceReport {
         Self {
             sign_convention: SIGN_CONVENTION.to_owned(),
             unit: "mm".to_owned(),
+            distance: "normal".to_owned(),
             max_distance: range,
             device: device.to_owned(),
             resolution: [deviations.texels.width, deviations.texels.height],

@@ -1,8 +1,9 @@
 //! Casting the rays: where, and what came of it.
 
 use super::trace_gpu::{Gpu, GpuError};
-use super::{Deviations, trace_cpu};
+use super::{Deviations, closest, trace_cpu};
 use crate::bvh::Bvh;
+use crate::mesh::TriangleMesh;
 use crate::model::Texels;
 use glam::Vec3A;
 use serde::{Deserialize, Serialize};
@@ -22,15 +23,34 @@ pub enum Device {
 }
 
 /// Which of the scan's triangles count.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Facing {
-    /// Those whose normal makes less than a right angle with the model's: the other side of a thin wall, and whatever
-    /// else a ray meets from behind, is not what was to be measured there.
-    #[default]
-    Same,
+    /// Those whose normal makes at most this angle with the model's (radians, at most a right angle): the other side of a thin wall,
+    /// and whatever else a ray meets from behind, is not what was to be measured there.
+    Within(f64),
     /// All; for scans whose triangles are not oriented.
     Any,
+}
+
+impl Facing {
+    /// Less than a right angle.
+    pub const SAME: Facing = Facing::Within(std::f64::consts::FRAC_PI_2);
+
+    /// Whether the side matters, and the least cosine.
+    fn limits(self) -> (f32, f32) {
+        match self {
+            // The cosine of a right angle is not zero in doubles.
+            Facing::Within(angle) if angle < std::f64::consts::FRAC_PI_2 => (1.0, angle.max(0.0).cos() as f32),
+            Facing::Within(_) => (1.0, 0.0),
+            Facing::Any => (0.0, 0.0),
+        }
+    }
+}
+
+impl Default for Facing {
+    fn default() -> Facing {
+        Facing::SAME
+    }
 }
 
 /// Deviations and how they were found.
@@ -68,14 +88,7 @@ pub fn trace(
     facing: Facing,
     device: Device,
 ) -> Result<Trace, TraceError> {
-    if !(max_distance > 0.0 && max_distance < 1e12) || (max_distance as f32) == 0.0 {
-        return Err(TraceError::MaxDistance(max_distance));
-    }
-    let facing = match facing {
-        Facing::Same => 1.0,
-        Facing::Any => 0.0,
-    };
-    let rays = Rays { texels: &texels, scan, max_distance: max_distance as f32, tolerance: scan.tolerance(), facing };
+    let rays = Rays::new(&texels, scan, max_distance, facing)?;
     let (found, device, notice) = match on_gpu(&rays, device) {
         Some(Ok((found, name))) => (found, format!("gpu: {name}"), None),
         Some(Err(error)) => {
@@ -85,6 +98,25 @@ pub fn trace(
     };
     let Distances { outward, inward } = found;
     Ok(Trace { deviations: Deviations { texels, max_distance, outward, inward }, device, notice })
+}
+
+/// As [`trace`], for every texel the distance to the closest point of the scan, positive where that lies on the side of the
+/// texel's normal. `mesh` is what `scan` was built over. A texel whose closest point is on a free edge of the mesh has no data, unless it
+/// lies straight above it: what is beside a hole was not measured.
+///
+/// # Errors
+/// As [`trace`].
+pub fn trace_closest(
+    texels: Texels,
+    scan: &Bvh,
+    mesh: &TriangleMesh,
+    max_distance: f64,
+    facing: Facing,
+) -> Result<Trace, TraceError> {
+    let rays = Rays::new(&texels, scan, max_distance, facing)?;
+    let Distances { outward, inward } = closest::trace(&rays, mesh);
+    let deviations = Deviations { texels, max_distance, outward, inward };
+    Ok(Trace { deviations, device: "cpu".to_owned(), notice: None })
 }
 
 /// None where a GPU is not asked for, or not insisted on and absent.
@@ -116,9 +148,20 @@ pub(super) struct Rays<'a> {
     pub(super) tolerance: f32,
     /// 1 where only triangles count that face as the model does, 0 where all.
     pub(super) facing: f32,
+    /// The least cosine of the angle between their normals; 0 where all of those count.
+    pub(super) cosine: f32,
 }
 
-impl Rays<'_> {
+impl<'a> Rays<'a> {
+    fn new(texels: &'a Texels, scan: &'a Bvh, max_distance: f64, facing: Facing) -> Result<Self, TraceError> {
+        if !(max_distance > 0.0 && max_distance < 1e12) || (max_distance as f32) == 0.0 {
+            return Err(TraceError::MaxDistance(max_distance));
+        }
+        let (facing, cosine) = facing.limits();
+        let (max_distance, tolerance) = (max_distance as f32, scan.tolerance());
+        Ok(Self { texels, scan, max_distance, tolerance, facing, cosine })
+    }
+
     pub(super) fn len(&self) -> usize {
         self.texels.position.len()
     }

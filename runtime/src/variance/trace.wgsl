@@ -29,6 +29,8 @@ struct Setup {
   count: u32,
   // 1 where only triangles count that face as the model does, 0 where all.
   facing: f32,
+  // The least cosine between its normal and the model's.
+  cosine: f32,
 }
 
 @group(0) @binding(0) var<uniform> setup: Setup;
@@ -48,7 +50,7 @@ struct Shear {
   origin: vec3f,
   shear: vec2f,
   scale: f32,
-  // 1 / -1: hit only triangles whose normal goes with / against the ray; 0: any. Times the sign of scale.
+  // 1 / -1: hit only triangles whose normal goes with / against the ray; 0: any. Times direction.z.
   facing: f32,
 }
 
@@ -58,7 +60,7 @@ fn make_shear(origin: vec3f, direction: vec3f, facing: f32) -> Shear {
   if abs(direction.z) > abs(direction[z]) { z = 2u; }
   let axes = vec3u((z + 1u) % 3u, (z + 2u) % 3u, z);
   let d = vec3f(direction[axes.x], direction[axes.y], direction[axes.z]);
-  return Shear(axes, vec3f(origin[axes.x], origin[axes.y], origin[axes.z]), d.xy / d.z, 1.0 / d.z, facing * sign(d.z));
+  return Shear(axes, vec3f(origin[axes.x], origin[axes.y], origin[axes.z]), d.xy / d.z, 1.0 / d.z, facing * d.z);
 }
 
 // The difference of two products, or zero where rounding may have decided its sign: products may be fused with the
@@ -84,7 +86,21 @@ fn intersect(block: u32, ray: Shear, t_min: f32, t_max: f32) -> f32 {
   let low = min(min(u, v), w);
   let high = max(max(u, v), w);
   let det = u + v + w;
-  let faces = ray.facing * det <= vec4f(0.0);
+  var slant = vec4f(0.0);
+  if setup.cosine > 0.0 {
+    let p = array(x[1] - x[0], y[1] - y[0], z[1] - z[0]);
+    let q = array(x[2] - x[0], y[2] - y[0], z[2] - z[0]);
+    // Of the edges before the shear, which moved x and y along z.
+    let px = p[0] + ray.shear.x * p[2];
+    let py = p[1] + ray.shear.y * p[2];
+    let qx = q[0] + ray.shear.x * q[2];
+    let qy = q[1] + ray.shear.y * q[2];
+    let nx = py * q[2] - p[2] * qy;
+    let ny = p[2] * qx - px * q[2];
+    let nz = px * qy - py * qx;
+    slant = setup.cosine * sqrt(nx * nx + ny * ny + nz * nz);
+  }
+  let faces = ray.facing * det + slant <= vec4f(0.0);
   let inside = ((low >= vec4f(0.0)) | (high <= vec4f(0.0))) & (det != vec4f(0.0)) & faces;
   if !any(inside) {
     return FAR;

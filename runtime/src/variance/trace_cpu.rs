@@ -47,7 +47,8 @@ fn trace_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &m
         let row = index.first().map_or(0, |&i| i as usize / (TILE * width) * TILE) + r;
         index.partition_point(|&i| (i as usize / width) < row)..index.partition_point(|&i| i as usize / width <= row)
     });
-    let search = Search { reach: rays.max_distance, tolerance: rays.tolerance, facing: rays.facing };
+    let search =
+        Search { reach: rays.max_distance, tolerance: rays.tolerance, facing: rays.facing, cosine: rays.cosine };
     loop {
         let next = rows.iter().filter(|row| row.start < row.end).map(|row| column(row.start)).min();
         let Some(end) = next.map(|column| (column / TILE + 1) * TILE) else { return };

@@ -95,7 +95,7 @@ struct Setup {
     tolerance: f32,
     count: u32,
     facing: f32,
-    unused: u32,
+    cosine: f32,
 }
 
 /// The buffers of one run.
@@ -223,7 +223,7 @@ impl Gpu {
             tolerance: rays.tolerance,
             count: upload.len() as u32,
             facing: rays.facing,
-            unused: 0,
+            cosine: rays.cosine,
         };
         let bytes = std::mem::size_of_val(upload) as u64 / size_of::<GpuRay>() as u64 * size_of::<[f32; 2]>() as u64;
         self.faults.scope(&self.device, || {
