@@ -8,7 +8,10 @@ use gml_runtime::scan::{self, ReadOptions};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-const SCANS: [(&str, &str, &str, Option<(&str, i64)>); 4] = [
+/// An example, the file and its unit, and an input.
+type Case = (&'static str, &'static str, &'static str, Option<(&'static str, i64)>);
+
+const SCANS: [Case; 4] = [
     ("mug", "ycb_025_mug.ply", "m", None),
     ("can", "ycb_005_tomato_soup_can.obj", "m", None),
     ("bowl", "ycb_024_bowl.obj", "m", None),
