@@ -86,16 +86,23 @@ fn explained(parts: &[PartStatistics]) -> String {
             .collect();
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let effects = if effects.is_empty() { "-".to_owned() } else { effects.join(", ") };
-        let shares = [found.all_parameters, found.position].map(percent);
-        rows.push(vec![part.name.clone(), table::number(found.rms), table::number(found.form), effects]);
-        if let Some(row) = rows.last_mut() {
-            row.splice(2..2, shares);
-        }
+        let [parameters, position] = [found.all_parameters, found.position].map(percent);
+        let significant = part.detection.map_or_else(String::new, |d| percent(d.significant));
+        let (rms, form) = (table::number(found.rms), table::number(found.form));
+        rows.push(vec![part.name.clone(), significant, rms, parameters, position, form, effects]);
     }
     if rows.is_empty() {
         return String::new();
     }
-    let headings = ["part", "rms", "parameters", "position", "form", "what a change of one parameter would explain"];
+    let headings = [
+        "part",
+        "significant",
+        "rms",
+        "parameters",
+        "position",
+        "form",
+        "what a change of one parameter would explain",
+    ];
     format!("\n{}", table::render(&headings, &rows))
 }
 

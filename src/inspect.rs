@@ -64,7 +64,7 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
     let surface = Surface::of_program(program, &x, &pose, size)?;
-    let measured = measure::measure(surface, &scan, max_distance, &args.variance, progress)?;
+    let measured = measure::measure(surface, &scan, max_distance, Some(&fitted), &args.variance, progress)?;
     measure::write(&args.output, &measured)?;
     let upright = upright(program, &x, &pose)?;
     let documented = document(args, &fitted, &scan, &measured, &upright, progress);

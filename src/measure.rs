@@ -8,11 +8,14 @@ use gml_compiler::program::Program;
 use gml_runtime::bvh::Bvh;
 use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::{atomic, json, ply, raster};
+use gml_runtime::fit::FitResult;
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
-use gml_runtime::variance::{self, Deviations, Device, DistanceTexture, Facing, Tolerance, Unmatched, VarianceReport};
+use gml_runtime::variance::{
+    self, Deviations, Device, DistanceTexture, Facing, ParameterCovariance, Tolerance, Unmatched, VarianceReport,
+};
 use std::path::Path;
 use std::time::Instant;
 
@@ -128,6 +131,7 @@ pub(crate) fn measure(
     surface: Surface,
     scan: &Scan,
     max_distance: Option<f64>,
+    fitted: Option<&FitResult>,
     controls: &VarianceControls,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
@@ -162,6 +166,10 @@ pub(crate) fn measure(
     let tolerance = tolerance(controls)?;
     let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|own| own.or(tolerance)).collect();
     let mut report = VarianceReport::with_tolerances(&trace.deviations, &scan.source, &trace.device, &tolerances);
+    let covariance = fitted.and_then(|f| f.covariance.as_ref());
+    let covariance = covariance.map(|c| ParameterCovariance { parameters: &c.parameters, matrix: &c.matrix });
+    let detected = variance::detect(&trace.deviations, scan.noise, sensitivities.as_ref().zip(covariance));
+    report.parts.iter_mut().zip(detected).for_each(|(part, detection)| part.detection = Some(detection));
     if let Some(sensitivities) = &sensitivities {
         let explained = variance::explain(&trace.deviations, sensitivities);
         report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
@@ -220,7 +228,15 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandErr
     let tiff = raster::tiff_f32(width, height, &lossless, &sign).map_err(CommandError::failed)?;
     let coded = measured.coded_png()?;
     let colours = png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
-    for (name, bytes) in [("distance.png", &coded), ("distance.tif", &tiff), ("colours.png", &colours)] {
+    let levels: Vec<f64> = measured.report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
+    let significant = png(&picture::significance_picture(&measured.deviations, measured.colour_range, &levels))?;
+    let files = [
+        ("distance.png", &coded),
+        ("distance.tif", &tiff),
+        ("colours.png", &colours),
+        ("significant.png", &significant),
+    ];
+    for (name, bytes) in files {
         atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
     }
     ply::write(&folder.join(UNMATCHED), &measured.unmatched, &[]).map_err(CommandError::failed)?;

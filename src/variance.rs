@@ -15,7 +15,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let surface = surface(args, size)?;
     let scan = fit::read_scan(&args.scan)?;
     let progress = TerminalProgress::new();
-    let measured = measure::measure(surface, &scan, max_distance, &args.controls, &progress);
+    let measured = measure::measure(surface, &scan, max_distance, None, &args.controls, &progress);
     progress.finish();
     let measured = measured?;
     measure::write(&args.output, &measured)?;

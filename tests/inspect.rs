@@ -7,7 +7,8 @@ use support::{example, fails, gmlc, json, parameter, test_data};
 use tempfile::tempdir;
 
 /// Every document that inspect writes.
-const DOCUMENTS: [&str; 9] = [
+const DOCUMENTS: [&str; 10] = [
+    "significant.png",
     "unmatched.ply",
     "fit.json",
     "variance.json",

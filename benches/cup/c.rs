@@ -1,4 +1,4 @@
-//! The cup in C, compiled and loaded.
+//! The peers in C, compiled and loaded.
 
 use libloading::Library;
 use std::path::{Path, PathBuf};
@@ -16,37 +16,47 @@ type PullbackFunction = unsafe extern "C" fn(
     gradient: *mut f64,
 );
 
-/// The functions of benches/peers/cup.c.
-pub(crate) struct Cup {
+/// The functions of benches/peers/cup.c and waves.c.
+pub(crate) struct Peers {
     points: PointsFunction,
     jacobian: PointsFunction,
     pullback: PullbackFunction,
+    waves: PointsFunction,
     /// Keeps the code of the functions.
     _library: Library,
+    /// Which version it is.
+    pub(crate) name: &'static str,
     /// How it was compiled.
     pub(crate) command: String,
 }
 
+/// Names of the versions in C, and the machines that they are compiled for: this one; and one whose vectors have 128 bits and that
+/// does not multiply and add at once, as Cranelift's code does not.
+pub(crate) const VARIANTS: &[(&str, &str)] =
+    if cfg!(target_arch = "x86_64") { &[("C", "native"), ("C, 128", "x86-64-v2")] } else { &[("C", "native")] };
+
 /// Columns for which the C version has room.
 const MAX_COLUMNS: usize = 4096;
 
-impl Cup {
+impl Peers {
     /// Compiles it with the system's C compiler.
-    pub(crate) fn new() -> Result<Cup, Box<dyn std::error::Error>> {
-        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers/cup.c");
+    pub(crate) fn new((name, machine): (&'static str, &str)) -> Result<Peers, Box<dyn std::error::Error>> {
+        let peers = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/peers");
+        let sources = ["cup.c", "waves.c"].map(|name| peers.join(name));
         let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR"));
-        let made = folder.join("cup_by_hand.so");
-        let (command, compiled) = compile(&source, &made, &folder)?;
+        let made = folder.join(format!("by_hand_{machine}.so"));
+        let (command, compiled) = compile(&sources, machine, &made, &folder)?;
         if !compiled {
             return Err(format!("{command} failed").into());
         }
-        // SAFETY: the library has no initialisers, and its functions have the types that cup.c declares.
+        // SAFETY: the library has no initialisers, and its functions have the types that the files declare.
         unsafe {
             let library = Library::new(&made)?;
             let points = *library.get::<PointsFunction>(b"cup_points\0")?;
             let jacobian = *library.get::<PointsFunction>(b"cup_jacobian\0")?;
             let pullback = *library.get::<PullbackFunction>(b"cup_pullback\0")?;
-            Ok(Cup { points, jacobian, pullback, _library: library, command })
+            let waves = *library.get::<PointsFunction>(b"wave_points\0")?;
+            Ok(Peers { points, jacobian, pullback, waves, _library: library, name, command })
         }
     }
 
@@ -75,6 +85,14 @@ impl Cup {
         // SAFETY: as above.
         unsafe { (self.pullback)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, w, gradient.as_mut_ptr()) }
     }
+
+    /// Points of a surface of waves.c, by its index.
+    pub(crate) fn wave(&self, x: &[f64], kind: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
+        assert_eq!((x.len(), out.len()), (4, 3 * u.len() * v.len()));
+        let (nu, nv) = (u.len() as i32, v.len() as i32);
+        // SAFETY: the slices have the lengths that the function reads and writes.
+        unsafe { (self.waves)(x.as_ptr(), kind as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
+    }
 }
 
 fn check(x: &[f64], [u, v]: [&[f64]; 2], length: usize, each: usize) {
@@ -83,14 +101,14 @@ fn check(x: &[f64], [u, v]: [&[f64]; 2], length: usize, each: usize) {
     assert_eq!(length, u.len() * v.len() * each);
 }
 
-/// Compiles a C file to a shared library; the command, and whether it went well.
-fn compile(source: &Path, made: &Path, folder: &Path) -> std::io::Result<(String, bool)> {
+/// Compiles C files to a shared library; the command, and whether it went well.
+fn compile(sources: &[PathBuf], machine: &str, made: &Path, folder: &Path) -> std::io::Result<(String, bool)> {
     let target = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
     let mut build = cc::Build::new();
     build.target(&target).host(&target).opt_level(3).out_dir(folder).cargo_metadata(false).warnings(false).pic(true);
-    build.flag("-march=native").flag("-shared").debug(false);
+    build.flag(format!("-march={machine}")).flag("-shared").debug(false);
     let mut command = build.get_compiler().to_command();
-    command.arg(source).arg("-o").arg(made).arg("-lm");
+    command.args(sources).arg("-o").arg(made).arg("-lm");
     let text = std::iter::once(command.get_program()).chain(command.get_args());
     let text: Vec<_> = text.map(|a| a.to_string_lossy().into_owned()).collect();
     Ok((text.join(" "), command.status()?.success()))

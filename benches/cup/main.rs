@@ -7,6 +7,8 @@
 
 mod c;
 mod growth;
+mod jax;
+mod waves;
 
 use gml_compiler::program::{Instance, JacobianEntry, Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -58,16 +60,17 @@ fn main() {
     let script = SourceFile { name: "cup.gml".to_owned(), text };
     let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
     program.prepare().expect("the cup has derivatives");
-    let c = match c::Cup::new() {
-        Ok(c) => c,
+    let peers = match c::VARIANTS.iter().map(|v| c::Peers::new(*v)).collect::<Result<Vec<_>, _>>() {
+        Ok(peers) => peers,
         Err(e) => return println!("no version in C: {e}"),
     };
-    println!("{}\n", c.command);
+    peers.iter().for_each(|c| println!("{}: {}\n", c.name, c.command));
     let x = [3.0, -2.0, 5.0, 0.2, -0.3, 0.4, 1.2, 41.0, 92.0, 0.93, 1.85, 0.97, 1.75, 0.22, 0.78];
     let instance = program.instantiate(&x).unwrap_or_else(|e| panic!("{}", e.message));
     let mut tasks = PARTS.map(|part| Task::new(&program, part));
-    agree(&c, &instance, &x, &mut tasks);
-    time(&c, &program, &x, &mut tasks);
+    peers.iter().for_each(|c| agree(c, &instance, &x, &mut tasks));
+    time(&peers, &program, &x, &mut tasks);
+    waves::table(&peers[0]);
     growth::table(&program);
 }
 
@@ -94,7 +97,7 @@ fn dense(task: &Task) -> Vec<f64> {
     dense
 }
 
-fn agree(c: &c::Cup, instance: &Instance<'_>, x: &[f64], tasks: &mut [Task]) {
+fn agree(c: &c::Peers, instance: &Instance<'_>, x: &[f64], tasks: &mut [Task]) {
     let mut gradients = [vec![0.0; 15], vec![0.0; 15]];
     let [mut of_points, mut of_jacobian] = [0.0f64; 2];
     for task in tasks {
@@ -137,62 +140,94 @@ fn by_turns(mut ours: impl FnMut(), mut theirs: impl FnMut()) -> [f64; 2] {
     least
 }
 
-fn row(name: &str, [ours, theirs]: [f64; 2]) {
-    println!("{name:10}{ours:10.1}{theirs:10.1}{:10.2}", ours / theirs);
+/// The versions in C that ours is compared with, and what JAX takes, where it is there.
+struct Table<'a> {
+    peers: &'a [c::Peers],
+    jax: Option<[f64; 3]>,
+    rows: usize,
 }
 
-fn time(c: &c::Cup, program: &Program, x: &[f64], tasks: &mut [Task]) {
-    println!("\n{:10}{:>10}{:>10}{:>10}", "us", "gmlc", "C", "ratio");
-    let mut theirs: Vec<Vec<f64>> = tasks.iter().map(|t| vec![0.0; t.points.len()]).collect();
-    let tasks = std::cell::RefCell::new(tasks);
-    row(
+impl Table<'_> {
+    fn head(&self) {
+        print!("\n{:10}{:>10}", "us", "gmlc");
+        self.peers.iter().for_each(|c| print!("{:>10}{:>10}", c.name, "ratio"));
+        println!("{}", self.jax.map_or(String::new(), |_| format!("{:>10}{:>12}", "JAX", "JAX / gmlc")));
+    }
+
+    /// Prints the least times of all, which run by turns.
+    fn row(
+        &mut self,
+        name: &str,
+        tasks: &mut [Task],
+        mut ours: impl FnMut(&mut [Task]),
+        mut theirs: impl FnMut(&c::Peers, &mut [Task]),
+    ) {
+        let mut least = vec![f64::INFINITY; 1 + self.peers.len()];
+        let begin = Instant::now();
+        while begin.elapsed() < Duration::from_secs(3) {
+            for (k, least) in least.iter_mut().enumerate() {
+                let start = Instant::now();
+                match k.checked_sub(1) {
+                    None => ours(tasks),
+                    Some(k) => theirs(&self.peers[k], tasks),
+                }
+                *least = least.min(start.elapsed().as_secs_f64() * 1e6);
+            }
+        }
+        print!("{name:10}{:10.1}", least[0]);
+        least[1..].iter().for_each(|theirs| print!("{theirs:10.1}{:10.2}", least[0] / theirs));
+        println!(
+            "{}",
+            self.jax.map_or(String::new(), |t| format!("{:10.1}{:12.1}", t[self.rows], t[self.rows] / least[0]))
+        );
+        self.rows += 1;
+    }
+}
+
+fn time(peers: &[c::Peers], program: &Program, x: &[f64], tasks: &mut [Task]) {
+    let mut table = Table { peers, jax: jax::times(), rows: 0 };
+    table.head();
+    // Every run begins with new parameters.
+    let instance = || program.instantiate(black_box(x)).unwrap_or_else(|e| panic!("{}", e.message));
+    table.row(
         "M",
-        by_turns(
-            || {
-                let instance = program.instantiate(black_box(x)).expect("an instance");
-                for t in tasks.borrow_mut().iter_mut() {
-                    instance.points_grid(t.patch, &t.columns, &t.rows, &mut t.points).expect("points");
-                }
-            },
-            || {
-                for (t, out) in tasks.borrow_mut().iter_mut().zip(&mut theirs) {
-                    c.points(black_box(x), t.part, [&t.columns, &t.rows], out);
-                }
-            },
-        ),
+        tasks,
+        |tasks| {
+            let instance = instance();
+            for t in tasks {
+                instance.points_grid(t.patch, &t.columns, &t.rows, &mut t.points).expect("points");
+            }
+        },
+        |c, tasks| {
+            tasks.iter_mut().for_each(|t| c.points(black_box(x), t.part, [&t.columns, &t.rows], &mut t.points));
+        },
     );
-    row(
+    table.row(
         "Jacobian",
-        by_turns(
-            || {
-                let instance = program.instantiate(black_box(x)).expect("an instance");
-                for t in tasks.borrow_mut().iter_mut() {
-                    instance.jacobian_grid(t.patch, &t.columns, &t.rows, &mut t.jacobian).expect("a Jacobian");
-                }
-            },
-            || {
-                for t in tasks.borrow_mut().iter_mut() {
-                    c.jacobian(black_box(x), t.part, [&t.columns, &t.rows], &mut t.dense);
-                }
-            },
-        ),
+        tasks,
+        |tasks| {
+            let instance = instance();
+            for t in tasks {
+                instance.jacobian_grid(t.patch, &t.columns, &t.rows, &mut t.jacobian).expect("a Jacobian");
+            }
+        },
+        |c, tasks| {
+            tasks.iter_mut().for_each(|t| c.jacobian(black_box(x), t.part, [&t.columns, &t.rows], &mut t.dense));
+        },
     );
-    let mut gradients = [vec![0.0; 15], vec![0.0; 15]];
+    let mut gradients = [[0.0; 15]; 2];
     let [ours, theirs] = &mut gradients;
-    row(
+    table.row(
         "pullback",
-        by_turns(
-            || {
-                let instance = program.instantiate(black_box(x)).expect("an instance");
-                for t in tasks.borrow_mut().iter_mut() {
-                    instance.pullback_grid(t.patch, &t.columns, &t.rows, &t.w, ours).expect("a pullback");
-                }
-            },
-            || {
-                for t in tasks.borrow_mut().iter_mut() {
-                    c.pullback(black_box(x), t.part, [&t.columns, &t.rows], &t.w, theirs);
-                }
-            },
-        ),
+        tasks,
+        |tasks| {
+            let instance = instance();
+            for t in tasks {
+                instance.pullback_grid(t.patch, &t.columns, &t.rows, &t.w, ours).expect("a pullback");
+            }
+        },
+        |c, tasks| {
+            tasks.iter().for_each(|t| c.pullback(black_box(x), t.part, [&t.columns, &t.rows], &t.w, theirs));
+        },
     );
 }

@@ -60,7 +60,7 @@ fn check_parameters(program: &Program, random: &mut Random) {
                 let size: f64 = derivative.iter().zip(w.as_flattened()).map(|(d, w)| (d * w).abs()).sum();
                 // The same sum in another order, and by other formulas.
                 let error = (gradient[param] - product).abs();
-                assert!(error <= 1e-11 * size.max(1.0), "pullback of {} to {name}: {error:e} at {x:?}", part.name);
+                assert!(error <= 1e-12 * size.max(1.0), "pullback of {} to {name}: {error:e} at {x:?}", part.name);
             }
         }
     }
@@ -133,4 +133,11 @@ fn derivatives_of_every_example() {
             });
         }
     });
+}
+
+/// Of derivatives of first to third order, through loops, folds, recursion, branches and closures.
+#[test]
+fn derivatives_of_derivatives() {
+    let program = common::model("orders");
+    check_parameters(&program, &mut Random(7));
 }

@@ -1,10 +1,11 @@
-//! Taylor remainders over all examples: |S(x + h d) - S(x) - h J d| falls with the square of h, which an error of any size in J
+//! Taylor remainders over all examples and all curves and surfaces of the library: |S(x + h d) - S(x) - h J d| falls with the square of h, which an error of any size in J
 //! would end. (The remainder of a function that is linear along d is rounding from the start.)
 
 mod common;
 
-use common::{Random, example, examples, scale};
+use common::{Random, example, examples, model, scale};
 use gml_compiler::program::Program;
+use std::path::Path;
 
 const POINTS: usize = 8;
 
@@ -51,32 +52,62 @@ fn remainders(
     ((0..STEPS).filter_map(|k| remainder(0.01 * 0.5f64.powi(k))).collect(), size)
 }
 
+/// Looks at so many parts of a model; returns of how many the remainder could be seen.
+fn check(name: &str, program: &Program, parts: usize, random: &mut Random) -> usize {
+    let mut compared = 0;
+    let x = random.parameters(program);
+    let direction: Vec<f64> =
+        (0..x.len()).map(|i| random.between(-1.0, 1.0) * scale(program, i, &x).min(10.0)).collect();
+    let step = program.parts().len().div_ceil(parts).max(1);
+    for patch in (0..program.parts().len()).step_by(step) {
+        let (u, v): (Vec<f64>, Vec<f64>) = (0..POINTS).map(|_| (random.next(), random.between(0.05, 0.95))).unzip();
+        let (all, size) = remainders(program, &x, &direction, patch, [&u, &v]);
+        // Far from rounding, which is some 1e-16 of the coordinates and of what they are made of.
+        let clear: Vec<&(f64, f64)> = all.iter().filter(|(_, r)| *r > 1e-10 * size).collect();
+        let Some([(h, r), (k, s)]) = clear.len().checked_sub(4).map(|i| [clear[i], clear[i + 3]]) else {
+            continue;
+        };
+        let slope = (r / s).log2() / (h / k).log2();
+        let part = &program.parts()[patch].name;
+        assert!(slope > SLOPE, "{name}, {part}: the remainder falls with the power {slope:.2} of the step: {all:?}");
+        compared += 1;
+    }
+    compared
+}
+
 #[test]
 fn remainders_are_of_second_order() {
     let mut random = Random(23);
-    let mut compared = 0;
-    for name in examples() {
-        let program = example(&name);
-        let x = random.parameters(&program);
-        let direction: Vec<f64> =
-            (0..x.len()).map(|i| random.between(-1.0, 1.0) * scale(&program, i, &x).min(10.0)).collect();
-        let step = program.parts().len().div_ceil(PARTS).max(1);
-        for patch in (0..program.parts().len()).step_by(step) {
-            let (u, v): (Vec<f64>, Vec<f64>) = (0..POINTS).map(|_| (random.next(), random.between(0.05, 0.95))).unzip();
-            let (all, size) = remainders(&program, &x, &direction, patch, [&u, &v]);
-            // Far from rounding, which is some 1e-16 of the coordinates and of what they are made of.
-            let clear: Vec<&(f64, f64)> = all.iter().filter(|(_, r)| *r > 1e-10 * size).collect();
-            let Some([(h, r), (k, s)]) = clear.len().checked_sub(4).map(|i| [clear[i], clear[i + 3]]) else {
-                continue;
-            };
-            let slope = (r / s).log2() / (h / k).log2();
-            let part = &program.parts()[patch].name;
-            assert!(
-                slope > SLOPE,
-                "{name}, {part}: the remainder falls with the power {slope:.2} of the step: {all:?}"
-            );
-            compared += 1;
+    let compared: usize = examples().iter().map(|name| check(name, &example(name), PARTS, &mut random)).sum();
+    assert!(compared > 20, "only {compared} parts were not linear");
+}
+
+#[test]
+fn so_are_those_of_the_library() {
+    let program = model("library");
+    let compared: usize = (0..3).map(|seed| check("library", &program, usize::MAX, &mut Random(seed))).sum();
+    // Of planes, patches and the like the remainder is zero.
+    assert!(compared > 150, "only {compared} parts were not linear");
+}
+
+#[test]
+fn so_are_those_of_derivatives_of_any_order() {
+    let program = model("orders");
+    let compared: usize = (0..6).map(|seed| check("orders", &program, usize::MAX, &mut Random(seed))).sum();
+    assert!(compared >= 40, "only {compared} of 48 parts were not linear");
+}
+
+/// What the library has to offer is there: a new curve or surface is to be added to the model.
+#[test]
+fn the_model_of_the_library_is_complete() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |path: &str| std::fs::read_to_string(folder.join(path)).expect("a file of the repository");
+    let model = read("tests/models/library.gml");
+    for module in ["curve", "surface", "sweep", "patch", "spline", "offset", "polyline", "repeat", "frame"] {
+        let text = read(&format!("../stdlib/{module}.gml"));
+        let functions = text.lines().filter_map(|l| l.strip_prefix("fn ")?.split('(').next());
+        for name in functions.filter(|name| !name.starts_with('_') && *name != "unturned") {
+            assert!(model.contains(&format!("{name}(")), "{name} of std.{module} is not tested");
         }
     }
-    assert!(compared > 20, "only {compared} parts were not linear");
 }

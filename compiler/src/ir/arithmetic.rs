@@ -1,10 +1,10 @@
 //! What the operations compute, bit for bit.
 //!
 //! The interpreter, constant folding and the native code's host functions all come here, so that they cannot differ
-//! (but for the payload of a NaN, which nothing may depend on). Elementary functions are the platform's, through
-//! the standard library: its `pow` takes a third of the time of a portable one.
+//! (but for the payload of a NaN, which nothing may depend on). Sine, cosine, exponential function and powers are
+//! [`elementary`]'s; the other elementary functions are the platform's, through the standard library.
 
-use super::{Binary, Unary};
+use super::{Binary, Unary, elementary};
 
 /// An operation on one real; `None` where the operation does not take and give a real.
 #[must_use]
@@ -14,10 +14,10 @@ pub fn unary(op: Unary, x: f64) -> Option<f64> {
         Unary::Abs => x.abs(),
         Unary::Sign => sign(x),
         Unary::Sqrt => x.sqrt(),
-        Unary::Exp => x.exp(),
+        Unary::Exp => elementary::exp(x),
         Unary::Ln => x.ln(),
-        Unary::Sin => x.sin(),
-        Unary::Cos => x.cos(),
+        Unary::Sin => elementary::sin(x),
+        Unary::Cos => elementary::cos(x),
         Unary::Tan => x.tan(),
         Unary::Asin => x.asin(),
         Unary::Acos => x.acos(),
@@ -42,7 +42,7 @@ pub fn binary(op: Binary, a: f64, b: f64) -> Option<f64> {
         Binary::Mul => a * b,
         Binary::Div => a / b,
         Binary::Rem => remainder(a, b),
-        Binary::Pow => a.powf(b),
+        Binary::Pow => elementary::pow(a, b),
         Binary::Atan2 => a.atan2(b),
         Binary::Min => minimum(a, b),
         Binary::Max => maximum(a, b),

@@ -6,6 +6,7 @@
 
 pub mod arithmetic;
 pub mod builder;
+pub mod elementary;
 pub mod function;
 pub mod graph;
 pub mod inline;

@@ -5,6 +5,7 @@ use super::{Function, FunctionId, Module, Op, Type, Value};
 use std::fmt::{Display, Formatter, Result};
 
 mod expression;
+mod product;
 mod readable;
 
 pub use readable::gml;

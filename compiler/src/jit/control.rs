@@ -147,7 +147,7 @@ impl Lowering<'_, '_, '_> {
     }
 
     /// A stack slot of so many words; calls of the same size share theirs, one for arguments and one for results.
-    fn slot(&mut self, results: bool, words: usize) -> StackSlot {
+    pub(super) fn slot(&mut self, results: bool, words: usize) -> StackSlot {
         let builder = &mut self.builder;
         *self.slots.entry((results, words)).or_insert_with(|| {
             let bytes = u32::try_from(8 * words.max(1)).unwrap_or(u32::MAX);

@@ -3,6 +3,7 @@
 //! A function whose operations all have instructions for pairs runs on two columns at once. Sums over points are made of two,
 //! of the even and of the odd columns, in either case, so that results do not depend on that.
 
+use super::called::is_called;
 use super::compiler::{Compiler, JitError};
 use super::context::Context;
 use super::kernel::{used_by, varying};
@@ -134,7 +135,9 @@ impl Grid {
         let pinned = |i: &usize| used[*i] && (!of_points[*i] || of_row.contains(i));
         let pinned: Vec<usize> = (0..function.nodes.len()).filter(pinned).collect();
         let sums = shape.row_sums.unwrap_or(0);
-        let in_registers = wide && pinned.len() + sums <= MOST_PINNED;
+        // No register keeps its pair over a call.
+        let calls = function.nodes.iter().zip(&of_points).any(|(n, varies)| *varies && is_called(&n.op, n.ty));
+        let in_registers = wide && !calls && pinned.len() + sums <= MOST_PINNED;
         let words = pinned.len() + sums;
         let slot = (words > 0).then(|| {
             let bytes = u32::try_from(16 * words).unwrap_or(u32::MAX);

@@ -1,5 +1,6 @@
 //! IR nodes to Cranelift instructions.
 
+use super::called::{circular, is_called};
 use super::compiler::{Compiler, JitError};
 use super::context::{Context, DEPTH};
 use super::host;
@@ -8,9 +9,9 @@ use crate::ir::arithmetic::pow_int_steps;
 use crate::ir::hash::HashMap;
 use crate::ir::{self, Binary, Compare, Function, FunctionId, Op, Type, Unary};
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
-use cranelift_codegen::ir::{AbiParam, Block, FuncRef, InstBuilder, MemFlagsData, StackSlot, Value, types};
+use cranelift_codegen::ir::{Block, FuncRef, InstBuilder, MemFlagsData, StackSlot, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
-use cranelift_module::{Linkage, Module as _};
+use cranelift_module::Module as _;
 
 /// Memory that generated code touches is there, aligned, and its own.
 pub(super) const TRUSTED: MemFlagsData = MemFlagsData::trusted();
@@ -25,7 +26,7 @@ pub(super) struct Lowering<'a, 'f, 'm> {
     pub(super) fail: Block,
     /// Reals are pairs of reals and truth values pairs of masks ([`vector`](super::vector)).
     pub(super) wide: bool,
-    hosts: HashMap<&'static str, FuncRef>,
+    pub(super) hosts: HashMap<&'static str, FuncRef>,
     pub(super) natives: HashMap<FunctionId, FuncRef>,
     /// Stack slots for arguments and results of calls, by their size in words.
     pub(super) slots: HashMap<(bool, usize), StackSlot>,
@@ -54,11 +55,13 @@ pub(super) enum Lowered {
 pub(super) struct Frame<'m> {
     pub(super) function: &'m Function,
     pub(super) values: Vec<Lowered>,
+    /// Sine and cosine of the same number, by that.
+    pub(super) circular: HashMap<ir::Value, [ir::Value; 2]>,
 }
 
 impl<'m> Frame<'m> {
     pub(super) fn new(function: &'m Function) -> Frame<'m> {
-        Frame { function, values: vec![Lowered::Nothing; function.nodes.len()] }
+        Frame { function, values: vec![Lowered::Nothing; function.nodes.len()], circular: circular(function) }
     }
 
     pub(super) fn is_missing(&self, v: ir::Value) -> bool {
@@ -145,9 +148,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
         for (i, node) in (0..).zip(&function.nodes) {
             let anchor = match &node.op {
                 Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Guard { .. } => true,
-                Op::Unary(op, _) => host::unary(*op).is_some(),
-                Op::Binary(op, ..) => node.ty == Type::Real && host::binary(*op).is_some(),
-                _ => false,
+                op => is_called(op, node.ty),
             };
             if anchor {
                 self.demand(frame, ir::Value(i))?;
@@ -170,7 +171,9 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             let first = open.len();
             op.visit_operands(|v| open.extend(frame.is_missing(v).then_some(v)));
             if open.len() == first {
-                frame.values[node.0 as usize] = self.node(frame, op, *ty)?;
+                if !self.sine_and_cosine(frame, op) {
+                    frame.values[node.0 as usize] = self.node(frame, op, *ty)?;
+                }
             } else {
                 open[first..].reverse();
             }
@@ -254,8 +257,8 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     }
 
     fn unary(&mut self, op: Unary, a: Value) -> Value {
-        if let Some(name) = host::unary(op) {
-            return self.host(name, &[a]);
+        if let Some(symbols) = host::unary(op) {
+            return self.host(symbols, &[a]);
         }
         match op {
             Unary::Neg if self.builder.func.dfg.value_type(a) == types::I64 => self.builder.ins().ineg(a),
@@ -274,8 +277,8 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     }
 
     fn binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
-        if let Some(name) = host::binary(op) {
-            return self.host(name, &[a, b]);
+        if let Some(symbols) = host::binary(op) {
+            return self.host(symbols, &[a, b]);
         }
         match op {
             Binary::Add => self.builder.ins().fadd(a, b),
@@ -379,27 +382,6 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             Compare::Ge => IntCC::SignedGreaterThanOrEqual,
         };
         self.builder.ins().icmp(condition, a, b)
-    }
-
-    /// Calls a host function of doubles.
-    fn host(&mut self, name: &'static str, arguments: &[Value]) -> Value {
-        let function = match self.hosts.get(name) {
-            Some(function) => *function,
-            None => {
-                let module = self.compiler.memory.module_mut();
-                let mut signature = module.make_signature();
-                signature.params.extend(arguments.iter().map(|_| AbiParam::new(types::F64)));
-                signature.returns.push(AbiParam::new(types::F64));
-                let id = module
-                    .declare_function(name, Linkage::Import, &signature)
-                    .expect("a host function has one signature");
-                let function = module.declare_func_in_func(id, self.builder.func);
-                self.hosts.insert(name, function);
-                function
-            }
-        };
-        let call = self.builder.ins().call(function, arguments);
-        self.builder.inst_results(call)[0]
     }
 
     /// Fails where the stack is used up. (The frame is there already; it is no larger than the reserve.)

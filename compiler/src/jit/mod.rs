@@ -6,9 +6,10 @@
 //! Generated code never traps and never writes but to its results: every call returns a status. Loops and calls count
 //! against the budget of [`Limits`]; calls also against a depth and against the stack in use; integer divisions
 //! are guarded; conversions saturate. What an operation computes is what
-//! [`arithmetic`](crate::ir::arithmetic) says, bit for bit: elementary functions call it, and the rest are the IEEE
-//! operations that it uses.
+//! [`arithmetic`](crate::ir::arithmetic) says, bit for bit: elementary functions are called, for one number or a pair, and the
+//! rest are the IEEE operations that it uses.
 
+mod called;
 mod code;
 mod code_set;
 mod compiler;
@@ -19,6 +20,7 @@ mod host;
 mod kernel;
 mod lower;
 mod memory;
+mod pair;
 mod plan;
 mod vector;
 

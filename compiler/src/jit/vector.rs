@@ -3,26 +3,20 @@
 //! Every lane computes what the scalar code does, with the same operations: results are the same to the bit.
 
 use super::lower::Lowering;
-use crate::ir::{Binary, Function, Op, Type, Unary};
+use crate::ir::{Function, Op, Type, Unary};
 use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value, types};
 
 /// Memory of pairs: there and its own, but only aligned to its halves.
 pub(super) const PAIRS: MemFlagsData = MemFlagsData::new().with_notrap();
 
-/// Whether everything that depends on more than the first parameters has instructions for pairs.
+/// Whether everything that depends on more than the first parameters has instructions or functions for pairs: all but integers,
+/// branches, loops and calls.
 pub(super) fn can_be_wide(function: &Function, varying: &[bool]) -> bool {
     let plain = |op: &Op, ty: Type| match op {
         Op::Param(_) | Op::Real(_) => ty == Type::Real,
-        Op::Unary(op, a) => {
-            use Unary::{Abs, Ceil, Floor, Neg, Not, Sign, Sqrt, Stop};
-            function.ty(*a) != Type::Int && matches!(op, Abs | Ceil | Floor | Neg | Not | Sign | Sqrt | Stop)
-        }
-        Op::Binary(op, ..) => {
-            use Binary::{Add, And, Div, DivOrZero, Max, Min, Mul, MulOrZero, Or, Sub};
-            ty != Type::Int && matches!(op, Add | And | Div | DivOrZero | Max | Min | Mul | MulOrZero | Or | Sub)
-        }
+        Op::Unary(op, a) => function.ty(*a) != Type::Int && !matches!(op, Unary::ToReal | Unary::ToInt),
         Op::Compare(_, a, _) => function.ty(*a) == Type::Real,
-        Op::PowInt(..) | Op::Select(..) | Op::Guard { .. } => ty != Type::Int,
+        Op::Binary(..) | Op::PowInt(..) | Op::Select(..) | Op::Guard { .. } => ty != Type::Int,
         Op::Int(_) | Op::Bool(_) | Op::If { .. } | Op::Loop { .. } => false,
         Op::Call { .. } | Op::Tangent { .. } | Op::Project(..) => false,
     };

@@ -1,6 +1,7 @@
 //! Why an evaluation failed, said with the place in the source and the values that led there.
 
 use super::compile::BuildError;
+use super::derivatives::SlopeValue;
 use super::instance::Instance;
 use super::on_demand::Derivative;
 use super::{Parameter, Program, Quantity};
@@ -209,7 +210,21 @@ impl Instance<'_> {
         uv: [f64; 2],
     ) -> EvaluationError {
         let program = self.program;
-        let found = self.origin_in_prelude(patch).or_else(|| origin(program, module, function, arguments));
+        let captured = self.origin_in_prelude(patch).or_else(|| self.origin_in_slopes(patch));
+        let found = captured.or_else(|| origin(program, module, function, arguments));
+        let value = self.is_finite_at(patch, uv);
+        self.not_finite_there(patch, found, value, Some(uv))
+    }
+
+    /// The error for a value of a part, or a derivative of one that is finite itself.
+    fn not_finite_there(
+        &self,
+        patch: usize,
+        found: Option<Span>,
+        is_derivative: bool,
+        uv: Option<[f64; 2]>,
+    ) -> EvaluationError {
+        let program = self.program;
         let span = found.filter(|s| s.end > s.start);
         let text = span.map_or("", |s| program.sources.text(s));
         let what = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {
@@ -217,12 +232,17 @@ impl Instance<'_> {
         } else {
             format!("`{text}`")
         };
-        let message = if self.is_finite_at(patch, uv) {
+        let message = if is_derivative {
             format!("the derivative of {what} is not finite")
         } else {
             format!("{what} is not a finite number")
         };
-        program.error(span, &message, &Place::of_part(&self.x, patch, Some(uv)), None)
+        program.error(span, &message, &Place::of_part(&self.x, patch, uv), None)
+    }
+
+    /// The error for a capture without a finite derivative, which all points have in common.
+    pub(super) fn slope_not_finite(&self, patch: usize) -> EvaluationError {
+        self.not_finite_there(patch, self.origin_in_slopes(patch), true, None)
     }
 
     /// The error for sums that are too large although every term is finite.
@@ -231,22 +251,39 @@ impl Instance<'_> {
         self.program.error(None, message, &Place::of_part(&self.x, patch, None), None)
     }
 
-    /// Where a capture of a part, or its derivative, became infinite or NaN.
+    /// Where a capture of a part became infinite or NaN.
     fn origin_in_prelude(&self, patch: usize) -> Option<Span> {
         let functions = &self.program.functions;
         let part = &functions.parts[patch];
         let bad = part.captures.iter().find(|c| !self.captures[**c as usize].is_finite())?;
+        self.origin_of_result(functions.prelude, *bad)
+    }
+
+    /// Where the derivative of a part's capture became infinite or NaN.
+    fn origin_in_slopes(&self, patch: usize) -> Option<Span> {
+        let functions = &self.program.functions;
+        let slopes = self.slopes().ok()?;
+        let computed = functions.parts[patch].slopes.iter().filter_map(|slope| match slope.value {
+            SlopeValue::Computed(k) => Some(k),
+            SlopeValue::Constant(_) => None,
+        });
+        let bad = computed.into_iter().find(|k| !slopes[*k as usize].is_finite())?;
+        self.origin_of_result(functions.slopes, bad)
+    }
+
+    /// Where a result of a function of the parameters became infinite or NaN.
+    fn origin_of_result(&self, function: FunctionId, result: u32) -> Option<Span> {
         // The interpreter looks for the first result that is not finite: let it be the only one.
-        let mut module = functions.module.clone();
-        let mut prelude = module.function(functions.prelude).clone();
-        prelude.results = vec![prelude.results[*bad as usize]];
-        prelude.result_names.truncate(1);
-        let id = module.add(prelude);
+        let mut module = self.program.functions.module.clone();
+        let mut function = module.function(function).clone();
+        function.results = vec![function.results[result as usize]];
+        function.result_names.truncate(1);
+        let id = module.add(function);
         origin(self.program, &module, id, &self.x)
     }
 }
 
-/// The parameters that a requirement depends on, after simplification.
+/// Where the first result that is not finite became so.
 fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {
     let arguments: Vec<Scalar> = arguments.iter().map(|x| Scalar::Real(*x)).collect();
     interpret::non_finite(module, function, &arguments, program.replay_limits()).ok().flatten()

@@ -9,7 +9,7 @@ use crate::ir::hash::HashMap;
 use crate::ir::magnitude::is_bounded;
 use crate::ir::stages::{Stages, stages};
 use crate::ir::{Function, FunctionId, Module, Op, Value};
-use crate::jit::{Code, Compiler, GridKernel, GridShape, Kernel, KernelShape, Options, Output};
+use crate::jit::{Code, Compiler, GridKernel, GridShape, Kernel, KernelShape, Listing, Options, Output};
 use std::sync::{Arc, Mutex, OnceLock};
 
 /// What is computed on a grid.
@@ -20,6 +20,16 @@ pub(super) enum OnGrid {
     /// The entries of the Jacobian that are not constant.
     Jacobian,
     Pullback,
+}
+
+impl OnGrid {
+    /// All of them, as people call them.
+    pub(super) const ALL: [(OnGrid, &'static str); 4] = [
+        (OnGrid::Points, "points"),
+        (OnGrid::Partials, "partials"),
+        (OnGrid::Jacobian, "jacobian"),
+        (OnGrid::Pullback, "pullback"),
+    ];
 }
 
 /// What was asked for. Several threads may ask at once; one of them makes it.
@@ -49,8 +59,10 @@ pub(super) struct GridKernels {
     pub(super) results: usize,
     /// The inner stage, where bounds of its values can be had from its tables.
     pub(super) bounded: Option<Function>,
-    /// Where the values of columns depend on u alone: the last ones that were computed.
-    pub(super) kept: Option<Kept>,
+    /// Which uniforms the values of columns depend on: often none, or constants of the script.
+    pub(super) column_uniforms: Vec<usize>,
+    /// The last values of columns that were computed.
+    pub(super) kept: Kept,
     /// Of a pullback.
     pub(super) adjoints: Option<Adjoints>,
 }
@@ -58,7 +70,10 @@ pub(super) struct GridKernels {
 /// Values of columns as the inner stage takes them.
 #[derive(Default)]
 pub(super) struct Columns {
+    /// Where they are.
     pub(super) u: Vec<f64>,
+    /// The values of the uniforms that they depend on.
+    pub(super) uniforms: Vec<f64>,
     pub(super) values: Vec<f64>,
     /// The largest magnitude of each value.
     pub(super) largest: Vec<f64>,
@@ -90,35 +105,88 @@ impl Grids {
         derived: &OnDemand,
         what: OnGrid,
     ) -> Result<&GridCode, &BuildError> {
-        self.made[what as usize].get_or_init(|| make(functions, derived, what, OPTIONS)).as_ref()
+        self.made[what as usize].get_or_init(|| Ok(make(functions, derived, what, OPTIONS)?.0)).as_ref()
+    }
+}
+
+impl Grids {
+    /// The text of the code.
+    pub(super) fn listings(
+        functions: &ModelFunctions,
+        derived: &OnDemand,
+        what: OnGrid,
+    ) -> Result<Vec<Listing>, BuildError> {
+        Ok(make(functions, derived, what, Options { listings: true, ..OPTIONS })?.1)
     }
 }
 
 /// A function of points, and how many uniforms it takes.
 type Whole = (FunctionId, usize);
 
+/// The functions that a function of points is divided into.
+struct Staged {
+    uniforms: usize,
+    stages: Stages,
+    /// Of a pullback.
+    pulled: Option<Pulled>,
+}
+
+fn staged(
+    functions: &ModelFunctions,
+    derived: &OnDemand,
+    what: OnGrid,
+) -> Result<(Module, Vec<Staged>, Vec<usize>), BuildError> {
+    let (mut module, wholes, of_part) = wholes(functions, derived, what)?;
+    let mut all = Vec::new();
+    for (i, (function, uniforms)) in wholes.into_iter().enumerate() {
+        let stages = stages(&mut module, function, uniforms);
+        let pulled = match what {
+            OnGrid::Pullback => Some(pull_back(&mut module, stages, uniforms, functions.bodies[i].varied)?),
+            OnGrid::Points | OnGrid::Partials | OnGrid::Jacobian => None,
+        };
+        all.push(Staged { uniforms, stages, pulled });
+    }
+    Ok((module, all, of_part))
+}
+
 fn make(
     functions: &ModelFunctions,
     derived: &OnDemand,
     what: OnGrid,
     options: Options,
-) -> Result<GridCode, BuildError> {
-    let (mut module, wholes, of_part) = wholes(functions, derived, what)?;
-    let mut staged = Vec::new();
-    for (i, (function, uniforms)) in wholes.iter().enumerate() {
-        let stages = stages(&mut module, *function, *uniforms);
-        let adjoints = match what {
-            OnGrid::Pullback => Some(pull_back(&mut module, stages, *uniforms, functions.bodies[i].varied)?),
-            OnGrid::Points | OnGrid::Partials | OnGrid::Jacobian => None,
-        };
-        staged.push((stages, adjoints));
-    }
+) -> Result<(GridCode, Vec<Listing>), BuildError> {
+    let (module, staged, of_part) = staged(functions, derived, what)?;
     let mut compiler = Compiler::new(&module, options)?;
     let mut kernels = Vec::new();
-    for ((_, uniforms), (stages, adjoints)) in wholes.into_iter().zip(staged) {
-        kernels.push(compile(&mut compiler, stages, uniforms, adjoints)?);
+    for Staged { uniforms, stages, pulled } in staged {
+        kernels.push(compile(&mut compiler, stages, uniforms, pulled)?);
     }
-    Ok(GridCode { code: compiler.finish()?, kernels, of_part })
+    let listings = compiler.listings().to_vec();
+    Ok((GridCode { code: compiler.finish()?, kernels, of_part }, listings))
+}
+
+/// The functions as text, for people: `write` gets a title, the module, and a function of it.
+pub(super) fn show(
+    functions: &ModelFunctions,
+    derived: &OnDemand,
+    what: OnGrid,
+    mut write: impl FnMut(&str, &Module, FunctionId),
+) -> Result<(), BuildError> {
+    let (module, staged, _) = staged(functions, derived, what)?;
+    for Staged { stages, pulled, .. } in staged {
+        write("once a column", &module, stages.columns);
+        write("once a row", &module, stages.rows);
+        match pulled {
+            None => write("at every point", &module, stages.inner),
+            Some(pulled) => {
+                write("pulled back at every point", &module, pulled.inner);
+                for (title, of) in [("from rows", pulled.rows), ("from columns", pulled.columns)] {
+                    of.iter().for_each(|(_, f)| write(title, &module, *f));
+                }
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The functions that are to be evaluated, and the one of each part.
@@ -234,6 +302,16 @@ fn depends_on(function: &Function, first: usize) -> Vec<bool> {
     function.results.iter().map(|r| depends[r.0 as usize]).collect()
 }
 
+/// Which of the first parameters anything uses.
+fn used_params(function: &Function, first: usize) -> Vec<usize> {
+    let mut used = vec![false; function.nodes.len()];
+    function.results.iter().for_each(|r| used[r.0 as usize] = true);
+    for node in &function.nodes {
+        node.op.visit_operands(|v| used[v.0 as usize] = true);
+    }
+    (0..first).filter(|p| used[*p]).collect()
+}
+
 fn compile(
     compiler: &mut Compiler<'_>,
     stages: Stages,
@@ -249,8 +327,7 @@ fn compile(
     let inner = compiler.grid(GridShape { function, uniforms, row_values, column_values, row_sums })?;
     let stored = pulled.is_none().then(|| compiler.function(function));
     let bounded = stored.filter(|f| is_bounded(f)).cloned();
-    let fixed = depends_on(compiler.function(stages.columns), uniforms).into_iter().all(|depends| !depends);
-    let kept = fixed.then(Kept::default);
+    let column_uniforms = used_params(compiler.function(stages.columns), uniforms);
     let mut outer = |pulled: Option<(usize, FunctionId)>| -> Result<_, BuildError> {
         let Some((weights, function)) = pulled else { return Ok(None) };
         let shape = KernelShape { function, uniforms, weights, output: Output::Accumulate };
@@ -260,5 +337,16 @@ fn compile(
         Some(p) => Some(Adjoints { captures: p.captures, rows: outer(p.rows)?, columns: outer(p.columns)? }),
         None => None,
     };
-    Ok(GridKernels { columns, column_values, rows, row_values, inner, results, bounded, kept, adjoints })
+    Ok(GridKernels {
+        columns,
+        column_values,
+        rows,
+        row_values,
+        inner,
+        results,
+        bounded,
+        column_uniforms,
+        kept: Kept::default(),
+        adjoints,
+    })
 }

@@ -119,31 +119,68 @@ impl<'p> Instance<'p> {
             let at = Some([u[stopped.point], v[stopped.point]]);
             self.program.stopped(stopped.stop, &Place::of_part(&self.x, patch, at))
         })?;
-        if !adjoints.iter().all(|a| a.is_finite()) {
-            // The sum does not tell which point it was.
+        let mut sum = vec![0.0; gradient.len()];
+        if adjoints.iter().all(|a| a.is_finite()) {
+            self.add_to_gradient(patch, &adjoints, slopes, &mut sum)?;
+        } else {
             for i in 0..u.len() {
                 let points = Points { u: &u[i..=i], v: &v[i..=i], w: w[i..=i].as_flattened() };
-                if run(points).is_ok_and(|adjoints| adjoints.iter().any(|a| !a.is_finite())) {
-                    let arguments: Vec<f64> = uniforms.iter().chain([&u[i], &v[i]]).chain(&w[i]).copied().collect();
-                    let function = (pullback.module, pullback.function);
-                    return Err(self.not_finite(patch, function, &arguments, [u[i], v[i]]));
+                match run(points) {
+                    Ok(adjoints) if adjoints.iter().all(|a| a.is_finite()) => {
+                        self.add_to_gradient(patch, &adjoints, slopes, &mut sum)?;
+                    }
+                    _ => self.add_transposed(patch, [u[i], v[i]], w[i], &mut sum)?,
                 }
             }
+        }
+        if !sum.iter().all(|g| g.is_finite()) {
             return Err(self.overflow(patch));
         }
-        self.add_to_gradient(patch, &adjoints, slopes, gradient);
+        gradient.iter_mut().zip(sum).for_each(|(gradient, sum)| *gradient += sum);
+        Ok(())
+    }
+
+    /// Adds (dS/dx)^T w of one point by the derivative forward. In reverse a pole gives an infinite adjoint, even where
+    /// the tangents that arrive there are zero, so that the derivative is too; what is infinite forward is an error.
+    fn add_transposed(
+        &self,
+        patch: usize,
+        [u, v]: [f64; 2],
+        w: [f64; 3],
+        sum: &mut [f64],
+    ) -> Result<(), EvaluationError> {
+        let active = &self.program.parts[patch].active;
+        let mut jacobian = vec![0.0; 3 * active.len()];
+        self.jacobian(patch, &[u], &[v], &mut jacobian)?;
+        for (param, d) in active.iter().zip(jacobian.chunks_exact(3)) {
+            sum[*param as usize] += d[0] * w[0] + d[1] * w[1] + d[2] * w[2];
+        }
         Ok(())
     }
 
     /// Adds what the adjoints of a part's captures contribute.
-    pub(super) fn add_to_gradient(&self, patch: usize, adjoints: &[f64], slopes: &[f64], gradient: &mut [f64]) {
+    ///
+    /// # Errors
+    /// Where a capture that matters has no finite derivative.
+    pub(super) fn add_to_gradient(
+        &self,
+        patch: usize,
+        adjoints: &[f64],
+        slopes: &[f64],
+        gradient: &mut [f64],
+    ) -> Result<(), EvaluationError> {
         for slope in &self.program.functions.parts[patch].slopes {
             let value = match slope.value {
                 SlopeValue::Constant(x) => x,
                 SlopeValue::Computed(k) => slopes[k as usize],
             };
-            gradient[slope.param as usize] += adjoints[slope.position as usize] * value;
+            let adjoint = adjoints[slope.position as usize];
+            if !value.is_finite() && adjoint != 0.0 {
+                return Err(self.slope_not_finite(patch));
+            }
+            gradient[slope.param as usize] += if adjoint == 0.0 { 0.0 } else { adjoint * value };
         }
+        Ok(())
     }
 
     /// What a part's Jacobian takes beside u and v.

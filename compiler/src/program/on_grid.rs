@@ -121,8 +121,12 @@ impl Instance<'_> {
         }
         let slopes = self.slopes()?;
         if let Some(adjoints) = self.adjoints_on_grid(patch, (u, v), w)? {
-            self.add_to_gradient(patch, &adjoints, slopes, gradient);
-            return Ok(());
+            let mut sum = vec![0.0; gradient.len()];
+            self.add_to_gradient(patch, &adjoints, slopes, &mut sum)?;
+            if sum.iter().all(|g| g.is_finite()) {
+                gradient.iter_mut().zip(sum).for_each(|(gradient, sum)| *gradient += sum);
+                return Ok(());
+            }
         }
         let (u, v) = every_point(u, v);
         self.pullback(patch, &u, &v, w, gradient)
@@ -244,8 +248,9 @@ impl Instance<'_> {
             code.run(kernel, uniforms, points, &mut out, self.program.limits).ok().map(|()| out)
         };
         let rows = table(kernels.rows, kernels.row_values, v)?;
-        let last = kernels.kept.as_ref().and_then(|kept| kept.try_lock().ok().map(|last| last.clone()));
-        if let Some(last) = last.filter(|last| last.u == u) {
+        let last = kernels.kept.try_lock().ok().map(|last| last.clone());
+        let used: Vec<f64> = kernels.column_uniforms.iter().map(|p| uniforms[*p]).collect();
+        if let Some(last) = last.filter(|last| same_bits(&last.u, u) && same_bits(&last.uniforms, &used)) {
             return Some(Tables { rows, columns: last });
         }
         let mut values = table(kernels.columns, kernels.column_values, u)?;
@@ -253,12 +258,17 @@ impl Instance<'_> {
         if code.is_wide(kernels.inner) {
             values = paired(&values, kernels.column_values);
         }
-        let columns = Arc::new(Columns { u: u.to_vec(), values, largest });
-        if let Some(mut last) = kernels.kept.as_ref().and_then(|kept| kept.try_lock().ok()) {
+        let columns = Arc::new(Columns { u: u.to_vec(), uniforms: used, values, largest });
+        if let Ok(mut last) = kernels.kept.try_lock() {
             *last = columns.clone();
         }
         Some(Tables { rows, columns })
     }
+}
+
+/// Whether numbers are the same, zeros by their signs.
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }
 
 /// The largest magnitude of each value in a table; NaN counts as larger than all.

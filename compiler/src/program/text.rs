@@ -2,6 +2,7 @@
 
 use super::Program;
 use super::compile::BuildError;
+use super::grids::{self, Grids, OnGrid};
 use super::kernels::Kernels;
 use super::on_demand::Derivative;
 use crate::check;
@@ -93,18 +94,27 @@ impl Program {
                 }
             }
         }
+        for (what, title) in OnGrid::ALL {
+            let write = |stage: &str, module: &Module, f: FunctionId| {
+                write_function(&mut text, &format!("{title} on grids, {stage}"), module, f);
+            };
+            if let Err(e) = grids::show(functions, &self.derived, what, write) {
+                _ = writeln!(text, "; {title} on grids: {e}");
+            }
+        }
         text
     }
 
     fn listing(&self, which: impl Fn(&Listing) -> &str) -> String {
-        let on_demand = Derivative::ALL.map(|d| self.derived.listings(&self.functions, d));
-        let all = Kernels::listings(&self.functions).map_err(BuildError::from);
         let mut text = String::new();
-        for listings in std::iter::once(all).chain(on_demand) {
-            match listings {
-                Ok(listings) => listings.iter().for_each(|l| _ = writeln!(text, "; {}\n{}", l.name, which(l))),
-                Err(e) => _ = writeln!(text, "; {e}"),
-            }
+        let mut write = |suffix: &str, listings: Result<Vec<Listing>, BuildError>| match listings {
+            Ok(listings) => listings.iter().for_each(|l| _ = writeln!(text, "; {}{suffix}\n{}", l.name, which(l))),
+            Err(e) => _ = writeln!(text, "; {e}"),
+        };
+        write("", Kernels::listings(&self.functions).map_err(BuildError::from));
+        Derivative::ALL.into_iter().for_each(|d| write("", self.derived.listings(&self.functions, d)));
+        for (what, title) in OnGrid::ALL {
+            write(&format!(" ({title} on grids)"), Grids::listings(&self.functions, &self.derived, what));
         }
         text
     }

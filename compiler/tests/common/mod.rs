@@ -28,6 +28,14 @@ pub fn example(name: &str) -> Program {
     program(&format!("{name}.gml"), &text)
 }
 
+/// A script of the tests' own models, compiled: `library` has all curves and surfaces of the library, `orders` derivatives of
+/// all orders and through everything.
+pub fn model(name: &str) -> Program {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/models").join(name).with_extension("gml");
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    program(&format!("{name}.gml"), &text)
+}
+
 /// A script, compiled.
 pub fn program(name: &str, text: &str) -> Program {
     let script = SourceFile { name: name.to_owned(), text: text.to_owned() };

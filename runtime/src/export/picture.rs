@@ -71,14 +71,28 @@ pub fn scale_end(statistics: &Statistics, max_distance: f64) -> f64 {
 /// where there is no data; below it a legend with the scale, its unit and what its ends mean.
 #[must_use]
 pub fn deviation_picture(deviations: &Deviations, end: f64) -> Picture {
+    texel_picture(deviations, end, |_| true)
+}
+
+/// Likewise, with the colour of zero where the deviation is not above the level of its part.
+#[must_use]
+pub fn significance_picture(deviations: &Deviations, end: f64, levels: &[f64]) -> Picture {
+    let level = |i: usize| levels.get(deviations.texels.part[i] as usize).copied().unwrap_or(0.0);
+    texel_picture(deviations, end, |i| f64::from(deviations.signed(i)).abs() > level(i))
+}
+
+/// Texels with a distance that are not `shown` get the colour of zero.
+fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> bool) -> Picture {
     let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
     let scale = (width / 360).max(1);
     let legend = legend(width.max(256), scale, end);
     let mut picture = Picture::new(width.max(256), height + legend.height, BACKGROUND);
     let distances = signed_distances(deviations);
-    for &index in &deviations.texels.index {
+    for (i, &index) in deviations.texels.index.iter().enumerate() {
         let (x, y) = (index as usize % width, index as usize / width);
-        picture.pixels[y * picture.width + x] = diverging(f64::from(distances[index as usize]) / end);
+        let distance = f64::from(distances[index as usize]);
+        let drawn = if distance.is_nan() || shown(i) { distance } else { 0.0 };
+        picture.pixels[y * picture.width + x] = diverging(drawn / end);
     }
     let start = height * picture.width;
     picture.pixels[start..].copy_from_slice(&legend.pixels);

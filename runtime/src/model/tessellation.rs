@@ -4,6 +4,7 @@ use super::atlas::Atlas;
 use super::surface::every_point;
 use super::{EvaluationError, Instance, Model, Partials, SecondPartials, vector};
 use crate::mesh::{Group, TriangleMesh};
+use rayon::prelude::*;
 
 /// A point of a model: a patch and its parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,18 +44,40 @@ pub struct Tessellation {
     pub origins: Vec<SurfacePoint>,
 }
 
+/// A patch on a grid of so many segments.
+struct Grid {
+    /// Of every point.
+    u: Vec<f64>,
+    v: Vec<f64>,
+    partials: Vec<Partials>,
+    normals: Vec<Option<[f64; 3]>>,
+    nu: u32,
+    nv: u32,
+}
+
+impl Grid {
+    fn new(instance: &dyn Instance, patch: usize, nu: u32, nv: u32) -> Result<Grid, EvaluationError> {
+        let even = |n: u32| -> Vec<f64> { (0..=n).map(|i| f64::from(i) / f64::from(n)).collect() };
+        let (columns, rows) = (even(nu), even(nv));
+        let mut partials = vec![Partials::default(); columns.len() * rows.len()];
+        instance.partials_grid(patch, &columns, &rows, &mut partials)?;
+        let (u, v) = every_point(&columns, &rows);
+        let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+        Ok(Grid { u, v, partials, normals, nu, nv })
+    }
+}
+
 impl Tessellation {
     /// Tessellates every patch on a grid that keeps to the chord tolerance and to the length of edges.
     ///
     /// # Errors
     /// Where the surface cannot be evaluated.
     pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
-        let mut result = Tessellation::default();
-        for (patch, part) in model.parts().iter().enumerate() {
+        let grid = |patch| {
             let (nu, nv) = segments(instance, patch, fineness)?;
-            result.add_grid(instance, patch, &part.name, nu, nv)?;
-        }
-        Ok(result)
+            Grid::new(instance, patch, nu, nv)
+        };
+        Tessellation::of_grids(model, grid)
     }
 
     /// Tessellates every patch on a grid of the same number of segments, whatever its shape.
@@ -62,9 +85,18 @@ impl Tessellation {
     /// # Errors
     /// Where the surface cannot be evaluated.
     pub fn uniform(model: &dyn Model, instance: &dyn Instance, nu: u32, nv: u32) -> Result<Self, EvaluationError> {
+        Tessellation::of_grids(model, |patch| Grid::new(instance, patch, nu.max(1), nv.max(1)))
+    }
+
+    /// Evaluates all patches, several at once, and puts them together in their order.
+    fn of_grids(
+        model: &dyn Model,
+        grid: impl Fn(usize) -> Result<Grid, EvaluationError> + Sync + Send,
+    ) -> Result<Self, EvaluationError> {
+        let grids: Vec<_> = (0..model.parts().len()).into_par_iter().map(grid).collect();
         let mut result = Tessellation::default();
-        for (patch, part) in model.parts().iter().enumerate() {
-            result.add_grid(instance, patch, &part.name, nu.max(1), nv.max(1))?;
+        for ((patch, part), grid) in model.parts().iter().enumerate().zip(grids) {
+            result.add_grid(patch, &part.name, grid?);
         }
         Ok(result)
     }
@@ -76,21 +108,8 @@ impl Tessellation {
         self
     }
 
-    fn add_grid(
-        &mut self,
-        instance: &dyn Instance,
-        patch: usize,
-        name: &str,
-        nu: u32,
-        nv: u32,
-    ) -> Result<(), EvaluationError> {
-        let even = |n: u32| -> Vec<f64> { (0..=n).map(|i| f64::from(i) / f64::from(n)).collect() };
-        let (columns, rows) = (even(nu), even(nv));
-        let mut partials = vec![Partials::default(); columns.len() * rows.len()];
-        instance.partials_grid(patch, &columns, &rows, &mut partials)?;
-        let (u, v) = every_point(&columns, &rows);
-        let normals = unit_normals(instance, patch, &u, &v, &partials)?;
-
+    fn add_grid(&mut self, patch: usize, name: &str, grid: Grid) {
+        let Grid { u, v, partials, normals, nu, nv } = grid;
         let first_vertex = self.mesh.positions.len() as u32;
         let first_triangle = self.mesh.triangles.len();
         self.mesh.positions.extend(partials.iter().map(|p| p.point));
@@ -104,7 +123,6 @@ impl Tessellation {
             }
         }
         self.mesh.groups.push(Group { name: name.to_owned(), start: first_triangle, end: self.mesh.triangles.len() });
-        Ok(())
     }
 
     /// Two triangles over the shorter diagonal; those that collapse (at a pole) are left out.

@@ -1,9 +1,10 @@
 //! The places from which distances are measured.
 
-use super::atlas::Atlas;
+use super::atlas::{Atlas, Chart};
 use super::tessellation::unit_normals;
 use super::{EvaluationError, Instance, Model, Partials, vector};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// The covered texels of a texture: one ray origin and direction each. Structure of arrays, all of one length,
 /// ascending by `index`.
@@ -64,13 +65,14 @@ impl Texels {
             part_names: model.parts().iter().map(|p| p.name.clone()).collect(),
         };
         let mut rest = texels.places();
-        let mut tasks = Vec::with_capacity(rows.len());
+        let mut blocks: BTreeMap<(usize, u32), Vec<(Row, Places<'_>)>> = BTreeMap::new();
         for row in rows {
             let places;
             (places, rest) = rest.split_at(atlas.charts[row.patch].width as usize);
-            tasks.push((row, places));
+            blocks.entry((row.patch, row.j / BLOCK)).or_default().push((row, places));
         }
-        tasks.into_par_iter().try_for_each(|(row, places)| sample_row(instance, atlas, row, places))?;
+        let blocks: Vec<_> = blocks.into_iter().collect();
+        blocks.into_par_iter().try_for_each(|((patch, _), block)| sample_block(instance, atlas, patch, block))?;
         texels.drop_absent();
         Ok(texels)
     }
@@ -139,6 +141,9 @@ struct Row {
     first: u32,
 }
 
+/// Rows of texels that are evaluated at once, as a grid.
+const BLOCK: u32 = 16;
+
 /// The area of a texel at which there is no surface.
 const ABSENT: f32 = -1.0;
 
@@ -171,20 +176,44 @@ impl<'a> Places<'a> {
     }
 }
 
-fn sample_row(instance: &dyn Instance, atlas: &Atlas, row: Row, places: Places) -> Result<(), EvaluationError> {
-    let chart = &atlas.charts[row.patch];
-    let (u, v): (Vec<f64>, Vec<f64>) = (0..chart.width).map(|i| chart.parameters(i, row.j)).unzip();
-    let mut partials = vec![Partials::default(); u.len()];
-    instance.partials(row.patch, &u, &v, &mut partials)?;
-    let normals = unit_normals(instance, row.patch, &u, &v, &partials)?;
+/// Samples some rows of one chart at once.
+fn sample_block(
+    instance: &dyn Instance,
+    atlas: &Atlas,
+    patch: usize,
+    block: Vec<(Row, Places<'_>)>,
+) -> Result<(), EvaluationError> {
+    let chart = &atlas.charts[patch];
+    let (width, height) = (chart.width as usize, block.len());
+    let first = block.first().map_or(0, |(row, _)| row.j);
+    let along: Vec<(f64, f64)> = (0..chart.width).map(|i| chart.parameters(i, first)).collect();
+    let across: Vec<(f64, f64)> = block.iter().map(|(row, _)| chart.parameters(0, row.j)).collect();
+    // Rows of texels are those of the grid, or its columns.
+    let (u, v): (Vec<f64>, Vec<f64>) = if chart.transposed {
+        (across.iter().map(|p| p.0).collect(), along.iter().map(|p| p.1).collect())
+    } else {
+        (along.iter().map(|p| p.0).collect(), across.iter().map(|p| p.1).collect())
+    };
+    let mut grid = vec![Partials::default(); width * height];
+    instance.partials_grid(patch, &u, &v, &mut grid)?;
+    for (k, (row, places)) in block.into_iter().enumerate() {
+        let (u, v): (Vec<f64>, Vec<f64>) = (0..chart.width).map(|i| chart.parameters(i, row.j)).unzip();
+        let place = |i: usize| if chart.transposed { i * height + k } else { k * width + i };
+        let partials: Vec<Partials> = (0..width).map(|i| grid[place(i)]).collect();
+        let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+        write_row(chart, row, &partials, &normals, places);
+    }
+    Ok(())
+}
+
+fn write_row(chart: &Chart, row: Row, partials: &[Partials], normals: &[Option<[f64; 3]>], places: Places<'_>) {
     let cell = 1.0 / (f64::from(chart.width) * f64::from(chart.height));
     places.part.fill(row.patch as u32);
-    for (i, (p, normal)) in partials.iter().zip(&normals).enumerate() {
+    for (i, (p, normal)) in partials.iter().zip(normals).enumerate() {
         places.index[i] = row.first + i as u32;
         places.position[i] = p.point;
         places.normal[i] = normal.unwrap_or_default().map(|c| c as f32);
         let area = (vector::length(vector::cross(p.du, p.dv)) * cell) as f32;
         places.area[i] = if normal.is_some() { area } else { ABSENT };
     }
-    Ok(())
 }

@@ -4,6 +4,7 @@
 //! as the paper does; [`VarianceReport`] has the statistics; [`Unmatched`] is what of the scan no texel can meet.
 
 mod closest;
+mod detection;
 mod deviations;
 mod explained;
 mod moments;
@@ -18,6 +19,7 @@ mod trace_cpu;
 mod trace_gpu;
 mod unmatched;
 
+pub use detection::{Detection, ParameterCovariance, detect};
 pub use deviations::Deviations;
 pub use explained::{Explanation, ParameterEffect, explain};
 pub use moments::{Moments, Percentiles, SignedMoments};

@@ -1,7 +1,7 @@
 //! The result of a variance analysis as it is written to variance.json.
 
 use super::statistics::{Samples, Sorted};
-use super::{Conformance, Deviations, Explanation, Statistics, Tolerance, UnmatchedSummary};
+use super::{Conformance, Detection, Deviations, Explanation, Statistics, Tolerance, UnmatchedSummary};
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -54,6 +54,9 @@ pub struct PartStatistics {
     /// How its deviations follow from its parameters, where the surface has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explained: Option<Explanation>,
+    /// From which size on its deviations are more than noise and the fit's uncertainty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub detection: Option<Detection>,
 }
 
 /// How long the stages took.
@@ -103,7 +106,7 @@ impl VarianceReport {
             let named = |(k, (name, samples)): (usize, (&String, Samples))| {
                 let tolerance = tolerances.get(k).copied().flatten();
                 let statistics = Statistics::of_samples(&samples, range, tolerance);
-                PartStatistics { name: name.clone(), statistics, explained: None }
+                PartStatistics { name: name.clone(), statistics, explained: None, detection: None }
             };
             let pairs: Vec<_> = names.into_iter().zip(samples).enumerate().collect();
             pairs.into_par_iter().map(named).collect::<Vec<PartStatistics>>()

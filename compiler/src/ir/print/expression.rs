@@ -1,6 +1,8 @@
 //! Text of one expression, with as few parentheses as the language needs.
 
 use super::super::{Binary, Compare, Unary};
+use super::product::Product;
+use std::f64::consts::PI;
 
 /// How tightly an expression's outermost operator binds, loosest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,27 +24,50 @@ pub(super) enum Level {
 pub(super) struct Text {
     pub(super) text: String,
     pub(super) level: Level,
+    /// Its factors, if it is a product, a quotient or a negative number or name.
+    pub(super) product: Option<Box<Product>>,
 }
 
 impl Text {
     pub(super) fn atom(text: impl Into<String>) -> Text {
-        Text { text: text.into(), level: Level::Atom }
+        Text::new(text.into(), Level::Atom)
     }
 
-    fn new(text: String, level: Level) -> Text {
-        Text { text, level }
+    pub(super) fn new(text: String, level: Level) -> Text {
+        Text { text, level, product: None }
+    }
+
+    /// What it is the negative of.
+    fn positive(&self) -> Option<Text> {
+        let product = self.product.as_ref().filter(|p| p.negative)?;
+        Some((**product).clone().negated().text())
     }
 
     /// In parentheses, if it binds less tightly than `level`.
-    fn at(&self, level: Level) -> String {
+    pub(super) fn at(&self, level: Level) -> String {
         if self.level >= level { self.text.clone() } else { format!("({})", self.text) }
     }
 }
 
-/// A number; whole ones without a point.
+/// A number; whole ones without a point, simple fractions of pi as such.
 pub(super) fn number(x: f64) -> Text {
-    let text = if x.fract() == 0.0 && x.abs() < 1e15 { format!("{x:.0}") } else { format!("{x:?}") };
-    Text::new(text, if x < 0.0 { Level::Negative } else { Level::Atom })
+    if x < 0.0 {
+        return Product::of(&number(-x)).negated().text();
+    }
+    if let Some((above, below)) = of_pi(x) {
+        let pi = Product::of(&Text::atom("pi"));
+        return Product::of(&number(above)).times(pi).over(Product::of(&number(below))).text();
+    }
+    Text::atom(if x.fract() == 0.0 && x < 1e15 { format!("{x:.0}") } else { format!("{x:?}") })
+}
+
+/// The fraction of pi that a number is: to the bit, as a script's angle becomes one.
+fn of_pi(x: f64) -> Option<(f64, f64)> {
+    [1.0, 2.0, 3.0, 4.0, 6.0, 12.0, 180.0].into_iter().find_map(|below| {
+        let above = (x / PI * below).round();
+        let simple = (1.0..=12.0).contains(&above) || (below == 180.0 && above == 1.0);
+        (simple && above * PI / below == x).then_some((above, below))
+    })
 }
 
 pub(super) fn call(name: &str, args: &[&Text]) -> Text {
@@ -72,9 +97,7 @@ pub(super) fn compare(op: Compare, a: &Text, b: &Text) -> Text {
 
 pub(super) fn unary(op: Unary, a: &Text) -> Text {
     match op {
-        // -a * b is (-a) * b, which is the same.
-        Unary::Neg if a.level == Level::Product => Text::new(format!("-{}", a.text), Level::Product),
-        Unary::Neg => Text::new(format!("-{}", a.at(Level::Power)), Level::Negative),
+        Unary::Neg => Product::of(a).negated().text(),
         Unary::Not => Text::new(format!("not {}", a.at(Level::Not)), Level::Not),
         // An int widens by itself.
         Unary::ToReal => a.clone(),
@@ -87,24 +110,26 @@ pub(super) fn binary(op: Binary, a: &Text, b: &Text) -> Text {
     let infix =
         |sign: &str, level: Level, right: Level| Text::new(format!("{} {sign} {}", a.at(level), b.at(right)), level);
     match op {
-        // A sum within a sum, or a product within a product, is written without parentheses on the right as well.
-        Binary::Add => match b.text.strip_prefix('-') {
-            Some(positive) if b.level == Level::Negative => {
-                Text::new(format!("{} - {positive}", a.at(Level::Sum)), Level::Sum)
-            }
-            _ => infix("+", Level::Sum, Level::Sum),
+        // A sum within a sum is written without parentheses on the right as well.
+        Binary::Add => match (a.positive(), b.positive()) {
+            (_, Some(b)) => difference(a, &b),
+            (Some(a), None) => difference(b, &a),
+            (None, None) => infix("+", Level::Sum, Level::Sum),
         },
-        Binary::Sub => infix("-", Level::Sum, Level::Product),
-        Binary::Mul | Binary::MulOrZero => {
-            // 2 * (x / y) is 2 * x / y, but for rounding.
-            let remainder = b.level == Level::Product && b.text.contains('%');
-            infix("*", Level::Product, if remainder { Level::Negative } else { Level::Product })
-        }
-        Binary::Div | Binary::DivOrZero => infix("/", Level::Product, Level::Negative),
+        Binary::Sub => match b.positive() {
+            Some(b) => Text::new(format!("{} + {}", a.at(Level::Sum), b.at(Level::Sum)), Level::Sum),
+            None => difference(a, b),
+        },
+        Binary::Mul | Binary::MulOrZero => Product::of(a).times(Product::of(b)).text(),
+        Binary::Div | Binary::DivOrZero => Product::of(a).over(Product::of(b)).text(),
         Binary::Rem => infix("%", Level::Product, Level::Negative),
         Binary::Pow => power(a, b),
         Binary::And => infix("and", Level::And, Level::And),
         Binary::Or => infix("or", Level::Or, Level::Or),
         Binary::Atan2 | Binary::Min | Binary::Max => call(&super::lower(op), &[a, b]),
     }
+}
+
+fn difference(a: &Text, b: &Text) -> Text {
+    Text::new(format!("{} - {}", a.at(Level::Sum), b.at(Level::Product)), Level::Sum)
 }

@@ -11,8 +11,9 @@ const LONGEST_EXPRESSION: usize = 90;
 /// stands where it is used; branches are `if`, loops are `fold`. Functions that it calls by name (recursive ones)
 /// follow it.
 ///
-/// The text says what is computed, but for one thing that a remark then mentions: products and quotients that are
-/// zero where their first operand is, even at a pole, are written with the ordinary signs.
+/// The text says what is computed, but for the order of products and quotients, which is that in which a person writes
+/// them, and for one thing that a remark then mentions: products and quotients that are zero where their first operand
+/// is, even at a pole, are written with the ordinary signs.
 #[must_use]
 pub fn gml(module: &Module, function: FunctionId) -> String {
     let mut text = String::new();

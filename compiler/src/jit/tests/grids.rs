@@ -3,7 +3,7 @@
 use super::*;
 use crate::diff;
 use crate::ir::stages::stages;
-use crate::ir::{Binary, Compare, Failure, Unary};
+use crate::ir::{Binary, Compare, Failure, Unary, arithmetic, interpret};
 use crate::jit::{GridShape, GridTables};
 
 /// (a, b, u, v) -> results with everything that there are instructions for.
@@ -117,17 +117,57 @@ fn sums_do_not_depend_on_the_width() {
     assert_eq!([text(&rows), text(&columns)], [text(&rows_1), text(&columns_1)]);
 }
 
-/// What has no instruction for pairs is computed one point after the other.
+/// Integers have no instructions for pairs: one point after the other.
 #[test]
-fn calls_are_narrow() {
+fn integers_are_narrow() {
     let mut module = Module::default();
     let mut raw = Raw::new(&[Type::Real; 4]);
     let product = raw.real(Op::Binary(Binary::Mul, Value(2), Value(3)));
+    let whole = raw.node(Op::Unary(Unary::ToInt, product), Type::Int);
+    let back = raw.real(Op::Unary(Unary::ToReal, whole));
     let sin = raw.real(Op::Unary(Unary::Sin, product));
-    let id = module.add(raw.returns(&[sin]));
+    let sum = raw.real(Op::Binary(Binary::Add, back, sin));
+    let id = module.add(raw.returns(&[sum]));
     let stages = stages(&mut module, id, 2);
     let (wide, out, _) = run(&module, stages, stages.inner, None, OPTIONS);
     assert!(!wide);
-    let expected: Vec<f64> = V.iter().flat_map(|v| U.map(|u| (u * v).sin())).collect();
-    assert_eq!(out, expected);
+    let value = |x: f64| x.trunc() + arithmetic::unary(Unary::Sin, x).unwrap();
+    assert_eq!(out, V.iter().flat_map(|v| U.map(|u| value(u * v))).collect::<Vec<f64>>());
+}
+
+/// Elementary functions of both u and v, with arguments that are in their range in one lane alone, or in none.
+#[test]
+fn elementary_functions_of_pairs() {
+    use Binary::{Atan2, Mul, Pow, Rem};
+    use Unary::{Acos, Asin, Atan, Cos, Cosh, Exp, Ln, Round, Sin, Sinh, Tan, Tanh};
+    for scale in [1.0, 3.7, -900.0, 1e4, 1e300] {
+        let mut module = Module::default();
+        let mut raw = Raw::new(&[Type::Real; 4]);
+        let [a, u, v] = [0, 2, 3].map(Value);
+        let product = raw.real(Op::Binary(Mul, u, v));
+        let scale = raw.constant(scale);
+        let x = raw.real(Op::Binary(Mul, product, scale));
+        let unary = [Sin, Cos, Exp, Ln, Tan, Asin, Acos, Atan, Sinh, Cosh, Tanh, Round];
+        let mut results: Vec<Value> = unary.iter().map(|op| raw.real(Op::Unary(*op, x))).collect();
+        // A sine and a cosine that are alone, and powers of everything.
+        results.push(raw.real(Op::Unary(Sin, product)));
+        let sum = raw.real(Op::Binary(Binary::Add, x, a));
+        results.push(raw.real(Op::Unary(Cos, sum)));
+        results.extend([Atan2, Pow, Rem].map(|op| raw.real(Op::Binary(op, x, u))));
+        results.push(raw.real(Op::Binary(Pow, u, x)));
+        let count = results.len();
+        let id = module.add(raw.returns(&results));
+        let stages = stages(&mut module, id, 2);
+        let (wide, pairs, _) = run(&module, stages, stages.inner, None, OPTIONS);
+        let (_, single, _) = run(&module, stages, stages.inner, None, Options { narrow: true, ..OPTIONS });
+        assert!(wide);
+        // NaN is NaN, whatever its bits.
+        let shown = |values: &[f64]| values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>();
+        assert_eq!(shown(&pairs), shown(&single));
+        for (i, point) in pairs.chunks_exact(count).enumerate() {
+            let arguments = [UNIFORMS[0], UNIFORMS[1], U[i % 6], V[i / 6]];
+            let interpreted = interpret::run_real(&module, id, &arguments, interpret::Limits::default()).unwrap();
+            assert_eq!(shown(point), shown(&interpreted), "at {arguments:?}");
+        }
+    }
 }

@@ -1,0 +1,59 @@
+//! Products as people write them: one sign, numbers first, and all that is divided by at the end.
+
+use super::expression::{Level, Text};
+
+/// Factors and what they are divided by.
+#[derive(Clone, Debug)]
+pub(super) struct Product {
+    pub(super) negative: bool,
+    /// No product is among them.
+    above: Vec<Text>,
+    below: Vec<Text>,
+}
+
+impl Product {
+    /// An expression as a product of what it is made of.
+    pub(super) fn of(text: &Text) -> Product {
+        match &text.product {
+            Some(product) => (**product).clone(),
+            None => Product { negative: false, above: vec![text.clone()], below: Vec::new() },
+        }
+    }
+
+    pub(super) fn times(mut self, other: Product) -> Product {
+        self.negative ^= other.negative;
+        self.above.extend(other.above);
+        self.below.extend(other.below);
+        self
+    }
+
+    pub(super) fn over(self, other: Product) -> Product {
+        let Product { negative, above, below } = other;
+        self.times(Product { negative, above: below, below: above })
+    }
+
+    pub(super) fn negated(mut self) -> Product {
+        self.negative = !self.negative;
+        self
+    }
+
+    pub(super) fn text(mut self) -> Text {
+        let is_one = |t: &Text| t.text == "1";
+        self.above.retain(|t| !is_one(t));
+        self.below.retain(|t| !is_one(t));
+        // Stable: what is no number keeps its place.
+        self.above.sort_by_key(|t| !t.text.starts_with(|c: char| c.is_ascii_digit()));
+        let joined =
+            |factors: &[Text]| -> String { factors.iter().map(|f| f.at(Level::Power)).collect::<Vec<_>>().join(" * ") };
+        let sign = if self.negative { "-" } else { "" };
+        let above = if self.above.is_empty() { "1".to_owned() } else { joined(&self.above) };
+        let (text, level) = match (&self.above[..], &self.below[..]) {
+            ([one], []) if !self.negative => return one.clone(),
+            (_, []) if self.above.len() < 2 => (format!("{sign}{above}"), Level::Negative),
+            (_, []) => (format!("{sign}{above}"), Level::Product),
+            (_, [one]) => (format!("{sign}{above} / {}", one.at(Level::Power)), Level::Product),
+            (_, several) => (format!("{sign}{above} / ({})", joined(several)), Level::Product),
+        };
+        Text { product: Some(Box::new(self)), ..Text::new(text, level) }
+    }
+}

@@ -1,0 +1,95 @@
+//! Operations that generated code calls functions for.
+
+use super::host::{self, Symbols};
+use super::lower::{Frame, Lowered, Lowering, TRUSTED};
+use super::vector::PAIRS;
+use crate::ir::hash::HashMap;
+use crate::ir::{self, Function, Op, Type, Unary};
+use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlagsData, Value, types};
+use cranelift_module::{Linkage, Module as _};
+
+/// Whether an operation is one of a called function.
+pub(super) fn is_called(op: &Op, ty: Type) -> bool {
+    match op {
+        Op::Unary(op, _) => host::unary(*op).is_some(),
+        Op::Binary(op, ..) => ty == Type::Real && host::binary(*op).is_some(),
+        _ => false,
+    }
+}
+
+/// The nodes that are sine and cosine of the same number, by that number.
+pub(super) fn circular(function: &Function) -> HashMap<ir::Value, [ir::Value; 2]> {
+    let mut sines = HashMap::default();
+    let mut both = HashMap::default();
+    for pass in [Unary::Sin, Unary::Cos] {
+        for (i, node) in (0..).zip(&function.nodes) {
+            match node.op {
+                Op::Unary(Unary::Sin, a) if pass == Unary::Sin => drop(sines.insert(a, ir::Value(i))),
+                Op::Unary(Unary::Cos, a) if pass == Unary::Cos => {
+                    if let Some(sine) = sines.get(&a) {
+                        both.insert(a, [*sine, ir::Value(i)]);
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+    both
+}
+
+impl Lowering<'_, '_, '_> {
+    /// Lowers a sine and a cosine of the same number with one call; false where the operation is not one of two.
+    pub(super) fn sine_and_cosine(&mut self, frame: &mut Frame<'_>, op: &Op) -> bool {
+        let Op::Unary(Unary::Sin | Unary::Cos, a) = op else { return false };
+        let Some(nodes) = frame.circular.get(a).copied() else { return false };
+        let a = self.value(&frame.values[a.0 as usize]);
+        for (node, value) in nodes.into_iter().zip(self.call_in_memory(host::SIN_COS, &[a], 2)) {
+            frame.values[node.0 as usize] = Lowered::One(value);
+        }
+        true
+    }
+
+    /// Calls a host function of doubles, or of pairs.
+    pub(super) fn host(&mut self, symbols: Symbols, arguments: &[Value]) -> Value {
+        if self.wide {
+            return self.call_in_memory(symbols, arguments, 1)[0];
+        }
+        let function = self.host_function(symbols.one, &vec![types::F64; arguments.len()], Some(types::F64));
+        let call = self.builder.ins().call(function, arguments);
+        self.builder.inst_results(call)[0]
+    }
+
+    /// Calls a host function that takes numbers, or pairs, in memory and leaves its results there.
+    fn call_in_memory(&mut self, symbols: Symbols, arguments: &[Value], results: usize) -> Vec<Value> {
+        let (name, ty, flags, words): (_, _, MemFlagsData, _) =
+            if self.wide { (symbols.two, types::F64X2, PAIRS, 2) } else { (symbols.one, types::F64, TRUSTED, 1) };
+        let slot = self.slot(false, words * arguments.len().max(results));
+        let place = self.builder.ins().stack_addr(types::I64, slot, 0);
+        let offset = |k: usize| (8 * words * k) as i32;
+        for (k, argument) in arguments.iter().enumerate() {
+            self.builder.ins().store(flags, *argument, place, offset(k));
+        }
+        let function = self.host_function(name, &[types::I64], None);
+        self.builder.ins().call(function, &[place]);
+        (0..results).map(|k| self.builder.ins().load(ty, flags, place, offset(k))).collect()
+    }
+
+    fn host_function(
+        &mut self,
+        name: &'static str,
+        params: &[cranelift_codegen::ir::Type],
+        result: Option<cranelift_codegen::ir::Type>,
+    ) -> cranelift_codegen::ir::FuncRef {
+        if let Some(function) = self.hosts.get(name) {
+            return *function;
+        }
+        let module = self.compiler.memory.module_mut();
+        let mut signature = module.make_signature();
+        signature.params.extend(params.iter().copied().map(AbiParam::new));
+        signature.returns.extend(result.map(AbiParam::new));
+        let id = module.declare_function(name, Linkage::Import, &signature).expect("a host function has one signature");
+        let function = module.declare_func_in_func(id, self.builder.func);
+        self.hosts.insert(name, function);
+        function
+    }
+}

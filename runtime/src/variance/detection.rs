@@ -1,0 +1,144 @@
+//! From which size on a deviation is more than the uncertainty of the scan and of the fit.
+
+use super::Deviations;
+use crate::model::Sensitivities;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Two-sided 95 % of the normal distribution.
+const LEVEL: f64 = 1.959_964;
+
+/// What is known of the parameters from a fit: their covariance, by rows, in their units.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterCovariance<'a> {
+    /// Names.
+    pub parameters: &'a [String],
+    /// The matrix.
+    pub matrix: &'a [Vec<f64>],
+}
+
+/// The level of detection of a part, as M3C2 has it for pairs of scans (Lague, Brodu and Leroux, 'Accurate 3D comparison of
+/// complex topography with terrestrial laser scanner', 2013): a deviation above 1.96 sqrt(noise^2 + model^2) is not explained, at
+/// 95 % confidence, by the scan's noise and the fit's uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Detection {
+    /// Standard deviation of a point of the scan along the normal. Millimetres.
+    pub noise: f64,
+    /// Standard deviation of the model's surface along its normal, from the covariance of the fitted parameters: root mean square
+    /// over the part. Millimetres; 0 where no fit says it.
+    pub model: f64,
+    /// The level. Millimetres.
+    pub level: f64,
+    /// The share of the part's measured area that deviates by more than the level.
+    pub significant: f64,
+}
+
+/// The level of each part; with the scan's `noise`.
+#[must_use]
+pub fn detect(
+    deviations: &Deviations,
+    noise: f64,
+    fit: Option<(&Sensitivities, ParameterCovariance<'_>)>,
+) -> Vec<Detection> {
+    let texels = &deviations.texels;
+    let model = |part: usize| {
+        fit.map_or(0.0, |(sensitivities, covariance)| surface_deviation(deviations, sensitivities, covariance, part))
+    };
+    let levels: Vec<(f64, f64)> = (0..texels.part_names.len())
+        .map(|part| {
+            let model = model(part);
+            (model, LEVEL * noise.hypot(model))
+        })
+        .collect();
+    let mut areas = vec![[0.0; 2]; levels.len()];
+    for (i, part) in texels.part.iter().enumerate() {
+        let (signed, area) = (f64::from(deviations.signed(i)), f64::from(texels.area[i]));
+        if !signed.is_nan() && area > 0.0 {
+            let part = *part as usize;
+            areas[part][usize::from(signed.abs() > levels[part].1)] += area;
+        }
+    }
+    let detection = |((model, level), [below, above]): ((f64, f64), [f64; 2])| Detection {
+        noise,
+        model,
+        level,
+        significant: if below + above > 0.0 { above / (below + above) } else { 0.0 },
+    };
+    levels.into_iter().zip(areas).map(detection).collect()
+}
+
+/// Root mean square over a part's sampled texels of sqrt(s^T C s), s the parameters' effect along the normal.
+fn surface_deviation(
+    deviations: &Deviations,
+    sensitivities: &Sensitivities,
+    covariance: ParameterCovariance<'_>,
+    part: usize,
+) -> f64 {
+    let Some(own) = sensitivities.parts.get(part) else { return 0.0 };
+    let place = |p: &usize| {
+        let (name, _) = sensitivities.parameters.get(*p)?;
+        covariance.parameters.iter().position(|known| known == name)
+    };
+    let places: Vec<Option<usize>> = own.active.iter().map(place).collect();
+    let entry = |a: usize, b: usize| covariance.matrix.get(a).and_then(|row| row.get(b)).copied().unwrap_or(0.0);
+    let mut sum = 0.0;
+    for (k, texel) in own.texels.iter().enumerate() {
+        let normal = DVec3::from(deviations.texels.normal[*texel].map(f64::from));
+        let effects: Vec<(usize, f64)> = own.derivatives[k * places.len()..(k + 1) * places.len()]
+            .iter()
+            .zip(&places)
+            .filter_map(|(d, place)| Some(((*place)?, normal.dot(DVec3::from(*d)))))
+            .collect();
+        let variance: f64 =
+            effects.iter().map(|(a, x)| effects.iter().map(|(b, y)| x * entry(*a, *b) * y).sum::<f64>()).sum();
+        sum += variance.max(0.0);
+    }
+    if own.texels.is_empty() { 0.0 } else { (sum / own.texels.len() as f64).sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{PartSensitivities, Texels};
+    use gml_compiler::program::Quantity;
+
+    /// Two parts of two texels, one of which deviates by much, one by little, one by nothing known.
+    #[test]
+    fn what_is_above_noise_and_fit_is_significant() {
+        let texels = Texels {
+            width: 4,
+            height: 1,
+            index: vec![0, 1, 2, 3],
+            part: vec![0, 0, 1, 1],
+            position: vec![[0.0; 3]; 4],
+            normal: vec![[0.0, 0.0, 1.0]; 4],
+            area: vec![1.0, 3.0, 2.0, 5.0],
+            part_names: vec!["a".into(), "b".into()],
+        };
+        let nan = f32::NAN;
+        let deviations = Deviations {
+            texels,
+            max_distance: 5.0,
+            outward: vec![1.1, 0.9, nan, nan],
+            inward: vec![nan, nan, 0.7, nan],
+        };
+        // The surface of `a` moves by 2 along its normal for a unit of p, and by 1 for one of q; `b` does not.
+        let part =
+            |derivatives: Vec<[f64; 3]>, active: Vec<usize>, texels| PartSensitivities { texels, active, derivatives };
+        let a = part(vec![[9.0, 0.0, 2.0], [0.0, 0.0, 1.0], [0.0, 5.0, 2.0], [0.0, 0.0, 1.0]], vec![1, 2], vec![0, 1]);
+        let sensitivities = Sensitivities {
+            parts: vec![a, part(vec![], vec![], vec![2, 3])],
+            parameters: ["fixed", "p", "q"].map(|n| (n.to_owned(), Quantity::Length)).to_vec(),
+        };
+        let parameters = ["q".to_owned(), "p".to_owned()];
+        let matrix = [vec![0.04, -0.01], vec![-0.01, 0.03]];
+        let covariance = ParameterCovariance { parameters: &parameters, matrix: &matrix };
+        let found = detect(&deviations, 0.3, Some((&sensitivities, covariance)));
+        // 4 * 0.03 + 0.04 - 2 * 2 * 0.01
+        assert!((found[0].model - 0.12f64.sqrt()).abs() < 1e-12, "{found:?}");
+        assert!((found[0].level - 1.959_964 * 0.21f64.sqrt()).abs() < 1e-12, "{found:?}");
+        assert_eq!((found[0].significant, found[1].significant), (0.25 + 0.75, 1.0));
+        let alone = detect(&deviations, 0.5, None);
+        assert_eq!((alone[0].model, alone[0].significant, alone[1].significant), (0.0, 0.25, 0.0));
+    }
+}
