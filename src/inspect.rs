@@ -2,12 +2,12 @@
 
 use crate::cli::InspectArgs;
 use crate::error::CommandError;
-use crate::measure::{self, Measured, Surface};
+use crate::measure::{self, Measured, Pictures, Settings, Surface};
 use crate::progress::TerminalProgress;
 use crate::search::{self, Winner};
 use crate::{deviations, fit, mesh, script, table};
 use gml_compiler::program::Program;
-use gml_runtime::export::picture::{self, Picture};
+use gml_runtime::export::picture::Picture;
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
 use gml_runtime::export::report::{self, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
@@ -29,18 +29,18 @@ const VIEW_SIZE: usize = 480;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // What is wrong with the command line is said before any work is done.
-    measure::resolution(&args.variance)?;
-    measure::max_distance(&args.variance)?;
-    measure::tolerance(&args.variance)?;
-    measure::max_angle(&args.variance)?;
+    let settings = Settings::of(&args.variance)?;
     let program = script::compile(&args.script)?;
-    inspect(&program, args, &TerminalProgress::until(fit::on_interrupt()?))
+    inspect(&program, args, &settings, &TerminalProgress::until(fit::on_interrupt()?))
 }
 
 /// Inspects a scan with a program.
-pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &TerminalProgress) -> Result<(), CommandError> {
-    let size = measure::resolution(&args.variance)?;
-    let max_distance = measure::max_distance(&args.variance)?;
+pub(crate) fn inspect(
+    program: &Program,
+    args: &InspectArgs,
+    settings: &Settings,
+    progress: &TerminalProgress,
+) -> Result<(), CommandError> {
     let options = fit::options(&args.fit, program)?;
     let scan = fit::read_scan(&args.scan)?;
     if scan.mesh.triangles.is_empty() {
@@ -63,11 +63,11 @@ pub(crate) fn inspect(program: &Program, args: &InspectArgs, progress: &Terminal
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
-    let surface = Surface::of_program(program, &x, &pose, size)?;
-    let measured = measure::measure(surface, &scan, max_distance, Some(&fitted), &args.variance, progress)?;
-    measure::write(&args.output, &measured)?;
+    let surface = Surface::of_program(program, &x, &pose, settings.size)?;
+    let measured = measure::measure(surface, &scan, Some(&fitted), settings, progress)?;
+    let pictures = measure::write(&args.output, &measured)?;
     let upright = upright(program, &x, &pose)?;
-    let documented = document(args, &fitted, &scan, &measured, &upright, progress);
+    let documented = document(args, &fitted, &scan, (&measured, &pictures), &upright, progress);
     progress.finish();
     documented?;
 
@@ -94,24 +94,22 @@ fn document(
     args: &InspectArgs,
     fitted: &FitResult,
     scan: &Scan,
-    measured: &Measured,
+    (measured, pictures): (&Measured, &Pictures),
     upright: &Motion,
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
     let folder = &args.output;
     let title = format!("{} compared with {}", fitted.model, scan.source.path);
-    let coded = measured.coded_png()?;
     progress.report("drawing", f64::NAN, "views");
     if progress.cancelled() {
         return Err(fit::interrupted());
     }
     let views = measure::png(&views(scan, measured, upright))?;
-    let colours = measure::png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
 
     progress.report("writing", f64::NAN, "model.x3d, report.html");
     let scene = x3d::write(&X3dScene {
         tessellation: &measured.tessellation,
-        texture_png: &coded,
+        texture_png: &pictures.coded,
         texture_size: [measured.texture.width, measured.texture.height],
         max_distance: measured.deviations.max_distance,
         colour_range: measured.colour_range,
@@ -130,8 +128,8 @@ fn document(
         deviations: &measured.deviations,
         tessellation: &measured.tessellation,
         turned: upright.rotation,
-        distance_png: &coded,
-        colour_png: &colours,
+        distance_png: &pictures.coded,
+        colour_png: &pictures.colours,
         colour_range: measured.colour_range,
         pictures: &[(
             "The scan (in magenta what the model does not explain), the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",

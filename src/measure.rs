@@ -14,7 +14,7 @@ use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensi
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
 use gml_runtime::variance::{
-    self, Deviations, Device, DistanceTexture, Facing, ParameterCovariance, Tolerance, Unmatched, VarianceReport,
+    self, Deviations, Device, DistanceTexture, Facing, ParameterCovariance, Tolerance, Trace, Unmatched, VarianceReport,
 };
 use std::path::Path;
 use std::time::Instant;
@@ -92,7 +92,7 @@ impl Surface {
 
 impl Measured {
     /// The coded texture as a PNG file.
-    pub(crate) fn coded_png(&self) -> Result<Vec<u8>, CommandError> {
+    fn coded_png(&self) -> Result<Vec<u8>, CommandError> {
         let notes =
             [("Comment", "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -")];
         raster::png_rgb(self.texture.width, self.texture.height, &self.texture.rgb, &notes)
@@ -100,29 +100,39 @@ impl Measured {
     }
 }
 
-/// Resolution of the texture: a power of two, because viewers of X3D resample others.
-pub(crate) fn resolution(controls: &VarianceControls) -> Result<u32, CommandError> {
-    let n = controls.resolution;
-    if n.is_power_of_two() && (16..=16384).contains(&n) {
-        return Ok(n);
+/// What the options say, read once, before any work is done.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Settings {
+    /// Side of the texture.
+    pub(crate) size: u32,
+    max_distance: Option<f64>,
+    /// The largest angle between the normals, in radians.
+    max_angle: f64,
+    /// Of parts to which the script gives none.
+    tolerance: Option<Tolerance>,
+    distance: DistanceArg,
+    device: DeviceArg,
+}
+
+impl Settings {
+    /// The texture's side is a power of two, because viewers of X3D resample others.
+    pub(crate) fn of(controls: &VarianceControls) -> Result<Settings, CommandError> {
+        let size = controls.resolution;
+        if !(size.is_power_of_two() && (16..=16384).contains(&size)) {
+            let message = format!("--resolution {size}: must be a power of two from 16 to 16384, such as 1024");
+            return Err(CommandError::usage(message));
+        }
+        let max_distance = controls.max_distance.as_ref().map(|d| values::positive_length("--max-distance", d));
+        let tolerance = controls.tolerance.as_ref().map(|t| values::tolerance("--tolerance", t));
+        Ok(Settings {
+            size,
+            max_distance: max_distance.transpose()?,
+            tolerance: tolerance.transpose()?.map(|(lower, upper)| Tolerance { lower, upper }),
+            max_angle: values::acute_angle("--max-angle", &controls.max_angle)?,
+            distance: controls.distance,
+            device: controls.device,
+        })
     }
-    Err(CommandError::usage(format!("--resolution {n}: must be a power of two from 16 to 16384, such as 1024")))
-}
-
-/// The distance from the options.
-pub(crate) fn max_distance(controls: &VarianceControls) -> Result<Option<f64>, CommandError> {
-    controls.max_distance.as_ref().map(|d| values::positive_length("--max-distance", d)).transpose()
-}
-
-/// The largest angle between the normals, in radians.
-pub(crate) fn max_angle(controls: &VarianceControls) -> Result<f64, CommandError> {
-    values::acute_angle("--max-angle", &controls.max_angle)
-}
-
-/// The tolerance from the options.
-pub(crate) fn tolerance(controls: &VarianceControls) -> Result<Option<Tolerance>, CommandError> {
-    let ends = controls.tolerance.as_ref().map(|t| values::tolerance("--tolerance", t)).transpose()?;
-    Ok(ends.map(|(lower, upper)| Tolerance { lower, upper }))
 }
 
 /// Casts the rays and draws the statistics from them. Without a distance, the scan is looked for within a tenth of the
@@ -130,13 +140,12 @@ pub(crate) fn tolerance(controls: &VarianceControls) -> Result<Option<Tolerance>
 pub(crate) fn measure(
     surface: Surface,
     scan: &Scan,
-    max_distance: Option<f64>,
     fitted: Option<&FitResult>,
-    controls: &VarianceControls,
+    settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
     let Surface { mut tessellation, mut texels, sensitivities, tolerances, notices } = surface;
-    let max_distance = max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
+    let max_distance = settings.max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
     let bvh = Bvh::build(&scan.mesh).map_err(|e| CommandError::Failed(format!("{}: {e}", scan.source.path)))?;
@@ -147,40 +156,22 @@ pub(crate) fn measure(
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
-    let facing = if scan.oriented { Facing::Within(max_angle(controls)?) } else { Facing::Any };
-    let device = match controls.device {
-        DeviceArg::Auto => Device::Auto,
-        DeviceArg::Cpu => Device::Cpu,
-        DeviceArg::Gpu => Device::Gpu,
-    };
-    let trace = match controls.distance {
-        DistanceArg::Normal => variance::trace(texels, &bvh, max_distance, facing, device),
-        DistanceArg::Closest => variance::trace_closest(texels, &bvh, &scan.mesh, max_distance, facing),
-    };
-    let trace = trace.map_err(CommandError::failed)?;
+    let Trace { deviations, device, notice } = cast(texels, scan, &bvh, max_distance, settings)?;
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
     let cast = started.elapsed().as_secs_f64();
     let started = Instant::now();
-    let tolerance = tolerance(controls)?;
-    let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|own| own.or(tolerance)).collect();
-    let mut report = VarianceReport::with_tolerances(&trace.deviations, &scan.source, &trace.device, &tolerances);
-    let covariance = fitted.and_then(|f| f.covariance.as_ref());
-    let covariance = covariance.map(|c| ParameterCovariance { parameters: &c.parameters, matrix: &c.matrix });
-    let detected = variance::detect(&trace.deviations, scan.noise, sensitivities.as_ref().zip(covariance));
-    report.parts.iter_mut().zip(detected).for_each(|(part, detection)| part.detection = Some(detection));
-    if let Some(sensitivities) = &sensitivities {
-        let explained = variance::explain(&trace.deviations, sensitivities);
-        report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
-    }
-    report.distance = controls.distance.name().to_owned();
+    let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|own| own.or(settings.tolerance)).collect();
+    let mut report = VarianceReport::with_tolerances(&deviations, &scan.source, &device, &tolerances);
+    assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), fitted);
+    report.distance = settings.distance.name().to_owned();
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
     report.warnings.extend(notices);
-    report.warnings.extend(trace.notice);
-    if (controls.distance, controls.device) == (DistanceArg::Closest, DeviceArg::Gpu) {
+    report.warnings.extend(notice);
+    if (settings.distance, settings.device) == (DistanceArg::Closest, DeviceArg::Gpu) {
         report.warnings.push("closest points are found by native code; the GPU casts rays only".to_owned());
     }
     if !flipped.is_empty() {
@@ -196,16 +187,41 @@ pub(crate) fn measure(
     report.unmatched = Some(unmatched.summary);
     report.seconds.unmatched = started.elapsed().as_secs_f64();
     progress.report("coding texture", f64::NAN, "");
-    let texture = DistanceTexture::new(&trace.deviations);
+    let texture = DistanceTexture::new(&deviations);
     let colour_range = picture::scale_end(&report.overall, max_distance);
-    Ok(Measured {
-        tessellation,
-        deviations: trace.deviations,
-        texture,
-        report,
-        colour_range,
-        unmatched: unmatched.mesh,
-    })
+    Ok(Measured { tessellation, deviations, texture, report, colour_range, unmatched: unmatched.mesh })
+}
+
+fn cast(texels: Texels, scan: &Scan, bvh: &Bvh, max_distance: f64, settings: &Settings) -> Result<Trace, CommandError> {
+    let facing = if scan.oriented { Facing::Within(settings.max_angle) } else { Facing::Any };
+    let device = match settings.device {
+        DeviceArg::Auto => Device::Auto,
+        DeviceArg::Cpu => Device::Cpu,
+        DeviceArg::Gpu => Device::Gpu,
+    };
+    let trace = match settings.distance {
+        DistanceArg::Normal => variance::trace(texels, bvh, max_distance, facing, device),
+        DistanceArg::Closest => variance::trace_closest(texels, bvh, &scan.mesh, max_distance, facing),
+    };
+    trace.map_err(CommandError::failed)
+}
+
+/// What is said of each part beside its statistics: levels of detection, and what its parameters explain.
+fn assess_parts(
+    report: &mut VarianceReport,
+    deviations: &Deviations,
+    noise: f64,
+    sensitivities: Option<&Sensitivities>,
+    fitted: Option<&FitResult>,
+) {
+    let covariance = fitted.and_then(|f| f.covariance.as_ref());
+    let covariance = covariance.map(|c| ParameterCovariance { parameters: &c.parameters, matrix: &c.matrix });
+    let detected = variance::detect(deviations, noise, sensitivities.zip(covariance));
+    report.parts.iter_mut().zip(detected).for_each(|(part, detection)| part.detection = Some(detection));
+    if let Some(sensitivities) = sensitivities {
+        let explained = variance::explain(deviations, sensitivities);
+        report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
+    }
 }
 
 /// Diagonal of the box around a mesh.
@@ -218,8 +234,16 @@ fn diagonal(mesh: &TriangleMesh) -> f64 {
     (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
 }
 
+/// PNG files that other documents contain.
+pub(crate) struct Pictures {
+    /// The coded texture.
+    pub(crate) coded: Vec<u8>,
+    /// The texture in the colours of the deviations.
+    pub(crate) colours: Vec<u8>,
+}
+
 /// Writes the coded texture, the lossless distances, the colours, what of the scan is left over, and the statistics.
-pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandError> {
+pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<Pictures, CommandError> {
     make_folder(folder)?;
     let texture = &measured.texture;
     let (width, height) = (texture.width, texture.height);
@@ -240,7 +264,8 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<(), CommandErr
         atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
     }
     ply::write(&folder.join(UNMATCHED), &measured.unmatched, &[]).map_err(CommandError::failed)?;
-    json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)
+    json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)?;
+    Ok(Pictures { coded, colours })
 }
 
 /// A picture as a PNG file.

@@ -2,20 +2,17 @@
 
 use crate::cli::{ScriptArgs, VarianceArgs};
 use crate::error::CommandError;
-use crate::measure::{self, Surface};
+use crate::measure::{self, Settings, Surface};
 use crate::progress::TerminalProgress;
 use crate::{deviations, fit, script};
 use gml_runtime::scan;
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
-    let size = measure::resolution(&args.controls)?;
-    let max_distance = measure::max_distance(&args.controls)?;
-    measure::tolerance(&args.controls)?;
-    measure::max_angle(&args.controls)?;
-    let surface = surface(args, size)?;
+    let settings = Settings::of(&args.controls)?;
+    let surface = surface(args, settings.size)?;
     let scan = fit::read_scan(&args.scan)?;
     let progress = TerminalProgress::new();
-    let measured = measure::measure(surface, &scan, max_distance, None, &args.controls, &progress);
+    let measured = measure::measure(surface, &scan, None, &settings, &progress);
     progress.finish();
     let measured = measured?;
     measure::write(&args.output, &measured)?;

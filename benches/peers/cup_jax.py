@@ -1,7 +1,7 @@
 """The cup of examples/cup/cup.gml in JAX, double precision, one thread: how long points, Jacobian and pullback take.
 
-    python -m venv /tmp/jax && /tmp/jax/bin/pip install jax
-    taskset -c 0 /tmp/jax/bin/python benches/peers/cup_jax.py
+    python -m venv jax && jax/bin/pip install jax
+    taskset -c 0 jax/bin/python benches/peers/cup_jax.py
 
 The grids, the parameters and the unit (microseconds, the least of many runs) are those of `cargo bench --bench cup`.
 """

@@ -20,6 +20,7 @@ pub mod fit;
 pub mod mesh;
 pub mod model;
 pub mod progress;
+mod robust;
 pub mod scan;
 pub mod simulate;
 pub mod variance;

@@ -1,6 +1,7 @@
 //! Threads for the compiler's work.
 
 use gml_compiler::Workers;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
@@ -10,20 +11,26 @@ const MOST: usize = 8;
 /// As many as there are processors. Threads of their own, as [`Workers`] must not wait for a pool.
 #[must_use]
 pub fn workers() -> Workers {
-    let count = thread::available_parallelism().map_or(1, |n| n.get().min(MOST));
-    Workers { count, run }
+    Workers { count: *COUNT, run }
 }
+
+/// Asked once: the system reads files to answer.
+static COUNT: LazyLock<usize> = LazyLock::new(|| thread::available_parallelism().map_or(1, |n| n.get().min(MOST)));
 
 /// Does jobs on this thread and as many others as are of use. Where the system gives no more, those that there are do it all.
 fn run(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
     let next = AtomicUsize::new(0);
     let work = || {
-        while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < jobs) {
+        loop {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= jobs {
+                return;
+            }
             job(i);
         }
     };
     thread::scope(|scope| {
-        for _ in 1..workers().count.min(jobs) {
+        for _ in 1..(*COUNT).min(jobs) {
             if thread::Builder::new().spawn_scoped(scope, work).is_err() {
                 break;
             }

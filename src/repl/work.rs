@@ -4,6 +4,7 @@ use super::commands::no_model;
 use super::state::Repl;
 use crate::cli::{FitControls, InspectArgs, LimitArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
+use crate::measure::Settings;
 use crate::progress::TerminalProgress;
 use crate::script::{FileLoader, compile_options};
 use crate::{fit as fitting, inspect as inspecting, mesh as meshing};
@@ -114,8 +115,9 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
         variance: line.variance,
         output: line.output,
     };
+    let settings = Settings::of(&args.variance)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let result = inspecting::inspect(&program, &args, &progress);
+    let result = inspecting::inspect(&program, &args, &settings, &progress);
     progress.finish();
     result
 }

@@ -3,6 +3,20 @@
 use super::{Binary, Function, Op, Unary, Value};
 
 impl Function {
+    /// Of each parameter, whether a node or a result uses it.
+    #[must_use]
+    pub fn used_params(&self) -> Vec<bool> {
+        let mut used = vec![false; self.params.len()];
+        let mut mark = |v: Value| {
+            if let Some(used) = used.get_mut(v.0 as usize) {
+                *used = true;
+            }
+        };
+        self.nodes.iter().for_each(|n| n.op.visit_operands(&mut mark));
+        self.results.iter().copied().for_each(&mut mark);
+        used
+    }
+
     /// Drops the nodes that no result needs and renumbers the rest. Parameters stay.
     pub fn drop_unused(&mut self) {
         let mut used = vec![false; self.nodes.len()];

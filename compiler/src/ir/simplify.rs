@@ -224,9 +224,9 @@ impl Simplifier<'_> {
             return values;
         }
         let sides = fits(self, &differing);
-        let mut params = used_params(&sides[0].0);
-        params.extend(used_params(&sides[1].0));
-        let params: Vec<u32> = params.into_iter().collect();
+        let [one, other] = [0, 1].map(|side| sides[side].0.used_params());
+        let used = one.into_iter().zip(other).map(|(a, b)| a || b);
+        let params: Vec<u32> = (0..).zip(used).filter(|(_, used)| *used).map(|(i, _)| i).collect();
         let types = sides[0].0.result_types();
         let [then, otherwise] = sides.map(|(body, fit)| self.add(&body, &fit, &params));
         let args = params.iter().map(|i| args[*i as usize]).collect();
@@ -277,17 +277,6 @@ fn used_results(function: &Function) -> HashMap<u32, Vec<(u32, Type)>> {
         results.sort_unstable_by_key(|(k, _)| *k);
         results.dedup();
     }
-    used
-}
-
-/// The parameters that a function uses.
-fn used_params(function: &Function) -> BTreeSet<u32> {
-    let mut used = BTreeSet::new();
-    let is_param = |v: Value| (v.0 as usize) < function.params.len();
-    for node in &function.nodes {
-        node.op.visit_operands(|v| used.extend(is_param(v).then_some(v.0)));
-    }
-    used.extend(function.results.iter().filter(|r| is_param(**r)).map(|r| r.0));
     used
 }
 

@@ -170,12 +170,7 @@ impl Program {
 
     /// The parameters that a requirement uses.
     pub(super) fn used_params(&self, require: &LoweredRequire) -> Vec<u32> {
-        let function = self.functions.module.function(require.function);
-        let mut used = vec![false; function.nodes.len()];
-        function.results.iter().for_each(|r| used[r.0 as usize] = true);
-        for node in function.nodes.iter().rev() {
-            node.op.visit_operands(|v| used[v.0 as usize] = true);
-        }
+        let used = self.functions.module.function(require.function).used_params();
         require.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
     }
 

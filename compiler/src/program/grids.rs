@@ -302,16 +302,6 @@ fn depends_on(function: &Function, first: usize) -> Vec<bool> {
     function.results.iter().map(|r| depends[r.0 as usize]).collect()
 }
 
-/// Which of the first parameters anything uses.
-fn used_params(function: &Function, first: usize) -> Vec<usize> {
-    let mut used = vec![false; function.nodes.len()];
-    function.results.iter().for_each(|r| used[r.0 as usize] = true);
-    for node in &function.nodes {
-        node.op.visit_operands(|v| used[v.0 as usize] = true);
-    }
-    (0..first).filter(|p| used[*p]).collect()
-}
-
 fn compile(
     compiler: &mut Compiler<'_>,
     stages: Stages,
@@ -327,7 +317,8 @@ fn compile(
     let inner = compiler.grid(GridShape { function, uniforms, row_values, column_values, row_sums })?;
     let stored = pulled.is_none().then(|| compiler.function(function));
     let bounded = stored.filter(|f| is_bounded(f)).cloned();
-    let column_uniforms = used_params(compiler.function(stages.columns), uniforms);
+    let used = compiler.function(stages.columns).used_params();
+    let column_uniforms = (0..uniforms).filter(|p| used[*p]).collect();
     let mut outer = |pulled: Option<(usize, FunctionId)>| -> Result<_, BuildError> {
         let Some((weights, function)) = pulled else { return Ok(None) };
         let shape = KernelShape { function, uniforms, weights, output: Output::Accumulate };

@@ -173,12 +173,9 @@ fn workers_change_nothing() {
         }
         (program.emit(EmitStage::Ir), out)
     };
-    let run = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
-        std::thread::scope(|scope| (0..jobs).rev().for_each(|i| _ = scope.spawn(move || job(i))));
-    };
     let (alone, values) = made(Workers::ONE);
     for count in [2, 5] {
-        let (text, others) = made(Workers { count, run });
+        let (text, others) = made(Workers::many(count));
         assert!(text == alone, "the functions differ");
         assert_eq!(others, values);
     }

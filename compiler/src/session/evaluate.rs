@@ -84,12 +84,7 @@ fn message(e: &RunError, module: &Module, session: &Session) -> String {
 
 /// ` (where r = 40mm)`: the parameters that a function of all of them uses.
 fn where_it_was(module: &Module, function: FunctionId, parameters: &[Parameter], x: &[f64]) -> String {
-    let function = module.function(function);
-    let mut used = vec![false; function.nodes.len()];
-    function.results.iter().for_each(|r| used[r.0 as usize] = true);
-    for node in &function.nodes {
-        node.op.visit_operands(|v| used[v.0 as usize] = true);
-    }
+    let used = module.function(function).used_params();
     let shown: Vec<String> = parameters
         .iter()
         .zip(x)

@@ -46,6 +46,37 @@ impl Shear {
     }
 }
 
+/// What the watertight test of [`TriangleBlock::intersect`] knows before it looks for the place, of four pairs of a line and a
+/// triangle.
+pub(super) struct Edges {
+    /// Doubled areas that a line cuts off: weights of the corners when divided by `det`.
+    pub(super) weights: [Vec4; 3],
+    /// The corners' distances from the origin along the last axis.
+    pub(super) z: [Vec4; 3],
+    /// Sum of the weights.
+    pub(super) det: Vec4,
+    /// Whether a line goes through its triangle.
+    pub(super) inside: BVec4A,
+}
+
+/// Of corners, an origin and a shear whose axes are permuted as in [`Shear`].
+#[inline(always)]
+pub(super) fn edges(corners: &[[Vec4; 3]; 3], origin: &[Vec4; 3], shear: &[Vec4; 2]) -> Edges {
+    let [ox, oy, oz] = *origin;
+    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [0, 1, 2].map(|i| {
+        let z = corners[i][2] - oz;
+        [corners[i][0] - ox - shear[0] * z, corners[i][1] - oy - shear[1] * z, z]
+    });
+    let u = cx * by - cy * bx;
+    let v = ax * cy - ay * cx;
+    let w = bx * ay - by * ax;
+    let low = u.min(v).min(w);
+    let high = u.max(v).max(w);
+    let det = u + v + w;
+    let inside = (low.cmpge(Vec4::ZERO) | high.cmple(Vec4::ZERO)) & det.cmpne(Vec4::ZERO);
+    Edges { weights: [u, v, w], z: [az, bz, cz], det, inside }
+}
+
 impl TriangleBlock {
     /// The triangles whose indices `leaf` names; `corners` gives a triangle's corners.
     pub(crate) fn new(leaf: &[u32], corners: impl Fn(usize) -> [Vec3A; 3]) -> Self {
@@ -75,20 +106,8 @@ impl TriangleBlock {
     /// the paper's recomputation in double precision is needed only where at most one must be.
     #[inline]
     pub(crate) fn intersect(&self, ray: &Shear, t_min: f32, t_max: f32) -> Option<BlockHit> {
-        let [kx, ky, kz] = ray.axes;
-        let [ox, oy, oz] = ray.origin;
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [0, 1, 2].map(|i| {
-            let corner = &self.corners[i];
-            let z = corner[kz] - oz;
-            [corner[kx] - ox - ray.shear[0] * z, corner[ky] - oy - ray.shear[1] * z, z]
-        });
-        let u = cx * by - cy * bx;
-        let v = ax * cy - ay * cx;
-        let w = bx * ay - by * ax;
-        let low = u.min(v).min(w);
-        let high = u.max(v).max(w);
-        let det = u + v + w;
-        let inside = (low.cmpge(Vec4::ZERO) | high.cmple(Vec4::ZERO)) & det.cmpne(Vec4::ZERO);
+        let corners = self.corners.map(|corner| ray.axes.map(|k| corner[k]));
+        let Edges { weights: [u, v, w], z: [az, bz, cz], det, inside } = edges(&corners, &ray.origin, &ray.shear);
         if !inside.any() {
             return None;
         }

@@ -5,7 +5,7 @@
 //! its lines meets it, a leaf is tested against all. What a line finds does not depend on its packet: every decision about
 //! a triangle is made for the line alone, by the arithmetic of [`TriangleBlock::intersect`](super::block::TriangleBlock).
 
-use super::block::NO_TRIANGLE;
+use super::block::{Edges, NO_TRIANGLE, edges};
 use super::{Bvh, MAX_DEPTH};
 use glam::{BVec4A, Vec3A, Vec4};
 use obvhs::bvh2::node::Bvh2Node;
@@ -136,21 +136,11 @@ impl Group {
     /// [`TriangleBlock::intersect`](super::block::TriangleBlock), which explains it.
     #[inline(always)]
     fn intersect(&mut self, corners: &[[Vec4; 3]; 3], slant: Vec4, tolerance: Vec4) {
-        let [ox, oy, oz] = self.origin;
-        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [0, 1, 2].map(|i| {
-            let z = corners[i][2] - oz;
-            [corners[i][0] - ox - self.shear[0] * z, corners[i][1] - oy - self.shear[1] * z, z]
-        });
-        let u = cx * by - cy * bx;
-        let v = ax * cy - ay * cx;
-        let w = bx * ay - by * ax;
-        let low = u.min(v).min(w);
-        let high = u.max(v).max(w);
-        let det = u + v + w;
+        let Edges { weights: [u, v, w], z: [az, bz, cz], det, inside } = edges(corners, &self.origin, &self.shear);
         // In sheared axes, which keep their handedness, a normal as long as the doubled area is large has -det along z: its
         // component along the line, divided by the line's along z. `slant` is the least component that is admitted.
         let faces = (self.facing * det + slant).cmple(Vec4::ZERO);
-        let inside = (low.cmpge(Vec4::ZERO) | high.cmple(Vec4::ZERO)) & det.cmpne(Vec4::ZERO) & faces;
+        let inside = inside & faces;
         if !inside.any() {
             return;
         }

@@ -1,5 +1,6 @@
 //! The loss psi of a distance ([VA] eq. 2 and others), and how its scale follows from residuals.
 
+use crate::robust::{MAD_TO_SD, median};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::LN_2;
 
@@ -108,12 +109,7 @@ pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
 /// Zero where there are none.
 pub(crate) fn robust_deviation(distances: &mut Vec<f64>, limit: f64) -> f64 {
     distances.retain(|d| *d <= limit);
-    if distances.is_empty() {
-        return 0.0;
-    }
-    let middle = distances.len() / 2;
-    let (_, median, _) = distances.select_nth_unstable_by(middle, f64::total_cmp);
-    1.4826 * *median
+    MAD_TO_SD * median(distances).unwrap_or(0.0)
 }
 
 #[cfg(test)]

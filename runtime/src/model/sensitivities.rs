@@ -38,14 +38,8 @@ impl Sensitivities {
         texels: &Texels,
         motion: &Motion,
     ) -> Result<Sensitivities, EvaluationError> {
-        let mut of_part: Vec<Vec<usize>> = vec![Vec::new(); model.parts().len()];
-        for (i, part) in texels.part.iter().enumerate() {
-            of_part[*part as usize].push(i);
-        }
         let mut parts = Vec::new();
-        for (patch, (part, places)) in model.parts().iter().zip(of_part).enumerate() {
-            let step = places.len().div_ceil(SAMPLES).max(1);
-            let sample: Vec<usize> = places.into_iter().step_by(step).collect();
+        for (patch, (part, sample)) in model.parts().iter().zip(texels.samples_of_parts(SAMPLES)).enumerate() {
             let chart = &atlas.charts[patch];
             let parameters = |i: &usize| {
                 let (x, y) = (texels.index[*i] % texels.width, texels.index[*i] / texels.width);

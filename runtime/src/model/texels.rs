@@ -120,6 +120,20 @@ impl Texels {
         }
     }
 
+    /// For each part at most so many of its texels, evenly spread.
+    #[must_use]
+    pub fn samples_of_parts(&self, most: usize) -> Vec<Vec<usize>> {
+        let mut of_part: Vec<Vec<usize>> = vec![Vec::new(); self.part_names.len()];
+        for (i, part) in self.part.iter().enumerate() {
+            of_part[*part as usize].push(i);
+        }
+        let sample = |texels: Vec<usize>| {
+            let step = texels.len().div_ceil(most.max(1)).max(1);
+            texels.into_iter().step_by(step).collect()
+        };
+        of_part.into_iter().map(sample).collect()
+    }
+
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {

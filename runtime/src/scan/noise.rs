@@ -11,6 +11,7 @@
 use super::neighbours::Neighbours;
 use super::normals::least_variation;
 use crate::mesh::TriangleMesh;
+use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
 use nalgebra::{Cholesky, Matrix6, Vector6};
 use rayon::prelude::*;
@@ -25,8 +26,6 @@ const FEWEST: usize = 8;
 const MOST: usize = 64;
 /// Fewest predicted vertices that make a median.
 const ENOUGH: usize = 20;
-/// A standard deviation over the median absolute deviation, for the normal distribution.
-const MAD_TO_SD: f64 = 1.4826;
 
 /// The noise's standard deviation along the normal, in millimetres; 0 where there are too few vertices to tell.
 pub(super) fn estimate(mesh: &TriangleMesh) -> f64 {
@@ -51,9 +50,7 @@ pub(super) fn estimate(mesh: &TriangleMesh) -> f64 {
     if deviations.len() < ENOUGH {
         return 0.0;
     }
-    let middle = deviations.len() / 2;
-    let (_, median, _) = deviations.select_nth_unstable_by(middle, f64::total_cmp);
-    *median * MAD_TO_SD
+    median(&mut deviations).unwrap_or(0.0) * MAD_TO_SD
 }
 
 /// Distance of the origin from a quadric through `offsets`, over the square root of its variance for unit noise.

@@ -2,6 +2,7 @@
 
 use super::Deviations;
 use crate::model::{PartSensitivities, Sensitivities};
+use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
 use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -9,9 +10,6 @@ use serde::{Deserialize, Serialize};
 
 /// Deviations this many robust standard deviations from the median are not explained, nor counted: edges of holes, clutter.
 const OUTLYING: f64 = 4.0;
-
-/// The median absolute deviation of a normal distribution is its standard deviation divided by this.
-const MAD_TO_SD: f64 = 1.4826;
 
 /// The part of a movement's square that is along the normal and yet counts as rounding.
 const TANGENTIAL: f64 = 1e-12;
@@ -132,15 +130,13 @@ fn explain_part(
 fn kept(deviations: &Deviations, texels: &[usize]) -> Vec<usize> {
     let signed = |k: usize| f64::from(deviations.signed(texels[k]));
     let measured: Vec<usize> = (0..texels.len()).filter(|k| !signed(*k).is_nan()).collect();
-    let Some(middle) = median(measured.iter().map(|k| signed(*k)).collect()) else { return Vec::new() };
-    let spread = median(measured.iter().map(|k| (signed(*k) - middle).abs()).collect()).unwrap_or(0.0);
+    let Some(middle) = median(&mut measured.iter().map(|k| signed(*k)).collect::<Vec<f64>>()) else {
+        return Vec::new();
+    };
+    let mut around: Vec<f64> = measured.iter().map(|k| (signed(*k) - middle).abs()).collect();
+    let spread = median(&mut around).unwrap_or(0.0);
     let limit = OUTLYING * MAD_TO_SD * spread;
     measured.into_iter().filter(|k| (signed(*k) - middle).abs() <= limit).collect()
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    let middle = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// How much of the squared length of `distances` lies in the space of the columns.

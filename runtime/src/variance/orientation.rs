@@ -20,12 +20,9 @@ pub fn agree_with_scan(
     bvh: &Bvh,
     max_distance: f64,
 ) -> Vec<String> {
-    let mut of_part: Vec<Vec<usize>> = vec![Vec::new(); texels.part_names.len()];
-    for (i, &part) in texels.part.iter().enumerate() {
-        of_part[part as usize].push(i);
-    }
+    let samples = texels.samples_of_parts(SAMPLES);
     let turned: Vec<bool> =
-        of_part.iter().map(|members| points_inwards(texels, members, scan, bvh, max_distance)).collect();
+        samples.iter().map(|sample| points_inwards(texels, sample, scan, bvh, max_distance)).collect();
     for (i, &part) in texels.part.iter().enumerate() {
         if turned[part as usize] {
             texels.normal[i] = texels.normal[i].map(|c| -c);
@@ -35,14 +32,12 @@ pub fn agree_with_scan(
     texels.part_names.iter().zip(&turned).filter(|(_, t)| **t).map(|(n, _)| n.clone()).collect()
 }
 
-fn points_inwards(texels: &Texels, members: &[usize], scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> bool {
-    let step = members.len().div_ceil(SAMPLES).max(1);
-    let mut votes: Vec<(f64, f64)> = members
+fn points_inwards(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> bool {
+    let mut votes: Vec<(f64, f64)> = sample
         .iter()
-        .step_by(step)
         .filter_map(|&i| {
             let closest = bvh.closest_point(texels.position[i], max_distance)?;
-            let normal = facet_normal(scan, closest.triangle)?;
+            let normal = scan.triangle_normal(*scan.triangles.get(closest.triangle as usize)?)?;
             let cosine: f64 = (0..3).map(|k| normal[k] * f64::from(texels.normal[i][k])).sum();
             // Edges and whatever stands across the surface have nothing to say.
             (cosine.abs() > 0.5).then_some((closest.distance, cosine.signum()))
@@ -51,11 +46,6 @@ fn points_inwards(texels: &Texels, members: &[usize], scan: &TriangleMesh, bvh: 
     votes.sort_by(|a, b| a.0.total_cmp(&b.0));
     votes.truncate(votes.len().div_ceil(2));
     votes.iter().map(|v| v.1).sum::<f64>() < 0.0
-}
-
-fn facet_normal(mesh: &TriangleMesh, triangle: u32) -> Option<[f64; 3]> {
-    let [a, b, c] = mesh.triangles.get(triangle as usize)?.map(|i| glam::DVec3::from(mesh.positions[i as usize]));
-    (b - a).cross(c - a).try_normalize().map(|n| n.to_array())
 }
 
 /// Turns the triangles and the normals of some groups; vertices are not shared between groups.

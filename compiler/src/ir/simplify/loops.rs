@@ -2,7 +2,7 @@
 
 use super::super::scalar::Scalar;
 use super::super::{Function, FunctionBuilder, FunctionId, Op, Parameter, Type, Value};
-use super::{Constant, Fit, Simplifier, used_params};
+use super::{Constant, Fit, Simplifier};
 use crate::ir::hash::HashMap;
 use std::collections::BTreeSet;
 
@@ -150,11 +150,11 @@ fn rebuild_turn(
     for (position, v) in handed.iter().enumerate() {
         values[v.0 as usize] = Value((position + kept.len() + 1) as u32);
     }
-    let used = used_params(turn);
+    let used = turn.used_params();
     for (i, node) in turn.nodes.iter().enumerate() {
         let v = Value(i as u32);
         let param = matches!(node.op, Op::Param(_));
-        debug_assert!(!param || !used.contains(&v.0) || values[i].0 != u32::MAX || outer[i].is_some());
+        debug_assert!(!param || !used[i] || values[i].0 != u32::MAX || outer[i].is_some());
         if param || handed.contains(&v) || (hoisted.contains_key(&v) && !constant(v)) {
             continue;
         }

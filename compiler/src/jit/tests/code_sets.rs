@@ -18,14 +18,6 @@ fn tower(module: &mut Module, k: usize) -> FunctionId {
     module.add(raw.returns(&[sum]))
 }
 
-/// Each job by a thread of its own.
-fn many(count: usize) -> Workers {
-    let run = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
-        std::thread::scope(|scope| (0..jobs).for_each(|i| _ = scope.spawn(move || job(i))));
-    };
-    Workers { count, run }
-}
-
 fn stored(function: FunctionId) -> KernelShape {
     KernelShape { function, uniforms: 0, weights: 0, output: Output::Store }
 }
@@ -36,7 +28,7 @@ fn any_number_of_workers_gives_the_same() {
     let functions: Vec<FunctionId> = (1..=9).map(|k| tower(&mut module, k)).collect();
     let shapes: Vec<KernelShape> = functions.iter().map(|f| stored(*f)).collect();
     let values = |count: usize| -> Vec<f64> {
-        let (set, _) = CodeSet::compile(&module, &shapes, &functions, OPTIONS, many(count)).unwrap();
+        let (set, _) = CodeSet::compile(&module, &shapes, &functions, OPTIONS, Workers::many(count)).unwrap();
         let mut values = Vec::new();
         for place in 0..functions.len() {
             let (code, kernel) = set.kernel(place);
@@ -67,7 +59,7 @@ fn the_first_error_is_given_whichever_worker_meets_it() {
         shapes[place].uniforms = 5;
     }
     for count in 1..6 {
-        let error = CodeSet::compile(&module, &shapes, &[], OPTIONS, many(count)).err();
+        let error = CodeSet::compile(&module, &shapes, &[], OPTIONS, Workers::many(count)).err();
         assert_eq!(error, Some(JitError::Shape("wrong3".to_owned())));
     }
 }

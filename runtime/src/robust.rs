@@ -1,0 +1,10 @@
+//! Robust statistics.
+
+/// A standard deviation over the median absolute deviation, for the normal distribution.
+pub(crate) const MAD_TO_SD: f64 = 1.4826;
+
+/// The upper median, in linear time; reorders the values. None where there are none.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
