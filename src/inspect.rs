@@ -63,7 +63,7 @@ pub(crate) fn inspect(
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
-    let surface = Surface::of_program(program, &x, &pose, settings.size)?;
+    let surface = Surface::of_program(program, &x, &pose, settings)?;
     let measured = measure::measure(surface, &scan, Some(&fitted), settings, progress)?;
     let pictures = measure::write(&args.output, &measured)?;
     let upright = upright(program, &x, &pose)?;

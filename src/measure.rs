@@ -5,16 +5,19 @@ use crate::error::CommandError;
 use crate::mesh::make_folder;
 use crate::values;
 use gml_compiler::program::Program;
-use gml_runtime::bvh::Bvh;
+use gml_runtime::bvh::{Bvh, BvhError};
 use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::{atomic, json, ply, raster};
 use gml_runtime::fit::FitResult;
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
+use gml_runtime::model::{
+    Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, SensitivityMaps, Tessellation, Texels,
+};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
 use gml_runtime::variance::{
-    self, Deviations, Device, DistanceTexture, Facing, ParameterCovariance, Tolerance, Trace, Unmatched, VarianceReport,
+    self, Deviations, Device, DistanceTexture, Facing, FilledHoles, ParameterCovariance, SensitivityRange, Tolerance,
+    Towards, Trace, Unmatched, VarianceReport,
 };
 use std::path::Path;
 use std::time::Instant;
@@ -34,6 +37,8 @@ pub(crate) struct Surface {
     pub(crate) texels: Texels,
     /// How it moves where parameters change; none for a mesh.
     pub(crate) sensitivities: Option<Sensitivities>,
+    /// Likewise all over the texture, where that was asked for.
+    pub(crate) maps: Option<SensitivityMaps>,
     /// Of each part, where the script gives one.
     pub(crate) tolerances: Vec<Option<Tolerance>>,
     /// Sentences for the user.
@@ -55,6 +60,10 @@ pub(crate) struct Measured {
     pub(crate) colour_range: f64,
     /// What of the scan the model does not explain.
     pub(crate) unmatched: TriangleMesh,
+    /// What closes holes of the scan, where that was asked for.
+    pub(crate) filled: Option<TriangleMesh>,
+    /// How far the surface moves where parameters change, where that was asked for.
+    pub(crate) maps: Option<SensitivityMaps>,
 }
 
 impl Surface {
@@ -63,8 +72,9 @@ impl Surface {
         program: &Program,
         x: &[f64],
         motion: &Motion,
-        size: u32,
+        settings: &Settings,
     ) -> Result<Surface, CommandError> {
+        let size = settings.size;
         let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
         let atlas = Atlas::new(program, &*instance, size).map_err(CommandError::failed)?;
         let mut texels = Texels::of_model(program, &*instance, &atlas).map_err(CommandError::failed)?;
@@ -76,9 +86,15 @@ impl Surface {
         motion.move_tessellation(&mut tessellation);
         let sensitivities =
             Sensitivities::new(program, &*instance, &atlas, &texels, motion).map_err(CommandError::failed)?;
+        let maps = if settings.sensitivities {
+            let maps = SensitivityMaps::new(program, &*instance, &atlas, &texels, motion);
+            Some(maps.map_err(CommandError::failed)?)
+        } else {
+            None
+        };
         let own = program.tolerances(x).map_err(CommandError::failed)?;
         let tolerances = own.iter().map(|t| t.map(|t| Tolerance { lower: -t, upper: t })).collect();
-        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), tolerances, notices: Vec::new() })
+        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), maps, tolerances, notices: Vec::new() })
     }
 
     /// The surface of a mesh from elsewhere.
@@ -86,15 +102,17 @@ impl Surface {
         let ReferenceSurface { tessellation, texels, notices } =
             ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
         let tolerances = vec![None; texels.part_names.len()];
-        Ok(Surface { tessellation, texels, sensitivities: None, tolerances, notices })
+        Ok(Surface { tessellation, texels, sensitivities: None, maps: None, tolerances, notices })
     }
 }
 
 impl Measured {
     /// The coded texture as a PNG file.
     fn coded_png(&self) -> Result<Vec<u8>, CommandError> {
-        let notes =
-            [("Comment", "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -")];
+        let notes = [(
+            "Comment",
+            "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -, 32 a filled hole",
+        )];
         raster::png_rgb(self.texture.width, self.texture.height, &self.texture.rgb, &notes)
             .map_err(CommandError::failed)
     }
@@ -110,8 +128,13 @@ pub(crate) struct Settings {
     max_angle: f64,
     /// Of parts to which the script gives none.
     tolerance: Option<Tolerance>,
+    averaging_width: Option<f64>,
+    /// How large holes of the scan are that are closed.
+    fill_holes: Option<f64>,
     distance: DistanceArg,
     device: DeviceArg,
+    /// Whether maps of sensitivities are drawn.
+    pub(crate) sensitivities: bool,
 }
 
 impl Settings {
@@ -122,15 +145,23 @@ impl Settings {
             let message = format!("--resolution {size}: must be a power of two from 16 to 16384, such as 1024");
             return Err(CommandError::usage(message));
         }
-        let max_distance = controls.max_distance.as_ref().map(|d| values::positive_length("--max-distance", d));
+        let length =
+            |option: &str, text: &Option<String>| text.as_ref().map(|t| values::positive_length(option, t)).transpose();
+        let averaging_width = length("--averaging-width", &controls.averaging_width)?;
+        if averaging_width.is_some() && controls.distance != DistanceArg::AveragedNormal {
+            return Err(CommandError::usage("--averaging-width says something only with --distance averaged-normal"));
+        }
         let tolerance = controls.tolerance.as_ref().map(|t| values::tolerance("--tolerance", t));
         Ok(Settings {
             size,
-            max_distance: max_distance.transpose()?,
+            max_distance: length("--max-distance", &controls.max_distance)?,
             tolerance: tolerance.transpose()?.map(|(lower, upper)| Tolerance { lower, upper }),
+            averaging_width,
+            fill_holes: length("--fill-holes", &controls.fill_holes)?,
             max_angle: values::acute_angle("--max-angle", &controls.max_angle)?,
             distance: controls.distance,
             device: controls.device,
+            sensitivities: controls.sensitivities,
         })
     }
 }
@@ -144,7 +175,7 @@ pub(crate) fn measure(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
-    let Surface { mut tessellation, mut texels, sensitivities, tolerances, notices } = surface;
+    let Surface { mut tessellation, mut texels, sensitivities, mut maps, tolerances, notices } = surface;
     let max_distance = settings.max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
@@ -156,7 +187,14 @@ pub(crate) fn measure(
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
-    let Trace { deviations, device, notice } = cast(texels, scan, &bvh, max_distance, settings)?;
+    if let Some(maps) = &mut maps {
+        maps.turn(&texels, &flipped);
+    }
+    // Forms are those of the surface as it is, before normals are averaged.
+    let shapes = variance::recognise(&texels);
+    let averaging_width = average_normals(&mut texels, &mut tessellation, settings)?;
+    let Trace { mut deviations, device, notice } = cast(texels, scan, &bvh, max_distance, settings)?;
+    let holes = fill_holes(&mut deviations, scan, &bvh, settings)?;
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
@@ -165,7 +203,15 @@ pub(crate) fn measure(
     let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|own| own.or(settings.tolerance)).collect();
     let mut report = VarianceReport::with_tolerances(&deviations, &scan.source, &device, &tolerances);
     assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), fitted);
+    let forms = variance::form_deviations(&deviations, &shapes);
+    report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
+    if let Some(maps) = &maps {
+        let range = |map| SensitivityRange::of(map, &maps.texels, &deviations.texels);
+        report.sensitivities = maps.maps.iter().map(range).collect();
+    }
     report.distance = settings.distance.name().to_owned();
+    report.averaging_width = averaging_width;
+    report.holes = holes.as_ref().map(|h| h.summary.clone());
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
@@ -183,24 +229,81 @@ pub(crate) fn measure(
     progress.report("looking for what the model does not explain", f64::NAN, "");
     let started = Instant::now();
     let unmatched = Unmatched::new(&scan.mesh, &tessellation.mesh, max_distance, scan.oriented);
-    let unmatched = unmatched.map_err(|e| CommandError::Failed(format!("the model's surface: {e}")))?;
+    let unmatched = unmatched.map_err(|e| surface_failed(&e))?;
     report.unmatched = Some(unmatched.summary);
     report.seconds.unmatched = started.elapsed().as_secs_f64();
     progress.report("coding texture", f64::NAN, "");
     let texture = DistanceTexture::new(&deviations);
     let colour_range = picture::scale_end(&report.overall, max_distance);
-    Ok(Measured { tessellation, deviations, texture, report, colour_range, unmatched: unmatched.mesh })
+    Ok(Measured {
+        tessellation,
+        deviations,
+        texture,
+        report,
+        colour_range,
+        unmatched: unmatched.mesh,
+        filled: holes.map(|h| h.mesh),
+        maps,
+    })
+}
+
+/// Replaces the normals by averaged ones where that was asked for, and gives the width of the bands in which they turn; a mesh from elsewhere
+/// has none.
+fn average_normals(
+    texels: &mut Texels,
+    tessellation: &mut Tessellation,
+    settings: &Settings,
+) -> Result<Option<f64>, CommandError> {
+    if settings.distance != DistanceArg::AveragedNormal {
+        return Ok(None);
+    }
+    let size = diagonal(&tessellation.mesh);
+    let (width, most) =
+        (settings.averaging_width.unwrap_or(variance::DEFAULT_WIDTH * size), variance::MAX_WIDTH * size);
+    if width > most {
+        return Err(CommandError::usage(format!(
+            "--averaging-width: {width} mm is more than a tenth of the model's size; at most {most:.3}mm here"
+        )));
+    }
+    variance::average_normals(texels, tessellation, width).map_err(|e| surface_failed(&e))?;
+    Ok((!tessellation.origins.is_empty()).then_some(width))
+}
+
+/// Closes holes of the scan where that was asked for, and takes away the distances behind them.
+fn fill_holes(
+    deviations: &mut Deviations,
+    scan: &Scan,
+    bvh: &Bvh,
+    settings: &Settings,
+) -> Result<Option<FilledHoles>, CommandError> {
+    let Some(size) = settings.fill_holes else { return Ok(None) };
+    let holes = FilledHoles::new(&scan.mesh, size);
+    let towards = match settings.distance {
+        DistanceArg::Closest => Towards::Closest,
+        DistanceArg::Normal | DistanceArg::AveragedNormal => Towards::Normal,
+    };
+    let hidden = variance::hide_behind_filled(deviations, &holes, bvh, facing(scan, settings), towards);
+    hidden.map_err(CommandError::failed)?;
+    Ok(Some(holes))
+}
+
+fn surface_failed(error: &BvhError) -> CommandError {
+    CommandError::Failed(format!("the model's surface: {error}"))
+}
+
+fn facing(scan: &Scan, settings: &Settings) -> Facing {
+    if scan.oriented { Facing::Within(settings.max_angle) } else { Facing::Any }
 }
 
 fn cast(texels: Texels, scan: &Scan, bvh: &Bvh, max_distance: f64, settings: &Settings) -> Result<Trace, CommandError> {
-    let facing = if scan.oriented { Facing::Within(settings.max_angle) } else { Facing::Any };
+    let facing = facing(scan, settings);
     let device = match settings.device {
         DeviceArg::Auto => Device::Auto,
         DeviceArg::Cpu => Device::Cpu,
         DeviceArg::Gpu => Device::Gpu,
     };
     let trace = match settings.distance {
-        DistanceArg::Normal => variance::trace(texels, bvh, max_distance, facing, device),
+        DistanceArg::Normal | DistanceArg::AveragedNormal => variance::trace(texels, bvh, max_distance, facing, device),
         DistanceArg::Closest => variance::trace_closest(texels, bvh, &scan.mesh, max_distance, facing),
     };
     trace.map_err(CommandError::failed)
@@ -264,6 +367,15 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<Pictures, Comm
         atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
     }
     ply::write(&folder.join(UNMATCHED), &measured.unmatched, &[]).map_err(CommandError::failed)?;
+    if let Some(filled) = &measured.filled {
+        ply::write(&folder.join("filled.ply"), filled, &[]).map_err(CommandError::failed)?;
+    }
+    if let Some(maps) = &measured.maps {
+        for (map, range) in maps.maps.iter().zip(&measured.report.sensitivities) {
+            let picture = png(&picture::sensitivity_picture(maps, map, range, &measured.deviations.texels))?;
+            atomic::write(&folder.join(&range.picture), &picture).map_err(CommandError::failed)?;
+        }
+    }
     json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)?;
     Ok(Pictures { coded, colours })
 }

@@ -23,6 +23,12 @@ pub struct Statistics {
     pub area: f64,
     /// Area of those that have a distance. Square millimetres.
     pub measured_area: f64,
+    /// How many of the others look at a hole of the scan that was closed.
+    #[serde(default)]
+    pub filled_texels: usize,
+    /// Their area. Square millimetres.
+    #[serde(default)]
+    pub filled_area: f64,
     /// `measured_area / area`; 0 where there is no area.
     pub coverage: f64,
     /// Every texel weighted by its area.
@@ -61,6 +67,9 @@ pub(super) struct Samples {
     /// How many texels have none, and their area.
     pub(super) missing: usize,
     pub(super) missing_area: f64,
+    /// How many of these look at a closed hole, and their area.
+    pub(super) filled: usize,
+    pub(super) filled_area: f64,
 }
 
 /// All texels in ascending order of their signed distance, then of their place; those without data at the end.
@@ -110,11 +119,15 @@ impl<'a> Sorted<'a> {
             let area = self.deviations.texels.area[*key as u32 as usize];
             if area.is_finite() && area > 0.0 { area } else { 0.0 }
         };
+        let is_filled = |key: &&u64| self.deviations.is_filled(**key as u32 as usize);
+        let filled = || missing.iter().filter(is_filled);
         Samples {
             signed: measured.par_iter().map(|key| from_order((key >> 32) as u32)).collect(),
             areas: measured.par_iter().map(area).collect(),
             missing: missing.len(),
             missing_area: sum(missing.iter().map(|key| f64::from(area(key)))),
+            filled: filled().count(),
+            filled_area: sum(filled().map(|key| f64::from(area(key)))),
         }
     }
 }
@@ -181,6 +194,8 @@ impl Statistics {
             measured_texels: samples.signed.len(),
             area,
             measured_area,
+            filled_texels: samples.filled,
+            filled_area: samples.filled_area,
             coverage: if area > 0.0 { measured_area / area } else { 0.0 },
             weighted: Moments::of(&weighted),
             per_texel: Moments::of(&alike),

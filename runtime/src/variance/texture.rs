@@ -11,9 +11,12 @@ const OUTWARD: u8 = 128;
 /// Bit of the third channel: there is a hit along -normal.
 const INWARD: u8 = 64;
 
+/// Bit of the third channel: there is no distance, since a hole of the scan was closed there.
+const FILLED: u8 = 32;
+
 /// Distances as the paper codes them ([VA] sect. 6), three bytes a texel, row 0 at the top: the distance along +normal
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
-/// +normal plus 64 if there is one along -normal. Texels that no chart covers take the code of the nearest covered one
+/// +normal plus 64 if there is one along -normal (or 32 alone where a hole of the scan was closed). Texels that no chart covers take the code of the nearest covered one
 /// if it is at most 8 texels away, so that no seam shows under filtering, else (0, 0, 0).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceTexture {
@@ -35,6 +38,7 @@ impl DistanceTexture {
         for (i, &index) in deviations.texels.index.iter().enumerate() {
             let index = index as usize;
             codes[index] = code(deviations.outward[i], deviations.inward[i], deviations.max_distance);
+            codes[index][2] |= if deviations.is_filled(i) { FILLED } else { 0 };
             covered[index] = true;
         }
         dilate(&mut codes, &mut covered, width as usize);
@@ -114,6 +118,7 @@ mod tests {
             max_distance: 2.0,
             outward: texels.iter().map(|t| t.1).collect(),
             inward: texels.iter().map(|t| t.2).collect(),
+            filled: Vec::new(),
         }
     }
 

@@ -22,6 +22,7 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
         max_distance: 4.0,
         outward: side(1.0).collect(),
         inward: side(-1.0).collect(),
+        filled: Vec::new(),
     }
 }
 

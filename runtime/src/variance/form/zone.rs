@@ -1,0 +1,145 @@
+//! The zone within which the points lie.
+
+use super::Zone;
+use super::chebyshev::{self, MOST, Row};
+use super::datum::Datum;
+use super::shape::Shape;
+use crate::robust::{MAD_TO_SD, median};
+use glam::DVec3;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Least squares take at most so many points, evenly spread; the zones' widths are of all.
+const FITTED: usize = 50_000;
+
+/// The minimum zone begins with so many points, and adds those outside of it until there are none.
+const FIRST: usize = 600;
+
+/// Points from each of so many runs of points may be added at once.
+const RUNS: usize = 32;
+
+/// Points further from the surface of least squares than so many robust standard deviations are outlying.
+const OUTLYING: f64 = 4.0;
+
+/// The zone of points, from a first idea of where the surface is; none where they do not determine it.
+pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
+    let characteristic = match shape {
+        Shape::Plane => "flatness",
+        Shape::Sphere => "sphericity",
+        Shape::Cylinder => "cylindricity",
+        Shape::Cone => "conicity",
+        Shape::Revolution => return None,
+    };
+    let mut kept = points.to_vec();
+    // What is outlying is told by a surface that is free of it: twice is enough, as the first is the model's own, shifted.
+    for _ in 0..3 {
+        let fitted = least_squares(&kept, datum);
+        kept = without_outlying(points, fitted)?;
+    }
+    let (least_squares, minimum_zone) = widths(&kept, datum)?;
+    let outlying = points.len() - kept.len();
+    let with_outlying = if outlying == 0 { [least_squares, minimum_zone] } else { widths(points, datum)?.into() };
+    let characteristic = characteristic.to_owned();
+    Some(Zone { characteristic, least_squares, minimum_zone, points: kept.len(), outlying, with_outlying })
+}
+
+/// Of least squares and of the minimum zone.
+fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
+    let fitted = least_squares(points, datum);
+    let (low, high) = range(points, fitted);
+    let width = high - low;
+    let least = minimum_zone(points, fitted).min(width);
+    (width.is_finite() && least.is_finite()).then_some((width, least))
+}
+
+fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
+    let step = points.len().div_ceil(FITTED);
+    let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| datum.row(*p).value).collect();
+    let middle = median(&mut sample)?;
+    sample.iter_mut().for_each(|x| *x = (*x - middle).abs());
+    let limit = OUTLYING * MAD_TO_SD * median(&mut sample)?;
+    let kept = |p: &&DVec3| (datum.row(**p).value - middle).abs() <= limit;
+    let kept: Vec<DVec3> = points.par_iter().filter(kept).copied().collect();
+    // Where most points are in place to rounding, the rest is form and not noise.
+    Some(if 2 * kept.len() > points.len() { kept } else { points.to_vec() })
+}
+
+/// By Gauss and Newton.
+fn least_squares(points: &[DVec3], mut datum: Datum) -> Datum {
+    let step = points.len().div_ceil(FITTED).max(1);
+    let count = datum.unknowns();
+    for _ in 0..8 {
+        let mut normal = DMatrix::<f64>::zeros(count, count);
+        let mut right = DVector::<f64>::zeros(count);
+        for row in points.iter().step_by(step).map(|p| datum.row(*p)) {
+            for i in 0..count {
+                right[i] += row.factors[i] * row.value;
+                for k in 0..=i {
+                    normal[(i, k)] += row.factors[i] * row.factors[k];
+                }
+            }
+        }
+        // Unknowns of different units are made alike.
+        let scale: Vec<f64> = (0..count).map(|i| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE)).collect();
+        for i in 0..count {
+            right[i] /= scale[i];
+            for k in 0..=i {
+                normal[(i, k)] /= scale[i] * scale[k];
+                normal[(k, i)] = normal[(i, k)];
+            }
+        }
+        // What points do not determine, as the tilt of a ring, stays.
+        let Ok(found) = normal.svd(true, true).solve(&right, 1e-10) else { return datum };
+        let change: [f64; MOST] = std::array::from_fn(|k| if k < count { found[k] / scale[k] } else { 0.0 });
+        if !change.iter().all(|x| x.is_finite()) {
+            return datum;
+        }
+        datum = datum.moved(&change);
+    }
+    datum
+}
+
+/// The least width over all places of the surface.
+fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
+    let mut chosen: Vec<usize> = (0..points.len()).step_by((points.len() / FIRST).max(1)).collect();
+    chosen.extend(extremes(points, datum));
+    let mut least = f64::INFINITY;
+    for _ in 0..40 {
+        let rows: Vec<Row> = chosen.iter().map(|i| datum.row(points[*i])).collect();
+        let change = chebyshev::solve(&rows, datum.unknowns());
+        if !change.iter().all(|x| x.is_finite()) {
+            break;
+        }
+        datum = datum.moved(&change);
+        let own: Vec<DVec3> = chosen.iter().map(|i| points[*i]).collect();
+        let ((low, high), (all_low, all_high)) = (range(&own, datum), range(points, datum));
+        let before = least;
+        least = least.min(all_high - all_low);
+        if all_high - all_low <= (high - low) * (1.0 + 1e-9) && before - least <= 1e-9 * least {
+            break;
+        }
+        chosen.extend(extremes(points, datum));
+        chosen.sort_unstable();
+        chosen.dedup();
+    }
+    least
+}
+
+/// The least and the greatest distance from a surface.
+fn range(points: &[DVec3], datum: Datum) -> (f64, f64) {
+    let none = || (f64::INFINITY, f64::NEG_INFINITY);
+    let distances = points.par_iter().map(|p| datum.row(*p).value);
+    distances.fold(none, |(l, h), d| (l.min(d), h.max(d))).reduce(none, |a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
+/// The places of the lowest and the highest point of every run of points.
+fn extremes(points: &[DVec3], datum: Datum) -> Vec<usize> {
+    let run = points.len().div_ceil(RUNS).max(1);
+    let of_run = |(k, run_points): (usize, &[DVec3])| {
+        let value = |i: &usize| datum.row(run_points[*i]).value;
+        let low = (0..run_points.len()).min_by(|a, b| value(a).total_cmp(&value(b)))?;
+        let high = (0..run_points.len()).max_by(|a, b| value(a).total_cmp(&value(b)))?;
+        Some([k * run + low, k * run + high])
+    };
+    points.par_chunks(run).enumerate().filter_map(of_run).flatten_iter().collect()
+}
