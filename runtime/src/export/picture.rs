@@ -120,11 +120,11 @@ pub fn sensitivity_picture(
     let largest = range.max.abs().max(range.min.abs());
     let end = if largest > 0.0 { largest } else { 1.0 };
     let swatches = [(NO_DATA, "no effect")];
-    let heading = format!("d{}", map.parameter);
+    let heading = format!("by {}", map.parameter);
     let words = Legend {
         below: "- inwards",
         above: "outwards +",
-        unit: &format!("{}  {heading}", range.unit),
+        unit: &format!("{} {heading}", range.unit),
         swatches: &swatches,
     };
     let legend = legend(width.max(256), end, &words);

@@ -46,10 +46,11 @@ pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
 /// Of least squares and of the minimum zone.
 fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
     let fitted = least_squares(points, datum);
-    let (low, high) = range(points, fitted);
-    let width = high - low;
+    let width = width(&extremes(points, fitted));
     let least = minimum_zone(points, fitted).min(width);
-    (width.is_finite() && least.is_finite()).then_some((width, least))
+    // What is less than that is rounding.
+    let rounded = |x: f64| if x < 1e-9 { 0.0 } else { x };
+    (width.is_finite() && least.is_finite()).then_some((rounded(width), rounded(least)))
 }
 
 fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
@@ -102,7 +103,7 @@ fn least_squares(points: &[DVec3], mut datum: Datum) -> Datum {
 /// The least width over all places of the surface.
 fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
     let mut chosen: Vec<usize> = (0..points.len()).step_by((points.len() / FIRST).max(1)).collect();
-    chosen.extend(extremes(points, datum));
+    chosen.extend(extremes(points, datum).iter().flatten().map(|e| e.1));
     let mut least = f64::INFINITY;
     for _ in 0..40 {
         let rows: Vec<Row> = chosen.iter().map(|i| datum.row(points[*i])).collect();
@@ -112,13 +113,14 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
         }
         datum = datum.moved(&change);
         let own: Vec<DVec3> = chosen.iter().map(|i| points[*i]).collect();
-        let ((low, high), (all_low, all_high)) = (range(&own, datum), range(points, datum));
+        let ((low, high), extremes) = (range(&own, datum), extremes(points, datum));
+        let width = width(&extremes);
         let before = least;
-        least = least.min(all_high - all_low);
-        if all_high - all_low <= (high - low) * (1.0 + 1e-9) && before - least <= 1e-9 * least {
+        least = least.min(width);
+        if width <= (high - low) * (1.0 + 1e-9) && before - least <= 1e-9 * least {
             break;
         }
-        chosen.extend(extremes(points, datum));
+        chosen.extend(extremes.iter().flatten().map(|e| e.1));
         chosen.sort_unstable();
         chosen.dedup();
     }
@@ -127,19 +129,32 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
 
 /// The least and the greatest distance from a surface.
 fn range(points: &[DVec3], datum: Datum) -> (f64, f64) {
-    let none = || (f64::INFINITY, f64::NEG_INFINITY);
-    let distances = points.par_iter().map(|p| datum.row(*p).value);
-    distances.fold(none, |(l, h), d| (l.min(d), h.max(d))).reduce(none, |a, b| (a.0.min(b.0), a.1.max(b.1)))
+    let distances = points.iter().map(|p| datum.row(*p).value);
+    distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)))
 }
 
-/// The places of the lowest and the highest point of every run of points.
-fn extremes(points: &[DVec3], datum: Datum) -> Vec<usize> {
+/// The lowest and the highest point of every run of points: how far outside, and where.
+fn extremes(points: &[DVec3], datum: Datum) -> Vec<[(f64, usize); 2]> {
     let run = points.len().div_ceil(RUNS).max(1);
     let of_run = |(k, run_points): (usize, &[DVec3])| {
-        let value = |i: &usize| datum.row(run_points[*i]).value;
-        let low = (0..run_points.len()).min_by(|a, b| value(a).total_cmp(&value(b)))?;
-        let high = (0..run_points.len()).max_by(|a, b| value(a).total_cmp(&value(b)))?;
-        Some([k * run + low, k * run + high])
+        let mut ends = [(f64::INFINITY, 0), (f64::NEG_INFINITY, 0)];
+        for (i, point) in run_points.iter().enumerate() {
+            let value = datum.row(*point).value;
+            if value < ends[0].0 {
+                ends[0] = (value, k * run + i);
+            }
+            if value > ends[1].0 {
+                ends[1] = (value, k * run + i);
+            }
+        }
+        ends
     };
-    points.par_chunks(run).enumerate().filter_map(of_run).flatten_iter().collect()
+    points.par_chunks(run).enumerate().map(of_run).collect()
+}
+
+/// From the lowest to the highest.
+fn width(extremes: &[[(f64, usize); 2]]) -> f64 {
+    let low = extremes.iter().map(|e| e[0].0).fold(f64::INFINITY, f64::min);
+    let high = extremes.iter().map(|e| e[1].0).fold(f64::NEG_INFINITY, f64::max);
+    high - low
 }
