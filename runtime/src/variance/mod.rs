@@ -11,7 +11,6 @@ mod explained;
 mod form;
 mod holes;
 mod moments;
-mod ordered;
 mod orientation;
 mod report;
 mod statistics;
@@ -21,6 +20,7 @@ mod trace;
 mod trace_cpu;
 mod trace_gpu;
 mod unmatched;
+mod values;
 
 pub use averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
 pub use detection::{Detection, ParameterCovariance, detect};

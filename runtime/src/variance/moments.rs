@@ -1,6 +1,6 @@
 //! What a set of weighted values is like: means, spreads, percentiles.
 
-use super::ordered::{Ordered, View};
+use super::values::{Distances, Key, Tally, Wanted};
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Statistics of distances in millimetres, unsigned and signed. All are NaN (`null` in JSON) where nothing was
@@ -61,7 +61,7 @@ pub struct SignedMoments {
 
 /// Values below which 1, 5, ... 99 per cent of the weight lie. Between values linear in cumulative weight, each value
 /// standing at the middle of its own weight (Hazen's rule where all weigh alike); millimetres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     /// 1 per cent.
     #[serde(deserialize_with = "null_as_nan")]
@@ -86,53 +86,64 @@ pub struct Percentiles {
     pub p99: f64,
 }
 
-impl Moments {
-    /// Of signed distances.
-    pub(super) fn of(distances: &Ordered) -> Self {
-        let total = distances.total();
-        let [sum, unsigned_sum] = distances.sums(|x| [x, x.abs()]);
-        let (mean, signed_mean) = (unsigned_sum / total, sum / total);
-        let [squares, unsigned_squares] = distances.sums(|x| [(x - signed_mean).powi(2), (x.abs() - mean).powi(2)]);
-        let sd = (unsigned_squares / total).sqrt();
-        let signed = SignedMoments::of(distances, signed_mean, (squares / total).sqrt());
-        let percentiles = Percentiles::of(&distances.around(0.0));
-        let values = distances.values();
-        let place = values.partition_point(|&x| x < 0.0);
-        let beside = [place.checked_sub(1), Some(place)].into_iter().flatten().filter_map(|i| values.get(i));
-        Self {
-            mean,
-            max: signed.min.abs().max(signed.max.abs()),
-            sd,
-            min: beside.map(|&x| f64::from(x.abs())).reduce(f64::min).unwrap_or(f64::NAN),
-            rms: mean.hypot(sd),
-            median: percentiles.p50,
-            mad: distances.around_both(percentiles.p50).quantiles([0.5])[0],
-            percentiles,
-            signed,
-        }
-    }
-}
+/// The shares of [`Percentiles`].
+const SHARES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
 
-impl SignedMoments {
-    fn of(distances: &Ordered, mean: f64, sd: f64) -> Self {
-        let percentiles = Percentiles::of(&distances.plain());
-        let end = |x: Option<&f32>| x.map_or(f64::NAN, |&x| f64::from(x));
-        Self {
-            mean,
-            sd,
-            min: end(distances.values().first()),
-            max: end(distances.values().last()),
-            median: percentiles.p50,
-            mad: distances.around(percentiles.p50).quantiles([0.5])[0],
-            percentiles,
-        }
+impl Moments {
+    /// By area, and with every distance counted alike.
+    pub(super) fn of(distances: &Distances, tally: &Tally) -> [Self; 2] {
+        let mean = |k: usize| [0, 1].map(|w| tally.sums[k][w] / tally.weight[w]);
+        let (signed_mean, mean) = (mean(0), mean(1));
+        let squares = distances.squares(signed_mean, mean);
+        let sd = |k: usize| [0, 1].map(|w| (squares[k][w] / tally.weight[w]).sqrt());
+        let (signed_sd, sd) = (sd(0), sd(1));
+        let reach = tally.ends[0][1].abs().max(tally.ends[1][1].abs());
+        let of = |key, weighting| Wanted { key, weighting, shares: &SHARES };
+        let percentiles = distances
+            .quantiles(reach, [of(Key::Signed, 0), of(Key::Signed, 1), of(Key::Unsigned, 0), of(Key::Unsigned, 1)]);
+        let [signed, alike_signed, unsigned, alike] = percentiles.map(|p| Percentiles::of(&p));
+        let middle = |key, weighting| Wanted { key, weighting, shares: &[0.5] };
+        let mads = distances.quantiles(
+            reach,
+            [
+                middle(Key::From(signed.p50), 0),
+                middle(Key::From(alike_signed.p50), 1),
+                middle(Key::UnsignedFrom(unsigned.p50), 0),
+                middle(Key::UnsignedFrom(alike.p50), 1),
+            ],
+        );
+        let mads = mads.map(|m| m[0]);
+        let percentiles = [(unsigned, signed), (alike, alike_signed)];
+        [0, 1].map(|w| {
+            let end = |k: usize| if tally.ends[k][w].is_finite() { tally.ends[k][w] } else { f64::NAN };
+            let (percentiles, signed) = percentiles[w];
+            Self {
+                mean: mean[w],
+                max: end(0).abs().max(end(1).abs()),
+                sd: sd[w],
+                min: end(2),
+                rms: mean[w].hypot(sd[w]),
+                median: percentiles.p50,
+                mad: mads[2 + w],
+                percentiles,
+                signed: SignedMoments {
+                    mean: signed_mean[w],
+                    sd: signed_sd[w],
+                    min: end(0),
+                    max: end(1),
+                    median: signed.p50,
+                    mad: mads[w],
+                    percentiles: signed,
+                },
+            }
+        })
     }
 }
 
 impl Percentiles {
-    fn of<K: Fn(f64) -> f64>(view: &View<K>) -> Self {
-        let [p1, p5, p25, p50, p75, p95, p99] = view.quantiles([0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]);
-        Self { p1, p5, p25, p50, p75, p95, p99 }
+    fn of(found: &[f64]) -> Self {
+        let at = |k: usize| found.get(k).copied().unwrap_or(f64::NAN);
+        Self { p1: at(0), p5: at(1), p25: at(2), p50: at(3), p75: at(4), p95: at(5), p99: at(6) }
     }
 }
 

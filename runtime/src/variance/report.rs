@@ -1,6 +1,6 @@
 //! The result of a variance analysis as it is written to variance.json.
 
-use super::statistics::{Samples, Sorted};
+use super::statistics::Samples;
 use super::{
     Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Statistics, Tolerance,
     UnmatchedSummary,
@@ -149,29 +149,23 @@ impl VarianceReport {
         tolerances: &[Option<Tolerance>],
     ) -> Self {
         let names = &deviations.texels.part_names;
-        let sorted = Sorted::of(deviations);
+        let samples = Samples::of_parts(deviations);
         let range = deviations.max_distance;
         let members = groups(names);
-        let every: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
-        let mut grouped = vec![None; names.len()];
-        for (g, (_, members)) in members.iter().enumerate() {
-            members.iter().for_each(|&part| grouped[part] = Some(g));
-        }
-        let of = |class: &[Option<usize>], names: Vec<&String>, tolerances: &[Option<Tolerance>]| {
-            let samples = sorted.by_class(class, names.len());
-            let named = |(k, (name, samples)): (usize, (&String, Samples))| {
-                let tolerance = tolerances.get(k).copied().flatten();
-                let statistics = Statistics::of_samples(&samples, range, tolerance);
-                PartStatistics { name: name.clone(), statistics, explained: None, detection: None, form: None }
-            };
-            let pairs: Vec<_> = names.into_iter().zip(samples).enumerate().collect();
-            pairs.into_par_iter().map(named).collect::<Vec<PartStatistics>>()
+        let named = |name: &str, statistics| {
+            let name = name.to_owned();
+            PartStatistics { name, statistics, explained: None, detection: None, form: None }
         };
-        let group_names = members.iter().map(|(name, _)| name).collect();
-        let (mut overall, (parts, mut groups)) = rayon::join(
-            || Statistics::of_samples(&sorted.all(), range, None),
-            || (of(&every, names.iter().collect(), tolerances), of(&grouped, group_names, &[])),
-        );
+        let part = |(k, (name, own)): (usize, (&String, &Samples))| {
+            let tolerance = tolerances.get(k).copied().flatten();
+            named(name, Statistics::of_samples(std::iter::once(own), range, tolerance))
+        };
+        let group = |(name, members): &(String, Vec<usize>)| {
+            named(name, Statistics::of_samples(members.iter().map(|m| &samples[*m]), range, None))
+        };
+        let parts: Vec<PartStatistics> = names.par_iter().zip(&samples).enumerate().map(part).collect();
+        let mut groups: Vec<PartStatistics> = members.par_iter().map(group).collect();
+        let mut overall = Statistics::of_samples(samples.iter(), range, None);
         let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
         overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
         for (group, (_, members)) in groups.iter_mut().zip(&members) {

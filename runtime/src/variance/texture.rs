@@ -1,9 +1,13 @@
 //! Deviations as textures.
 
 use super::Deviations;
+use rayon::prelude::*;
 
 /// How far colours reach beyond the charts: more than the gutters between charts are wide.
 const GUTTER: usize = 8;
+
+/// Texels of the texture that are coded at once.
+const BAND: usize = 1 << 16;
 
 /// Bit of the third channel: there is a hit along +normal.
 const OUTWARD: u8 = 128;
@@ -35,12 +39,21 @@ impl DistanceTexture {
         let (width, height) = (deviations.texels.width, deviations.texels.height);
         let mut codes = vec![[0u8; 3]; width as usize * height as usize];
         let mut covered = vec![false; codes.len()];
-        for (i, &index) in deviations.texels.index.iter().enumerate() {
-            let index = index as usize;
-            codes[index] = code(deviations.outward[i], deviations.inward[i], deviations.max_distance);
-            codes[index][2] |= if deviations.is_filled(i) { FILLED } else { 0 };
-            covered[index] = true;
-        }
+        let index = &deviations.texels.index;
+        let rows = codes.par_chunks_mut(BAND).zip(covered.par_chunks_mut(BAND)).enumerate();
+        rows.for_each(|(band, (codes, covered))| {
+            let start = band * BAND;
+            let first = index.partition_point(|i| (*i as usize) < start);
+            for i in first..index.len() {
+                let place = index[i] as usize - start;
+                if place >= codes.len() {
+                    break;
+                }
+                codes[place] = code(deviations.outward[i], deviations.inward[i], deviations.max_distance);
+                codes[place][2] |= if deviations.is_filled(i) { FILLED } else { 0 };
+                covered[place] = true;
+            }
+        });
         dilate(&mut codes, &mut covered, width as usize);
         Self { width, height, rgb: codes.into_flattened() }
     }
