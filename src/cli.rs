@@ -397,9 +397,10 @@ pub(crate) struct VarianceControls {
     /// status is 3 if any goes further
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(crate) tolerance: Option<String>,
-    /// Side of the square distance texture, a power of two
-    #[arg(long, value_name = "N", default_value_t = 1024)]
-    pub(crate) resolution: u32,
+    /// Side of the square distance texture, a power of two such as 2048, or how fine its texels are to be, such as 0.2mm (the
+    /// smallest texture whose texels are no wider on the average)
+    #[arg(long, value_name = "N|LENGTH", default_value = "1024")]
+    pub(crate) resolution: String,
     /// What casts the rays
     #[arg(long, value_enum, default_value_t)]
     pub(crate) device: DeviceArg,

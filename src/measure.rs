@@ -1,17 +1,16 @@
-//! What `variance` and `inspect` share: measuring a scan from a surface, and writing what was found.
+//! What `variance` and `inspect` share: measuring a scan from a surface.
 
 use crate::cli::{DeviceArg, DistanceArg, VarianceControls};
 use crate::error::CommandError;
-use crate::mesh::make_folder;
 use crate::values;
 use gml_compiler::program::Program;
 use gml_runtime::bvh::{Bvh, BvhError};
-use gml_runtime::export::picture::{self, Picture};
-use gml_runtime::export::{atomic, json, ply, raster};
+use gml_runtime::export::picture;
 use gml_runtime::fit::FitResult;
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{
-    Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, SensitivityMaps, Tessellation, Texels,
+    Atlas, AtlasError, Fineness, LARGEST, Model, Motion, ReferenceSurface, SMALLEST, Sensitivities, SensitivityMaps,
+    Tessellation, Texels,
 };
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
@@ -19,7 +18,6 @@ use gml_runtime::variance::{
     self, Deviations, Device, DistanceTexture, Facing, FilledHoles, ParameterCovariance, SensitivityRange, Tolerance,
     Towards, Trace, Unmatched, VarianceReport,
 };
-use std::path::Path;
 use std::time::Instant;
 
 /// Edges that fit into the model's size: documents displace the vertices, so that detail needs them close together.
@@ -74,9 +72,12 @@ impl Surface {
         motion: &Motion,
         settings: &Settings,
     ) -> Result<Surface, CommandError> {
-        let size = settings.size;
         let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
-        let atlas = Atlas::new(program, &*instance, size).map_err(CommandError::failed)?;
+        let atlas = match settings.resolution {
+            Resolution::Side(size) => Atlas::new(program, &*instance, size),
+            Resolution::Texel(edge) => Atlas::with_texels_of(program, &*instance, edge),
+        };
+        let atlas = atlas.map_err(CommandError::failed)?;
         let mut texels = Texels::of_model(program, &*instance, &atlas).map_err(CommandError::failed)?;
         let tessellate = |fineness| Tessellation::new(program, &*instance, fineness).map_err(CommandError::failed);
         let size = diagonal(&tessellate(Fineness::default())?.mesh);
@@ -98,31 +99,59 @@ impl Surface {
     }
 
     /// The surface of a mesh from elsewhere.
-    pub(crate) fn of_mesh(mesh: &TriangleMesh, size: u32) -> Result<Surface, CommandError> {
-        let ReferenceSurface { tessellation, texels, notices } =
-            ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
-        let tolerances = vec![None; texels.part_names.len()];
-        Ok(Surface { tessellation, texels, sensitivities: None, maps: None, tolerances, notices })
+    pub(crate) fn of_mesh(mesh: &TriangleMesh, resolution: Resolution) -> Result<Surface, CommandError> {
+        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        let (mut size, edge) = match resolution {
+            Resolution::Side(size) => (size, f64::INFINITY),
+            // No texture is used more than wholly.
+            Resolution::Texel(edge) => ((area.sqrt() / edge).min(f64::from(LARGEST)) as u32, edge),
+        };
+        loop {
+            size = size.next_power_of_two().clamp(SMALLEST, LARGEST);
+            let found = ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
+            let own = (area / found.texels.len().max(1) as f64).sqrt();
+            if own <= edge {
+                let ReferenceSurface { tessellation, texels, notices } = found;
+                let tolerances = vec![None; texels.part_names.len()];
+                return Ok(Surface { tessellation, texels, sensitivities: None, maps: None, tolerances, notices });
+            }
+            if size == LARGEST {
+                return Err(CommandError::failed(AtlasError::TooFine { edge, least: own }));
+            }
+            size *= 2;
+        }
     }
 }
 
-impl Measured {
-    /// The coded texture as a PNG file.
-    fn coded_png(&self) -> Result<Vec<u8>, CommandError> {
-        let notes = [(
-            "Comment",
-            "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -, 32 a filled hole",
-        )];
-        raster::png_rgb(self.texture.width, self.texture.height, &self.texture.rgb, &notes)
-            .map_err(CommandError::failed)
+/// How fine a texture is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Resolution {
+    /// So many texels a side.
+    Side(u32),
+    /// Texels so many millimetres wide.
+    Texel(f64),
+}
+
+impl Resolution {
+    /// A whole number, which must be a power of two because viewers of X3D resample other textures, or a length.
+    fn of(text: &str) -> Result<Resolution, CommandError> {
+        let Ok(size) = text.trim().parse::<u32>() else {
+            return values::positive_length("--resolution", text).map(Resolution::Texel);
+        };
+        if size.is_power_of_two() && (SMALLEST..=LARGEST).contains(&size) {
+            return Ok(Resolution::Side(size));
+        }
+        Err(CommandError::usage(format!(
+            "--resolution {size}: must be a power of two from {SMALLEST} to {LARGEST}, such as 1024, or a length such as 0.2mm"
+        )))
     }
 }
 
 /// What the options say, read once, before any work is done.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settings {
-    /// Side of the texture.
-    pub(crate) size: u32,
+    /// Of the texture.
+    pub(crate) resolution: Resolution,
     max_distance: Option<f64>,
     /// The largest angle between the normals, in radians.
     max_angle: f64,
@@ -138,13 +167,8 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// The texture's side is a power of two, because viewers of X3D resample others.
+    /// Of the command line.
     pub(crate) fn of(controls: &VarianceControls) -> Result<Settings, CommandError> {
-        let size = controls.resolution;
-        if !(size.is_power_of_two() && (16..=16384).contains(&size)) {
-            let message = format!("--resolution {size}: must be a power of two from 16 to 16384, such as 1024");
-            return Err(CommandError::usage(message));
-        }
         let length =
             |option: &str, text: &Option<String>| text.as_ref().map(|t| values::positive_length(option, t)).transpose();
         let averaging_width = length("--averaging-width", &controls.averaging_width)?;
@@ -153,7 +177,7 @@ impl Settings {
         }
         let tolerance = controls.tolerance.as_ref().map(|t| values::tolerance("--tolerance", t));
         Ok(Settings {
-            size,
+            resolution: Resolution::of(&controls.resolution)?,
             max_distance: length("--max-distance", &controls.max_distance)?,
             tolerance: tolerance.transpose()?.map(|(lower, upper)| Tolerance { lower, upper }),
             averaging_width,
@@ -335,53 +359,4 @@ fn diagonal(mesh: &TriangleMesh) -> f64 {
         if high > low { high - low } else { 0.0 }
     };
     (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
-}
-
-/// PNG files that other documents contain.
-pub(crate) struct Pictures {
-    /// The coded texture.
-    pub(crate) coded: Vec<u8>,
-    /// The texture in the colours of the deviations.
-    pub(crate) colours: Vec<u8>,
-}
-
-/// Writes the coded texture, the lossless distances, the colours, what of the scan is left over, and the statistics.
-pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<Pictures, CommandError> {
-    make_folder(folder)?;
-    let texture = &measured.texture;
-    let (width, height) = (texture.width, texture.height);
-    let sign = format!("signed distance in mm; {}", variance::SIGN_CONVENTION);
-    let lossless = variance::signed_distances(&measured.deviations);
-    let tiff = raster::tiff_f32(width, height, &lossless, &sign).map_err(CommandError::failed)?;
-    let coded = measured.coded_png()?;
-    let colours = png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
-    let levels: Vec<f64> = measured.report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
-    let significant = png(&picture::significance_picture(&measured.deviations, measured.colour_range, &levels))?;
-    let files = [
-        ("distance.png", &coded),
-        ("distance.tif", &tiff),
-        ("colours.png", &colours),
-        ("significant.png", &significant),
-    ];
-    for (name, bytes) in files {
-        atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
-    }
-    ply::write(&folder.join(UNMATCHED), &measured.unmatched, &[]).map_err(CommandError::failed)?;
-    if let Some(filled) = &measured.filled {
-        ply::write(&folder.join("filled.ply"), filled, &[]).map_err(CommandError::failed)?;
-    }
-    if let Some(maps) = &measured.maps {
-        for (map, range) in maps.maps.iter().zip(&measured.report.sensitivities) {
-            let picture = png(&picture::sensitivity_picture(maps, map, range, &measured.deviations.texels))?;
-            atomic::write(&folder.join(&range.picture), &picture).map_err(CommandError::failed)?;
-        }
-    }
-    json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)?;
-    Ok(Pictures { coded, colours })
-}
-
-/// A picture as a PNG file.
-pub(crate) fn png(picture: &Picture) -> Result<Vec<u8>, CommandError> {
-    let rgb = picture.pixels.as_flattened();
-    raster::png_rgb(picture.width as u32, picture.height as u32, rgb, &[]).map_err(CommandError::failed)
 }

@@ -4,7 +4,7 @@ use crate::cli::{ScriptArgs, VarianceArgs};
 use crate::error::CommandError;
 use crate::measure::{self, Settings, Surface};
 use crate::progress::TerminalProgress;
-use crate::{deviations, fit, script};
+use crate::{deviations, fit, script, textures};
 use gml_runtime::scan;
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
@@ -15,7 +15,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let measured = measure::measure(surface, &scan, None, &settings, &progress);
     progress.finish();
     let measured = measured?;
-    measure::write(&args.output, &measured)?;
+    textures::write(&args.output, &measured)?;
     print!("{}", deviations::summary(&measured.report));
     deviations::judge(&measured.report)
 }
@@ -41,5 +41,5 @@ fn surface(args: &VarianceArgs, settings: &Settings) -> Result<Surface, CommandE
     if settings.sensitivities {
         return Err(CommandError::usage("--sensitivities is for scripts (.gml); a reference mesh has no parameters"));
     }
-    Surface::of_mesh(&mesh, settings.size)
+    Surface::of_mesh(&mesh, settings.resolution)
 }

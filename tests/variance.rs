@@ -72,14 +72,35 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     assert!((number(&on_cpu["mean"]) - number(&on_gpu["mean"])).abs() < 1e-6);
     assert_eq!(on_cpu["measured_texels"], on_gpu["measured_texels"]);
 
+    // A texel of the texture of 256 x 256 stands for 0.34 mm of the can's 7,540 mm2.
+    assert!(
+        (number(&plain["texel"]) - 0.347).abs() < 0.01 && number(&plain["texture_used"]) > 0.9,
+        "{}",
+        plain["texel"]
+    );
+    for (resolution, size) in [("0.2mm", 512), ("0.34mm", 512), ("0.36mm", 256)] {
+        let options =
+            ["variance", "can.gml", "scan.ply", "--max-distance", "5mm", "--resolution", resolution, "-o", "fine"];
+        gmlc(folder, &options);
+        let fine = json(&folder.join("fine/variance.json"));
+        assert_eq!((number(&fine["resolution"][0]) as u32, number(&fine["texel"]) * 1e3 <= 1e3 * 0.36), (size, true));
+    }
     let wrong = [
-        (&["--averaging-width", "1mm"][..], "only with --distance averaged-normal"),
+        (&["--resolution", "1e-4mm"][..], "at least"),
+        (&["--resolution", "1000"], "power of two"),
+        (&["--resolution", "-3mm"], "not positive"),
+        (&["--averaging-width", "1mm"], "only with --distance averaged-normal"),
         (&["--distance", "averaged-normal", "--averaging-width", "30mm"], "a tenth of the model's size"),
         (&["--fill-holes", "3"], "has no unit"),
         (&["--fill-holes", "0mm"], "is not positive"),
     ];
     for (options, word) in wrong {
-        let error = fails(folder, &[&measure[..], options, &["-o", "wrong"]].concat(), 2);
+        let status = if word == "at least" { 1 } else { 2 };
+        let measure: Vec<&str> = match options[0] {
+            "--resolution" => measure[..5].to_vec(),
+            _ => measure.to_vec(),
+        };
+        let error = fails(folder, &[&measure[..], options, &["-o", "wrong"]].concat(), status);
         assert!(error.contains(word), "{error}");
     }
     let error = fails(folder, &["variance", "scan.ply", "scan.ply", "--sensitivities", "-o", "wrong"], 2);

@@ -23,11 +23,11 @@ pub use ray::Hit;
 use sweep::MAX_DEPTH;
 
 use crate::mesh::TriangleMesh;
-use block::TriangleBlock;
+pub(crate) use block::TriangleBlock;
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::node::Bvh2Node;
+pub(crate) use obvhs::bvh2::node::Bvh2Node;
 use thiserror::Error;
 
 /// Coordinates further than this from the mesh's centre are refused: third powers must stay within single precision.

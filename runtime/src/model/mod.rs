@@ -12,7 +12,7 @@ mod tessellation;
 mod texels;
 pub(crate) mod vector;
 
-pub use atlas::{Atlas, AtlasError, Chart};
+pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
 pub use motion::Motion;
 pub use reference::{ReferenceError, ReferenceSurface};
 pub use sensitivities::{PartSensitivities, Sensitivities};

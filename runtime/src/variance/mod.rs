@@ -4,6 +4,7 @@
 //! as the paper does; [`VarianceReport`] has the statistics; [`Unmatched`] is what of the scan no texel can meet.
 
 mod averaging;
+mod bins;
 mod closest;
 mod detection;
 mod deviations;
@@ -13,6 +14,7 @@ mod holes;
 mod moments;
 mod orientation;
 mod report;
+mod split;
 mod statistics;
 mod texture;
 mod tolerance;

@@ -1,6 +1,6 @@
 //! What a set of weighted values is like: means, spreads, percentiles.
 
-use super::values::{Distances, Key, Tally, Wanted};
+use super::values::Summary;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Statistics of distances in millimetres, unsigned and signed. All are NaN (`null` in JSON) where nothing was
@@ -86,53 +86,32 @@ pub struct Percentiles {
     pub p99: f64,
 }
 
-/// The shares of [`Percentiles`].
-const SHARES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
-
 impl Moments {
     /// By area, and with every distance counted alike.
-    pub(super) fn of(distances: &Distances, tally: &Tally) -> [Self; 2] {
-        let mean = |k: usize| [0, 1].map(|w| tally.sums[k][w] / tally.weight[w]);
-        let (signed_mean, mean) = (mean(0), mean(1));
-        let squares = distances.squares(signed_mean, mean);
-        let sd = |k: usize| [0, 1].map(|w| (squares[k][w] / tally.weight[w]).sqrt());
-        let (signed_sd, sd) = (sd(0), sd(1));
-        let reach = tally.ends[0][1].abs().max(tally.ends[1][1].abs());
-        let of = |key, weighting| Wanted { key, weighting, shares: &SHARES };
-        let percentiles = distances
-            .quantiles(reach, [of(Key::Signed, 0), of(Key::Signed, 1), of(Key::Unsigned, 0), of(Key::Unsigned, 1)]);
-        let [signed, alike_signed, unsigned, alike] = percentiles.map(|p| Percentiles::of(&p));
-        let middle = |key, weighting| Wanted { key, weighting, shares: &[0.5] };
-        let mads = distances.quantiles(
-            reach,
-            [
-                middle(Key::From(signed.p50), 0),
-                middle(Key::From(alike_signed.p50), 1),
-                middle(Key::UnsignedFrom(unsigned.p50), 0),
-                middle(Key::UnsignedFrom(alike.p50), 1),
-            ],
-        );
-        let mads = mads.map(|m| m[0]);
-        let percentiles = [(unsigned, signed), (alike, alike_signed)];
+    pub(super) fn of(found: &Summary) -> [Self; 2] {
         [0, 1].map(|w| {
-            let end = |k: usize| if tally.ends[k][w].is_finite() { tally.ends[k][w] } else { f64::NAN };
-            let (percentiles, signed) = percentiles[w];
+            let of = |k: usize| Percentiles::of(&found.quantiles[k][w]);
+            let (signed, percentiles) = (of(0), of(1));
+            let [low, high, least] = found.ends.map(|end| end[w]);
+            let [signed_mean, mean] = found.means.map(|mean| mean[w]);
+            let [signed_sd, sd] = found.variances.map(|variance| variance[w].sqrt());
+            let [signed_mad, mad] = found.mads.map(|mad| mad[w]);
             Self {
-                mean: mean[w],
-                max: end(0).abs().max(end(1).abs()),
-                sd: sd[w],
-                min: end(2),
-                rms: mean[w].hypot(sd[w]),
+                mean,
+                max: low.abs().max(high.abs()),
+                sd,
+                min: least,
+                rms: mean.hypot(sd),
                 median: percentiles.p50,
-                mad: mads[2 + w],
+                mad,
                 percentiles,
                 signed: SignedMoments {
-                    mean: signed_mean[w],
-                    sd: signed_sd[w],
-                    min: end(0),
-                    max: end(1),
+                    mean: signed_mean,
+                    sd: signed_sd,
+                    min: low,
+                    max: high,
                     median: signed.p50,
-                    mad: mads[w],
+                    mad: signed_mad,
                     percentiles: signed,
                 },
             }
@@ -141,6 +120,7 @@ impl Moments {
 }
 
 impl Percentiles {
+    /// Of the quantiles at [`SHARES`](super::values::SHARES).
     fn of(found: &[f64]) -> Self {
         let at = |k: usize| found.get(k).copied().unwrap_or(f64::NAN);
         Self { p1: at(0), p5: at(1), p25: at(2), p50: at(3), p75: at(4), p95: at(5), p99: at(6) }
@@ -148,6 +128,6 @@ impl Percentiles {
 }
 
 /// NaN is `null` in JSON.
-fn null_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(super) fn null_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }

@@ -1,5 +1,6 @@
 //! The result of a variance analysis as it is written to variance.json.
 
+use super::moments::null_as_nan;
 use super::statistics::Samples;
 use super::{
     Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Statistics, Tolerance,
@@ -32,6 +33,12 @@ pub struct VarianceReport {
     pub device: String,
     /// Width and height of the texture.
     pub resolution: [u32; 2],
+    /// Mean width of a texel on the surface: the root of the area over the number of texels. Millimetres.
+    #[serde(default, deserialize_with = "null_as_nan")]
+    pub texel: f64,
+    /// Which share of the texture lies on the surface.
+    #[serde(default)]
+    pub texture_used: f64,
     /// The scan.
     pub scan: ScanSource,
     /// Over all parts.
@@ -163,9 +170,15 @@ impl VarianceReport {
         let group = |(name, members): &(String, Vec<usize>)| {
             named(name, Statistics::of_samples(members.iter().map(|m| &samples[*m]), range, None))
         };
-        let parts: Vec<PartStatistics> = names.par_iter().zip(&samples).enumerate().map(part).collect();
-        let mut groups: Vec<PartStatistics> = members.par_iter().map(group).collect();
-        let mut overall = Statistics::of_samples(samples.iter(), range, None);
+        let (mut overall, (parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
+            || Statistics::of_samples(samples.iter(), range, None),
+            || {
+                (
+                    names.par_iter().zip(&samples).enumerate().map(part).collect(),
+                    members.par_iter().map(group).collect(),
+                )
+            },
+        );
         let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
         overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
         for (group, (_, members)) in groups.iter_mut().zip(&members) {
@@ -179,6 +192,9 @@ impl VarianceReport {
             max_distance: range,
             device: device.to_owned(),
             resolution: [deviations.texels.width, deviations.texels.height],
+            texel: (overall.area / overall.texels as f64).sqrt(),
+            texture_used: overall.texels as f64
+                / (f64::from(deviations.texels.width) * f64::from(deviations.texels.height)).max(1.0),
             scan: scan.clone(),
             overall,
             parts,

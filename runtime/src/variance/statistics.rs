@@ -158,9 +158,9 @@ impl Statistics {
     ) -> Self {
         let distances = Distances::of(samples.clone().map(|s| &s.values));
         let missing = samples.fold(Missing::default(), |sum, s| sum.with(s.missing));
-        let tally = distances.tally(max_distance, tolerance);
-        let [weighted, per_texel] = Moments::of(&distances, &tally);
-        let [measured_area, measured] = tally.weight;
+        let found = distances.summary(max_distance, tolerance);
+        let [weighted, per_texel] = Moments::of(&found);
+        let [measured_area, measured] = found.weight;
         let area = measured_area + missing.area;
         Self {
             texels: measured as usize + missing.texels,
@@ -175,10 +175,10 @@ impl Statistics {
             histogram: Histogram {
                 low: -max_distance,
                 high: max_distance,
-                area: tally.histogram.iter().map(|bin| bin[0]).collect(),
-                texels: tally.histogram.iter().map(|bin| bin[1] as usize).collect(),
+                area: found.histogram.iter().map(|bin| bin[0]).collect(),
+                texels: found.histogram.iter().map(|bin| bin[1] as usize).collect(),
             },
-            tolerance: tolerance.map(|t| Conformance::of(&tally, t)),
+            tolerance: tolerance.map(|t| Conformance::of(&found, t)),
         }
     }
 }

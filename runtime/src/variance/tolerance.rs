@@ -1,6 +1,6 @@
 //! Tolerances: how far deviations may go.
 
-use super::values::Tally;
+use super::values::Summary;
 use serde::{Deserialize, Serialize};
 
 /// Signed distances that are allowed, in millimetres, both ends included.
@@ -55,10 +55,10 @@ impl Conformance {
     }
 
     /// Of what was counted with this tolerance.
-    pub(super) fn of(tally: &Tally, tolerance: Tolerance) -> Self {
-        let [area_below, area_within, area_above] = tally.conforming.map(|c| c[0]);
-        let [texels_below, texels_within, texels_above] = tally.conforming.map(|c| c[1] as usize);
-        let area = tally.weight[0];
+    pub(super) fn of(found: &Summary, tolerance: Tolerance) -> Self {
+        let [area_below, area_within, area_above] = found.conforming.map(|c| c[0]);
+        let [texels_below, texels_within, texels_above] = found.conforming.map(|c| c[1] as usize);
+        let area = found.weight[0];
         Self {
             tolerance: Some(tolerance),
             within: texels_below == 0 && texels_above == 0,

@@ -1,9 +1,11 @@
 //! Distances with the areas for which they stand: one pass over them for all sums, and quantiles by selection.
 //!
-//! Nothing is sorted but the few values around a quantile: a first pass counts what falls into each of some thousand bins, a
-//! second one gathers the bins in which quantiles are. Work is cut into tasks of fixed size whose results are put together in
-//! their order, so that nothing depends on the number of threads.
+//! Nothing is sorted but the few values around a quantile: a first pass over the values counts what falls into each of some thousand
+//! bins, a second one gathers the bins in which quantiles are, a third one what is near the medians of differences from the
+//! medians. Work is cut into tasks of fixed size whose results are put together in their order, so that nothing depends on the number
+//! of threads.
 
+use super::bins::{Bins, Weights};
 use super::tolerance::Tolerance;
 use rayon::prelude::*;
 
@@ -32,55 +34,40 @@ pub(super) struct Distances<'a> {
     tasks: Vec<Vec<Run<'a>>>,
 }
 
-/// What one pass over the values gives.
-#[derive(Clone, Debug)]
-pub(super) struct Tally {
+/// What there is to say of some distances.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Summary {
     /// Total weight.
     pub(super) weight: Both,
-    /// Sum of the values, and of their magnitudes.
-    pub(super) sums: [Both; 2],
-    /// Least and greatest value, and least magnitude.
+    /// Mean of the values, and of their magnitudes.
+    pub(super) means: [Both; 2],
+    /// Mean squared differences from these.
+    pub(super) variances: [Both; 2],
+    /// Least and greatest value, and least magnitude; NaN where nothing weighs anything.
     pub(super) ends: [Both; 3],
+    /// Of the values, and of their magnitudes: the quantiles at [`SHARES`].
+    pub(super) quantiles: [[Vec<f64>; 2]; 2],
+    /// Medians of their absolute differences from their medians.
+    pub(super) mads: [Both; 2],
     /// Weight in each of the reported histogram's bins.
     pub(super) histogram: Vec<Both>,
     /// Weight below, within and above the tolerance.
     pub(super) conforming: [Both; 3],
 }
 
-/// The order in which quantiles see the values: ascending by a key.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Key {
-    /// The value.
-    Signed,
-    /// Its magnitude.
-    Unsigned,
-    /// How far the value is from a number.
-    From(f64),
-    /// How far its magnitude is from a number.
-    UnsignedFrom(f64),
-}
+/// Shares of the weight of which quantiles are wanted.
+pub(super) const SHARES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
 
-/// Quantiles that are wanted.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Wanted<'s> {
-    pub(super) key: Key,
-    /// 0: by area; 1: alike.
-    pub(super) weighting: usize,
-    /// Shares of the weight, each between 0 and 1.
-    pub(super) shares: &'s [f64],
-}
+/// Of so few values all are gathered.
+const FEW: usize = 2048;
 
-impl Key {
-    #[inline]
-    fn of(self, x: f32) -> f64 {
-        let x = f64::from(x);
-        match self {
-            Key::Signed => x,
-            Key::Unsigned => x.abs(),
-            Key::From(center) => (x - center).abs(),
-            Key::UnsignedFrom(center) => (x.abs() - center).abs(),
-        }
-    }
+/// What one pass over the values counts.
+#[derive(Clone, Debug)]
+struct Tally {
+    sums: [Both; 2],
+    histogram: Vec<Both>,
+    conforming: [Both; 3],
+    bins: Vec<Both>,
 }
 
 impl<'a> Distances<'a> {
@@ -107,9 +94,67 @@ impl<'a> Distances<'a> {
         Distances { tasks }
     }
 
-    /// The values of a task with their areas.
-    fn each(task: &'a [Run<'a>]) -> impl Iterator<Item = (f32, f32)> {
-        task.iter().flat_map(|(values, areas)| values.iter().copied().zip(areas.iter().copied()))
+    /// Everything, of values between -`range` and `range`.
+    pub(super) fn summary(&self, range: f64, tolerance: Option<Tolerance>) -> Summary {
+        let count = self.tasks.iter().flatten().map(|run| run.0.len()).sum::<usize>();
+        let bins = Bins::up_to(range, count > TASK / 4);
+        let Tally { sums, histogram, conforming, bins: counted } = self.tally(range, tolerance, &bins);
+        let signed = [0, 1].map(|w| Weights::new(counted.iter().map(|c| c[w]).collect()));
+        let unsigned = [0, 1].map(|w| signed[w].folded());
+        let weight = [0, 1].map(|w| signed[w].total());
+        let means = sums.map(|s| [0, 1].map(|w| s[w] / weight[w]));
+
+        let mut needed = vec![count <= FEW; bins.count()];
+        for w in 0..2 {
+            signed[w].bins_around(&SHARES, |b| needed[b] = true);
+            // Both signs of a magnitude; and the ends, which are the first and the last.
+            unsigned[w].bins_around(&SHARES, |b| (needed[b], needed[bins.mirrored(b)]) = (true, true));
+            signed[w].bins_around(&[0.0, 1.0], |b| needed[b] = true);
+            unsigned[w].bins_around(&[0.0], |b| (needed[b], needed[bins.mirrored(b)]) = (true, true));
+        }
+        let mut near = self.gather(&bins, &needed);
+        near.sort_unstable();
+        let mut magnitudes: Vec<u64> =
+            near.iter().map(|packed| pack(unpack(*packed).0.abs(), unpack(*packed).1)).collect();
+        magnitudes.sort_unstable();
+        let ordered = [0, 1].map(|w| (weighed(&near, w), weighed(&magnitudes, w)));
+        let quantiles = [
+            [0, 1].map(|w| quantiles(&ordered[w].0, &signed[w], &bins)),
+            [0, 1].map(|w| quantiles(&ordered[w].1, &unsigned[w], &bins)),
+        ];
+        let end = |found: Option<&(f64, f64)>| found.map_or(f64::NAN, |f| f.0);
+        let ends = [0, 1, 2].map(|k| {
+            [0, 1].map(|w| match k {
+                0 => end(ordered[w].0.first()),
+                1 => end(ordered[w].0.last()),
+                _ => end(ordered[w].1.first()),
+            })
+        });
+
+        // The median is the fourth of the shares.
+        let centers = [0, 1].map(|k: usize| [0, 1].map(|w: usize| quantiles[k][w][3]));
+        let between = [(&signed, 0), (&unsigned, 1)].map(|(weights, k): (_, usize)| {
+            [0, 1].map(
+                |w: usize| if count <= FEW { (0.0, f64::INFINITY) } else { weights[w].around(&bins, centers[k][w]) },
+            )
+        });
+        let (squares, mads) = self.spreads(means, centers, between, weight);
+        let variances = squares.map(|s| [0, 1].map(|w| s[w] / weight[w]));
+        Summary { weight, means, variances, ends, quantiles, mads, histogram, conforming }
+    }
+
+    /// The median of the absolute differences from a number, of all values at once.
+    fn median_from(&self, center: f64, magnitude: bool, w: usize) -> f64 {
+        let mut all: Vec<(f64, f64)> = Vec::new();
+        for (values, areas) in self.tasks.iter().flatten() {
+            all.extend(values.iter().zip(*areas).map(|(x, area)| {
+                let value = f64::from(if magnitude { x.abs() } else { *x });
+                ((value - center).abs(), if w == 0 { f64::from(*area) } else { 1.0 })
+            }));
+        }
+        all.retain(|n| n.1 > 0.0);
+        all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        quantile(&all, 0.0, 0.5 * all.iter().map(|n| n.1).sum::<f64>()).0
     }
 
     /// Does work on every task, and gives the results in their order.
@@ -117,323 +162,264 @@ impl<'a> Distances<'a> {
         self.tasks.par_iter().map(|task| work(task)).collect()
     }
 
-    /// Sums, ends and the histogram over -`range` to `range`; of the tolerance too, where there is one.
-    pub(super) fn tally(&self, range: f64, tolerance: Option<Tolerance>) -> Tally {
+    fn tally(&self, range: f64, tolerance: Option<Tolerance>, bins: &Bins) -> Tally {
         // Distances are of single precision, and the ends are meant as they are written: 0.1 mm is within 0.1 mm.
         let limits = tolerance.map(|t| (t.lower as f32, t.upper as f32));
         let scale = BINS as f64 / (2.0 * range);
-        let of_task = |task: &[Run<'_>]| {
-            let mut tally = Tally::none();
-            let mut plain = [[0.0; 2]; 3];
-            for (x, area) in task.iter().flat_map(|(v, a)| v.iter().copied().zip(a.iter().copied())) {
-                let (value, area) = (f64::from(x), f64::from(area));
-                plain[0][0] += area;
-                plain[1] = [plain[1][0] + area * value, plain[1][1] + value];
-                plain[2] = [plain[2][0] + area * value.abs(), plain[2][1] + value.abs()];
-                plain[0][1] += 1.0;
-                tally.reach(value, area > 0.0);
-                // Saturates: single precision may lie beyond the ends by a rounding.
-                let bin = (((value + range) * scale) as usize).min(BINS - 1);
-                tally.histogram[bin] = add(tally.histogram[bin], [area, 1.0]);
-                if let Some((lower, upper)) = limits {
-                    let class = usize::from(x >= lower) + usize::from(x > upper);
-                    tally.conforming[class] = add(tally.conforming[class], [area, 1.0]);
-                }
-            }
-            (tally.weight, tally.sums) = (plain[0], [plain[1], plain[2]]);
-            tally
-        };
-        let mut tallies = self.pass(of_task).into_iter();
-        let first = tallies.next().unwrap_or_else(Tally::none);
-        tallies.fold(first, Tally::with)
-    }
-
-    /// Sums of the squared differences of the values, and of their magnitudes, from these numbers.
-    pub(super) fn squares(&self, signed: Both, unsigned: Both) -> [Both; 2] {
-        let of_task = |task: &[Run<'_>]| {
-            let mut sums = [[0.0; 2]; 2];
-            for (x, area) in task.iter().flat_map(|(v, a)| v.iter().copied().zip(a.iter().copied())) {
-                let (value, area) = (f64::from(x), f64::from(area));
-                sums[0] = add(sums[0], [area * (value - signed[0]).powi(2), (value - signed[1]).powi(2)]);
-                let value = value.abs();
-                sums[1] = add(sums[1], [area * (value - unsigned[0]).powi(2), (value - unsigned[1]).powi(2)]);
-            }
-            sums
-        };
-        self.pass(of_task).into_iter().fold([[0.0; 2]; 2], |a, b| [add(a[0], b[0]), add(a[1], b[1])])
-    }
-
-    /// Keys below which the given shares of the weight lie: linear in cumulative weight between keys, each of which stands at the
-    /// middle of its own weight (Hazen's rule where all weigh alike). NaN where nothing weighs anything.
-    pub(super) fn quantiles<const N: usize>(&self, reach: f64, wanted: [Wanted<'_>; N]) -> [Vec<f64>; N] {
-        let count = self.tasks.iter().flatten().map(|run| run.0.len()).sum();
-        let bins = Bins::up_to(reach, count);
-        let weigh = |w: &Wanted<'_>, area: f32| if w.weighting == 0 { f64::from(area) } else { 1.0 };
-        let count_task = |task: &[Run<'_>]| {
-            wanted.map(|w| {
-                let mut weights = vec![0.0; bins.count()];
-                for (x, area) in Distances::each(task) {
-                    weights[bins.of(w.key.of(x))] += weigh(&w, area);
-                }
-                weights
-            })
-        };
-        let mut weights: [Vec<f64>; N] = std::array::from_fn(|_| vec![0.0; bins.count()]);
-        for task in self.pass(count_task) {
-            for (sum, own) in weights.iter_mut().zip(task) {
-                sum.iter_mut().zip(own).for_each(|(a, b)| *a += b);
-            }
-        }
-        let sought: [Sought; N] = std::array::from_fn(|k| Sought::new(&weights[k], wanted[k].shares));
-        let gather = |task: &[Run<'_>]| {
-            std::array::from_fn::<Vec<(f64, f64)>, N, _>(|k| {
-                let w = &wanted[k];
-                Distances::each(task)
-                    .map(|(x, area)| (w.key.of(x), weigh(w, area)))
-                    .filter(|(key, weight)| sought[k].in_bin[bins.of(*key)] && *weight > 0.0)
-                    .collect()
-            })
-        };
-        let mut found: [Vec<(f64, f64)>; N] = std::array::from_fn(|_| Vec::new());
-        for task in self.pass(gather) {
-            for (all, own) in found.iter_mut().zip(task) {
-                all.extend(own);
-            }
-        }
-        let mut results = sought.iter().zip(found).map(|(sought, mut found)| {
-            // Equal keys by their weights, so that the order in which they were found plays no role.
-            found.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            sought.among(&found, &bins)
-        });
-        std::array::from_fn(|_| results.next().unwrap_or_default())
-    }
-}
-
-impl Tally {
-    fn none() -> Tally {
-        Tally {
-            weight: [0.0; 2],
+        let none = || Tally {
             sums: [[0.0; 2]; 2],
-            ends: [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2], [f64::INFINITY; 2]],
             histogram: vec![[0.0; 2]; BINS],
             conforming: [[0.0; 2]; 3],
-        }
-    }
-
-    #[inline]
-    fn reach(&mut self, value: f64, has_area: bool) {
-        for k in usize::from(!has_area)..2 {
-            self.ends[0][k] = self.ends[0][k].min(value);
-            self.ends[1][k] = self.ends[1][k].max(value);
-            self.ends[2][k] = self.ends[2][k].min(value.abs());
-        }
-    }
-
-    fn with(mut self, other: Tally) -> Tally {
-        self.weight = add(self.weight, other.weight);
-        for k in 0..2 {
-            self.sums[k] = add(self.sums[k], other.sums[k]);
-            self.ends[0][k] = self.ends[0][k].min(other.ends[0][k]);
-            self.ends[1][k] = self.ends[1][k].max(other.ends[1][k]);
-            self.ends[2][k] = self.ends[2][k].min(other.ends[2][k]);
-        }
-        for (own, other) in self.histogram.iter_mut().zip(other.histogram) {
-            *own = add(*own, other);
-        }
-        for (own, other) in self.conforming.iter_mut().zip(other.conforming) {
-            *own = add(*own, other);
-        }
-        self
-    }
-}
-
-fn add(a: Both, b: Both) -> Both {
-    [a[0] + b[0], a[1] + b[1]]
-}
-
-/// Bins of keys on a scale that is logarithmic on both sides of zero: a key's sign, exponent and first digits.
-struct Bins {
-    /// Magnitudes whose bits are below this share a bin.
-    least: u32,
-    /// How many of a magnitude's bits do not count.
-    shift: u32,
-    /// Bins of one sign.
-    half: usize,
-}
-
-/// Powers of two below the reach that are told apart, and above it.
-const BELOW: i32 = 16;
-const ABOVE: u32 = 2;
-
-impl Bins {
-    /// For `count` values of magnitudes up to `reach` and keys up to four times that.
-    fn up_to(reach: f64, count: usize) -> Bins {
-        // Single precision has 23 digits behind the first: seven of them, or for few values three.
-        let shift = if count > TASK / 4 { 16 } else { 20 };
-        let least = ((reach as f32) * 2f32.powi(-BELOW)).max(f32::MIN_POSITIVE).to_bits() >> shift << shift;
-        let half = ((BELOW as usize + ABOVE as usize) << (23 - shift)) + 1;
-        Bins { least, shift, half }
-    }
-
-    fn count(&self) -> usize {
-        2 * self.half
-    }
-
-    /// Larger keys are in the same or in later bins.
-    #[inline]
-    fn of(&self, key: f64) -> usize {
-        let key = key as f32;
-        let place = (key.abs().to_bits().saturating_sub(self.least) >> self.shift) as usize;
-        let place = place.min(self.half - 1);
-        if key < 0.0 { self.half - 1 - place } else { self.half + place }
-    }
-}
-
-/// Where quantiles are to be looked for.
-struct Sought {
-    /// Of each quantile the weight below it, and the first of its bins; the last but one has the quantile, and the others its neighbours.
-    goals: Vec<(f64, usize)>,
-    /// The weight before each bin.
-    before: Vec<f64>,
-    /// Which bins are needed.
-    in_bin: Vec<bool>,
-}
-
-impl Sought {
-    fn new(weights: &[f64], shares: &[f64]) -> Sought {
-        let mut total = 0.0;
-        let before: Vec<f64> = weights
-            .iter()
-            .map(|w| {
-                total += w;
-                total - w
-            })
-            .collect();
-        let occupied: Vec<usize> = (0..weights.len()).filter(|b| weights[*b] > 0.0).collect();
-        let mut in_bin = vec![false; weights.len()];
-        let goals = shares.iter().map(|share| {
-            let goal = share * total;
-            let here = occupied.partition_point(|b| before[*b] + weights[*b] < goal);
-            let first = here.saturating_sub(1).min(occupied.len().saturating_sub(1));
-            occupied[first..(here + 2).min(occupied.len())].iter().for_each(|b| in_bin[*b] = true);
-            (goal, occupied.get(first).copied().unwrap_or(0))
-        });
-        let goals = goals.collect();
-        Sought { goals, before, in_bin }
-    }
-
-    /// The quantiles, from the values of the needed bins in their order.
-    fn among(&self, found: &[(f64, f64)], bins: &Bins) -> Vec<f64> {
-        let quantile = |&(goal, first): &(f64, usize)| {
-            let start = found.partition_point(|(key, _)| bins.of(*key) < first);
-            let mut before = self.before.get(first).copied().unwrap_or(0.0);
-            let mut last: Option<(f64, f64)> = None;
-            for &(key, weight) in &found[start..] {
-                let place = before + 0.5 * weight;
-                if place >= goal {
-                    return match last {
-                        Some((least, from)) if place > from => {
-                            least + (key - least) * ((goal - from) / (place - from)).clamp(0.0, 1.0)
-                        }
-                        _ => key,
-                    };
-                }
-                (last, before) = (Some((key, place)), before + weight);
-            }
-            last.map_or(f64::NAN, |l| l.0)
+            bins: vec![[0.0; 2]; bins.count()],
         };
-        self.goals.iter().map(quantile).collect()
+        let of_task = |task: &[Run<'_>]| {
+            let mut tally = none();
+            for (values, areas) in task {
+                for (&x, &area) in values.iter().zip(*areas) {
+                    let (value, area) = (f64::from(x), f64::from(area));
+                    add(&mut tally.bins[bins.of(x)], [area, 1.0]);
+                    // Saturates: single precision may lie beyond the ends by a rounding.
+                    let bin = (((value + range) * scale) as usize).min(BINS - 1);
+                    add(&mut tally.histogram[bin], [area, 1.0]);
+                    add(&mut tally.sums[0], [area * value, value]);
+                    add(&mut tally.sums[1], [area * value.abs(), value.abs()]);
+                }
+                if let Some((lower, upper)) = limits {
+                    for (&x, &area) in values.iter().zip(*areas) {
+                        let class = usize::from(x >= lower) + usize::from(x > upper);
+                        add(&mut tally.conforming[class], [f64::from(area), 1.0]);
+                    }
+                }
+            }
+            tally
+        };
+        self.pass(of_task).into_iter().fold(none(), |mut all, task| {
+            let own = all.sums.iter_mut().chain(&mut all.conforming).chain(&mut all.histogram).chain(&mut all.bins);
+            let other = task.sums.iter().chain(&task.conforming).chain(&task.histogram).chain(&task.bins);
+            own.zip(other).for_each(|(a, b)| add(a, *b));
+            all
+        })
     }
+
+    /// The values in some bins.
+    fn gather(&self, bins: &Bins, needed: &[bool]) -> Vec<u64> {
+        let of_task = |task: &[Run<'_>]| {
+            let mut found = Vec::new();
+            for (values, areas) in task {
+                let pairs = values.iter().zip(*areas);
+                found.extend(pairs.filter(|(x, _)| needed[bins.of(**x)]).map(|(x, a)| pack(*x, *a)));
+            }
+            found
+        };
+        self.pass(of_task).concat()
+    }
+
+    /// Sums of the squared differences of the values, and of their magnitudes, from `means`; and the medians of their absolute
+    /// differences from `centers`, which are `between` these bounds.
+    fn spreads(
+        &self,
+        means: [Both; 2],
+        centers: [Both; 2],
+        between: [[(f64, f64); 2]; 2],
+        weight: Both,
+    ) -> ([Both; 2], [Both; 2]) {
+        struct Spread {
+            squares: [Both; 2],
+            below: [Both; 2],
+            near: [[Vec<(f64, f64)>; 2]; 2],
+        }
+        let of_task = |task: &[Run<'_>]| {
+            let mut spread =
+                Spread { squares: Default::default(), below: Default::default(), near: Default::default() };
+            for (values, areas) in task {
+                for (k, magnitude) in [false, true].into_iter().enumerate() {
+                    for w in 0..2 {
+                        let (center, (low, high)) = (centers[k][w], between[k][w]);
+                        let (mut squares, mut below) = (0.0, 0.0);
+                        let near = &mut spread.near[k][w];
+                        for (x, area) in values.iter().zip(*areas) {
+                            let value = f64::from(if magnitude { x.abs() } else { *x });
+                            let weight = if w == 0 { f64::from(*area) } else { 1.0 };
+                            let difference = value - means[k][w];
+                            squares += weight * difference * difference;
+                            let key = (value - center).abs();
+                            below += if key < low { weight } else { 0.0 };
+                            if key >= low && key <= high {
+                                near.push((key, weight));
+                            }
+                        }
+                        spread.squares[k][w] += squares;
+                        spread.below[k][w] += below;
+                    }
+                }
+            }
+            spread
+        };
+        let tasks = self.pass(of_task);
+        let sum = |f: &dyn Fn(&Spread) -> f64| tasks.iter().map(f).sum::<f64>();
+        let squares = [0, 1].map(|k: usize| [0, 1].map(|w: usize| sum(&|s| s.squares[k][w])));
+        let mads = [0, 1].map(|k: usize| {
+            [0, 1].map(|w: usize| {
+                let mut near: Vec<(f64, f64)> = tasks.iter().flat_map(|s| s.near[k][w].iter().copied()).collect();
+                near.retain(|n| n.1 > 0.0);
+                near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+                let below = sum(&|s| s.below[k][w]);
+                match quantile(&near, below, 0.5 * weight[w]) {
+                    (median, true) => median,
+                    // None is before the first of all.
+                    (median, false) if below == 0.0 && near.first().is_some_and(|n| n.1 >= weight[w]) => median,
+                    // A few values that weigh nearly everything may leave nothing beside the median.
+                    _ => self.median_from(centers[k][w], k == 1, w),
+                }
+            })
+        });
+        (squares, mads)
+    }
+}
+
+/// A value and its area as an integer of the same order: equal values by their areas, so that the order in which they were found plays
+/// no role.
+fn pack(value: f32, area: f32) -> u64 {
+    let bits = value.to_bits();
+    let order = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
+    u64::from(order) << 32 | u64::from(area.to_bits())
+}
+
+fn unpack(packed: u64) -> (f32, f32) {
+    let order = (packed >> 32) as u32;
+    let bits = if order >> 31 == 1 { order & !(1 << 31) } else { !order };
+    (f32::from_bits(bits), f32::from_bits(packed as u32))
+}
+
+/// With their weights; those without are left out.
+fn weighed(values: &[u64], weighting: usize) -> Vec<(f64, f64)> {
+    let weight = |area: f32| if weighting == 0 { f64::from(area) } else { 1.0 };
+    let values = values.iter().map(|packed| unpack(*packed));
+    values.map(|(x, area)| (f64::from(x), weight(area))).filter(|v| v.1 > 0.0).collect()
+}
+
+/// Of values that contain those of the bins around every quantile.
+fn quantiles(found: &[(f64, f64)], weights: &Weights, bins: &Bins) -> Vec<f64> {
+    let of_share = |share: &f64| {
+        let goal = share * weights.total();
+        let first = weights.first_around(goal);
+        let start = found.partition_point(|(x, _)| bins.of(*x as f32) < first);
+        quantile(&found[start..], weights.before(first), goal).0
+    };
+    SHARES.iter().map(of_share).collect()
+}
+
+/// The value below which the weight `goal` lies: linear in cumulative weight between values, each of which stands at the middle of its
+/// own weight (Hazen's rule where all weigh alike). `before` is the weight before the first. NaN where there are none. Also whether it
+/// lies between two of them; else it is the first or the last.
+fn quantile(values: &[(f64, f64)], mut before: f64, goal: f64) -> (f64, bool) {
+    let mut last: Option<(f64, f64)> = None;
+    for &(value, weight) in values {
+        let place = before + 0.5 * weight;
+        if place >= goal {
+            return match last {
+                Some((least, from)) if place > from => {
+                    (least + (value - least) * ((goal - from) / (place - from)).clamp(0.0, 1.0), true)
+                }
+                _ => (value, false),
+            };
+        }
+        (last, before) = (Some((value, place)), before + weight);
+    }
+    (last.map_or(f64::NAN, |l| l.0), false)
+}
+
+#[inline(always)]
+fn add(sum: &mut Both, other: Both) {
+    *sum = [sum[0] + other[0], sum[1] + other[1]];
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Bins, Distances, Key, TASK, Values, Wanted};
+    use super::{Distances, SHARES, Summary, TASK, Values};
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// The definition, written down plainly: keys sorted, each at the middle of its weight.
-    fn plainly(mut keys: Vec<(f64, f64)>, share: f64) -> f64 {
-        keys.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-        let goal = share * keys.iter().map(|k| k.1).sum::<f64>();
+    /// The definition, written down plainly: values sorted, each at the middle of its weight.
+    fn plainly(mut values: Vec<(f64, f64)>, share: f64) -> f64 {
+        values.retain(|v| v.1 > 0.0);
+        values.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let goal = share * values.iter().map(|v| v.1).sum::<f64>();
         let mut before = 0.0;
         let mut last: Option<(f64, f64)> = None;
-        for (key, weight) in keys {
+        for (value, weight) in values {
             let place = before + 0.5 * weight;
             if place >= goal {
-                return last.map_or(key, |(least, from)| least + (key - least) * (goal - from) / (place - from));
+                return last.map_or(value, |(least, from)| least + (value - least) * (goal - from) / (place - from));
             }
-            (last, before) = (Some((key, place)), before + weight);
+            (last, before) = (Some((value, place)), before + weight);
         }
         last.map_or(f64::NAN, |l| l.0)
     }
 
-    const SHARES: [f64; 7] = [0.0, 0.01, 0.25, 0.5, 0.77, 0.99, 1.0];
-
-    fn quantiles(values: &Values, key: Key, weighting: usize) -> Vec<f64> {
-        let [found] = Distances::of([values].into_iter()).quantiles(2.0, [Wanted { key, weighting, shares: &SHARES }]);
-        found
+    fn summary(values: &Values, range: f64) -> Summary {
+        Distances::of([values].into_iter()).summary(range, None)
     }
 
     #[test]
-    fn equal_weights_give_hazens_quantiles() {
-        let values = Values { signed: vec![4.0, 1.0, 8.0, 2.0], areas: vec![3.0; 4] };
-        // Positions 1/8, 3/8, 5/8, 7/8.
-        for weighting in [0, 1] {
-            let shares = [0.0, 0.125, 0.25, 0.5, 0.75, 1.0];
-            let wanted = Wanted { key: Key::Signed, weighting, shares: &shares };
-            let [found] = Distances::of([&values].into_iter()).quantiles(8.0, [wanted]);
-            assert_eq!(found, [1.0, 1.0, 1.5, 3.0, 6.0, 8.0]);
+    fn few_values_and_none() {
+        let four = summary(&Values { signed: vec![4.0, 1.0, 8.0, 2.0], areas: vec![3.0; 4] }, 8.0);
+        for w in [0, 1] {
+            // Hazen's positions 1/8, 3/8, 5/8, 7/8.
+            assert_eq!(four.quantiles[0][w], [1.0, 1.0, 1.5, 3.0, 6.0, 8.0, 8.0]);
+            assert_eq!([four.ends[0][w], four.ends[1][w], four.ends[2][w]], [1.0, 8.0, 1.0]);
         }
-        assert!(quantiles(&Values::default(), Key::Signed, 1)[3].is_nan());
-        let one = Values { signed: vec![7.0], areas: vec![0.1] };
-        assert_eq!(quantiles(&one, Key::Signed, 0), [7.0; 7]);
-        let none = Values { signed: vec![7.0], areas: vec![0.0] };
-        assert!(quantiles(&none, Key::Signed, 0)[3].is_nan() && quantiles(&none, Key::Signed, 1)[3] == 7.0);
+        let none = summary(&Values::default(), 8.0);
+        assert!(none.quantiles[0][1][3].is_nan() && none.ends[0][0].is_nan() && none.mads[1][1].is_nan());
+        let without_area = summary(&Values { signed: vec![7.0], areas: vec![0.0] }, 8.0);
+        assert!(without_area.quantiles[0][0][3].is_nan() && without_area.ends[1][0].is_nan());
+        assert_eq!((without_area.quantiles[0][1][3], without_area.ends[1][1]), (7.0, 7.0));
     }
 
-    /// All orders of the values against sorting: few distinct values, so that many keys are equal, and many; few values and more than a
-    /// task; in one part and in several.
+    /// Few distinct values, so that many are equal, and many; hundreds, thousands, and more than a task; one part and two; areas alike,
+    /// and one that outweighs all others.
     #[test]
-    fn every_order_agrees_with_sorting() {
+    fn everything_agrees_with_the_definitions() {
         let mut rng = ChaCha8Rng::seed_from_u64(21);
-        for round in 0..44 {
+        for round in 0..48 {
             let grid = if round % 2 == 0 { 4.0 } else { 1e6 };
-            let count = if round < 40 { rng.random_range(1..400) } else { TASK + rng.random_range(0..TASK) };
-            let signed: Vec<f32> = (0..count).map(|_| (rng.random_range(-1.0..1.2f32) * grid).round() / grid).collect();
-            let areas: Vec<f32> = (0..count).map(|_| rng.random_range(1..5) as f32).collect();
+            let count = [400, 5000, TASK + 7000][round / 2 % 3] - rng.random_range(0..300);
+            let signed: Vec<f32> =
+                (0..count).map(|_| (rng.random_range(-1.0..1.2f32).powi(3) * grid).round() / grid).collect();
+            let mut areas: Vec<f32> = (0..count).map(|_| rng.random_range(0..5) as f32).collect();
+            if round % 5 == 0 {
+                areas[count / 2] = 1e6;
+            }
             let cut = rng.random_range(0..=count);
             let halves = [
                 Values { signed: signed[..cut].to_vec(), areas: areas[..cut].to_vec() },
                 Values { signed: signed[cut..].to_vec(), areas: areas[cut..].to_vec() },
             ];
-            let distances = Distances::of(halves.iter());
-            for key in [Key::Signed, Key::Unsigned, Key::From(0.25), Key::From(-2.0), Key::UnsignedFrom(0.3)] {
-                let wanted = |weighting| Wanted { key, weighting, shares: &SHARES };
-                let found = distances.quantiles(1.2, [wanted(0), wanted(1)]);
-                for (weighting, found) in found.iter().enumerate() {
-                    let weight = |a: &f32| if weighting == 0 { f64::from(*a) } else { 1.0 };
-                    let keys: Vec<(f64, f64)> =
-                        signed.iter().zip(&areas).map(|(x, a)| (key.of(*x), weight(a))).collect();
-                    for (share, value) in SHARES.iter().zip(found) {
-                        let expected = plainly(keys.clone(), *share);
+            let found = Distances::of(halves.iter()).summary(2.0, None);
+            for w in [0, 1] {
+                let with = |key: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
+                    let weight = |a: &f32| if w == 0 { f64::from(*a) } else { 1.0 };
+                    signed.iter().zip(&areas).map(|(x, a)| (key(f64::from(*x)), weight(a))).collect()
+                };
+                let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-11, "round {round}: {a}, not {b}");
+                let plain: [&dyn Fn(f64) -> f64; 2] = [&|x| x, &f64::abs];
+                for (k, key) in plain.into_iter().enumerate() {
+                    for (share, value) in SHARES.iter().zip(&found.quantiles[k][w]) {
                         // Whole weights: sums are exact.
-                        assert!((value - expected).abs() < 1e-12, "{key:?} {share}: {value}, not {expected}");
+                        near(*value, plainly(with(key), *share));
                     }
+                    let center = found.quantiles[k][w][3];
+                    near(found.mads[k][w], plainly(with(&|x| (key(x) - center).abs()), 0.5));
+                    let all = with(key);
+                    let total: f64 = all.iter().map(|v| v.1).sum();
+                    let mean = all.iter().map(|v| v.0 * v.1).sum::<f64>() / total;
+                    near(found.means[k][w], mean);
+                    near(found.variances[k][w], all.iter().map(|v| v.1 * (v.0 - mean).powi(2)).sum::<f64>() / total);
                 }
+                let weighing = with(&|x| x).into_iter().filter(|v| v.1 > 0.0).map(|v| v.0);
+                let ends = weighing.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+                assert_eq!((found.ends[0][w], found.ends[1][w]), ends);
             }
-        }
-    }
-
-    #[test]
-    fn bins_ascend_with_the_keys() {
-        for count in [10, 1_000_000] {
-            let bins = Bins::up_to(3.0, count);
-            let keys: Vec<f64> = (-4000..4000).map(|i| f64::from(i).powi(3) * 2e-10).collect();
-            assert!(keys.is_sorted_by_key(|k| bins.of(*k)));
-            assert!([-1e30, -0.0, 0.0, 1e-30, 12.0, 1e30].iter().all(|k| bins.of(*k) < bins.count()));
-            // Keys up to four times the reach are told apart.
-            assert!(bins.of(11.9) < bins.count() - 1 && bins.of(11.9) > bins.of(6.0));
         }
     }
 }

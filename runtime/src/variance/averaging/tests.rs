@@ -8,7 +8,7 @@ use glam::DVec3;
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 
-const SIZE: u32 = 256;
+const SIZE: u32 = 128;
 
 /// A can of three patches, whose radius is 20 and whose height is 50; the seam of its side and its rims are creases or none.
 const CAN: &str = "use std.surface (cylinder, disc)\nmodel can { param r: length = 20mm; param h: length = 50mm\n\
@@ -25,7 +25,7 @@ fn surface(program: &Program, x: &[f64]) -> (Tessellation, Texels) {
     let instance = Model::instantiate(program, x).expect("it exists");
     let atlas = Atlas::new(program, &*instance, SIZE).expect("it fits");
     let texels = Texels::of_model(program, &*instance, &atlas).expect("it is finite");
-    let fineness = Fineness { edge: 0.5, ..Fineness::default() };
+    let fineness = Fineness { edge: 1.0, ..Fineness::default() };
     let tessellation = Tessellation::new(program, &*instance, fineness).expect("it is finite").with_atlas(&atlas);
     (tessellation, texels)
 }
@@ -59,11 +59,11 @@ fn gap(tessellation: &Tessellation, displaced: &[Option<DVec3>]) -> f64 {
         .filter(|&i| (DVec3::from(positions[i]).truncate().length() - 20.0).abs() < 1e-6)
         .filter(|&i| [0.0, 50.0].iter().any(|z| (positions[i][2] - z).abs() < 1e-6))
         .collect();
-    assert!(rim.len() > 400);
+    assert!(rim.len() > 200);
     let to_other = |i: usize| {
         let own = displaced[i].unwrap_or_else(|| panic!("no data at {:?}", positions[i]));
         let others = rim.iter().filter(|&&j| {
-            origins[j].patch != origins[i].patch && DVec3::from(positions[i]).distance(positions[j].into()) < 0.5
+            origins[j].patch != origins[i].patch && DVec3::from(positions[i]).distance(positions[j].into()) < 1.0
         });
         others.filter_map(|&j| displaced[j]).map(|other| other.distance(own)).fold(f64::INFINITY, f64::min)
     };
@@ -81,13 +81,14 @@ fn displaced_rims_of_a_can_coincide() {
         let (mut tessellation, mut texels) = surface(&program, &[20.0, 50.0]);
         if offset > 0.0 {
             let apart = gap(&tessellation, &displaced(&tessellation, &texels, &scan.mesh, Device::Cpu));
-            assert!((apart - offset * 2f64.sqrt()).abs() < 0.1, "{apart}");
+            assert!((apart - offset * 2f64.sqrt()).abs() < 0.15, "{apart}");
         }
         average_normals(&mut texels, &mut tessellation, 2.0).expect("a surface");
         let moved = displaced(&tessellation, &texels, &scan.mesh, Device::Cpu);
         let apart = gap(&tessellation, &moved);
-        // Texels of 0.3 mm, within which a normal turns by a seventh of 45 degrees; vertices 0.5 mm apart on either side.
-        assert!(apart < 0.35, "{apart}");
+        // Texels of 0.7 mm, within which a normal turns by a third of 45 degrees; vertices up to 1 mm apart on either side, half of
+        // that from the nearest.
+        assert!(apart < 0.65, "{apart}");
         if gpu_present() {
             let on_gpu = displaced(&tessellation, &texels, &scan.mesh, Device::Gpu);
             let differ = moved.iter().zip(on_gpu).filter(|(a, b)| match (a, b) {
@@ -128,11 +129,11 @@ fn normals_turn_within_the_band_only() {
             let share = 1.0 - to_rim / 2.0;
             let half = std::f64::consts::FRAC_1_SQRT_2;
             let expected = (share * half).atan2(1.0 - share * (1.0 - half));
-            assert!((change - expected).abs() < 0.02, "{change} {expected} at {position}");
+            assert!((change - expected).abs() < 0.03, "{change} {expected} at {position}");
             turned += 1;
         }
     }
-    assert!(turned > 1000);
+    assert!(turned > 400);
     let rims = tessellation.mesh.positions.iter().zip(&tessellation.mesh.normals).filter(|(p, _)| {
         (DVec3::from(**p).truncate().length() - 20.0).abs() < 1e-9 && (p[2].abs() < 1e-9 || (p[2] - 50.0).abs() < 1e-9)
     });
