@@ -88,7 +88,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     let wrong = [
         (&["--resolution", "1e-4mm"][..], "at least"),
         (&["--resolution", "1000"], "power of two"),
-        (&["--resolution", "-3mm"], "not positive"),
+        (&["--resolution", "0mm"], "is not positive"),
         (&["--averaging-width", "1mm"], "only with --distance averaged-normal"),
         (&["--distance", "averaged-normal", "--averaging-width", "30mm"], "a tenth of the model's size"),
         (&["--fill-holes", "3"], "has no unit"),
