@@ -19,6 +19,7 @@ pub mod operands;
 pub mod print;
 pub mod regroup;
 pub mod scalar;
+pub mod separate;
 pub mod simplify;
 pub mod split;
 pub mod stages;

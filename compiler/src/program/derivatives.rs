@@ -6,6 +6,7 @@ use crate::diff::{self, Entry};
 use crate::ir::hash::HashMap;
 use crate::ir::merge::merge_bodies;
 use crate::ir::regroup::regroup;
+use crate::ir::separate::separate;
 use crate::ir::split::{Body, Whole, split_all};
 use crate::ir::{self, Function, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value};
 use crate::workers::Workers;
@@ -94,10 +95,16 @@ impl ModelFunctions {
         ir::simplify(&mut module, &roots);
         for surface in &surfaces {
             regroup(&mut module, surface.function, surface.uniform.len());
+            separate(&mut module, surface.function, surface.uniform.len());
         }
         let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
         let mut split = split_all(&mut module, params, &surfaces);
         merge_bodies(&mut module, &mut split);
+        for (k, body) in split.bodies.iter().enumerate() {
+            if split.bodies[..k].iter().all(|b| b.function != body.function) {
+                separate(&mut module, body.function, body.captures.len());
+            }
+        }
         let wrt: Vec<u32> = (0..lowered.params.len() as u32).collect();
         let (jacobian, pattern) = diff::jacobian(&mut module, split.prelude, &wrt)?;
         let (slopes, table) = slopes(&mut module, jacobian, &pattern);

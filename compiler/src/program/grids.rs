@@ -51,8 +51,8 @@ pub(super) struct GridKernels {
     /// `(uniforms.., u, v) -> values..` of a column.
     pub(super) columns: Kernel,
     pub(super) column_values: usize,
-    /// `(uniforms.., u, v) -> values..` of a row.
-    pub(super) rows: Kernel,
+    /// `(uniforms.., u, v) -> values..` of a row: over a grid of one u, as there may be two rows at once.
+    pub(super) rows: GridKernel,
     pub(super) row_values: usize,
     pub(super) inner: GridKernel,
     /// Results of the inner stage.
@@ -75,8 +75,8 @@ pub(super) struct Columns {
     /// The values of the uniforms that they depend on.
     pub(super) uniforms: Vec<f64>,
     pub(super) values: Vec<f64>,
-    /// The largest magnitude of each value.
-    pub(super) largest: Vec<f64>,
+    /// A bound of the magnitude of each value.
+    pub(super) magnitudes: Vec<f64>,
 }
 
 /// The last columns: grids stay while parameters change. Whoever comes while another looks computes them itself.
@@ -309,7 +309,9 @@ fn compile(
     pulled: Option<Pulled>,
 ) -> Result<GridKernels, BuildError> {
     let stored = |function| KernelShape { function, uniforms, weights: 0, output: Output::Store };
-    let (columns, rows) = (compiler.kernel(stored(stages.columns))?, compiler.kernel(stored(stages.rows))?);
+    let columns = compiler.kernel(stored(stages.columns))?;
+    let of_rows = GridShape { function: stages.rows, uniforms, row_values: 1, column_values: 1, row_sums: None };
+    let rows = compiler.grid(of_rows)?;
     let Stages { row_values, column_values, .. } = stages;
     let function = pulled.as_ref().map_or(stages.inner, |p| p.inner);
     let row_sums = pulled.as_ref().map(|p| p.captures.len() + p.rows.map_or(0, |(n, _)| n));
