@@ -70,58 +70,8 @@ fn main() {
     let mut tasks = PARTS.map(|part| Task::new(&program, part));
     peers.iter().for_each(|c| agree(c, &instance, &x, &mut tasks));
     time(&peers, &program, &x, &mut tasks);
-    if std::env::var_os("PARTS").is_some() {
-        parts(&program, &x, &mut tasks);
-        return;
-    }
     waves::table(&peers[0]);
     growth::table(&program);
-}
-
-fn parts(program: &Program, x: &[f64], tasks: &mut [Task]) {
-    let least = |f: &mut dyn FnMut()| {
-        let mut l = f64::INFINITY;
-        for _ in 0..20000 {
-            let s = Instant::now();
-            f();
-            l = l.min(s.elapsed().as_secs_f64() * 1e6);
-        }
-        l
-    };
-    println!(
-        "instantiate {:.2}",
-        least(&mut || {
-            black_box(program.instantiate(black_box(x)).is_ok());
-        })
-    );
-    let instance = program.instantiate(x).unwrap_or_else(|e| panic!("{}", e.message));
-    for t in tasks {
-        println!(
-            "points {} {:.2}",
-            t.patch,
-            least(&mut || instance.points_grid(t.patch, &t.columns, &t.rows, &mut t.points).expect("points"))
-        );
-        let one = [0.5, 0.6];
-        let mut o = vec![0.0; 6 * t.rows.len()];
-        println!(
-            "  two columns {:.2}",
-            least(&mut || instance.points_grid(t.patch, &one, &t.rows, &mut o).expect("points"))
-        );
-        let mut g = vec![0.0; 15];
-        println!(
-            "  jacobian {:.2}",
-            least(&mut || instance.jacobian_grid(t.patch, &t.columns, &t.rows, &mut t.jacobian).expect("points"))
-        );
-        println!(
-            "  pullback {:.2}",
-            least(&mut || instance.pullback_grid(t.patch, &t.columns, &t.rows, &t.w, &mut g).expect("points"))
-        );
-        let w = vec![[0.3; 3]; 2 * t.rows.len()];
-        println!(
-            "  two columns {:.2}",
-            least(&mut || instance.pullback_grid(t.patch, &one, &t.rows, &w, &mut g).expect("points"))
-        );
-    }
 }
 
 /// Largest difference, relative to the largest value.
@@ -214,7 +164,7 @@ impl Table<'_> {
     ) {
         let mut least = vec![f64::INFINITY; 1 + self.peers.len()];
         let begin = Instant::now();
-        while begin.elapsed() < Duration::from_millis(if std::env::var_os("PARTS").is_some() { 300 } else { 3000 }) {
+        while begin.elapsed() < Duration::from_secs(3) {
             for (k, least) in least.iter_mut().enumerate() {
                 let start = Instant::now();
                 match k.checked_sub(1) {

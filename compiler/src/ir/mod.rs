@@ -17,6 +17,7 @@ pub mod magnitude;
 pub mod merge;
 pub mod operands;
 pub mod print;
+pub mod products;
 pub mod regroup;
 pub mod scalar;
 pub mod separate;

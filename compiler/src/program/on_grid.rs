@@ -5,10 +5,10 @@
 
 use super::Instance;
 use super::failure::EvaluationError;
-use super::grids::{Columns, GridCode, GridKernels, OnGrid, constant};
+use super::grids::{Columns, GridCode, GridKernels, Inner, OnGrid, constant};
 use super::instance::all_finite;
 use crate::ir::magnitude::stays_finite;
-use crate::jit::{Code, GridTables, Kernel, Points};
+use crate::jit::{Code, GridTables, Kernel, Points, products};
 use std::sync::Arc;
 
 /// An entry of a part's Jacobian dS/dx that is not zero whatever the parameters.
@@ -155,7 +155,7 @@ impl Instance<'_> {
         if out.is_empty() {
             return Ok(true);
         }
-        if u.len() == 1 && grid.code.is_wide(kernels.inner) {
+        if u.len() == 1 && kernels.in_pairs(&grid.code) {
             // Two columns at once, of which one is not wanted.
             let mut twice = vec![0.0; 2 * out.len()];
             let done = self.stored_on_grid(patch, what, uniforms, (&[u[0]; 2], v), &mut twice)?;
@@ -168,19 +168,29 @@ impl Instance<'_> {
         let Some(Tables { rows, columns }) = self.tables(&grid.code, kernels, uniforms, (u, v)) else {
             return Ok(false);
         };
-        let values = &columns.values[..];
-        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns: values, w: &[] };
-        let run = grid.code.run_grid(kernels.inner, uniforms, tables, out, &mut [], self.program.limits);
-        if run.is_err() {
-            return Ok(false);
+        match &kernels.inner {
+            Inner::Products(products) => {
+                let constant = products.constant.is_some();
+                products::run(products.terms.len(), constant, &rows, (&columns.values, u.len()), out);
+            }
+            Inner::Code(kernel) => {
+                let columns = &columns.values[..];
+                let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w: &[] };
+                if grid.code.run_grid(*kernel, uniforms, tables, out, &mut [], self.program.limits).is_err() {
+                    return Ok(false);
+                }
+            }
         }
         // Bounds say at once what looking at every value would.
-        let finite = kernels.bounded.as_ref().is_some_and(|inner| {
-            let mut bounds: Vec<f64> = uniforms.to_vec();
-            bounds.extend(magnitudes_of(&rows, kernels.row_values));
-            bounds.extend_from_slice(&columns.magnitudes);
-            stays_finite(inner, &bounds)
-        });
+        let of_rows = magnitudes_of(&rows, kernels.row_values);
+        let finite = match (&kernels.inner, &kernels.bounded) {
+            (Inner::Products(products), _) => products.stay_finite(&of_rows, &columns.magnitudes),
+            (Inner::Code(_), Some(inner)) => {
+                let bounds = [uniforms, &of_rows, &columns.magnitudes].concat();
+                stays_finite(inner, &bounds)
+            }
+            (Inner::Code(_), None) => false,
+        };
         Ok(finite || all_finite(out))
     }
 
@@ -193,8 +203,8 @@ impl Instance<'_> {
     ) -> Result<Option<Vec<f64>>, EvaluationError> {
         let grid = self.grid_code(OnGrid::Pullback)?;
         let kernels = grid.of_part(patch);
-        let Some(adjoints) = &kernels.adjoints else { return Ok(None) };
-        let wide = grid.code.is_wide(kernels.inner);
+        let (Some(adjoints), Inner::Code(kernel)) = (&kernels.adjoints, &kernels.inner) else { return Ok(None) };
+        let wide = kernels.in_pairs(&grid.code);
         if wide && u.len() % 2 == 1 {
             // One more column, of no weight.
             let n = u.len();
@@ -212,7 +222,7 @@ impl Instance<'_> {
         let (mut row_sums, mut column_sums) = (vec![0.0; n * v.len()], vec![0.0; of_columns * u.len()]);
         let columns = &columns.values[..];
         let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w };
-        let run = grid.code.run_grid(kernels.inner, uniforms, tables, &mut row_sums, &mut column_sums, limits);
+        let run = grid.code.run_grid(*kernel, uniforms, tables, &mut row_sums, &mut column_sums, limits);
         if run.is_err() {
             return Ok(None);
         }
@@ -251,7 +261,10 @@ impl Instance<'_> {
         let mut values = vec![0.0; kernels.column_values * u.len()];
         code.run(kernels.columns, uniforms, Points { u, v: u, w: &[] }, &mut values, self.program.limits).ok()?;
         let magnitudes = magnitudes_of(&values, kernels.column_values);
-        if code.is_wide(kernels.inner) {
+        if let Inner::Products(products) = &kernels.inner {
+            let terms = products.terms.iter().map(|(column, _)| *column);
+            values = products::blocks_of_columns(terms, &values, kernels.column_values);
+        } else if kernels.in_pairs(code) {
             values = paired(&values, kernels.column_values);
         }
         let columns = Arc::new(Columns { u: u.to_vec(), uniforms: used, values, magnitudes });
