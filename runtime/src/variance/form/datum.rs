@@ -50,39 +50,11 @@ impl Datum {
         }
     }
 
-    /// How far outside of the surface a point is (`value`), and how much that lessens with each unknown: the size, two shifts, two
-    /// tilts, the angle. Exact at zero, linear about it. Millimetres.
-    pub(super) fn row(&self, point: DVec3) -> Row {
+    /// Ready to say how points lie to it.
+    pub(super) fn placed(&self) -> Placed {
         let (x, y) = self.axis.any_orthonormal_pair();
-        let q = point - self.origin;
-        let (x, y, z) = (q.dot(x), q.dot(y), q.dot(self.axis));
-        let mut row = Row::default();
-        match self.kind {
-            Kind::Plane => {
-                row.value = z;
-                row.factors[..3].copy_from_slice(&[1.0, x, y]);
-            }
-            Kind::Sphere => {
-                let far = q.length();
-                row.value = far - self.size;
-                let along = 1.0 / far.max(f64::MIN_POSITIVE);
-                row.factors[..4].copy_from_slice(&[1.0, x * along, y * along, z * along]);
-            }
-            Kind::Cylinder | Kind::Cone => {
-                let far = x.hypot(y);
-                let (sin, cos) = self.angle.sin_cos();
-                let along = 1.0 / far.max(f64::MIN_POSITIVE);
-                let (x, y) = (x * along, y * along);
-                // Along the side, from the point nearest to the origin: the arm of tilts and of the angle.
-                let arm = z * cos + far * sin;
-                row.value = far * cos - z * sin - self.size;
-                row.factors = [1.0, cos * x, cos * y, arm * x, arm * y, arm];
-                if self.kind == Kind::Cylinder {
-                    row.factors[5] = 0.0;
-                }
-            }
-        }
-        row
+        let (sin, cos) = self.angle.sin_cos();
+        Placed { datum: *self, x, y, sin, cos }
     }
 
     /// Changed by the unknowns.
@@ -104,5 +76,61 @@ impl Datum {
                 ..*self
             },
         }
+    }
+}
+
+/// A datum with what depends on it alone.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Placed {
+    datum: Datum,
+    /// Two directions at right angles to the axis and to each other.
+    x: DVec3,
+    y: DVec3,
+    /// Of the angle.
+    sin: f64,
+    cos: f64,
+}
+
+impl Placed {
+    /// How far outside of the surface a point is. Millimetres.
+    #[inline]
+    pub(super) fn height(&self, point: DVec3) -> f64 {
+        let q = point - self.datum.origin;
+        let z = q.dot(self.datum.axis);
+        match self.datum.kind {
+            Kind::Plane => z,
+            Kind::Sphere => q.length() - self.datum.size,
+            Kind::Cylinder | Kind::Cone => {
+                let (x, y) = (q.dot(self.x), q.dot(self.y));
+                (x * x + y * y).sqrt() * self.cos - z * self.sin - self.datum.size
+            }
+        }
+    }
+
+    /// That (`value`), and how much it lessens with each unknown: the size, two shifts, two tilts, the angle. Exact at zero, linear
+    /// about it.
+    pub(super) fn row(&self, point: DVec3) -> Row {
+        let q = point - self.datum.origin;
+        let (x, y, z) = (q.dot(self.x), q.dot(self.y), q.dot(self.datum.axis));
+        let mut row = Row { value: self.height(point), ..Row::default() };
+        match self.datum.kind {
+            Kind::Plane => row.factors[..3].copy_from_slice(&[1.0, x, y]),
+            Kind::Sphere => {
+                let along = 1.0 / q.length().max(f64::MIN_POSITIVE);
+                row.factors[..4].copy_from_slice(&[1.0, x * along, y * along, z * along]);
+            }
+            Kind::Cylinder | Kind::Cone => {
+                let far = (x * x + y * y).sqrt();
+                let along = 1.0 / far.max(f64::MIN_POSITIVE);
+                let (x, y) = (x * along, y * along);
+                // Along the side, from the point nearest to the origin: the arm of tilts and of the angle.
+                let arm = z * self.cos + far * self.sin;
+                row.factors = [1.0, self.cos * x, self.cos * y, arm * x, arm * y, arm];
+                if self.datum.kind == Kind::Cylinder {
+                    row.factors[5] = 0.0;
+                }
+            }
+        }
+        row
     }
 }

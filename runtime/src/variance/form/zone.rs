@@ -10,7 +10,13 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Least squares take at most so many points, evenly spread; the zones' widths are of all.
-const FITTED: usize = 50_000;
+const FITTED: usize = 20_000;
+
+/// ... and of those that tell what is outlying.
+const TRIED: usize = 4_000;
+
+/// Least squares end when points move by less than this. Millimetres.
+const STILL: f64 = 1e-9;
 
 /// The minimum zone begins with so many points, and adds those outside of it until there are none.
 const FIRST: usize = 600;
@@ -33,7 +39,7 @@ pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
     let mut kept = points.to_vec();
     // What is outlying is told by a surface that is free of it: twice is enough, as the first is the model's own, shifted.
     for _ in 0..3 {
-        let fitted = least_squares(&kept, datum);
+        let fitted = least_squares(&kept, datum, TRIED);
         kept = without_outlying(points, fitted)?;
     }
     let (least_squares, minimum_zone) = widths(&kept, datum)?;
@@ -45,7 +51,7 @@ pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
 
 /// Of least squares and of the minimum zone.
 fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
-    let fitted = least_squares(points, datum);
+    let fitted = least_squares(points, datum, FITTED);
     let width = width(&extremes(points, fitted));
     let least = minimum_zone(points, fitted).min(width);
     // What is less than that is rounding.
@@ -54,25 +60,26 @@ fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
 }
 
 fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
-    let step = points.len().div_ceil(FITTED);
-    let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| datum.row(*p).value).collect();
+    let (step, placed) = (points.len().div_ceil(FITTED).max(1), datum.placed());
+    let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| placed.height(*p)).collect();
     let middle = median(&mut sample)?;
     sample.iter_mut().for_each(|x| *x = (*x - middle).abs());
     let limit = OUTLYING * MAD_TO_SD * median(&mut sample)?;
-    let kept = |p: &&DVec3| (datum.row(**p).value - middle).abs() <= limit;
+    let kept = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
     let kept: Vec<DVec3> = points.par_iter().filter(kept).copied().collect();
     // Where most points are in place to rounding, the rest is form and not noise.
     Some(if 2 * kept.len() > points.len() { kept } else { points.to_vec() })
 }
 
 /// By Gauss and Newton.
-fn least_squares(points: &[DVec3], mut datum: Datum) -> Datum {
-    let step = points.len().div_ceil(FITTED).max(1);
+fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
+    let step = points.len().div_ceil(most).max(1);
     let count = datum.unknowns();
     for _ in 0..8 {
         let mut normal = DMatrix::<f64>::zeros(count, count);
         let mut right = DVector::<f64>::zeros(count);
-        for row in points.iter().step_by(step).map(|p| datum.row(*p)) {
+        let placed = datum.placed();
+        for row in points.iter().step_by(step).map(|p| placed.row(*p)) {
             for i in 0..count {
                 right[i] += row.factors[i] * row.value;
                 for k in 0..=i {
@@ -96,6 +103,9 @@ fn least_squares(points: &[DVec3], mut datum: Datum) -> Datum {
             return datum;
         }
         datum = datum.moved(&change);
+        if found.norm() <= STILL * (points.len() as f64 / step as f64).sqrt() {
+            break;
+        }
     }
     datum
 }
@@ -106,7 +116,8 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
     chosen.extend(extremes(points, datum).iter().flatten().map(|e| e.1));
     let mut least = f64::INFINITY;
     for _ in 0..40 {
-        let rows: Vec<Row> = chosen.iter().map(|i| datum.row(points[*i])).collect();
+        let placed = datum.placed();
+        let rows: Vec<Row> = chosen.iter().map(|i| placed.row(points[*i])).collect();
         let change = chebyshev::solve(&rows, datum.unknowns());
         if !change.iter().all(|x| x.is_finite()) {
             break;
@@ -129,17 +140,18 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
 
 /// The least and the greatest distance from a surface.
 fn range(points: &[DVec3], datum: Datum) -> (f64, f64) {
-    let distances = points.iter().map(|p| datum.row(*p).value);
+    let placed = datum.placed();
+    let distances = points.iter().map(|p| placed.height(*p));
     distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)))
 }
 
 /// The lowest and the highest point of every run of points: how far outside, and where.
 fn extremes(points: &[DVec3], datum: Datum) -> Vec<[(f64, usize); 2]> {
-    let run = points.len().div_ceil(RUNS).max(1);
+    let (run, placed) = (points.len().div_ceil(RUNS).max(1), datum.placed());
     let of_run = |(k, run_points): (usize, &[DVec3])| {
         let mut ends = [(f64::INFINITY, 0), (f64::NEG_INFINITY, 0)];
         for (i, point) in run_points.iter().enumerate() {
-            let value = datum.row(*point).value;
+            let value = placed.height(*point);
             if value < ends[0].0 {
                 ends[0] = (value, k * run + i);
             }
