@@ -1,6 +1,6 @@
 //! Fits of several models to one scan, compared by Schwarz's criterion (BIC).
 
-use super::facets::Layout;
+use super::layout::Layout;
 use super::loss::Loss;
 use super::motion::Motion;
 use super::objective::{Objective, Order};

@@ -121,7 +121,7 @@ impl DistanceField {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::facets::Layout;
+    use crate::fit::layout::Layout;
     use crate::fit::tests::shapes::{Simple, simple};
     use crate::model::Model;
 

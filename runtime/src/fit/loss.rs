@@ -62,6 +62,17 @@ impl Loss {
         }
     }
 
+    /// `psi` and `weight` of the same squared distance, for the price of one of them.
+    pub(crate) fn psi_and_weight(self, d2: f64) -> (f64, f64) {
+        match self.kind {
+            LossKind::Welsch => {
+                let psi = self.psi(d2);
+                (psi, 1.0 - psi)
+            }
+            _ => (self.psi(d2), self.weight(d2)),
+        }
+    }
+
     /// psi''(d) sigma^2 / 2: how fast the pull weight * d changes with d.
     pub(crate) fn curvature(self, d2: f64) -> f64 {
         let t = d2 / (self.sigma * self.sigma);

@@ -128,12 +128,11 @@ impl Distribution {
 /// About `SAMPLE` points, even by area.
 fn surface_points(patches: usize, instance: &dyn Instance) -> Vec<DVec3> {
     const N: usize = 11;
-    let (u, v): (Vec<f64>, Vec<f64>) =
-        (0..N * N).map(|k| ((k % N) as f64 / (N - 1) as f64, (k / N) as f64 / (N - 1) as f64)).unzip();
+    let axis: Vec<f64> = (0..N).map(|i| i as f64 / (N - 1) as f64).collect();
     let mut cells: Vec<(f64, [DVec3; 4])> = Vec::new();
     let mut p = vec![[0.0; 3]; N * N];
     for patch in 0..patches {
-        if instance.points(patch, &u, &v, &mut p).is_err() {
+        if instance.points_grid(patch, &axis, &axis, &mut p).is_err() {
             continue;
         }
         let at = |i: usize, j: usize| DVec3::from_array(p[j * N + i]);

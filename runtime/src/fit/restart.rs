@@ -1,8 +1,8 @@
 //! Second chances for parameters that shape only some parts (a handle): the rest of the model may fit well while they are
 //! stuck in a wrong valley, or while the model is turned about the rest's axis of symmetry.
 
-use super::facets::Layout;
 use super::gauss_newton::{self, Stop};
+use super::layout::Layout;
 use super::loss::Loss;
 use super::objective::{Objective, Order};
 use super::points::Points;

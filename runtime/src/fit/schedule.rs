@@ -2,14 +2,14 @@
 //! fine, in the scale of psi and in points (graduated non-convexity), to the scale that the scan's noise suggests.
 
 use super::bootstrap;
-use super::facets::Layout;
 use super::gauss_newton::{self, Stop};
 use super::hypothesis;
+use super::layout::Layout;
 use super::lbfgs;
 use super::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
 use super::memory::{Memory, REACH};
 use super::motion::Motion;
-use super::objective::{Evaluation, Objective, Order, PatchSum, no_hints};
+use super::objective::{Evaluation, Objective, Order, no_hints};
 use super::options::{FitError, FitOptions, Start};
 use super::points::Points;
 use super::pose::{self, Field, RigidParameters};
@@ -17,6 +17,7 @@ use super::report::{self, Outcome};
 use super::result::FitResult;
 use super::screening::{self, Candidate};
 use super::space::{Estimate, Space};
+use super::sums::PatchSum;
 use super::trace::{Log, TracePoint};
 use super::uncertainty::{self, Uncertainty};
 use crate::model::Model;

@@ -3,7 +3,7 @@
 use super::cup::{SYNTHETIC, synthetic};
 use super::shapes::{Simple, cup, simple};
 use crate::fit::distance::refine;
-use crate::fit::facets::Layout;
+use crate::fit::layout::Layout;
 use crate::fit::loss::Loss;
 use crate::fit::memory::{Memory, REACH};
 use crate::fit::motion::Motion;
