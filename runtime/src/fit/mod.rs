@@ -16,7 +16,7 @@ mod field;
 mod function;
 mod gauss_newton;
 mod hypothesis;
-mod influence;
+
 mod layout;
 mod lbfgs;
 mod loss;
@@ -32,6 +32,7 @@ mod relabel;
 mod report;
 mod restart;
 mod result;
+mod rows;
 mod schedule;
 mod screening;
 mod significance;

@@ -188,6 +188,8 @@ pub(crate) struct Last {
     pub(crate) loss: Loss,
     pub(crate) signs: Vec<i8>,
     pub(crate) converged: bool,
+    /// What is known of the feet of the points that were fitted.
+    pub(crate) memory: Arc<Memory>,
 }
 
 impl<'a> Setting<'a> {
@@ -368,10 +370,11 @@ impl<'a> Setting<'a> {
             LossKind::Squared => (1e-12 * self.radius, 1e-11 * self.radius),
             _ => (1e-5 * loss.sigma, 2e-5 * loss.sigma),
         };
+        let memory = Arc::new(Memory::new(points.len(), REACH * loss.sigma));
         let objective = Objective {
             signs: Some(&signs),
             tolerance,
-            memory: Some(Arc::new(Memory::new(points.len(), REACH * loss.sigma))),
+            memory: Some(memory.clone()),
             curved: true,
             log: Some(self.log("polish")),
             ..self.objective(&self.space, points, loss)
@@ -381,13 +384,13 @@ impl<'a> Setting<'a> {
             Some(minimum) => {
                 *iterations += minimum.iterations;
                 let gauss_newton::Minimum { estimate, evaluation, converged, .. } = minimum;
-                Last { estimate, evaluation, loss, signs, converged }
+                Last { estimate, evaluation, loss, signs, converged, memory }
             }
             None => {
                 // Cancelled, or the model does not exist here. What it is worth is still to be said.
                 let objective = Objective { progress: &Silent, signs: Some(&signs), ..objective };
                 let evaluation = objective.evaluate(&at, Order::Normal).unwrap_or_else(|| self.nothing());
-                Last { evaluation, estimate: at, loss, signs, converged: false }
+                Last { evaluation, estimate: at, loss, signs, converged: false, memory }
             }
         }
     }
@@ -397,7 +400,7 @@ impl<'a> Setting<'a> {
         let objective = Objective {
             signs: Some(&last.signs),
             tolerance: 1e-5 * last.loss.sigma,
-            memory: Some(Arc::new(Memory::new(self.points.len(), REACH * last.loss.sigma))),
+            memory: Some(last.memory.clone()),
             progress: &Silent,
             ..self.objective(&self.space, self.points, last.loss)
         };

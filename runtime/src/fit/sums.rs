@@ -1,7 +1,9 @@
 //! What a chunk of points adds to the objective, its gradient and its Gauss-Newton matrix.
 
 use super::distance::{Foot, refine};
+use super::loss::Counted;
 use super::objective::{Evaluation, Found, Objective, Order, Placed};
+use super::rows::Rows;
 use super::space::{Estimate, Space};
 use crate::model::Instance;
 use glam::DVec3;
@@ -29,14 +31,6 @@ pub(crate) struct Sums {
     /// The upper triangle, row by row.
     normal: Vec<f64>,
     patches: Vec<PatchSum>,
-}
-
-/// A point of the chunk with its foot.
-struct Residual {
-    /// S - q. Millimetres.
-    e: DVec3,
-    foot: Foot,
-    weight: f64,
 }
 
 impl Sums {
@@ -105,10 +99,9 @@ impl Objective<'_> {
             return Vec::new();
         };
         let half2 = self.loss.half().powi(2);
+        let counted: Vec<Counted> = feet.iter().map(|f| self.loss.count(f.d2)).collect();
         let part = &mut sums.patches[patch];
-        let mut residuals = Vec::with_capacity(feet.len());
-        for (foot, found) in feet.iter().zip(found) {
-            let (psi, weight) = self.loss.psi_and_weight(foot.d2);
+        for ((foot, found), Counted { psi, weight, .. }) in feet.iter().zip(found).zip(&counted) {
             sums.psi += psi - 1.0;
             if foot.d2 < half2 {
                 part.inliers += 1.0;
@@ -117,30 +110,40 @@ impl Objective<'_> {
             part.weight += weight;
             part.weighted_d2 += weight * foot.d2;
             part.facing += weight * foot.normal.normalize_or_zero().dot(found.normal);
-            residuals.push(Residual { e: foot.point - found.q, weight, foot: *foot });
         }
         match order {
             Order::Value => {}
-            Order::Gradient => self.add_gradient(instance, patch, &residuals, sums),
-            Order::Normal => self.add_normal(instance, patch, &residuals, sums),
+            Order::Gradient => self.add_gradient(instance, found, &feet, &counted, sums),
+            Order::Normal => match self.rows(instance, found, &feet, &counted) {
+                Some(rows) => self.add_normal(&rows, sums),
+                None => sums.gradient.fill(f64::NAN),
+            },
         }
         feet
     }
 
-    fn add_gradient(&self, instance: &dyn Instance, patch: usize, residuals: &[Residual], sums: &mut Sums) {
+    fn add_gradient(
+        &self,
+        instance: &dyn Instance,
+        found: &[Found],
+        feet: &[Foot],
+        counted: &[Counted],
+        sums: &mut Sums,
+    ) {
         let n = self.space.model.parameters().len();
-        let (u, v) = arguments(residuals);
-        let w: Vec<[f64; 3]> = residuals.iter().map(|r| (r.e * r.weight).to_array()).collect();
-        if instance.pullback(patch, &u, &v, &w, &mut sums.gradient[..n]).is_err() {
+        let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
+        let force = |((foot, found), counted): ((&Foot, &Found), &Counted)| (foot.point - found.q) * counted.weight;
+        let forces: Vec<DVec3> = feet.iter().zip(found).zip(counted).map(force).collect();
+        let w: Vec<[f64; 3]> = forces.iter().map(|f| f.to_array()).collect();
+        if instance.pullback(found[0].patch as usize, &u, &v, &w, &mut sums.gradient[..n]).is_err() {
             sums.gradient.fill(f64::NAN);
             return;
         }
         if !self.space.moving {
             return;
         }
-        for r in residuals {
-            let force = r.e * r.weight;
-            let torque = (r.foot.point - self.space.centre).cross(force);
+        for (foot, force) in feet.iter().zip(&forces) {
+            let torque = (foot.point - self.space.centre).cross(*force);
             for k in 0..3 {
                 sums.gradient[n + k] += force[k];
                 sums.gradient[n + 3 + k] += torque[k];
@@ -148,65 +151,34 @@ impl Objective<'_> {
         }
     }
 
-    fn add_normal(&self, instance: &dyn Instance, patch: usize, residuals: &[Residual], sums: &mut Sums) {
-        let n = self.space.model.parameters().len();
-        let active = &self.space.model.parts()[patch].active;
-        let (u, v) = arguments(residuals);
-        let mut jacobian = vec![0.0; residuals.len() * active.len() * 3];
-        if instance.jacobian(patch, &u, &v, &mut jacobian).is_err() {
-            sums.gradient.fill(f64::NAN);
-            return;
-        }
-        // Columns that nothing varies by would be summed in vain.
-        let varied: Vec<(usize, usize)> =
-            active.iter().map(|a| *a as usize).enumerate().filter(|(_, i)| self.space.varies(*i)).collect();
-        let motion = if self.space.moving { n..n + 6 } else { n..n };
-        let columns: Vec<usize> = varied.iter().map(|(_, i)| *i).chain(motion).collect();
-        let count = columns.len();
-        let (mut row, mut gradient, mut normal) = (vec![0.0; count], vec![0.0; count], vec![0.0; count * count]);
-        for (r, slopes) in residuals.iter().zip(jacobian.chunks_exact(3 * active.len().max(1))) {
-            let (direction, distance) = self.direction(r);
-            for ((a, _), entry) in varied.iter().zip(&mut row) {
-                *entry = direction.dot(DVec3::from_slice(&slopes[3 * a..]));
-            }
-            if self.space.moving {
-                let torque = (r.foot.point - self.space.centre).cross(direction);
-                let motion = [direction.x, direction.y, direction.z, torque.x, torque.y, torque.z];
-                row[varied.len()..].copy_from_slice(&motion);
-            }
+    fn add_normal(&self, rows: &Rows, sums: &mut Sums) {
+        let total = self.space.model.parameters().len() + 6;
+        let count = rows.columns.len();
+        let (mut gradient, mut normal) = (vec![0.0; count], vec![0.0; count * count]);
+        for (point, row) in rows.iter() {
             // Never so small that a step would run away.
-            let bend = if self.curved { self.loss.curvature(r.foot.d2).max(0.3 * r.weight) } else { r.weight };
-            let pull = r.weight * distance;
-            for (g, ra) in gradient.iter_mut().zip(&row) {
-                *g += pull * ra;
-            }
-            for (a, ra) in row.iter().enumerate() {
-                let bent = bend * ra;
-                for (h, rb) in normal[a * count + a..(a + 1) * count].iter_mut().zip(&row[a..]) {
-                    *h += bent * rb;
-                }
-            }
+            let bend = if self.curved { point.curvature.max(0.3 * point.weight) } else { point.weight };
+            add_scaled(&mut gradient, point.weight * point.distance, row);
+            add_square(&mut normal, bend, row);
         }
-        for (a, i) in columns.iter().enumerate() {
+        for (a, i) in rows.columns.iter().enumerate() {
             sums.gradient[*i] += gradient[a];
-            for (b, j) in columns.iter().enumerate().skip(a) {
-                sums.normal[i * (n + 6) + j] += normal[a * count + b];
+            for (b, j) in rows.columns.iter().enumerate().skip(a) {
+                sums.normal[i * total + j] += normal[a * count + b];
             }
         }
-    }
-
-    /// The direction in which the distance is measured, and the distance along it. Near zero the direction of S - q is
-    /// noise, and the surface's normal takes its place.
-    fn direction(&self, r: &Residual) -> (DVec3, f64) {
-        let d = r.foot.d2.sqrt();
-        if d > 1e-6 * self.loss.sigma {
-            return (r.e / d, d);
-        }
-        let normal = r.foot.normal.normalize_or_zero();
-        (normal, normal.dot(r.e))
     }
 }
 
-fn arguments(residuals: &[Residual]) -> (Vec<f64>, Vec<f64>) {
-    residuals.iter().map(|r| (r.foot.uv[0], r.foot.uv[1])).unzip()
+/// Adds `factor` times a row to a sum.
+pub(crate) fn add_scaled(sum: &mut [f64], factor: f64, row: &[f64]) {
+    sum.iter_mut().zip(row).for_each(|(sum, r)| *sum += factor * r);
+}
+
+/// Adds `factor` times a row's square, row^T row, to the upper triangle of a square matrix that is stored row by row.
+pub(crate) fn add_square(sum: &mut [f64], factor: f64, row: &[f64]) {
+    let count = row.len();
+    for (a, ra) in row.iter().enumerate() {
+        add_scaled(&mut sum[a * count + a..(a + 1) * count], factor * ra, &row[a..]);
+    }
 }
