@@ -62,6 +62,16 @@ impl Facets<'_> {
         best.map(|best| self.on(&best))
     }
 
+    /// As `nearest`, of all patches but one.
+    pub(crate) fn nearest_but(&self, q: DVec3, cutoff: f64, facing: Option<Facing>, patch: u32) -> Option<Nearest> {
+        let mut best: Option<Best> = None;
+        self.tree.visit(q, cutoff * cutoff, |quad, limit| {
+            let own = self.layout.quads[quad].patch == patch;
+            if own { limit } else { self.try_quad(q, quad as u32, facing, limit, &mut best) }
+        });
+        best.map(|best| self.on(&best))
+    }
+
     /// As `nearest`, and how far the model may move until the answer can be another one. For that, facets are looked at that
     /// are up to `reach` farther away; those beside the nearest one do not count as another answer.
     pub(crate) fn nearest_and_slack(
@@ -169,9 +179,9 @@ impl Facets<'_> {
         limit
     }
 
-    /// The distance from `q` to the nearest facet; infinite if there is none.
-    pub(crate) fn distance(&self, q: DVec3) -> f64 {
-        let mut best = f64::INFINITY;
+    /// The distance from `q` to the nearest facet, which is below `limit`; `limit` if there is none.
+    pub(crate) fn distance(&self, q: DVec3, limit: f64) -> f64 {
+        let mut best = limit * limit;
         self.tree.visit(q, best, |quad, limit| {
             let c = self.layout.quads[quad].vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
             let (_, first) = triangle_closest(q, c[0], c[1], c[2]);

@@ -17,6 +17,7 @@ mod function;
 mod gauss_newton;
 mod hypothesis;
 
+mod kinks;
 mod layout;
 mod lbfgs;
 mod loss;

@@ -146,6 +146,19 @@ impl Objective<'_> {
         all
     }
 
+    /// The mean psi of the distances to the facets: fast, and good enough to tell places apart that are much worse than others.
+    pub(crate) fn rough_value(&self, placed: &Placed, motion: &Motion) -> f64 {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        let inverse = motion.rotation.inverse();
+        let cutoff = self.loss.cutoff();
+        let points = &self.points.position;
+        let psi = |p: &DVec3| {
+            let d = placed.facets.distance(inverse * (*p - motion.translation), cutoff);
+            self.loss.psi(d * d)
+        };
+        points.iter().map(psi).sum::<f64>() / points.len().max(1) as f64
+    }
+
     fn chunk(
         &self,
         placed: &Placed,
@@ -214,6 +227,18 @@ impl Objective<'_> {
         }
         found.sort_by_key(|f| f.patch);
         found
+    }
+}
+
+impl Objective<'_> {
+    /// The same point with the nearest other patch, if there is one within `limit`.
+    pub(crate) fn elsewhere(&self, placed: &Placed, found: &Found, limit: f64) -> Option<Found> {
+        let facing = match (self.signs, self.points.normal.is_empty()) {
+            (Some(signs), false) => Some(Facing { normal: found.normal, signs }),
+            _ => None,
+        };
+        let nearest = placed.facets.nearest_but(found.q, limit, facing, found.patch)?;
+        Some(Found { patch: nearest.patch, uv: nearest.uv, ..*found })
     }
 }
 

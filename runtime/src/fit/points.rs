@@ -105,6 +105,12 @@ impl Points {
         self.pick(chosen.into_iter())
     }
 
+    /// About `count` points, each as likely as any other: dense where the scan is. All points where there are not more.
+    pub(crate) fn every(&self, count: usize) -> Self {
+        let step = self.len().div_ceil(count.max(1)).max(1);
+        if step == 1 { self.clone() } else { self.pick((0..self.len()).step_by(step)) }
+    }
+
     fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<usize> {
         let mut middles: HashMap<u64, (f64, usize), FixedState> = HashMap::default();
         for (i, p) in self.position.iter().enumerate() {

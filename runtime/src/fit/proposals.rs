@@ -41,7 +41,7 @@ pub(crate) fn propose(setting: &Setting, start: &Estimate, count: usize) -> Vec<
         return Vec::new();
     }
     let ranges: Vec<(f64, f64)> = (0..dim).map(|k| setting.space.search_range(k, start.z[k], setting.radius)).collect();
-    let target = Distribution::of_points(&setting.points.sample(SAMPLE), setting.radius);
+    let target = Distribution::of_points(&setting.thin.sample(SAMPLE), setting.radius);
     let judge = |unit: Vec<f64>| {
         let z: Vec<f64> = unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
         let off = Distribution::of_model(setting, &z).map_or(f64::INFINITY, |d| d.distance(&target));

@@ -20,12 +20,14 @@ use rayon::prelude::*;
 const VARIANTS: (usize, usize) = (12, 48);
 /// Angles about an axis of symmetry.
 const ANGLES: u32 = 16;
+/// Points by which variants are ranked.
+const RANKED: usize = 80;
 /// The variants that are always optimised: the present values, the start's and those at home.
 const KNOWN: usize = 3;
 /// Others that are optimised alone: so many a parameter, and at most.
 const SETTLED: (usize, usize) = (4, 20);
-/// Rounds over all groups.
-const ROUNDS: usize = 2;
+/// Rounds over all groups, at most.
+const ROUNDS: usize = 3;
 /// Points of a group whose mean psi is less than this times that of the others need no other values.
 const SETTLED_BELOW: f64 = 1.1;
 /// Those that are then optimised with everything else: so many at most. A single parameter has few valleys.
@@ -66,20 +68,33 @@ pub(crate) fn restart(
     candidate: Candidate,
 ) -> Candidate {
     let mut best = candidate;
-    for _ in 0..ROUNDS {
-        let mut improved = false;
+    for round in 0..ROUNDS {
+        let mut again = false;
         for group in groups(setting) {
-            if let Some(better) = retry(setting, [start, home], points, scale, &group, &best) {
-                // A rest that fits better shows more clearly what it leaves over.
-                improved |= better.value < 0.99 * best.value;
+            let Some(Retried { better, settled }) = retry(setting, [start, home], points, scale, &group, &best, round)
+            else {
+                continue;
+            };
+            // What did not succeed is tried once more with other values; and a rest that fits better shows more clearly what it
+            // leaves over.
+            again |= !settled;
+            if let Some(better) = better {
+                again |= better.value < 0.99 * best.value;
                 best = better;
             }
         }
-        if !improved {
+        if !again {
             break;
         }
     }
     best
+}
+
+/// What came of other values for a group.
+struct Retried {
+    better: Option<Candidate>,
+    /// Whether the points that only the group can explain fit about as well as the others.
+    settled: bool,
 }
 
 fn groups(setting: &Setting) -> Vec<Group> {
@@ -106,7 +121,8 @@ fn retry(
     scale: f64,
     group: &Group,
     from: &Candidate,
-) -> Option<Candidate> {
+    round: usize,
+) -> Option<Retried> {
     let fine = Loss::welsch(scale * setting.radius);
     let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, points, fine) };
     // What the other patches explain says nothing about this group.
@@ -115,7 +131,7 @@ fn retry(
     if rest.len() < 8 {
         return None;
     }
-    let rest = rest.sample(250);
+    let rest = rest.sample(200);
     // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
@@ -125,7 +141,7 @@ fn retry(
     let mut pursued = if !stuck && is_settled(&objective, &from.estimate, &explained)? {
         vec![from.clone()]
     } else {
-        let ranked = local.rank(variants(setting, [start, home], group, from), axis);
+        let ranked = local.rank(variants(setting, [start, home], group, from, round), axis);
         let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, [KNOWN, group.of(SETTLED)])
             .into_par_iter()
             .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
@@ -153,7 +169,8 @@ fn retry(
         pursued.into_iter().take_while(|c| c.value <= least * 1.002).min_by(|a, b| away(a).total_cmp(&away(b)))?;
     let present = objective.evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < present * 0.998 || (best.value <= present * 1.002 && away(&best) < away(from));
-    better.then_some(best)
+    let settled = is_settled(&objective, if better { &best.estimate } else { &from.estimate }, &explained)?;
+    Some(Retried { better: better.then_some(best), settled })
 }
 
 /// Some of what is ranked (best first): the best of each of the first `known` variants, and the best `count` others of which
@@ -214,7 +231,8 @@ impl<'s> Local<'s> {
 
     /// Every variant at every angle about an axis of symmetry, with its number, best first.
     fn rank(&self, variants: Vec<Estimate>, axis: Option<Axis>) -> Vec<(usize, Candidate)> {
-        let coarse = self.objective(&self.setting.space, COARSE);
+        let few = self.rest.every(RANKED);
+        let coarse = Objective { points: &few, ..self.objective(&self.setting.space, COARSE) };
         let turns = if axis.is_some() { ANGLES } else { 1 };
         let mut ranked: Vec<(usize, Candidate)> = variants
             .into_par_iter()
@@ -229,7 +247,7 @@ impl<'s> Local<'s> {
                             at.motion =
                                 at.motion.after_local(shift * angle, rotation * angle, self.setting.space.centre);
                         }
-                        let value = coarse.evaluate_placed(placed.as_ref()?, &at, Order::Value)?.value;
+                        let value = coarse.rough_value(placed.as_ref()?, &at.motion);
                         Some((number, Candidate { estimate: at, value, ..self.from.clone() }))
                     })
                     .collect();
@@ -268,7 +286,7 @@ fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) 
 }
 
 /// The present values, those that are known, and values spread over the bounds.
-fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Candidate) -> Vec<Estimate> {
+fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Candidate, round: usize) -> Vec<Estimate> {
     let with = |values: &dyn Fn(usize) -> f64| {
         let mut estimate = from.estimate.clone();
         for (n, k) in group.members.iter().enumerate() {
@@ -281,14 +299,15 @@ fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Cand
     let mut variants = vec![from.estimate.clone()];
     variants.extend(known.map(|known| with(&|n| known.z[group.members[n]])));
     let count = group.of(VARIANTS);
-    variants.extend((1..=count).map(|i| {
+    let first = 1 + round * count;
+    variants.extend((first..first + count).map(|i| {
         with(&|n| {
             let (low, high) = ranges[n];
             low + (high - low) * halton(i, n)
         })
     }));
     // Where the start is near, what resembles it is more likely than the rest.
-    variants.extend((1..=count / 2).map(|i| {
+    variants.extend((first..first + count / 2).map(|i| {
         with(&|n| {
             let ((low, high), middle) = (ranges[n], known[0].z[group.members[n]]);
             (middle + 0.4 * (high - low) * (halton(i, n) - 0.5)).min(high).max(low)

@@ -33,6 +33,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) model: &'a dyn Model,
     /// All points of the scan.
     pub(crate) points: &'a Points,
+    /// Some of them, even in space.
+    pub(crate) thin: Points,
     pub(crate) space: Space<'a>,
     pub(crate) layout: Layout,
     /// Radius of gyration of the scan: the scale of lengths. Millimetres.
@@ -210,6 +212,7 @@ impl<'a> Setting<'a> {
         let mut setting = Self {
             model,
             points,
+            thin: points.sample(MIDDLE),
             space,
             layout,
             radius,
@@ -297,7 +300,7 @@ impl<'a> Setting<'a> {
         again: bool,
         iterations: &mut u32,
     ) -> Last {
-        let middle = self.points.sample(MIDDLE);
+        let middle = self.thin.clone();
         let Candidate { estimate: mut at, mut signs, .. } = begin;
         // A model that cannot be evaluated where it has come to keeps its facets.
         let _ = self.remodel(&at, 0.05 * screening::FINE * self.radius);
@@ -336,8 +339,14 @@ impl<'a> Setting<'a> {
         }
         let half = loss.half();
         let last = if options.sigma.is_none() { Loss::with_half_at(options.loss, half) } else { loss };
-        // Where the motion is still to be put into the script's parameters, all points wait for that.
-        self.polish(if again { &middle } else { self.points }, at, last, signs, iterations)
+        // Some points, as dense as the scan itself, first: all of them then have hardly anything left to do. Where the motion is
+        // still to be put into the script's parameters, they wait for that.
+        let some = self.points.every(MIDDLE);
+        let near = self.polish(&some, at, last, signs, iterations);
+        if again || some.len() == self.points.len() {
+            return near;
+        }
+        self.polish(self.points, near.estimate, last, near.signs, iterations)
     }
 
     fn log(&self, stage: &'static str) -> Log<'_> {
@@ -368,7 +377,8 @@ impl<'a> Setting<'a> {
         // Least squares is for those who want every digit.
         let (tolerance, step) = match loss.kind {
             LossKind::Squared => (1e-12 * self.radius, 1e-11 * self.radius),
-            _ => (1e-5 * loss.sigma, 2e-5 * loss.sigma),
+            // Shorter steps are about as large as those by which single points that change patches move the optimum.
+            _ => (1e-5 * loss.sigma, 2e-4 * loss.sigma),
         };
         let memory = Arc::new(Memory::new(points.len(), REACH * loss.sigma));
         let objective = Objective {

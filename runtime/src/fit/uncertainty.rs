@@ -2,6 +2,7 @@
 //! cluster-robust estimators), and what it does not determine at all.
 
 use super::blocks::{Blocks, Key};
+use super::kinks;
 use super::objective::Objective;
 use super::proposals::halton;
 use super::rows::Rows;
@@ -31,6 +32,8 @@ pub(crate) struct Uncertainty {
 
 /// Eigenvalues of the scaled matrix below this are rounding.
 const SINGULAR: f64 = 1e-10;
+/// How often the covariance is computed with the kinks that it suggests.
+const ROUNDS: usize = 3;
 /// Grids over which block sums are averaged: together they act like a triangular kernel (Bartlett's).
 const SHIFTS: usize = 4;
 
@@ -58,14 +61,21 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     if n <= dim {
         return None;
     }
-    let inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
     let blocks = Blocks::find(&sums.places, &sums.pulls, objective.points.gyration());
     let filling = match blocks {
         Some(blocks) => between_blocks(objective, at, blocks)?,
         None => sums.filling.clone(),
     };
     let free = (n - dim) as f64;
-    let covariance = &inverse.matrix * filling * &inverse.matrix * (n as f64 / free);
+    let sandwich = |inverse: &Inverse| &inverse.matrix * &filling * &inverse.matrix * (n as f64 / free);
+    let mut inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
+    let mut covariance = sandwich(&inverse);
+    // The covariance says over which region kinks count, and kinks how large it is.
+    let kinks = kinks::find(objective, at, held).unwrap_or_default();
+    for _ in 0..ROUNDS {
+        inverse = Inverse::of(&kinks::smoothed(&sums.bread, &kinks, &covariance), &sums.weighted, held)?;
+        covariance = sandwich(&inverse);
+    }
     let weight: f64 = sums.weight;
     let naive = &inverse.weighted * (sums.weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = n as f64 / blocks.map_or(1.0, |b| b.inflation);
