@@ -7,7 +7,7 @@ use super::objective::{Objective, Order};
 use super::options::FitError;
 use super::points::Points;
 use super::result::FitResult;
-use super::schedule::Setting;
+use super::setting::Setting;
 use crate::model::Model;
 use crate::scan::Scan;
 use glam::{DMat3, DQuat, DVec3};

@@ -88,7 +88,7 @@ impl Facets<'_> {
         let mut count = 0;
         let mut look = |quad: u32, limit: f64| {
             let before = least;
-            let any = self.look(q, quad, facing, &mut least, &mut best);
+            let any = self.look(q, quad, facing, limit, &mut least, &mut best);
             if any <= limit {
                 if let Some(slot) = seen.get_mut(count) {
                     *slot = (quad, any);
@@ -120,18 +120,30 @@ impl Facets<'_> {
     }
 
     /// Puts a facet into `best` if it is nearer than `least` (squared); returns its squared distance whichever way it looks,
-    /// unless that is clearly the wrong one.
-    fn look(&self, q: DVec3, quad: u32, facing: Option<Facing>, least: &mut f64, best: &mut Option<Best>) -> f64 {
+    /// unless that is clearly the wrong one or beyond `limit`.
+    fn look(
+        &self,
+        q: DVec3,
+        quad: u32,
+        facing: Option<Facing>,
+        limit: f64,
+        least: &mut f64,
+        best: &mut Option<Best>,
+    ) -> f64 {
         let Quad { patch, vertices } = self.layout.quads[quad as usize];
         let corner = vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
         let mut any = f64::INFINITY;
         for corners in [[0, 1, 2], [0, 2, 3]] {
             let [a, b, c] = corners.map(|k: usize| corner[k]);
+            let (weights, d2) = triangle_closest(q, a, b, c);
+            // Which way it looks matters only where it is near.
+            if d2 > limit.min(any) && d2 >= *least {
+                continue;
+            }
             let cosine = facing.map_or(0.0, |f| f.cosine(patch, a, b, c));
             if cosine < -ACROSS {
                 continue;
             }
-            let (weights, d2) = triangle_closest(q, a, b, c);
             any = any.min(d2);
             if cosine >= 0.0 && d2 < *least {
                 *least = d2;

@@ -2,7 +2,7 @@
 //! The distribution of such distances (Osada et al., "Shape distributions", D2) does not depend on the pose.
 
 use super::points::Points;
-use super::schedule::Setting;
+use super::setting::Setting;
 use super::space::Estimate;
 use crate::model::Instance;
 use glam::DVec3;

@@ -8,8 +8,8 @@ use super::objective::{Objective, Order};
 use super::points::Points;
 use super::proposals::halton;
 use super::relabel::relabelled;
-use super::schedule::Setting;
 use super::screening::Candidate;
+use super::setting::Setting;
 use super::space::{Estimate, Space};
 use glam::DVec3;
 use gml_compiler::program::Part;
@@ -20,6 +20,8 @@ use rayon::prelude::*;
 const VARIANTS: (usize, usize) = (12, 48);
 /// Angles about an axis of symmetry.
 const ANGLES: u32 = 16;
+/// Points on which everything is optimised.
+const PURSUING: usize = 800;
 /// Points by which variants are ranked.
 const RANKED: usize = 80;
 /// The variants that are always optimised: the present values, the start's and those at home.
@@ -124,6 +126,7 @@ fn retry(
     round: usize,
 ) -> Option<Retried> {
     let fine = Loss::welsch(scale * setting.radius);
+    let few = points.every(PURSUING);
     let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, points, fine) };
     // What the other patches explain says nothing about this group.
     let (explained, axis) = unexplained(&objective, &from.estimate, group)?;
@@ -150,7 +153,7 @@ fn retry(
         let pursued = PURSUED.min(group.members.len());
         diverse(setting, group, settled, [1, pursued])
             .into_par_iter()
-            .filter_map(|(_, candidate)| pursue(setting, points, scale, candidate))
+            .filter_map(|(_, candidate)| pursue(setting, &few, scale, candidate))
             .collect()
     };
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
@@ -160,14 +163,15 @@ fn retry(
         let signs = group.unsigned(&best.signs);
         let with = |estimate| Candidate { estimate, signs: signs.clone(), ..best.clone() };
         let same: Vec<Candidate> = same.into_iter().map(with).collect();
-        pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, points, scale, candidate)));
+        pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, &few, scale, candidate)));
         pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
     let least = pursued.first()?.value;
     let away = |c: &Candidate| setting.space.strangeness(&group.members, &c.estimate, home, setting.radius);
     let best =
         pursued.into_iter().take_while(|c| c.value <= least * 1.002).min_by(|a, b| away(a).total_cmp(&away(b)))?;
-    let present = objective.evaluate(&from.estimate, Order::Value)?.value;
+    let present = Objective { signs: objective.signs, ..setting.objective(&setting.space, &few, fine) };
+    let present = present.evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < present * 0.998 || (best.value <= present * 1.002 && away(&best) < away(from));
     let settled = is_settled(&objective, if better { &best.estimate } else { &from.estimate }, &explained)?;
     Some(Retried { better: better.then_some(best), settled })
@@ -273,7 +277,7 @@ impl<'s> Local<'s> {
     }
 }
 
-/// Optimises everything on all points.
+/// Optimises everything.
 fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) -> Option<Candidate> {
     let objective = Objective {
         signs: Some(&candidate.signs),

@@ -8,7 +8,7 @@ use super::objective::{Objective, Order};
 use super::points::Points;
 use super::proposals;
 use super::restart::restart;
-use super::schedule::Setting;
+use super::setting::Setting;
 use super::space::Estimate;
 use rayon::prelude::*;
 

@@ -9,7 +9,7 @@ use crate::fit::memory::{Memory, REACH};
 use crate::fit::motion::Motion;
 use crate::fit::objective::{Objective, Order};
 use crate::fit::points::Points;
-use crate::fit::schedule::Setting;
+use crate::fit::setting::Setting;
 use crate::model::Model;
 use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
