@@ -111,6 +111,14 @@ impl Points {
         if step == 1 { self.clone() } else { self.pick((0..self.len()).step_by(step)) }
     }
 
+    /// These points and others of the same scan.
+    pub(crate) fn and(mut self, others: &Self) -> Self {
+        self.position.extend(&others.position);
+        self.normal.extend(&others.normal);
+        self.index.extend(&others.index);
+        self
+    }
+
     fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<usize> {
         let mut middles: HashMap<u64, (f64, usize), FixedState> = HashMap::default();
         for (i, p) in self.position.iter().enumerate() {

@@ -20,8 +20,10 @@ use rayon::prelude::*;
 const VARIANTS: (usize, usize) = (12, 48);
 /// Angles about an axis of symmetry.
 const ANGLES: u32 = 16;
-/// Points on which everything is optimised.
+/// Points on which everything is optimised; so many for groups with so few members.
 const PURSUING: usize = 800;
+const MANY: usize = 3000;
+const FEW_MEMBERS: usize = 2;
 /// Points by which variants are ranked.
 const RANKED: usize = 80;
 /// The variants that are always optimised: the present values, the start's and those at home.
@@ -32,7 +34,7 @@ const SETTLED: (usize, usize) = (4, 20);
 const ROUNDS: usize = 3;
 /// Points of a group whose mean psi is less than this times that of the others need no other values.
 const SETTLED_BELOW: f64 = 1.1;
-/// Those that are then optimised with everything else: so many at most. A single parameter has few valleys.
+/// Those that are then optimised with everything else: so many at most.
 const PURSUED: usize = 4;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
@@ -126,15 +128,16 @@ fn retry(
     round: usize,
 ) -> Option<Retried> {
     let fine = Loss::welsch(scale * setting.radius);
-    let few = points.every(PURSUING);
-    let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, points, fine) };
+    let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, &setting.thin, fine) };
     // What the other patches explain says nothing about this group.
     let (explained, axis) = unexplained(&objective, &from.estimate, group)?;
-    let rest = points.pick((0..explained.len()).filter(|i| !explained[*i]));
+    let rest = setting.thin.pick((0..explained.len()).filter(|i| !explained[*i]));
     if rest.len() < 8 {
         return None;
     }
     let rest = rest.sample(200);
+    // A small part has hardly a point among few: its own are counted beside them, and where few values are tried, more.
+    let few = setting.thin.every(if group.members.len() <= FEW_MEMBERS { MANY } else { PURSUING }).and(&rest);
     // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
@@ -145,16 +148,19 @@ fn retry(
         vec![from.clone()]
     } else {
         let ranked = local.rank(variants(setting, [start, home], group, from, round), axis);
-        let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, [KNOWN, group.of(SETTLED)])
-            .into_par_iter()
-            .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
-            .collect();
-        settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        let pursued = PURSUED.min(group.members.len());
-        diverse(setting, group, settled, [1, pursued])
-            .into_par_iter()
-            .filter_map(|(_, candidate)| pursue(setting, &few, scale, candidate))
-            .collect()
+        let few_members = group.members.len() <= FEW_MEMBERS;
+        let chosen = if few_members {
+            // What the other parts explain may hide all points of a small one: its known values are tried on everything.
+            diverse(setting, group, ranked, [KNOWN, 1])
+        } else {
+            let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, [KNOWN, group.of(SETTLED)])
+                .into_par_iter()
+                .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
+                .collect();
+            settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+            diverse(setting, group, settled, [1, PURSUED])
+        };
+        chosen.into_par_iter().filter_map(|(_, candidate)| pursue(setting, &few, scale, candidate)).collect()
     };
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     if let Some(best) = pursued.first() {
@@ -174,7 +180,13 @@ fn retry(
     let present = present.evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < present * 0.998 || (best.value <= present * 1.002 && away(&best) < away(from));
     let settled = is_settled(&objective, if better { &best.estimate } else { &from.estimate }, &explained)?;
-    Some(Retried { better: better.then_some(best), settled })
+    if !better {
+        return Some(Retried { better: None, settled });
+    }
+    // Its value is to be compared with others' again.
+    let there = Objective { signs: Some(&best.signs), ..setting.objective(&setting.space, points, fine) };
+    let value = there.evaluate(&best.estimate, Order::Value)?.value;
+    Some(Retried { better: Some(Candidate { value, ..best }), settled })
 }
 
 /// Some of what is ranked (best first): the best of each of the first `known` variants, and the best `count` others of which

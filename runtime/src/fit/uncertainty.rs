@@ -5,7 +5,7 @@ use super::blocks::{Blocks, Key};
 use super::kinks;
 use super::objective::Objective;
 use super::proposals::halton;
-use super::rows::Rows;
+use super::rows::{RowPoint, Rows};
 use super::space::Estimate;
 use super::sums::{add_scaled, add_square};
 use foldhash::fast::FixedState;
@@ -43,8 +43,6 @@ struct Sums {
     bread: DMatrix<f64>,
     /// Sum of weight J J^T.
     weighted: DMatrix<f64>,
-    /// Sum of (weight d)^2 J J^T.
-    filling: DMatrix<f64>,
     places: Vec<(DVec3, u32)>,
     pulls: Vec<f64>,
     /// Sum of weights, and of weight times squared distance.
@@ -62,13 +60,15 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         return None;
     }
     let blocks = Blocks::find(&sums.places, &sums.pulls, objective.points.gyration());
-    let filling = match blocks {
-        Some(blocks) => between_blocks(objective, at, blocks)?,
-        None => sums.filling.clone(),
-    };
-    let free = (n - dim) as f64;
-    let sandwich = |inverse: &Inverse| &inverse.matrix * &filling * &inverse.matrix * (n as f64 / free);
     let mut inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
+    let chain = objective.space.chain(at);
+    let leverage = &chain * &inverse.weighted * chain.transpose();
+    let filling = match blocks {
+        Some(blocks) => between_blocks(objective, at, blocks, &leverage)?,
+        None => of_points(objective, at, &leverage)?,
+    };
+    let filling = chain.tr_mul(&(filling * &chain));
+    let sandwich = |inverse: &Inverse| &inverse.matrix * &filling * &inverse.matrix;
     let mut covariance = sandwich(&inverse);
     // The covariance says over which region kinks count, and kinks how large it is.
     let kinks = kinks::find(objective, at, held).unwrap_or_default();
@@ -88,10 +88,10 @@ fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
     let mut sums = Sums::none(total);
     let add = |sums: &mut Sums, rows: &Rows| {
         let count = rows.columns.len();
-        let mut squares = [(); 3].map(|()| vec![0.0; count * count]);
+        let mut squares = [(); 2].map(|()| vec![0.0; count * count]);
         for (point, row) in rows.iter() {
             let pull = point.weight * point.distance;
-            for (square, factor) in squares.iter_mut().zip([point.curvature, point.weight, pull * pull]) {
+            for (square, factor) in squares.iter_mut().zip([point.curvature, point.weight]) {
                 add_square(square, factor, row);
             }
             sums.places.push((objective.points.position[point.index as usize], rows.patch));
@@ -99,26 +99,21 @@ fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
             sums.weight += point.weight;
             sums.weighted_d2 += pull * point.distance;
         }
-        for (matrix, square) in [&mut sums.bread, &mut sums.weighted, &mut sums.filling].into_iter().zip(&squares) {
-            for (a, i) in rows.columns.iter().enumerate() {
-                for (b, j) in rows.columns.iter().enumerate().skip(a) {
-                    matrix[(*j, *i)] += square[a * count + b];
-                }
-            }
+        for (matrix, square) in [&mut sums.bread, &mut sums.weighted].into_iter().zip(&squares) {
+            add_square_at(matrix, rows, square);
         }
     };
     let none = || Sums::none(total);
     objective.for_rows(at, none, add, |chunk| {
         sums.bread += chunk.bread;
         sums.weighted += chunk.weighted;
-        sums.filling += chunk.filling;
         sums.places.extend(chunk.places);
         sums.pulls.extend(chunk.pulls);
         sums.weight += chunk.weight;
         sums.weighted_d2 += chunk.weighted_d2;
     })?;
     let chain = objective.space.chain(at);
-    for matrix in [&mut sums.bread, &mut sums.weighted, &mut sums.filling] {
+    for matrix in [&mut sums.bread, &mut sums.weighted] {
         matrix.fill_upper_triangle_with_lower_triangle();
         *matrix = chain.tr_mul(&(&*matrix * &chain));
     }
@@ -129,8 +124,47 @@ impl Sums {
     fn none(count: usize) -> Self {
         let zero = || DMatrix::zeros(count, count);
         let (places, pulls) = (Vec::new(), Vec::new());
-        Self { bread: zero(), weighted: zero(), filling: zero(), places, pulls, weight: 0.0, weighted_d2: 0.0 }
+        Self { bread: zero(), weighted: zero(), places, pulls, weight: 0.0, weighted_d2: 0.0 }
     }
+}
+
+/// Adds an upper triangle by the columns of some rows to the lower one by everything.
+fn add_square_at(matrix: &mut DMatrix<f64>, rows: &Rows, square: &[f64]) {
+    let count = rows.columns.len();
+    for (a, i) in rows.columns.iter().enumerate() {
+        for (b, j) in rows.columns.iter().enumerate().skip(a) {
+            matrix[(*j, *i)] += square[a * count + b];
+        }
+    }
+}
+
+/// weight times signed distance of every point, over 1 - h: a point's leverage h = weight J (sum of weight J^T J)^-1 J^T is the
+/// part of its residual that the fit has taken in. `leverage` is that inverse. (MacKinnon and White 1985, HC3.)
+fn pulls<'r>(rows: &'r Rows, leverage: &DMatrix<f64>) -> impl Iterator<Item = (&'r RowPoint, &'r [f64], f64)> {
+    let columns = &rows.columns;
+    let inverse = DMatrix::from_fn(columns.len(), columns.len(), |a, b| leverage[(columns[a], columns[b])]);
+    rows.iter().map(move |(point, row)| {
+        let of_column = |(a, r): (usize, &f64)| r * inverse.column(a).iter().zip(row).map(|(m, r)| m * r).sum::<f64>();
+        let h = point.weight * row.iter().enumerate().map(of_column).sum::<f64>();
+        (point, row, point.weight * point.distance / (1.0 - h.clamp(0.0, 0.9)))
+    })
+}
+
+/// Sum of (pull J) (pull J)^T, for residuals that do not depend on each other.
+fn of_points(objective: &Objective, at: &Estimate, leverage: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let total = objective.space.model.parameters().len() + 6;
+    let none = || DMatrix::zeros(total, total);
+    let add = |matrix: &mut DMatrix<f64>, rows: &Rows| {
+        let mut square = vec![0.0; rows.columns.len() * rows.columns.len()];
+        for (_, row, pull) in pulls(rows, leverage) {
+            add_square(&mut square, pull * pull, row);
+        }
+        add_square_at(matrix, rows, &square);
+    };
+    let mut filling = none();
+    objective.for_rows(at, none, add, |chunk| filling += chunk)?;
+    filling.fill_upper_triangle_with_lower_triangle();
+    Some(filling)
 }
 
 /// Sums of pulls J by block, in the order in which the blocks were first met.
@@ -154,13 +188,17 @@ impl BlockSums {
 }
 
 /// Sum over blocks of (sum of pulls J) (sum of pulls J)^T, the mean over some positions of the grid.
-fn between_blocks(objective: &Objective, at: &Estimate, blocks: Blocks) -> Option<DMatrix<f64>> {
+fn between_blocks(
+    objective: &Objective,
+    at: &Estimate,
+    blocks: Blocks,
+    leverage: &DMatrix<f64>,
+) -> Option<DMatrix<f64>> {
     let total = objective.space.model.parameters().len() + 6;
     let shifts: Vec<DVec3> = (1..=SHIFTS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
     let none = || shifts.iter().map(|_| BlockSums::default()).collect::<Vec<BlockSums>>();
     let add = |grids: &mut Vec<BlockSums>, rows: &Rows| {
-        for (point, row) in rows.iter() {
-            let pull = point.weight * point.distance;
+        for (point, row, pull) in pulls(rows, leverage) {
             let place = objective.points.position[point.index as usize];
             for (shift, grid) in shifts.iter().zip(grids.iter_mut()) {
                 let sums = grid.of(Blocks::key(blocks.edge, *shift, rows.patch, place), total);
@@ -187,8 +225,7 @@ fn between_blocks(objective: &Objective, at: &Estimate, blocks: Blocks) -> Optio
             filling.ger(scale, &sum, &sum, 1.0);
         }
     }
-    let chain = objective.space.chain(at);
-    Some(chain.tr_mul(&(filling * &chain)))
+    Some(filling)
 }
 
 /// The inverse of the sandwich's outer slices over what is determined.
