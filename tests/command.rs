@@ -61,6 +61,13 @@ fn derivatives_are_printed_as_text() {
 }
 
 #[test]
+fn derivatives_are_what_a_person_would_write() {
+    let folder = tempdir().expect("a folder");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/derivatives/rules.gml");
+    insta::assert_snapshot!(gmlc(folder.path(), &["diff", script]));
+}
+
+#[test]
 fn every_stage_is_emitted() {
     let folder = tempdir().expect("a folder");
     for (stage, expected) in [("ast", "model"), ("typed", "handle"), ("ir", "cos"), ("clif", "fmul"), ("asm", "mulsd")]

@@ -187,8 +187,15 @@ impl Table<'_> {
 fn time(peers: &[c::Peers], program: &Program, x: &[f64], tasks: &mut [Task]) {
     let mut table = Table { peers, jax: jax::times(), rows: 0 };
     table.head();
-    // Every run begins with new parameters.
-    let instance = || program.instantiate(black_box(x)).unwrap_or_else(|e| panic!("{}", e.message));
+    // Every run begins with new parameters, so that nothing of the last ones is of use.
+    let last = std::cell::Cell::new(x.to_vec());
+    let instance = || {
+        let mut x = last.take();
+        x.iter_mut().for_each(|x| *x = x.next_up());
+        let instance = program.instantiate(black_box(&x)).unwrap_or_else(|e| panic!("{}", e.message));
+        last.set(x);
+        instance
+    };
     table.row(
         "M",
         tasks,

@@ -20,15 +20,6 @@ impl Workers {
     /// One job after the other.
     pub const ONE: Workers = Workers { count: 1, run: |jobs, job| (0..jobs).for_each(job) };
 
-    /// Each job by a thread of its own, the last first.
-    #[cfg(test)]
-    pub(crate) fn many(count: usize) -> Workers {
-        let run = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
-            std::thread::scope(|scope| (0..jobs).rev().for_each(|i| _ = scope.spawn(move || job(i))));
-        };
-        Workers { count, run }
-    }
-
     /// What `work` makes of each job, in their order.
     pub(crate) fn map<J: Sync, T: Send>(self, jobs: &[J], work: impl Fn(&J) -> T + Sync) -> Vec<T> {
         let made: Vec<Mutex<Option<T>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
@@ -52,6 +43,16 @@ impl Default for Workers {
 #[cfg(test)]
 mod tests {
     use super::Workers;
+
+    impl Workers {
+        /// Each job by a thread of its own, the last first.
+        pub(crate) fn many(count: usize) -> Workers {
+            let run = |jobs: usize, job: &(dyn Fn(usize) + Sync)| {
+                std::thread::scope(|scope| (0..jobs).rev().for_each(|i| _ = scope.spawn(move || job(i))));
+            };
+            Workers { count, run }
+        }
+    }
 
     #[test]
     fn results_are_in_the_order_of_the_jobs() {

@@ -253,6 +253,11 @@ impl FunctionBuilder {
         if let Some(cancelled) = self.cancelled(a, b) {
             return Some(cancelled);
         }
+        // A power, whose derivative is simpler than a quotient's.
+        if let (Some(c), &Op::PowInt(x, n @ 1..)) = (self.real_constant(a), self.op(b)) {
+            let power = self.pow_int(x, -n);
+            return Some(self.scaled(c, power));
+        }
         let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
         if (p, q) != (1.0, 1.0) {
             // Constants come out, so that they can meet others.

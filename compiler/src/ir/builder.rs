@@ -352,6 +352,12 @@ impl FunctionBuilder {
         self.interned.get(op).copied()
     }
 
+    /// The operation of two reals as it is: the rules would bring constants out of sums and products.
+    pub(super) fn raw_binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
+        let (a, b) = self.ordered(op, a, b);
+        self.node(Op::Binary(op, a, b), Type::Real)
+    }
+
     /// The comparison as it is.
     pub(super) fn raw_compare(&mut self, op: Compare, a: Value, b: Value) -> Value {
         self.node(Op::Compare(op, a, b), Type::Bool)

@@ -1,7 +1,7 @@
 //! Divides a function of the points of a surface into what depends on u, on v, and on both: on a grid the first is computed
 //! once a column and the second once a row.
 
-use super::{Compare, Function, FunctionId, Module, Node, Op, Parameter, Type, Unary, Value};
+use super::{Binary, Compare, Function, FunctionId, Module, Node, Op, Parameter, Type, Unary, Value};
 use crate::source::Span;
 
 /// A function `(uniforms.., u, v) -> results..`, divided. Operations are those of the whole, so that results are the same
@@ -21,9 +21,9 @@ pub struct Stages {
 }
 
 /// What a value depends on beside the uniforms: u is 1, v is 2.
-type Class = u8;
-const U: Class = 1;
-const V: Class = 2;
+pub(super) type Class = u8;
+pub(super) const U: Class = 1;
+pub(super) const V: Class = 2;
 
 /// Divides a function of these uniforms, u and v. Branches and loops are not cut: one that takes both is of the inner stage.
 pub fn stages(module: &mut Module, function: FunctionId, uniforms: usize) -> Stages {
@@ -57,16 +57,41 @@ pub fn stages(module: &mut Module, function: FunctionId, uniforms: usize) -> Sta
     }
 }
 
-fn classes(function: &Function, uniforms: usize) -> Vec<Class> {
+/// What each value of a function is computed from: u, v, both or none. Where a uniform times a value that depends on u alone is
+/// used at points only, the product counts as one of both: the values of columns then stay while parameters change.
+pub(super) fn classes(function: &Function, uniforms: usize) -> Vec<Class> {
     let mut classes: Vec<Class> = Vec::with_capacity(function.nodes.len());
+    // Which depend on uniforms; constants do not.
+    let mut varies: Vec<bool> = Vec::with_capacity(function.nodes.len());
     for node in &function.nodes {
-        let mut class = match node.op {
-            Op::Param(i) if i as usize == uniforms => U,
-            Op::Param(i) if i as usize == uniforms + 1 => V,
-            _ => 0,
+        let (mut class, mut varying) = match node.op {
+            Op::Param(i) if i as usize == uniforms => (U, false),
+            Op::Param(i) if i as usize == uniforms + 1 => (V, false),
+            Op::Param(i) => (0, (i as usize) < uniforms),
+            _ => (0, false),
         };
-        node.op.visit_operands(|v| class |= classes[v.0 as usize]);
+        node.op.visit_operands(|v| {
+            class |= classes[v.0 as usize];
+            varying |= varies[v.0 as usize];
+        });
         classes.push(class);
+        varies.push(varying);
+    }
+    let mut used_by_columns = vec![false; classes.len()];
+    for (node, _) in function.nodes.iter().zip(&classes).filter(|(_, class)| **class == U) {
+        node.op.visit_operands(|v| used_by_columns[v.0 as usize] = true);
+    }
+    for (i, node) in function.nodes.iter().enumerate() {
+        if let Op::Binary(Binary::Mul, a, b) = node.op
+            && classes[i] == U
+            && !used_by_columns[i]
+            && [(a, b), (b, a)].iter().any(|(a, b)| {
+                let (a, b) = (a.0 as usize, b.0 as usize);
+                classes[a] == 0 && varies[a] && classes[b] == U && !varies[b]
+            })
+        {
+            classes[i] = U | V;
+        }
     }
     classes
 }

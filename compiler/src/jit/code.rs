@@ -197,6 +197,7 @@ impl Code {
         assert_eq!(Some(out.len()), written, "length of a kernel's output");
         assert_eq!(Some(column_sums.len()), summed, "length of the columns' sums");
         assert_eq!(Some(tables.w.len()), weights, "length of w");
+        let point_bytes = shape.point_bytes(entry.results);
         let mut context = Context::new(limits);
         let arguments = Arguments {
             uniforms: uniforms.as_ptr(),
@@ -206,7 +207,8 @@ impl Code {
             out: out.as_mut_ptr(),
             column_sums: column_sums.as_mut_ptr(),
             row_count: row_count as i64,
-            column_count: column_count as i64,
+            row_bytes: (column_count * point_bytes) as i64,
+            last: ((column_count - if wide { 2 } else { 1 }) * point_bytes) as i64,
         };
         // SAFETY: an entry of this kind was compiled with this signature (`Compiler::grid`), and its code lives as long as
         // `self`. It reads the uniforms, the tables and, if it takes them, the weights, and writes the results of every

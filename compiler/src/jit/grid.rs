@@ -9,11 +9,13 @@ use super::context::Context;
 use super::kernel::{used_by, varying};
 use super::lower::{Frame, Lowered, Lowering, TRUSTED};
 use super::vector::PAIRS;
-use crate::ir::{FunctionId, Type, Value as Node};
+use crate::ir::{FunctionId, Type};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{Block, BlockArg, InstBuilder, StackSlotData, StackSlotKind, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use std::mem::offset_of;
+
+mod results;
 
 /// A kernel over a grid: a function `(uniforms.., row values.., column values..) -> results..`, followed by three weights
 /// of each point if it sums; all Real.
@@ -37,6 +39,12 @@ impl GridShape {
         if self.row_sums.is_some() { 3 } else { 0 }
     }
 
+    /// Bytes of what a point has in memory: weights or so many results.
+    pub(super) fn point_bytes(&self, results: usize) -> usize {
+        // Places count the columns: they differ even where nothing is stored.
+        8 * if self.row_sums.is_some() { 3 } else { results.max(1) }
+    }
+
     /// Parameters of the function.
     pub(super) fn params(&self) -> usize {
         self.uniforms + self.row_values + self.column_values + self.weights()
@@ -53,7 +61,10 @@ pub(super) struct Arguments {
     pub(super) out: *mut f64,
     pub(super) column_sums: *mut f64,
     pub(super) row_count: i64,
-    pub(super) column_count: i64,
+    /// Bytes of the points of a row.
+    pub(super) row_bytes: i64,
+    /// Where in them the last point begins, or the last pair.
+    pub(super) last: i64,
 }
 
 /// Values of a loop that stay in registers (of which there are 16) at most; else all are in memory.
@@ -114,7 +125,26 @@ struct Grid {
     out: Value,
     column_sums: Value,
     row_count: Value,
-    column_count: Value,
+    row_bytes: Value,
+    last: Value,
+}
+
+/// Where the loop over the columns is.
+#[derive(Clone, Copy)]
+struct Place {
+    /// Address of the values of the column or columns.
+    table: Value,
+    /// Address of the results or weights of the point or points.
+    point: Value,
+    /// The column's number, where it is needed.
+    column: Option<Value>,
+}
+
+/// Addresses in a row: of its first point, of the last one or two that are computed at once, and behind it.
+struct RowPlace {
+    first: Value,
+    last: Value,
+    end: Value,
 }
 
 impl Grid {
@@ -127,7 +157,8 @@ impl Grid {
         let out = load(offset_of!(Arguments, out));
         let column_sums = load(offset_of!(Arguments, column_sums));
         let row_count = load(offset_of!(Arguments, row_count));
-        let column_count = load(offset_of!(Arguments, column_count));
+        let row_bytes = load(offset_of!(Arguments, row_bytes));
+        let last = load(offset_of!(Arguments, last));
         let function = frame.function;
         let of_points = varying(function, shape.uniforms);
         let used = used_by(function, &of_points);
@@ -160,7 +191,8 @@ impl Grid {
             out,
             column_sums,
             row_count,
-            column_count,
+            row_bytes,
+            last,
         }
     }
 
@@ -210,17 +242,15 @@ impl Grid {
                 frame.values[*node] = self.pin(lowering, k, Type::Real, value);
             }
         }
-        let first = lowering.builder.ins().imul(row, self.column_count);
-        let offset = lowering.builder.ins().imul_imm_s(first, self.point_bytes());
-        let points = if self.shape.row_sums.is_some() { self.weights } else { self.out };
-        let place = lowering.builder.ins().iadd(points, offset);
+        let place = self.row_place(lowering, row);
         let (turn, after) = (lowering.builder.create_block(), lowering.builder.create_block());
-        let zero = lowering.builder.ins().iconst(types::I64, 0);
         let sums = self.begin_sums(lowering);
-        let start = [zero, self.columns, place].into_iter().chain(sums.iter().copied());
+        let zero = self.numbers_columns().then(|| lowering.builder.ins().iconst(types::I64, 0));
+        let start = [self.columns, place.first].into_iter().chain(zero).chain(sums.iter().copied());
         let start: Vec<BlockArg> = start.map(BlockArg::Value).collect();
         lowering.builder.ins().jump(turn, &start);
-        let at = [0; 3].map(|_| lowering.builder.append_block_param(turn, types::I64));
+        let mut address = || lowering.builder.append_block_param(turn, types::I64);
+        let at = Place { table: address(), point: address(), column: zero.map(|_| address()) };
         let carried: Vec<Value> =
             sums.iter().map(|_| lowering.builder.append_block_param(turn, types::F64X2)).collect();
         let results: Vec<Value> =
@@ -229,43 +259,56 @@ impl Grid {
         lowering.wide = self.wide;
         let made = self.column(lowering, frame, at, &carried)?;
         lowering.wide = false;
-        self.next(lowering, at, made, [turn, after]);
+        self.next(lowering, at, &place, made, [turn, after]);
         lowering.builder.switch_to_block(after);
         self.end_sums(lowering, row, &results);
         Ok(())
     }
 
-    /// Bytes of what a point has in memory: weights or results.
-    fn point_bytes(&self) -> i64 {
-        8 * if self.shape.row_sums.is_some() { 3 } else { self.results as i64 }
+    /// Where the points of a row are.
+    fn row_place(&self, lowering: &mut Lowering<'_, '_, '_>, row: Value) -> RowPlace {
+        let builder = &mut lowering.builder;
+        let offset = builder.ins().imul(row, self.row_bytes);
+        let points = if self.shape.row_sums.is_some() { self.weights } else { self.out };
+        let first = builder.ins().iadd(points, offset);
+        let [last, end] = [self.last, self.row_bytes].map(|offset| builder.ins().iadd(first, offset));
+        RowPlace { first, last, end }
+    }
+
+    /// Whether sums need to know the column: there are sums of columns, or of even and of odd ones.
+    fn numbers_columns(&self) -> bool {
+        self.shape.row_sums.is_some_and(|sums| !self.wide || sums < self.results)
     }
 
     /// Goes to the next columns, or on.
     fn next(
         &self,
         lowering: &mut Lowering<'_, '_, '_>,
-        [column, table, place]: [Value; 3],
+        at: Place,
+        of_row: &RowPlace,
         made: Vec<Value>,
         [turn, after]: [Block; 2],
     ) {
         let builder = &mut lowering.builder;
-        let next = builder.ins().iadd_imm_s(column, self.lanes);
-        let table = builder.ins().iadd_imm_s(table, 8 * self.lanes * self.shape.column_values as i64);
-        let place = if self.wide && self.shape.row_sums.is_none() {
-            // The last pair of an odd number is of the last two columns.
-            let last = builder.ins().iadd_imm_s(self.column_count, -2);
-            let beyond = builder.ins().icmp(IntCC::SignedGreaterThan, next, last);
-            let [one, two] = [1, 2].map(|n| builder.ins().iconst(types::I64, n * self.point_bytes()));
-            let step = builder.ins().select(beyond, one, two);
-            builder.ins().iadd(place, step)
-        } else {
-            builder.ins().iadd_imm_s(place, self.lanes * self.point_bytes())
-        };
-        let more = builder.ins().icmp(IntCC::SignedLessThan, next, self.column_count);
+        let next = builder.ins().iadd_imm_s(at.point, self.lanes * self.shape.point_bytes(self.results) as i64);
+        let table = builder.ins().iadd_imm_s(at.table, 8 * self.lanes * self.shape.column_values as i64);
+        let column = at.column.map(|column| builder.ins().iadd_imm_s(column, self.lanes));
         let made: Vec<BlockArg> = made.into_iter().map(BlockArg::Value).collect();
-        let again = [next, table, place].map(BlockArg::Value);
-        let again: Vec<BlockArg> = again.into_iter().chain(made.iter().copied()).collect();
-        builder.ins().brif(more, turn, &again, after, &made);
+        let again = |point: Value| -> Vec<BlockArg> {
+            let at = [table, point].into_iter().chain(column).map(BlockArg::Value);
+            at.chain(made.iter().copied()).collect()
+        };
+        let more = builder.ins().icmp(IntCC::UnsignedLessThanOrEqual, next, of_row.last);
+        if !self.wide || self.shape.row_sums.is_some() {
+            builder.ins().brif(more, turn, &again(next), after, &made);
+            return;
+        }
+        // The last pair of an odd number is of the last two columns.
+        let odd = builder.create_block();
+        builder.ins().brif(more, turn, &again(next), odd, []);
+        builder.switch_to_block(odd);
+        let more = builder.ins().icmp(IntCC::UnsignedLessThan, next, of_row.end);
+        builder.ins().brif(more, turn, &again(of_row.last), after, &made);
     }
 
     /// The point or points at a column. Returns the sums that are in registers.
@@ -273,7 +316,7 @@ impl Grid {
         &self,
         lowering: &mut Lowering<'_, '_, 'm>,
         frame: &mut Frame<'m>,
-        [column, table, place]: [Value; 3],
+        at: Place,
         sums: &[Value],
     ) -> Result<Vec<Value>, JitError> {
         if lowering.compiler.plan.counts_steps(self.shape.function) {
@@ -283,20 +326,20 @@ impl Grid {
         }
         let params = self.shape.uniforms + self.shape.row_values;
         for k in 0..self.shape.column_values {
-            frame.values[params + k] = Lowered::Stored(table, (8 * self.lanes) as i32 * k as i32);
+            frame.values[params + k] = Lowered::Stored(at.table, (8 * self.lanes) as i32 * k as i32);
         }
         if self.shape.row_sums.is_some() {
-            let weights = self.point_weights(lowering, place);
+            let weights = self.point_weights(lowering, at.point);
             frame.values[params + self.shape.column_values..][..3].clone_from_slice(&weights);
         }
         lowering.anchors(frame)?;
         if self.shape.row_sums.is_some() {
-            return self.add(lowering, frame, column, sums);
+            return self.add(lowering, frame, at.column, sums);
         }
         if self.wide {
-            self.put_pairs(lowering, frame, place)?
+            self.put_pairs(lowering, frame, at.point)?
         } else {
-            self.put(lowering, frame, place)?
+            self.put(lowering, frame, at.point)?
         }
         Ok(Vec::new())
     }
@@ -310,133 +353,5 @@ impl Grid {
         let [xy, zx, yz] = [0, 16, 32].map(|o| lowering.builder.ins().load(types::F64X2, PAIRS, base, o));
         let (x, y, z) = (lowering.outer_lanes(xy, zx), lowering.inner_lanes(xy, yz), lowering.outer_lanes(zx, yz));
         [x, y, z].map(Lowered::One)
-    }
-
-    fn put<'m>(
-        &self,
-        lowering: &mut Lowering<'_, '_, 'm>,
-        frame: &mut Frame<'m>,
-        place: Value,
-    ) -> Result<(), JitError> {
-        for (offset, result) in (0..).step_by(8).zip(&frame.function.results) {
-            let value = lowering.demanded(frame, *result)?;
-            lowering.builder.ins().store(TRUSTED, value, place, offset);
-        }
-        Ok(())
-    }
-
-    /// Stores the results of two points, one after the other, by pairs of words.
-    fn put_pairs<'m>(
-        &self,
-        lowering: &mut Lowering<'_, '_, 'm>,
-        frame: &mut Frame<'m>,
-        place: Value,
-    ) -> Result<(), JitError> {
-        let n = self.results as i32;
-        let results: Vec<Node> = frame.function.results.clone();
-        let store = |lowering: &mut Lowering<'_, '_, 'm>, pair: Value, word: i32| {
-            lowering.builder.ins().store(PAIRS, pair, place, 8 * word);
-        };
-        let Some(first) = results.first() else { return Ok(()) };
-        let first = lowering.demanded(frame, *first)?;
-        let mut before = first;
-        // Words k and k + 1 of the first point where k is even, of the second one where it begins at an even word there.
-        for (k, result) in (0..n).zip(&results).skip(1) {
-            let value = lowering.demanded(frame, *result)?;
-            let start = k - 1;
-            if start % 2 == 0 {
-                let pair = lowering.firsts(before, value);
-                store(lowering, pair, start);
-            }
-            if (start + n) % 2 == 0 {
-                let pair = lowering.seconds(before, value);
-                store(lowering, pair, start + n);
-            }
-            before = value;
-        }
-        if n % 2 == 1 {
-            let pair = if n == 1 { first } else { lowering.outer_lanes(before, first) };
-            store(lowering, pair, n - 1);
-        }
-        Ok(())
-    }
-
-    /// Row sums at the begin of a row: in registers, or in memory, where there are none to be carried.
-    fn begin_sums(&self, lowering: &mut Lowering<'_, '_, '_>) -> Vec<Value> {
-        let Some(sums) = self.shape.row_sums else { return Vec::new() };
-        lowering.wide = true;
-        let zero = lowering.constant(0.0);
-        lowering.wide = false;
-        if self.in_registers {
-            return vec![zero; sums];
-        }
-        for k in 0..sums {
-            let (slot, offset) = self.sum_place(k);
-            lowering.builder.ins().store(PAIRS, zero, slot, offset);
-        }
-        Vec::new()
-    }
-
-    /// Where the two halves of row sum k are.
-    fn sum_place(&self, k: usize) -> (Value, i32) {
-        let slot = self.slot.unwrap_or(self.out);
-        (slot, 16 * (self.pinned.len() + k) as i32)
-    }
-
-    /// Adds the results of a point or two to the sums.
-    fn add<'m>(
-        &self,
-        lowering: &mut Lowering<'_, '_, 'm>,
-        frame: &mut Frame<'m>,
-        column: Value,
-        sums: &[Value],
-    ) -> Result<Vec<Value>, JitError> {
-        let row_sums = self.shape.row_sums.unwrap_or(0);
-        let ty = if self.wide { types::F64X2 } else { types::F64 };
-        let (half, _) = self.sum_place(0);
-        let half = if self.wide {
-            half
-        } else {
-            let odd = lowering.builder.ins().band_imm_s(column, 1);
-            let offset = lowering.builder.ins().imul_imm_s(odd, 8);
-            lowering.builder.ins().iadd(half, offset)
-        };
-        let per_column = (self.results - row_sums) as i64;
-        let offset = lowering.builder.ins().imul_imm_s(column, 8 * per_column);
-        let of_column = lowering.builder.ins().iadd(self.column_sums, offset);
-        let mut made = Vec::new();
-        for (k, result) in frame.function.results.clone().into_iter().enumerate() {
-            let value = lowering.demanded(frame, result)?;
-            if let Some(sum) = sums.get(k) {
-                made.push(lowering.builder.ins().fadd(*sum, value));
-                continue;
-            }
-            let (base, offset) = match k.checked_sub(row_sums) {
-                Some(k) => (of_column, (8 * self.lanes) as i32 * k as i32),
-                None => (half, self.sum_place(k).1),
-            };
-            let sum = lowering.builder.ins().load(ty, PAIRS, base, offset);
-            let sum = lowering.builder.ins().fadd(sum, value);
-            lowering.builder.ins().store(PAIRS, sum, base, offset);
-        }
-        Ok(made)
-    }
-
-    /// Writes the sums of a row.
-    fn end_sums(&self, lowering: &mut Lowering<'_, '_, '_>, row: Value, sums: &[Value]) {
-        let Some(count) = self.shape.row_sums else { return };
-        let offset = lowering.builder.ins().imul_imm_s(row, 8 * count as i64);
-        let place = lowering.builder.ins().iadd(self.out, offset);
-        for k in 0..count {
-            let halves = match sums.get(k) {
-                Some(sum) => [0, 1].map(|lane| lowering.builder.ins().extractlane(*sum, lane)),
-                None => {
-                    let (slot, offset) = self.sum_place(k);
-                    [0, 8].map(|half| lowering.builder.ins().load(types::F64, PAIRS, slot, offset + half))
-                }
-            };
-            let sum = lowering.builder.ins().fadd(halves[0], halves[1]);
-            lowering.builder.ins().store(TRUSTED, sum, place, 8 * k as i32);
-        }
     }
 }

@@ -22,6 +22,7 @@ mod lower;
 mod memory;
 mod pair;
 mod plan;
+pub mod products;
 mod vector;
 
 #[cfg(test)]

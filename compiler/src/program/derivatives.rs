@@ -6,6 +6,7 @@ use crate::diff::{self, Entry};
 use crate::ir::hash::HashMap;
 use crate::ir::merge::merge_bodies;
 use crate::ir::regroup::regroup;
+use crate::ir::separate::separated;
 use crate::ir::split::{Body, Whole, split_all};
 use crate::ir::{self, Function, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value};
 use crate::workers::Workers;
@@ -96,8 +97,10 @@ impl ModelFunctions {
             regroup(&mut module, surface.function, surface.uniform.len());
         }
         let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
-        let mut split = split_all(&mut module, params, &surfaces);
+        let wholes = for_grids(&mut module, &surfaces);
+        let mut split = split_all(&mut module, params, &wholes);
         merge_bodies(&mut module, &mut split);
+        separate_bodies(&mut module, &mut split.bodies);
         let wrt: Vec<u32> = (0..lowered.params.len() as u32).collect();
         let (jacobian, pattern) = diff::jacobian(&mut module, split.prelude, &wrt)?;
         let (slopes, table) = slopes(&mut module, jacobian, &pattern);
@@ -128,6 +131,21 @@ impl ModelFunctions {
         let mut roots: Vec<FunctionId> = named.iter().map(|f| **f).collect();
         self.module.drop_unreached(&mut roots);
         named.into_iter().zip(roots).for_each(|(f, id)| *f = id);
+    }
+}
+
+/// Surfaces as they are best evaluated: those that people read stay as they are.
+fn for_grids(module: &mut Module, surfaces: &[Whole]) -> Vec<Whole> {
+    let separated = |s: &Whole| Whole { function: separated(module, s.function, s.uniform.len()), ..s.clone() };
+    surfaces.iter().map(separated).collect()
+}
+
+/// Again, as constants were not captured and came back to the points.
+fn separate_bodies(module: &mut Module, bodies: &mut [Body]) {
+    let mut known: HashMap<FunctionId, FunctionId> = HashMap::default();
+    for body in bodies {
+        let uniforms = body.captures.len();
+        body.function = *known.entry(body.function).or_insert_with(|| separated(module, body.function, uniforms));
     }
 }
 

@@ -7,6 +7,7 @@ use super::on_demand::{Derivative, OnDemand};
 use crate::diff;
 use crate::ir::hash::HashMap;
 use crate::ir::magnitude::is_bounded;
+use crate::ir::products::Products;
 use crate::ir::stages::{Stages, stages};
 use crate::ir::{Function, FunctionId, Module, Op, Value};
 use crate::jit::{Code, Compiler, GridKernel, GridShape, Kernel, KernelShape, Listing, Options, Output};
@@ -51,10 +52,10 @@ pub(super) struct GridKernels {
     /// `(uniforms.., u, v) -> values..` of a column.
     pub(super) columns: Kernel,
     pub(super) column_values: usize,
-    /// `(uniforms.., u, v) -> values..` of a row.
-    pub(super) rows: Kernel,
+    /// `(uniforms.., u, v) -> values..` of a row: over a grid of one u, as there may be two rows at once.
+    pub(super) rows: GridKernel,
     pub(super) row_values: usize,
-    pub(super) inner: GridKernel,
+    pub(super) inner: Inner,
     /// Results of the inner stage.
     pub(super) results: usize,
     /// The inner stage, where bounds of its values can be had from its tables.
@@ -67,6 +68,21 @@ pub(super) struct GridKernels {
     pub(super) adjoints: Option<Adjoints>,
 }
 
+/// What is done at every point.
+pub(super) enum Inner {
+    /// Code for it.
+    Code(GridKernel),
+    /// Sums of products, which need none.
+    Products(Products),
+}
+
+impl GridKernels {
+    /// The code of the inner stage, if it takes two columns at once.
+    pub(super) fn in_pairs(&self, code: &Code) -> bool {
+        matches!(self.inner, Inner::Code(kernel) if code.is_wide(kernel))
+    }
+}
+
 /// Values of columns as the inner stage takes them.
 #[derive(Default)]
 pub(super) struct Columns {
@@ -75,8 +91,8 @@ pub(super) struct Columns {
     /// The values of the uniforms that they depend on.
     pub(super) uniforms: Vec<f64>,
     pub(super) values: Vec<f64>,
-    /// The largest magnitude of each value.
-    pub(super) largest: Vec<f64>,
+    /// A bound of the magnitude of each value.
+    pub(super) magnitudes: Vec<f64>,
 }
 
 /// The last columns: grids stay while parameters change. Whoever comes while another looks computes them itself.
@@ -127,6 +143,8 @@ type Whole = (FunctionId, usize);
 struct Staged {
     uniforms: usize,
     stages: Stages,
+    /// Of points that are sums of products: these, and the function of their factors.
+    products: Option<(Products, FunctionId)>,
     /// Of a pullback.
     pulled: Option<Pulled>,
 }
@@ -144,7 +162,15 @@ fn staged(
             OnGrid::Pullback => Some(pull_back(&mut module, stages, uniforms, functions.bodies[i].varied)?),
             OnGrid::Points | OnGrid::Partials | OnGrid::Jacobian => None,
         };
-        all.push(Staged { uniforms, stages, pulled });
+        let products = match what {
+            OnGrid::Points => Products::of(module.function(stages.inner), uniforms, stages.row_values),
+            OnGrid::Partials | OnGrid::Jacobian | OnGrid::Pullback => None,
+        };
+        let products = products.map(|products| {
+            let factors = products.factors(module.function(stages.rows));
+            (products, module.add(factors))
+        });
+        all.push(Staged { uniforms, stages, products, pulled });
     }
     Ok((module, all, of_part))
 }
@@ -158,8 +184,8 @@ fn make(
     let (module, staged, of_part) = staged(functions, derived, what)?;
     let mut compiler = Compiler::new(&module, options)?;
     let mut kernels = Vec::new();
-    for Staged { uniforms, stages, pulled } in staged {
-        kernels.push(compile(&mut compiler, stages, uniforms, pulled)?);
+    for staged in staged {
+        kernels.push(compile(&mut compiler, staged)?);
     }
     let listings = compiler.listings().to_vec();
     Ok((GridCode { code: compiler.finish()?, kernels, of_part }, listings))
@@ -302,21 +328,24 @@ fn depends_on(function: &Function, first: usize) -> Vec<bool> {
     function.results.iter().map(|r| depends[r.0 as usize]).collect()
 }
 
-fn compile(
-    compiler: &mut Compiler<'_>,
-    stages: Stages,
-    uniforms: usize,
-    pulled: Option<Pulled>,
-) -> Result<GridKernels, BuildError> {
-    let stored = |function| KernelShape { function, uniforms, weights: 0, output: Output::Store };
-    let (columns, rows) = (compiler.kernel(stored(stages.columns))?, compiler.kernel(stored(stages.rows))?);
+fn compile(compiler: &mut Compiler<'_>, staged: Staged) -> Result<GridKernels, BuildError> {
+    let Staged { uniforms, stages, products, pulled } = staged;
+    let shape = KernelShape { function: stages.columns, uniforms, weights: 0, output: Output::Store };
+    let columns = compiler.kernel(shape)?;
+    let of_rows = products.as_ref().map_or(stages.rows, |(_, factors)| *factors);
+    let shape = GridShape { function: of_rows, uniforms, row_values: 1, column_values: 1, row_sums: None };
+    let rows = compiler.grid(shape)?;
+    let of_rows = compiler.function(of_rows).results.len();
     let Stages { row_values, column_values, .. } = stages;
     let function = pulled.as_ref().map_or(stages.inner, |p| p.inner);
     let row_sums = pulled.as_ref().map(|p| p.captures.len() + p.rows.map_or(0, |(n, _)| n));
     let results = compiler.function(function).results.len();
-    let inner = compiler.grid(GridShape { function, uniforms, row_values, column_values, row_sums })?;
     let stored = pulled.is_none().then(|| compiler.function(function));
     let bounded = stored.filter(|f| is_bounded(f)).cloned();
+    let inner = match products {
+        Some((products, _)) => Inner::Products(products),
+        None => Inner::Code(compiler.grid(GridShape { function, uniforms, row_values, column_values, row_sums })?),
+    };
     let used = compiler.function(stages.columns).used_params();
     let column_uniforms = (0..uniforms).filter(|p| used[*p]).collect();
     let mut outer = |pulled: Option<(usize, FunctionId)>| -> Result<_, BuildError> {
@@ -332,7 +361,7 @@ fn compile(
         columns,
         column_values,
         rows,
-        row_values,
+        row_values: of_rows,
         inner,
         results,
         bounded,

@@ -5,10 +5,10 @@
 
 use super::Instance;
 use super::failure::EvaluationError;
-use super::grids::{Columns, GridCode, GridKernels, OnGrid, constant};
+use super::grids::{Columns, GridCode, GridKernels, Inner, OnGrid, constant};
 use super::instance::all_finite;
 use crate::ir::magnitude::stays_finite;
-use crate::jit::{Code, GridTables, Kernel, Points};
+use crate::jit::{Code, GridTables, Kernel, Points, products};
 use std::sync::Arc;
 
 /// An entry of a part's Jacobian dS/dx that is not zero whatever the parameters.
@@ -155,7 +155,7 @@ impl Instance<'_> {
         if out.is_empty() {
             return Ok(true);
         }
-        if u.len() == 1 && grid.code.is_wide(kernels.inner) {
+        if u.len() == 1 && kernels.in_pairs(&grid.code) {
             // Two columns at once, of which one is not wanted.
             let mut twice = vec![0.0; 2 * out.len()];
             let done = self.stored_on_grid(patch, what, uniforms, (&[u[0]; 2], v), &mut twice)?;
@@ -168,19 +168,29 @@ impl Instance<'_> {
         let Some(Tables { rows, columns }) = self.tables(&grid.code, kernels, uniforms, (u, v)) else {
             return Ok(false);
         };
-        let values = &columns.values[..];
-        let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns: values, w: &[] };
-        let run = grid.code.run_grid(kernels.inner, uniforms, tables, out, &mut [], self.program.limits);
-        if run.is_err() {
-            return Ok(false);
+        match &kernels.inner {
+            Inner::Products(products) => {
+                let constant = products.constant.is_some();
+                products::run(products.terms.len(), constant, &rows, (&columns.values, u.len()), out);
+            }
+            Inner::Code(kernel) => {
+                let columns = &columns.values[..];
+                let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w: &[] };
+                if grid.code.run_grid(*kernel, uniforms, tables, out, &mut [], self.program.limits).is_err() {
+                    return Ok(false);
+                }
+            }
         }
         // Bounds say at once what looking at every value would.
-        let finite = kernels.bounded.as_ref().is_some_and(|inner| {
-            let mut largest: Vec<f64> = uniforms.to_vec();
-            largest.extend(largest_of(&rows, kernels.row_values));
-            largest.extend_from_slice(&columns.largest);
-            stays_finite(inner, &largest)
-        });
+        let of_rows = magnitudes_of(&rows, kernels.row_values);
+        let finite = match (&kernels.inner, &kernels.bounded) {
+            (Inner::Products(products), _) => products.stay_finite(&of_rows, &columns.magnitudes),
+            (Inner::Code(_), Some(inner)) => {
+                let bounds = [uniforms, &of_rows, &columns.magnitudes].concat();
+                stays_finite(inner, &bounds)
+            }
+            (Inner::Code(_), None) => false,
+        };
         Ok(finite || all_finite(out))
     }
 
@@ -193,8 +203,8 @@ impl Instance<'_> {
     ) -> Result<Option<Vec<f64>>, EvaluationError> {
         let grid = self.grid_code(OnGrid::Pullback)?;
         let kernels = grid.of_part(patch);
-        let Some(adjoints) = &kernels.adjoints else { return Ok(None) };
-        let wide = grid.code.is_wide(kernels.inner);
+        let (Some(adjoints), Inner::Code(kernel)) = (&kernels.adjoints, &kernels.inner) else { return Ok(None) };
+        let wide = kernels.in_pairs(&grid.code);
         if wide && u.len() % 2 == 1 {
             // One more column, of no weight.
             let n = u.len();
@@ -212,7 +222,7 @@ impl Instance<'_> {
         let (mut row_sums, mut column_sums) = (vec![0.0; n * v.len()], vec![0.0; of_columns * u.len()]);
         let columns = &columns.values[..];
         let tables = GridTables { row_count: v.len(), rows: &rows, column_count: u.len(), columns, w };
-        let run = grid.code.run_grid(kernels.inner, uniforms, tables, &mut row_sums, &mut column_sums, limits);
+        let run = grid.code.run_grid(*kernel, uniforms, tables, &mut row_sums, &mut column_sums, limits);
         if run.is_err() {
             return Ok(None);
         }
@@ -242,27 +252,44 @@ impl Instance<'_> {
 
     /// The values of rows and columns; nothing where something fails.
     fn tables(&self, code: &Code, kernels: &GridKernels, uniforms: &[f64], (u, v): (&[f64], &[f64])) -> Option<Tables> {
-        let table = |kernel: Kernel, values: usize, at: &[f64]| {
-            let mut out = vec![0.0; values * at.len()];
-            let points = Points { u: at, v: at, w: &[] };
-            code.run(kernel, uniforms, points, &mut out, self.program.limits).ok().map(|()| out)
-        };
-        let rows = table(kernels.rows, kernels.row_values, v)?;
+        let rows = self.row_values(code, kernels, uniforms, v)?;
         let last = kernels.kept.try_lock().ok().map(|last| last.clone());
         let used: Vec<f64> = kernels.column_uniforms.iter().map(|p| uniforms[*p]).collect();
         if let Some(last) = last.filter(|last| same_bits(&last.u, u) && same_bits(&last.uniforms, &used)) {
             return Some(Tables { rows, columns: last });
         }
-        let mut values = table(kernels.columns, kernels.column_values, u)?;
-        let largest = largest_of(&values, kernels.column_values);
-        if code.is_wide(kernels.inner) {
+        let mut values = vec![0.0; kernels.column_values * u.len()];
+        code.run(kernels.columns, uniforms, Points { u, v: u, w: &[] }, &mut values, self.program.limits).ok()?;
+        let magnitudes = magnitudes_of(&values, kernels.column_values);
+        if let Inner::Products(products) = &kernels.inner {
+            let terms = products.terms.iter().map(|(column, _)| *column);
+            values = products::blocks_of_columns(terms, &values, kernels.column_values);
+        } else if kernels.in_pairs(code) {
             values = paired(&values, kernels.column_values);
         }
-        let columns = Arc::new(Columns { u: u.to_vec(), uniforms: used, values, largest });
+        let columns = Arc::new(Columns { u: u.to_vec(), uniforms: used, values, magnitudes });
         if let Ok(mut last) = kernels.kept.try_lock() {
             *last = columns.clone();
         }
         Some(Tables { rows, columns })
+    }
+
+    /// The values of rows; nothing where something fails.
+    fn row_values(&self, code: &Code, kernels: &GridKernels, uniforms: &[f64], v: &[f64]) -> Option<Vec<f64>> {
+        // Two rows at once are two at least.
+        let twice = v.len() == 1 && code.is_wide(kernels.rows);
+        let v = if twice { &[v[0]; 2][..] } else { v };
+        let mut values = vec![0.0; kernels.row_values * v.len()];
+        if values.is_empty() {
+            return Some(values);
+        }
+        let pairs = (code.is_wide(kernels.rows) && v.len() % 2 == 1).then(|| paired(v, 1));
+        let columns = pairs.as_deref().unwrap_or(v);
+        // Any u: these values do not depend on it.
+        let tables = GridTables { row_count: 1, rows: &[0.0], column_count: v.len(), columns, w: &[] };
+        code.run_grid(kernels.rows, uniforms, tables, &mut values, &mut [], self.program.limits).ok()?;
+        values.truncate(if twice { kernels.row_values } else { values.len() });
+        Some(values)
     }
 }
 
@@ -271,14 +298,13 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.iter().map(|x| x.to_bits()).eq(b.iter().map(|x| x.to_bits()))
 }
 
-/// The largest magnitude of each value in a table; NaN counts as larger than all.
-fn largest_of(table: &[f64], values: usize) -> Vec<f64> {
-    // Magnitudes are ordered as their bits are.
-    let mut largest = vec![0u64; values];
+/// The sum of the magnitudes of each value in a table: a bound of them, and quickly had. NaN where one is.
+fn magnitudes_of(table: &[f64], values: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; values];
     for group in table.chunks_exact(values.max(1)) {
-        largest.iter_mut().zip(group).for_each(|(most, x)| *most = (*most).max(x.abs().to_bits()));
+        sums.iter_mut().zip(group).for_each(|(sum, x): (&mut f64, &f64)| *sum += x.abs());
     }
-    largest.into_iter().map(f64::from_bits).collect()
+    sums
 }
 
 /// Values of columns, one column after the other, by pairs of columns: both of each value. The last pair of an odd number is of the last

@@ -123,7 +123,10 @@ impl Printer<'_> {
                 self.or_zero |= matches!(op, Binary::MulOrZero | Binary::DivOrZero);
                 expression::binary(*op, get(a), get(b))
             }
-            Op::PowInt(a, n) => expression::power(get(a), &expression::number(f64::from(*n))),
+            Op::PowInt(a, n) => {
+                let power = expression::power(get(a), &expression::number(f64::from(n.unsigned_abs())));
+                if *n < 0 { expression::binary(Binary::Div, &expression::number(1.0), &power) } else { power }
+            }
             Op::Compare(op, a, b) => expression::compare(*op, get(a), get(b)),
             Op::Select(c, a, b) => expression::select(get(c), get(a), get(b)),
             Op::Guard { value, condition, .. } => expression::call("guard", &[get(value), get(condition)]),
