@@ -19,7 +19,7 @@ import open3d as o3d
 from scipy.optimize import minimize
 
 # Outer surface, inner surface, handle: vertices along u and v.
-GRIDS = [(0, 128, 64), (1, 128, 64), (2, 64, 32)]
+GRIDS = [(0, 64, 32), (1, 64, 32), (2, 32, 24)]
 LOW = np.array([-np.inf] * 6 + [-1, 15, 30, 0.3, 1, 0, 1, -0.5, 0.3])
 HIGH = np.array([np.inf] * 6 + [12, 80, 200, 1, 3, 1.5, 3, 1, 1])
 # How far a unit of a parameter moves the cup, about: millimetres, and radians or shape numbers of a cup of this size.

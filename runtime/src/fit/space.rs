@@ -1,6 +1,7 @@
 //! What is optimised: an estimate (the script's free parameters and a rigid motion), its scaled local coordinates, and
 //! the bounds.
 
+use super::bounds::varying_bounds;
 use super::motion::{Motion, left_jacobian};
 use crate::model::Model;
 use glam::{DQuat, DVec3};
@@ -384,25 +385,4 @@ fn clamp(x: f64, low: f64, high: f64) -> f64 {
 
 fn shift(pose: &[f64]) -> DVec3 {
     DVec3::new(pose[0], pose[1], pose[2])
-}
-
-/// Which parameters' bounds change when another parameter moves inside its bounds.
-fn varying_bounds(model: &dyn Model, x: &[f64], at: &[(f64, f64)]) -> Vec<bool> {
-    let mut varying = vec![false; x.len()];
-    for j in 0..x.len() {
-        let (low, high) = at[j];
-        let mut probe = x.to_vec();
-        probe[j] = if low.is_finite() && high.is_finite() {
-            low + 0.381_966 * (high - low)
-        } else {
-            x[j] + 0.618_034 * (1.0 + x[j].abs())
-        };
-        if probe[j] == x[j] {
-            probe[j] += 1e-3 * (1.0 + x[j].abs());
-        }
-        for (varies, (then, now)) in varying.iter_mut().zip(model.bounds(&probe).iter().zip(at)) {
-            *varies |= then != now;
-        }
-    }
-    varying
 }
