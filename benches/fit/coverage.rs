@@ -30,33 +30,49 @@ const TRUTH: [f64; 15] = [30.0, -12.0, 55.0, 0.7, 0.4, -0.9, 3.0, 44.0, 80.0, 0.
 pub(crate) fn run(scans: usize) {
     let program = program("examples/cup/cup.gml", BTreeMap::new());
     for (title, waves) in [("white noise", false), ("correlated noise", true)] {
-        let mut tally = vec![[0_usize; 2]; TRUTH.len()];
+        let mut tallies = vec![Tally::default(); TRUTH.len()];
         let mut counted = 0;
         for seed in 0..scans as u64 {
             let scan = simulated(&program, waves, seed);
             let start = program.parameters().iter().zip(TRUTH).map(|(p, x)| (p.name.clone(), x)).collect();
             let options = FitOptions { start, no_pose: true, ..FitOptions::default() };
             let result = fit(&program, &scan, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
-            counted += usize::from(count(&result, &mut tally));
+            counted += usize::from(count(&result, &mut tallies));
         }
         println!("{title}: {counted} of {scans} scans had standard deviations for all parameters");
-        let share = |n: usize| 100.0 * n as f64 / counted.max(1) as f64;
-        for (p, [ours, naive]) in program.parameters().iter().zip(&tally) {
-            println!("  {:6} {:5.1} %   naive {:5.1} %", p.name, share(*ours), share(*naive));
+        println!("          within     naive    bias  spread   (of the estimates, in standard deviations reported)");
+        for (p, tally) in program.parameters().iter().zip(&tallies) {
+            let n = counted.max(1) as f64;
+            let (share, bias) = (tally.within.map(|w| 100.0 * w as f64 / n), tally.off / n);
+            let spread = (tally.off2 / n - bias * bias).max(0.0).sqrt();
+            println!("  {:6} {:5.1} %   {:5.1} %   {bias:5.2}   {spread:5.2}", p.name, share[0], share[1]);
         }
     }
 }
 
+/// Of one parameter over all scans.
+#[derive(Clone, Default)]
+struct Tally {
+    /// How often the interval held the truth: ours, and the naive one.
+    within: [usize; 2],
+    /// Sums of the error in standard deviations, and of its square.
+    off: f64,
+    off2: f64,
+}
+
 /// Adds one fit; false where it has no covariance of everything.
-fn count(result: &FitResult, tally: &mut [[usize; 2]]) -> bool {
+fn count(result: &FitResult, tallies: &mut [Tally]) -> bool {
     let Some(known) = &result.covariance else { return false };
     if known.parameters.len() != TRUTH.len() || known.naive.len() != TRUTH.len() {
         return false;
     }
     for (i, (p, truth)) in result.parameters.iter().zip(TRUTH).enumerate() {
-        let off = (p.value - truth).abs();
-        tally[i][0] += usize::from(p.sd.is_some_and(|sd| off <= 1.96 * sd));
-        tally[i][1] += usize::from(off <= 1.96 * known.naive[i]);
+        let off = p.value - truth;
+        let scaled = off / p.sd.unwrap_or(f64::INFINITY);
+        tallies[i].within[0] += usize::from(scaled.abs() <= 1.96);
+        tallies[i].within[1] += usize::from(off.abs() <= 1.96 * known.naive[i]);
+        tallies[i].off += scaled;
+        tallies[i].off2 += scaled * scaled;
     }
     true
 }

@@ -4,6 +4,9 @@
 //! - nothing: the scan is turned at random and lies anywhere, and the shape parameters begin anywhere in their bounds;
 //! - defaults: as `nothing`, but beginning with the script's own defaults, as a user does who says nothing.
 //!
+//! Where GMLC_PEER_PYTHON names a Python with numpy, scipy and open3d, benches/peers/fit_scipy.py fits from the same near
+//! starts.
+//!
 //! A fit counts where its objective is that of the best one known (to 0.2 %) and the shape parameters are the same. Then the
 //! time of one objective with its gradient over all points.
 
@@ -17,7 +20,9 @@ use gml_runtime::scan::{self, ReadOptions, Scan};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::time::Instant;
 
 /// The cup's pose: x, y, z, alpha, beta, gamma.
@@ -32,8 +37,43 @@ pub(crate) fn run(data: &str, starts: usize, first: usize) {
     println!("best known: objective {:.6}, sigma {:.3} mm, {:.2} s", best.objective, best.sigma, seconds(&best));
     evaluation(&program, &scan, &best);
     for kind in [Kind::Near, Kind::Nothing, Kind::Defaults] {
-        table(&program, &scan, &best, kind, first..first + starts);
+        let ours = table(&program, &scan, &best, kind, first..first + starts);
+        if kind == Kind::Near {
+            peer(&program, &path, &best, first..first + starts, ours);
+        }
     }
+}
+
+/// The same near starts in Python, if there is one that can; `ours` is our median time.
+fn peer(program: &Program, scan: &str, best: &FitResult, starts: std::ops::Range<usize>, ours: f64) {
+    let Ok(python) = std::env::var("GMLC_PEER_PYTHON") else { return };
+    let start = |start: usize| {
+        let options = near(program, best, &mut ChaCha8Rng::seed_from_u64(start as u64));
+        let values = program.parameters().iter().map(|p| options.start[&p.name].to_string());
+        values.collect::<Vec<_>>().join(" ")
+    };
+    let lines = starts.map(start).collect::<Vec<_>>().join("\n");
+    let script = format!("{}/benches/peers/fit_scipy.py", env!("CARGO_MANIFEST_DIR"));
+    let mut command = Command::new(&python);
+    command.arg(script).arg(scan).arg(best.sigma.to_string()).stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut child = command.spawn().unwrap_or_else(|e| panic!("{python}: {e}"));
+    let mut input = child.stdin.take().expect("a pipe");
+    input.write_all(lines.as_bytes()).unwrap_or_else(|e| panic!("{python}: {e}"));
+    drop(input);
+    let output = child.wait_with_output().unwrap_or_else(|e| panic!("{python}: {e}"));
+    let (mut times, mut found) = (Vec::new(), 0);
+    for line in String::from_utf8_lossy(&output.stdout).lines() {
+        let numbers: Vec<f64> = line.split_whitespace().filter_map(|w| w.parse().ok()).collect();
+        let same = |i: usize| {
+            let (a, b) = (numbers[i + 2], &best.parameters[i]);
+            // Open3D's distances are to facets, and take no heed of normals.
+            (a - b.value).abs() < if b.quantity == Quantity::Length { 0.5 } else { 0.05 }
+        };
+        times.push(numbers[0]);
+        found += usize::from((POSE..best.parameters.len()).all(same));
+    }
+    let (count, theirs) = (times.len(), median(&mut times));
+    println!("SciPy and Open3D: {found} of {count}   median {theirs:.2} s, {:.1} times ours", theirs / ours);
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,7 +104,7 @@ fn evaluation(program: &Program, scan: &Scan, best: &FitResult) {
     }
 }
 
-fn table(program: &Program, scan: &Scan, best: &FitResult, kind: Kind, starts: std::ops::Range<usize>) {
+fn table(program: &Program, scan: &Scan, best: &FitResult, kind: Kind, starts: std::ops::Range<usize>) -> f64 {
     let (mut found, mut wall, mut busy, mut count) = (0, Vec::new(), Vec::new(), 0);
     let mut stages: BTreeMap<String, f64> = BTreeMap::new();
     for start in starts {
@@ -95,13 +135,14 @@ fn table(program: &Program, scan: &Scan, best: &FitResult, kind: Kind, starts: s
     }
     let shares: Vec<String> = stages.iter().map(|(stage, t)| format!("{stage} {:.3}", t / count as f64)).collect();
     println!("          seconds: {}", shares.join(", "));
+    let middle = median(&mut wall);
     println!(
-        "{:9} {found:3} of {count:3}   median {:.2} s   processor {:.2} s   most {:.2} s",
+        "{:9} {found:3} of {count:3}   median {middle:.2} s   processor {:.2} s   most {:.2} s",
         format!("{kind:?}").to_lowercase(),
-        median(&mut wall),
         median(&mut busy),
         wall.iter().fold(0.0f64, |a, b| a.max(*b)),
     );
+    middle
 }
 
 /// The shape parameters that differ from the best fit's.

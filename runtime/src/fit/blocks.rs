@@ -2,10 +2,11 @@
 
 use foldhash::fast::FixedState;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// A patch and a cube.
-pub(crate) type Key = (u32, [i64; 3]);
+/// A patch and a cube, its coordinates in 21 bits each.
+pub(crate) type Key = (u32, u64);
 
 /// Blocks of one size: points of one patch in one cube.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +27,9 @@ const EDGES: i32 = 8;
 impl Blocks {
     /// The key of a point's block; `shift` (fractions of an edge) moves the grid.
     pub(crate) fn key(edge: f64, shift: DVec3, patch: u32, p: DVec3) -> Key {
-        (patch, (p / edge + shift).floor().to_array().map(|c| c as i64))
+        // A cube so far out that its number does not fit is taken for another one, far out as well.
+        let [x, y, z] = (p / edge + shift).floor().to_array().map(|c| c as i64 as u64 & 0x1f_ffff);
+        (patch, x | y << 21 | z << 42)
     }
 
     /// The blocks in which signed pulls (`weight * distance`) depend on each other, from the sizes of block sums: those of
@@ -38,24 +41,34 @@ impl Blocks {
         if !(total > 0.0) {
             return None;
         }
-        let mut by_edge: Vec<(f64, f64)> = Vec::new();
-        let mut clear = false;
-        for k in (1..=EDGES).rev() {
-            let edge = radius * 0.5_f64.powi(k);
+        // From fine to coarse: the ratio, and whether it is clearly more than 1; None where there are too few blocks.
+        let of_edge = |edge: f64| {
             let mut sums: HashMap<Key, f64, FixedState> = HashMap::default();
-            for ((p, patch), z) in points.iter().zip(pulls) {
-                *sums.entry(Self::key(edge, DVec3::ZERO, *patch, *p)).or_default() += z;
-            }
-            if sums.len() < FEWEST {
-                break;
+            let keys = points.iter().map(|(p, patch)| Self::key(edge, DVec3::ZERO, *patch, *p));
+            let mut parts = keys.zip(pulls);
+            // Neighbours in the list are neighbours in space: most of them share their cube.
+            let mut run = parts.next();
+            while let Some((key, first)) = run {
+                let mut sum = *first;
+                run = parts.find(|(next, pull)| {
+                    let same = *next == key;
+                    sum += if same { **pull } else { 0.0 };
+                    !same
+                });
+                *sums.entry(key).or_default() += sum;
             }
             // Sorted, so that the sum does not depend on the table's order.
             let mut squares: Vec<f64> = sums.values().map(|s| s * s).collect();
             squares.sort_by(f64::total_cmp);
             let ratio = squares.iter().sum::<f64>() / total;
-            clear |= ratio > 1.15 + 4.0 * (2.0 / sums.len() as f64).sqrt();
-            by_edge.push((edge, ratio));
-        }
+            let clear = ratio > 1.15 + 4.0 * (2.0 / sums.len() as f64).sqrt();
+            (sums.len() >= FEWEST).then_some((edge, ratio, clear))
+        };
+        let edges: Vec<f64> = (1..=EDGES).rev().map(|k| radius * 0.5_f64.powi(k)).collect();
+        let all: Vec<Option<(f64, f64, bool)>> = edges.into_par_iter().map(of_edge).collect();
+        let enough: Vec<(f64, f64, bool)> = all.into_iter().map_while(|of| of).collect();
+        let clear = enough.iter().any(|e| e.2);
+        let by_edge: Vec<(f64, f64)> = enough.iter().map(|e| (e.0, e.1)).collect();
         let best = (0..by_edge.len()).max_by(|a, b| by_edge[*a].1.total_cmp(&by_edge[*b].1))?;
         let (edge, inflation) = by_edge[best];
         if !clear {

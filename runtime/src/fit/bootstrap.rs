@@ -2,12 +2,13 @@
 //! together, fitted again from where the fit ended (Kuensch 1989).
 
 use super::blocks::{Blocks, Key};
+use super::descent::Last;
 use super::gauss_newton::{self, Stop};
 use super::memory::{Memory, REACH};
 use super::objective::Objective;
 use super::points::Points;
 use super::result::{Bootstrap, Resampled};
-use super::schedule::{Last, Setting};
+use super::setting::Setting;
 use super::uncertainty::Uncertainty;
 use foldhash::fast::FixedState;
 use glam::DVec3;

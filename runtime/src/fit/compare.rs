@@ -1,13 +1,13 @@
 //! Fits of several models to one scan, compared by Schwarz's criterion (BIC).
 
-use super::facets::Layout;
+use super::layout::Layout;
 use super::loss::Loss;
 use super::motion::Motion;
 use super::objective::{Objective, Order};
 use super::options::FitError;
 use super::points::Points;
 use super::result::FitResult;
-use super::schedule::Setting;
+use super::setting::Setting;
 use crate::model::Model;
 use crate::scan::Scan;
 use glam::{DMat3, DQuat, DVec3};

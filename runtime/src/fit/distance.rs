@@ -19,6 +19,12 @@ pub(crate) struct Foot {
 /// Newton evaluations a foot point is given at most; four suffice but for the start across a sharp bend.
 const EVALUATIONS: usize = 16;
 
+/// How much larger than one of second order a derivative of third order may be: of a sine whose period is the patch it is 2 pi
+/// times as large.
+const GROWTH: f64 = 16.0;
+/// Newton steps on a Taylor polynomial.
+const TAYLOR_STEPS: usize = 4;
+
 /// A foot point on its way.
 #[derive(Clone, Copy)]
 struct Search {
@@ -91,6 +97,12 @@ fn advance(
         if gain <= (tolerance * tolerance).max(1e-16 * d2) {
             return false;
         }
+        if let Some(there) = finish(search.trial, step, s, q, closed, tolerance) {
+            if there.d2 < foot.d2 {
+                *foot = there;
+            }
+            return false;
+        }
         search.step = step;
     } else {
         search.step = search.step.map(|s| 0.25 * s);
@@ -98,11 +110,57 @@ fn advance(
             return false;
         }
     }
-    for k in 0..2 {
-        let x = foot.uv[k] + search.step[k];
-        search.trial[k] = if closed[k] { x - x.floor() } else { x.clamp(0.0, 1.0) };
-    }
+    search.trial = stepped(foot.uv, search.step, closed);
     true
+}
+
+fn stepped(uv: [f64; 2], step: [f64; 2], closed: [bool; 2]) -> [f64; 2] {
+    [0, 1].map(|k| {
+        let x = uv[k] + step[k];
+        if closed[k] { x - x.floor() } else { x.clamp(0.0, 1.0) }
+    })
+}
+
+/// The foot on the surface's Taylor polynomial of second order about `uv`, where that is the surface to a tenth of `tolerance`:
+/// close to the foot the surface need not be evaluated again. `step` is the first one.
+fn finish(
+    uv: [f64; 2],
+    step: [f64; 2],
+    s: &SecondPartials,
+    q: DVec3,
+    closed: [bool; 2],
+    tolerance: f64,
+) -> Option<Foot> {
+    let [point, du, dv] = [s.first.point, s.first.du, s.first.dv].map(DVec3::from_array);
+    let [duu, duv, dvv] = [s.duu, s.duv, s.dvv].map(DVec3::from_array);
+    let size = [du.length() + duu.length(), dv.length() + dvv.length()];
+    let mixed = duv.length();
+    // The next term of the series, from the last one and from how much faster a surface's higher derivatives grow.
+    let beyond = |step: [f64; 2]| {
+        let [a, b] = step.map(f64::abs);
+        GROWTH / 6.0 * (size[0] * a * a * a + size[1] * b * b * b + 3.0 * mixed * a * b * (a + b))
+    };
+    let mut walked = [0.0; 2];
+    let mut step = step;
+    for _ in 0..TAYLOR_STEPS {
+        walked = [walked[0] + step[0], walked[1] + step[1]];
+        if !(beyond(walked) <= 0.1 * tolerance) {
+            return None;
+        }
+        let [a, b] = walked;
+        let here = point + du * a + dv * b + duu * (0.5 * a * a) + duv * (a * b) + dvv * (0.5 * b * b);
+        let (du, dv) = (du + duu * a + duv * b, dv + duv * a + dvv * b);
+        let r = here - q;
+        let second = [duu, duv, dvv].map(|d| r.dot(d));
+        let at = [uv[0] + a, uv[1] + b];
+        let (next, gain) = newton(at, closed, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
+        let d2 = r.length_squared();
+        if gain <= (tolerance * tolerance).max(1e-16 * d2) {
+            return Some(Foot { uv: stepped(uv, walked, closed), point: here, normal: du.cross(dv), d2 });
+        }
+        step = next;
+    }
+    None
 }
 
 /// The step that minimises the quadratic model of |S - q|^2 / 2 inside the patch, and by how much it lowers |S - q|^2.

@@ -1,46 +1,15 @@
-//! The model's surface as facets for the search of nearest points: a grid of quadrilaterals a patch, in a tree of boxes
-//! that is built once a level and refitted at every evaluation.
+//! The model's surface as facets, for the search of nearest points.
 
+use super::layout::{Layout, Quad, bounds};
 use super::tree::{Tree, triangle_closest};
-use crate::model::{Instance, Model};
 use glam::DVec3;
-
-/// Vertices of the grids in (u, v), and the quadrilaterals between them. Does not depend on the parameters.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Layout {
-    /// One a patch.
-    grids: Vec<Grid>,
-    /// (u, v) of every vertex.
-    uv: Vec<[f64; 2]>,
-    quads: Vec<Quad>,
-    tree: Tree,
-}
-
-/// The grid of one patch.
-#[derive(Clone, Debug)]
-struct Grid {
-    first: usize,
-    u: Vec<f64>,
-    v: Vec<f64>,
-    /// Whether the patch closes in u, and in v, so that a foot point may cross the seam.
-    closed: [bool; 2],
-    /// Quadrilaterals each way.
-    cells: [usize; 2],
-}
-
-/// Vertices in the order (u, v), (u+, v), (u+, v+), (u, v+): counter-clockwise about dS/du x dS/dv.
-#[derive(Clone, Copy, Debug)]
-struct Quad {
-    patch: u32,
-    vertices: [u32; 4],
-}
 
 /// The facets at certain parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Facets<'a> {
-    layout: &'a Layout,
-    positions: Vec<[f64; 3]>,
-    tree: Tree,
+    pub(super) layout: &'a Layout,
+    pub(super) positions: Vec<[f64; 3]>,
+    pub(super) tree: Tree,
     /// Patches that could not be evaluated here; they are never found.
     pub(crate) absent: usize,
 }
@@ -67,124 +36,12 @@ pub(crate) struct Facing<'a> {
 const SEEN: usize = 48;
 /// The cosine between normals within which a facet may turn from looking one way to looking the other.
 const ACROSS: f64 = 0.1;
-/// Samples each way when a patch is gauged.
-const GAUGE: usize = 12;
-/// Limits of a grid's cells each way.
-const CELLS: (usize, usize) = (1, 48);
-
-impl Layout {
-    /// Facets whose distance from the exact surface is about `tolerance`, at the model's current shape.
-    pub(crate) fn new(model: &dyn Model, instance: &dyn Instance, tolerance: f64, size: f64) -> Self {
-        Self::of_patches(model, instance, tolerance, size, |_| true)
-    }
-
-    /// As `new`, of some patches; the others are never found.
-    pub(crate) fn of_patches(
-        model: &dyn Model,
-        instance: &dyn Instance,
-        tolerance: f64,
-        size: f64,
-        chosen: impl Fn(usize) -> bool,
-    ) -> Self {
-        let mut layout = Self::default();
-        for patch in 0..model.parts().len() {
-            if chosen(patch) {
-                let gauge = gauge(instance, patch, tolerance, size);
-                layout.push_grid(patch, gauge);
-            } else {
-                let first = layout.uv.len();
-                layout.grids.push(Grid { first, u: Vec::new(), v: Vec::new(), closed: [false; 2], cells: [0; 2] });
-            }
-        }
-        let mut positions = vec![[f64::NAN; 3]; layout.uv.len()];
-        layout.place(instance, &mut positions);
-        let centres: Vec<DVec3> = layout.quads.iter().map(|q| centre(q, &positions)).collect();
-        let (tree, order) = Tree::build(&centres);
-        layout.quads = order.iter().map(|i| layout.quads[*i as usize]).collect();
-        layout.tree = tree;
-        layout
-    }
-
-    fn push_grid(&mut self, patch: usize, gauge: Gauge) {
-        let [nu, nv] = gauge.cells;
-        let first = self.uv.len();
-        let (mut us, mut vs) = (Vec::new(), Vec::new());
-        for j in 0..=nv {
-            for i in 0..=nu {
-                us.push(i as f64 / nu as f64);
-                vs.push(j as f64 / nv as f64);
-            }
-        }
-        self.uv.extend(us.iter().zip(&vs).map(|(u, v)| [*u, *v]));
-        for j in 0..nv {
-            for i in 0..nu {
-                let a = (first + j * (nu + 1) + i) as u32;
-                let above = a + nu as u32 + 1;
-                self.quads.push(Quad { patch: patch as u32, vertices: [a, a + 1, above + 1, above] });
-            }
-        }
-        self.grids.push(Grid { first, u: us, v: vs, closed: gauge.closed, cells: gauge.cells });
-    }
-
-    /// Evaluates every vertex; a patch that fails is left NaN. Returns how many failed.
-    fn place(&self, instance: &dyn Instance, positions: &mut [[f64; 3]]) -> usize {
-        let mut absent = 0;
-        for (patch, grid) in self.grids.iter().enumerate() {
-            let out = &mut positions[grid.first..grid.first + grid.u.len()];
-            if out.is_empty() {
-                continue;
-            }
-            if instance.points(patch, &grid.u, &grid.v, out).is_err() {
-                out.fill([f64::NAN; 3]);
-                absent += 1;
-            }
-        }
-        absent
-    }
-
-    /// The facets where `instance` puts them.
-    pub(crate) fn facets(&self, instance: &dyn Instance) -> Facets<'_> {
-        let mut positions = vec![[f64::NAN; 3]; self.uv.len()];
-        let absent = self.place(instance, &mut positions);
-        let mut tree = self.tree.clone();
-        self.refit(&mut tree, &positions);
-        Facets { layout: self, positions, tree, absent }
-    }
-
-    fn refit(&self, tree: &mut Tree, positions: &[[f64; 3]]) {
-        tree.refit(bounds(positions), |quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
-    }
-
-    /// Whether two facets are the same or share a corner, within one patch.
-    fn beside(&self, a: u32, b: u32) -> bool {
-        let [a, b] = [a, b].map(|quad| self.quads[quad as usize]);
-        if a.patch != b.patch {
-            return false;
-        }
-        let grid = &self.grids[a.patch as usize];
-        let place = |quad: Quad| {
-            let first = quad.vertices[0] as usize - grid.first;
-            [first % (grid.cells[0] + 1), first / (grid.cells[0] + 1)]
-        };
-        let (a, b) = (place(a), place(b));
-        (0..2).all(|k| {
-            let apart = a[k].abs_diff(b[k]);
-            apart <= 1 || (grid.closed[k] && apart + 1 >= grid.cells[k])
-        })
-    }
-
-    /// Whether patch `patch` closes in u, and in v.
-    pub(crate) fn closed(&self, patch: usize) -> [bool; 2] {
-        self.grids[patch].closed
-    }
-}
-
 impl Facets<'_> {
     /// Takes patches out, so that they are no longer found.
     pub(crate) fn remove(&mut self, patch: impl Fn(usize) -> bool) {
         for (i, grid) in self.layout.grids.iter().enumerate() {
             if patch(i) {
-                self.positions[grid.first..grid.first + grid.u.len()].fill([f64::NAN; 3]);
+                self.positions[grid.vertices()].fill([f64::NAN; 3]);
             }
         }
         self.layout.refit(&mut self.tree, &self.positions);
@@ -205,6 +62,16 @@ impl Facets<'_> {
         best.map(|best| self.on(&best))
     }
 
+    /// As `nearest`, of all patches but one.
+    pub(crate) fn nearest_but(&self, q: DVec3, cutoff: f64, facing: Option<Facing>, patch: u32) -> Option<Nearest> {
+        let mut best: Option<Best> = None;
+        self.tree.visit(q, cutoff * cutoff, |quad, limit| {
+            let own = self.layout.quads[quad].patch == patch;
+            if own { limit } else { self.try_quad(q, quad as u32, facing, limit, &mut best) }
+        });
+        best.map(|best| self.on(&best))
+    }
+
     /// As `nearest`, and how far the model may move until the answer can be another one. For that, facets are looked at that
     /// are up to `reach` farther away; those beside the nearest one do not count as another answer.
     pub(crate) fn nearest_and_slack(
@@ -221,7 +88,7 @@ impl Facets<'_> {
         let mut count = 0;
         let mut look = |quad: u32, limit: f64| {
             let before = least;
-            let any = self.look(q, quad, facing, &mut least, &mut best);
+            let any = self.look(q, quad, facing, limit, &mut least, &mut best);
             if any <= limit {
                 if let Some(slot) = seen.get_mut(count) {
                     *slot = (quad, any);
@@ -253,18 +120,30 @@ impl Facets<'_> {
     }
 
     /// Puts a facet into `best` if it is nearer than `least` (squared); returns its squared distance whichever way it looks,
-    /// unless that is clearly the wrong one.
-    fn look(&self, q: DVec3, quad: u32, facing: Option<Facing>, least: &mut f64, best: &mut Option<Best>) -> f64 {
+    /// unless that is clearly the wrong one or beyond `limit`.
+    fn look(
+        &self,
+        q: DVec3,
+        quad: u32,
+        facing: Option<Facing>,
+        limit: f64,
+        least: &mut f64,
+        best: &mut Option<Best>,
+    ) -> f64 {
         let Quad { patch, vertices } = self.layout.quads[quad as usize];
         let corner = vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
         let mut any = f64::INFINITY;
         for corners in [[0, 1, 2], [0, 2, 3]] {
             let [a, b, c] = corners.map(|k: usize| corner[k]);
+            let (weights, d2) = triangle_closest(q, a, b, c);
+            // Which way it looks matters only where it is near.
+            if d2 > limit.min(any) && d2 >= *least {
+                continue;
+            }
             let cosine = facing.map_or(0.0, |f| f.cosine(patch, a, b, c));
             if cosine < -ACROSS {
                 continue;
             }
-            let (weights, d2) = triangle_closest(q, a, b, c);
             any = any.min(d2);
             if cosine >= 0.0 && d2 < *least {
                 *least = d2;
@@ -312,9 +191,9 @@ impl Facets<'_> {
         limit
     }
 
-    /// The distance from `q` to the nearest facet; infinite if there is none.
-    pub(crate) fn distance(&self, q: DVec3) -> f64 {
-        let mut best = f64::INFINITY;
+    /// The distance from `q` to the nearest facet, which is below `limit`; `limit` if there is none.
+    pub(crate) fn distance(&self, q: DVec3, limit: f64) -> f64 {
+        let mut best = limit * limit;
         self.tree.visit(q, best, |quad, limit| {
             let c = self.layout.quads[quad].vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
             let (_, first) = triangle_closest(q, c[0], c[1], c[2]);
@@ -361,67 +240,10 @@ impl Facing<'_> {
     }
 }
 
-/// The box around all positions that are finite.
-fn bounds(positions: &[[f64; 3]]) -> (DVec3, DVec3) {
-    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let finite = positions.iter().map(|p| DVec3::from_array(*p)).filter(|p| p.is_finite());
-    finite.fold(start, |(low, high), p| (low.min(p), high.max(p)))
-}
-
-fn centre(quad: &Quad, positions: &[[f64; 3]]) -> DVec3 {
-    let sum: DVec3 = quad.vertices.iter().map(|v| DVec3::from_array(positions[*v as usize])).sum();
-    sum / 4.0
-}
-
 /// The nearest facet so far.
 struct Best {
     quad: u32,
     /// Which of its corners.
     corners: [usize; 3],
     weights: [f64; 3],
-}
-
-/// How finely a patch must be divided, and whether it closes.
-struct Gauge {
-    cells: [usize; 2],
-    closed: [bool; 2],
-}
-
-/// Chord error h^2 |S''| / 8 from second differences on a coarse grid; beside it no cell longer than a tenth of the
-/// size, so that boxes stay small.
-fn gauge(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Gauge {
-    let n = GAUGE + 1;
-    let (mut u, mut v) = (Vec::new(), Vec::new());
-    for j in 0..n {
-        for i in 0..n {
-            u.push(i as f64 / GAUGE as f64);
-            v.push(j as f64 / GAUGE as f64);
-        }
-    }
-    let mut p = vec![[0.0; 3]; n * n];
-    if instance.points(patch, &u, &v, &mut p).is_err() {
-        return Gauge { cells: [GAUGE; 2], closed: [false; 2] };
-    }
-    let at = |i: usize, j: usize, swap: bool| DVec3::from_array(if swap { p[i * n + j] } else { p[j * n + i] });
-    let mut cells = [1; 2];
-    let mut closed = [false; 2];
-    for (k, swap) in [(0, false), (1, true)] {
-        let (mut bend, mut length, mut gap) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for j in 0..n {
-            let mut line = 0.0;
-            for i in 1..n {
-                line += at(i, j, swap).distance(at(i - 1, j, swap));
-                if i + 1 < n {
-                    bend = bend.max((at(i + 1, j, swap) - 2.0 * at(i, j, swap) + at(i - 1, j, swap)).length());
-                }
-            }
-            length = length.max(line);
-            gap = gap.max(at(0, j, swap).distance(at(n - 1, j, swap)));
-        }
-        let by_bend = GAUGE as f64 * (bend / (8.0 * tolerance)).sqrt();
-        let by_length = 10.0 * length / size;
-        cells[k] = by_bend.max(by_length).ceil().clamp(CELLS.0 as f64, CELLS.1 as f64) as usize;
-        closed[k] = length > 0.0 && gap < 1e-9 * size && bend > 0.0;
-    }
-    Gauge { cells, closed }
 }

@@ -2,7 +2,7 @@
 //! measurements.
 
 use super::distance::Foot;
-use super::facets::Layout;
+use super::layout::Layout;
 use super::loss::Loss;
 use super::memory::{Memory, REACH};
 use super::motion::Motion;

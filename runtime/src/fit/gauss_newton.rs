@@ -16,6 +16,11 @@ pub(crate) struct Stop {
 /// The longest step of a scaled coordinate, in sigma.
 const REACH: f64 = 2.0;
 
+/// Steps of scaled coordinates below this, in sigma, are the last ones.
+const LAST: f64 = 2e-3;
+/// By how much, relatively, an objective may be off: feet are found to a finite precision.
+const ROUNDING: f64 = 1e-7;
+
 /// Where an optimiser ended.
 pub(crate) struct Minimum {
     pub(crate) estimate: Estimate,
@@ -51,7 +56,15 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
         let estimate = objective.space.retract(&at.estimate, step.as_slice());
         let trial = objective.evaluate(&estimate, Order::Normal);
         let gain = trial.as_ref().map_or(f64::NEG_INFINITY, |t| at.evaluation.value - t.value);
+        // The last steps gain less than the objective is rounded by: there the gradient judges.
+        let last = step.amax() < LAST * objective.loss.sigma;
+        let calmer = |t: &Evaluation| pull(t, &room) < pull(&at.evaluation, &room);
         match trial {
+            Some(trial) if last && gain > -ROUNDING * trial.value && calmer(&trial) => {
+                at.estimate = estimate;
+                at.evaluation = trial;
+                objective.note(&at.evaluation);
+            }
             Some(trial) if gain > 0.0 => {
                 let ratio = gain / predicted.max(f64::MIN_POSITIVE);
                 damping = if ratio > 0.75 {
@@ -79,6 +92,13 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
         }
     }
     Some(at)
+}
+
+/// The largest component of the gradient that no bound holds.
+fn pull(at: &Evaluation, room: &[(f64, f64)]) -> f64 {
+    let components = at.gradient.iter().zip(room);
+    let free = components.filter(|(g, (low, high))| !((*low >= 0.0 && **g > 0.0) || (*high <= 0.0 && **g < 0.0)));
+    free.map(|(g, _)| g.abs()).fold(0.0, f64::max)
 }
 
 /// The step that minimises the damped quadratic model inside the bounds. Coordinates that stand at a bound and are pushed

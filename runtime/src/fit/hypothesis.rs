@@ -1,8 +1,9 @@
 //! Whether the scan contradicts a value at which a parameter was held: Wald's test, on the fit with it released.
 
+use super::descent::Last;
 use super::options::FitOptions;
 use super::result::HypothesisTest;
-use super::schedule::{Last, Setting};
+use super::setting::Setting;
 use super::significance::chi_squared_tail;
 use nalgebra::{DMatrix, DVector};
 

@@ -28,6 +28,14 @@ pub(crate) struct Loss {
     pub(crate) sigma: f64,
 }
 
+/// What a point counts. See `Loss`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Counted {
+    pub(crate) psi: f64,
+    pub(crate) weight: f64,
+    pub(crate) curvature: f64,
+}
+
 /// Distances beyond this many sigma are not computed and count as psi = 1 ([VA] eq. 4) where psi is bounded; Welsch's psi there
 /// is 1 - 4.8e-6.
 const CUTOFF: f64 = 3.5;
@@ -59,6 +67,18 @@ impl Loss {
             LossKind::Squared => 1.0,
             LossKind::Huber => t.max(1.0).sqrt().recip(),
             LossKind::Tukey => (1.0 - t / 3.0).max(0.0).powi(2),
+        }
+    }
+
+    /// What a point at a squared distance counts, for the price of one of the three.
+    pub(crate) fn count(self, d2: f64) -> Counted {
+        match self.kind {
+            LossKind::Welsch => {
+                let psi = self.psi(d2);
+                let weight = 1.0 - psi;
+                Counted { psi, weight, curvature: weight * (1.0 - 2.0 * d2 / (self.sigma * self.sigma)) }
+            }
+            _ => Counted { psi: self.psi(d2), weight: self.weight(d2), curvature: self.curvature(d2) },
         }
     }
 
@@ -132,6 +152,13 @@ mod tests {
                 let bend = (at(d + h) - 2.0 * at(d) + at(d - h)) / (h * h);
                 let expected = loss.curvature(d * d) * 2.0 / (1.7 * 1.7);
                 assert!((bend - expected).abs() < 1e-6, "{kind:?}: {bend} against {expected} at {d}");
+            }
+            for d2 in [0.0, 0.2, 1.5, 9.0] {
+                let Counted { psi, weight, curvature } = loss.count(d2);
+                let expected = [loss.psi(d2), loss.weight(d2), loss.curvature(d2)];
+                for (a, b) in [psi, weight, curvature].into_iter().zip(expected) {
+                    assert!((a - b).abs() < 1e-14, "{kind:?}: {a} {b} at {d2}");
+                }
             }
             assert!((loss.psi(loss.half().powi(2)) - 0.5).abs() < 1e-15);
             assert!((Loss::with_half_at(kind, loss.half()).sigma - 1.7).abs() < 1e-14);

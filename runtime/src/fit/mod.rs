@@ -1,22 +1,29 @@
 //! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) ([VA] eq. 1 and 2).
 //!
 //! - [`FitOptions`], [`FitError`], [`FitResult`]: what goes in and what comes out of [`fit()`].
-//! - `points` thins the scan evenly; `facets` and `tree` find the nearest facet of the model within the cut-off,
-//!   `distance` the exact foot point; `memory` knows which points need no search; `objective` sums psi and its derivatives.
+//! - `points` thins the scan evenly; `layout` divides the model into facets, `facets` and `tree` find the nearest one within the
+//!   cut-off, `distance` the exact foot point; `memory` knows which points need no search; `objective` sums psi and its derivatives
+//!   (`sums`, `rows`).
 //! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`). `pose` finds the
 //!   script's own pose parameters and writes the motion back into them.
-//! - `lbfgs` and `gauss_newton` minimise; `screening` finds where to begin, `schedule` goes from coarse to fine.
+//! - `lbfgs` and `gauss_newton` minimise; `schedule` is the whole: `frame` says how the pose is treated, `screening` finds where to
+//!   begin, `descent` goes from coarse to fine. `setting` is what stays the same meanwhile.
+//! - `uncertainty` says how well the result is known, with `blocks` of dependent residuals and `kinks` between patches.
 
 mod blocks;
 mod bootstrap;
+mod bounds;
 mod compare;
+mod descent;
 mod distance;
 mod facets;
 mod field;
+mod frame;
 mod function;
 mod gauss_newton;
 mod hypothesis;
-mod influence;
+mod kinks;
+mod layout;
 mod lbfgs;
 mod loss;
 mod memory;
@@ -31,10 +38,13 @@ mod relabel;
 mod report;
 mod restart;
 mod result;
+mod rows;
 mod schedule;
 mod screening;
+mod setting;
 mod significance;
 mod space;
+mod sums;
 mod trace;
 mod tree;
 mod uncertainty;

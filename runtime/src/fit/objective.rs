@@ -1,12 +1,14 @@
 //! The objective f = mean psi(d(M(x), s_i)) ([VA] eq. 1) with its gradient or its weighted normal equations.
 
 use super::distance::{Foot, refine};
-use super::facets::{Facets, Facing, Layout};
+use super::facets::{Facets, Facing};
+use super::layout::Layout;
 use super::loss::Loss;
 use super::memory::{Memory, NOWHERE, Part};
 use super::motion::Motion;
 use super::points::Points;
 use super::space::{Estimate, Space};
+use super::sums::{PatchSum, Sums};
 use super::trace::Log;
 use crate::model::{EvaluationError, Instance};
 use crate::progress::Progress;
@@ -67,21 +69,6 @@ pub(crate) struct Evaluation {
     pub(crate) absent: usize,
 }
 
-/// What belongs to one patch.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct PatchSum {
-    /// Points with psi below 1/2.
-    pub(crate) inliers: f64,
-    /// Sum of their squared distances.
-    pub(crate) d2: f64,
-    /// Sum of weights.
-    pub(crate) weight: f64,
-    /// Sum of weight times squared distance.
-    pub(crate) weighted_d2: f64,
-    /// Sum of weight times the cosine between the scan's normal and dS/du x dS/dv.
-    pub(crate) facing: f64,
-}
-
 impl Evaluation {
     /// Points with psi below 1/2.
     pub(crate) fn inliers(&self) -> f64 {
@@ -102,22 +89,6 @@ pub(crate) struct Placed<'s> {
 
 /// Points a chunk: sums do not depend on the number of threads because chunks do not.
 pub(crate) const CHUNK: usize = 512;
-
-/// Sums over a chunk; derivatives by (x, shift, turn).
-struct Sums {
-    psi: f64,
-    gradient: Vec<f64>,
-    normal: Vec<f64>,
-    patches: Vec<PatchSum>,
-}
-
-/// A point of the chunk with its foot.
-struct Residual {
-    /// S - q. Millimetres.
-    e: DVec3,
-    foot: Foot,
-    weight: f64,
-}
 
 impl Objective<'_> {
     /// The model at an estimate.
@@ -175,45 +146,17 @@ impl Objective<'_> {
         all
     }
 
-    fn total(&self, sums: &[Sums], at: &Estimate, order: Order, absent: usize) -> Evaluation {
-        let n = self.space.model.parameters().len() + 6;
-        let mut gradient = DVector::zeros(n);
-        let mut normal = DMatrix::zeros(n, n);
-        let mut patches = vec![PatchSum::default(); self.space.model.parts().len()];
-        let mut psi = 0.0;
-        for sum in sums {
-            psi += sum.psi;
-            for (g, s) in gradient.iter_mut().zip(&sum.gradient) {
-                *g += s;
-            }
-            for (h, s) in normal.iter_mut().zip(&sum.normal) {
-                *h += s;
-            }
-            for (p, s) in patches.iter_mut().zip(&sum.patches) {
-                p.inliers += s.inliers;
-                p.d2 += s.d2;
-                p.weight += s.weight;
-                p.weighted_d2 += s.weighted_d2;
-                p.facing += s.facing;
-            }
-        }
-        let points = self.points.len().max(1) as f64;
-        let scale = 2.0 / (self.loss.sigma * self.loss.sigma * points);
-        let value = psi / points;
-        if order == Order::Value {
-            let (gradient, normal) = (DVector::zeros(0), DMatrix::zeros(0, 0));
-            return Evaluation { value, gradient, normal, patches, absent };
-        }
-        let chain = self.space.chain(at);
-        let gradient = chain.tr_mul(&gradient) * scale;
-        let normal = if order == Order::Normal {
-            // Only one triangle was summed.
-            normal.fill_upper_triangle_with_lower_triangle();
-            chain.tr_mul(&(normal * &chain)) * scale
-        } else {
-            DMatrix::zeros(0, 0)
+    /// The mean psi of the distances to the facets: fast, and good enough to tell places apart that are much worse than others.
+    pub(crate) fn rough_value(&self, placed: &Placed, motion: &Motion) -> f64 {
+        self.evaluations.fetch_add(1, Ordering::Relaxed);
+        let inverse = motion.rotation.inverse();
+        let cutoff = self.loss.cutoff();
+        let points = &self.points.position;
+        let psi = |p: &DVec3| {
+            let d = placed.facets.distance(inverse * (*p - motion.translation), cutoff);
+            self.loss.psi(d * d)
         };
-        Evaluation { value, gradient, normal, patches, absent }
+        points.iter().map(psi).sum::<f64>() / points.len().max(1) as f64
     }
 
     fn chunk(
@@ -224,18 +167,11 @@ impl Objective<'_> {
         mut memory: Option<&mut Part>,
         order: Order,
     ) -> Sums {
-        let n = self.space.model.parameters().len() + 6;
-        let patches = self.space.model.parts().len();
-        let mut sums = Sums {
-            psi: range.len() as f64,
-            gradient: if order == Order::Value { Vec::new() } else { vec![0.0; n] },
-            normal: if order == Order::Normal { vec![0.0; n * n] } else { Vec::new() },
-            patches: vec![PatchSum::default(); patches],
-        };
+        let mut sums = Sums::none(self.space, range.len(), order);
         let start = range.start;
         let found = self.search(placed, motion, range, memory.as_deref_mut());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
-            let feet = self.patch(placed, these, order, &mut sums);
+            let feet = self.add_patch(placed, these, order, &mut sums);
             remember(memory.as_deref_mut(), start, these, &feet);
         }
         sums
@@ -252,6 +188,8 @@ impl Objective<'_> {
         let inverse = motion.rotation.inverse();
         let cutoff = self.loss.cutoff();
         let mut found = Vec::with_capacity(range.len());
+        // Points stand beside their neighbours in space: the last one's facet is a good guess for one that has none.
+        let mut last = u32::MAX;
         for (k, i) in range.enumerate() {
             let q = inverse * (self.points.position[i] - motion.translation);
             let normal = self.points.normal.get(i).map(|n| inverse * *n);
@@ -268,7 +206,10 @@ impl Objective<'_> {
                 (Some(signs), Some(normal)) => Some(Facing { normal, signs }),
                 _ => None,
             };
-            let hint = self.hints[i].load(Ordering::Relaxed);
+            let hint = match self.hints[i].load(Ordering::Relaxed) {
+                u32::MAX => last,
+                hint => hint,
+            };
             let nearest = match &mut memory {
                 Some(part) => {
                     let (nearest, slack) = placed.facets.nearest_and_slack(q, cutoff, facing, hint, part.reach);
@@ -280,106 +221,24 @@ impl Objective<'_> {
             };
             if let Some(nearest) = nearest {
                 self.hints[i].store(nearest.quad, Ordering::Relaxed);
+                last = nearest.quad;
                 found.push(at(nearest.patch, nearest.uv));
             }
         }
         found.sort_by_key(|f| f.patch);
         found
     }
+}
 
-    /// Adds the points of one patch. A patch that fails here counts as absent: its points keep psi = 1.
-    /// Returns the feet; none where the patch fails.
-    fn patch(&self, placed: &Placed, found: &[Found], order: Order, sums: &mut Sums) -> Vec<Foot> {
-        let patch = found[0].patch as usize;
-        let instance = &*placed.instance;
-        let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = found.iter().map(|f| (f.q, f.uv)).unzip();
-        let Ok(feet) = refine(instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance) else {
-            return Vec::new();
+impl Objective<'_> {
+    /// The same point with the nearest other patch, if there is one within `limit`.
+    pub(crate) fn elsewhere(&self, placed: &Placed, found: &Found, limit: f64) -> Option<Found> {
+        let facing = match (self.signs, self.points.normal.is_empty()) {
+            (Some(signs), false) => Some(Facing { normal: found.normal, signs }),
+            _ => None,
         };
-        let half2 = self.loss.half().powi(2);
-        let residuals: Vec<Residual> = feet
-            .iter()
-            .zip(&q)
-            .map(|(foot, q)| Residual { e: foot.point - *q, weight: self.loss.weight(foot.d2), foot: *foot })
-            .collect();
-        for (residual, found) in residuals.iter().zip(found) {
-            sums.psi += self.loss.psi(residual.foot.d2) - 1.0;
-            let part = &mut sums.patches[patch];
-            if residual.foot.d2 < half2 {
-                part.inliers += 1.0;
-                part.d2 += residual.foot.d2;
-            }
-            part.weight += residual.weight;
-            part.weighted_d2 += residual.weight * residual.foot.d2;
-            part.facing += residual.weight * residual.foot.normal.normalize_or_zero().dot(found.normal);
-        }
-        match order {
-            Order::Value => {}
-            Order::Gradient => self.add_gradient(instance, patch, &residuals, sums),
-            Order::Normal => self.add_normal(instance, patch, &residuals, sums),
-        }
-        feet
-    }
-
-    fn add_gradient(&self, instance: &dyn Instance, patch: usize, residuals: &[Residual], sums: &mut Sums) {
-        let n = self.space.model.parameters().len();
-        let (u, v) = arguments(residuals);
-        let w: Vec<[f64; 3]> = residuals.iter().map(|r| (r.e * r.weight).to_array()).collect();
-        if instance.pullback(patch, &u, &v, &w, &mut sums.gradient[..n]).is_err() {
-            sums.gradient.fill(f64::NAN);
-            return;
-        }
-        for r in residuals {
-            let force = r.e * r.weight;
-            let torque = (r.foot.point - self.space.centre).cross(force);
-            for k in 0..3 {
-                sums.gradient[n + k] += force[k];
-                sums.gradient[n + 3 + k] += torque[k];
-            }
-        }
-    }
-
-    fn add_normal(&self, instance: &dyn Instance, patch: usize, residuals: &[Residual], sums: &mut Sums) {
-        let n = self.space.model.parameters().len();
-        let active = &self.space.model.parts()[patch].active;
-        let (u, v) = arguments(residuals);
-        let mut jacobian = vec![0.0; residuals.len() * active.len() * 3];
-        if instance.jacobian(patch, &u, &v, &mut jacobian).is_err() {
-            sums.gradient.fill(f64::NAN);
-            return;
-        }
-        let columns: Vec<usize> = active.iter().map(|a| *a as usize).chain(n..n + 6).collect();
-        let total = n + 6;
-        let mut row = vec![0.0; columns.len()];
-        for (i, r) in residuals.iter().enumerate() {
-            let (direction, distance) = self.direction(r);
-            for (a, entry) in row.iter_mut().take(active.len()).enumerate() {
-                *entry = direction.dot(DVec3::from_slice(&jacobian[(i * active.len() + a) * 3..]));
-            }
-            let torque = (r.foot.point - self.space.centre).cross(direction);
-            row[active.len()..].copy_from_slice(&[direction.x, direction.y, direction.z, torque.x, torque.y, torque.z]);
-            // Never so small that a step would run away.
-            let bend = if self.curved { self.loss.curvature(r.foot.d2).max(0.3 * r.weight) } else { r.weight };
-            for (a, ra) in row.iter().enumerate() {
-                let weighted = bend * ra;
-                sums.gradient[columns[a]] += r.weight * ra * distance;
-                let line = &mut sums.normal[columns[a] * total..][..total];
-                for (b, rb) in row.iter().enumerate().skip(a) {
-                    line[columns[b]] += weighted * rb;
-                }
-            }
-        }
-    }
-
-    /// The direction in which the distance is measured, and the distance along it. Near zero the direction of S - q is
-    /// noise, and the surface's normal takes its place.
-    fn direction(&self, r: &Residual) -> (DVec3, f64) {
-        let d = r.foot.d2.sqrt();
-        if d > 1e-6 * self.loss.sigma {
-            return (r.e / d, d);
-        }
-        let normal = r.foot.normal.normalize_or_zero();
-        (normal, normal.dot(r.e))
+        let nearest = placed.facets.nearest_but(found.q, limit, facing, found.patch)?;
+        Some(Found { patch: nearest.patch, uv: nearest.uv, ..*found })
     }
 }
 
@@ -398,9 +257,5 @@ pub(crate) struct Found {
     pub(crate) uv: [f64; 2],
     /// The point in the model's frame.
     pub(crate) q: DVec3,
-    normal: DVec3,
-}
-
-fn arguments(residuals: &[Residual]) -> (Vec<f64>, Vec<f64>) {
-    (residuals.iter().map(|r| r.foot.uv[0]).collect(), residuals.iter().map(|r| r.foot.uv[1]).collect())
+    pub(crate) normal: DVec3,
 }

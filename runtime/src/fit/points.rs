@@ -1,7 +1,9 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
 use crate::scan::Scan;
+use foldhash::fast::FixedState;
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// Points of a scan. Millimetres.
 #[derive(Clone, Debug, Default)]
@@ -80,40 +82,54 @@ impl Points {
         }
         let (low, high) = self.bounds();
         let extent = (high - low).max_element();
-        // Surfaces fill about (extent / cell)^2 cells; bisection finds the cell that gives the count.
+        // The cells that a surface fills grow like the square of their number along an edge.
         let (mut coarse, mut fine) = (1.0_f64, 4096.0_f64);
+        let mut cells = (count as f64).sqrt().clamp(coarse, fine);
         let mut chosen = Vec::new();
         for _ in 0..14 {
-            let middle = (coarse * fine).sqrt();
-            let picked = self.one_a_cell(low, extent / middle);
+            let picked = self.one_a_cell(low, extent / cells);
+            let ratio = count as f64 / picked.len() as f64;
             if picked.len() > count {
-                fine = middle;
+                fine = cells;
             } else {
-                coarse = middle;
+                coarse = cells;
                 chosen = picked;
-                if chosen.len() * 20 > count * 19 {
+                if ratio < 1.05 {
                     break;
                 }
             }
+            let next = cells * (0.975 * ratio).sqrt();
+            cells = if next > coarse && next < fine { next } else { (coarse * fine).sqrt() };
         }
         chosen.sort_unstable();
         self.pick(chosen.into_iter())
     }
 
+    /// About `count` points, each as likely as any other: dense where the scan is. All points where there are not more.
+    pub(crate) fn every(&self, count: usize) -> Self {
+        let step = self.len().div_ceil(count.max(1)).max(1);
+        if step == 1 { self.clone() } else { self.pick((0..self.len()).step_by(step)) }
+    }
+
+    /// These points and others of the same scan.
+    pub(crate) fn and(mut self, others: &Self) -> Self {
+        self.position.extend(&others.position);
+        self.normal.extend(&others.normal);
+        self.index.extend(&others.index);
+        self
+    }
+
     fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<usize> {
-        let mut keyed: Vec<(u64, f64, usize)> = self
-            .position
-            .iter()
-            .enumerate()
-            .map(|(i, p)| {
-                let scaled = (*p - low) / cell;
-                let off = scaled - scaled.floor() - 0.5;
-                (morton(scaled.as_u64vec3()), off.length_squared(), i)
-            })
-            .collect();
-        keyed.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
-        keyed.dedup_by_key(|k| k.0);
-        keyed.into_iter().map(|(_, _, i)| i).collect()
+        let mut middles: HashMap<u64, (f64, usize), FixedState> = HashMap::default();
+        for (i, p) in self.position.iter().enumerate() {
+            let scaled = (*p - low) / cell;
+            let off = (scaled - scaled.floor() - 0.5).length_squared();
+            let best = middles.entry(morton(scaled.as_u64vec3())).or_insert((off, i));
+            if off < best.0 {
+                *best = (off, i);
+            }
+        }
+        middles.into_values().map(|(_, i)| i).collect()
     }
 }
 

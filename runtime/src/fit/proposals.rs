@@ -2,7 +2,7 @@
 //! The distribution of such distances (Osada et al., "Shape distributions", D2) does not depend on the pose.
 
 use super::points::Points;
-use super::schedule::Setting;
+use super::setting::Setting;
 use super::space::Estimate;
 use crate::model::Instance;
 use glam::DVec3;
@@ -41,7 +41,7 @@ pub(crate) fn propose(setting: &Setting, start: &Estimate, count: usize) -> Vec<
         return Vec::new();
     }
     let ranges: Vec<(f64, f64)> = (0..dim).map(|k| setting.space.search_range(k, start.z[k], setting.radius)).collect();
-    let target = Distribution::of_points(&setting.points.sample(SAMPLE), setting.radius);
+    let target = Distribution::of_points(&setting.thin.sample(SAMPLE), setting.radius);
     let judge = |unit: Vec<f64>| {
         let z: Vec<f64> = unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
         let off = Distribution::of_model(setting, &z).map_or(f64::INFINITY, |d| d.distance(&target));
@@ -128,12 +128,11 @@ impl Distribution {
 /// About `SAMPLE` points, even by area.
 fn surface_points(patches: usize, instance: &dyn Instance) -> Vec<DVec3> {
     const N: usize = 11;
-    let (u, v): (Vec<f64>, Vec<f64>) =
-        (0..N * N).map(|k| ((k % N) as f64 / (N - 1) as f64, (k / N) as f64 / (N - 1) as f64)).unzip();
+    let axis: Vec<f64> = (0..N).map(|i| i as f64 / (N - 1) as f64).collect();
     let mut cells: Vec<(f64, [DVec3; 4])> = Vec::new();
     let mut p = vec![[0.0; 3]; N * N];
     for patch in 0..patches {
-        if instance.points(patch, &u, &v, &mut p).is_err() {
+        if instance.points_grid(patch, &axis, &axis, &mut p).is_err() {
             continue;
         }
         let at = |i: usize, j: usize| DVec3::from_array(p[j * N + i]);

@@ -1,9 +1,10 @@
 //! Turns the last estimate into the result: values, standard deviations, warnings.
 
+use super::descent::Last;
 use super::objective::Evaluation;
 use super::pose::RigidParameters;
 use super::result::{Bootstrap, Covariance, FitResult, FittedParameter, HypothesisTest};
-use super::schedule::{Last, Setting};
+use super::setting::Setting;
 use super::uncertainty::Uncertainty;
 use crate::scan::Scan;
 use nalgebra::DVector;

@@ -1,15 +1,15 @@
 //! Second chances for parameters that shape only some parts (a handle): the rest of the model may fit well while they are
 //! stuck in a wrong valley, or while the model is turned about the rest's axis of symmetry.
 
-use super::facets::Layout;
 use super::gauss_newton::{self, Stop};
+use super::layout::Layout;
 use super::loss::Loss;
 use super::objective::{Objective, Order};
 use super::points::Points;
 use super::proposals::halton;
 use super::relabel::relabelled;
-use super::schedule::Setting;
 use super::screening::Candidate;
+use super::setting::Setting;
 use super::space::{Estimate, Space};
 use glam::DVec3;
 use gml_compiler::program::Part;
@@ -20,15 +20,21 @@ use rayon::prelude::*;
 const VARIANTS: (usize, usize) = (12, 48);
 /// Angles about an axis of symmetry.
 const ANGLES: u32 = 16;
+/// Points on which everything is optimised; so many for groups with so few members.
+const PURSUING: usize = 800;
+const MANY: usize = 3000;
+const FEW_MEMBERS: usize = 2;
+/// Points by which variants are ranked.
+const RANKED: usize = 80;
 /// The variants that are always optimised: the present values, the start's and those at home.
 const KNOWN: usize = 3;
 /// Others that are optimised alone: so many a parameter, and at most.
 const SETTLED: (usize, usize) = (4, 20);
-/// Rounds over all groups.
-const ROUNDS: usize = 2;
+/// Rounds over all groups, at most.
+const ROUNDS: usize = 3;
 /// Points of a group whose mean psi is less than this times that of the others need no other values.
 const SETTLED_BELOW: f64 = 1.1;
-/// Those that are then optimised with everything else: so many at most. A single parameter has few valleys.
+/// Those that are then optimised with everything else: so many at most.
 const PURSUED: usize = 4;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
@@ -66,20 +72,33 @@ pub(crate) fn restart(
     candidate: Candidate,
 ) -> Candidate {
     let mut best = candidate;
-    for _ in 0..ROUNDS {
-        let mut improved = false;
+    for round in 0..ROUNDS {
+        let mut again = false;
         for group in groups(setting) {
-            if let Some(better) = retry(setting, [start, home], points, scale, &group, &best) {
-                // A rest that fits better shows more clearly what it leaves over.
-                improved |= better.value < 0.99 * best.value;
+            let Some(Retried { better, settled }) = retry(setting, [start, home], points, scale, &group, &best, round)
+            else {
+                continue;
+            };
+            // What did not succeed is tried once more with other values; and a rest that fits better shows more clearly what it
+            // leaves over.
+            again |= !settled;
+            if let Some(better) = better {
+                again |= better.value < 0.99 * best.value;
                 best = better;
             }
         }
-        if !improved {
+        if !again {
             break;
         }
     }
     best
+}
+
+/// What came of other values for a group.
+struct Retried {
+    better: Option<Candidate>,
+    /// Whether the points that only the group can explain fit about as well as the others.
+    settled: bool,
 }
 
 fn groups(setting: &Setting) -> Vec<Group> {
@@ -106,16 +125,19 @@ fn retry(
     scale: f64,
     group: &Group,
     from: &Candidate,
-) -> Option<Candidate> {
+    round: usize,
+) -> Option<Retried> {
     let fine = Loss::welsch(scale * setting.radius);
-    let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, points, fine) };
+    let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, &setting.thin, fine) };
     // What the other patches explain says nothing about this group.
     let (explained, axis) = unexplained(&objective, &from.estimate, group)?;
-    let rest = points.pick((0..explained.len()).filter(|i| !explained[*i]));
+    let rest = setting.thin.pick((0..explained.len()).filter(|i| !explained[*i]));
     if rest.len() < 8 {
         return None;
     }
-    let rest = rest.sample(250);
+    let rest = rest.sample(200);
+    // A small part has hardly a point among few: its own are counted beside them, and where few values are tried, more.
+    let few = setting.thin.every(if group.members.len() <= FEW_MEMBERS { MANY } else { PURSUING }).and(&rest);
     // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
@@ -125,17 +147,20 @@ fn retry(
     let mut pursued = if !stuck && is_settled(&objective, &from.estimate, &explained)? {
         vec![from.clone()]
     } else {
-        let ranked = local.rank(variants(setting, [start, home], group, from), axis);
-        let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, [KNOWN, group.of(SETTLED)])
-            .into_par_iter()
-            .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
-            .collect();
-        settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        let pursued = PURSUED.min(group.members.len());
-        diverse(setting, group, settled, [1, pursued])
-            .into_par_iter()
-            .filter_map(|(_, candidate)| pursue(setting, points, scale, candidate))
-            .collect()
+        let ranked = local.rank(variants(setting, [start, home], group, from, round), axis);
+        let few_members = group.members.len() <= FEW_MEMBERS;
+        let chosen = if few_members {
+            // What the other parts explain may hide all points of a small one: its known values are tried on everything.
+            diverse(setting, group, ranked, [KNOWN, 1])
+        } else {
+            let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, [KNOWN, group.of(SETTLED)])
+                .into_par_iter()
+                .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
+                .collect();
+            settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+            diverse(setting, group, settled, [1, PURSUED])
+        };
+        chosen.into_par_iter().filter_map(|(_, candidate)| pursue(setting, &few, scale, candidate)).collect()
     };
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     if let Some(best) = pursued.first() {
@@ -144,16 +169,24 @@ fn retry(
         let signs = group.unsigned(&best.signs);
         let with = |estimate| Candidate { estimate, signs: signs.clone(), ..best.clone() };
         let same: Vec<Candidate> = same.into_iter().map(with).collect();
-        pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, points, scale, candidate)));
+        pursued.extend(same.into_iter().filter_map(|candidate| pursue(setting, &few, scale, candidate)));
         pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
     let least = pursued.first()?.value;
     let away = |c: &Candidate| setting.space.strangeness(&group.members, &c.estimate, home, setting.radius);
     let best =
         pursued.into_iter().take_while(|c| c.value <= least * 1.002).min_by(|a, b| away(a).total_cmp(&away(b)))?;
-    let present = objective.evaluate(&from.estimate, Order::Value)?.value;
+    let present = Objective { signs: objective.signs, ..setting.objective(&setting.space, &few, fine) };
+    let present = present.evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < present * 0.998 || (best.value <= present * 1.002 && away(&best) < away(from));
-    better.then_some(best)
+    let settled = is_settled(&objective, if better { &best.estimate } else { &from.estimate }, &explained)?;
+    if !better {
+        return Some(Retried { better: None, settled });
+    }
+    // Its value is to be compared with others' again.
+    let there = Objective { signs: Some(&best.signs), ..setting.objective(&setting.space, points, fine) };
+    let value = there.evaluate(&best.estimate, Order::Value)?.value;
+    Some(Retried { better: Some(Candidate { value, ..best }), settled })
 }
 
 /// Some of what is ranked (best first): the best of each of the first `known` variants, and the best `count` others of which
@@ -214,7 +247,8 @@ impl<'s> Local<'s> {
 
     /// Every variant at every angle about an axis of symmetry, with its number, best first.
     fn rank(&self, variants: Vec<Estimate>, axis: Option<Axis>) -> Vec<(usize, Candidate)> {
-        let coarse = self.objective(&self.setting.space, COARSE);
+        let few = self.rest.every(RANKED);
+        let coarse = Objective { points: &few, ..self.objective(&self.setting.space, COARSE) };
         let turns = if axis.is_some() { ANGLES } else { 1 };
         let mut ranked: Vec<(usize, Candidate)> = variants
             .into_par_iter()
@@ -229,7 +263,7 @@ impl<'s> Local<'s> {
                             at.motion =
                                 at.motion.after_local(shift * angle, rotation * angle, self.setting.space.centre);
                         }
-                        let value = coarse.evaluate_placed(placed.as_ref()?, &at, Order::Value)?.value;
+                        let value = coarse.rough_value(placed.as_ref()?, &at.motion);
                         Some((number, Candidate { estimate: at, value, ..self.from.clone() }))
                     })
                     .collect();
@@ -255,7 +289,7 @@ impl<'s> Local<'s> {
     }
 }
 
-/// Optimises everything on all points.
+/// Optimises everything.
 fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) -> Option<Candidate> {
     let objective = Objective {
         signs: Some(&candidate.signs),
@@ -268,7 +302,7 @@ fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) 
 }
 
 /// The present values, those that are known, and values spread over the bounds.
-fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Candidate) -> Vec<Estimate> {
+fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Candidate, round: usize) -> Vec<Estimate> {
     let with = |values: &dyn Fn(usize) -> f64| {
         let mut estimate = from.estimate.clone();
         for (n, k) in group.members.iter().enumerate() {
@@ -281,14 +315,15 @@ fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Cand
     let mut variants = vec![from.estimate.clone()];
     variants.extend(known.map(|known| with(&|n| known.z[group.members[n]])));
     let count = group.of(VARIANTS);
-    variants.extend((1..=count).map(|i| {
+    let first = 1 + round * count;
+    variants.extend((first..first + count).map(|i| {
         with(&|n| {
             let (low, high) = ranges[n];
             low + (high - low) * halton(i, n)
         })
     }));
     // Where the start is near, what resembles it is more likely than the rest.
-    variants.extend((1..=count / 2).map(|i| {
+    variants.extend((first..first + count / 2).map(|i| {
         with(&|n| {
             let ((low, high), middle) = (ranges[n], known[0].z[group.members[n]]);
             (middle + 0.4 * (high - low) * (halton(i, n) - 0.5)).min(high).max(low)

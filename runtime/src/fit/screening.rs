@@ -8,7 +8,7 @@ use super::objective::{Objective, Order};
 use super::points::Points;
 use super::proposals;
 use super::restart::restart;
-use super::schedule::Setting;
+use super::setting::Setting;
 use super::space::Estimate;
 use rayon::prelude::*;
 
@@ -16,8 +16,9 @@ use rayon::prelude::*;
 pub(crate) const FINE: f64 = 0.07;
 /// Shapes beside the start's and the default.
 const PROPOSALS: usize = 4;
-/// Orientations that are tried.
+/// Orientations that are tried, and those of them that are looked at more closely.
 const ORIENTATIONS: usize = 200;
+const PROMISING: usize = 80;
 
 /// A place to begin from, and the objective there.
 #[derive(Clone, Debug)]
@@ -40,14 +41,14 @@ impl Candidate {
 /// The best place to begin from near a start.
 pub(crate) fn approach(setting: &Setting, start: &Estimate) -> Candidate {
     let from = Candidate::new(setting, start.clone());
-    let points = setting.points.sample(2000);
+    let points = setting.thin.sample(1500);
     let mut scales = vec![0.3, 0.2];
     // A start so far off that hardly a point feels it is brought nearer with wider scales.
     while scales[0] < 20.0 && inliers(setting, &points, scales[0], &from) < 0.5 {
         scales.insert(0, 2.0 * scales[0]);
     }
-    let found = advance(setting, vec![from.clone()], 1000, &scales, false);
-    let found = advance(setting, found, 2000, &[0.14, 0.1, FINE], true);
+    let found = advance(setting, vec![from.clone()], 500, &scales, false);
+    let found = advance(setting, found, 1000, &[0.14, 0.1, FINE], true);
     let Some(found) = found.into_iter().next() else { return from };
     let mut found = restart(setting, start, start, &points, FINE, found);
     found.inliers = inliers(setting, &points, FINE, &found);
@@ -75,10 +76,14 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
         shapes.iter().flat_map(|shape| distinct(setting, orientations(setting, shape), 12)).collect();
     candidates.sort_by(|a, b| a.value.total_cmp(&b.value));
     let candidates = distinct(setting, candidates, 20);
-    let candidates = advance(setting, candidates, 700, &[0.3, 0.2], false);
+    let candidates = advance(setting, candidates, 350, &[0.3], false);
+    let candidates = distinct(setting, candidates, 12);
+    let candidates = advance(setting, candidates, 500, &[0.2], false);
     let candidates = distinct(setting, candidates, 5);
-    let candidates = advance(setting, candidates, 2000, &[0.14, 0.1, FINE], true);
-    let points = setting.points.sample(2000);
+    let candidates = advance(setting, candidates, 1000, &[0.14, 0.1], true);
+    let candidates = distinct(setting, candidates, 3);
+    let candidates = advance(setting, candidates, 1500, &[FINE], true);
+    let points = setting.thin.sample(1500);
     let mut best: Vec<Candidate> = distinct(setting, candidates, 2)
         .into_iter()
         .map(|candidate| restart(setting, start, &defaults, &points, FINE, candidate))
@@ -89,7 +94,8 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
 
 /// Every orientation, moved rigidly to where it fits best, with the parameters of `shape`.
 fn orientations(setting: &Setting, shape: &Estimate) -> Vec<Candidate> {
-    let points = setting.points.sample(350);
+    let points = setting.thin.sample(350);
+    let few = points.every(90);
     let loss = Loss::welsch(0.35 * setting.radius);
     let objective = setting.objective(&setting.space, &points, loss);
     let Ok(placed) = objective.place(shape) else { return Vec::new() };
@@ -99,22 +105,25 @@ fn orientations(setting: &Setting, shape: &Estimate) -> Vec<Candidate> {
     let turn = random_rotation(setting.seed);
     let mut motions = vec![shape.motion];
     motions.extend(rotations(ORIENTATIONS).into_iter().map(|r| Motion::taking(turn * r, centre, target)));
-    let mut found: Vec<Candidate> = motions
-        .into_par_iter()
-        .map(|motion| {
-            let (motion, value) = field.settle(&points, loss, motion, centre, 12);
+    let settle = |motions: Vec<Motion>, points: &Points, steps| {
+        let settle = |motion| {
+            let (motion, value) = field.settle(points, loss, motion, centre, steps);
             let estimate = Estimate { z: shape.z.clone(), motion };
             Candidate { value, ..Candidate::new(setting, estimate) }
-        })
-        .collect();
-    found.sort_by(|a, b| a.value.total_cmp(&b.value));
-    found
+        };
+        let mut found: Vec<Candidate> = motions.into_par_iter().map(settle).collect();
+        found.sort_by(|a, b| a.value.total_cmp(&b.value));
+        found
+    };
+    // Few points tell the hopeless orientations.
+    let found = settle(motions, &few, 8);
+    settle(found.into_iter().take(PROMISING).map(|c| c.estimate.motion).collect(), &points, 8)
 }
 
 /// Optimises all coordinates of every candidate through scales of psi (fractions of the radius). Where the scales are
 /// coarser than walls are thick, the sides are still to be learnt; after that they are `sided`.
 fn advance(setting: &Setting, candidates: Vec<Candidate>, count: usize, scales: &[f64], sided: bool) -> Vec<Candidate> {
-    let points = setting.points.sample(count);
+    let points = setting.thin.sample(count);
     let mut found: Vec<Candidate> = candidates
         .into_par_iter()
         .filter_map(|mut candidate| {
@@ -124,7 +133,7 @@ fn advance(setting: &Setting, candidates: Vec<Candidate>, count: usize, scales: 
                     signs: sided.then_some(&candidate.signs),
                     ..setting.objective(&setting.space, &points, loss)
                 };
-                let stop = Stop { iterations: 8, step: 2e-3 * setting.radius };
+                let stop = Stop { iterations: 8, step: 0.03 * loss.sigma };
                 let Some(minimum) = gauss_newton::minimise(&objective, candidate.estimate.clone(), stop) else {
                     // Whoever does not want to wait any longer gets what there is.
                     return setting.progress.cancelled().then_some(candidate);

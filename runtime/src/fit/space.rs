@@ -1,6 +1,7 @@
 //! What is optimised: an estimate (the script's free parameters and a rigid motion), its scaled local coordinates, and
 //! the bounds.
 
+use super::bounds::varying_bounds;
 use super::motion::{Motion, left_jacobian};
 use crate::model::Model;
 use glam::{DQuat, DVec3};
@@ -42,6 +43,8 @@ pub(crate) struct Space<'a> {
     rules: Vec<Rule>,
     /// Some parameter's bounds depend on others.
     dependent: bool,
+    /// By parameter, whether it is free or follows one that is.
+    varies: Vec<bool>,
     /// Whether the motion is free.
     pub(crate) moving: bool,
     /// Local motions turn about this point of the model's frame.
@@ -84,9 +87,13 @@ impl<'a> Space<'a> {
             })
             .collect();
         let dependent = varying.contains(&true);
+        let mut varies = vec![false; x.len()];
+        for i in free.iter().copied().chain(ties.iter().map(|t| t.1)) {
+            varies[i] = true;
+        }
         let scale = vec![1.0; free.len()];
         let (base, ties, centre) = (x.to_vec(), ties.to_vec(), DVec3::ZERO);
-        Self { model, base, free, ties, rules, dependent, moving, centre, scale, radius: 1.0 }
+        Self { model, base, free, ties, rules, dependent, varies, moving, centre, scale, radius: 1.0 }
     }
 
     /// The space of all parameters without bounds and without a motion: its coordinates are the parameters themselves.
@@ -95,8 +102,8 @@ impl<'a> Space<'a> {
         let rule = Rule::Plain { low: f64::NEG_INFINITY, high: f64::INFINITY };
         let (base, free) = (x.to_vec(), (0..n).collect());
         let (rules, scale) = (vec![rule; n], vec![1.0; n]);
-        let (ties, centre) = (Vec::new(), DVec3::ZERO);
-        Self { model, base, free, ties, rules, dependent: false, moving: false, centre, scale, radius: 1.0 }
+        let (ties, varies, centre) = (Vec::new(), vec![true; n], DVec3::ZERO);
+        Self { model, base, free, ties, rules, dependent: false, varies, moving: false, centre, scale, radius: 1.0 }
     }
 
     /// Coordinates in all.
@@ -169,6 +176,11 @@ impl<'a> Space<'a> {
         for (leader, follower) in &self.ties {
             x[*follower] = x[*leader];
         }
+    }
+
+    /// Whether a parameter is free or follows one that is.
+    pub(crate) fn varies(&self, i: usize) -> bool {
+        self.varies[i]
     }
 
     /// A free parameter and those that follow it.
@@ -373,25 +385,4 @@ fn clamp(x: f64, low: f64, high: f64) -> f64 {
 
 fn shift(pose: &[f64]) -> DVec3 {
     DVec3::new(pose[0], pose[1], pose[2])
-}
-
-/// Which parameters' bounds change when another parameter moves inside its bounds.
-fn varying_bounds(model: &dyn Model, x: &[f64], at: &[(f64, f64)]) -> Vec<bool> {
-    let mut varying = vec![false; x.len()];
-    for j in 0..x.len() {
-        let (low, high) = at[j];
-        let mut probe = x.to_vec();
-        probe[j] = if low.is_finite() && high.is_finite() {
-            low + 0.381_966 * (high - low)
-        } else {
-            x[j] + 0.618_034 * (1.0 + x[j].abs())
-        };
-        if probe[j] == x[j] {
-            probe[j] += 1e-3 * (1.0 + x[j].abs());
-        }
-        for (varies, (then, now)) in varying.iter_mut().zip(model.bounds(&probe).iter().zip(at)) {
-            *varies |= then != now;
-        }
-    }
-    varying
 }

@@ -21,7 +21,7 @@ struct Node {
     count: u32,
 }
 
-const LEAF: usize = 2;
+const LEAF: usize = 1;
 /// Median splits halve the items, so 64 levels hold any count.
 const DEPTH: usize = 64;
 

@@ -2,10 +2,12 @@
 //! cluster-robust estimators), and what it does not determine at all.
 
 use super::blocks::{Blocks, Key};
-use super::influence::Rows;
+use super::kinks;
 use super::objective::Objective;
 use super::proposals::halton;
+use super::rows::{RowPoint, Rows};
 use super::space::Estimate;
+use super::sums::{add_scaled, add_square};
 use foldhash::fast::FixedState;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -30,17 +32,17 @@ pub(crate) struct Uncertainty {
 
 /// Eigenvalues of the scaled matrix below this are rounding.
 const SINGULAR: f64 = 1e-10;
+/// How often the covariance is computed with the kinks that it suggests.
+const ROUNDS: usize = 3;
 /// Grids over which block sums are averaged: together they act like a triangular kernel (Bartlett's).
 const SHIFTS: usize = 4;
 
-/// Sums over all points.
+/// Sums over points; matrices by the parameters, shift and turn first, by scaled local coordinates in the end.
 struct Sums {
     /// Sum of psi'' J J^T.
     bread: DMatrix<f64>,
     /// Sum of weight J J^T.
     weighted: DMatrix<f64>,
-    /// Sum of (weight d)^2 J J^T.
-    filling: DMatrix<f64>,
     places: Vec<(DVec3, u32)>,
     pulls: Vec<f64>,
     /// Sum of weights, and of weight times squared distance.
@@ -57,14 +59,23 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     if n <= dim {
         return None;
     }
-    let inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
     let blocks = Blocks::find(&sums.places, &sums.pulls, objective.points.gyration());
+    let mut inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
+    let chain = objective.space.chain(at);
+    let leverage = &chain * &inverse.weighted * chain.transpose();
     let filling = match blocks {
-        Some(blocks) => between_blocks(objective, at, blocks)?,
-        None => sums.filling.clone(),
+        Some(blocks) => between_blocks(objective, at, blocks, &leverage)?,
+        None => of_points(objective, at, &leverage)?,
     };
-    let free = (n - dim) as f64;
-    let covariance = &inverse.matrix * filling * &inverse.matrix * (n as f64 / free);
+    let filling = chain.tr_mul(&(filling * &chain));
+    let sandwich = |inverse: &Inverse| &inverse.matrix * &filling * &inverse.matrix;
+    let mut covariance = sandwich(&inverse);
+    // The covariance says over which region kinks count, and kinks how large it is.
+    let kinks = kinks::find(objective, at, held).unwrap_or_default();
+    for _ in 0..ROUNDS {
+        inverse = Inverse::of(&kinks::smoothed(&sums.bread, &kinks, &covariance), &sums.weighted, held)?;
+        covariance = sandwich(&inverse);
+    }
     let weight: f64 = sums.weight;
     let naive = &inverse.weighted * (sums.weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = n as f64 / blocks.map_or(1.0, |b| b.inflation);
@@ -73,81 +84,143 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
 }
 
 fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
-    let dim = objective.space.dim();
-    let mut sums = Sums::none(dim);
-    let of_chunk = |rows: Rows| {
-        let mut sums = Sums::none(dim);
-        for (point, row) in rows.points.iter().zip(rows.jacobian.chunks_exact(dim.max(1))) {
+    let total = objective.space.model.parameters().len() + 6;
+    let mut sums = Sums::none(total);
+    let add = |sums: &mut Sums, rows: &Rows| {
+        let count = rows.columns.len();
+        let mut squares = [(); 2].map(|()| vec![0.0; count * count]);
+        for (point, row) in rows.iter() {
             let pull = point.weight * point.distance;
-            for (b, rb) in row.iter().enumerate() {
-                for (a, ra) in row.iter().enumerate().skip(b) {
-                    let product = ra * rb;
-                    sums.bread[(a, b)] += point.curvature * product;
-                    sums.weighted[(a, b)] += point.weight * product;
-                    sums.filling[(a, b)] += pull * pull * product;
-                }
+            for (square, factor) in squares.iter_mut().zip([point.curvature, point.weight]) {
+                add_square(square, factor, row);
             }
-            sums.places.push((objective.points.position[point.index as usize], point.patch));
+            sums.places.push((objective.points.position[point.index as usize], rows.patch));
             sums.pulls.push(pull);
             sums.weight += point.weight;
             sums.weighted_d2 += pull * point.distance;
         }
-        sums
+        for (matrix, square) in [&mut sums.bread, &mut sums.weighted].into_iter().zip(&squares) {
+            add_square_at(matrix, rows, square);
+        }
     };
-    objective.for_rows(at, of_chunk, |chunk| {
+    let none = || Sums::none(total);
+    objective.for_rows(at, none, add, |chunk| {
         sums.bread += chunk.bread;
         sums.weighted += chunk.weighted;
-        sums.filling += chunk.filling;
         sums.places.extend(chunk.places);
         sums.pulls.extend(chunk.pulls);
         sums.weight += chunk.weight;
         sums.weighted_d2 += chunk.weighted_d2;
     })?;
-    for matrix in [&mut sums.bread, &mut sums.weighted, &mut sums.filling] {
+    let chain = objective.space.chain(at);
+    for matrix in [&mut sums.bread, &mut sums.weighted] {
         matrix.fill_upper_triangle_with_lower_triangle();
+        *matrix = chain.tr_mul(&(&*matrix * &chain));
     }
     Some(sums)
 }
 
 impl Sums {
-    fn none(dim: usize) -> Self {
-        let zero = || DMatrix::zeros(dim, dim);
+    fn none(count: usize) -> Self {
+        let zero = || DMatrix::zeros(count, count);
         let (places, pulls) = (Vec::new(), Vec::new());
-        Self { bread: zero(), weighted: zero(), filling: zero(), places, pulls, weight: 0.0, weighted_d2: 0.0 }
+        Self { bread: zero(), weighted: zero(), places, pulls, weight: 0.0, weighted_d2: 0.0 }
+    }
+}
+
+/// Adds an upper triangle by the columns of some rows to the lower one by everything.
+fn add_square_at(matrix: &mut DMatrix<f64>, rows: &Rows, square: &[f64]) {
+    let count = rows.columns.len();
+    for (a, i) in rows.columns.iter().enumerate() {
+        for (b, j) in rows.columns.iter().enumerate().skip(a) {
+            matrix[(*j, *i)] += square[a * count + b];
+        }
+    }
+}
+
+/// weight times signed distance of every point, over 1 - h: a point's leverage h = weight J (sum of weight J^T J)^-1 J^T is the
+/// part of its residual that the fit has taken in. `leverage` is that inverse. (MacKinnon and White 1985, HC3.)
+fn pulls<'r>(rows: &'r Rows, leverage: &DMatrix<f64>) -> impl Iterator<Item = (&'r RowPoint, &'r [f64], f64)> {
+    let columns = &rows.columns;
+    let inverse = DMatrix::from_fn(columns.len(), columns.len(), |a, b| leverage[(columns[a], columns[b])]);
+    rows.iter().map(move |(point, row)| {
+        let of_column = |(a, r): (usize, &f64)| r * inverse.column(a).iter().zip(row).map(|(m, r)| m * r).sum::<f64>();
+        let h = point.weight * row.iter().enumerate().map(of_column).sum::<f64>();
+        (point, row, point.weight * point.distance / (1.0 - h.clamp(0.0, 0.9)))
+    })
+}
+
+/// Sum of (pull J) (pull J)^T, for residuals that do not depend on each other.
+fn of_points(objective: &Objective, at: &Estimate, leverage: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let total = objective.space.model.parameters().len() + 6;
+    let none = || DMatrix::zeros(total, total);
+    let add = |matrix: &mut DMatrix<f64>, rows: &Rows| {
+        let mut square = vec![0.0; rows.columns.len() * rows.columns.len()];
+        for (_, row, pull) in pulls(rows, leverage) {
+            add_square(&mut square, pull * pull, row);
+        }
+        add_square_at(matrix, rows, &square);
+    };
+    let mut filling = none();
+    objective.for_rows(at, none, add, |chunk| filling += chunk)?;
+    filling.fill_upper_triangle_with_lower_triangle();
+    Some(filling)
+}
+
+/// Sums of pulls J by block, in the order in which the blocks were first met.
+#[derive(Default)]
+struct BlockSums {
+    index: HashMap<Key, usize, FixedState>,
+    keys: Vec<Key>,
+    sums: Vec<f64>,
+}
+
+impl BlockSums {
+    fn of(&mut self, key: Key, width: usize) -> &mut [f64] {
+        let next = self.keys.len();
+        let slot = *self.index.entry(key).or_insert(next);
+        if slot == next {
+            self.keys.push(key);
+            self.sums.resize((next + 1) * width, 0.0);
+        }
+        &mut self.sums[slot * width..(slot + 1) * width]
     }
 }
 
 /// Sum over blocks of (sum of pulls J) (sum of pulls J)^T, the mean over some positions of the grid.
-fn between_blocks(objective: &Objective, at: &Estimate, blocks: Blocks) -> Option<DMatrix<f64>> {
-    let dim = objective.space.dim();
+fn between_blocks(
+    objective: &Objective,
+    at: &Estimate,
+    blocks: Blocks,
+    leverage: &DMatrix<f64>,
+) -> Option<DMatrix<f64>> {
+    let total = objective.space.model.parameters().len() + 6;
     let shifts: Vec<DVec3> = (1..=SHIFTS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
-    let mut index: Vec<HashMap<Key, usize, FixedState>> = vec![HashMap::default(); SHIFTS];
-    let mut sums: Vec<Vec<f64>> = vec![Vec::new(); SHIFTS];
-    objective.for_rows(
-        at,
-        |rows| rows,
-        |rows: Rows| {
-            for (point, row) in rows.points.iter().zip(rows.jacobian.chunks_exact(dim.max(1))) {
-                let pull = point.weight * point.distance;
-                let place = objective.points.position[point.index as usize];
-                for ((shift, index), sums) in shifts.iter().zip(&mut index).zip(&mut sums) {
-                    let next = index.len();
-                    let slot = *index.entry(Blocks::key(blocks.edge, *shift, point.patch, place)).or_insert(next);
-                    if slot == next {
-                        sums.resize((next + 1) * dim, 0.0);
-                    }
-                    for (sum, r) in sums[slot * dim..].iter_mut().zip(row) {
-                        *sum += pull * r;
-                    }
+    let none = || shifts.iter().map(|_| BlockSums::default()).collect::<Vec<BlockSums>>();
+    let add = |grids: &mut Vec<BlockSums>, rows: &Rows| {
+        for (point, row, pull) in pulls(rows, leverage) {
+            let place = objective.points.position[point.index as usize];
+            for (shift, grid) in shifts.iter().zip(grids.iter_mut()) {
+                let sums = grid.of(Blocks::key(blocks.edge, *shift, rows.patch, place), total);
+                for (i, r) in rows.columns.iter().zip(row) {
+                    sums[*i] += pull * r;
                 }
             }
-        },
-    )?;
-    let mut filling = DMatrix::zeros(dim, dim);
-    for sums in &sums {
-        let count = (sums.len() / dim.max(1)) as f64;
+        }
+    };
+    let mut grids = none();
+    objective.for_rows(at, none, add, |chunk| {
+        for (grid, part) in grids.iter_mut().zip(&chunk) {
+            for (key, sums) in part.keys.iter().zip(part.sums.chunks_exact(total)) {
+                add_scaled(grid.of(*key, total), 1.0, sums);
+            }
+        }
+    })?;
+    let mut filling = DMatrix::zeros(total, total);
+    for grid in &grids {
+        let count = grid.keys.len() as f64;
         let scale = blocks.correction * count / (count - 1.0).max(1.0) / SHIFTS as f64;
-        for sum in sums.chunks_exact(dim.max(1)) {
+        for sum in grid.sums.chunks_exact(total) {
             let sum = DVector::from_column_slice(sum);
             filling.ger(scale, &sum, &sum, 1.0);
         }

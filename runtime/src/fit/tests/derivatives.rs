@@ -6,7 +6,7 @@ use crate::fit::loss::Loss;
 use crate::fit::motion::Motion;
 use crate::fit::objective::{Objective, Order};
 use crate::fit::points::Points;
-use crate::fit::schedule::Setting;
+use crate::fit::setting::Setting;
 use glam::{DQuat, DVec3};
 use std::sync::atomic::AtomicU64;
 

@@ -3,13 +3,13 @@
 use super::cup::{SYNTHETIC, synthetic};
 use super::shapes::{Simple, cup, simple};
 use crate::fit::distance::refine;
-use crate::fit::facets::Layout;
+use crate::fit::layout::Layout;
 use crate::fit::loss::Loss;
 use crate::fit::memory::{Memory, REACH};
 use crate::fit::motion::Motion;
 use crate::fit::objective::{Objective, Order};
 use crate::fit::points::Points;
-use crate::fit::schedule::Setting;
+use crate::fit::setting::Setting;
 use crate::model::Model;
 use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};

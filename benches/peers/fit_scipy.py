@@ -1,0 +1,124 @@
+"""The fit of examples/cup as one would write it in Python: SciPy's L-BFGS and then iteratively reweighted least squares, over
+Open3D's distances to the cup as a mesh (benches/peers/cup.c for its points and derivatives), loss 1 - exp(-d^2 / sigma^2).
+
+    python fit_scipy.py cup_scan.ply SIGMA < STARTS
+
+A start is a line of 15 numbers, the script's parameters in millimetres and radians. For each it prints the seconds, the mean
+loss and the 15 numbers found. `cargo bench --bench fit -- success` runs it where GMLC_PEER_PYTHON names a Python that has
+numpy, scipy and open3d.
+"""
+import ctypes
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+import numpy as np
+import open3d as o3d
+from scipy.optimize import minimize
+
+# Outer surface, inner surface, handle: vertices along u and v.
+GRIDS = [(0, 64, 32), (1, 64, 32), (2, 32, 24)]
+LOW = np.array([-np.inf] * 6 + [-1, 15, 30, 0.3, 1, 0, 1, -0.5, 0.3])
+HIGH = np.array([np.inf] * 6 + [12, 80, 200, 1, 3, 1.5, 3, 1, 1])
+# How far a unit of a parameter moves the cup, about: millimetres, and radians or shape numbers of a cup of this size.
+SCALE = np.array([1.0] * 3 + [50.0] * 3 + [5, 1, 1] + [40.0] * 6)
+
+
+def library(folder):
+    source = pathlib.Path(__file__).parent / "cup.c"
+    target = pathlib.Path(folder) / "cup.so"
+    subprocess.run(["cc", "-O3", "-march=native", "-shared", "-fPIC", str(source), "-o", str(target), "-lm"], check=True)
+    return ctypes.CDLL(str(target))
+
+
+class Cup:
+    def __init__(self, points, sigma, folder):
+        self.c, self.points, self.sigma = library(folder), points, sigma
+        self.axes, triangles, first = [], [], 0
+        for which, columns, rows in GRIDS:
+            self.axes.append((which, np.linspace(0, 1, columns), np.linspace(0, 1, rows), first))
+            i, j = np.meshgrid(np.arange(columns - 1), np.arange(rows - 1))
+            a = (first + j * columns + i).ravel()
+            triangles += [np.stack([a, a + 1, a + columns + 1], 1), np.stack([a, a + columns + 1, a + columns], 1)]
+            first += columns * rows
+        self.triangles, self.count = np.concatenate(triangles).astype(np.uint32), first
+        self.query = o3d.core.Tensor(points.astype(np.float32))
+
+    def call(self, name, x, array, size, *more):
+        pointer = lambda a: a.ctypes.data_as(ctypes.c_void_p)
+        for which, u, v, first in self.axes:
+            part = array[first : first + len(u) * len(v)]
+            getattr(self.c, name)(pointer(x), which, pointer(u), len(u), pointer(v), len(v), pointer(part), *map(pointer, more))
+
+    def feet(self, x):
+        """Vectors from the scan's points to their feet, and the feet as weights of vertices."""
+        x = np.ascontiguousarray(x)
+        vertices = np.zeros((self.count, 3))
+        self.call("cup_points", x, vertices, 3)
+        scene = o3d.t.geometry.RaycastingScene()
+        scene.add_triangles(o3d.core.Tensor(vertices.astype(np.float32)), o3d.core.Tensor(self.triangles))
+        closest = scene.compute_closest_points(self.query)
+        uv = closest["primitive_uvs"].numpy().astype(float)
+        corners = self.triangles[closest["primitive_ids"].numpy()]
+        weights = np.concatenate([1 - uv.sum(1, keepdims=True), uv], 1)
+        return np.einsum("nk,nkc->nc", weights, vertices[corners]) - self.points, corners, weights
+
+    def value_and_gradient(self, x):
+        e, corners, weights = self.feet(x)
+        loss = np.exp(-(e * e).sum(1) / self.sigma**2)
+        force = e * (loss * 2 / self.sigma**2 / len(e))[:, None]
+        w = np.stack(
+            [np.bincount(corners.ravel(), (weights * force[:, k : k + 1]).ravel(), self.count) for k in range(3)], 1
+        )
+        gradient = np.zeros(15)
+        self.call("cup_pullback", np.ascontiguousarray(x), np.ascontiguousarray(w), 3, gradient)
+        return 1 - loss.mean(), gradient
+
+    def residuals(self, x):
+        """Distances, their Jacobian, and the weights of the loss."""
+        e, corners, weights = self.feet(x)
+        d = np.linalg.norm(e, axis=1)
+        jacobian = np.zeros((self.count, 3, 15))
+        self.call("cup_jacobian", np.ascontiguousarray(x), jacobian, 45)
+        n = e / np.maximum(d, 1e-12)[:, None]
+        rows = np.zeros((len(d), 15))
+        for k in range(3):
+            rows += weights[:, k : k + 1] * np.einsum("nc,ncp->np", n, jacobian[corners[:, k]])
+        return d, rows, np.exp(-(d * d) / self.sigma**2)
+
+
+def fit(cup, start):
+    box = list(zip(LOW * SCALE, HIGH * SCALE))
+    scaled = lambda y: (lambda f, g: (f, g / SCALE))(*cup.value_and_gradient(y / SCALE))
+    x = minimize(scaled, start * SCALE, jac=True, method="L-BFGS-B", bounds=box, options={"maxiter": 60}).x / SCALE
+    value = cup.value_and_gradient(x)[0]
+    for _ in range(10):
+        d, rows, w = cup.residuals(x)
+        rows = rows / SCALE
+        step = np.linalg.solve(rows.T @ (rows * w[:, None]) + 1e-9 * np.eye(15), -rows.T @ (w * d)) / SCALE
+        next_x = np.clip(x + step, LOW, HIGH)
+        next_value = cup.value_and_gradient(next_x)[0]
+        if not next_value < value:
+            break
+        done = value - next_value < 1e-9
+        x, value = next_x, next_value
+        if done:
+            break
+    return x, value
+
+
+def main():
+    mesh = o3d.io.read_triangle_mesh(sys.argv[1])
+    starts = [np.array(line.split(), dtype=float) for line in sys.stdin if line.strip()]
+    with tempfile.TemporaryDirectory() as folder:
+        cup = Cup(np.asarray(mesh.vertices), float(sys.argv[2]), folder)
+        cup.value_and_gradient(starts[0])
+        for start in starts:
+            clock = time.perf_counter()
+            x, value = fit(cup, np.clip(start, LOW, HIGH))
+            print(time.perf_counter() - clock, value, *x)
+
+
+main()

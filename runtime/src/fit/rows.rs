@@ -1,0 +1,150 @@
+//! What every single point says: its residual with a row of the Jacobian, for the Gauss-Newton matrix and for the uncertainties.
+
+use super::distance::{Foot, refine};
+use super::loss::Counted;
+use super::memory::Part;
+use super::objective::{CHUNK, Found, Objective, Placed, remember};
+use super::space::Estimate;
+use crate::model::Instance;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Points of one patch that have a foot.
+pub(crate) struct Rows {
+    pub(crate) patch: u32,
+    /// What the columns are derivatives by: the parameters' indices, then, if the motion varies, shift and turn behind them.
+    pub(crate) columns: Vec<usize>,
+    pub(crate) points: Vec<RowPoint>,
+    /// d(signed distance)/d(column), row after row.
+    pub(crate) jacobian: Vec<f64>,
+}
+
+/// A point with its foot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowPoint {
+    /// Which of the objective's points.
+    pub(crate) index: u32,
+    /// From the model's surface to the point, positive on the side of dS/du x dS/dv. Millimetres.
+    pub(crate) distance: f64,
+    /// See `Counted`.
+    pub(crate) weight: f64,
+    /// See `Counted`.
+    pub(crate) curvature: f64,
+}
+
+/// Chunks that are computed at a time: memory does not grow with the scan.
+const AT_ONCE: usize = 64;
+
+impl Rows {
+    /// Every point with its row.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&RowPoint, &[f64])> {
+        // Where nothing varies rows are empty.
+        let width = self.columns.len();
+        self.points.iter().enumerate().map(move |(i, point)| (point, &self.jacobian[i * width..(i + 1) * width]))
+    }
+}
+
+impl Objective<'_> {
+    /// Sums up the rows of every chunk of points, on all threads, and hands the sums to `each` in the points' order. None
+    /// where the model does not exist.
+    pub(crate) fn for_rows<T: Send>(
+        &self,
+        at: &Estimate,
+        none: impl Fn() -> T + Sync,
+        add: impl Fn(&mut T, &Rows) + Sync,
+        mut each: impl FnMut(T),
+    ) -> Option<()> {
+        let placed = self.place(at).ok()?;
+        let count = self.points.len();
+        let chunks: Vec<Range<usize>> =
+            (0..count).step_by(CHUNK).map(|start| start..(start + CHUNK).min(count)).collect();
+        let mut memory = self.memory.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+        let mut parts: Vec<Option<Part>> = match &mut memory {
+            Some(memory) => memory.parts(CHUNK).into_iter().map(Some).collect(),
+            None => chunks.iter().map(|_| None).collect(),
+        };
+        for (some, parts) in chunks.chunks(AT_ONCE).zip(parts.chunks_mut(AT_ONCE)) {
+            let of_chunk = |(range, part): (&Range<usize>, &mut Option<Part>)| {
+                let mut sums = none();
+                self.rows_of_chunk(&placed, at, range.clone(), part.as_mut(), |rows| add(&mut sums, rows));
+                sums
+            };
+            let made: Vec<T> = some.par_iter().zip(parts).map(of_chunk).collect();
+            made.into_iter().for_each(&mut each);
+        }
+        Some(())
+    }
+
+    fn rows_of_chunk(
+        &self,
+        placed: &Placed,
+        at: &Estimate,
+        range: Range<usize>,
+        mut memory: Option<&mut Part>,
+        mut add: impl FnMut(&Rows),
+    ) {
+        let start = range.start;
+        let found = self.search(placed, &at.motion, range, memory.as_deref_mut());
+        for these in found.chunk_by(|a, b| a.patch == b.patch) {
+            let patch = these[0].patch as usize;
+            let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = these.iter().map(|f| (f.q, f.uv)).unzip();
+            let closed = self.layout.closed(patch);
+            let Ok(feet) = refine(&*placed.instance, patch, closed, &q, &uv, self.tolerance) else { continue };
+            remember(memory.as_deref_mut(), start, these, &feet);
+            let counted: Vec<Counted> = feet.iter().map(|f| self.loss.count(f.d2)).collect();
+            if let Some(rows) = self.rows(&*placed.instance, these, &feet, &counted) {
+                add(&rows);
+            }
+        }
+    }
+
+    /// The rows of points that have their feet on one patch; None where that cannot be evaluated.
+    pub(crate) fn rows(
+        &self,
+        instance: &dyn Instance,
+        found: &[Found],
+        feet: &[Foot],
+        counted: &[Counted],
+    ) -> Option<Rows> {
+        let patch = found[0].patch;
+        let active = &self.space.model.parts()[patch as usize].active;
+        let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
+        let mut slopes = vec![0.0; feet.len() * active.len() * 3];
+        instance.jacobian(patch as usize, &u, &v, &mut slopes).ok()?;
+        // Columns that nothing varies by would be summed in vain.
+        let varied: Vec<usize> = (0..active.len()).filter(|a| self.space.varies(active[*a] as usize)).collect();
+        let n = self.space.model.parameters().len();
+        let motion = if self.space.moving { n..n + 6 } else { n..n };
+        let columns: Vec<usize> = varied.iter().map(|a| active[*a] as usize).chain(motion).collect();
+        let mut jacobian = Vec::with_capacity(feet.len() * columns.len());
+        let mut points = Vec::with_capacity(feet.len());
+        for (i, ((foot, found), counted)) in feet.iter().zip(found).zip(counted).enumerate() {
+            let (away, distance) = self.away(foot, found.q);
+            let Counted { weight, curvature, .. } = *counted;
+            points.push(RowPoint { index: found.index as u32, distance, weight, curvature });
+            let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
+            // The surface moving outwards brings it nearer to a point outside.
+            jacobian.extend(varied.iter().map(|a| -away.dot(DVec3::from_slice(&slopes[3 * a..]))));
+            if self.space.moving {
+                let turn = (foot.point - self.space.centre).cross(away);
+                jacobian.extend([-away.x, -away.y, -away.z, -turn.x, -turn.y, -turn.z]);
+            }
+        }
+        Some(Rows { patch, columns, points, jacobian })
+    }
+
+    /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero the
+    /// direction is noise, and the surface's normal takes its place.
+    fn away(&self, foot: &Foot, q: DVec3) -> (DVec3, f64) {
+        let normal = foot.normal.normalize_or_zero();
+        let d = foot.d2.sqrt();
+        let along = (q - foot.point).dot(normal);
+        if d > 1e-6 * self.loss.sigma {
+            let sign = if along < 0.0 { -1.0 } else { 1.0 };
+            ((q - foot.point) * (sign / d), sign * d)
+        } else {
+            (normal, along)
+        }
+    }
+}
