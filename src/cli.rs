@@ -407,6 +407,9 @@ pub(crate) struct VarianceControls {
     /// Draw a map of every parameter: how far the surface moves along its normal for a unit of it (sensitivity-NAME.png)
     #[arg(long)]
     pub(crate) sensitivities: bool,
+    /// Write the signed distances as OpenEXR, too (distance.exr)
+    #[arg(long)]
+    pub(crate) exr: bool,
 }
 
 #[derive(Debug, Args)]

@@ -62,6 +62,8 @@ pub(crate) struct Measured {
     pub(crate) filled: Option<TriangleMesh>,
     /// How far the surface moves where parameters change, where that was asked for.
     pub(crate) maps: Option<SensitivityMaps>,
+    /// Whether the distances are written as OpenEXR, too.
+    pub(crate) exr: bool,
 }
 
 impl Surface {
@@ -164,6 +166,7 @@ pub(crate) struct Settings {
     device: DeviceArg,
     /// Whether maps of sensitivities are drawn.
     pub(crate) sensitivities: bool,
+    exr: bool,
 }
 
 impl Settings {
@@ -186,6 +189,7 @@ impl Settings {
             distance: controls.distance,
             device: controls.device,
             sensitivities: controls.sensitivities,
+            exr: controls.exr,
         })
     }
 }
@@ -267,6 +271,7 @@ pub(crate) fn measure(
         colour_range,
         unmatched: unmatched.mesh,
         filled: holes.map(|h| h.mesh),
+        exr: settings.exr,
         maps,
     })
 }

@@ -34,6 +34,10 @@ pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<Pictures, Comm
         ("colours.png", &colours),
         ("significant.png", &significant),
     ];
+    if measured.exr {
+        let exr = raster::exr_f32(width, height, &lossless, &sign).map_err(CommandError::failed)?;
+        atomic::write(&folder.join("distance.exr"), &exr).map_err(CommandError::failed)?;
+    }
     for (name, bytes) in files {
         atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
     }

@@ -53,7 +53,10 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     assert!(text.contains("cylindricity") && text.contains("flatness"), "{text}");
 
     let averaged = ["--distance", "averaged-normal", "--averaging-width", "2mm"];
-    let (report, text) = run(&[&averaged[..], &["--sensitivities"]].concat(), "averaged");
+    let (report, text) = run(&[&averaged[..], &["--sensitivities", "--exr"]].concat(), "averaged");
+    let exr = std::fs::read(folder.join("averaged/distance.exr")).expect("distances as OpenEXR");
+    assert_eq!(exr[..4], [0x76, 0x2f, 0x31, 0x01]);
+    assert!(!folder.join("plain/distance.exr").exists());
     assert_eq!((report["distance"].as_str(), number(&report["averaging_width"])), (Some("averaged-normal"), 2.0));
     assert!(text.contains("along averaged normals"), "{text}");
     assert!((1.2..1.4143).contains(&number(&report["max"])), "{}", report["max"]);

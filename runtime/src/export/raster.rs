@@ -1,5 +1,8 @@
 //! Pictures as files.
 
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, Text, WritableImage,
+};
 use std::io::Cursor;
 use thiserror::Error;
 use tiff::encoder::colortype::Gray32Float;
@@ -15,6 +18,19 @@ pub enum RasterError {
     /// As TIFF.
     #[error("the picture cannot be written as TIFF: {0}")]
     Tiff(#[from] tiff::TiffError),
+    /// As OpenEXR.
+    #[error("the picture cannot be written as OpenEXR: {0}")]
+    Exr(#[from] exr::error::Error),
+    /// Too few or too many values for its sides.
+    #[error("{values} values are no picture of {width} by {height}")]
+    Size {
+        /// Pixels in a row.
+        width: u32,
+        /// Rows.
+        height: u32,
+        /// What was given.
+        values: usize,
+    },
 }
 
 /// A PNG file of `3 * width * height` bytes of sRGB, row 0 at the top. `notes` are keywords (such as `Comment`) and
@@ -53,9 +69,30 @@ pub fn tiff_f32(width: u32, height: u32, values: &[f32], description: &str) -> R
     Ok(file.into_inner())
 }
 
+/// An OpenEXR file of one channel of 32-bit floats, row 0 at the top, NaN for no data, without loss, with `description` in the
+/// attribute `comments`. The channel is Y, luminance, which renderers and viewers (Blender, Krita, tev, mrViewer) show as grey.
+///
+/// # Errors
+/// A side of zero, or values of the wrong number; a description that is not in Latin-1.
+pub fn exr_f32(width: u32, height: u32, values: &[f32], description: &str) -> Result<Vec<u8>, RasterError> {
+    let (columns, rows) = (width as usize, height as usize);
+    if values.is_empty() || columns.checked_mul(rows) != Some(values.len()) {
+        return Err(RasterError::Size { width, height, values: values.len() });
+    }
+    let invalid = || exr::error::Error::Invalid("a description beyond Latin-1".into());
+    let comments = Text::new_or_none(description).ok_or_else(invalid)?;
+    let attributes = LayerAttributes { comments: Some(comments), ..LayerAttributes::named("distance") };
+    let channel = AnyChannel::new("Y", FlatSamples::F32(values.to_vec()));
+    let channels = AnyChannels::sort(SmallVec::from_iter([channel]));
+    let layer = Layer::new((columns, rows), attributes, Encoding::FAST_LOSSLESS, channels);
+    let mut file = Cursor::new(Vec::new());
+    Image::from_layer(layer).write().non_parallel().to_buffered(&mut file)?;
+    Ok(file.into_inner())
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{png_rgb, tiff_f32};
+    use super::{exr_f32, png_rgb, tiff_f32};
     use std::io::Cursor;
 
     #[test]
@@ -83,5 +120,24 @@ mod tests {
         let tiff::decoder::DecodingResult::F32(read) = decoder.read_image().unwrap() else { panic!("not float32") };
         assert!(read.iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits()));
         assert!(tiff_f32(300, 201, &values, "mm").is_err());
+    }
+
+    #[test]
+    fn exr_keeps_every_bit() {
+        use exr::prelude::{ReadChannels, ReadLayers, read};
+        let mut values: Vec<f32> = (0..300 * 200).map(|i| (i as f32).sin() * 1e-3).collect();
+        values[5] = f32::NAN;
+        values[6] = -0.0;
+        let file = exr_f32(300, 200, &values, "signed distance in mm").unwrap();
+        let reader = read().no_deep_data().largest_resolution_level().all_channels().all_layers().all_attributes();
+        let image = reader.from_buffered(Cursor::new(file)).unwrap();
+        let layer = &image.layer_data[0];
+        assert_eq!((layer.size.x(), layer.size.y()), (300, 200));
+        assert_eq!(layer.attributes.comments.as_ref().unwrap().to_string(), "signed distance in mm");
+        let channel = &layer.channel_data.list[0];
+        assert_eq!(channel.name.to_string(), "Y");
+        assert!(channel.sample_data.values_as_f32().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits()));
+        assert!(exr_f32(300, 201, &values, "mm").is_err());
+        assert!(exr_f32(0, 0, &[], "mm").is_err());
     }
 }
