@@ -59,7 +59,7 @@ impl Setting<'_> {
             if let Some(minimum) = minimise(&objective, at.clone(), stop) {
                 *iterations += minimum.iterations;
                 at = minimum.estimate;
-                signs = self.facing(&minimum.evaluation);
+                signs = self.facing(&minimum.evaluation, &signs);
             }
             let next = given.unwrap_or_else(|| self.scale(&at, &few, loss, &signs, noise));
             let settled = next.sigma > 0.9 * loss.sigma;
