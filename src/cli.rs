@@ -356,6 +356,8 @@ pub(crate) enum DistanceArg {
     /// Along the model's normal, as displacement shaders draw it
     #[default]
     Normal,
+    /// Along normals that are averaged where patches meet, so that the displaced surface is closed at its edges
+    AveragedNormal,
     /// To the closest point of the scan, positive on the side of the model's normal
     Closest,
 }
@@ -365,6 +367,7 @@ impl DistanceArg {
     pub(crate) fn name(self) -> &'static str {
         match self {
             DistanceArg::Normal => "normal",
+            DistanceArg::AveragedNormal => "averaged-normal",
             DistanceArg::Closest => "closest",
         }
     }
@@ -379,6 +382,14 @@ pub(crate) struct VarianceControls {
     /// Where distances are measured to
     #[arg(long, value_enum, default_value_t)]
     pub(crate) distance: DistanceArg,
+    /// With --distance averaged-normal: within which distance of an edge normals turn from the average to the surface's own; by
+    /// default a fiftieth of the model's size
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) averaging_width: Option<String>,
+    /// Close holes of the scan up to this far across, such as 5mm: no ray passes through them, and what looks at them counts as filled,
+    /// not as measured
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) fill_holes: Option<String>,
     /// The largest angle between the model's normal and that of the scan where it is measured
     #[arg(long, value_name = "ANGLE", default_value = "90deg")]
     pub(crate) max_angle: String,
@@ -386,12 +397,16 @@ pub(crate) struct VarianceControls {
     /// status is 3 if any goes further
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(crate) tolerance: Option<String>,
-    /// Side of the square distance texture, a power of two
-    #[arg(long, value_name = "N", default_value_t = 1024)]
-    pub(crate) resolution: u32,
+    /// Side of the square distance texture, a power of two such as 2048, or how fine its texels are to be, such as 0.2mm (the
+    /// smallest texture whose texels are no wider on the average)
+    #[arg(long, value_name = "N|LENGTH", default_value = "1024")]
+    pub(crate) resolution: String,
     /// What casts the rays
     #[arg(long, value_enum, default_value_t)]
     pub(crate) device: DeviceArg,
+    /// Draw a map of every parameter: how far the surface moves along its normal for a unit of it (sensitivity-NAME.png)
+    #[arg(long)]
+    pub(crate) sensitivities: bool,
 }
 
 #[derive(Debug, Args)]

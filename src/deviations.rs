@@ -3,7 +3,7 @@
 use crate::error::CommandError;
 use crate::measure::UNMATCHED;
 use crate::table;
-use gml_runtime::variance::{PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport};
+use gml_runtime::variance::{PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, Zone};
 
 /// The table that people read.
 pub(crate) fn summary(report: &VarianceReport) -> String {
@@ -32,12 +32,27 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     let mut out = table::render(&headings, &rows);
     out.push_str(&format!(
         "distances in mm{}, at most {}; {}; found by {}\n",
-        if report.distance == "closest" { " to the closest point" } else { "" },
+        match report.distance.as_str() {
+            "closest" => " to the closest point",
+            "averaged-normal" => " along averaged normals",
+            _ => "",
+        },
         table::number(report.max_distance),
         report.sign_convention,
         report.device
     ));
     out.push_str(&explained(&report.parts));
+    out.push_str(&forms(&report.parts));
+    if let Some(holes) = &report.holes {
+        out.push_str(&format!(
+            "closed {} holes of the scan up to {} mm across ({} mm2, in filled.ply), left {} open edges; {} mm2 of the model look at closed holes\n",
+            holes.filled,
+            table::number(holes.size),
+            table::number(holes.area),
+            holes.open,
+            table::number(report.overall.filled_area)
+        ));
+    }
     if let Some(unmatched) = &report.unmatched {
         out.push_str(&left_over(unmatched));
     }
@@ -104,6 +119,26 @@ fn explained(parts: &[PartStatistics]) -> String {
         "what a change of one parameter would explain",
     ];
     format!("\n{}", table::render(&headings, &rows))
+}
+
+/// How flat, round or cylindrical the parts are that have such a form.
+fn forms(parts: &[PartStatistics]) -> String {
+    let mut rows = Vec::new();
+    for (part, form) in parts.iter().filter_map(|p| Some((p, p.form.as_ref()?))) {
+        let zone = |f: &dyn Fn(&Zone) -> String| form.zone.as_ref().map_or("-".to_owned(), f);
+        rows.push(vec![
+            part.name.clone(),
+            zone(&|z| z.characteristic.clone()),
+            zone(&|z| table::number(z.least_squares)),
+            zone(&|z| table::number(z.minimum_zone)),
+            zone(&|z| format!("{:.2} %", 100.0 * z.outlying as f64 / (z.outlying + z.points).max(1) as f64)),
+            form.roundness.map_or("-".to_owned(), |r| table::number(r.minimum_zone)),
+        ]);
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("\n{}", table::render(&["part", "form", "least squares", "minimum zone", "left out", "roundness"], &rows))
 }
 
 fn sign(x: f64) -> &'static str {

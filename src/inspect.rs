@@ -2,9 +2,10 @@
 
 use crate::cli::InspectArgs;
 use crate::error::CommandError;
-use crate::measure::{self, Measured, Pictures, Settings, Surface};
+use crate::measure::{self, Measured, Settings, Surface};
 use crate::progress::TerminalProgress;
 use crate::search::{self, Winner};
+use crate::textures::{self, Pictures};
 use crate::{deviations, fit, mesh, script, table};
 use gml_compiler::program::Program;
 use gml_runtime::export::picture::Picture;
@@ -63,9 +64,9 @@ pub(crate) fn inspect(
 
     let x: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     let pose = fitted.pose.unwrap_or(Motion::IDENTITY);
-    let surface = Surface::of_program(program, &x, &pose, settings.size)?;
+    let surface = Surface::of_program(program, &x, &pose, settings)?;
     let measured = measure::measure(surface, &scan, Some(&fitted), settings, progress)?;
-    let pictures = measure::write(&args.output, &measured)?;
+    let pictures = textures::write(&args.output, &measured)?;
     let upright = upright(program, &x, &pose)?;
     let documented = document(args, &fitted, &scan, (&measured, &pictures), &upright, progress);
     progress.finish();
@@ -104,7 +105,7 @@ fn document(
     if progress.cancelled() {
         return Err(fit::interrupted());
     }
-    let views = measure::png(&views(scan, measured, upright))?;
+    let views = textures::png(&views(scan, measured, upright))?;
 
     progress.report("writing", f64::NAN, "model.x3d, report.html");
     let scene = x3d::write(&X3dScene {

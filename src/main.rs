@@ -21,6 +21,7 @@ mod scan;
 mod script;
 mod search;
 mod table;
+mod textures;
 mod values;
 mod variance;
 

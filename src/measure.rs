@@ -1,22 +1,23 @@
-//! What `variance` and `inspect` share: measuring a scan from a surface, and writing what was found.
+//! What `variance` and `inspect` share: measuring a scan from a surface.
 
 use crate::cli::{DeviceArg, DistanceArg, VarianceControls};
 use crate::error::CommandError;
-use crate::mesh::make_folder;
 use crate::values;
 use gml_compiler::program::Program;
-use gml_runtime::bvh::Bvh;
-use gml_runtime::export::picture::{self, Picture};
-use gml_runtime::export::{atomic, json, ply, raster};
+use gml_runtime::bvh::{Bvh, BvhError};
+use gml_runtime::export::picture;
 use gml_runtime::fit::FitResult;
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
+use gml_runtime::model::{
+    Atlas, AtlasError, Fineness, LARGEST, Model, Motion, ReferenceSurface, SMALLEST, Sensitivities, SensitivityMaps,
+    Tessellation, Texels,
+};
 use gml_runtime::progress::Progress;
 use gml_runtime::scan::Scan;
 use gml_runtime::variance::{
-    self, Deviations, Device, DistanceTexture, Facing, ParameterCovariance, Tolerance, Trace, Unmatched, VarianceReport,
+    self, Deviations, Device, DistanceTexture, Facing, FilledHoles, ParameterCovariance, SensitivityRange, Tolerance,
+    Towards, Trace, Unmatched, VarianceReport,
 };
-use std::path::Path;
 use std::time::Instant;
 
 /// Edges that fit into the model's size: documents displace the vertices, so that detail needs them close together.
@@ -34,6 +35,8 @@ pub(crate) struct Surface {
     pub(crate) texels: Texels,
     /// How it moves where parameters change; none for a mesh.
     pub(crate) sensitivities: Option<Sensitivities>,
+    /// Likewise all over the texture, where that was asked for.
+    pub(crate) maps: Option<SensitivityMaps>,
     /// Of each part, where the script gives one.
     pub(crate) tolerances: Vec<Option<Tolerance>>,
     /// Sentences for the user.
@@ -55,6 +58,10 @@ pub(crate) struct Measured {
     pub(crate) colour_range: f64,
     /// What of the scan the model does not explain.
     pub(crate) unmatched: TriangleMesh,
+    /// What closes holes of the scan, where that was asked for.
+    pub(crate) filled: Option<TriangleMesh>,
+    /// How far the surface moves where parameters change, where that was asked for.
+    pub(crate) maps: Option<SensitivityMaps>,
 }
 
 impl Surface {
@@ -63,10 +70,14 @@ impl Surface {
         program: &Program,
         x: &[f64],
         motion: &Motion,
-        size: u32,
+        settings: &Settings,
     ) -> Result<Surface, CommandError> {
         let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
-        let atlas = Atlas::new(program, &*instance, size).map_err(CommandError::failed)?;
+        let atlas = match settings.resolution {
+            Resolution::Side(size) => Atlas::new(program, &*instance, size),
+            Resolution::Texel(edge) => Atlas::with_texels_of(program, &*instance, edge),
+        };
+        let atlas = atlas.map_err(CommandError::failed)?;
         let mut texels = Texels::of_model(program, &*instance, &atlas).map_err(CommandError::failed)?;
         let tessellate = |fineness| Tessellation::new(program, &*instance, fineness).map_err(CommandError::failed);
         let size = diagonal(&tessellate(Fineness::default())?.mesh);
@@ -76,61 +87,105 @@ impl Surface {
         motion.move_tessellation(&mut tessellation);
         let sensitivities =
             Sensitivities::new(program, &*instance, &atlas, &texels, motion).map_err(CommandError::failed)?;
+        let maps = if settings.sensitivities {
+            let maps = SensitivityMaps::new(program, &*instance, &atlas, &texels, motion);
+            Some(maps.map_err(CommandError::failed)?)
+        } else {
+            None
+        };
         let own = program.tolerances(x).map_err(CommandError::failed)?;
         let tolerances = own.iter().map(|t| t.map(|t| Tolerance { lower: -t, upper: t })).collect();
-        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), tolerances, notices: Vec::new() })
+        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), maps, tolerances, notices: Vec::new() })
     }
 
     /// The surface of a mesh from elsewhere.
-    pub(crate) fn of_mesh(mesh: &TriangleMesh, size: u32) -> Result<Surface, CommandError> {
-        let ReferenceSurface { tessellation, texels, notices } =
-            ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
-        let tolerances = vec![None; texels.part_names.len()];
-        Ok(Surface { tessellation, texels, sensitivities: None, tolerances, notices })
+    pub(crate) fn of_mesh(mesh: &TriangleMesh, resolution: Resolution) -> Result<Surface, CommandError> {
+        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        let (mut size, edge) = match resolution {
+            Resolution::Side(size) => (size, f64::INFINITY),
+            // No texture is used more than wholly.
+            Resolution::Texel(edge) => ((area.sqrt() / edge).min(f64::from(LARGEST)) as u32, edge),
+        };
+        loop {
+            size = size.next_power_of_two().clamp(SMALLEST, LARGEST);
+            let found = ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
+            let own = (area / found.texels.len().max(1) as f64).sqrt();
+            if own <= edge {
+                let ReferenceSurface { tessellation, texels, notices } = found;
+                let tolerances = vec![None; texels.part_names.len()];
+                return Ok(Surface { tessellation, texels, sensitivities: None, maps: None, tolerances, notices });
+            }
+            if size == LARGEST {
+                return Err(CommandError::failed(AtlasError::TooFine { edge, least: own }));
+            }
+            size *= 2;
+        }
     }
 }
 
-impl Measured {
-    /// The coded texture as a PNG file.
-    fn coded_png(&self) -> Result<Vec<u8>, CommandError> {
-        let notes =
-            [("Comment", "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -")];
-        raster::png_rgb(self.texture.width, self.texture.height, &self.texture.rgb, &notes)
-            .map_err(CommandError::failed)
+/// How fine a texture is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Resolution {
+    /// So many texels a side.
+    Side(u32),
+    /// Texels so many millimetres wide.
+    Texel(f64),
+}
+
+impl Resolution {
+    /// A whole number, which must be a power of two because viewers of X3D resample other textures, or a length.
+    fn of(text: &str) -> Result<Resolution, CommandError> {
+        let Ok(size) = text.trim().parse::<u32>() else {
+            return values::positive_length("--resolution", text).map(Resolution::Texel);
+        };
+        if size.is_power_of_two() && (SMALLEST..=LARGEST).contains(&size) {
+            return Ok(Resolution::Side(size));
+        }
+        Err(CommandError::usage(format!(
+            "--resolution {size}: must be a power of two from {SMALLEST} to {LARGEST}, such as 1024, or a length such as 0.2mm"
+        )))
     }
 }
 
 /// What the options say, read once, before any work is done.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Settings {
-    /// Side of the texture.
-    pub(crate) size: u32,
+    /// Of the texture.
+    pub(crate) resolution: Resolution,
     max_distance: Option<f64>,
     /// The largest angle between the normals, in radians.
     max_angle: f64,
     /// Of parts to which the script gives none.
     tolerance: Option<Tolerance>,
+    averaging_width: Option<f64>,
+    /// How large holes of the scan are that are closed.
+    fill_holes: Option<f64>,
     distance: DistanceArg,
     device: DeviceArg,
+    /// Whether maps of sensitivities are drawn.
+    pub(crate) sensitivities: bool,
 }
 
 impl Settings {
-    /// The texture's side is a power of two, because viewers of X3D resample others.
+    /// Of the command line.
     pub(crate) fn of(controls: &VarianceControls) -> Result<Settings, CommandError> {
-        let size = controls.resolution;
-        if !(size.is_power_of_two() && (16..=16384).contains(&size)) {
-            let message = format!("--resolution {size}: must be a power of two from 16 to 16384, such as 1024");
-            return Err(CommandError::usage(message));
+        let length =
+            |option: &str, text: &Option<String>| text.as_ref().map(|t| values::positive_length(option, t)).transpose();
+        let averaging_width = length("--averaging-width", &controls.averaging_width)?;
+        if averaging_width.is_some() && controls.distance != DistanceArg::AveragedNormal {
+            return Err(CommandError::usage("--averaging-width says something only with --distance averaged-normal"));
         }
-        let max_distance = controls.max_distance.as_ref().map(|d| values::positive_length("--max-distance", d));
         let tolerance = controls.tolerance.as_ref().map(|t| values::tolerance("--tolerance", t));
         Ok(Settings {
-            size,
-            max_distance: max_distance.transpose()?,
+            resolution: Resolution::of(&controls.resolution)?,
+            max_distance: length("--max-distance", &controls.max_distance)?,
             tolerance: tolerance.transpose()?.map(|(lower, upper)| Tolerance { lower, upper }),
+            averaging_width,
+            fill_holes: length("--fill-holes", &controls.fill_holes)?,
             max_angle: values::acute_angle("--max-angle", &controls.max_angle)?,
             distance: controls.distance,
             device: controls.device,
+            sensitivities: controls.sensitivities,
         })
     }
 }
@@ -144,7 +199,7 @@ pub(crate) fn measure(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
-    let Surface { mut tessellation, mut texels, sensitivities, tolerances, notices } = surface;
+    let Surface { mut tessellation, mut texels, sensitivities, mut maps, tolerances, notices } = surface;
     let max_distance = settings.max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
@@ -156,7 +211,14 @@ pub(crate) fn measure(
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
-    let Trace { deviations, device, notice } = cast(texels, scan, &bvh, max_distance, settings)?;
+    if let Some(maps) = &mut maps {
+        maps.turn(&texels, &flipped);
+    }
+    // Forms are those of the surface as it is, before normals are averaged.
+    let shapes = variance::recognise(&texels);
+    let averaging_width = average_normals(&mut texels, &mut tessellation, settings)?;
+    let Trace { mut deviations, device, notice } = cast(texels, scan, &bvh, max_distance, settings)?;
+    let holes = fill_holes(&mut deviations, scan, &bvh, settings)?;
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
     }
@@ -165,7 +227,15 @@ pub(crate) fn measure(
     let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|own| own.or(settings.tolerance)).collect();
     let mut report = VarianceReport::with_tolerances(&deviations, &scan.source, &device, &tolerances);
     assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), fitted);
+    let forms = variance::form_deviations(&deviations, &shapes);
+    report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
+    if let Some(maps) = &maps {
+        let range = |map| SensitivityRange::of(map, &maps.texels, &deviations.texels);
+        report.sensitivities = maps.maps.iter().map(range).collect();
+    }
     report.distance = settings.distance.name().to_owned();
+    report.averaging_width = averaging_width;
+    report.holes = holes.as_ref().map(|h| h.summary.clone());
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
@@ -183,24 +253,81 @@ pub(crate) fn measure(
     progress.report("looking for what the model does not explain", f64::NAN, "");
     let started = Instant::now();
     let unmatched = Unmatched::new(&scan.mesh, &tessellation.mesh, max_distance, scan.oriented);
-    let unmatched = unmatched.map_err(|e| CommandError::Failed(format!("the model's surface: {e}")))?;
+    let unmatched = unmatched.map_err(|e| surface_failed(&e))?;
     report.unmatched = Some(unmatched.summary);
     report.seconds.unmatched = started.elapsed().as_secs_f64();
     progress.report("coding texture", f64::NAN, "");
     let texture = DistanceTexture::new(&deviations);
     let colour_range = picture::scale_end(&report.overall, max_distance);
-    Ok(Measured { tessellation, deviations, texture, report, colour_range, unmatched: unmatched.mesh })
+    Ok(Measured {
+        tessellation,
+        deviations,
+        texture,
+        report,
+        colour_range,
+        unmatched: unmatched.mesh,
+        filled: holes.map(|h| h.mesh),
+        maps,
+    })
+}
+
+/// Replaces the normals by averaged ones where that was asked for, and gives the width of the bands in which they turn; a mesh from elsewhere
+/// has none.
+fn average_normals(
+    texels: &mut Texels,
+    tessellation: &mut Tessellation,
+    settings: &Settings,
+) -> Result<Option<f64>, CommandError> {
+    if settings.distance != DistanceArg::AveragedNormal {
+        return Ok(None);
+    }
+    let size = diagonal(&tessellation.mesh);
+    let (width, most) =
+        (settings.averaging_width.unwrap_or(variance::DEFAULT_WIDTH * size), variance::MAX_WIDTH * size);
+    if width > most {
+        return Err(CommandError::usage(format!(
+            "--averaging-width: {width} mm is more than a tenth of the model's size; at most {most:.3}mm here"
+        )));
+    }
+    variance::average_normals(texels, tessellation, width).map_err(|e| surface_failed(&e))?;
+    Ok((!tessellation.origins.is_empty()).then_some(width))
+}
+
+/// Closes holes of the scan where that was asked for, and takes away the distances behind them.
+fn fill_holes(
+    deviations: &mut Deviations,
+    scan: &Scan,
+    bvh: &Bvh,
+    settings: &Settings,
+) -> Result<Option<FilledHoles>, CommandError> {
+    let Some(size) = settings.fill_holes else { return Ok(None) };
+    let holes = FilledHoles::new(&scan.mesh, size);
+    let towards = match settings.distance {
+        DistanceArg::Closest => Towards::Closest,
+        DistanceArg::Normal | DistanceArg::AveragedNormal => Towards::Normal,
+    };
+    let hidden = variance::hide_behind_filled(deviations, &holes, bvh, facing(scan, settings), towards);
+    hidden.map_err(CommandError::failed)?;
+    Ok(Some(holes))
+}
+
+fn surface_failed(error: &BvhError) -> CommandError {
+    CommandError::Failed(format!("the model's surface: {error}"))
+}
+
+fn facing(scan: &Scan, settings: &Settings) -> Facing {
+    if scan.oriented { Facing::Within(settings.max_angle) } else { Facing::Any }
 }
 
 fn cast(texels: Texels, scan: &Scan, bvh: &Bvh, max_distance: f64, settings: &Settings) -> Result<Trace, CommandError> {
-    let facing = if scan.oriented { Facing::Within(settings.max_angle) } else { Facing::Any };
+    let facing = facing(scan, settings);
     let device = match settings.device {
         DeviceArg::Auto => Device::Auto,
         DeviceArg::Cpu => Device::Cpu,
         DeviceArg::Gpu => Device::Gpu,
     };
     let trace = match settings.distance {
-        DistanceArg::Normal => variance::trace(texels, bvh, max_distance, facing, device),
+        DistanceArg::Normal | DistanceArg::AveragedNormal => variance::trace(texels, bvh, max_distance, facing, device),
         DistanceArg::Closest => variance::trace_closest(texels, bvh, &scan.mesh, max_distance, facing),
     };
     trace.map_err(CommandError::failed)
@@ -232,44 +359,4 @@ fn diagonal(mesh: &TriangleMesh) -> f64 {
         if high > low { high - low } else { 0.0 }
     };
     (0..3).map(|k| extent(k).powi(2)).sum::<f64>().sqrt()
-}
-
-/// PNG files that other documents contain.
-pub(crate) struct Pictures {
-    /// The coded texture.
-    pub(crate) coded: Vec<u8>,
-    /// The texture in the colours of the deviations.
-    pub(crate) colours: Vec<u8>,
-}
-
-/// Writes the coded texture, the lossless distances, the colours, what of the scan is left over, and the statistics.
-pub(crate) fn write(folder: &Path, measured: &Measured) -> Result<Pictures, CommandError> {
-    make_folder(folder)?;
-    let texture = &measured.texture;
-    let (width, height) = (texture.width, texture.height);
-    let sign = format!("signed distance in mm; {}", variance::SIGN_CONVENTION);
-    let lossless = variance::signed_distances(&measured.deviations);
-    let tiff = raster::tiff_f32(width, height, &lossless, &sign).map_err(CommandError::failed)?;
-    let coded = measured.coded_png()?;
-    let colours = png(&picture::deviation_picture(&measured.deviations, measured.colour_range))?;
-    let levels: Vec<f64> = measured.report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
-    let significant = png(&picture::significance_picture(&measured.deviations, measured.colour_range, &levels))?;
-    let files = [
-        ("distance.png", &coded),
-        ("distance.tif", &tiff),
-        ("colours.png", &colours),
-        ("significant.png", &significant),
-    ];
-    for (name, bytes) in files {
-        atomic::write(&folder.join(name), bytes).map_err(CommandError::failed)?;
-    }
-    ply::write(&folder.join(UNMATCHED), &measured.unmatched, &[]).map_err(CommandError::failed)?;
-    json::write(&folder.join("variance.json"), &measured.report).map_err(CommandError::failed)?;
-    Ok(Pictures { coded, colours })
-}
-
-/// A picture as a PNG file.
-pub(crate) fn png(picture: &Picture) -> Result<Vec<u8>, CommandError> {
-    let rgb = picture.pixels.as_flattened();
-    raster::png_rgb(picture.width as u32, picture.height as u32, rgb, &[]).map_err(CommandError::failed)
 }

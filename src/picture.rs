@@ -1,7 +1,7 @@
 //! A model as a picture: `gmlc mesh MODEL.gml -o picture.png`.
 
 use crate::error::CommandError;
-use crate::measure;
+use crate::textures;
 use gml_compiler::program::Program;
 use gml_runtime::export::atomic;
 use gml_runtime::export::render::{self, Layer, Paint, View};
@@ -56,7 +56,7 @@ impl Framing {
         let colours = tints(&tessellation.mesh, &tessellation.origins);
         let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Vertices(&colours), opacity: 1.0 };
         let picture = render::render(&[layer], &self.view, self.width, self.height);
-        atomic::write(path, &measure::png(&picture)?).map_err(CommandError::failed)
+        atomic::write(path, &textures::png(&picture)?).map_err(CommandError::failed)
     }
 }
 

@@ -6,7 +6,7 @@ mod support;
 use gml_compiler::program::{Options, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Fineness, Model, Tessellation};
+use gml_runtime::model::{Atlas, Fineness, Model, Tessellation, Texels};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fs;
@@ -21,6 +21,33 @@ const EXAMPLES: [&str; 9] = ["amphora", "bowl", "can", "column", "elbow", "flang
 /// noise leaves open is less for every parameter of every example (by the standard deviations that the fits
 /// state), and what is found by chance or not moved at all is more.
 const RECOVERED: f64 = 0.1;
+
+/// Of every example's texture at least this share lies on the model, and texels stand for the same area to this share.
+const USED: f64 = 0.85;
+const ALIKE: f64 = 0.1;
+
+#[test]
+fn textures_are_well_used_and_their_texels_alike() {
+    for name in EXAMPLES.iter().chain(&["cup"]) {
+        let path = root().join(format!("examples/{name}/{name}.gml"));
+        let text = fs::read_to_string(&path).expect("a script");
+        let source = SourceFile { name: path.display().to_string(), text };
+        let program = compile(source, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+        let x: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
+        let instance = Model::instantiate(&program, &x).expect("the defaults are a model");
+        let atlas = Atlas::new(&program, &*instance, 1024).expect("it fits");
+        let texels = Texels::of_model(&program, &*instance, &atlas).expect("a surface");
+        let mut parts = vec![(0.0, 0.0); texels.part_names.len()];
+        for (part, area) in texels.part.iter().zip(&texels.area) {
+            let (count, sum) = &mut parts[*part as usize];
+            (*count, *sum) = (*count + 1.0, *sum + f64::from(*area));
+        }
+        let mean = parts.iter().map(|p| p.1).sum::<f64>() / texels.len() as f64;
+        let uneven = parts.iter().map(|(count, area)| (area / count / mean - 1.0).abs()).fold(0.0, f64::max);
+        println!("{name}: {:.3} used, {} parts, texels differ by {uneven:.3}", atlas.used(), parts.len());
+        assert!(atlas.used() >= USED && uneven <= ALIKE, "{name}: {} used, texels differ by {uneven}", atlas.used());
+    }
+}
 
 /// The largest picture in the repository, in bytes.
 const LARGEST_PICTURE: u64 = 150_000;

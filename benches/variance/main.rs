@@ -3,7 +3,7 @@
 //!
 //! `GMLC_TEST_DATA=... cargo bench --bench variance` prints wall and processor seconds, the least of several runs, and queries
 //! (texels) a second. With `-- --dump FILE` origins and normals are written, and what was found, for benches/variance/peers.py, which
-//! casts the same rays with other libraries and compares.
+//! casts the same rays with other libraries and compares; likewise distances to closest points of some of the texels.
 
 use cpu_time::ProcessTime;
 use gml_compiler::program::{Options, Program, compile};
@@ -19,6 +19,9 @@ use std::time::Instant;
 
 /// Side of the texture.
 const SIZE: u32 = 2048;
+
+/// Of so many texels one is compared with others' closest points.
+const CLOSEST_STEP: usize = 20;
 
 /// How far rays go. Millimetres.
 const MAX_DISTANCE: f64 = 10.0;
@@ -72,6 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let (0, Some(dump)) = (run, dump) {
             let both = deviations.outward.iter().zip(&deviations.inward).flat_map(|(a, b)| [*a, *b]);
             write_floats(Path::new(&format!("{dump}.found")), both)?;
+            write_closest(dump, &deviations.texels, &bvh)?;
         }
         stages.time("texture", || DistanceTexture::new(&deviations));
         let report = stages.time("statistics", || VarianceReport::new(&deviations, &ScanSource::default(), "cpu"));
@@ -115,6 +119,18 @@ fn true_parameters(program: &Program, folder: &Path) -> Result<Vec<f64>, Box<dyn
 fn write_rays(path: &Path, texels: &Texels) -> std::io::Result<()> {
     let ray = |(position, normal): (&[f64; 3], &[f32; 3])| [position.map(|x| x as f32), *normal].concat();
     write_floats(path, texels.position.iter().zip(&texels.normal).flat_map(ray))
+}
+
+/// Four numbers in double precision for some of the texels: where they are, and how far the scan's closest point is.
+fn write_closest(dump: &str, texels: &Texels, bvh: &Bvh) -> std::io::Result<()> {
+    let mut file = std::io::BufWriter::new(std::fs::File::create(format!("{dump}.closest"))?);
+    for position in texels.position.iter().step_by(CLOSEST_STEP) {
+        let distance = bvh.closest_point(*position, f64::INFINITY).map_or(f64::NAN, |c| c.distance);
+        for x in position.iter().chain([&distance]) {
+            file.write_all(&x.to_ne_bytes())?;
+        }
+    }
+    file.flush()
 }
 
 /// In single precision, bytes in the machine's order.

@@ -4,7 +4,7 @@ RAYS is what `cargo bench --bench variance -- --dump RAYS` writes. `casting` is 
 to do with them: build the scene, lay out the rays of both directions, cast, drop what lies beyond the distance, take the
 nearer of both, code the texture's three bytes, and the statistics that gmlc has (mean, sd, rms, median, percentiles, MAD,
 histogram; unsigned and signed). Each the least of three runs, in seconds of the wall and of all processors; rays a second
-count two a texel.
+count two a texel. Then distances to closest points (RAYS.closest), against Open3D and libigl.
 """
 
 import sys
@@ -66,6 +66,29 @@ def compare(theirs, ours, limit):
           f"differences of the other {len(late)}: {(late > 1e-3).sum()} above 1e-3 mm, largest {late.max():.2g} mm")
 
 
+def compare_closest(path, mesh_path):
+    """Distances to closest points against Open3D (single precision) and, where it is installed, libigl (double)."""
+    import open3d as o3d
+
+    found = np.fromfile(path, np.float64).reshape(-1, 4)
+    points, ours = found[:, :3], found[:, 3]
+    mesh = o3d.io.read_triangle_mesh(mesh_path)
+    vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.triangles)
+    scene = o3d.t.geometry.RaycastingScene()
+    scene.add_triangles(o3d.t.geometry.TriangleMesh.from_legacy(mesh))
+    theirs = {"open3d": scene.compute_distance(o3d.core.Tensor.from_numpy(points.astype(np.float32))).numpy()}
+    try:
+        import igl
+
+        theirs["libigl"] = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces.astype(np.int64))[0])
+    except ImportError:
+        print("libigl   is not installed")
+    for name, distances in theirs.items():
+        late = np.abs(distances - ours)
+        print(f"{name:8} {len(ours)} closest points, largest difference {late.max():.2g} mm; mean {ours.mean():.7f} and "
+              f"{distances.mean(dtype=np.float64):.7f}, sd {ours.std():.7f} and {distances.std(dtype=np.float64):.7f} mm")
+
+
 def open3d_scene(path):
     import open3d as o3d
 
@@ -112,6 +135,7 @@ def main():
         print(f"{2e-6 * len(rays) / casting[0]:.1f} M rays/s, {2e-6 * len(rays) / casting[1]:.1f} a processor")
         print(f"{'':8} all     {everything[0]:.3f} s, processor {everything[1]:.3f} s")
         compare(both, np.fromfile(sys.argv[1] + ".found", np.float32).reshape(-1, 2), limit)
+    compare_closest(sys.argv[1] + ".closest", sys.argv[2])
 
 
 main()

@@ -50,6 +50,47 @@ impl Bvh {
         })
     }
 
+    /// Calls `visit` for every triangle that is at most `radius` away from `p`, with its closest point.
+    pub(crate) fn all_within(&self, p: [f64; 3], radius: f64, mut visit: impl FnMut(ClosestPoint)) {
+        let local = self.to_local(p);
+        let reach = (local.abs() + self.half_extent).max_element();
+        let limit = (radius as f32 + 4.0 * f32::EPSILON * reach).powi(2);
+        let origin = DVec3::from(p) - DVec3::from(self.center);
+        // Of every level at most one node waits beside the one whose turn it is.
+        let mut open: Vec<u32> = if self.tree.nodes.is_empty() { Vec::new() } else { vec![0] };
+        while let Some(index) = open.pop() {
+            let node = &self.tree.nodes[index as usize];
+            // Written so that NaN ends here.
+            if !(squared_to_box(local, node) <= limit) {
+                continue;
+            }
+            if !node.is_leaf() {
+                open.extend([node.first_index + 1, node.first_index]);
+                continue;
+            }
+            let block = (node.first_index / 4) as usize;
+            for lane in 0..node.prim_count as usize {
+                let found = self.closest_in_triangle(origin, block, lane);
+                if found.distance <= radius {
+                    visit(found);
+                }
+            }
+        }
+    }
+
+    /// The point of one triangle that is closest to `origin`, which is relative to the centre.
+    fn closest_in_triangle(&self, origin: DVec3, block: usize, lane: usize) -> ClosestPoint {
+        let corners = self.blocks[block].triangle(lane).map(|c| c.as_dvec3());
+        let weights = closest_weights(origin, corners);
+        let nearest = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+        ClosestPoint {
+            distance: (nearest - origin).length(),
+            point: (nearest + DVec3::from(self.center)).to_array(),
+            triangle: self.tree.primitive_indices[4 * block + lane],
+            weights,
+        }
+    }
+
     fn closest_among(
         &self,
         p: [f64; 3],
@@ -67,16 +108,8 @@ impl Bvh {
         let scale = 1.0 / reach.max(f32::MIN_POSITIVE);
         let (block, lane) = self.closest_triangle(local, scale, limit * limit, among)?;
         let origin = DVec3::from(p) - DVec3::from(self.center);
-        let corners = self.blocks[block].triangle(lane).map(|c| c.as_dvec3());
-        let weights = closest_weights(origin, corners);
-        let nearest = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
-        let distance = (nearest - origin).length();
-        (distance <= max_distance).then(|| ClosestPoint {
-            distance,
-            point: (nearest + DVec3::from(self.center)).to_array(),
-            triangle: self.tree.primitive_indices[4 * block + lane],
-            weights,
-        })
+        let found = self.closest_in_triangle(origin, block, lane);
+        (found.distance <= max_distance).then_some(found)
     }
 
     /// Block and lane of the triangle closest to `p` among those that `among` admits, if its squared distance is at most `best`. `scale` brings all

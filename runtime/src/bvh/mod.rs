@@ -23,11 +23,11 @@ pub use ray::Hit;
 use sweep::MAX_DEPTH;
 
 use crate::mesh::TriangleMesh;
-use block::TriangleBlock;
+pub(crate) use block::TriangleBlock;
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::node::Bvh2Node;
+pub(crate) use obvhs::bvh2::node::Bvh2Node;
 use thiserror::Error;
 
 /// Coordinates further than this from the mesh's centre are refused: third powers must stay within single precision.
@@ -85,6 +85,20 @@ impl Bvh {
             return Err(BvhError::TooManyTriangles { triangles: mesh.triangles.len() });
         }
         let (center, half_extent) = bounds(mesh)?;
+        Ok(Self::build_around(mesh, center, half_extent))
+    }
+
+    /// A hierarchy over another mesh, which must be within the box of this one's, in the same single-precision coordinates: a ray through
+    /// an edge that triangles of both share hits one of them.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub(crate) fn build_beside(&self, mesh: &TriangleMesh) -> Result<Self, BvhError> {
+        bounds(mesh)?;
+        Ok(Self::build_around(mesh, self.center, self.half_extent))
+    }
+
+    fn build_around(mesh: &TriangleMesh, center: [f64; 3], half_extent: Vec3A) -> Self {
         let corners = |triangle: usize| {
             mesh.triangles[triangle].map(|vertex| {
                 let p = mesh.positions[vertex as usize];
@@ -95,7 +109,7 @@ impl Bvh {
         let tree = sweep::build(&boxes);
         drop(boxes);
         let blocks = tree.primitive_indices.chunks_exact(4).map(|leaf| TriangleBlock::new(leaf, corners)).collect();
-        Ok(Self { tree, blocks, center, half_extent, triangle_count: mesh.triangles.len() })
+        Self { tree, blocks, center, half_extent, triangle_count: mesh.triangles.len() }
     }
 
     /// How many triangles there are.

@@ -3,6 +3,9 @@
 /// The colour of a texel without data: a grey that the scale does not contain.
 pub const NO_DATA: [u8; 3] = [128, 128, 128];
 
+/// The colour of a texel that looks at a closed hole of the scan: an olive that the scale does not contain either.
+pub const FILLED: [u8; 3] = [140, 140, 60];
+
 /// Anchors from 0 to 1 on the inner side, evenly spaced: made in OKLCh with lightness falling linearly from 0.965 to
 /// 0.4, so that equal steps of deviation are equal steps of lightness; hue from 235 to 262 degrees.
 const BLUES: [[u8; 3]; 5] = [[243, 243, 243], [149, 205, 247], [69, 158, 238], [12, 109, 209], [18, 64, 153]];

@@ -1,8 +1,9 @@
 //! Deviations as a picture for people: the texture in the colours of the scale, with a legend.
 
-use super::colormap::{NO_DATA, diverging};
+use super::colormap::{FILLED, NO_DATA, diverging};
 use super::glyphs::{GLYPH_HEIGHT, draw, text_width};
-use crate::variance::{Deviations, Statistics, signed_distances};
+use crate::model::{SensitivityMap, SensitivityMaps, Texels};
+use crate::variance::{Deviations, SensitivityRange, Statistics, signed_distances};
 
 /// Where no chart is, and behind the legend.
 const BACKGROUND: [u8; 3] = [38, 38, 42];
@@ -84,37 +85,88 @@ pub fn significance_picture(deviations: &Deviations, end: f64, levels: &[f64]) -
 /// Texels with a distance that are not `shown` get the colour of zero.
 fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> bool) -> Picture {
     let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
-    let scale = (width / 360).max(1);
-    let legend = legend(width.max(256), scale, end);
+    let mut swatches = vec![(NO_DATA, "no data")];
+    if deviations.filled.contains(&true) {
+        swatches.push((FILLED, "filled hole"));
+    }
+    let words = Legend { below: "- scan inside", above: "scan outside +", unit: "mm", swatches: &swatches };
+    let legend = legend(width.max(256), end, &words);
     let mut picture = Picture::new(width.max(256), height + legend.height, BACKGROUND);
     let distances = signed_distances(deviations);
     for (i, &index) in deviations.texels.index.iter().enumerate() {
         let (x, y) = (index as usize % width, index as usize / width);
         let distance = f64::from(distances[index as usize]);
         let drawn = if distance.is_nan() || shown(i) { distance } else { 0.0 };
-        picture.pixels[y * picture.width + x] = diverging(drawn / end);
+        let colour = if deviations.is_filled(i) { FILLED } else { diverging(drawn / end) };
+        picture.pixels[y * picture.width + x] = colour;
     }
     let start = height * picture.width;
     picture.pixels[start..].copy_from_slice(&legend.pixels);
     picture
 }
 
-fn legend(width: usize, scale: usize, end: f64) -> Picture {
+/// A map of how far the surface moves along its normal where a parameter changes: in the colours of the deviations on a scale up to
+/// the largest of them, grey where no part depends on it; below it a legend. Smaller than the texture where not every texel was
+/// evaluated.
+#[must_use]
+pub fn sensitivity_picture(
+    maps: &SensitivityMaps,
+    map: &SensitivityMap,
+    range: &SensitivityRange,
+    texels: &Texels,
+) -> Picture {
+    let step = maps.step.max(1);
+    let [width, height] = [texels.width, texels.height].map(|n| n.div_ceil(step) as usize);
+    let largest = range.max.abs().max(range.min.abs());
+    let end = if largest > 0.0 { largest } else { 1.0 };
+    let swatches = [(NO_DATA, "no effect")];
+    let heading = format!("by {}", map.parameter);
+    let words = Legend {
+        below: "- inwards",
+        above: "outwards +",
+        unit: &format!("{} {heading}", range.unit),
+        swatches: &swatches,
+    };
+    let legend = legend(width.max(256), end, &words);
+    let mut picture = Picture::new(width.max(256), height + legend.height, BACKGROUND);
+    for (value, i) in map.values.iter().zip(&maps.texels) {
+        let index = texels.index[*i as usize];
+        let (x, y) = ((index % texels.width / step) as usize, (index / texels.width / step) as usize);
+        picture.pixels[y * picture.width + x] = diverging(f64::from(*value) / end);
+    }
+    let start = height * picture.width;
+    picture.pixels[start..].copy_from_slice(&legend.pixels);
+    picture
+}
+
+/// What a legend says beside its figures.
+struct Legend<'a> {
+    /// What the lower end of the scale means.
+    below: &'a str,
+    /// What the upper end means.
+    above: &'a str,
+    unit: &'a str,
+    /// Colours beside the scale.
+    swatches: &'a [([u8; 3], &'a str)],
+}
+
+fn legend(width: usize, end: f64, words: &Legend<'_>) -> Picture {
+    let scale = (width / 360).max(1);
     let line = (GLYPH_HEIGHT + 3) * scale;
     let bar_height = 10 * scale;
     let mut legend = Picture::new(width, 3 * line + bar_height + 2 * scale, BACKGROUND);
     let swatch = 8 * scale;
-    let no_data_width = swatch + 3 * scale + text_width("no data", scale);
+    let widest = words.swatches.iter().map(|(_, text)| text_width(text, scale)).max();
+    let beside = widest.map_or(0, |text| text + swatch + 3 * scale);
     let left = text_width(&number(-end), scale) / 2 + 2 * scale;
-    let bar_width = width.saturating_sub(2 * left + no_data_width + 8 * scale).max(2);
+    let bar_width = width.saturating_sub(2 * left + beside + 8 * scale).max(2);
     for x in 0..bar_width {
         let value = 2.0 * x as f64 / (bar_width - 1) as f64 - 1.0;
         legend.fill(left + x, line, 1, bar_height, diverging(value));
     }
-    let meaning = "scan outside +";
-    let right = (left + bar_width).saturating_sub(text_width(meaning, scale));
-    draw(&mut legend, left, scale, scale, INK, "- scan inside");
-    draw(&mut legend, right, scale, scale, INK, meaning);
+    let right = (left + bar_width).saturating_sub(text_width(words.above, scale));
+    draw(&mut legend, left, scale, scale, INK, words.below);
+    draw(&mut legend, right, scale, scale, INK, words.above);
     let below = line + bar_height + 3 * scale;
     for tick in [-1.0, -0.5, 0.0, 0.5, 1.0] {
         let x = left + ((tick + 1.0) / 2.0 * (bar_width - 1) as f64) as usize;
@@ -123,10 +175,13 @@ fn legend(width: usize, scale: usize, end: f64) -> Picture {
         draw(&mut legend, x.saturating_sub(text_width(&text, scale) / 2), below, scale, INK, &text);
     }
     let middle = left + bar_width / 2;
-    draw(&mut legend, middle.saturating_sub(text_width("mm", scale) / 2), below + line, scale, INK, "mm");
+    draw(&mut legend, middle.saturating_sub(text_width(words.unit, scale) / 2), below + line, scale, INK, words.unit);
     let side = left + bar_width + left + 2 * scale;
-    legend.fill(side, line + scale, swatch, swatch, NO_DATA);
-    draw(&mut legend, side + swatch + 3 * scale, line + scale, scale, INK, "no data");
+    for (k, (colour, text)) in words.swatches.iter().enumerate() {
+        let top = line + scale + k * line;
+        legend.fill(side, top, swatch, swatch, *colour);
+        draw(&mut legend, side + swatch + 3 * scale, top, scale, INK, text);
+    }
     legend
 }
 
@@ -146,7 +201,7 @@ fn number(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::{BACKGROUND, deviation_picture, number};
-    use crate::export::colormap::{NO_DATA, diverging};
+    use crate::export::colormap::{FILLED, NO_DATA, diverging};
     use crate::model::Texels;
     use crate::variance::Deviations;
 
@@ -166,7 +221,12 @@ mod tests {
             max_distance: 2.0,
             outward: vec![0.25, f32::NAN, f32::NAN],
             inward: vec![1.5, 0.5, f32::NAN],
+            filled: Vec::new(),
         };
+        let filled = Deviations { filled: vec![false, false, true], ..deviations.clone() };
+        let picture = deviation_picture(&filled, 0.5);
+        assert_eq!(picture.pixels[602], FILLED);
+        assert!(picture.pixels[4 * 300..].contains(&FILLED));
         let picture = deviation_picture(&deviations, 0.5);
         assert_eq!(picture.width, 300);
         assert_eq!(picture.pixels.len(), picture.width * picture.height);

@@ -53,7 +53,22 @@ pub enum AtlasError {
         /// Side of the texture.
         size: u32,
     },
+    /// Too large a texture would be needed.
+    #[error(
+        "texels of {edge} mm need a texture of more than {LARGEST} x {LARGEST}: ask for texels of at least {least:.3} mm"
+    )]
+    TooFine {
+        /// What was asked for. Millimetres.
+        edge: f64,
+        /// What the largest texture gives.
+        least: f64,
+    },
 }
+
+/// Sides of textures from which one of the right fineness is chosen.
+pub const SMALLEST: u32 = 16;
+/// See [`SMALLEST`].
+pub const LARGEST: u32 = 16384;
 
 impl Atlas {
     /// Lays the patches out on `size` x `size` texels, as large as they fit, each in proportion to its true area and
@@ -62,8 +77,36 @@ impl Atlas {
     /// # Errors
     /// Where the surface cannot be evaluated or there are too many patches.
     pub fn new(model: &dyn Model, instance: &dyn Instance, size: u32) -> Result<Atlas, AtlasError> {
-        let sizes = (0..model.parts().len()).map(|p| extent(instance, p)).collect::<Result<Vec<_>, _>>()?;
-        let charts = largest_packing(&sizes, size).ok_or(AtlasError::TooSmall { patches: sizes.len(), size })?;
+        Self::of_extents(&extents(model, instance)?, size)
+    }
+
+    /// As [`new`](Self::new), on the smallest texture whose side is a power of two and whose texels are on the average at most `edge`
+    /// millimetres wide.
+    ///
+    /// # Errors
+    /// As `new`, and where that would be larger than [`LARGEST`] texels.
+    pub fn with_texels_of(model: &dyn Model, instance: &dyn Instance, edge: f64) -> Result<Atlas, AtlasError> {
+        let extents = extents(model, instance)?;
+        let area: f64 = extents.iter().map(|e| e[0] * e[1]).sum();
+        let mut size = SMALLEST;
+        // No texture is used more than wholly: below that no packing need be tried.
+        while size < LARGEST && area.sqrt() > edge * f64::from(size) {
+            size *= 2;
+        }
+        loop {
+            let found = Self::of_extents(&extents, size);
+            let covered = |atlas: &Atlas| atlas.used() * f64::from(size) * f64::from(size);
+            match found {
+                Ok(atlas) if (area / covered(&atlas)).sqrt() <= edge => return Ok(atlas),
+                Ok(_) | Err(AtlasError::TooSmall { .. }) if size < LARGEST => size *= 2,
+                Ok(atlas) => return Err(AtlasError::TooFine { edge, least: (area / covered(&atlas)).sqrt() }),
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn of_extents(extents: &[[f64; 2]], size: u32) -> Result<Atlas, AtlasError> {
+        let charts = largest_packing(extents, size).ok_or(AtlasError::TooSmall { patches: extents.len(), size })?;
         Ok(Atlas { size, charts })
     }
 
@@ -84,6 +127,11 @@ impl Atlas {
         let covered: u64 = self.charts.iter().map(|c| u64::from(c.width) * u64::from(c.height)).sum();
         covered as f64 / (f64::from(self.size) * f64::from(self.size))
     }
+}
+
+/// The rectangles that stand for the patches.
+fn extents(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<[f64; 2]>, EvaluationError> {
+    (0..model.parts().len()).map(|p| extent(instance, p)).collect()
 }
 
 /// Width and height in millimetres of the rectangle that stands for a patch: its proportions are those of the mean
@@ -107,6 +155,25 @@ fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationE
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gml_compiler::program::{Options, compile};
+    use gml_compiler::source::{NoFiles, SourceFile};
+
+    #[test]
+    fn a_texture_is_as_large_as_its_texels_are_to_be_fine() {
+        let text = "use std.surface (plane)\nmodel plates { part a = plane(100mm, 80mm)\npart b = plane(30mm, 50mm) }";
+        let script = SourceFile { name: "plates.gml".to_owned(), text: text.to_owned() };
+        let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+        let instance = Model::instantiate(&program, &[]).expect("it exists");
+        for edge in [5.0, 1.0, 0.3, 0.05] {
+            let atlas = Atlas::with_texels_of(&program, &*instance, edge).expect("it fits");
+            let texel = |atlas: &Atlas| (9500.0 / atlas.used()).sqrt() / f64::from(atlas.size);
+            assert!(texel(&atlas) <= edge, "{edge}: {}", atlas.size);
+            let half = Atlas::new(&program, &*instance, atlas.size / 2);
+            assert!(half.map_or(true, |half| texel(&half) > edge), "{edge}: {}", atlas.size);
+        }
+        let error = Atlas::with_texels_of(&program, &*instance, 1e-3).err();
+        assert!(matches!(error, Some(AtlasError::TooFine { .. })), "{error:?}");
+    }
 
     #[test]
     fn a_texel_centre_maps_back_to_its_texel() {

@@ -6,15 +6,17 @@ mod packing;
 mod program;
 mod reference;
 mod sensitivities;
+mod sensitivity_maps;
 mod surface;
 mod tessellation;
 mod texels;
 pub(crate) mod vector;
 
-pub use atlas::{Atlas, AtlasError, Chart};
+pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
 pub use motion::Motion;
 pub use reference::{ReferenceError, ReferenceSurface};
 pub use sensitivities::{PartSensitivities, Sensitivities};
+pub use sensitivity_maps::{SensitivityMap, SensitivityMaps};
 pub use surface::{EvaluationError, Instance, Model, Partials, SecondPartials};
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;

@@ -9,14 +9,15 @@ use rayon::prelude::*;
 /// For every texel the distance to the closest point of the scan among the triangles that face as the rays want, outward where that
 /// point lies on the normal's side, inward where on the other. None where it is further than the maximum distance, or
 /// on a free edge and not straight below: there the scan ends, and what is beside it was not measured.
-pub(super) fn trace(rays: &Rays, scan: &TriangleMesh) -> Distances {
-    let free = FreeEdges::of(scan);
-    let found = (0..rays.len()).into_par_iter().map(|i| nearest(rays, scan, &free, i).unwrap_or([f32::NAN; 2]));
+/// Without the scan's mesh free edges are like others.
+pub(super) fn trace(rays: &Rays, scan: Option<&TriangleMesh>) -> Distances {
+    let ends = scan.map(|mesh| (mesh, FreeEdges::of(mesh)));
+    let found = (0..rays.len()).into_par_iter().map(|i| nearest(rays, ends.as_ref(), i).unwrap_or([f32::NAN; 2]));
     let (outward, inward) = found.map(|[outward, inward]| (outward, inward)).unzip();
     Distances { outward, inward }
 }
 
-fn nearest(rays: &Rays, scan: &TriangleMesh, free: &FreeEdges, i: usize) -> Option<[f32; 2]> {
+fn nearest(rays: &Rays, ends: Option<&(&TriangleMesh, FreeEdges)>, i: usize) -> Option<[f32; 2]> {
     let (_, direction) = rays.get(i)?;
     let position = DVec3::from(rays.texels.position[i]);
     let normal = direction.as_dvec3();
@@ -27,7 +28,9 @@ fn nearest(rays: &Rays, scan: &TriangleMesh, free: &FreeEdges, i: usize) -> Opti
         (rays.facing > 0.0).then_some(rays.cosine),
     )?;
     let offset = DVec3::from(found.point) - position;
-    if free.has(&found) {
+    if let Some((scan, free)) = ends
+        && free.has(&found)
+    {
         let across = DVec3::from(scan.triangle_normal(scan.triangles[found.triangle as usize])?);
         if offset.reject_from_normalized(across).length() > f64::from(rays.tolerance) {
             return None;

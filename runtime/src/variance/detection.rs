@@ -121,6 +121,7 @@ mod tests {
             max_distance: 5.0,
             outward: vec![1.1, 0.9, nan, nan],
             inward: vec![nan, nan, 0.7, nan],
+            filled: Vec::new(),
         };
         // The surface of `a` moves by 2 along its normal for a unit of p, and by 1 for one of q; `b` does not.
         let part =

@@ -14,9 +14,18 @@ pub struct Deviations {
     pub outward: Vec<f32>,
     /// Distance to the scan along -normal, positive; NaN likewise.
     pub inward: Vec<f32>,
+    /// Whether what is nearest is a hole of the scan that was closed ([`FilledHoles`](super::FilledHoles)): such a texel has no distance, since nothing was
+    /// measured there. Empty where no holes were closed.
+    pub filled: Vec<bool>,
 }
 
 impl Deviations {
+    /// Whether texel i looks at a hole of the scan that was closed.
+    #[must_use]
+    pub fn is_filled(&self, i: usize) -> bool {
+        self.filled.get(i).copied().unwrap_or(false)
+    }
+
     /// The signed distance of texel i: the nearer of the two hits, positive outward; NaN where there is none ("no data").
     #[must_use]
     pub fn signed(&self, i: usize) -> f32 {

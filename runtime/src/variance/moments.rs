@@ -1,6 +1,6 @@
 //! What a set of weighted values is like: means, spreads, percentiles.
 
-use super::ordered::{Ordered, View};
+use super::values::Summary;
 use serde::{Deserialize, Deserializer, Serialize};
 
 /// Statistics of distances in millimetres, unsigned and signed. All are NaN (`null` in JSON) where nothing was
@@ -61,7 +61,7 @@ pub struct SignedMoments {
 
 /// Values below which 1, 5, ... 99 per cent of the weight lie. Between values linear in cumulative weight, each value
 /// standing at the middle of its own weight (Hazen's rule where all weigh alike); millimetres.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
     /// 1 per cent.
     #[serde(deserialize_with = "null_as_nan")]
@@ -87,56 +87,47 @@ pub struct Percentiles {
 }
 
 impl Moments {
-    /// Of signed distances.
-    pub(super) fn of(distances: &Ordered) -> Self {
-        let total = distances.total();
-        let [sum, unsigned_sum] = distances.sums(|x| [x, x.abs()]);
-        let (mean, signed_mean) = (unsigned_sum / total, sum / total);
-        let [squares, unsigned_squares] = distances.sums(|x| [(x - signed_mean).powi(2), (x.abs() - mean).powi(2)]);
-        let sd = (unsigned_squares / total).sqrt();
-        let signed = SignedMoments::of(distances, signed_mean, (squares / total).sqrt());
-        let percentiles = Percentiles::of(&distances.around(0.0));
-        let values = distances.values();
-        let place = values.partition_point(|&x| x < 0.0);
-        let beside = [place.checked_sub(1), Some(place)].into_iter().flatten().filter_map(|i| values.get(i));
-        Self {
-            mean,
-            max: signed.min.abs().max(signed.max.abs()),
-            sd,
-            min: beside.map(|&x| f64::from(x.abs())).reduce(f64::min).unwrap_or(f64::NAN),
-            rms: mean.hypot(sd),
-            median: percentiles.p50,
-            mad: distances.around_both(percentiles.p50).quantiles([0.5])[0],
-            percentiles,
-            signed,
-        }
-    }
-}
-
-impl SignedMoments {
-    fn of(distances: &Ordered, mean: f64, sd: f64) -> Self {
-        let percentiles = Percentiles::of(&distances.plain());
-        let end = |x: Option<&f32>| x.map_or(f64::NAN, |&x| f64::from(x));
-        Self {
-            mean,
-            sd,
-            min: end(distances.values().first()),
-            max: end(distances.values().last()),
-            median: percentiles.p50,
-            mad: distances.around(percentiles.p50).quantiles([0.5])[0],
-            percentiles,
-        }
+    /// By area, and with every distance counted alike.
+    pub(super) fn of(found: &Summary) -> [Self; 2] {
+        [0, 1].map(|w| {
+            let of = |k: usize| Percentiles::of(&found.quantiles[k][w]);
+            let (signed, percentiles) = (of(0), of(1));
+            let [low, high, least] = found.ends.map(|end| end[w]);
+            let [signed_mean, mean] = found.means.map(|mean| mean[w]);
+            let [signed_sd, sd] = found.variances.map(|variance| variance[w].sqrt());
+            let [signed_mad, mad] = found.mads.map(|mad| mad[w]);
+            Self {
+                mean,
+                max: low.abs().max(high.abs()),
+                sd,
+                min: least,
+                rms: mean.hypot(sd),
+                median: percentiles.p50,
+                mad,
+                percentiles,
+                signed: SignedMoments {
+                    mean: signed_mean,
+                    sd: signed_sd,
+                    min: low,
+                    max: high,
+                    median: signed.p50,
+                    mad: signed_mad,
+                    percentiles: signed,
+                },
+            }
+        })
     }
 }
 
 impl Percentiles {
-    fn of<K: Fn(f64) -> f64>(view: &View<K>) -> Self {
-        let [p1, p5, p25, p50, p75, p95, p99] = view.quantiles([0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]);
-        Self { p1, p5, p25, p50, p75, p95, p99 }
+    /// Of the quantiles at [`SHARES`](super::values::SHARES).
+    fn of(found: &[f64]) -> Self {
+        let at = |k: usize| found.get(k).copied().unwrap_or(f64::NAN);
+        Self { p1: at(0), p5: at(1), p25: at(2), p50: at(3), p75: at(4), p95: at(5), p99: at(6) }
     }
 }
 
 /// NaN is `null` in JSON.
-fn null_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+pub(super) fn null_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
 }

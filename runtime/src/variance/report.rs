@@ -1,7 +1,12 @@
 //! The result of a variance analysis as it is written to variance.json.
 
-use super::statistics::{Samples, Sorted};
-use super::{Conformance, Detection, Deviations, Explanation, Statistics, Tolerance, UnmatchedSummary};
+use super::moments::null_as_nan;
+use super::statistics::Samples;
+use super::{
+    Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Statistics, Tolerance,
+    UnmatchedSummary,
+};
+use crate::model::{SensitivityMap, Texels};
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -17,14 +22,23 @@ pub struct VarianceReport {
     pub sign_convention: String,
     /// Unit of all lengths; areas are in its square.
     pub unit: String,
-    /// Where distances are measured to: along the model's `normal`, or to the `closest` point of the scan.
+    /// Where distances are measured to: along the model's `normal`, along its `averaged-normal`, or to the `closest` point of the scan.
     pub distance: String,
+    /// Of averaged normals: within which distance of an edge they turn. Millimetres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub averaging_width: Option<f64>,
     /// How far rays went. Millimetres.
     pub max_distance: f64,
     /// What cast the rays: `cpu`, or `gpu: ` and the adapter's name.
     pub device: String,
     /// Width and height of the texture.
     pub resolution: [u32; 2],
+    /// Mean width of a texel on the surface: the root of the area over the number of texels. Millimetres.
+    #[serde(default, deserialize_with = "null_as_nan")]
+    pub texel: f64,
+    /// Which share of the texture lies on the surface.
+    #[serde(default)]
+    pub texture_used: f64,
     /// The scan.
     pub scan: ScanSource,
     /// Over all parts.
@@ -34,6 +48,12 @@ pub struct VarianceReport {
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
     pub groups: Vec<PartStatistics>,
+    /// Which holes of the scan were closed, where that was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub holes: Option<HoleSummary>,
+    /// How far the surface moves along its normal where a parameter changes, where that was asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensitivities: Vec<SensitivityRange>,
     /// What of the scan the model does not explain, where it was looked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unmatched: Option<UnmatchedSummary>,
@@ -57,6 +77,49 @@ pub struct PartStatistics {
     /// From which size on its deviations are more than noise and the fit's uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detection: Option<Detection>,
+    /// How far it is from the form that its surface has, where it has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form: Option<FormDeviation>,
+}
+
+/// The sensitivities n . dS/dx of one parameter over the parts that depend on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SensitivityRange {
+    /// Name of the parameter.
+    pub parameter: String,
+    /// Unit of the figures: `mm/mm`, `mm/rad`, or `mm` where the parameter has none.
+    pub unit: String,
+    /// The least: how far outwards the surface moves for a unit of the parameter.
+    pub min: f64,
+    /// The greatest.
+    pub max: f64,
+    /// Root mean square, weighted by area.
+    pub rms: f64,
+    /// The file with the map.
+    pub picture: String,
+}
+
+impl SensitivityRange {
+    /// Of a map at some of the texels; all zero where nothing depends on the parameter.
+    #[must_use]
+    pub fn of(map: &SensitivityMap, kept: &[u32], texels: &Texels) -> Self {
+        let (mut min, mut max, mut squares, mut whole) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0);
+        for (value, i) in map.values.iter().zip(kept).filter(|(value, _)| value.is_finite()) {
+            let (value, area) = (f64::from(*value), f64::from(texels.area[*i as usize]).max(0.0));
+            (min, max) = (min.min(value), max.max(value));
+            (squares, whole) = (squares + area * value * value, whole + area);
+        }
+        let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+        let unit = map.quantity.unit();
+        Self {
+            parameter: map.parameter.clone(),
+            unit: if unit.is_empty() { "mm".to_owned() } else { format!("mm/{unit}") },
+            min: finite(min),
+            max: finite(max),
+            rms: if whole > 0.0 { (squares / whole).sqrt() } else { 0.0 },
+            picture: format!("sensitivity-{}.png", map.parameter),
+        }
+    }
 }
 
 /// How long the stages took.
@@ -93,28 +156,28 @@ impl VarianceReport {
         tolerances: &[Option<Tolerance>],
     ) -> Self {
         let names = &deviations.texels.part_names;
-        let sorted = Sorted::of(deviations);
+        let samples = Samples::of_parts(deviations);
         let range = deviations.max_distance;
         let members = groups(names);
-        let every: Vec<Option<usize>> = (0..names.len()).map(Some).collect();
-        let mut grouped = vec![None; names.len()];
-        for (g, (_, members)) in members.iter().enumerate() {
-            members.iter().for_each(|&part| grouped[part] = Some(g));
-        }
-        let of = |class: &[Option<usize>], names: Vec<&String>, tolerances: &[Option<Tolerance>]| {
-            let samples = sorted.by_class(class, names.len());
-            let named = |(k, (name, samples)): (usize, (&String, Samples))| {
-                let tolerance = tolerances.get(k).copied().flatten();
-                let statistics = Statistics::of_samples(&samples, range, tolerance);
-                PartStatistics { name: name.clone(), statistics, explained: None, detection: None }
-            };
-            let pairs: Vec<_> = names.into_iter().zip(samples).enumerate().collect();
-            pairs.into_par_iter().map(named).collect::<Vec<PartStatistics>>()
+        let named = |name: &str, statistics| {
+            let name = name.to_owned();
+            PartStatistics { name, statistics, explained: None, detection: None, form: None }
         };
-        let group_names = members.iter().map(|(name, _)| name).collect();
-        let (mut overall, (parts, mut groups)) = rayon::join(
-            || Statistics::of_samples(&sorted.all(), range, None),
-            || (of(&every, names.iter().collect(), tolerances), of(&grouped, group_names, &[])),
+        let part = |(k, (name, own)): (usize, (&String, &Samples))| {
+            let tolerance = tolerances.get(k).copied().flatten();
+            named(name, Statistics::of_samples(std::iter::once(own), range, tolerance))
+        };
+        let group = |(name, members): &(String, Vec<usize>)| {
+            named(name, Statistics::of_samples(members.iter().map(|m| &samples[*m]), range, None))
+        };
+        let (mut overall, (parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
+            || Statistics::of_samples(samples.iter(), range, None),
+            || {
+                (
+                    names.par_iter().zip(&samples).enumerate().map(part).collect(),
+                    members.par_iter().map(group).collect(),
+                )
+            },
         );
         let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
         overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
@@ -125,13 +188,19 @@ impl VarianceReport {
             sign_convention: SIGN_CONVENTION.to_owned(),
             unit: "mm".to_owned(),
             distance: "normal".to_owned(),
+            averaging_width: None,
             max_distance: range,
             device: device.to_owned(),
             resolution: [deviations.texels.width, deviations.texels.height],
+            texel: (overall.area / overall.texels as f64).sqrt(),
+            texture_used: overall.texels as f64
+                / (f64::from(deviations.texels.width) * f64::from(deviations.texels.height)).max(1.0),
             scan: scan.clone(),
             overall,
             parts,
             groups,
+            holes: None,
+            sensitivities: Vec::new(),
             unmatched: None,
             seconds: VarianceSeconds::default(),
             warnings: Vec::new(),

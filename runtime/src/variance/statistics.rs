@@ -2,14 +2,11 @@
 
 use super::Deviations;
 use super::moments::Moments;
-use super::ordered::{Ordered, sum};
 use super::tolerance::{Conformance, Tolerance};
+use super::values::{Distances, Values};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::borrow::Cow;
-
-/// Bins of a histogram.
-const BINS: usize = 64;
+use std::collections::BTreeMap;
 
 /// What the deviations of some texels are like. Those without data count towards `texels` and `area`, and nothing else.
 /// The fields of `weighted` stand beside the others in JSON.
@@ -23,6 +20,12 @@ pub struct Statistics {
     pub area: f64,
     /// Area of those that have a distance. Square millimetres.
     pub measured_area: f64,
+    /// How many of the others look at a hole of the scan that was closed.
+    #[serde(default)]
+    pub filled_texels: usize,
+    /// Their area. Square millimetres.
+    #[serde(default)]
+    pub filled_area: f64,
     /// `measured_area / area`; 0 where there is no area.
     pub coverage: f64,
     /// Every texel weighted by its area.
@@ -51,162 +54,131 @@ pub struct Histogram {
     pub texels: Vec<usize>,
 }
 
-/// The texels of the model, of a part or of a group of parts.
+/// The texels of a part.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
-    /// Signed distances of those that have one, ascending.
-    pub(super) signed: Vec<f32>,
-    /// Their areas.
-    pub(super) areas: Vec<f32>,
-    /// How many texels have none, and their area.
-    pub(super) missing: usize,
-    pub(super) missing_area: f64,
+    /// Those that have a distance.
+    values: Values,
+    /// Those that have none.
+    missing: Missing,
 }
 
-/// All texels in ascending order of their signed distance, then of their place; those without data at the end.
-pub(super) struct Sorted<'a> {
-    deviations: &'a Deviations,
-    /// Above the distance as an integer of the same order, below the texel.
-    keys: Vec<u64>,
-    measured: usize,
+/// How many texels have no distance, and their area; how many of them look at a closed hole, and theirs.
+#[derive(Clone, Copy, Debug, Default)]
+struct Missing {
+    texels: usize,
+    area: f64,
+    filled: usize,
+    filled_area: f64,
 }
 
-impl<'a> Sorted<'a> {
-    /// Sorts once what all statistics need sorted.
-    pub(super) fn of(deviations: &'a Deviations) -> Self {
-        let key = |i: usize| u64::from(order_of(deviations.signed(i))) << 32 | i as u64;
-        let keys = sorted_by_distance((0..deviations.outward.len()).into_par_iter().map(key).collect());
-        let measured = keys.partition_point(|key| (key >> 32) as u32 != NO_DATA);
-        Self { deviations, keys, measured }
-    }
+/// Texels that are sorted by part at once.
+const RUN: usize = 1 << 16;
 
-    /// Everything together.
-    pub(super) fn all(&self) -> Samples {
-        self.samples(&self.keys[..self.measured], &self.keys[self.measured..])
-    }
-
-    /// Texels of one class each: `class` by part, below `classes`; parts without a class are left out.
-    pub(super) fn by_class(&self, class: &[Option<usize>], classes: usize) -> Vec<Samples> {
-        if classes == 0 {
-            return Vec::new();
-        }
-        let split = |keys: &[u64]| {
-            let mut split = vec![Vec::new(); classes];
-            for &key in keys {
-                let part = self.deviations.texels.part[key as u32 as usize];
-                if let Some(class) = class.get(part as usize).copied().flatten() {
-                    split[class].push(key);
+impl Samples {
+    /// Of every part.
+    pub(super) fn of_parts(deviations: &Deviations) -> Vec<Samples> {
+        let texels = &deviations.texels;
+        let area = |i: usize| if texels.area[i].is_finite() && texels.area[i] > 0.0 { texels.area[i] } else { 0.0 };
+        let of_run = |run: usize| {
+            let mut parts: BTreeMap<u32, Samples> = BTreeMap::new();
+            let (mut start, end) = (run * RUN, texels.len().min((run + 1) * RUN));
+            while start < end {
+                // Charts are wide: their rows are long runs of one part.
+                let part = texels.part[start];
+                let next = start + texels.part[start..end].iter().take_while(|p| **p == part).count();
+                let samples = parts.entry(part).or_default();
+                for i in start..next {
+                    samples.add(deviations, i, area(i));
                 }
+                start = next;
             }
-            split
+            parts
         };
-        let (measured, missing) =
-            rayon::join(|| split(&self.keys[..self.measured]), || split(&self.keys[self.measured..]));
-        measured.into_iter().zip(missing).map(|(measured, missing)| self.samples(&measured, &missing)).collect()
+        let runs: Vec<_> = (0..texels.len().div_ceil(RUN)).into_par_iter().map(of_run).collect();
+        let mut pieces: Vec<Vec<Samples>> = vec![Vec::new(); texels.part_names.len()];
+        for (part, samples) in runs.into_iter().flatten() {
+            pieces[part as usize].push(samples);
+        }
+        pieces.into_par_iter().map(Samples::together).collect()
     }
 
-    fn samples(&self, measured: &[u64], missing: &[u64]) -> Samples {
-        let area = |key: &u64| {
-            let area = self.deviations.texels.area[*key as u32 as usize];
-            if area.is_finite() && area > 0.0 { area } else { 0.0 }
-        };
-        Samples {
-            signed: measured.par_iter().map(|key| from_order((key >> 32) as u32)).collect(),
-            areas: measured.par_iter().map(area).collect(),
-            missing: missing.len(),
-            missing_area: sum(missing.iter().map(|key| f64::from(area(key)))),
+    fn add(&mut self, deviations: &Deviations, i: usize, area: f32) {
+        let distance = deviations.signed(i);
+        if distance.is_nan() {
+            let filled = deviations.is_filled(i);
+            self.missing.texels += 1;
+            self.missing.area += f64::from(area);
+            self.missing.filled += usize::from(filled);
+            self.missing.filled_area += if filled { f64::from(area) } else { 0.0 };
+        } else {
+            // -0 is 0, which is what is printed then.
+            self.values.signed.push(distance + 0.0);
+            self.values.areas.push(area);
         }
+    }
+
+    fn together(pieces: Vec<Samples>) -> Samples {
+        let count = pieces.iter().map(|p| p.values.signed.len()).sum();
+        let mut all = Samples::default();
+        all.values.signed.reserve_exact(count);
+        all.values.areas.reserve_exact(count);
+        for piece in pieces {
+            all.values.signed.extend(piece.values.signed);
+            all.values.areas.extend(piece.values.areas);
+            all.missing = all.missing.with(piece.missing);
+        }
+        all
     }
 }
 
-/// Sorts keys by their upper halves and leaves equal ones in their order: by counting, eleven bits at a time.
-fn sorted_by_distance(mut keys: Vec<u64>) -> Vec<u64> {
-    const BITS: u32 = 11;
-    let mut sorted = vec![0; keys.len()];
-    for shift in [32, 32 + BITS, 32 + 2 * BITS] {
-        let digit = |key: u64| (key >> shift) as usize & ((1 << BITS) - 1);
-        let mut places = vec![0usize; 1 << BITS];
-        keys.iter().for_each(|&key| places[digit(key)] += 1);
-        let mut start = 0;
-        for place in &mut places {
-            (*place, start) = (start, start + *place);
+impl Missing {
+    fn with(self, other: Missing) -> Missing {
+        Missing {
+            texels: self.texels + other.texels,
+            area: self.area + other.area,
+            filled: self.filled + other.filled,
+            filled_area: self.filled_area + other.filled_area,
         }
-        for &key in &keys {
-            let place = &mut places[digit(key)];
-            sorted[*place] = key;
-            *place += 1;
-        }
-        std::mem::swap(&mut keys, &mut sorted);
     }
-    keys
-}
-
-/// The order of what is not a distance.
-const NO_DATA: u32 = u32::MAX;
-
-/// A distance as an integer of the same order; -0 counts as 0, which is what is printed then.
-fn order_of(x: f32) -> u32 {
-    let bits = (x + 0.0).to_bits();
-    match (x.is_nan(), bits >> 31) {
-        (true, _) => NO_DATA,
-        (_, 0) => bits | 1 << 31,
-        _ => !bits,
-    }
-}
-
-fn from_order(order: u32) -> f32 {
-    f32::from_bits(if order >> 31 == 1 { order & !(1 << 31) } else { !order })
 }
 
 impl Statistics {
     /// Of all texels. Areas that are negative or not finite count as zero.
     #[must_use]
     pub fn of(deviations: &Deviations) -> Self {
-        Self::of_samples(&Sorted::of(deviations).all(), deviations.max_distance, None)
+        Self::of_samples(Samples::of_parts(deviations).iter(), deviations.max_distance, None)
     }
 
-    pub(super) fn of_samples(samples: &Samples, max_distance: f64, tolerance: Option<Tolerance>) -> Self {
-        let (mut signed, mut areas) = (Cow::Borrowed(&samples.signed), Cow::Borrowed(&samples.areas));
-        if areas.contains(&0.0) {
-            let with_area = |(x, a): (&f32, &f32)| (*a > 0.0).then_some((*x, *a));
-            let (x, a) = samples.signed.iter().zip(&samples.areas).filter_map(with_area).unzip();
-            (signed, areas) = (Cow::Owned(x), Cow::Owned(a));
-        }
-        let weighted = Ordered::weighted(&signed, &areas);
-        let alike = Ordered::alike(&samples.signed);
-        let measured_area = weighted.total();
-        let area = measured_area + samples.missing_area;
+    /// Of the texels of some parts.
+    pub(super) fn of_samples<'a>(
+        samples: impl Iterator<Item = &'a Samples> + Clone,
+        max_distance: f64,
+        tolerance: Option<Tolerance>,
+    ) -> Self {
+        let distances = Distances::of(samples.clone().map(|s| &s.values));
+        let missing = samples.fold(Missing::default(), |sum, s| sum.with(s.missing));
+        let found = distances.summary(max_distance, tolerance);
+        let [weighted, per_texel] = Moments::of(&found);
+        let [measured_area, measured] = found.weight;
+        let area = measured_area + missing.area;
         Self {
-            texels: samples.signed.len() + samples.missing,
-            measured_texels: samples.signed.len(),
+            texels: measured as usize + missing.texels,
+            measured_texels: measured as usize,
             area,
             measured_area,
+            filled_texels: missing.filled,
+            filled_area: missing.filled_area,
             coverage: if area > 0.0 { measured_area / area } else { 0.0 },
-            weighted: Moments::of(&weighted),
-            per_texel: Moments::of(&alike),
-            histogram: Histogram::of(&weighted, &alike, max_distance),
-            tolerance: tolerance.map(|t| Conformance::of(&weighted, &alike, t)),
-        }
-    }
-}
-
-impl Histogram {
-    fn of(weighted: &Ordered, alike: &Ordered, max_distance: f64) -> Self {
-        // Saturates: single precision may lie beyond the ends by a rounding.
-        let bin = |x: f32| ((f64::from(x) + max_distance) / (2.0 * max_distance) * BINS as f64) as usize;
-        let ends = |distances: &Ordered| -> Vec<f64> {
-            let inner = (1..BINS).map(|b| distances.before(distances.values().partition_point(|&x| bin(x) < b)));
-            inner.chain([distances.total()]).collect()
-        };
-        let differences = |ends: Vec<f64>| -> Vec<f64> {
-            let starts = std::iter::once(0.0).chain(ends.iter().copied());
-            starts.zip(&ends).map(|(start, end)| end - start).collect()
-        };
-        Self {
-            low: -max_distance,
-            high: max_distance,
-            area: differences(ends(weighted)),
-            texels: differences(ends(alike)).into_iter().map(|n| n as usize).collect(),
+            weighted,
+            per_texel,
+            histogram: Histogram {
+                low: -max_distance,
+                high: max_distance,
+                area: found.histogram.iter().map(|bin| bin[0]).collect(),
+                texels: found.histogram.iter().map(|bin| bin[1] as usize).collect(),
+            },
+            tolerance: tolerance.map(|t| Conformance::of(&found, t)),
         }
     }
 }

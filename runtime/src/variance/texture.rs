@@ -1,9 +1,13 @@
 //! Deviations as textures.
 
 use super::Deviations;
+use rayon::prelude::*;
 
 /// How far colours reach beyond the charts: more than the gutters between charts are wide.
 const GUTTER: usize = 8;
+
+/// Texels of the texture that are coded at once.
+const BAND: usize = 1 << 16;
 
 /// Bit of the third channel: there is a hit along +normal.
 const OUTWARD: u8 = 128;
@@ -11,9 +15,12 @@ const OUTWARD: u8 = 128;
 /// Bit of the third channel: there is a hit along -normal.
 const INWARD: u8 = 64;
 
+/// Bit of the third channel: there is no distance, since a hole of the scan was closed there.
+const FILLED: u8 = 32;
+
 /// Distances as the paper codes them ([VA] sect. 6), three bytes a texel, row 0 at the top: the distance along +normal
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
-/// +normal plus 64 if there is one along -normal. Texels that no chart covers take the code of the nearest covered one
+/// +normal plus 64 if there is one along -normal (or 32 alone where a hole of the scan was closed). Texels that no chart covers take the code of the nearest covered one
 /// if it is at most 8 texels away, so that no seam shows under filtering, else (0, 0, 0).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceTexture {
@@ -32,11 +39,21 @@ impl DistanceTexture {
         let (width, height) = (deviations.texels.width, deviations.texels.height);
         let mut codes = vec![[0u8; 3]; width as usize * height as usize];
         let mut covered = vec![false; codes.len()];
-        for (i, &index) in deviations.texels.index.iter().enumerate() {
-            let index = index as usize;
-            codes[index] = code(deviations.outward[i], deviations.inward[i], deviations.max_distance);
-            covered[index] = true;
-        }
+        let index = &deviations.texels.index;
+        let rows = codes.par_chunks_mut(BAND).zip(covered.par_chunks_mut(BAND)).enumerate();
+        rows.for_each(|(band, (codes, covered))| {
+            let start = band * BAND;
+            let first = index.partition_point(|i| (*i as usize) < start);
+            for i in first..index.len() {
+                let place = index[i] as usize - start;
+                if place >= codes.len() {
+                    break;
+                }
+                codes[place] = code(deviations.outward[i], deviations.inward[i], deviations.max_distance);
+                codes[place][2] |= if deviations.is_filled(i) { FILLED } else { 0 };
+                covered[place] = true;
+            }
+        });
         dilate(&mut codes, &mut covered, width as usize);
         Self { width, height, rgb: codes.into_flattened() }
     }
@@ -114,6 +131,7 @@ mod tests {
             max_distance: 2.0,
             outward: texels.iter().map(|t| t.1).collect(),
             inward: texels.iter().map(|t| t.2).collect(),
+            filled: Vec::new(),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Tolerances: how far deviations may go.
 
-use super::ordered::Ordered;
+use super::values::Summary;
 use serde::{Deserialize, Serialize};
 
 /// Signed distances that are allowed, in millimetres, both ends included.
@@ -54,20 +54,11 @@ impl Conformance {
         Some(Conformance { share: if area > 0.0 { sum.area_within / area } else { 0.0 }, ..sum })
     }
 
-    /// Of distances with their areas, and of all distances, those without area among them.
-    pub(super) fn of(weighted: &Ordered, alike: &Ordered, tolerance: Tolerance) -> Self {
-        let split = |distances: &Ordered| {
-            let at = |limit: &dyn Fn(f64) -> bool| {
-                distances.before(distances.values().partition_point(|&x| limit(f64::from(x))))
-            };
-            // Distances are of single precision, and the ends are meant as they are written: 0.1 mm is within 0.1 mm.
-            let (lower, upper) = (f64::from(tolerance.lower as f32), f64::from(tolerance.upper as f32));
-            let (below, to_upper) = (at(&|x| x < lower), at(&|x| x <= upper));
-            [below, to_upper - below, distances.total() - to_upper]
-        };
-        let [area_below, area_within, area_above] = split(weighted);
-        let [texels_below, texels_within, texels_above] = split(alike).map(|n| n as usize);
-        let area = weighted.total();
+    /// Of what was counted with this tolerance.
+    pub(super) fn of(found: &Summary, tolerance: Tolerance) -> Self {
+        let [area_below, area_within, area_above] = found.conforming.map(|c| c[0]);
+        let [texels_below, texels_within, texels_above] = found.conforming.map(|c| c[1] as usize);
+        let area = found.weight[0];
         Self {
             tolerance: Some(tolerance),
             within: texels_below == 0 && texels_above == 0,

@@ -1,8 +1,8 @@
 //! Casting the rays: where, and what came of it.
 
 use super::trace_gpu::{Gpu, GpuError};
-use super::{Deviations, closest, trace_cpu};
-use crate::bvh::Bvh;
+use super::{Deviations, FilledHoles, closest, trace_cpu};
+use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
 use glam::Vec3A;
@@ -70,6 +70,9 @@ pub enum TraceError {
     /// The maximum distance makes no sense.
     #[error("the maximum distance must be a positive number of millimetres below 1e12, not {0}")]
     MaxDistance(f64),
+    /// What is to be hit has no hierarchy.
+    #[error(transparent)]
+    Hierarchy(#[from] BvhError),
 }
 
 /// For every texel the distances to the nearest points of the scan along +normal and along -normal, at most
@@ -97,7 +100,8 @@ pub fn trace(
         None => (trace_cpu::trace(&rays), "cpu".to_owned(), None),
     };
     let Distances { outward, inward } = found;
-    Ok(Trace { deviations: Deviations { texels, max_distance, outward, inward }, device, notice })
+    let deviations = Deviations { texels, max_distance, outward, inward, filled: Vec::new() };
+    Ok(Trace { deviations, device, notice })
 }
 
 /// As [`trace`], for every texel the distance to the closest point of the scan, positive where that lies on the side of the
@@ -114,9 +118,60 @@ pub fn trace_closest(
     facing: Facing,
 ) -> Result<Trace, TraceError> {
     let rays = Rays::new(&texels, scan, max_distance, facing)?;
-    let Distances { outward, inward } = closest::trace(&rays, mesh);
-    let deviations = Deviations { texels, max_distance, outward, inward };
+    let Distances { outward, inward } = closest::trace(&rays, Some(mesh));
+    let deviations = Deviations { texels, max_distance, outward, inward, filled: Vec::new() };
     Ok(Trace { deviations, device: "cpu".to_owned(), notice: None })
+}
+
+/// What distances are measured to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Towards {
+    /// What lies along the normal: [`trace`].
+    Normal,
+    /// The closest point: [`trace_closest`].
+    Closest,
+}
+
+/// Takes the distances from texels to which a closed hole of the scan is nearer than the scan itself, and marks them as
+/// filled; of other texels a distance behind a closed hole is taken. `facing` and `towards` are those of the trace, `scan` is what it was made with.
+///
+/// # Errors
+/// As [`trace`], or where the holes have no hierarchy.
+pub fn hide_behind_filled(
+    deviations: &mut Deviations,
+    holes: &FilledHoles,
+    scan: &Bvh,
+    facing: Facing,
+    towards: Towards,
+) -> Result<(), TraceError> {
+    if holes.mesh.triangles.is_empty() {
+        return Ok(());
+    }
+    let bvh = scan.build_beside(&holes.mesh)?;
+    let found = {
+        let rays = Rays::new(&deviations.texels, &bvh, deviations.max_distance, facing)?;
+        match towards {
+            Towards::Normal => trace_cpu::trace(&rays),
+            Towards::Closest => closest::trace(&rays, None),
+        }
+    };
+    // NaN, where there is nothing, is further than anything.
+    let nearer = |a: f32, b: f32| a < b || b.is_nan() && !a.is_nan();
+    deviations.filled = vec![false; deviations.outward.len()];
+    for (i, (out, inw)) in found.outward.into_iter().zip(found.inward).enumerate() {
+        let nearest = deviations.outward[i].min(deviations.inward[i]);
+        if nearer(out.min(inw), nearest) {
+            deviations.filled[i] = true;
+            (deviations.outward[i], deviations.inward[i]) = (f32::NAN, f32::NAN);
+            continue;
+        }
+        for (own, hole) in [(&mut deviations.outward[i], out), (&mut deviations.inward[i], inw)] {
+            if nearer(hole, *own) {
+                *own = f32::NAN;
+            }
+        }
+    }
+    Ok(())
 }
 
 /// None where a GPU is not asked for, or not insisted on and absent.

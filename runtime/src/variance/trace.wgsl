@@ -31,13 +31,16 @@ struct Setup {
   facing: f32,
   // The least cosine between its normal and the model's.
   cosine: f32,
+  // How many nodes and blocks each of their bindings holds.
+  nodes_each: u32,
+  blocks_each: u32,
+  unused: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> setup: Setup;
-@group(0) @binding(1) var<storage, read> nodes: array<Node>;
-@group(0) @binding(2) var<storage, read> blocks: array<Block>;
-@group(0) @binding(3) var<storage, read> rays: array<Ray>;
-@group(0) @binding(4) var<storage, read_write> distances: array<vec2f>;
+@group(0) @binding(1) var<storage, read> rays: array<Ray>;
+@group(0) @binding(2) var<storage, read_write> distances: array<vec2f>;
+// Nodes and blocks, as many bindings as they need, and node_at and corner_at, which find an element: split.rs adds them.
 
 const FAR = 3.0e38;
 const MISS = -1.0;
@@ -76,9 +79,9 @@ fn intersect(block: u32, ray: Shear, t_min: f32, t_max: f32) -> f32 {
   var y: array<vec4f, 3>;
   var z: array<vec4f, 3>;
   for (var c = 0u; c < 3u; c += 1u) {
-    z[c] = blocks[block].corners[3u * c + ray.axes.z] - ray.origin.z;
-    x[c] = blocks[block].corners[3u * c + ray.axes.x] - ray.origin.x - ray.shear.x * z[c];
-    y[c] = blocks[block].corners[3u * c + ray.axes.y] - ray.origin.y - ray.shear.y * z[c];
+    z[c] = corner_at(block, 3u * c + ray.axes.z) - ray.origin.z;
+    x[c] = corner_at(block, 3u * c + ray.axes.x) - ray.origin.x - ray.shear.x * z[c];
+    y[c] = corner_at(block, 3u * c + ray.axes.y) - ray.origin.y - ray.shear.y * z[c];
   }
   let u = difference(x[2] * y[1], y[2] * x[1]);
   let v = difference(x[0] * y[2], y[0] * x[2]);
@@ -118,9 +121,9 @@ struct Slabs {
 }
 
 // Where the ray enters a node's box, at least t_min, if it does so before t_max; else FAR.
-fn enter(node: u32, slabs: Slabs, t_min: f32, t_max: f32) -> f32 {
-  let a = (nodes[node].low - slabs.from_low) * slabs.inverse;
-  let b = (nodes[node].high - slabs.from_high) * slabs.inverse;
+fn enter(node: Node, slabs: Slabs, t_min: f32, t_max: f32) -> f32 {
+  let a = (node.low - slabs.from_low) * slabs.inverse;
+  let b = (node.high - slabs.from_high) * slabs.inverse;
   let near = min(a, b);
   let far = max(a, b);
   let first = max(max(near.x, near.y), max(near.z, t_min));
@@ -147,51 +150,53 @@ fn nearest_hit(origin: vec3f, direction: vec3f, facing: f32) -> f32 {
   var t_max = setup.max_distance;
   var best = FAR;
 
-  if nodes[0].count > 0u {
+  let root = node_at(0u);
+  if root.count > 0u {
     best = intersect(0u, ray, t_min, t_max);
     return distance_of(best);
   }
   var stack_pair: array<u32, STACK>;
   var stack_t: array<f32, STACK>;
   var height = 0u;
-  var pair = nodes[0].first;
+  var pair = root.first;
   loop {
-    var near = pair;
-    var far = pair + 1u;
+    var near = node_at(pair);
+    var far = node_at(pair + 1u);
     var t_near = enter(near, slabs, t_min, t_max);
     var t_far = enter(far, slabs, t_min, t_max);
     if t_near > t_far {
-      near = pair + 1u;
-      far = pair;
+      let node = near;
+      near = far;
+      far = node;
       let t = t_near;
       t_near = t_far;
       t_far = t;
     }
     pair = 0u;
     if t_near < FAR {
-      if nodes[near].count > 0u {
-        let t = intersect(nodes[near].first / 4u, ray, t_min, t_max);
+      if near.count > 0u {
+        let t = intersect(near.first / 4u, ray, t_min, t_max);
         if t < FAR {
           best = t;
           t_max = t;
         }
       } else {
-        pair = nodes[near].first;
+        pair = near.first;
       }
     }
     if t_far < FAR && t_far <= t_max {
-      if nodes[far].count > 0u {
-        let t = intersect(nodes[far].first / 4u, ray, t_min, t_max);
+      if far.count > 0u {
+        let t = intersect(far.first / 4u, ray, t_min, t_max);
         if t < FAR {
           best = t;
           t_max = t;
         }
       } else if pair != 0u {
-        stack_pair[height] = nodes[far].first;
+        stack_pair[height] = far.first;
         stack_t[height] = t_far;
         height += 1u;
       } else {
-        pair = nodes[far].first;
+        pair = far.first;
       }
     }
     while pair == 0u && height > 0u {

@@ -1,6 +1,8 @@
 //! Casting rays by a compute shader.
 
+use super::split::{self, Split};
 use super::trace::{Distances, Rays};
+use crate::bvh::{Bvh2Node, TriangleBlock};
 use bytemuck::{Pod, Zeroable};
 use pollster::block_on;
 use rayon::prelude::*;
@@ -10,6 +12,10 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Rays a workgroup; the shader's `@workgroup_size`.
 const WORKGROUP: usize = 64;
+
+/// Bytes of a node and of a block of triangles.
+const NODE: usize = size_of::<Bvh2Node>();
+const BLOCK: usize = size_of::<TriangleBlock>();
 
 /// Rays a dispatch, where the limits allow as many: enough to fill a GPU, little enough memory.
 const DISPATCH: usize = 1 << 20;
@@ -29,7 +35,7 @@ pub enum GpuError {
         message: String,
     },
     /// The scan does not fit into what the device can address at once.
-    #[error("the scan needs a buffer of {bytes} bytes, but {adapter} addresses at most {limit} at once")]
+    #[error("the scan needs {bytes} bytes, but {adapter} addresses at most {limit} at once")]
     TooLarge {
         /// The device's name.
         adapter: String,
@@ -67,7 +73,10 @@ pub(super) struct Gpu {
     name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    pipeline: wgpu::ComputePipeline,
+    /// The shader for so many bindings of nodes and of triangles, as the last scan needed them.
+    pipeline: Mutex<Option<([usize; 2], wgpu::ComputePipeline)>>,
+    /// Bytes of a binding at most.
+    limit: u64,
     faults: Faults,
 }
 
@@ -96,6 +105,9 @@ struct Setup {
     count: u32,
     facing: f32,
     cosine: f32,
+    nodes_each: u32,
+    blocks_each: u32,
+    unused: [u32; 2],
 }
 
 /// The buffers of one run.
@@ -105,6 +117,10 @@ struct Buffers {
     distances: wgpu::Buffer,
     download: wgpu::Buffer,
     bindings: wgpu::BindGroup,
+    pipeline: wgpu::ComputePipeline,
+    /// How the scan is cut.
+    nodes_split: Split,
+    blocks_split: Split,
     /// Rays that fit.
     capacity: usize,
 }
@@ -132,9 +148,29 @@ impl Gpu {
             .map_err(|e| GpuError::Open { adapter: name.clone(), message: e.to_string() })?;
         let faults = Faults { adapter: name.clone(), first: Arc::default() };
         faults.listen(&device);
-        let pipeline = faults.scope(&device, || {
-            let module = device.create_shader_module(wgpu::include_wgsl!("trace.wgsl"));
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        let limits = device.limits();
+        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        Ok(Self { name, device, queue, pipeline: Mutex::default(), limit, faults })
+    }
+
+    /// As if no binding could hold more than so many bytes.
+    #[cfg(test)]
+    pub(super) fn with_limit(mut self, limit: u64) -> Self {
+        self.limit = self.limit.min(limit);
+        self
+    }
+
+    /// The shader for so many bindings of nodes and of triangles.
+    fn pipeline(&self, bindings: [usize; 2]) -> Result<wgpu::ComputePipeline, GpuError> {
+        let mut kept = self.pipeline.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, pipeline)) = kept.as_ref().filter(|(known, _)| *known == bindings) {
+            return Ok(pipeline.clone());
+        }
+        let pipeline = self.faults.scope(&self.device, || {
+            let source = wgpu::ShaderSource::Wgsl(split::shader(bindings[0], bindings[1]).into());
+            let module =
+                self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("trace"), source });
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some("trace"),
                 layout: None,
                 module: &module,
@@ -143,7 +179,8 @@ impl Gpu {
                 cache: None,
             })
         })?;
-        Ok(Self { name, device, queue, pipeline, faults })
+        *kept = Some((bindings, pipeline.clone()));
+        Ok(pipeline)
     }
 
     /// The device's name.
@@ -172,16 +209,21 @@ impl Gpu {
 
     fn buffers(&self, rays: &Rays) -> Result<Buffers, GpuError> {
         let (nodes, blocks) = rays.scan.parts();
-        let (nodes, blocks): (&[u8], &[u8]) = (bytemuck::cast_slice(nodes), bytemuck::cast_slice(blocks));
         let limits = self.device.limits();
-        let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        for bytes in [nodes.len() as u64, blocks.len() as u64] {
-            if bytes > limit {
-                return Err(GpuError::TooLarge { adapter: self.name.clone(), bytes, limit });
-            }
+        let nodes_split = Split::new(nodes.len(), NODE, self.limit);
+        let blocks_split = Split::new(blocks.len(), BLOCK, self.limit);
+        let (nodes, blocks): (&[u8], &[u8]) = (bytemuck::cast_slice(nodes), bytemuck::cast_slice(blocks));
+        // Two are the rays' and their results'.
+        let most = (limits.max_storage_buffers_per_shader_stage as usize)
+            .min(limits.max_bindings_per_bind_group as usize - 1)
+            .saturating_sub(2);
+        if nodes_split.bindings + blocks_split.bindings > most {
+            let (bytes, limit) = ((nodes.len() + blocks.len()) as u64, self.limit.saturating_mul(most as u64));
+            return Err(GpuError::TooLarge { adapter: self.name.clone(), bytes, limit });
         }
+        let pipeline = self.pipeline([nodes_split.bindings, blocks_split.bindings])?;
         let workgroups = limits.max_compute_workgroups_per_dimension as usize;
-        let fitting = usize::try_from(limit).unwrap_or(usize::MAX) / size_of::<GpuRay>();
+        let fitting = usize::try_from(self.limit).unwrap_or(usize::MAX) / size_of::<GpuRay>();
         let capacity = DISPATCH.min(fitting).min(workgroups * WORKGROUP).min(rays.len()).max(1);
         let buffer = |label, size: usize, usage| {
             let descriptor =
@@ -195,23 +237,25 @@ impl Gpu {
         use wgpu::BufferUsages as Usage;
         self.faults.scope(&self.device, || {
             let setup = buffer("setup", size_of::<Setup>(), Usage::UNIFORM | Usage::COPY_DST);
-            let nodes = filled("nodes", nodes);
-            let blocks = filled("blocks", blocks);
+            let nodes = nodes_split.pieces(nodes, NODE).map(|piece| filled("nodes", piece));
+            let blocks = blocks_split.pieces(blocks, BLOCK).map(|piece| filled("blocks", piece));
+            let scan: Vec<wgpu::Buffer> = nodes.chain(blocks).collect();
             let rays = buffer("rays", capacity * size_of::<GpuRay>(), Usage::STORAGE | Usage::COPY_DST);
             let size = capacity * size_of::<[f32; 2]>();
             let distances = buffer("distances", size, Usage::STORAGE | Usage::COPY_SRC);
             let download = buffer("download", size, Usage::MAP_READ | Usage::COPY_DST);
-            let entries: Vec<_> = [&setup, &nodes, &blocks, &rays, &distances]
+            let entries: Vec<_> = [&setup, &rays, &distances]
                 .into_iter()
+                .chain(&scan)
                 .zip(0..)
                 .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
                 .collect();
             let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some("trace"),
-                layout: &self.pipeline.get_bind_group_layout(0),
+                layout: &pipeline.get_bind_group_layout(0),
                 entries: &entries,
             });
-            Buffers { setup, rays, distances, download, bindings, capacity }
+            Buffers { setup, rays, distances, download, bindings, pipeline, nodes_split, blocks_split, capacity }
         })
     }
 
@@ -224,6 +268,9 @@ impl Gpu {
             count: upload.len() as u32,
             facing: rays.facing,
             cosine: rays.cosine,
+            nodes_each: buffers.nodes_split.each as u32,
+            blocks_each: buffers.blocks_split.each as u32,
+            unused: [0; 2],
         };
         let bytes = std::mem::size_of_val(upload) as u64 / size_of::<GpuRay>() as u64 * size_of::<[f32; 2]>() as u64;
         self.faults.scope(&self.device, || {
@@ -232,7 +279,7 @@ impl Gpu {
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-                pass.set_pipeline(&self.pipeline);
+                pass.set_pipeline(&buffers.pipeline);
                 pass.set_bind_group(0, &buffers.bindings, &[]);
                 pass.dispatch_workgroups(upload.len().div_ceil(WORKGROUP) as u32, 1, 1);
             }

@@ -54,7 +54,13 @@ pub struct Report<'a> {
 pub fn write(report: &Report<'_>) -> String {
     let distances = STANDARD.encode(report.distance_png);
     let colour_map = STANDARD.encode(report.colour_png);
-    let insertions: [(&str, String); 18] = [
+    let way = match report.variance.distance.as_str() {
+        "averaged-normal" => "along normals that are averaged where patches meet",
+        "closest" => "to its closest point",
+        _ => "along the normal",
+    };
+    let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
+    let insertions: [(&str, String); 20] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
         ("facts", facts(report)),
@@ -65,6 +71,8 @@ pub fn write(report: &Report<'_>) -> String {
         ("fit", report.fit.map_or_else(String::new, tables::fit)),
         ("max_distance", tables::short(report.variance.max_distance)),
         ("convention", escape(&report.variance.sign_convention)),
+        ("way", way.to_owned()),
+        ("filled", filled.to_owned()),
         ("statistics", tables::statistics(report.variance)),
         ("histogram", histogram::histogram(report.deviations, report.colour_range)),
         ("colour_map", colour_map),

@@ -127,6 +127,19 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
     out.push_str("</tbody></table></div>\n");
     conformance(variance, &mut out);
     explained(variance, &mut out);
+    forms(variance, &mut out);
+    if let Some(holes) = &variance.holes {
+        let _ = writeln!(
+            out,
+            "<p class=\"convention\">Holes of the scan up to {} mm across were closed: {}, with {} mm&sup2;; {} edges around larger holes, \
+             sheets and pieces were left open. {} mm&sup2; of the model look at closed holes: not measured, olive in the textures.</p>",
+            short(holes.size),
+            holes.filled,
+            number(holes.area),
+            holes.open,
+            number(variance.overall.filled_area),
+        );
+    }
     if let Some(unmatched) = &variance.unmatched {
         left_over(unmatched, &mut out);
     }
@@ -192,6 +205,43 @@ fn explained(variance: &VarianceReport, out: &mut String) {
             );
         }
         out.push_str("</tr>\n");
+    }
+    out.push_str("</tbody></table></div>\n");
+}
+
+/// Deviations of form.
+fn forms(variance: &VarianceReport, out: &mut String) {
+    let known: Vec<_> = variance.parts.iter().filter_map(|p| Some((&p.name, p.form.as_ref()?))).collect();
+    if known.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h3>Form</h3>\n<p class=\"convention\">Between which surfaces of a part's form the measured points lie, wherever that fits best: about \
+         the surface of least squares, and at the narrowest. Outlying points (beyond four robust standard deviations) are left out and counted; \
+         the scan's noise is included. Roundness is that of the worst of the sections.</p>\n\
+         <div class=\"scroll\"><table>\n<thead><tr><th>Part</th><th></th><th>Least squares, mm</th><th>Minimum zone, mm</th>\
+         <th>Outlying</th><th>With outlying, mm</th><th>Roundness, mm</th><th>Sections</th></tr></thead>\n<tbody>\n",
+    );
+    for (name, form) in known {
+        let _ = write!(out, "<tr><td>{}</td>", escape(name));
+        match &form.zone {
+            Some(z) => {
+                let share = 100.0 * z.outlying as f64 / (z.outlying + z.points).max(1) as f64;
+                let [least_squares, minimum, all] = [z.least_squares, z.minimum_zone, z.with_outlying[1]].map(number);
+                let _ = write!(
+                    out,
+                    "<td class=\"text\">{}</td><td>{least_squares}</td><td>{minimum}</td><td>{share:.2} %</td><td>{all}</td>",
+                    escape(&z.characteristic)
+                );
+            }
+            None => out.push_str("<td class=\"text\">surface of revolution</td><td></td><td></td><td></td><td></td>"),
+        }
+        match form.roundness {
+            Some(r) => {
+                let _ = writeln!(out, "<td>{}</td><td>{}</td></tr>", number(r.minimum_zone), r.sections);
+            }
+            None => out.push_str("<td></td><td></td></tr>\n"),
+        }
     }
     out.push_str("</tbody></table></div>\n");
 }

@@ -22,6 +22,7 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
         max_distance: 4.0,
         outward: side(1.0).collect(),
         inward: side(-1.0).collect(),
+        filled: Vec::new(),
     }
 }
 
@@ -207,16 +208,4 @@ fn statistics_do_not_depend_on_the_number_of_threads() {
     assert!(run(1) == run(3));
     let m: &Moments = &run(2).overall.weighted;
     assert!(m.min == 0.0 && m.max == 2.5);
-}
-
-#[test]
-fn keys_are_sorted_by_distance_and_then_by_place() {
-    let mut rng = ChaCha8Rng::seed_from_u64(15);
-    for count in [0, 1, 1000, 70_000] {
-        let keys: Vec<u64> =
-            (0..count).map(|i| u64::from(rng.random_range(0..u32::MAX) >> (i % 20)) << 32 | i).collect();
-        let mut expected = keys.clone();
-        expected.sort_unstable();
-        assert_eq!(super::sorted_by_distance(keys), expected);
-    }
 }

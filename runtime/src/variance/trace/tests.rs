@@ -230,6 +230,28 @@ fn the_shader_agrees_on_a_real_scan() {
     assert!(differing <= 1);
 }
 
+/// The scan cut into several bindings, none of which holds more than 64 KiB, on the CPU, in one binding and in several.
+#[test]
+fn a_scan_that_no_binding_holds_is_cut() {
+    let Some(gpu) = gpu() else { return };
+    let (points, scan) = rough_scene(2000);
+    let (texels, scan) = (texels(&points), Bvh::build(&scan).unwrap());
+    let (nodes, blocks) = scan.parts();
+    let limit = (size_of_val(nodes).max(size_of_val(blocks)) / 3 + 1000) as u64;
+    let rays = Rays::new(&texels, &scan, 2.0, Facing::SAME).unwrap();
+    let whole = gpu.trace(&rays).unwrap();
+    let gpu = gpu.with_limit(limit);
+    let cut = gpu.trace(&rays).unwrap();
+    let bits = |d: &[f32]| d.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!((bits(&cut.outward), bits(&cut.inward)), (bits(&whole.outward), bits(&whole.inward)));
+    let native = trace_cpu::trace(&rays);
+    assert!(disagreements(&native.outward, &cut.outward, 2.0) <= 1);
+    assert!(native.outward.iter().filter(|d| !d.is_nan()).count() > 500);
+    // So small that the device has not as many bindings.
+    let error = gpu.with_limit(64).trace(&rays).err();
+    assert!(matches!(error, Some(GpuError::TooLarge { .. })), "{error:?}");
+}
+
 /// Rays through vertices and edges, one triangle, nothing: the shader's corner cases.
 #[test]
 fn the_shader_is_watertight_and_copes_with_small_scans() {

@@ -1,0 +1,122 @@
+//! Where patches meet.
+
+use super::CANCELLED;
+use super::segments::Segment;
+use crate::bvh::{Bvh, ClosestPoint};
+use crate::model::{SurfacePoint, Tessellation};
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Places of one patch are on different sheets of it where their parameters differ by more than this.
+const APART: f64 = 0.25;
+
+/// ... or where the cosine of the angle between their normals is below this.
+const ALIKE: f64 = 0.9998;
+
+/// Corrections of normals below this are rounding: the patches go on smoothly.
+const SMOOTH: f64 = 1e-6;
+
+/// A patch near a place on an edge.
+#[derive(Clone, Copy, Debug)]
+struct Sheet {
+    patch: u32,
+    /// Where on it.
+    parameters: [f64; 2],
+    point: DVec3,
+    normal: DVec3,
+    distance: f64,
+}
+
+/// A place on an edge: the sheets that meet there, and what is to be added to the normal of each.
+struct Place(Vec<(Sheet, DVec3)>);
+
+/// For every patch the segments along which it meets others, with the corrections of its normals. The tessellation
+/// has origins.
+pub(super) fn find(tessellation: &Tessellation, bvh: &Bvh, tolerance: f64) -> Vec<Vec<Segment>> {
+    let mut creases = vec![Vec::new(); tessellation.mesh.groups.len()];
+    for side in sides(&tessellation.origins) {
+        let places: Vec<Place> = side.iter().map(|i| place(tessellation, bvh, *i, tolerance)).collect();
+        for pair in places.windows(2) {
+            for (patch, segment) in segments(&pair[0], &pair[1]) {
+                creases[patch as usize].push(segment);
+            }
+        }
+    }
+    creases
+}
+
+/// The vertices on the four edges of every patch, edge by edge, in their order.
+fn sides(origins: &[SurfacePoint]) -> Vec<Vec<usize>> {
+    let mut sides = Vec::new();
+    let mut first = 0;
+    for patch in origins.chunk_by(|a, b| a.patch == b.patch) {
+        let on: [fn(&SurfacePoint) -> bool; 4] = [|o| o.u == 0.0, |o| o.u == 1.0, |o| o.v == 0.0, |o| o.v == 1.0];
+        for on in on {
+            sides.push((0..patch.len()).filter(|i| on(&patch[*i])).map(|i| first + i).collect());
+        }
+        first += patch.len();
+    }
+    sides
+}
+
+/// What meets at a vertex.
+fn place(tessellation: &Tessellation, bvh: &Bvh, vertex: usize, tolerance: f64) -> Place {
+    let mut sheets: Vec<Sheet> = Vec::new();
+    bvh.all_within(tessellation.mesh.positions[vertex], tolerance, |found| {
+        let Some(sheet) = sheet(tessellation, &found) else { return };
+        match sheets.iter_mut().find(|s| same(s, &sheet)) {
+            // Of the triangles of one sheet the nearest says what the normal is.
+            Some(known) if sheet.distance < known.distance => *known = sheet,
+            Some(_) => {}
+            None => sheets.push(sheet),
+        }
+    });
+    let mean: DVec3 = sheets.iter().map(|s| angle(s.parameters) * s.normal).sum();
+    if mean.length() < CANCELLED {
+        return Place(Vec::new());
+    }
+    let mean = mean.normalize();
+    Place(sheets.into_iter().map(|s| (s, mean - s.normal)).collect())
+}
+
+/// The sheet to which a point of a triangle belongs.
+fn sheet(tessellation: &Tessellation, found: &ClosestPoint) -> Option<Sheet> {
+    let corners = tessellation.mesh.triangles[found.triangle as usize].map(|i| i as usize);
+    let origins = corners.map(|i| tessellation.origins[i]);
+    let mix = |values: [f64; 3]| (0..3).map(|k| found.weights[k] * values[k]).sum::<f64>();
+    let normal: DVec3 =
+        corners.iter().zip(found.weights).map(|(i, w)| w * DVec3::from(tessellation.mesh.normals[*i])).sum();
+    Some(Sheet {
+        patch: origins[0].patch,
+        parameters: [mix(origins.map(|o| o.u)), mix(origins.map(|o| o.v))],
+        point: found.point.into(),
+        normal: normal.try_normalize()?,
+        distance: found.distance,
+    })
+}
+
+fn same(a: &Sheet, b: &Sheet) -> bool {
+    let near = |k: usize| (a.parameters[k] - b.parameters[k]).abs() <= APART;
+    a.patch == b.patch && near(0) && near(1) && a.normal.dot(b.normal) > ALIKE
+}
+
+/// The angle that a patch takes up around one of its points, as far as it is seen: a quarter turn at a corner, else half a turn.
+fn angle(parameters: [f64; 2]) -> f64 {
+    let at_end = |t: f64| !(1e-6..=1.0 - 1e-6).contains(&t);
+    if at_end(parameters[0]) && at_end(parameters[1]) { FRAC_PI_2 } else { PI }
+}
+
+/// From each sheet at a place to the same sheet at the next, where its normal is to be changed.
+fn segments<'a>(from: &'a Place, to: &'a Place) -> impl Iterator<Item = (u32, Segment)> + 'a {
+    from.0.iter().filter_map(|(sheet, correction)| {
+        let away = |other: &Sheet| {
+            (0..2).map(|k| (other.parameters[k] - sheet.parameters[k]).abs()).sum::<f64>()
+                - other.normal.dot(sheet.normal)
+        };
+        let others = to.0.iter().filter(|(other, _)| other.patch == sheet.patch);
+        let (other, next) = others.min_by(|(a, _), (b, _)| away(a).total_cmp(&away(b)))?;
+        let creased = correction.length() > SMOOTH && next.length() > SMOOTH;
+        let segment = Segment { ends: [sheet.point, other.point], corrections: [*correction, *next] };
+        creased.then_some((sheet.patch, segment))
+    })
+}

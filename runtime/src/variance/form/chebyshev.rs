@@ -1,0 +1,99 @@
+//! The linear approximation whose largest error is least.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Unknowns at most.
+pub(super) const MOST: usize = 6;
+
+/// One equation: the sum of `factors` times the unknowns should be `value`. Factors of unknowns that there are not are zero.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Row {
+    pub(super) factors: [f64; MOST],
+    pub(super) value: f64,
+}
+
+/// Steps after which the best so far is taken: by far more than are ever needed, but rounding must not go on for ever.
+const STEPS: usize = 500;
+
+/// A column of the dual problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Entry {
+    /// Row i, with the sign of its error.
+    Row(usize, f64),
+    /// Holds the place of an unknown that nothing has determined yet; always zero.
+    Free(usize),
+}
+
+/// The unknowns, `count` of them, for which the largest |value - sum of factors times unknowns| is least.
+///
+/// That is a linear programme with two constraints a row; its dual has one constraint an unknown and one more, so that the simplex
+/// method on the dual inverts matrices of at most seven rows however many points there are (Watson, 'Approximation Theory and
+/// Numerical Methods', 1980, sect. 2.3).
+pub(super) fn solve(rows: &[Row], count: usize) -> [f64; MOST] {
+    let scale: [f64; MOST] = std::array::from_fn(|k| {
+        let largest = rows.iter().map(|r| r.factors[k].abs()).fold(0.0, f64::max);
+        if largest > 0.0 { 1.0 / largest } else { 1.0 }
+    });
+    let factor = |i: usize, k: usize| rows[i].factors[k] * scale[k];
+    let size = rows.iter().map(|r| r.value.abs()).fold(0.0, f64::max);
+    let Some(mut basis) = start(rows, count, &factor) else { return [0.0; MOST] };
+    let column = |entry: Entry| {
+        DVector::from_fn(count + 1, |k, _| match entry {
+            Entry::Row(_, _) if k == count => 1.0,
+            Entry::Row(i, sign) => sign * factor(i, k),
+            Entry::Free(unknown) => f64::from(u8::from(k == unknown)),
+        })
+    };
+    let mut unknowns = [0.0; MOST];
+    for _ in 0..STEPS {
+        let matrix = DMatrix::from_columns(&basis.iter().map(|e| column(*e)).collect::<Vec<_>>());
+        let costs = DVector::from_iterator(
+            count + 1,
+            basis.iter().map(|e| match e {
+                Entry::Row(i, sign) => sign * rows[*i].value,
+                Entry::Free(_) => 0.0,
+            }),
+        );
+        let Some(prices) = matrix.transpose().lu().solve(&costs) else { break };
+        unknowns = std::array::from_fn(|k| if k < count { prices[k] * scale[k] } else { 0.0 });
+        // The row whose error exceeds that of the basis most.
+        let error = |row: &Row| row.value - row.factors.iter().zip(&unknowns).map(|(f, x)| f * x).sum::<f64>();
+        let worst =
+            rows.iter().map(error).enumerate().fold((0, 0.0f64), |w, e| if e.1.abs() > w.1.abs() { e } else { w });
+        if worst.1.abs() <= prices[count] + 1e-12 * size {
+            break;
+        }
+        let entering = Entry::Row(worst.0, worst.1.signum());
+        let lu = matrix.lu();
+        let mut right = DVector::zeros(count + 1);
+        right[count] = 1.0;
+        let (Some(weights), Some(direction)) = (lu.solve(&right), lu.solve(&column(entering))) else { break };
+        let Some(leaving) = leaving(&basis, &weights, &direction) else { break };
+        basis[leaving] = entering;
+    }
+    unknowns
+}
+
+/// A row with both signs, and the places of all unknowns but one that it has; none where all factors are zero.
+fn start(rows: &[Row], count: usize, factor: &impl Fn(usize, usize) -> f64) -> Option<Vec<Entry>> {
+    let (mut row, mut unknown, mut largest) = (0, 0, 0.0);
+    for k in 0..count {
+        for i in 0..rows.len() {
+            if factor(i, k).abs() > largest {
+                (row, unknown, largest) = (i, k, factor(i, k).abs());
+            }
+        }
+    }
+    let free = (0..count).filter(|k| *k != unknown).map(Entry::Free);
+    (largest > 0.0).then(|| free.chain([Entry::Row(row, 1.0), Entry::Row(row, -1.0)]).collect())
+}
+
+/// The entry that becomes zero first; those that must stay zero leave as soon as they would change.
+fn leaving(basis: &[Entry], weights: &DVector<f64>, direction: &DVector<f64>) -> Option<usize> {
+    let free = (0..basis.len()).filter(|r| matches!(basis[*r], Entry::Free(_)) && direction[*r].abs() > 1e-9);
+    if let Some(r) = free.max_by(|a, b| direction[*a].abs().total_cmp(&direction[*b].abs())) {
+        return Some(r);
+    }
+    let rows = (0..basis.len()).filter(|r| matches!(basis[*r], Entry::Row(..)) && direction[*r] > 1e-12);
+    rows.min_by(|a, b| (weights[*a] / direction[*a]).total_cmp(&(weights[*b] / direction[*b])))
+}

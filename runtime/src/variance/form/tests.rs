@@ -1,0 +1,177 @@
+use super::chebyshev::{Row, solve};
+use super::{FormDeviation, Shape, form_deviations, recognise};
+use crate::model::{Atlas, Model, Motion, Texels};
+use crate::variance::Deviations;
+use gml_compiler::program::{Options, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+const MODEL: &str = "use std.surface (cylinder, plane, revolve)\nmodel parts {\n\
+    part plate = plane(40mm, 20mm)\n\
+    part side = cylinder(20mm, 50mm)\n\
+    part funnel = revolve(|t| (10mm + t * 5mm, t * 20mm))\n\
+    part ball = revolve(|t| (15mm * sin(t * 150deg + 20deg), -15mm * cos(t * 150deg + 20deg)))\n\
+    part vase = revolve(|t| (10mm + 3mm * sin(t * 180deg), t * 30mm))\n\
+    part wavy = |u, v| (u * 10mm, v * 10mm, 1mm * sin(u * 300deg) * cos(v * 200deg)) }";
+
+/// Texels of the model, moved, with deviations that depend on the part and on the place before it was moved.
+fn deviations(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Deviations {
+    let script = SourceFile { name: "parts.gml".to_owned(), text: MODEL.to_owned() };
+    let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+    let instance = Model::instantiate(&program, &[]).expect("it exists");
+    let atlas = Atlas::new(&program, &*instance, 256).expect("it fits");
+    let mut texels = Texels::of_model(&program, &*instance, &atlas).expect("it is finite");
+    let signed: Vec<f32> =
+        texels.position.iter().zip(&texels.part).map(|(p, part)| deviation(*part as usize, *p) as f32).collect();
+    let (a, b) = (0.8f64.sin_cos(), 0.3f64.sin_cos());
+    let rotation = [[a.1, -a.0 * b.1, a.0 * b.0], [a.0, a.1 * b.1, -a.1 * b.0], [0.0, b.0, b.1]];
+    Motion { rotation, translation: [105.0, -30.0, 7.0] }.move_texels(&mut texels);
+    let side = |sign: f32| signed.iter().map(move |d| if d * sign >= 0.0 { d * sign } else { f32::NAN }).collect();
+    Deviations { texels, max_distance: 5.0, outward: side(1.0), inward: side(-1.0), filled: Vec::new() }
+}
+
+fn forms(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Vec<Option<FormDeviation>> {
+    let deviations = deviations(deviation);
+    form_deviations(&deviations, &recognise(&deviations.texels))
+}
+
+fn zone(forms: &[Option<FormDeviation>], part: usize) -> (f64, f64) {
+    let zone = forms[part].as_ref().and_then(|f| f.zone.as_ref()).expect("a form");
+    (zone.least_squares, zone.minimum_zone)
+}
+
+fn near(a: f64, b: f64, tolerance: f64) {
+    assert!((a - b).abs() <= tolerance, "{a}, not {b}");
+}
+
+#[test]
+fn forms_are_recognised_wherever_they_are() {
+    let shapes: Vec<Option<Shape>> =
+        recognise(&deviations(|_, _| 0.0).texels).into_iter().map(|s| s.map(|s| s.shape)).collect();
+    let expected = [
+        Some(Shape::Plane),
+        Some(Shape::Cylinder),
+        Some(Shape::Cone),
+        Some(Shape::Sphere),
+        Some(Shape::Revolution),
+        None,
+    ];
+    assert_eq!(shapes, expected);
+}
+
+/// Shifts, tilts and other sizes are no deviations of form: what remains is the square of the change over the size.
+#[test]
+fn place_and_size_are_no_form() {
+    let found = forms(|part, p| match part {
+        0 => 0.1 + 0.01 * p[0] - 0.02 * p[1],
+        1 | 2 => 0.2 + 0.01 * p[1].atan2(p[0]).cos(),
+        3 => 0.3,
+        _ => 0.1,
+    });
+    for part in 0..4 {
+        let (least_squares, minimum_zone) = zone(&found, part);
+        assert!(least_squares < 1e-4 && minimum_zone <= least_squares, "{part}: {least_squares} {minimum_zone}");
+    }
+    let vase = found[4].as_ref().expect("a form");
+    assert!(vase.zone.is_none());
+    // Of a normal offset the radial part varies along the profile within a section.
+    assert!(vase.roundness.is_some_and(|r| r.minimum_zone < 0.02 && r.sections == 24), "{vase:?}");
+    assert_eq!(found[5], None);
+}
+
+/// Texels leave out the last half texel before each edge: extremes there are missed by the deviation's slope times that.
+#[test]
+fn a_bent_plate_a_lobed_cylinder_and_a_lobed_cone() {
+    let found = forms(|part, p| {
+        let angle = p[1].atan2(p[0]);
+        match part {
+            // z = x^2 / 2000 over 40 mm.
+            0 => p[0] * p[0] / 2000.0,
+            1 => 0.1 * (3.0 * angle).cos(),
+            2 => 0.05 * (5.0 * angle).cos(),
+            4 => 0.08 * (2.0 * angle).cos(),
+            _ => 0.0,
+        }
+    });
+    for width in <[f64; 2]>::from(zone(&found, 0)) {
+        near(width, 0.2, 0.006);
+    }
+    for width in <[f64; 2]>::from(zone(&found, 1)) {
+        near(width, 0.2, 5e-4);
+    }
+    for width in <[f64; 2]>::from(zone(&found, 2)) {
+        near(width, 0.1, 5e-4);
+    }
+    let ring = |part: usize| found[part].as_ref().and_then(|f| f.roundness).expect("sections");
+    near(ring(1).least_squares, 0.2, 5e-4);
+    near(ring(1).minimum_zone, 0.2, 5e-4);
+    near(ring(1).median, 0.2, 5e-4);
+    // Deviations along the normal of a cone are longer along the radius: by one over the cosine of its angle.
+    near(ring(2).minimum_zone, 0.1 / (0.25f64.atan()).cos(), 5e-4);
+    assert!(ring(4).minimum_zone >= 0.16 - 1e-3 && ring(4).minimum_zone < 0.175, "{}", ring(4).minimum_zone);
+}
+
+/// Over a third-order bend the best plane is not that of least squares: 0.5 against 0.8 of the amplitude.
+#[test]
+fn the_minimum_zone_is_narrower_than_that_of_least_squares() {
+    // The last texels' centres, half a texel from the ends: both widths grow with the third power of how far they reach.
+    let reach = std::cell::Cell::new(0.0f64);
+    let found = forms(|part, p| {
+        if part != 0 {
+            return 0.0;
+        }
+        reach.set(reach.get().max(p[0]));
+        0.1 * (p[0] / 20.0).powi(3)
+    });
+    let (least_squares, minimum_zone) = zone(&found, 0);
+    let unit = 0.1 * (reach.get() / 20.0).powi(3);
+    // The slope of least squares is 3/5 of the ends' (20 mm); some 60 texels stand for an integral, and for the extremes between.
+    near(least_squares / unit, 2.0 * (1.0 - 0.6 * (20.0 / reach.get()).powi(2)), 0.004);
+    near(minimum_zone / unit, 0.5, 0.004);
+}
+
+#[test]
+fn a_few_stray_points_are_left_out_and_counted() {
+    let found = forms(|part, p| match part {
+        1 if p[2] > 49.0 && p[0] > 19.0 => 3.0,
+        1 => 0.1 * (3.0 * p[1].atan2(p[0])).cos(),
+        _ => 0.0,
+    });
+    let zone = found[1].as_ref().and_then(|f| f.zone.as_ref()).expect("a form");
+    near(zone.minimum_zone, 0.2, 2e-3);
+    assert!(zone.outlying > 5 && zone.with_outlying[1] > 1.0, "{zone:?}");
+}
+
+/// Against every choice of as many rows as there are unknowns and one more, the largest of whose errors is the answer.
+#[test]
+fn chebyshevs_approximation_agrees_with_all_references() {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    for round in 0..40 {
+        let count = 1 + round % 3;
+        let rows: Vec<Row> = (0..9)
+            .map(|_| {
+                let mut row = Row { value: rng.random_range(-1.0..1.0), ..Row::default() };
+                row.factors[..count].fill_with(|| rng.random_range(-1.0..1.0));
+                row
+            })
+            .collect();
+        let largest = |x: &[f64]| {
+            let error = |r: &Row| r.value - r.factors.iter().zip(x).map(|(f, x)| f * x).sum::<f64>();
+            rows.iter().map(|r| error(r).abs()).fold(0.0, f64::max)
+        };
+        let found = largest(&solve(&rows, count));
+        // By random search from there no better one is found, at any scale.
+        let mut best = solve(&rows, count);
+        for k in 0..20_000 {
+            let reach = 0.3f64.powi(k % 12);
+            let mut other = best;
+            other[..count].iter_mut().for_each(|x| *x += rng.random_range(-reach..reach));
+            if largest(&other) < largest(&best) {
+                best = other;
+            }
+        }
+        assert!(found <= largest(&best) * (1.0 + 1e-9), "{found} {}", largest(&best));
+    }
+    assert_eq!(solve(&[], 3)[0], 0.0);
+}

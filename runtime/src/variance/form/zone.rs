@@ -1,0 +1,172 @@
+//! The zone within which the points lie.
+
+use super::Zone;
+use super::chebyshev::{self, MOST, Row};
+use super::datum::Datum;
+use super::shape::Shape;
+use crate::robust::{MAD_TO_SD, median};
+use glam::DVec3;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Least squares take at most so many points, evenly spread; the zones' widths are of all.
+const FITTED: usize = 20_000;
+
+/// ... and of those that tell what is outlying.
+const TRIED: usize = 4_000;
+
+/// Least squares end when points move by less than this. Millimetres.
+const STILL: f64 = 1e-9;
+
+/// The minimum zone begins with so many points, and adds those outside of it until there are none.
+const FIRST: usize = 600;
+
+/// Points from each of so many runs of points may be added at once.
+const RUNS: usize = 32;
+
+/// Points further from the surface of least squares than so many robust standard deviations are outlying.
+const OUTLYING: f64 = 4.0;
+
+/// The zone of points, from a first idea of where the surface is; none where they do not determine it.
+pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
+    let characteristic = match shape {
+        Shape::Plane => "flatness",
+        Shape::Sphere => "sphericity",
+        Shape::Cylinder => "cylindricity",
+        Shape::Cone => "conicity",
+        Shape::Revolution => return None,
+    };
+    let mut kept = points.to_vec();
+    // What is outlying is told by a surface that is free of it: twice is enough, as the first is the model's own, shifted.
+    for _ in 0..3 {
+        let fitted = least_squares(&kept, datum, TRIED);
+        kept = without_outlying(points, fitted)?;
+    }
+    let (least_squares, minimum_zone) = widths(&kept, datum)?;
+    let outlying = points.len() - kept.len();
+    let with_outlying = if outlying == 0 { [least_squares, minimum_zone] } else { widths(points, datum)?.into() };
+    let characteristic = characteristic.to_owned();
+    Some(Zone { characteristic, least_squares, minimum_zone, points: kept.len(), outlying, with_outlying })
+}
+
+/// Of least squares and of the minimum zone.
+fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
+    let fitted = least_squares(points, datum, FITTED);
+    let width = width(&extremes(points, fitted));
+    let least = minimum_zone(points, fitted).min(width);
+    // What is less than that is rounding.
+    let rounded = |x: f64| if x < 1e-9 { 0.0 } else { x };
+    (width.is_finite() && least.is_finite()).then_some((rounded(width), rounded(least)))
+}
+
+fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
+    let (step, placed) = (points.len().div_ceil(FITTED).max(1), datum.placed());
+    let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| placed.height(*p)).collect();
+    let middle = median(&mut sample)?;
+    sample.iter_mut().for_each(|x| *x = (*x - middle).abs());
+    let limit = OUTLYING * MAD_TO_SD * median(&mut sample)?;
+    let kept = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
+    let kept: Vec<DVec3> = points.par_iter().filter(kept).copied().collect();
+    // Where most points are in place to rounding, the rest is form and not noise.
+    Some(if 2 * kept.len() > points.len() { kept } else { points.to_vec() })
+}
+
+/// By Gauss and Newton.
+fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
+    let step = points.len().div_ceil(most).max(1);
+    let count = datum.unknowns();
+    for _ in 0..8 {
+        let mut normal = DMatrix::<f64>::zeros(count, count);
+        let mut right = DVector::<f64>::zeros(count);
+        let placed = datum.placed();
+        for row in points.iter().step_by(step).map(|p| placed.row(*p)) {
+            for i in 0..count {
+                right[i] += row.factors[i] * row.value;
+                for k in 0..=i {
+                    normal[(i, k)] += row.factors[i] * row.factors[k];
+                }
+            }
+        }
+        // Unknowns of different units are made alike.
+        let scale: Vec<f64> = (0..count).map(|i| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE)).collect();
+        for i in 0..count {
+            right[i] /= scale[i];
+            for k in 0..=i {
+                normal[(i, k)] /= scale[i] * scale[k];
+                normal[(k, i)] = normal[(i, k)];
+            }
+        }
+        // What points do not determine, as the tilt of a ring, stays.
+        let Ok(found) = normal.svd(true, true).solve(&right, 1e-10) else { return datum };
+        let change: [f64; MOST] = std::array::from_fn(|k| if k < count { found[k] / scale[k] } else { 0.0 });
+        if !change.iter().all(|x| x.is_finite()) {
+            return datum;
+        }
+        datum = datum.moved(&change);
+        if found.norm() <= STILL * (points.len() as f64 / step as f64).sqrt() {
+            break;
+        }
+    }
+    datum
+}
+
+/// The least width over all places of the surface.
+fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
+    let mut chosen: Vec<usize> = (0..points.len()).step_by((points.len() / FIRST).max(1)).collect();
+    chosen.extend(extremes(points, datum).iter().flatten().map(|e| e.1));
+    let mut least = f64::INFINITY;
+    for _ in 0..40 {
+        let placed = datum.placed();
+        let rows: Vec<Row> = chosen.iter().map(|i| placed.row(points[*i])).collect();
+        let change = chebyshev::solve(&rows, datum.unknowns());
+        if !change.iter().all(|x| x.is_finite()) {
+            break;
+        }
+        datum = datum.moved(&change);
+        let own: Vec<DVec3> = chosen.iter().map(|i| points[*i]).collect();
+        let ((low, high), extremes) = (range(&own, datum), extremes(points, datum));
+        let width = width(&extremes);
+        let before = least;
+        least = least.min(width);
+        if width <= (high - low) * (1.0 + 1e-9) && before - least <= 1e-9 * least {
+            break;
+        }
+        chosen.extend(extremes.iter().flatten().map(|e| e.1));
+        chosen.sort_unstable();
+        chosen.dedup();
+    }
+    least
+}
+
+/// The least and the greatest distance from a surface.
+fn range(points: &[DVec3], datum: Datum) -> (f64, f64) {
+    let placed = datum.placed();
+    let distances = points.iter().map(|p| placed.height(*p));
+    distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)))
+}
+
+/// The lowest and the highest point of every run of points: how far outside, and where.
+fn extremes(points: &[DVec3], datum: Datum) -> Vec<[(f64, usize); 2]> {
+    let (run, placed) = (points.len().div_ceil(RUNS).max(1), datum.placed());
+    let of_run = |(k, run_points): (usize, &[DVec3])| {
+        let mut ends = [(f64::INFINITY, 0), (f64::NEG_INFINITY, 0)];
+        for (i, point) in run_points.iter().enumerate() {
+            let value = placed.height(*point);
+            if value < ends[0].0 {
+                ends[0] = (value, k * run + i);
+            }
+            if value > ends[1].0 {
+                ends[1] = (value, k * run + i);
+            }
+        }
+        ends
+    };
+    points.par_chunks(run).enumerate().map(of_run).collect()
+}
+
+/// From the lowest to the highest.
+fn width(extremes: &[[(f64, usize); 2]]) -> f64 {
+    let low = extremes.iter().map(|e| e[0].0).fold(f64::INFINITY, f64::min);
+    let high = extremes.iter().map(|e| e[1].0).fold(f64::NEG_INFINITY, f64::max);
+    high - low
+}

@@ -1,0 +1,102 @@
+//! Small holes of a scan, closed so that no ray passes through them.
+
+mod loops;
+mod triangulate;
+
+use crate::mesh::TriangleMesh;
+use glam::DVec3;
+use loops::Loop;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Rims of more vertices than this are left open: comparing all pairs of them would take too long.
+const LONGEST: usize = 20_000;
+
+/// The closed holes of a scan.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FilledHoles {
+    /// The triangles that close them, with the vertices that they use; oriented as the scan around them.
+    pub mesh: TriangleMesh,
+    /// Their figures.
+    pub summary: HoleSummary,
+}
+
+/// Which holes of a scan were closed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HoleSummary {
+    /// Holes up to this far across were closed. Millimetres.
+    pub size: f64,
+    /// How many were.
+    pub filled: usize,
+    /// Area of the triangles that close them. Square millimetres.
+    pub area: f64,
+    /// How many edges of the scan that run around something were left open: larger holes (or with rims of more than 20,000 vertices), and the outer borders
+    /// of sheets and of pieces.
+    pub open: usize,
+}
+
+impl FilledHoles {
+    /// Closes every hole of a scan that is at most `size` millimetres across (the largest distance between two vertices of
+    /// its rim). The outer border of a piece is no hole, however small: what would close it faces away from the scan around it.
+    #[must_use]
+    pub fn new(scan: &TriangleMesh, size: f64) -> FilledHoles {
+        let rims = loops::of(scan);
+        let closed: Vec<Option<Vec<[u32; 3]>>> = rims.par_iter().map(|rim| close(scan, rim, size)).collect();
+        let mut renumbered = std::collections::HashMap::new();
+        let mut mesh = TriangleMesh::default();
+        for triangle in closed.iter().flatten().flatten() {
+            let own = triangle.map(|old| {
+                *renumbered.entry(old).or_insert_with(|| {
+                    mesh.positions.push(scan.positions[old as usize]);
+                    mesh.positions.len() as u32 - 1
+                })
+            });
+            mesh.triangles.push(own);
+        }
+        let filled = closed.iter().flatten().count();
+        let area = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        FilledHoles { mesh, summary: HoleSummary { size, filled, area, open: closed.len() - filled } }
+    }
+}
+
+/// Triangles that close a rim; none where it is too large, or no hole.
+fn close(scan: &TriangleMesh, rim: &Loop, size: f64) -> Option<Vec<[u32; 3]>> {
+    let points: Vec<DVec3> = rim.vertices.iter().map(|v| DVec3::from(scan.positions[*v as usize])).collect();
+    if !is_within(&points, size) {
+        return None;
+    }
+    let triangles: Vec<[u32; 3]> = triangulate::fill(&points);
+    // Edges of the rim with the normals of what closes it against those of the scan on their other side.
+    let mut agreement = 0.0;
+    for t in &triangles {
+        let across =
+            (points[t[1] as usize] - points[t[0] as usize]).cross(points[t[2] as usize] - points[t[0] as usize]);
+        for k in 0..3 {
+            let (a, b) = (t[k] as usize, t[(k + 1) % 3] as usize);
+            if b == (a + 1) % points.len() {
+                let normal = scan.triangle_normal(scan.triangles[rim.triangles[a] as usize]).unwrap_or_default();
+                let along = points[a].distance(points[b]);
+                agreement += along * across.normalize_or_zero().dot(DVec3::from(normal));
+            }
+        }
+    }
+    (agreement > 0.0).then(|| triangles.into_iter().map(|t| t.map(|i| rim.vertices[i as usize])).collect())
+}
+
+/// Whether no two points are further apart than `size`.
+fn is_within(points: &[DVec3], size: f64) -> bool {
+    if points.len() > LONGEST {
+        return false;
+    }
+    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
+    // The diagonal of the box is at most sqrt(3) times the largest distance: this bounds what the loops below cost.
+    if (high - low).max_element() > size {
+        return false;
+    }
+    let limit = size * size;
+    (high - low).length() <= size
+        || points.iter().enumerate().all(|(i, a)| points[..i].iter().all(|b| a.distance_squared(*b) <= limit))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,69 @@
+//! The rims of holes: closed chains of edges that one triangle has.
+
+use crate::mesh::TriangleMesh;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// A chain of free edges that closes and meets no vertex twice. It runs against the triangles' edges, so that what closes it
+/// counter-clockwise is oriented as they are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Loop {
+    /// Its vertices.
+    pub(super) vertices: Vec<u32>,
+    /// The triangle that has the edge from each vertex to the next.
+    pub(super) triangles: Vec<u32>,
+}
+
+/// All rims of a mesh, in an order that depends on the mesh alone. Where rims touch in a vertex they are told apart; edges that
+/// more than two triangles have, or two that run the same way, are no part of a rim.
+pub(super) fn of(mesh: &TriangleMesh) -> Vec<Loop> {
+    let mut edges: Vec<(u32, u32, bool, u32)> = mesh
+        .triangles
+        .par_iter()
+        .enumerate()
+        .flat_map_iter(|(i, t)| {
+            (0..3).map(move |k| {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                (a.min(b), a.max(b), a < b, i as u32)
+            })
+        })
+        .collect();
+    edges.par_sort_unstable();
+    // From the end of each free edge back to its start.
+    let mut back: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
+    let mut starts = Vec::new();
+    for run in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
+        if let [(low, high, forward, triangle)] = *run
+            && low != high
+        {
+            let (from, to) = if forward { (high, low) } else { (low, high) };
+            back.entry(from).or_default().push((to, triangle));
+            starts.push(from);
+        }
+    }
+    let mut rims = Vec::new();
+    for start in starts {
+        walk(start, &mut back, &mut rims);
+    }
+    rims
+}
+
+/// Follows free edges from a vertex until there are none left; every time that the path meets itself a loop is taken off.
+fn walk(start: u32, back: &mut HashMap<u32, Vec<(u32, u32)>>, rims: &mut Vec<Loop>) {
+    let mut path: Vec<(u32, u32)> = Vec::new();
+    let mut place: HashMap<u32, usize> = HashMap::from([(start, 0)]);
+    let mut at = start;
+    while let Some((to, triangle)) = back.get_mut(&at).and_then(Vec::pop) {
+        path.push((at, triangle));
+        at = to;
+        if let Some(&first) = place.get(&to) {
+            let (vertices, triangles): (Vec<u32>, Vec<u32>) = path.drain(first..).unzip();
+            vertices[1..].iter().for_each(|v| {
+                place.remove(v);
+            });
+            rims.push(Loop { vertices, triangles });
+        } else {
+            place.insert(to, path.len());
+        }
+    }
+}
