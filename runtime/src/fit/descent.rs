@@ -45,6 +45,12 @@ impl Setting<'_> {
         let Candidate { estimate: mut at, mut signs, .. } = begin;
         // A model that cannot be evaluated where it has come to keeps its facets.
         let _ = self.remodel(&at, 0.002 * self.radius);
+        // Here nearly every point is nearest to its own patch, whichever way that faces: what was learnt wrongly from farther off
+        // is mended.
+        let wide = self.objective(&self.space, &self.thin, Loss::welsch(0.05 * self.radius));
+        if let Some(unsided) = wide.evaluate(&at, Order::Value) {
+            signs = self.facing(&unsided, &signs);
+        }
         let few = self.thin.sample(FEW);
         let given = options.sigma.map(|sigma| Loss { kind: options.loss, sigma });
         let mut loss = given.unwrap_or(Loss::welsch(0.05 * self.radius));
@@ -59,7 +65,7 @@ impl Setting<'_> {
             if let Some(minimum) = minimise(&objective, at.clone(), stop) {
                 *iterations += minimum.iterations;
                 at = minimum.estimate;
-                signs = self.facing(&minimum.evaluation);
+                signs = self.facing(&minimum.evaluation, &signs);
             }
             let next = given.unwrap_or_else(|| self.scale(&at, &few, loss, &signs, noise));
             let settled = next.sigma > 0.9 * loss.sigma;

@@ -297,7 +297,7 @@ fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) 
     };
     let stop = Stop { iterations: 12, step: 5e-4 * setting.radius };
     let minimum = gauss_newton::minimise(&objective, candidate.estimate.clone(), stop)?;
-    let signs = setting.facing(&minimum.evaluation);
+    let signs = setting.facing(&minimum.evaluation, &candidate.signs);
     Some(Candidate { estimate: minimum.estimate, value: minimum.evaluation.value, signs, ..candidate })
 }
 

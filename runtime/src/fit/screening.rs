@@ -48,7 +48,7 @@ pub(crate) fn approach(setting: &Setting, start: &Estimate) -> Candidate {
         scales.insert(0, 2.0 * scales[0]);
     }
     let found = advance(setting, vec![from.clone()], 500, &scales, false);
-    let found = advance(setting, found, 1000, &[0.14, 0.1, FINE], true);
+    let found = advance(setting, sides(setting, found), 1000, &[0.14, 0.1, FINE], true);
     let Some(found) = found.into_iter().next() else { return from };
     let mut found = restart(setting, start, start, &points, FINE, found);
     found.inliers = inliers(setting, &points, FINE, &found);
@@ -80,7 +80,7 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
     let candidates = distinct(setting, candidates, 12);
     let candidates = advance(setting, candidates, 500, &[0.2], false);
     let candidates = distinct(setting, candidates, 5);
-    let candidates = advance(setting, candidates, 1000, &[0.14, 0.1], true);
+    let candidates = advance(setting, sides(setting, candidates), 1000, &[0.14, 0.1], true);
     let candidates = distinct(setting, candidates, 3);
     let candidates = advance(setting, candidates, 1500, &[FINE], true);
     let points = setting.thin.sample(1500);
@@ -139,7 +139,7 @@ fn advance(setting: &Setting, candidates: Vec<Candidate>, count: usize, scales: 
                     return setting.progress.cancelled().then_some(candidate);
                 };
                 if !sided {
-                    candidate.signs = setting.facing(&minimum.evaluation);
+                    candidate.signs = setting.facing(&minimum.evaluation, &candidate.signs);
                 }
                 candidate.estimate = minimum.estimate;
                 candidate.value = minimum.evaluation.value;
@@ -149,6 +149,21 @@ fn advance(setting: &Setting, candidates: Vec<Candidate>, count: usize, scales: 
         .collect();
     found.sort_by(|a, b| a.value.total_cmp(&b.value));
     found
+}
+
+/// Learns which way the patches face from more points than the candidates were fitted to: small patches have few.
+fn sides(setting: &Setting, candidates: Vec<Candidate>) -> Vec<Candidate> {
+    let points = setting.thin.sample(2000);
+    let loss = Loss::welsch(0.2 * setting.radius);
+    let learn = |mut candidate: Candidate| {
+        if let Some(there) =
+            setting.objective(&setting.space, &points, loss).evaluate(&candidate.estimate, Order::Value)
+        {
+            candidate.signs = setting.facing(&there, &candidate.signs);
+        }
+        candidate
+    };
+    candidates.into_par_iter().map(learn).collect()
 }
 
 /// The best `count` candidates of which no two are the same.

@@ -107,16 +107,17 @@ impl<'a> Setting<'a> {
     /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's
     /// normals say clearly otherwise. Where points lie on both sides (a thin wall whose sides are not told apart yet) the
     /// convention decides: without a decision, both sides of the scanned wall would pull at both of the model.
-    pub(crate) fn facing(&self, evaluation: &Evaluation) -> Vec<i8> {
-        let sign = |p: &PatchSum| {
-            let inwards = p.weight >= 10.0 && p.facing <= -0.85 * p.weight;
+    /// A patch with too few points to say keeps the side that it had `before`.
+    pub(crate) fn facing(&self, evaluation: &Evaluation, before: &[i8]) -> Vec<i8> {
+        let sign = |(p, before): (&PatchSum, &i8)| {
+            let inwards = if p.weight >= 10.0 { p.facing <= -0.85 * p.weight } else { *before < 0 };
             match (self.oriented, inwards) {
                 (false, _) => 0,
                 (true, true) => -1,
                 (true, false) => 1,
             }
         };
-        evaluation.patches.iter().map(sign).collect()
+        evaluation.patches.iter().zip(before).map(sign).collect()
     }
 
     /// Where the steps of a stage are written down.
