@@ -33,6 +33,8 @@ pub(crate) struct Surface {
     pub(crate) tessellation: Tessellation,
     /// Origins of the rays.
     pub(crate) texels: Texels,
+    /// How long the texels took.
+    seconds: f64,
     /// How it moves where parameters change; none for a mesh.
     pub(crate) sensitivities: Option<Sensitivities>,
     /// Likewise all over the texture, where that was asked for.
@@ -74,6 +76,7 @@ impl Surface {
         motion: &Motion,
         settings: &Settings,
     ) -> Result<Surface, CommandError> {
+        let started = Instant::now();
         let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
         let atlas = match settings.resolution {
             Resolution::Side(size) => Atlas::new(program, &*instance, size),
@@ -81,6 +84,7 @@ impl Surface {
         };
         let atlas = atlas.map_err(CommandError::failed)?;
         let mut texels = Texels::of_model(program, &*instance, &atlas).map_err(CommandError::failed)?;
+        let seconds = started.elapsed().as_secs_f64();
         let tessellate = |fineness| Tessellation::new(program, &*instance, fineness).map_err(CommandError::failed);
         let size = diagonal(&tessellate(Fineness::default())?.mesh);
         let edge = if size > 0.0 { size / EDGES_ACROSS } else { f64::INFINITY };
@@ -97,7 +101,8 @@ impl Surface {
         };
         let own = program.tolerances(x).map_err(CommandError::failed)?;
         let tolerances = own.iter().map(|t| t.map(|t| Tolerance { lower: -t, upper: t })).collect();
-        Ok(Surface { tessellation, texels, sensitivities: Some(sensitivities), maps, tolerances, notices: Vec::new() })
+        let (sensitivities, notices) = (Some(sensitivities), Vec::new());
+        Ok(Surface { tessellation, texels, seconds, sensitivities, maps, tolerances, notices })
     }
 
     /// The surface of a mesh from elsewhere.
@@ -108,6 +113,7 @@ impl Surface {
             // No texture is used more than wholly.
             Resolution::Texel(edge) => ((area.sqrt() / edge).min(f64::from(LARGEST)) as u32, edge),
         };
+        let started = Instant::now();
         loop {
             size = size.next_power_of_two().clamp(SMALLEST, LARGEST);
             let found = ReferenceSurface::new(mesh, size).map_err(CommandError::failed)?;
@@ -115,7 +121,16 @@ impl Surface {
             if own <= edge {
                 let ReferenceSurface { tessellation, texels, notices } = found;
                 let tolerances = vec![None; texels.part_names.len()];
-                return Ok(Surface { tessellation, texels, sensitivities: None, maps: None, tolerances, notices });
+                let seconds = started.elapsed().as_secs_f64();
+                return Ok(Surface {
+                    tessellation,
+                    texels,
+                    seconds,
+                    sensitivities: None,
+                    maps: None,
+                    tolerances,
+                    notices,
+                });
             }
             if size == LARGEST {
                 return Err(CommandError::failed(AtlasError::TooFine { edge, least: own }));
@@ -203,7 +218,7 @@ pub(crate) fn measure(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
-    let Surface { mut tessellation, mut texels, sensitivities, mut maps, tolerances, notices } = surface;
+    let Surface { mut tessellation, mut texels, seconds, sensitivities, mut maps, tolerances, notices } = surface;
     let max_distance = settings.max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
@@ -240,6 +255,7 @@ pub(crate) fn measure(
     report.distance = settings.distance.name().to_owned();
     report.averaging_width = averaging_width;
     report.holes = holes.as_ref().map(|h| h.summary.clone());
+    report.seconds.texels = seconds;
     report.seconds.build = build;
     report.seconds.trace = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();

@@ -37,6 +37,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     assert!(
         plain.get("averaging_width").is_none() && plain.get("sensitivities").is_none() && plain.get("holes").is_none()
     );
+    assert!(number(&plain["seconds"]["texels"]) > 0.0);
     // Chords of the side leave the cylinder by up to 0.02 mm; the lid is plane.
     assert!((number(&plain["mean"]) - 0.99).abs() < 0.01, "{text}");
     let [side, lid] = [&plain["parts"][0]["form"], &plain["parts"][1]["form"]];
