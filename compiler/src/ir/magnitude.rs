@@ -3,7 +3,7 @@
 use super::{Binary, Function, Op, Type, Unary};
 
 /// Values below this are far from overflow, whatever rounding did to the bound.
-const SAFE: f64 = 1e300;
+pub(super) const SAFE: f64 = 1e300;
 
 /// Whether [`stays_finite`] can say something of a function: it has only operations that take finite values to finite
 /// ones but for overflow.

@@ -1,5 +1,6 @@
 //! Recognizes functions of points that are sums of products of a value of the column and one of the row.
 
+use super::magnitude::SAFE;
 use super::{Binary, Function, Node, Op, Type, Unary, Value};
 use crate::source::Span;
 
@@ -95,8 +96,7 @@ impl Products {
     pub fn stay_finite(&self, factors: &[f64], columns: &[f64]) -> bool {
         let magnitudes = self.terms.iter().map(|(column, _)| columns[*column]).chain([1.0]);
         let products = magnitudes.zip(factors.chunks(3)).flat_map(|(m, factors)| factors.iter().map(move |f| m * f));
-        // Far from overflow, whatever rounding did to the bound.
-        products.sum::<f64>() < 1e300
+        products.sum::<f64>() < SAFE
     }
 }
 

@@ -90,15 +90,25 @@ fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> boo
         swatches.push((FILLED, "filled hole"));
     }
     let words = Legend { below: "- scan inside", above: "scan outside +", unit: "mm", swatches: &swatches };
-    let legend = legend(width.max(256), end, &words);
-    let mut picture = Picture::new(width.max(256), height + legend.height, BACKGROUND);
     let distances = signed_distances(deviations);
-    for (i, &index) in deviations.texels.index.iter().enumerate() {
-        let (x, y) = (index as usize % width, index as usize / width);
-        let distance = f64::from(distances[index as usize]);
+    let drawn = deviations.texels.index.iter().enumerate().map(|(i, index)| {
+        let distance = f64::from(distances[*index as usize]);
         let drawn = if distance.is_nan() || shown(i) { distance } else { 0.0 };
         let colour = if deviations.is_filled(i) { FILLED } else { diverging(drawn / end) };
-        picture.pixels[y * picture.width + x] = colour;
+        (deviations.texels.place(i), colour)
+    });
+    with_legend([width, height], legend(width.max(256), end, &words), drawn)
+}
+
+/// Pixels of a texture, by column and row, above a legend.
+fn with_legend(
+    [width, height]: [usize; 2],
+    legend: Picture,
+    pixels: impl Iterator<Item = ([u32; 2], [u8; 3])>,
+) -> Picture {
+    let mut picture = Picture::new(width.max(256), height + legend.height, BACKGROUND);
+    for ([x, y], colour) in pixels {
+        picture.pixels[y as usize * picture.width + x as usize] = colour;
     }
     let start = height * picture.width;
     picture.pixels[start..].copy_from_slice(&legend.pixels);
@@ -127,16 +137,11 @@ pub fn sensitivity_picture(
         unit: &format!("{} {heading}", range.unit),
         swatches: &swatches,
     };
-    let legend = legend(width.max(256), end, &words);
-    let mut picture = Picture::new(width.max(256), height + legend.height, BACKGROUND);
-    for (value, i) in map.values.iter().zip(&maps.texels) {
-        let index = texels.index[*i as usize];
-        let (x, y) = ((index % texels.width / step) as usize, (index / texels.width / step) as usize);
-        picture.pixels[y * picture.width + x] = diverging(f64::from(*value) / end);
-    }
-    let start = height * picture.width;
-    picture.pixels[start..].copy_from_slice(&legend.pixels);
-    picture
+    let drawn = map.values.iter().zip(&maps.texels).map(|(value, i)| {
+        let place = texels.place(*i as usize).map(|n| n / step);
+        (place, diverging(f64::from(*value) / end))
+    });
+    with_legend([width, height], legend(width.max(256), end, &words), drawn)
 }
 
 /// What a legend says beside its figures.

@@ -3,8 +3,6 @@
 //! region in which the truth may lie is smaller by that than the one at the optimum, which no point's own curvature shows,
 //! and standard deviations are larger. Where a small part meets a large one a few such points matter as much as all others.
 
-use super::distance::refine;
-use super::loss::Counted;
 use super::memory::Part;
 use super::objective::{CHUNK, Found, Objective, Placed};
 use super::space::Estimate;
@@ -93,11 +91,8 @@ fn pulls(objective: &Objective, placed: &Placed, found: &[Found]) -> Vec<(usize,
     let half = 0.5 * objective.loss.sigma * objective.loss.sigma;
     let mut all = Vec::with_capacity(found.len());
     for these in found.chunk_by(|a, b| a.patch == b.patch) {
-        let patch = these[0].patch as usize;
-        let (q, uv): (Vec<_>, Vec<_>) = these.iter().map(|f| (f.q, f.uv)).unzip();
-        let closed = objective.layout.closed(patch);
-        let Ok(feet) = refine(&*placed.instance, patch, closed, &q, &uv, objective.tolerance) else { continue };
-        let counted: Vec<Counted> = feet.iter().map(|f| objective.loss.count(f.d2)).collect();
+        let Some(feet) = objective.feet_on_patch(placed, these) else { continue };
+        let counted = objective.counted(&feet);
         let Some(rows) = objective.rows(&*placed.instance, these, &feet, &counted) else { continue };
         all.extend(rows.iter().zip(&counted).map(|((point, row), counted)| {
             let pull = point.weight * point.distance;

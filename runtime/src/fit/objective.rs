@@ -3,7 +3,7 @@
 use super::distance::{Foot, refine};
 use super::facets::{Facets, Facing};
 use super::layout::Layout;
-use super::loss::Loss;
+use super::loss::{Counted, Loss};
 use super::memory::{Memory, NOWHERE, Part};
 use super::motion::Motion;
 use super::points::Points;
@@ -137,13 +137,23 @@ impl Objective<'_> {
         let found = self.search(placed, motion, 0..self.points.len(), None);
         let mut all = Vec::with_capacity(found.len());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
-            let patch = these[0].patch as usize;
-            let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = these.iter().map(|f| (f.q, f.uv)).unzip();
-            if let Ok(feet) = refine(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance) {
+            if let Some(feet) = self.feet_on_patch(placed, these) {
                 all.extend(these.iter().map(|f| f.index).zip(feet));
             }
         }
         all
+    }
+
+    /// The exact feet of points that are nearest to one patch; None where that cannot be evaluated.
+    pub(crate) fn feet_on_patch(&self, placed: &Placed, found: &[Found]) -> Option<Vec<Foot>> {
+        let patch = found[0].patch as usize;
+        let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = found.iter().map(|f| (f.q, f.uv)).unzip();
+        refine(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance).ok()
+    }
+
+    /// What points with these feet count.
+    pub(crate) fn counted(&self, feet: &[Foot]) -> Vec<Counted> {
+        feet.iter().map(|f| self.loss.count(f.d2)).collect()
     }
 
     /// The mean psi of the distances to the facets: fast, and good enough to tell places apart that are much worse than others.

@@ -1,6 +1,6 @@
 //! What every single point says: its residual with a row of the Jacobian, for the Gauss-Newton matrix and for the uncertainties.
 
-use super::distance::{Foot, refine};
+use super::distance::Foot;
 use super::loss::Counted;
 use super::memory::Part;
 use super::objective::{CHUNK, Found, Objective, Placed, remember};
@@ -87,13 +87,9 @@ impl Objective<'_> {
         let start = range.start;
         let found = self.search(placed, &at.motion, range, memory.as_deref_mut());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
-            let patch = these[0].patch as usize;
-            let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = these.iter().map(|f| (f.q, f.uv)).unzip();
-            let closed = self.layout.closed(patch);
-            let Ok(feet) = refine(&*placed.instance, patch, closed, &q, &uv, self.tolerance) else { continue };
+            let Some(feet) = self.feet_on_patch(placed, these) else { continue };
             remember(memory.as_deref_mut(), start, these, &feet);
-            let counted: Vec<Counted> = feet.iter().map(|f| self.loss.count(f.d2)).collect();
-            if let Some(rows) = self.rows(&*placed.instance, these, &feet, &counted) {
+            if let Some(rows) = self.rows(&*placed.instance, these, &feet, &self.counted(&feet)) {
                 add(&rows);
             }
         }

@@ -1,6 +1,6 @@
 //! What a chunk of points adds to the objective, its gradient and its Gauss-Newton matrix.
 
-use super::distance::{Foot, refine};
+use super::distance::Foot;
 use super::loss::Counted;
 use super::objective::{Evaluation, Found, Objective, Order, Placed};
 use super::rows::Rows;
@@ -94,12 +94,9 @@ impl Objective<'_> {
     pub(crate) fn add_patch(&self, placed: &Placed, found: &[Found], order: Order, sums: &mut Sums) -> Vec<Foot> {
         let patch = found[0].patch as usize;
         let instance = &*placed.instance;
-        let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = found.iter().map(|f| (f.q, f.uv)).unzip();
-        let Ok(feet) = refine(instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance) else {
-            return Vec::new();
-        };
+        let Some(feet) = self.feet_on_patch(placed, found) else { return Vec::new() };
         let half2 = self.loss.half().powi(2);
-        let counted: Vec<Counted> = feet.iter().map(|f| self.loss.count(f.d2)).collect();
+        let counted = self.counted(&feet);
         let part = &mut sums.patches[patch];
         for ((foot, found), Counted { psi, weight, .. }) in feet.iter().zip(found).zip(&counted) {
             sums.psi += psi - 1.0;

@@ -42,7 +42,7 @@ impl Sensitivities {
         for (patch, (part, sample)) in model.parts().iter().zip(texels.samples_of_parts(SAMPLES)).enumerate() {
             let chart = &atlas.charts[patch];
             let parameters = |i: &usize| {
-                let (x, y) = (texels.index[*i] % texels.width, texels.index[*i] / texels.width);
+                let [x, y] = texels.place(*i);
                 chart.parameters(x - chart.x, y - chart.y)
             };
             let (u, v): (Vec<f64>, Vec<f64>) = sample.iter().map(parameters).unzip();

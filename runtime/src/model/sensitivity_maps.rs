@@ -51,10 +51,9 @@ impl SensitivityMaps {
         active.dedup();
         let step = (0..).map(|k| 1u32 << k).find(|s| texels.len() * active.len() / (*s as usize).pow(2) <= MOST);
         let step = step.unwrap_or(1);
-        let place = |i: u32| (texels.index[i as usize] % texels.width, texels.index[i as usize] / texels.width);
         let kept: Vec<u32> = (0..texels.len() as u32)
             .filter(|i| {
-                let (x, y) = place(*i);
+                let [x, y] = texels.place(*i as usize);
                 x % step == 0 && y % step == 0
             })
             .collect();
@@ -67,7 +66,7 @@ impl SensitivityMaps {
             let chart = &atlas.charts[patch];
             let batch = |batch: &[u32]| {
                 let parameters = batch.iter().map(|k| {
-                    let (x, y) = place(kept[*k as usize]);
+                    let [x, y] = texels.place(kept[*k as usize] as usize);
                     chart.parameters(x - chart.x, y - chart.y)
                 });
                 let (u, v): (Vec<f64>, Vec<f64>) = parameters.unzip();

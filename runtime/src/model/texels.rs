@@ -134,6 +134,12 @@ impl Texels {
         of_part.into_iter().map(sample).collect()
     }
 
+    /// Column and row of texel i in the texture.
+    #[must_use]
+    pub fn place(&self, i: usize) -> [u32; 2] {
+        [self.index[i] % self.width, self.index[i] / self.width]
+    }
+
     /// How many there are.
     #[must_use]
     pub fn len(&self) -> usize {

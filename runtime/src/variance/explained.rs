@@ -2,7 +2,7 @@
 
 use super::Deviations;
 use crate::model::{PartSensitivities, Sensitivities};
-use crate::robust::{MAD_TO_SD, median};
+use crate::robust::{MAD_TO_SD, median_and_deviation};
 use glam::DVec3;
 use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -130,11 +130,8 @@ fn explain_part(
 fn kept(deviations: &Deviations, texels: &[usize]) -> Vec<usize> {
     let signed = |k: usize| f64::from(deviations.signed(texels[k]));
     let measured: Vec<usize> = (0..texels.len()).filter(|k| !signed(*k).is_nan()).collect();
-    let Some(middle) = median(&mut measured.iter().map(|k| signed(*k)).collect::<Vec<f64>>()) else {
-        return Vec::new();
-    };
-    let mut around: Vec<f64> = measured.iter().map(|k| (signed(*k) - middle).abs()).collect();
-    let spread = median(&mut around).unwrap_or(0.0);
+    let mut distances: Vec<f64> = measured.iter().map(|k| signed(*k)).collect();
+    let Some((middle, spread)) = median_and_deviation(&mut distances) else { return Vec::new() };
     let limit = OUTLYING * MAD_TO_SD * spread;
     measured.into_iter().filter(|k| (signed(*k) - middle).abs() <= limit).collect()
 }

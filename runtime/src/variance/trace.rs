@@ -233,4 +233,4 @@ impl<'a> Rays<'a> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

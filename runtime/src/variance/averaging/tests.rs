@@ -2,7 +2,7 @@ use super::average_normals;
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::{Atlas, Fineness, Model, ReferenceSurface, Tessellation, Texels};
-use crate::variance::trace_gpu::{Gpu, GpuError};
+use crate::variance::trace::tests::gpu;
 use crate::variance::{Device, Facing, signed_distances, trace};
 use glam::DVec3;
 use gml_compiler::program::{Options, Program, compile};
@@ -89,7 +89,7 @@ fn displaced_rims_of_a_can_coincide() {
         // Texels of 0.7 mm, within which a normal turns by a third of 45 degrees; vertices up to 1 mm apart on either side, half of
         // that from the nearest.
         assert!(apart < 0.65, "{apart}");
-        if gpu_present() {
+        if gpu().is_some() {
             let on_gpu = displaced(&tessellation, &texels, &scan.mesh, Device::Gpu);
             let differ = moved.iter().zip(on_gpu).filter(|(a, b)| match (a, b) {
                 (Some(a), Some(b)) => a.distance(*b) > 1e-4,
@@ -97,14 +97,6 @@ fn displaced_rims_of_a_can_coincide() {
             });
             assert_eq!(differ.count(), 0);
         }
-    }
-}
-
-fn gpu_present() -> bool {
-    match Gpu::open(true) {
-        Ok(_) => true,
-        Err(GpuError::NoAdapter) if std::env::var_os("GMLC_REQUIRE_GPU").is_none() => false,
-        Err(error) => panic!("{error}"),
     }
 }
 

@@ -12,6 +12,13 @@ pub(super) struct Row {
     pub(super) value: f64,
 }
 
+impl Row {
+    /// What is left of the value; unknowns that are not given are zero.
+    pub(super) fn error(&self, unknowns: &[f64]) -> f64 {
+        self.value - self.factors.iter().zip(unknowns).map(|(f, x)| f * x).sum::<f64>()
+    }
+}
+
 /// Steps after which the best so far is taken: by far more than are ever needed, but rounding must not go on for ever.
 const STEPS: usize = 500;
 
@@ -57,9 +64,11 @@ pub(super) fn solve(rows: &[Row], count: usize) -> [f64; MOST] {
         let Some(prices) = matrix.transpose().lu().solve(&costs) else { break };
         unknowns = std::array::from_fn(|k| if k < count { prices[k] * scale[k] } else { 0.0 });
         // The row whose error exceeds that of the basis most.
-        let error = |row: &Row| row.value - row.factors.iter().zip(&unknowns).map(|(f, x)| f * x).sum::<f64>();
-        let worst =
-            rows.iter().map(error).enumerate().fold((0, 0.0f64), |w, e| if e.1.abs() > w.1.abs() { e } else { w });
+        let worst = rows
+            .iter()
+            .map(|row| row.error(&unknowns))
+            .enumerate()
+            .fold((0, 0.0f64), |w, e| if e.1.abs() > w.1.abs() { e } else { w });
         if worst.1.abs() <= prices[count] + 1e-12 * size {
             break;
         }

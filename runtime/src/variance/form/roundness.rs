@@ -2,7 +2,7 @@
 
 use super::chebyshev::{self, Row};
 use super::{FEWEST, Roundness};
-use crate::robust::{MAD_TO_SD, median};
+use crate::robust::{MAD_TO_SD, median, median_and_deviation};
 use crate::variance::Deviations;
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -62,9 +62,8 @@ pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DV
 /// Deviations that are not outlying within the part.
 fn usual(deviations: &Deviations, members: &[usize]) -> Option<std::ops::RangeInclusive<f64>> {
     let mut distances: Vec<f64> = members.iter().map(|i| f64::from(deviations.signed(*i))).collect();
-    let middle = median(&mut distances)?;
-    distances.iter_mut().for_each(|d| *d = (*d - middle).abs());
-    let reach = OUTLYING_IN_PART * MAD_TO_SD * median(&mut distances)?;
+    let (middle, spread) = median_and_deviation(&mut distances)?;
+    let reach = OUTLYING_IN_PART * MAD_TO_SD * spread;
     Some(middle - reach..=middle + reach)
 }
 
@@ -87,9 +86,9 @@ fn rings(section: &[Polar]) -> Option<[f64; 2]> {
     let mut kept = all.clone();
     for _ in 0..3 {
         let circle = least_squares(&kept)?;
-        let mut errors: Vec<f64> = all.iter().map(|r| error(r, &circle).abs()).collect();
+        let mut errors: Vec<f64> = all.iter().map(|r| r.error(&circle).abs()).collect();
         let limit = OUTLYING * MAD_TO_SD * median(&mut errors)?;
-        kept = all.iter().filter(|r| error(r, &circle).abs() <= limit).copied().collect();
+        kept = all.iter().filter(|r| r.error(&circle).abs() <= limit).copied().collect();
         // Where half of a section is something else there is no saying what is round.
         if 2 * kept.len() < all.len() {
             return None;
@@ -112,12 +111,8 @@ fn least_squares(rows: &[Row]) -> Option<[f64; 3]> {
     found.is_finite().then(|| found.to_array())
 }
 
-fn error(row: &Row, circle: &[f64; 3]) -> f64 {
-    row.value - (0..3).map(|k| row.factors[k] * circle[k]).sum::<f64>()
-}
-
 fn width(rows: &[Row], circle: &[f64; 3]) -> f64 {
-    let errors = rows.iter().map(|r| error(r, circle));
+    let errors = rows.iter().map(|r| r.error(circle));
     let (low, high) = errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(e), h.max(e)));
     high - low
 }

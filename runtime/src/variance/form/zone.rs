@@ -4,7 +4,7 @@ use super::Zone;
 use super::chebyshev::{self, MOST, Row};
 use super::datum::Datum;
 use super::shape::Shape;
-use crate::robust::{MAD_TO_SD, median};
+use crate::robust::{MAD_TO_SD, median_and_deviation};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -62,9 +62,8 @@ fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
 fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
     let (step, placed) = (points.len().div_ceil(FITTED).max(1), datum.placed());
     let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| placed.height(*p)).collect();
-    let middle = median(&mut sample)?;
-    sample.iter_mut().for_each(|x| *x = (*x - middle).abs());
-    let limit = OUTLYING * MAD_TO_SD * median(&mut sample)?;
+    let (middle, spread) = median_and_deviation(&mut sample)?;
+    let limit = OUTLYING * MAD_TO_SD * spread;
     let kept = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
     let kept: Vec<DVec3> = points.par_iter().filter(kept).copied().collect();
     // Where most points are in place to rounding, the rest is form and not noise.

@@ -167,7 +167,7 @@ fn rough_scene(count: usize) -> (Vec<(DVec3, DVec3)>, TriangleMesh) {
 }
 
 /// Says so where there is no Vulkan device at all, and fails if the environment insists on one.
-fn gpu() -> Option<Gpu> {
+pub(in crate::variance) fn gpu() -> Option<Gpu> {
     match Gpu::open(true) {
         Ok(gpu) => Some(gpu),
         Err(GpuError::NoAdapter) if std::env::var_os("GMLC_REQUIRE_GPU").is_none_or(|v| v != "1") => {
