@@ -14,6 +14,7 @@ mod blocks;
 mod bootstrap;
 mod bounds;
 mod compare;
+mod coverage;
 mod descent;
 mod distance;
 mod facets;
@@ -59,7 +60,7 @@ pub use options::{FitError, FitOptions};
 pub use pose::pose_parameters;
 pub use regression::{Observation, Regression, regress};
 pub use result::{
-    Bootstrap, Covariance, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
+    Bootstrap, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
 };
 pub use schedule::fit;
 pub use trace::TracePoint;

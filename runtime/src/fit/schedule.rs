@@ -75,6 +75,10 @@ pub fn fit(
         last = setting.written_back(last, &rigid, &fixed, &mut iterations, &mut warnings);
     }
     clock.lap("finish");
+    if options.coverage && !setting.progress.cancelled() {
+        last = setting.cover(last, scan, &mut iterations, &mut warnings);
+        clock.lap("coverage");
+    }
     let tests = hypothesis::test(&setting, &last, options, &fixed, &mut warnings);
     let uncertainty = setting.uncertainty(&last);
     clock.lap("uncertainty");

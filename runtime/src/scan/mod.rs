@@ -21,6 +21,7 @@ mod tests;
 mod unit;
 
 pub use error::{ScanError, ScanFault};
+pub(crate) use neighbours::Neighbours;
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::TriangleMesh;
