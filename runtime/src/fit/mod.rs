@@ -4,7 +4,7 @@
 //! - `points` thins the scan evenly; `layout` divides the model into facets, `facets` and `tree` find the nearest one within the
 //!   cut-off, `distance` the exact foot point; `memory` knows which points need no search; `objective` sums psi and its derivatives
 //!   (`sums`, `rows`).
-//! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`). `pose` finds the
+//! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`), and `figure` where its parts are, whatever their symmetry. `pose` finds the
 //!   script's own pose parameters and writes the motion back into them.
 //! - `lbfgs` and `gauss_newton` minimise; `schedule` is the whole: `frame` says how the pose is treated, `screening` finds where to
 //!   begin, `descent` goes from coarse to fine. `setting` is what stays the same meanwhile.
@@ -19,6 +19,7 @@ mod descent;
 mod distance;
 mod facets;
 mod field;
+mod figure;
 mod frame;
 mod function;
 mod gauss_newton;
