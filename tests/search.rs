@@ -9,7 +9,7 @@ use tempfile::tempdir;
 
 /// Scans an example with an input, searches the input, and returns fit.json and what was printed.
 fn searched(folder: &Path, name: &str, scan: &[&str], search: &str) -> (Value, String) {
-    let script = example(&format!("{name}/{name}.gml"));
+    let script = example(name);
     let mut args = vec!["scan", &script, "-o", "scan.ply"];
     args.extend(scan);
     gmlc(folder, &args);
@@ -21,7 +21,7 @@ fn searched(folder: &Path, name: &str, scan: &[&str], search: &str) -> (Value, S
 fn bolts_of_a_flange_are_counted() {
     let folder = tempdir().expect("a folder");
     let scan = ["--input", "bolts=5", "-p", "rim=86mm", "--spacing", "4mm", "--noise", "0.2mm"];
-    let (fit, text) = searched(folder.path(), "flange", &scan, "bolts=5..6");
+    let (fit, text) = searched(folder.path(), "flange/flange.gml", &scan, "bolts=5..6");
     let candidates = fit["search"]["candidates"].as_array().expect("candidates");
     assert_eq!(candidates[0]["inputs"]["bolts"], 5, "{text}");
     assert!(candidates.len() == 2 && fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
@@ -34,9 +34,20 @@ fn bolts_of_a_flange_are_counted() {
 fn flutes_of_a_column_are_counted() {
     let folder = tempdir().expect("a folder");
     let scan = ["--input", "flutes=16", "--spacing", "45mm", "--noise", "1mm"];
-    let (fit, text) = searched(folder.path(), "column", &scan, "flutes=16..17");
+    let (fit, text) = searched(folder.path(), "column/column.gml", &scan, "flutes=16..17");
     assert_eq!(fit["search"]["candidates"][0]["inputs"]["flutes"], 16, "{text}");
     assert!(fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
+}
+
+#[test]
+fn sides_of_a_polygonal_cup_are_counted() {
+    let folder = tempdir().expect("a folder");
+    let scan = ["--input", "sides=7", "--spacing", "3mm", "--noise", "0.2mm"];
+    let (fit, text) = searched(folder.path(), "cup/octagonal_cup.gml", &scan, "sides=7..8");
+    assert_eq!(fit["search"]["candidates"][0]["inputs"]["sides"], 7, "{text}");
+    assert!(fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
+    // The corners stand out by 0.75 mm, as far as four standard deviations of the noise.
+    assert!((support::parameter(&fit, "wave") - 0.75).abs() < 0.05, "{text}");
 }
 
 #[test]

@@ -1,9 +1,11 @@
 use std.curve (bezier)
-use std.surface (revolve, tube, flip)
+use std.surface (tube, flip)
 use std.frame (place, euler)
 
 /// The 'real' cup: cup.gml's with an octagonal footprint, for the virtual scanner.
 model octagonal_cup {
+  /// How many sides the footprint has.
+  input sides: int in 3..16 = 8
   /// Base point.
   param x: length = 0mm; param y: length = 0mm; param z: length = 0mm
   /// Orientation: rotation by alpha about x, then beta about y, then gamma about z.
@@ -14,7 +16,7 @@ model octagonal_cup {
   param r: length in 15mm..80mm = 40mm
   /// Height.
   param h: length in 30mm..200mm = 90mm
-  /// How far the octagon's corners stand out at the rim, and its sides back.
+  /// How far the footprint's corners stand out at the rim, and its sides back.
   param wave: length in 0mm..5mm = 0.75mm
   /// Handle: control points in the half plane (radius / r, height / h).
   param h1: real in 0.3..1 = 0.98
@@ -26,18 +28,18 @@ model octagonal_cup {
   fn inner(t: real) -> real = 1/25 + (t + 1/10) ^ (2 + shape)
   let rim = (24/25) ^ (1 / (2 + shape)) - 1/10
 
-  /// A profile turned about z, with eight corners that stand out the more the wider it is.
-  fn octagon(profile) = |u, v| {
+  /// A profile turned about z, with corners that stand out the more the wider it is.
+  fn polygon(profile) = |u, v| {
     let p = profile(v)
     let a = u * 1turn
-    let radius = p.x * (1 + wave / r * cos(8 * a))
+    let radius = p.x * (1 + wave / r * cos(sides * a))
     (radius * cos(a), radius * sin(a), p.y)
   }
 
   let pose = place((x, y, z), euler(alpha, beta, gamma))
-  part outside = pose(octagon(|t| (r * t, h * outer(t))))
-  part inside = pose(flip(octagon(|t| (r * rim * t, h * inner(rim * t)))))
-  part lip = pose(octagon(|t| (r * mix(1, rim, t), h)))
+  part outside = pose(polygon(|t| (r * t, h * outer(t))))
+  part inside = pose(flip(polygon(|t| (r * rim * t, h * inner(rim * t)))))
+  part lip = pose(polygon(|t| (r * mix(1, rim, t), h)))
   part handle = pose(tube(bezier([
     (r * h1, 0mm, h * outer(h1)),
     (r * h2a, 0mm, h * h2b),
