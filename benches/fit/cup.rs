@@ -28,8 +28,8 @@ use std::time::Instant;
 /// The cup's pose: x, y, z, alpha, beta, gamma.
 const POSE: usize = 6;
 
-/// Prints the tables.
-pub(crate) fn run(data: &str, starts: usize, first: usize) {
+/// Prints the tables: of the kinds of starts that are wanted, or of all.
+pub(crate) fn run(data: &str, starts: usize, first: usize, wanted: &[String]) {
     let program = program("examples/cup/cup.gml", BTreeMap::new());
     let path = format!("{data}/cup/cup_scan.ply");
     let scan = scan::read(Path::new(&path), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
@@ -37,6 +37,9 @@ pub(crate) fn run(data: &str, starts: usize, first: usize) {
     println!("best known: objective {:.6}, sigma {:.3} mm, {:.2} s", best.objective, best.sigma, seconds(&best));
     evaluation(&program, &scan, &best);
     for kind in [Kind::Near, Kind::Nothing, Kind::Defaults] {
+        if !wanted.is_empty() && !wanted.contains(&kind.name()) {
+            continue;
+        }
         let ours = table(&program, &scan, &best, kind, first..first + starts);
         if kind == Kind::Near {
             peer(&program, &path, &best, first..first + starts, ours);
@@ -81,6 +84,12 @@ enum Kind {
     Near,
     Nothing,
     Defaults,
+}
+
+impl Kind {
+    fn name(self) -> String {
+        format!("{self:?}").to_lowercase()
+    }
 }
 
 /// The least time of some evaluations of the objective and its gradient.
@@ -138,7 +147,7 @@ fn table(program: &Program, scan: &Scan, best: &FitResult, kind: Kind, starts: s
     let middle = median(&mut wall);
     println!(
         "{:9} {found:3} of {count:3}   median {middle:.2} s   processor {:.2} s   most {:.2} s",
-        format!("{kind:?}").to_lowercase(),
+        kind.name(),
         median(&mut busy),
         wall.iter().fold(0.0f64, |a, b| a.max(*b)),
     );

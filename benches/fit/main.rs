@@ -1,7 +1,8 @@
 //! How often and how fast fits succeed, and whether what they say of themselves is true.
 //! `GMLC_TEST_DATA=... cargo bench --bench fit -- [WHAT [COUNT [FIRST]]]`, where WHAT is one of
 //!
-//! - `success` (also without any word): the cup from COUNT random starts of three kinds (see `cup`), with the time of one objective;
+//! - `success` (also without any word): the cup from COUNT random starts of three kinds (see `cup`; `near`, `nothing` or `defaults`
+//!   behind the counts chooses some), with the time of one objective;
 //! - `examples [SEEDS [NAME]]`: every example, or one, against virtual scans of it (needs no data);
 //! - `scans`: the four real scans of the data;
 //! - `coverage [SCANS]`: how often the 95 % intervals of the cup's parameters hold the truth, for white noise and for noise whose
@@ -24,9 +25,13 @@ fn main() {
     let numbers: Vec<usize> = words.iter().filter_map(|w| w.parse().ok()).collect();
     let count = |default: usize| numbers.first().copied().unwrap_or(default);
     let data = std::env::var("GMLC_TEST_DATA");
-    match words.iter().find(|w| w.parse::<usize>().is_err()).map(String::as_str) {
+    let names: Vec<String> = words.iter().filter(|w| w.parse::<usize>().is_err()).cloned().collect();
+    match names.first().map(String::as_str) {
         None | Some("success") => match data {
-            Ok(data) => cup::run(&data, count(20), numbers.get(1).copied().unwrap_or(0)),
+            Ok(data) => {
+                let first = numbers.get(1).copied().unwrap_or(0);
+                cup::run(&data, count(20), first, names.get(1..).unwrap_or_default());
+            }
             Err(_) => println!("skipped: GMLC_TEST_DATA is not set"),
         },
         Some("scans") => match data {

@@ -10,6 +10,7 @@ use super::objective::{Evaluation, Objective, Order};
 use super::options::FitOptions;
 use super::points::Points;
 use super::pose::{self, RigidParameters};
+use super::restart::{Known, Scope, restart};
 use super::screening::Candidate;
 use super::setting::{MIDDLE, Setting};
 use super::space::{Estimate, Space};
@@ -37,6 +38,7 @@ impl Setting<'_> {
     pub(crate) fn descend(
         &mut self,
         begin: Candidate,
+        known: Known,
         noise: f64,
         options: &FitOptions,
         again: bool,
@@ -54,25 +56,25 @@ impl Setting<'_> {
         let few = self.thin.sample(FEW);
         let given = options.sigma.map(|sigma| Loss { kind: options.loss, sigma });
         let mut loss = given.unwrap_or(Loss::welsch(0.05 * self.radius));
-        for _ in 0..6 {
-            let objective = Objective {
-                signs: Some(&signs),
-                memory: Some(Arc::new(Memory::new(few.len(), REACH * loss.sigma))),
-                log: Some(self.log("refine")),
-                ..self.objective(&self.space, &few, loss)
-            };
-            let stop = Stop { iterations: 12, step: 1e-3 * loss.sigma };
-            if let Some(minimum) = minimise(&objective, at.clone(), stop) {
-                *iterations += minimum.iterations;
-                at = minimum.estimate;
-                signs = self.facing(&minimum.evaluation, &signs);
-            }
-            let next = given.unwrap_or_else(|| self.scale(&at, &few, loss, &signs, noise));
-            let settled = next.sigma > 0.9 * loss.sigma;
-            loss = next;
-            if settled {
+        for look in 0..2 {
+            self.sharpen(
+                &few,
+                &mut at,
+                &mut signs,
+                &mut loss,
+                |at, loss, signs| given.unwrap_or_else(|| self.scale(at, &few, loss, signs, noise)),
+                iterations,
+            );
+            if look == 1 {
                 break;
             }
+            // With so sharp an eye, what passed for right before may be wrong.
+            let found = Candidate { estimate: at.clone(), signs: signs.clone(), value: f64::INFINITY, inliers: 0.0 };
+            let found = restart(self, known, &few, loss.sigma / self.radius, Scope::Doubtful, found);
+            if found.value.is_infinite() {
+                break;
+            }
+            (at, signs) = (found.estimate, found.signs);
         }
         let loss = given.unwrap_or_else(|| self.scale(&at, &self.thin, loss, &signs, noise));
         let half = loss.half();
@@ -85,6 +87,38 @@ impl Setting<'_> {
             return near;
         }
         self.polish(self.points, near.estimate, last, near.signs, iterations)
+    }
+
+    /// Follows the scale of psi down to the one that the residuals suggest, which `scale` says.
+    fn sharpen(
+        &self,
+        points: &Points,
+        at: &mut Estimate,
+        signs: &mut Vec<i8>,
+        loss: &mut Loss,
+        scale: impl Fn(&Estimate, Loss, &[i8]) -> Loss,
+        iterations: &mut u32,
+    ) {
+        for _ in 0..6 {
+            let objective = Objective {
+                signs: Some(signs),
+                memory: Some(Arc::new(Memory::new(points.len(), REACH * loss.sigma))),
+                log: Some(self.log("refine")),
+                ..self.objective(&self.space, points, *loss)
+            };
+            let stop = Stop { iterations: 12, step: 1e-3 * loss.sigma };
+            if let Some(minimum) = minimise(&objective, at.clone(), stop) {
+                *iterations += minimum.iterations;
+                *at = minimum.estimate;
+                *signs = self.facing(&minimum.evaluation, signs);
+            }
+            let next = scale(at, *loss, signs);
+            let settled = next.sigma > 0.9 * loss.sigma;
+            *loss = next;
+            if settled {
+                break;
+            }
+        }
     }
 
     /// The scale that the residuals suggest: psi(d + eps) = 1/2 ([VA] sect. 3) where d + eps is three robust standard

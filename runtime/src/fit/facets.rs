@@ -56,7 +56,7 @@ impl Facets<'_> {
         if (hint as usize) < self.layout.quads.len() {
             limit = self.try_quad(q, hint, facing, limit, &mut best);
         }
-        self.tree.visit(q, limit, |quad, limit| {
+        self.tree.visit(q, limit, |quad, _, limit| {
             if quad as u32 == hint { limit } else { self.try_quad(q, quad as u32, facing, limit, &mut best) }
         });
         best.map(|best| self.on(&best))
@@ -65,7 +65,7 @@ impl Facets<'_> {
     /// As `nearest`, of all patches but one.
     pub(crate) fn nearest_but(&self, q: DVec3, cutoff: f64, facing: Option<Facing>, patch: u32) -> Option<Nearest> {
         let mut best: Option<Best> = None;
-        self.tree.visit(q, cutoff * cutoff, |quad, limit| {
+        self.tree.visit(q, cutoff * cutoff, |quad, _, limit| {
             let own = self.layout.quads[quad].patch == patch;
             if own { limit } else { self.try_quad(q, quad as u32, facing, limit, &mut best) }
         });
@@ -86,9 +86,9 @@ impl Facets<'_> {
         let mut least = f64::INFINITY;
         let mut seen = [(0_u32, 0.0_f64); SEEN];
         let mut count = 0;
-        let mut look = |quad: u32, limit: f64| {
+        let mut look = |quad: u32, lower: f64, limit: f64| {
             let before = least;
-            let any = self.look(q, quad, facing, limit, &mut least, &mut best);
+            let any = self.look(q, quad, facing, (lower, limit), &mut least, &mut best);
             if any <= limit {
                 if let Some(slot) = seen.get_mut(count) {
                     *slot = (quad, any);
@@ -99,9 +99,15 @@ impl Facets<'_> {
         };
         let mut limit = (cutoff + reach).powi(2);
         if (hint as usize) < self.layout.quads.len() {
-            limit = look(hint, limit);
+            limit = look(hint, 0.0, limit);
         }
-        self.tree.visit(q, limit, |quad, limit| if quad as u32 == hint { limit } else { look(quad as u32, limit) });
+        self.tree.visit(
+            q,
+            limit,
+            |quad, lower, limit| {
+                if quad as u32 == hint { limit } else { look(quad as u32, lower, limit) }
+            },
+        );
         let seen = if count > SEEN { None } else { Some(&seen[..count]) };
         let Some(best) = best.filter(|_| least < cutoff * cutoff) else {
             let nearest = seen.map(|seen| seen.iter().map(|s| s.1).fold(f64::INFINITY, f64::min).sqrt());
@@ -120,13 +126,14 @@ impl Facets<'_> {
     }
 
     /// Puts a facet into `best` if it is nearer than `least` (squared); returns its squared distance whichever way it looks,
-    /// unless that is clearly the wrong one or beyond `limit`.
+    /// unless that is clearly the wrong one or beyond `limit`. That is `lower`, which it is not below, where the facet is not the
+    /// nearest one.
     fn look(
         &self,
         q: DVec3,
         quad: u32,
         facing: Option<Facing>,
-        limit: f64,
+        (lower, limit): (f64, f64),
         least: &mut f64,
         best: &mut Option<Best>,
     ) -> f64 {
@@ -135,6 +142,12 @@ impl Facets<'_> {
         let mut any = f64::INFINITY;
         for corners in [[0, 1, 2], [0, 2, 3]] {
             let [a, b, c] = corners.map(|k: usize| corner[k]);
+            if lower >= *least {
+                if facing.is_none_or(|f| f.cosine(patch, a, b, c) >= -ACROSS) {
+                    any = any.min(lower);
+                }
+                continue;
+            }
             let (weights, d2) = triangle_closest(q, a, b, c);
             // Which way it looks matters only where it is near.
             if d2 > limit.min(any) && d2 >= *least {
@@ -194,7 +207,7 @@ impl Facets<'_> {
     /// The distance from `q` to the nearest facet, which is below `limit`; `limit` if there is none.
     pub(crate) fn distance(&self, q: DVec3, limit: f64) -> f64 {
         let mut best = limit * limit;
-        self.tree.visit(q, best, |quad, limit| {
+        self.tree.visit(q, best, |quad, _, limit| {
             let c = self.layout.quads[quad].vertices.map(|v| DVec3::from_array(self.positions[v as usize]));
             let (_, first) = triangle_closest(q, c[0], c[1], c[2]);
             let (_, second) = triangle_closest(q, c[0], c[2], c[3]);

@@ -125,7 +125,8 @@ impl Layout {
     }
 
     pub(super) fn refit(&self, tree: &mut Tree, positions: &[[f64; 3]]) {
-        tree.refit(bounds(positions), |quad| self.quads[quad].vertices.map(|v| positions[v as usize]));
+        let corners = |quad: usize| self.quads[quad].vertices.map(|v| DVec3::from_array(positions[v as usize]));
+        tree.refit(bounds(positions), self.quads.len(), corners);
     }
 
     /// Whether two facets are the same or share a corner, within one patch.

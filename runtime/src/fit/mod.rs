@@ -1,7 +1,7 @@
 //! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) ([VA] eq. 1 and 2).
 //!
 //! - [`FitOptions`], [`FitError`], [`FitResult`]: what goes in and what comes out of [`fit()`].
-//! - `points` thins the scan evenly; `layout` divides the model into facets, `facets` and `tree` find the nearest one within the
+//! - `points` thins the scan evenly; `layout` divides the model into facets, `facets`, `tree` and `block` find the nearest one within the
 //!   cut-off, `distance` the exact foot point; `memory` knows which points need no search; `objective` sums psi and its derivatives
 //!   (`sums`, `rows`).
 //! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`), and `figure` where its parts are, whatever their symmetry. `pose` finds the
@@ -10,6 +10,7 @@
 //!   begin, `descent` goes from coarse to fine. `setting` is what stays the same meanwhile.
 //! - `uncertainty` says how well the result is known, with `blocks` of dependent residuals and `kinks` between patches.
 
+mod block;
 mod blocks;
 mod bootstrap;
 mod bounds;
@@ -23,6 +24,7 @@ mod figure;
 mod frame;
 mod function;
 mod gauss_newton;
+mod group;
 mod hypothesis;
 mod kinks;
 mod layout;

@@ -2,6 +2,7 @@
 //! stuck in a wrong valley, or while the model is turned about the rest's axis of symmetry.
 
 use super::gauss_newton::{self, Stop};
+use super::group::{Axis, Group, groups, is_settled, unexplained};
 use super::layout::Layout;
 use super::loss::Loss;
 use super::objective::{Objective, Order};
@@ -11,9 +12,6 @@ use super::relabel::relabelled;
 use super::screening::Candidate;
 use super::setting::Setting;
 use super::space::{Estimate, Space};
-use glam::DVec3;
-use gml_compiler::program::Part;
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use rayon::prelude::*;
 
 /// Values of a group's parameters that are tried, beside the present ones and the start's: so many a parameter, and at most.
@@ -32,50 +30,26 @@ const KNOWN: usize = 3;
 const SETTLED: (usize, usize) = (4, 20);
 /// Rounds over all groups, at most.
 const ROUNDS: usize = 3;
-/// Points of a group whose mean psi is less than this times that of the others need no other values.
-const SETTLED_BELOW: f64 = 1.1;
 /// Those that are then optimised with everything else: so many at most.
 const PURSUED: usize = 4;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
 
-/// A rotation as shift and turn a radian.
-type Axis = (DVec3, DVec3);
-
-/// Parameters that shape the same patches, and not all of them.
-struct Group {
-    /// Positions in the space's list of free parameters.
-    members: Vec<usize>,
-    patches: Vec<bool>,
-}
-
-impl Group {
-    /// So many for each of the group's parameters, but not more than the most.
-    fn of(&self, (each, most): (usize, usize)) -> usize {
-        (each * self.members.len()).min(most)
-    }
-
-    /// Signs of which those of the group's patches are not known.
-    fn unsigned(&self, signs: &[i8]) -> Vec<i8> {
-        signs.iter().zip(&self.patches).map(|(sign, own)| if *own { 0 } else { *sign }).collect()
-    }
-}
-
 /// Tries other values of every group of local parameters; returns the candidate, or a better one. Among equally good ones (a
 /// curve run backwards is the same curve) it takes the one nearest to `home`.
 pub(crate) fn restart(
     setting: &Setting,
-    start: &Estimate,
-    home: &Estimate,
+    known: Known,
     points: &Points,
     scale: f64,
+    scope: Scope,
     candidate: Candidate,
 ) -> Candidate {
     let mut best = candidate;
     for round in 0..ROUNDS {
         let mut again = false;
         for group in groups(setting) {
-            let Some(Retried { better, settled }) = retry(setting, [start, home], points, scale, &group, &best, round)
+            let Some(Retried { better, settled }) = retry(setting, known, points, scale, scope, &group, &best, round)
             else {
                 continue;
             };
@@ -94,6 +68,24 @@ pub(crate) fn restart(
     best
 }
 
+/// Values that parameters may well have.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'s> {
+    /// The user's.
+    pub(crate) start: &'s Estimate,
+    /// Those that decide between two names for the same surface.
+    pub(crate) home: &'s Estimate,
+}
+
+/// Which groups are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Scope {
+    /// All of them: even where nothing is wrong, another name for the same surface may be nearer to home.
+    All,
+    /// Those whose own points fit worse than the others, or of which a parameter is at a bound.
+    Doubtful,
+}
+
 /// What came of other values for a group.
 struct Retried {
     better: Option<Candidate>,
@@ -101,28 +93,12 @@ struct Retried {
     settled: bool,
 }
 
-fn groups(setting: &Setting) -> Vec<Group> {
-    let parts = setting.model.parts();
-    let mut groups: Vec<Group> = Vec::new();
-    for (k, i) in setting.space.free.iter().enumerate() {
-        let shapes = |p: &Part| setting.space.followers(*i).any(|i| p.active.contains(&(i as u32)));
-        let patches: Vec<bool> = parts.iter().map(shapes).collect();
-        if patches.iter().all(|p| *p) || !patches.contains(&true) {
-            continue;
-        }
-        match groups.iter_mut().find(|g| g.patches == patches) {
-            Some(group) => group.members.push(k),
-            None => groups.push(Group { members: vec![k], patches }),
-        }
-    }
-    groups
-}
-
 fn retry(
     setting: &Setting,
-    [start, home]: [&Estimate; 2],
+    known: Known,
     points: &Points,
     scale: f64,
+    scope: Scope,
     group: &Group,
     from: &Candidate,
     round: usize,
@@ -135,19 +111,23 @@ fn retry(
     if rest.len() < 8 {
         return None;
     }
+    // At a bound a parameter is more often stuck than right.
+    let at_bound = setting.space.at_bound(&from.estimate);
+    let stuck = group.members.iter().any(|k| at_bound[*k]);
+    let doubtful = stuck || !is_settled(&objective, &from.estimate, &explained)?;
+    if scope == Scope::Doubtful && !doubtful {
+        return None;
+    }
     let rest = rest.sample(200);
     // A small part has hardly a point among few: its own are counted beside them, and where few values are tried, more.
     let few = setting.thin.every(if group.members.len() <= FEW_MEMBERS { MANY } else { PURSUING }).and(&rest);
     // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
-    // At a bound a parameter is more often stuck than right.
-    let at_bound = setting.space.at_bound(&from.estimate);
-    let stuck = group.members.iter().any(|k| at_bound[*k]);
-    let mut pursued = if !stuck && is_settled(&objective, &from.estimate, &explained)? {
+    let mut pursued = if !doubtful {
         vec![from.clone()]
     } else {
-        let ranked = local.rank(variants(setting, [start, home], group, from, round), axis);
+        let ranked = local.rank(variants(setting, known, group, from, round), axis);
         let few_members = group.members.len() <= FEW_MEMBERS;
         let chosen = if few_members {
             // What the other parts explain may hide all points of a small one: its known values are tried on everything.
@@ -165,7 +145,7 @@ fn retry(
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     if let Some(best) = pursued.first() {
         let alone = local.objective(&setting.space, scale);
-        let same = relabelled(&alone, &best.estimate, &group.members, home, setting.radius);
+        let same = relabelled(&alone, &best.estimate, &group.members, known.home, setting.radius);
         let signs = group.unsigned(&best.signs);
         let with = |estimate| Candidate { estimate, signs: signs.clone(), ..best.clone() };
         let same: Vec<Candidate> = same.into_iter().map(with).collect();
@@ -173,7 +153,7 @@ fn retry(
         pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
     let least = pursued.first()?.value;
-    let away = |c: &Candidate| setting.space.strangeness(&group.members, &c.estimate, home, setting.radius);
+    let away = |c: &Candidate| setting.space.strangeness(&group.members, &c.estimate, known.home, setting.radius);
     let best =
         pursued.into_iter().take_while(|c| c.value <= least * 1.002).min_by(|a, b| away(a).total_cmp(&away(b)))?;
     let present = Objective { signs: objective.signs, ..setting.objective(&setting.space, &few, fine) };
@@ -302,7 +282,7 @@ fn pursue(setting: &Setting, points: &Points, scale: f64, candidate: Candidate) 
 }
 
 /// The present values, those that are known, and values spread over the bounds.
-fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Candidate, round: usize) -> Vec<Estimate> {
+fn variants(setting: &Setting, known: Known, group: &Group, from: &Candidate, round: usize) -> Vec<Estimate> {
     let with = |values: &dyn Fn(usize) -> f64| {
         let mut estimate = from.estimate.clone();
         for (n, k) in group.members.iter().enumerate() {
@@ -311,9 +291,9 @@ fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Cand
         estimate
     };
     let ranges: Vec<(f64, f64)> =
-        group.members.iter().map(|k| setting.space.search_range(*k, known[0].z[*k], setting.radius)).collect();
+        group.members.iter().map(|k| setting.space.search_range(*k, known.start.z[*k], setting.radius)).collect();
     let mut variants = vec![from.estimate.clone()];
-    variants.extend(known.map(|known| with(&|n| known.z[group.members[n]])));
+    variants.extend([known.start, known.home].map(|known| with(&|n| known.z[group.members[n]])));
     let count = group.of(VARIANTS);
     let first = 1 + round * count;
     variants.extend((first..first + count).map(|i| {
@@ -325,58 +305,9 @@ fn variants(setting: &Setting, known: [&Estimate; 2], group: &Group, from: &Cand
     // Where the start is near, what resembles it is more likely than the rest.
     variants.extend((first..first + count / 2).map(|i| {
         with(&|n| {
-            let ((low, high), middle) = (ranges[n], known[0].z[group.members[n]]);
+            let ((low, high), middle) = (ranges[n], known.start.z[group.members[n]]);
             (middle + 0.4 * (high - low) * (halton(i, n) - 0.5)).min(high).max(low)
         })
     }));
     variants
-}
-
-/// Whether the points that only the group can explain fit nearly as well as the others.
-fn is_settled(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<bool> {
-    let placed = objective.place(at).ok()?;
-    let mut psi = vec![1.0; explained.len()];
-    for (i, foot) in objective.feet(&placed, &at.motion) {
-        psi[i] = objective.loss.psi(foot.d2);
-    }
-    let mean = |side: bool| {
-        let chosen = psi.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
-        let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
-        sum / f64::max(count, 1.0)
-    };
-    Some(mean(false) < SETTLED_BELOW * mean(true))
-}
-
-/// Which points patches outside the group explain, and the rotation (shift and turn a radian) that leaves those
-/// patches' surface where it is, if there is one.
-fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
-    let mut placed = objective.place(at).ok()?;
-    placed.facets.remove(|patch| group.patches[patch]);
-    let centre = objective.space.centre;
-    let radius = objective.space.radius;
-    let half2 = objective.loss.half().powi(2);
-    let mut explained = vec![false; objective.points.len()];
-    let (mut gram, mut count) = (Matrix6::zeros(), 0.0);
-    for (i, foot) in objective.feet(&placed, &at.motion) {
-        if foot.d2 < half2 {
-            explained[i] = true;
-            let n = foot.normal.normalize_or_zero();
-            let turn = (foot.point - centre).cross(n) / radius;
-            let row = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
-            gram += row * row.transpose();
-            count += 1.0;
-        }
-    }
-    if count < 20.0 {
-        return Some((explained, None));
-    }
-    let eigen = SymmetricEigen::new(gram / count);
-    let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < 1e-3).find_map(|k| {
-        let e = eigen.eigenvectors.column(k);
-        let turn = DVec3::new(e[3], e[4], e[5]) / radius;
-        let rate = turn.length();
-        // Mostly a translation (of a plane, along a cylinder) is no rotation.
-        (rate * radius > 0.3).then(|| (DVec3::new(e[0], e[1], e[2]) / rate, turn / rate))
-    });
-    Some((explained, axis))
 }

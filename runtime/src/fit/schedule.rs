@@ -8,6 +8,7 @@ use super::options::{FitError, FitOptions, Start};
 use super::points::Points;
 use super::pose;
 use super::report::{self, Outcome};
+use super::restart::Known;
 use super::result::FitResult;
 use super::screening::{self, Candidate};
 use super::setting::{MIDDLE, Setting};
@@ -67,10 +68,17 @@ pub fn fit(
     let near =
         options.no_pose || rigid.indices.iter().any(|i| options.start.contains_key(&model.parameters()[*i].name));
     let mut iterations = 0;
-    let begin = setting.begin(start, near, frame.moving && !options.no_pose);
+    let (begin, home) = setting.begin(&start, near, frame.moving && !options.no_pose);
     clock.lap("screen");
     progress.report("fitting", f64::NAN, "");
-    let mut last = setting.descend(begin, scan.noise, options, frame.write_back, &mut iterations);
+    let mut last = setting.descend(
+        begin,
+        Known { start: &start, home: &home },
+        scan.noise,
+        options,
+        frame.write_back,
+        &mut iterations,
+    );
     clock.lap("fit");
 
     let mut warnings = frame.warnings;
@@ -108,23 +116,30 @@ pub fn fit(
 }
 
 impl Setting<'_> {
-    /// Where the descent begins: what lies near the start, or the best of all orientations. Near starts that lead to nothing
-    /// convincing are given up where the pose may be searched.
-    fn begin(&self, start: Estimate, near: bool, searched: bool) -> Candidate {
-        let nearby = (near || !searched).then(|| screening::approach(self, &start));
+    /// Where the descent begins: what lies near the start, or the best of all orientations; with the estimate that is home to
+    /// it (see `Known`). Near starts that lead to nothing convincing are given up where the pose may be searched.
+    fn begin(&self, start: &Estimate, near: bool, searched: bool) -> (Candidate, Estimate) {
+        let nearby = (near || !searched).then(|| screening::approach(self, start));
         if let Some(found) = &nearby
             && (!searched || found.inliers > CONVINCING)
         {
-            return found.clone();
+            return (found.clone(), start.clone());
         }
         self.progress.report("screening orientations", f64::NAN, "");
-        let elsewhere = screening::screen(self, &start);
+        let defaults = self.defaults(start);
+        let elsewhere = screening::screen(self, start, &defaults);
         match (nearby, elsewhere) {
-            (Some(near), Some(far)) if far.value < CLEARLY * near.value => far,
-            (Some(near), _) => near,
-            (None, Some(far)) => far,
-            (None, None) => Candidate::new(self, start),
+            (Some(near), Some(far)) if far.value < CLEARLY * near.value => (far, defaults),
+            (Some(near), _) => (near, start.clone()),
+            (None, Some(far)) => (far, defaults),
+            (None, None) => (Candidate::new(self, start.clone()), start.clone()),
         }
+    }
+
+    /// The script's default shape where the start is.
+    fn defaults(&self, start: &Estimate) -> Estimate {
+        let defaults: Vec<f64> = self.model.parameters().iter().map(|p| p.default).collect();
+        self.space.estimate(&defaults, start.motion)
     }
 }
 

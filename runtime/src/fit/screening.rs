@@ -8,7 +8,7 @@ use super::motion::{Motion, random_rotation, rotations};
 use super::objective::{Objective, Order};
 use super::points::Points;
 use super::proposals;
-use super::restart::restart;
+use super::restart::{Known, Scope, restart};
 use super::setting::Setting;
 use super::space::Estimate;
 use rayon::prelude::*;
@@ -51,7 +51,7 @@ pub(crate) fn approach(setting: &Setting, start: &Estimate) -> Candidate {
     let found = advance(setting, vec![from.clone()], 500, &scales, false);
     let found = advance(setting, sides(setting, found), 1000, &[0.14, 0.1, FINE], true);
     let Some(found) = found.into_iter().next() else { return from };
-    let mut found = restart(setting, start, start, &points, FINE, found);
+    let mut found = restart(setting, Known { start, home: start }, &points, FINE, Scope::All, found);
     found.inliers = inliers(setting, &points, FINE, &found);
     found
 }
@@ -65,11 +65,9 @@ fn inliers(setting: &Setting, points: &Points, scale: f64, at: &Candidate) -> f6
 
 /// The best place to begin from: of all orientations, of the start's shape, the script's default shape and others that
 /// resemble the scan.
-pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
+pub(crate) fn screen(setting: &Setting, start: &Estimate, defaults: &Estimate) -> Option<Candidate> {
     let mut shapes = vec![start.clone()];
-    let defaults: Vec<f64> = setting.model.parameters().iter().map(|p| p.default).collect();
-    let defaults = setting.space.estimate(&defaults, start.motion);
-    if setting.space.apart(&defaults, start) > 0.05 * setting.radius {
+    if setting.space.apart(defaults, start) > 0.05 * setting.radius {
         shapes.push(defaults.clone());
     }
     shapes.extend(proposals::propose(setting, start, PROPOSALS));
@@ -85,9 +83,10 @@ pub(crate) fn screen(setting: &Setting, start: &Estimate) -> Option<Candidate> {
     let candidates = distinct(setting, candidates, 3);
     let candidates = advance(setting, candidates, 1500, &[FINE], true);
     let points = setting.thin.sample(1500);
+    let known = Known { start, home: defaults };
     let mut best: Vec<Candidate> = distinct(setting, candidates, 2)
         .into_iter()
-        .map(|candidate| restart(setting, start, &defaults, &points, FINE, candidate))
+        .map(|candidate| restart(setting, known, &points, FINE, Scope::All, candidate))
         .collect();
     best.sort_by(|a, b| a.value.total_cmp(&b.value));
     best.into_iter().next()

@@ -1,140 +1,183 @@
 //! A tree of boxes over facets, refitted as the model moves.
 
-use glam::{DVec3, Vec4};
+use super::block::{Block, Lanes, WIDTH};
+use glam::{DVec3, Vec3, Vec4};
 
-/// A binary tree of axis-aligned boxes; children stand behind their parent, so that one pass backwards refits all.
+/// A tree of axis-aligned boxes in fours, with blocks of four facets as leaves; children stand behind their parent, so that one
+/// pass backwards refits all.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
+    blocks: Vec<Block>,
     /// What the boxes' coordinates are relative to.
     origin: DVec3,
 }
 
-/// Boxes are in single precision, a little larger than what they hold, so that no rounding hides an item.
+/// The boxes of four children. They are in single precision, a little larger than what they hold, so that no rounding hides an item.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    low: Vec4,
-    high: Vec4,
-    /// First item of a leaf, else the left child; the right one follows it.
-    first: u32,
-    /// Items of a leaf; 0 in an inner node.
-    count: u32,
+    low: [Vec4; 3],
+    high: [Vec4; 3],
+    /// Nodes, blocks with `LEAF` added to their number, or `NONE`.
+    child: [u32; WIDTH],
 }
 
-const LEAF: usize = 1;
-/// Median splits halve the items, so 64 levels hold any count.
+const LEAF: u32 = 1 << 31;
+const NONE: u32 = u32::MAX;
+/// Every level leaves at most three boxes for later, and sixteen levels hold all the facets that there may be.
 const DEPTH: usize = 64;
 
+impl Node {
+    const EMPTY: Self = Self { low: [Vec4::INFINITY; 3], high: [Vec4::NEG_INFINITY; 3], child: [NONE; WIDTH] };
+
+    /// Of every child, the squared distance that `q` has from its box at least; infinite for an empty one.
+    fn distances(&self, q: Lanes) -> Vec4 {
+        let off = |k: usize, q: Vec4| (self.low[k] - q).max(q - self.high[k]).max(Vec4::ZERO);
+        let (x, y, z) = (off(0, q.x), off(1, q.y), off(2, q.z));
+        (x * x + y * y + z * z) * (1.0 - 1e-6)
+    }
+}
+
 impl Tree {
-    /// A tree over items at `centres`, and the order in which it wants the items: the i-th item of the tree is item
-    /// `order[i]`. Boxes are empty until `refit`.
+    /// A tree over facets with these centres, and the order in which it wants them: the i-th facet of the tree is facet
+    /// `order[i]`. There is nothing in it until `refit`.
     pub(crate) fn build(centres: &[DVec3]) -> (Self, Vec<u32>) {
         let mut order: Vec<u32> = (0..centres.len() as u32).collect();
-        let empty = Node { low: Vec4::INFINITY, high: Vec4::NEG_INFINITY, first: 0, count: centres.len() as u32 };
-        let mut nodes = vec![empty];
-        let mut next = 0;
-        while next < nodes.len() {
-            let Node { first, count, .. } = nodes[next];
-            if count as usize > LEAF {
-                let items = &mut order[first as usize..(first + count) as usize];
-                let half = split(items, centres) as u32;
-                let left = nodes.len() as u32;
-                nodes.push(Node { first, count: half, ..empty });
-                nodes.push(Node { first: first + half, count: count - half, ..empty });
-                nodes[next] = Node { first: left, count: 0, ..empty };
-            }
-            next += 1;
+        let mut tree = Self::default();
+        if !order.is_empty() {
+            tree.grow(&mut order, 0, centres);
         }
-        (Self { nodes, origin: DVec3::ZERO }, order)
+        (tree, order)
     }
 
-    /// Fits every box to the corners of its items; items with a corner that is not finite are left out. `bounds` holds all
-    /// corners.
-    pub(crate) fn refit(&mut self, (low, high): (DVec3, DVec3), corners: impl Fn(usize) -> [[f64; 3]; 4]) {
+    /// Adds a node over some facets, the first of which opens a block; returns the node's number.
+    fn grow(&mut self, items: &mut [u32], first: usize, centres: &[DVec3]) -> u32 {
+        let number = self.nodes.len();
+        self.nodes.push(Node::EMPTY);
+        let (left, right) = halve(items, centres);
+        let ((a, b), (c, d)) = (halve(left, centres), halve(right, centres));
+        let mut block = first;
+        for (k, part) in [a, b, c, d].into_iter().filter(|part| !part.is_empty()).enumerate() {
+            let child = if part.len() <= WIDTH { LEAF + block as u32 } else { self.grow(part, block, centres) };
+            self.nodes[number].child[k] = child;
+            block += part.len().div_ceil(WIDTH);
+        }
+        number as u32
+    }
+
+    /// Fits every box to the corners of its facets; facets with a corner that is not finite are left out. `bounds` holds all
+    /// corners, and `corners` has those of `count` facets.
+    pub(crate) fn refit(&mut self, (low, high): (DVec3, DVec3), count: usize, corners: impl Fn(usize) -> [DVec3; 4]) {
         let empty = !low.cmple(high).all();
         self.origin = if empty { DVec3::ZERO } else { 0.5 * (low + high) };
+        let size = if empty { 0.0 } else { (high - low).max_element() };
         // Rounding to single precision, of the box and of whoever asks, moves a coordinate by less than 1e-7 of its size.
-        let margin = if empty { 0.0 } else { (4e-7 * (high - low).max_element()) as f32 };
-        let margin = Vec4::new(margin, margin, margin, 0.0);
-        for i in (0..self.nodes.len()).rev() {
-            let Node { first, count, .. } = self.nodes[i];
-            let (mut low, mut high) = (Vec4::INFINITY, Vec4::NEG_INFINITY);
-            if count == 0 {
-                for child in &self.nodes[first as usize..first as usize + 2] {
-                    low = low.min(child.low);
-                    high = high.max(child.high);
-                }
-            } else {
-                for item in first..first + count {
-                    let corners = corners(item as usize).map(|c| self.local(DVec3::from_array(c)));
-                    if corners.iter().all(|c| c.is_finite()) {
-                        for c in corners {
-                            low = low.min(c - margin);
-                            high = high.max(c + margin);
-                        }
+        let margin = Vec3::splat((4e-7 * size) as f32);
+        self.blocks.clear();
+        let mut boxes = Vec::with_capacity(count.div_ceil(WIDTH));
+        for first in (0..count).step_by(WIDTH) {
+            let mut these = [[DVec3::NAN; 4]; WIDTH];
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            for (i, these) in (first..count).zip(&mut these) {
+                *these = corners(i);
+                if these.iter().all(|c| c.is_finite()) {
+                    for c in these.map(|c| self.local(c)) {
+                        (low, high) = (low.min(c - margin), high.max(c + margin));
                     }
                 }
             }
-            (self.nodes[i].low, self.nodes[i].high) = (low, high);
+            self.blocks.push(Block::new(&these, self.origin, size));
+            boxes.push((low, high));
+        }
+        for i in (0..self.nodes.len()).rev() {
+            for k in 0..WIDTH {
+                let child = self.nodes[i].child[k];
+                let (low, high) = if child & LEAF == 0 {
+                    let Node { low, high, .. } = &self.nodes[child as usize];
+                    (Vec3::from_array(low.map(|l| l.min_element())), Vec3::from_array(high.map(|h| h.max_element())))
+                } else {
+                    boxes.get((child - LEAF) as usize).copied().unwrap_or((Vec3::INFINITY, Vec3::NEG_INFINITY))
+                };
+                for c in 0..3 {
+                    self.nodes[i].low[c][k] = low[c];
+                    self.nodes[i].high[c][k] = high[c];
+                }
+            }
         }
     }
 
-    fn local(&self, p: DVec3) -> Vec4 {
-        (p - self.origin).as_vec3().extend(0.0)
+    fn local(&self, p: DVec3) -> Vec3 {
+        (p - self.origin).as_vec3()
     }
 
-    /// Visits items near `q`, nearest boxes first. `item` gets an item and the squared distance that it must beat, and
-    /// returns the one to beat from then on.
-    pub(crate) fn visit(&self, q: DVec3, limit: f64, mut item: impl FnMut(usize, f64) -> f64) {
-        let mut limit = limit;
-        let place = self.local(q);
-        let mut stack = [(0.0_f64, 0_u32); DEPTH];
-        let mut depth = 0;
+    /// Visits facets near `q`, nearest boxes first. `item` gets a facet, a squared distance that it has at least and the one that
+    /// it must beat, and returns the one to beat from then on.
+    pub(crate) fn visit(&self, q: DVec3, limit: f64, mut item: impl FnMut(usize, f64, f64) -> f64) {
         if self.nodes.is_empty() {
             return;
         }
-        stack[depth] = (self.distance(0, place), 0);
-        depth += 1;
+        let mut limit = limit;
+        let place = Lanes::splat(self.local(q));
+        let mut stack = [(0.0_f32, 0_u32); DEPTH];
+        let mut depth = 1;
         while depth > 0 {
             depth -= 1;
-            let (d2, mut node) = stack[depth];
-            if d2 >= limit {
+            let (d2, child) = stack[depth];
+            if f64::from(d2) >= limit {
                 continue;
             }
-            loop {
-                let Node { first, count, .. } = self.nodes[node as usize];
-                if count > 0 {
-                    for i in first..first + count {
-                        limit = item(i as usize, limit);
+            if child & LEAF != 0 {
+                let block = (child - LEAF) as usize;
+                let lower = self.blocks[block].lower_bounds(place).to_array();
+                for (lane, d2) in sorted(lower.into_iter().enumerate(), limit) {
+                    if f64::from(d2) < limit {
+                        limit = item(block * WIDTH + lane, f64::from(d2), limit);
                     }
-                    break;
                 }
-                let (mut near, mut far) = (first, first + 1);
-                let (mut d_near, mut d_far) = (self.distance(near, place), self.distance(far, place));
-                if d_far < d_near {
-                    (near, far, d_near, d_far) = (far, near, d_far, d_near);
-                }
-                if d_near >= limit {
-                    break;
-                }
-                if d_far < limit {
-                    stack[depth] = (d_far, far);
+                continue;
+            }
+            let node = &self.nodes[child as usize];
+            let distances = node.distances(place).to_array();
+            let first = depth;
+            for (d2, child) in distances.into_iter().zip(node.child) {
+                if f64::from(d2) < limit {
+                    // The nearest one stands last.
+                    let mut k = depth;
+                    while k > first && stack[k - 1].0 < d2 {
+                        stack[k] = stack[k - 1];
+                        k -= 1;
+                    }
+                    stack[k] = (d2, child);
                     depth += 1;
                 }
-                node = near;
             }
         }
     }
-
-    /// Squared distance from `q` to a node's box, not more than it is; infinite for an empty one.
-    fn distance(&self, node: u32, q: Vec4) -> f64 {
-        let Node { low, high, .. } = self.nodes[node as usize];
-        f64::from((low - q).max(q - high).max(Vec4::ZERO).length_squared()) * (1.0 - 1e-6)
-    }
 }
 
-/// Halves items at the median of the widest axis.
-fn split(items: &mut [u32], centres: &[DVec3]) -> usize {
+/// Facets of a block that may beat the limit, with their lower bounds: the nearest one first, as it may rule the others out.
+fn sorted(lower: impl Iterator<Item = (usize, f32)>, limit: f64) -> impl Iterator<Item = (usize, f32)> {
+    let mut found = [(0, f32::INFINITY); WIDTH];
+    let mut count = 0;
+    for (lane, d2) in lower.filter(|(_, d2)| f64::from(*d2) < limit) {
+        let mut k = count;
+        while k > 0 && found[k - 1].1 > d2 {
+            found[k] = found[k - 1];
+            k -= 1;
+        }
+        found[k] = (lane, d2);
+        count += 1;
+    }
+    found.into_iter().take(count)
+}
+
+/// Halves items at the median of the widest axis, at a multiple of a block; the second half is empty where a block holds all.
+fn halve<'i>(items: &'i mut [u32], centres: &[DVec3]) -> (&'i mut [u32], &'i mut [u32]) {
+    let half = items.len().div_ceil(WIDTH).div_ceil(2) * WIDTH;
+    if half >= items.len() {
+        let end = items.len();
+        return items.split_at_mut(end);
+    }
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for i in items.iter() {
         let c = centres[*i as usize];
@@ -151,11 +194,10 @@ fn split(items: &mut [u32], centres: &[DVec3]) -> usize {
     } else {
         2
     };
-    let half = items.len() / 2;
     items.select_nth_unstable_by(half, |a, b| {
         centres[*a as usize][axis].total_cmp(&centres[*b as usize][axis]).then(a.cmp(b))
     });
-    half
+    items.split_at_mut(half)
 }
 
 /// The point of triangle abc nearest to q as weights of a, b and c, and its squared distance (Ericson, Real-Time
@@ -244,12 +286,13 @@ mod tests {
         let moved: Vec<DVec3> = points.iter().map(|p| *p * 1.3 + point(&mut rng) * 0.2).collect();
         let low = moved.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = moved.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        tree.refit((low, high), |i| [moved[order[i] as usize].to_array(); 4]);
+        tree.refit((low, high), moved.len(), |i| [moved[order[i] as usize]; 4]);
         for _ in 0..300 {
             let q = point(&mut rng) * 1.5;
             let mut found = (f64::INFINITY, usize::MAX);
-            tree.visit(q, f64::INFINITY, |i, limit| {
+            tree.visit(q, f64::INFINITY, |i, lower, limit| {
                 let d2 = q.distance_squared(moved[order[i] as usize]);
+                assert!(lower <= d2);
                 if d2 < limit {
                     found = (d2, order[i] as usize);
                 }

@@ -1,0 +1,100 @@
+//! Groups of parameters that shape only some parts of the model, and what the scan says of such parts by themselves.
+
+use super::objective::Objective;
+use super::setting::Setting;
+use super::space::Estimate;
+use glam::DVec3;
+use gml_compiler::program::Part;
+use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+
+/// Points of a group whose mean psi is less than this times that of the others need no other values.
+const SETTLED_BELOW: f64 = 1.1;
+
+/// A rotation as shift and turn a radian.
+pub(crate) type Axis = (DVec3, DVec3);
+
+/// Parameters that shape the same patches, and not all of them.
+pub(crate) struct Group {
+    /// Positions in the space's list of free parameters.
+    pub(crate) members: Vec<usize>,
+    pub(crate) patches: Vec<bool>,
+}
+
+impl Group {
+    /// So many for each of the group's parameters, but not more than the most.
+    pub(crate) fn of(&self, (each, most): (usize, usize)) -> usize {
+        (each * self.members.len()).min(most)
+    }
+
+    /// Signs of which those of the group's patches are not known.
+    pub(crate) fn unsigned(&self, signs: &[i8]) -> Vec<i8> {
+        signs.iter().zip(&self.patches).map(|(sign, own)| if *own { 0 } else { *sign }).collect()
+    }
+}
+
+/// All groups of a fit's free parameters.
+pub(crate) fn groups(setting: &Setting) -> Vec<Group> {
+    let parts = setting.model.parts();
+    let mut groups: Vec<Group> = Vec::new();
+    for (k, i) in setting.space.free.iter().enumerate() {
+        let shapes = |p: &Part| setting.space.followers(*i).any(|i| p.active.contains(&(i as u32)));
+        let patches: Vec<bool> = parts.iter().map(shapes).collect();
+        if patches.iter().all(|p| *p) || !patches.contains(&true) {
+            continue;
+        }
+        match groups.iter_mut().find(|g| g.patches == patches) {
+            Some(group) => group.members.push(k),
+            None => groups.push(Group { members: vec![k], patches }),
+        }
+    }
+    groups
+}
+
+/// Whether the points that only the group can explain fit nearly as well as the others.
+pub(crate) fn is_settled(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<bool> {
+    let placed = objective.place(at).ok()?;
+    let mut psi = vec![1.0; explained.len()];
+    for (i, foot) in objective.feet(&placed, &at.motion) {
+        psi[i] = objective.loss.psi(foot.d2);
+    }
+    let mean = |side: bool| {
+        let chosen = psi.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
+        let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
+        sum / f64::max(count, 1.0)
+    };
+    Some(mean(false) < SETTLED_BELOW * mean(true))
+}
+
+/// Which points patches outside the group explain, and the rotation (shift and turn a radian) that leaves those
+/// patches' surface where it is, if there is one.
+pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
+    let mut placed = objective.place(at).ok()?;
+    placed.facets.remove(|patch| group.patches[patch]);
+    let centre = objective.space.centre;
+    let radius = objective.space.radius;
+    let half2 = objective.loss.half().powi(2);
+    let mut explained = vec![false; objective.points.len()];
+    let (mut gram, mut count) = (Matrix6::zeros(), 0.0);
+    for (i, foot) in objective.feet(&placed, &at.motion) {
+        if foot.d2 < half2 {
+            explained[i] = true;
+            let n = foot.normal.normalize_or_zero();
+            let turn = (foot.point - centre).cross(n) / radius;
+            let row = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
+            gram += row * row.transpose();
+            count += 1.0;
+        }
+    }
+    if count < 20.0 {
+        return Some((explained, None));
+    }
+    let eigen = SymmetricEigen::new(gram / count);
+    let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < 1e-3).find_map(|k| {
+        let e = eigen.eigenvectors.column(k);
+        let turn = DVec3::new(e[3], e[4], e[5]) / radius;
+        let rate = turn.length();
+        // Mostly a translation (of a plane, along a cylinder) is no rotation.
+        (rate * radius > 0.3).then(|| (DVec3::new(e[0], e[1], e[2]) / rate, turn / rate))
+    });
+    Some((explained, axis))
+}
