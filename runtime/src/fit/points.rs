@@ -1,5 +1,6 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
+use crate::robust::median;
 use crate::scan::{Neighbours, Scan, strays};
 use foldhash::fast::FixedState;
 use glam::DVec3;
@@ -13,8 +14,16 @@ pub(crate) struct Points {
     pub(crate) normal: Vec<DVec3>,
     /// Where in the scan each of them stands.
     pub(crate) index: Vec<u32>,
+    /// Some of them lie on no surface, where they are sparse: evenly in space, they would be many.
+    cluttered: bool,
 }
 
+/// Cells with less than this share of the points that cells have in the median count as empty.
+const EMPTY: f64 = 0.05;
+/// A cloud of which less than this share is left without its strays has more of them beside its surfaces.
+const CLEAN: f64 = 0.95;
+/// How often strays are looked for: without the sparsest ones the next are.
+const SIFTED: usize = 2;
 /// Points of a cloud that are looked at for strays.
 const LOOKED_AT: usize = 30_000;
 
@@ -31,6 +40,7 @@ impl Points {
             },
             index: (0..position.len() as u32).collect(),
             position,
+            cluttered: false,
         };
         let (low, high) = all.bounds();
         let cell = (high - low).max_element().max(f64::MIN_POSITIVE) / 64.0;
@@ -49,11 +59,16 @@ impl Points {
         if !scan.mesh.triangles.is_empty() {
             return self.clone();
         }
-        let some = self.every(LOOKED_AT);
-        let positions: Vec<[f64; 3]> = some.position.iter().map(|p| p.to_array()).collect();
-        let which: Vec<u32> = (0..some.len() as u32).collect();
-        let strays = strays(&Neighbours::new(&positions), &positions, &which);
-        some.pick((0..some.len()).filter(|i| !strays[*i]))
+        let all = self.every(LOOKED_AT);
+        let mut kept = all.clone();
+        for _ in 0..SIFTED {
+            let positions: Vec<[f64; 3]> = kept.position.iter().map(|p| p.to_array()).collect();
+            let which: Vec<u32> = (0..kept.len() as u32).collect();
+            let strays = strays(&Neighbours::new(&positions), &positions, &which);
+            kept = kept.pick((0..kept.len()).filter(|i| !strays[*i]));
+        }
+        kept.cluttered = (kept.len() as f64) < CLEAN * all.len() as f64;
+        kept
     }
 
     /// The points at some indices.
@@ -62,6 +77,7 @@ impl Points {
             position: indices.clone().map(|i| self.position[i]).collect(),
             index: indices.clone().map(|i| self.index[i]).collect(),
             normal: if self.normal.is_empty() { Vec::new() } else { indices.map(|i| self.normal[i]).collect() },
+            cluttered: self.cluttered,
         }
     }
 
@@ -90,10 +106,14 @@ impl Points {
     }
 
     /// About `count` points, one a cell of a cubic grid, the one nearest to the cell's middle: even in space, whatever
-    /// the scan's density. All points where there are not more.
+    /// the scan's density; a cluttered cloud's where they are dense. Cells with hardly any points are left out: in a dense scan every outlier has a cell of its own, and
+    /// a thousandth of the points would be a fifth of the sample. All points where there are not more.
     pub(crate) fn sample(&self, count: usize) -> Self {
         if self.len() <= count {
             return self.clone();
+        }
+        if self.cluttered {
+            return self.every(count);
         }
         let (low, high) = self.bounds();
         let extent = (high - low).max_element();
@@ -135,17 +155,28 @@ impl Points {
     }
 
     fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<usize> {
-        let mut middles: HashMap<u64, (f64, usize), FixedState> = HashMap::default();
+        let mut cells: HashMap<u64, Cell, FixedState> = HashMap::default();
         for (i, p) in self.position.iter().enumerate() {
             let scaled = (*p - low) / cell;
             let off = (scaled - scaled.floor() - 0.5).length_squared();
-            let best = middles.entry(morton(scaled.as_u64vec3())).or_insert((off, i));
-            if off < best.0 {
-                *best = (off, i);
+            let best = cells.entry(morton(scaled.as_u64vec3())).or_insert(Cell { off, index: i, count: 0 });
+            best.count += 1;
+            if off < best.off {
+                (best.off, best.index) = (off, i);
             }
         }
-        middles.into_values().map(|(_, i)| i).collect()
+        let mut counts: Vec<f64> = cells.values().map(|c| f64::from(c.count)).collect();
+        let fewest = EMPTY * median(&mut counts).unwrap_or(0.0);
+        cells.into_values().filter(|c| f64::from(c.count) >= fewest).map(|c| c.index).collect()
     }
+}
+
+/// A cell of space in which there are points.
+struct Cell {
+    /// The squared distance of the point that is nearest to the middle, in cells, and which it is.
+    off: f64,
+    index: usize,
+    count: u32,
 }
 
 /// Interleaves the bits of a cell's coordinates (21 of each): neighbours in space come out near in order.
