@@ -8,7 +8,8 @@
 //!   script's own pose parameters and writes the motion back into them.
 //! - `lbfgs` and `gauss_newton` minimise; `schedule` is the whole: `frame` says how the pose is treated, `screening` finds where to
 //!   begin, `descent` goes from coarse to fine. `setting` is what stays the same meanwhile.
-//! - `uncertainty` says how well the result is known, with `blocks` of dependent residuals and `kinks` between patches.
+//! - `uncertainty` says how well the result is known, with `blocks` of dependent residuals and `kinks` between patches; `unshown`
+//!   parts were not scanned.
 
 mod block;
 mod blocks;
@@ -52,6 +53,7 @@ mod sums;
 mod trace;
 mod tree;
 mod uncertainty;
+mod unshown;
 
 #[cfg(test)]
 mod tests;

@@ -13,6 +13,7 @@ use super::result::FitResult;
 use super::screening::{self, Candidate};
 use super::setting::{MIDDLE, Setting};
 use super::space::Estimate;
+use super::unshown;
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::scan::Scan;
@@ -91,7 +92,10 @@ pub fn fit(
         clock.lap("coverage");
     }
     let tests = hypothesis::test(&setting, &last, options, &fixed, &mut warnings);
-    let uncertainty = setting.uncertainty(&last);
+    let mut uncertainty = setting.uncertainty(&last);
+    if let Some(uncertainty) = &mut uncertainty {
+        unshown::mark(&setting, &last, uncertainty, &mut warnings);
+    }
     clock.lap("uncertainty");
     let bootstrap = bootstrap::run(&setting, &last, uncertainty.as_ref(), options.bootstrap);
     if options.bootstrap > 0 {
