@@ -91,7 +91,8 @@ pub fn fit(
         clock.lap("coverage");
     }
     let tests = hypothesis::test(&setting, &last, options, &fixed, &mut warnings);
-    let uncertainty = setting.uncertainty(&last);
+    // Whoever does not want to wait any longer gets no standard deviations.
+    let uncertainty = if progress.cancelled() { None } else { setting.uncertainty(&last) };
     clock.lap("uncertainty");
     let bootstrap = bootstrap::run(&setting, &last, uncertainty.as_ref(), options.bootstrap);
     if options.bootstrap > 0 {
