@@ -65,7 +65,7 @@ impl Setting<'_> {
                 |at, loss, signs| given.unwrap_or_else(|| self.scale(at, &few, loss, signs, noise)),
                 iterations,
             );
-            if look == 1 {
+            if look == 1 || self.progress.cancelled() {
                 break;
             }
             // With so sharp an eye, what passed for right before may be wrong.
@@ -100,6 +100,9 @@ impl Setting<'_> {
         iterations: &mut u32,
     ) {
         for _ in 0..6 {
+            if self.progress.cancelled() {
+                break;
+            }
             let objective = Objective {
                 signs: Some(signs),
                 memory: Some(Arc::new(Memory::new(points.len(), REACH * loss.sigma))),
@@ -166,8 +169,8 @@ impl Setting<'_> {
             }
             None => {
                 // Cancelled, or the model does not exist here. What it is worth is still to be said.
-                let objective = Objective { progress: &Silent, signs: Some(&signs), ..objective };
-                let evaluation = objective.evaluate(&at, Order::Normal).unwrap_or_else(|| self.nothing());
+                let objective = Objective { progress: &Silent, signs: Some(&signs), memory: None, ..objective };
+                let evaluation = objective.evaluate(&at, Order::Value).unwrap_or_else(|| self.nothing());
                 Last { evaluation, estimate: at, loss, signs, converged: false, memory }
             }
         }

@@ -117,7 +117,11 @@ fn advance(
 fn stepped(uv: [f64; 2], step: [f64; 2], closed: [bool; 2]) -> [f64; 2] {
     [0, 1].map(|k| {
         let x = uv[k] + step[k];
-        if closed[k] { x - x.floor() } else { x.clamp(0.0, 1.0) }
+        match closed[k] {
+            true if (0.0..1.0).contains(&x) => x,
+            true => x - x.floor(),
+            false => x.clamp(0.0, 1.0),
+        }
     })
 }
 

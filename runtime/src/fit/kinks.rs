@@ -4,7 +4,7 @@
 //! and standard deviations are larger. Where a small part meets a large one a few such points matter as much as all others.
 
 use super::memory::Part;
-use super::objective::{CHUNK, Found, Objective, Placed};
+use super::objective::{Found, Objective, Placed};
 use super::space::Estimate;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
@@ -34,8 +34,7 @@ struct Pull {
 /// All points that have another patch nearly as near; `held` coordinates do not vary. None where the model does not exist.
 pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Vec<Kink>> {
     let placed = objective.place(at).ok()?;
-    let count = objective.points.len();
-    let chunks: Vec<Range<usize>> = (0..count).step_by(CHUNK).map(|start| start..(start + CHUNK).min(count)).collect();
+    let chunks = objective.chunks();
     let memory = objective.memory.as_ref()?;
     let mut memory = memory.follow(&placed.facets, &at.motion)?;
     let mut chain = objective.space.chain(at);
@@ -46,7 +45,7 @@ pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Optio
     }
     let kinks: Vec<Vec<Kink>> = chunks
         .into_par_iter()
-        .zip(memory.parts(CHUNK))
+        .zip(memory.parts(objective.chunk_size()))
         .map(|(range, mut part)| of_chunk(objective, &placed, at, range, &mut part, &chain))
         .collect();
     Some(kinks.into_iter().flatten().collect())

@@ -91,13 +91,27 @@ pub(crate) struct Placed<'s> {
 }
 
 /// Points a chunk: sums do not depend on the number of threads because chunks do not.
-pub(crate) const CHUNK: usize = 512;
+const CHUNK: usize = 512;
+/// Where there are few points they still make so many chunks, if these have not fewer than the least.
+const CHUNKS: usize = 16;
+const LEAST: usize = 96;
 
 impl Objective<'_> {
     /// The same with another loss.
     pub(crate) fn with_loss(&self, loss: Loss) -> Objective<'_> {
         let (hints, memory, coverage) = (self.hints.clone(), self.memory.clone(), self.coverage.clone());
         Objective { loss, hints, memory, coverage, log: None, ..*self }
+    }
+
+    /// How many points are taken at a time, but for the last ones. Does not depend on the number of threads.
+    pub(crate) fn chunk_size(&self) -> usize {
+        (self.points.len() / CHUNKS).clamp(LEAST, CHUNK)
+    }
+
+    /// All points, chunk by chunk.
+    pub(crate) fn chunks(&self) -> Vec<Range<usize>> {
+        let (count, size) = (self.points.len(), self.chunk_size());
+        (0..count).step_by(size).map(|start| start..(start + size).min(count)).collect()
     }
 
     /// The model at an estimate.
@@ -125,19 +139,17 @@ impl Objective<'_> {
             return None;
         }
         self.evaluations.fetch_add(1, Ordering::Relaxed);
-        let count = self.points.len();
-        let chunks: Vec<Range<usize>> =
-            (0..count).step_by(CHUNK).map(|start| start..(start + CHUNK).min(count)).collect();
+        let chunks = self.chunks();
         let mut memory = self.memory.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
         let sums: Vec<Sums> = match &mut memory {
             Some(memory) => chunks
                 .into_par_iter()
-                .zip(memory.parts(CHUNK))
+                .zip(memory.parts(self.chunk_size()))
                 .map(|(range, mut part)| self.chunk(placed, &at.motion, range, Some(&mut part), order))
                 .collect(),
             None => chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, None, order)).collect(),
         };
-        let mut evaluation = self.total(&sums, count.max(1) as f64, at, order, placed.facets.absent);
+        let mut evaluation = self.total(&sums, self.points.len().max(1) as f64, at, order, placed.facets.absent);
         if let Some(coverage) = &self.coverage {
             let Evaluation { value, gradient, normal, .. } = coverage.evaluate(self, placed, at, order);
             evaluation.value += value;
@@ -147,16 +159,20 @@ impl Objective<'_> {
         (evaluation.value.is_finite() && evaluation.gradient.iter().all(|g| g.is_finite())).then_some(evaluation)
     }
 
-    /// The foot points of the points within the cut-off, with the points' indices; patch by patch.
+    /// The foot points of the points within the cut-off, with the points' indices.
     pub(crate) fn feet(&self, placed: &Placed, motion: &Motion) -> Vec<(usize, Foot)> {
-        let found = self.search(placed, motion, 0..self.points.len(), None);
-        let mut all = Vec::with_capacity(found.len());
-        for these in found.chunk_by(|a, b| a.patch == b.patch) {
-            if let Some(feet) = self.feet_on_patch(placed, these) {
-                all.extend(these.iter().map(|f| f.index).zip(feet));
+        let of_chunk = |range: Range<usize>| {
+            let found = self.search(placed, motion, range, None);
+            let mut all = Vec::with_capacity(found.len());
+            for these in found.chunk_by(|a, b| a.patch == b.patch) {
+                if let Some(feet) = self.feet_on_patch(placed, these) {
+                    all.extend(these.iter().map(|f| f.index).zip(feet));
+                }
             }
-        }
-        all
+            all
+        };
+        let chunks: Vec<Vec<(usize, Foot)>> = self.chunks().into_par_iter().map(of_chunk).collect();
+        chunks.concat()
     }
 
     /// The exact feet of points that are nearest to one patch; None where that cannot be evaluated.

@@ -81,6 +81,9 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
     let interrupted = setting.progress.cancelled();
     if interrupted {
         warnings.push("interrupted: this is the best that was found until then, not a finished fit".to_owned());
+        if covariance.is_none() {
+            warnings.push("interrupted: standard deviations were not computed".to_owned());
+        }
     } else if !last.converged {
         warnings.push("the last stage did not converge".to_owned());
     }

@@ -3,7 +3,7 @@
 use super::distance::Foot;
 use super::loss::Counted;
 use super::memory::Part;
-use super::objective::{CHUNK, Found, Objective, Placed, remember};
+use super::objective::{Found, Objective, Placed, remember};
 use super::space::Estimate;
 use crate::model::Instance;
 use glam::DVec3;
@@ -56,12 +56,10 @@ impl Objective<'_> {
         mut each: impl FnMut(T),
     ) -> Option<()> {
         let placed = self.place(at).ok()?;
-        let count = self.points.len();
-        let chunks: Vec<Range<usize>> =
-            (0..count).step_by(CHUNK).map(|start| start..(start + CHUNK).min(count)).collect();
+        let chunks = self.chunks();
         let mut memory = self.memory.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
         let mut parts: Vec<Option<Part>> = match &mut memory {
-            Some(memory) => memory.parts(CHUNK).into_iter().map(Some).collect(),
+            Some(memory) => memory.parts(self.chunk_size()).into_iter().map(Some).collect(),
             None => chunks.iter().map(|_| None).collect(),
         };
         for (some, parts) in chunks.chunks(AT_ONCE).zip(parts.chunks_mut(AT_ONCE)) {

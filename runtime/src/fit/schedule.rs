@@ -92,7 +92,8 @@ pub fn fit(
         clock.lap("coverage");
     }
     let tests = hypothesis::test(&setting, &last, options, &fixed, &mut warnings);
-    let mut uncertainty = setting.uncertainty(&last);
+    // Whoever does not want to wait any longer gets no standard deviations.
+    let mut uncertainty = if progress.cancelled() { None } else { setting.uncertainty(&last) };
     if let Some(uncertainty) = &mut uncertainty {
         unshown::mark(&setting, &last, uncertainty, &mut warnings);
     }

@@ -128,10 +128,13 @@ impl Tree {
             }
             if child & LEAF != 0 {
                 let block = (child - LEAF) as usize;
-                let lower = self.blocks[block].lower_bounds(place).to_array();
-                for (lane, d2) in sorted(lower.into_iter().enumerate(), limit) {
-                    if f64::from(d2) < limit {
-                        limit = item(block * WIDTH + lane, f64::from(d2), limit);
+                let lower = self.blocks[block].lower_bounds(place);
+                // The nearest facet first: it may rule the others out.
+                let first = lower.min_position();
+                let lower = lower.to_array();
+                for lane in [first, first ^ 1, first ^ 2, first ^ 3] {
+                    if f64::from(lower[lane]) < limit {
+                        limit = item(block * WIDTH + lane, f64::from(lower[lane]), limit);
                     }
                 }
                 continue;
@@ -153,22 +156,6 @@ impl Tree {
             }
         }
     }
-}
-
-/// Facets of a block that may beat the limit, with their lower bounds: the nearest one first, as it may rule the others out.
-fn sorted(lower: impl Iterator<Item = (usize, f32)>, limit: f64) -> impl Iterator<Item = (usize, f32)> {
-    let mut found = [(0, f32::INFINITY); WIDTH];
-    let mut count = 0;
-    for (lane, d2) in lower.filter(|(_, d2)| f64::from(*d2) < limit) {
-        let mut k = count;
-        while k > 0 && found[k - 1].1 > d2 {
-            found[k] = found[k - 1];
-            k -= 1;
-        }
-        found[k] = (lane, d2);
-        count += 1;
-    }
-    found.into_iter().take(count)
 }
 
 /// Halves items at the median of the widest axis, at a multiple of a block; the second half is empty where a block holds all.
