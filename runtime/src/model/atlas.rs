@@ -28,6 +28,11 @@ impl Chart {
         let up = 1.0 - (f64::from(j) + 0.5) / f64::from(self.height);
         if self.transposed { (up, right) } else { (right, up) }
     }
+
+    /// Extent of a texel in the patch's parameters: what it covers of their unit square.
+    pub(super) fn cell(&self) -> f64 {
+        1.0 / (f64::from(self.width) * f64::from(self.height))
+    }
 }
 
 /// A square texture with a chart for every patch.

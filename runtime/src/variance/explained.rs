@@ -73,7 +73,7 @@ fn explain_part(
     let mut distances = DVector::zeros(kept.len());
     for (row, k) in kept.iter().enumerate() {
         let i = part.texels[*k];
-        let normal = DVec3::from(texels.normal[i].map(f64::from));
+        let normal = DVec3::from(part.normals[*k]);
         // Rows are scaled so that sums of squares are weighted by area.
         let weight = f64::from(texels.area[i]).max(0.0).sqrt();
         distances[row] = weight * f64::from(deviations.signed(i));
@@ -184,7 +184,8 @@ mod tests {
             Motion { rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], translation: [5.0, 7.0, -3.0] };
         motion.move_texels(&mut texels);
         let sensitivities = Sensitivities::new(&program, &*instance, &atlas, &texels, &motion).expect("it is smooth");
-        let deviations = Deviations { texels, max_distance: 5.0, outward, inward, filled: Vec::new() };
+        let deviations =
+            Deviations { texels, max_distance: 5.0, outward, inward, filled: Vec::new(), cosine: Vec::new() };
         explain(&deviations, &sensitivities).remove(0).expect("enough is measured")
     }
 

@@ -105,6 +105,7 @@ fn deviations_lie_where_their_texels_are() {
         outward: vec![1.0, f32::NAN, f32::NAN],
         inward: vec![f32::NAN, f32::NAN, 1.0],
         filled: Vec::new(),
+        cosine: Vec::new(),
     };
     let colours = DeviationColours::new(&deviations, 1.0);
     assert_eq!(colours.at(0.1, 0.9), diverging(1.0));
