@@ -280,6 +280,9 @@ pub(crate) struct FitControls {
     /// Whether the scan's normals say which side of a thin wall a point belongs to
     #[arg(long, value_enum, default_value_t)]
     pub(crate) normals: NormalsArg,
+    /// Hold the model's ends to the scan: what could be seen of it and lies beyond the scan counts as well
+    #[arg(long)]
+    pub(crate) coverage: bool,
     /// Fit so many scans drawn from the scan itself, for intervals that assume little
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) bootstrap: usize,

@@ -116,6 +116,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
         return Err(CommandError::usage(format!("--bootstrap: at most {MOST_SAMPLES}")));
     }
     options.bootstrap = controls.bootstrap;
+    options.coverage = controls.coverage;
     options.seed = controls.seed;
     Ok(options)
 }
@@ -208,6 +209,12 @@ pub(crate) fn summary(fit: &FitResult) -> String {
     }
     if let Some(bootstrap) = &fit.bootstrap {
         out.push_str(&bootstrap_table(bootstrap, fit));
+    }
+    if let Some(coverage) = &fit.coverage {
+        out.push_str(&format!(
+            "coverage: {:.1} % of what could be seen of the model was scanned\n",
+            100.0 * coverage.share
+        ));
     }
     if let Some(found) = &fit.search {
         out.push_str(&search::summary(found));

@@ -39,6 +39,8 @@ fn every_command_of_the_documentation_works() {
             let output = gmlc_in(folder.path(), &args);
             let errors = text(&output.stderr);
             assert!(output.status.success(), "{page}: {command}\n{errors}");
+            let said = text(&output.stdout);
+            assert!(!said.contains("NOT CONVERGED") && !said.contains("does not explain"), "{page}: {command}\n{said}");
             count += 1;
         }
     }

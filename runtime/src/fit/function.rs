@@ -88,6 +88,7 @@ impl<'a> ObjectiveFunction<'a> {
             evaluations: &self.evaluations,
             hints: self.hints.clone(),
             memory: Some(self.memory.clone()),
+            coverage: None,
             curved: false,
             log: None,
             progress: &Silent,

@@ -69,6 +69,7 @@ fn released(setting: &Setting, last: &Last, tested: &[usize]) -> Option<(Vec<f64
     );
     let mut wider = wider.ok()?;
     wider.progress = setting.progress;
+    wider.coverage = setting.coverage.clone();
     let at = wider.space.estimate(&x, last.estimate.motion);
     wider.remodel(&at, 0.002 * setting.radius).ok()?;
     let mut iterations = 0;

@@ -4,7 +4,7 @@
 //! - `points` thins the scan evenly; `layout` divides the model into facets, `facets` and `tree` find the nearest one within the
 //!   cut-off, `distance` the exact foot point; `memory` knows which points need no search; `objective` sums psi and its derivatives
 //!   (`sums`, `rows`).
-//! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`). `pose` finds the
+//! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`), and `figure` where its parts are, whatever their symmetry. `pose` finds the
 //!   script's own pose parameters and writes the motion back into them.
 //! - `lbfgs` and `gauss_newton` minimise; `schedule` is the whole: `frame` says how the pose is treated, `screening` finds where to
 //!   begin, `descent` goes from coarse to fine. `setting` is what stays the same meanwhile.
@@ -14,10 +14,12 @@ mod blocks;
 mod bootstrap;
 mod bounds;
 mod compare;
+mod coverage;
 mod descent;
 mod distance;
 mod facets;
 mod field;
+mod figure;
 mod frame;
 mod function;
 mod gauss_newton;
@@ -59,7 +61,7 @@ pub use options::{FitError, FitOptions};
 pub use pose::pose_parameters;
 pub use regression::{Observation, Regression, regress};
 pub use result::{
-    Bootstrap, Covariance, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
+    Bootstrap, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
 };
 pub use schedule::fit;
 pub use trace::TracePoint;

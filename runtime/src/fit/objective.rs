@@ -1,5 +1,6 @@
 //! The objective f = mean psi(d(M(x), s_i)) ([VA] eq. 1) with its gradient or its weighted normal equations.
 
+use super::coverage::Coverage;
 use super::distance::{Foot, refine};
 use super::facets::{Facets, Facing};
 use super::layout::Layout;
@@ -35,6 +36,8 @@ pub(crate) struct Objective<'s> {
     pub(crate) hints: Arc<Vec<AtomicU32>>,
     /// What is known of the points' feet, where that is worth its time: in evaluations close to one another.
     pub(crate) memory: Option<Arc<Memory>>,
+    /// What looks from the model to the scan, if anything does.
+    pub(crate) coverage: Option<Arc<Coverage<'s>>>,
     /// The matrix of `Order::Normal` is nearer to the Hessian: psi'' takes the place of the weights where it is positive.
     pub(crate) curved: bool,
     /// Where steps are written down, if anywhere.
@@ -91,6 +94,12 @@ pub(crate) struct Placed<'s> {
 pub(crate) const CHUNK: usize = 512;
 
 impl Objective<'_> {
+    /// The same with another loss.
+    pub(crate) fn with_loss(&self, loss: Loss) -> Objective<'_> {
+        let (hints, memory, coverage) = (self.hints.clone(), self.memory.clone(), self.coverage.clone());
+        Objective { loss, hints, memory, coverage, log: None, ..*self }
+    }
+
     /// The model at an estimate.
     ///
     /// # Errors
@@ -128,7 +137,13 @@ impl Objective<'_> {
                 .collect(),
             None => chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, None, order)).collect(),
         };
-        let evaluation = self.total(&sums, at, order, placed.facets.absent);
+        let mut evaluation = self.total(&sums, count.max(1) as f64, at, order, placed.facets.absent);
+        if let Some(coverage) = &self.coverage {
+            let Evaluation { value, gradient, normal, .. } = coverage.evaluate(self, placed, at, order);
+            evaluation.value += value;
+            evaluation.gradient += gradient;
+            evaluation.normal += normal;
+        }
         (evaluation.value.is_finite() && evaluation.gradient.iter().all(|g| g.is_finite())).then_some(evaluation)
     }
 

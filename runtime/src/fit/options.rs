@@ -24,6 +24,9 @@ pub struct FitOptions {
     pub ignore_normals: bool,
     /// The loss at the end; before that, while the place is still sought, it is always Welsch's.
     pub loss: LossKind,
+    /// Hold the model's ends to the scan: what could be seen of the model's surface and lies beyond the scan counts as well. For
+    /// scans that show the ends.
+    pub coverage: bool,
     /// How many scans are drawn from the scan, block by block with repetitions, and fitted again from where the fit ended; 0
     /// for none.
     pub bootstrap: usize,

@@ -1,6 +1,6 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
-use crate::scan::Scan;
+use crate::scan::{Neighbours, Scan, strays};
 use foldhash::fast::FixedState;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -14,6 +14,9 @@ pub(crate) struct Points {
     /// Where in the scan each of them stands.
     pub(crate) index: Vec<u32>,
 }
+
+/// Points of a cloud that are looked at for strays.
+const LOOKED_AT: usize = 30_000;
 
 impl Points {
     /// All points of a scan, in the order of a walk through cells of space, so that neighbours in the list are
@@ -39,6 +42,18 @@ impl Points {
             .collect();
         order.sort_unstable();
         all.pick(order.iter().map(|(_, i)| *i as usize))
+    }
+
+    /// The points that lie on some surface, of a large cloud a part of them. A mesh's points all do.
+    pub(crate) fn on_surfaces(&self, scan: &Scan) -> Self {
+        if !scan.mesh.triangles.is_empty() {
+            return self.clone();
+        }
+        let some = self.every(LOOKED_AT);
+        let positions: Vec<[f64; 3]> = some.position.iter().map(|p| p.to_array()).collect();
+        let which: Vec<u32> = (0..some.len() as u32).collect();
+        let strays = strays(&Neighbours::new(&positions), &positions, &which);
+        some.pick((0..some.len()).filter(|i| !strays[*i]))
     }
 
     /// The points at some indices.

@@ -84,6 +84,7 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
     } else if !last.converged {
         warnings.push("the last stage did not converge".to_owned());
     }
+    let coverage = setting.covered(&last);
     let motion = last.estimate.motion;
     FitResult {
         model: setting.model.name().to_owned(),
@@ -103,6 +104,7 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
         covariance,
         tests,
         bootstrap,
+        coverage,
         search: None,
         seconds,
         warnings,

@@ -54,6 +54,9 @@ pub struct FitResult {
     /// What fits of resampled scans say of the uncertainty, where they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<Bootstrap>,
+    /// How much of the model was scanned, where its ends were held to the scan.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<Covered>,
     /// What a search over discrete inputs compared, if there was one: this is the fit of its winner.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
@@ -152,6 +155,15 @@ pub struct SearchCandidate {
     /// Why there is no fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
+}
+
+/// How much of what could be seen of the model was scanned.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Covered {
+    /// The share of its area.
+    pub share: f64,
+    /// The scale of psi for what lies beyond the scan. Millimetres.
+    pub sigma: f64,
 }
 
 /// Fits of scans that are drawn from the scan itself, block by block with repetitions.

@@ -10,7 +10,7 @@ use super::pose;
 use super::report::{self, Outcome};
 use super::result::FitResult;
 use super::screening::{self, Candidate};
-use super::setting::Setting;
+use super::setting::{MIDDLE, Setting};
 use super::space::Estimate;
 use crate::model::Model;
 use crate::progress::Progress;
@@ -44,7 +44,9 @@ pub fn fit(
     }
     progress.report("preparing", f64::NAN, "");
     let points = Points::of(scan);
-    let radius = points.gyration();
+    // Clutter has no say in where the object is and how large.
+    let surfaces = points.on_surfaces(scan);
+    let radius = surfaces.gyration();
     if points.len() < 4 || !(radius > 0.0) {
         return Err(FitError::EmptyScan { points: points.len() });
     }
@@ -55,6 +57,7 @@ pub fn fit(
     let evaluations = AtomicU64::new(0);
     let free = frame.free(&fixed).into_iter().filter(|i| !following(i)).collect();
     let mut setting = Setting::new(model, &points, &x, (free, &ties), frame.moving, radius, &evaluations)?;
+    setting.thin = surfaces.sample(MIDDLE);
     setting.progress = progress;
     setting.oriented &= scan.oriented && !options.ignore_normals;
     setting.seed = options.seed;
@@ -75,6 +78,10 @@ pub fn fit(
         last = setting.written_back(last, &rigid, &fixed, &mut iterations, &mut warnings);
     }
     clock.lap("finish");
+    if options.coverage && !setting.progress.cancelled() {
+        last = setting.cover(last, scan, &mut iterations, &mut warnings);
+        clock.lap("coverage");
+    }
     let tests = hypothesis::test(&setting, &last, options, &fixed, &mut warnings);
     let uncertainty = setting.uncertainty(&last);
     clock.lap("uncertainty");

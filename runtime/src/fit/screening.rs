@@ -1,6 +1,7 @@
 //! Where to begin: orientations that cover all rotations are tried coarsely, the best are taken further.
 
 use super::field::DistanceField;
+use super::figure::Figure;
 use super::gauss_newton::{self, Stop};
 use super::loss::Loss;
 use super::motion::{Motion, random_rotation, rotations};
@@ -166,24 +167,27 @@ fn sides(setting: &Setting, candidates: Vec<Candidate>) -> Vec<Candidate> {
     candidates.into_par_iter().map(learn).collect()
 }
 
-/// The best `count` candidates of which no two are the same.
+/// The best `count` candidates of which no two are the same: their parameters nearly, and where their parts are.
 fn distinct(setting: &Setting, candidates: Vec<Candidate>, count: usize) -> Vec<Candidate> {
-    let mut kept: Vec<Candidate> = Vec::new();
+    let mut kept: Vec<(Candidate, Figure)> = Vec::new();
+    // Neighbours in the list often have the same parameters.
+    let mut shape: Option<(Vec<f64>, Figure)> = None;
     for candidate in candidates {
         if kept.len() == count {
             break;
         }
-        let same = |other: &Candidate| {
-            let (a, b) = (&candidate.estimate, &other.estimate);
-            let turn = a.motion.rotation.angle_between(b.motion.rotation);
-            let c = setting.space.centre;
-            turn < 0.15
-                && a.motion.apply(c).distance(b.motion.apply(c)) < 0.05 * setting.radius
-                && setting.space.apart(a, b) < 0.05 * setting.radius
+        let at = &candidate.estimate;
+        if shape.as_ref().is_none_or(|(z, _)| *z != at.z) {
+            shape = Figure::of(&setting.space, &at.z).map(|figure| (at.z.clone(), figure));
+        }
+        let Some((_, figure)) = &shape else { continue };
+        let figure = figure.moved(at);
+        let same = |(other, its): &(Candidate, Figure)| {
+            setting.space.apart(at, &other.estimate) < 0.05 * setting.radius && figure.same(its, setting.radius)
         };
         if !kept.iter().any(same) {
-            kept.push(candidate);
+            kept.push((candidate, figure));
         }
     }
-    kept
+    kept.into_iter().map(|(candidate, _)| candidate).collect()
 }

@@ -1,5 +1,6 @@
 //! What stays the same while one fit goes on.
 
+use super::coverage::Coverage;
 use super::layout::Layout;
 use super::loss::Loss;
 use super::motion::Motion;
@@ -12,8 +13,8 @@ use super::sums::PatchSum;
 use super::trace::{Log, TracePoint};
 use crate::model::Model;
 use crate::progress::{Progress, Silent};
-use std::sync::Mutex;
 use std::sync::atomic::AtomicU64;
+use std::sync::{Arc, Mutex};
 
 /// Points of the levels between the screening and the last one, which has all.
 pub(crate) const MIDDLE: usize = 6000;
@@ -38,6 +39,8 @@ pub(crate) struct Setting<'a> {
     pub(crate) trace: Mutex<Vec<TracePoint>>,
     /// See `FitOptions`.
     pub(crate) seed: u64,
+    /// What looks from the model to the scan, in the last stages and where it was asked for.
+    pub(crate) coverage: Option<Arc<Coverage<'a>>>,
     start_x: Vec<f64>,
 }
 
@@ -68,6 +71,7 @@ impl<'a> Setting<'a> {
             oriented,
             trace: Mutex::default(),
             seed: 0,
+            coverage: None,
             start_x: x.to_vec(),
         };
         setting.remodel(&at, 0.01 * radius)?;
@@ -98,6 +102,7 @@ impl<'a> Setting<'a> {
             evaluations: self.evaluations,
             hints: no_hints(points),
             memory: None,
+            coverage: self.coverage.clone(),
             curved: false,
             log: None,
             progress: self.progress,

@@ -26,7 +26,7 @@ pub(crate) struct PatchSum {
 
 /// Sums over a chunk; derivatives by (x, shift, turn).
 pub(crate) struct Sums {
-    psi: f64,
+    pub(crate) psi: f64,
     gradient: Vec<f64>,
     /// The upper triangle, row by row.
     normal: Vec<f64>,
@@ -47,8 +47,8 @@ impl Sums {
 }
 
 impl Objective<'_> {
-    /// The evaluation that follows from the sums of all chunks.
-    pub(crate) fn total(&self, sums: &[Sums], at: &Estimate, order: Order, absent: usize) -> Evaluation {
+    /// The evaluation that follows from the sums of all chunks of so many points.
+    pub(crate) fn total(&self, sums: &[Sums], points: f64, at: &Estimate, order: Order, absent: usize) -> Evaluation {
         let n = self.space.model.parameters().len() + 6;
         let mut gradient = DVector::zeros(n);
         let mut normal = DMatrix::zeros(n, n);
@@ -70,7 +70,6 @@ impl Objective<'_> {
                 p.facing += s.facing;
             }
         }
-        let points = self.points.len().max(1) as f64;
         let scale = 2.0 / (self.loss.sigma * self.loss.sigma * points);
         let value = psi / points;
         if order == Order::Value {
@@ -108,15 +107,28 @@ impl Objective<'_> {
             part.weighted_d2 += weight * foot.d2;
             part.facing += weight * foot.normal.normalize_or_zero().dot(found.normal);
         }
+        self.add_derivatives(instance, found, &feet, &counted, order, sums);
+        feet
+    }
+
+    /// Adds the derivatives of what points of one patch count.
+    pub(crate) fn add_derivatives(
+        &self,
+        instance: &dyn Instance,
+        found: &[Found],
+        feet: &[Foot],
+        counted: &[Counted],
+        order: Order,
+        sums: &mut Sums,
+    ) {
         match order {
             Order::Value => {}
-            Order::Gradient => self.add_gradient(instance, found, &feet, &counted, sums),
-            Order::Normal => match self.rows(instance, found, &feet, &counted) {
+            Order::Gradient => self.add_gradient(instance, found, feet, counted, sums),
+            Order::Normal => match self.rows(instance, found, feet, counted) {
                 Some(rows) => self.add_normal(&rows, sums),
                 None => sums.gradient.fill(f64::NAN),
             },
         }
-        feet
     }
 
     fn add_gradient(

@@ -54,19 +54,27 @@ struct Sums {
 /// no point has a foot.
 pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Uncertainty> {
     let dim = objective.space.dim();
-    let sums = collect(objective, at)?;
+    let mut sums = collect(objective, at)?;
     let n = sums.pulls.len();
     if n <= dim {
         return None;
     }
+    let information = objective.coverage.as_ref().and_then(|c| c.information(objective, at));
+    let chain = objective.space.chain(at);
+    if let Some(ends) = &information {
+        sums.bread += chain.tr_mul(&(&ends.bread * &chain));
+        sums.weighted += chain.tr_mul(&(&ends.weighted * &chain));
+    }
     let blocks = Blocks::find(&sums.places, &sums.pulls, objective.points.gyration());
     let mut inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
-    let chain = objective.space.chain(at);
     let leverage = &chain * &inverse.weighted * chain.transpose();
-    let filling = match blocks {
+    let mut filling = match blocks {
         Some(blocks) => between_blocks(objective, at, blocks, &leverage)?,
         None => of_points(objective, at, &leverage)?,
     };
+    if let Some(ends) = information {
+        filling += ends.filling;
+    }
     let filling = chain.tr_mul(&(filling * &chain));
     let sandwich = |inverse: &Inverse| &inverse.matrix * &filling * &inverse.matrix;
     let mut covariance = sandwich(&inverse);

@@ -16,11 +16,14 @@ mod ply;
 mod ply_rows;
 mod raw;
 mod stl;
+mod strays;
 #[cfg(test)]
 mod tests;
 mod unit;
 
 pub use error::{ScanError, ScanFault};
+pub(crate) use neighbours::Neighbours;
+pub(crate) use strays::strays;
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::TriangleMesh;
@@ -172,7 +175,7 @@ fn finish(raw: RawMesh, options: &ReadOptions, mut source: ScanSource) -> Result
     let Cleaned { mesh, cleaning, oriented } = clean::clean(&raw, options.normals)?;
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
-    let noise = noise::estimate(&mesh);
+    let noise = noise::estimate(&mesh, oriented);
     Ok(Scan { mesh, oriented, source, noise, cleaning })
 }
 

@@ -4,7 +4,7 @@
 const LEAF: usize = 8;
 
 /// A k-d tree over points that it borrows. It stays balanced however the points lie.
-pub(super) struct Neighbours<'a> {
+pub(crate) struct Neighbours<'a> {
     points: &'a [[f64; 3]],
     /// Indices of points; every node has a run of them, its children the halves of that run.
     order: Vec<u32>,
@@ -21,7 +21,7 @@ struct Plane {
 
 impl<'a> Neighbours<'a> {
     /// Sorts finite points, fewer than 2^32.
-    pub(super) fn new(points: &'a [[f64; 3]]) -> Self {
+    pub(crate) fn new(points: &'a [[f64; 3]]) -> Self {
         let mut order: Vec<u32> = (0..points.len() as u32).collect();
         let mut planes = Vec::new();
         split(points, &mut order, 0, &mut planes);
@@ -29,7 +29,7 @@ impl<'a> Neighbours<'a> {
     }
 
     /// Indices of the k points nearest to `at` (itself among them, if it is one), nearest first; ties by index.
-    pub(super) fn nearest(&self, at: [f64; 3], k: usize) -> Vec<u32> {
+    pub(crate) fn nearest(&self, at: [f64; 3], k: usize) -> Vec<u32> {
         let mut found = Found { k, nearest: Vec::with_capacity(k + 1) };
         self.search(&self.order, 0, at, &mut found);
         found.nearest.into_iter().map(|(_, index)| index).collect()

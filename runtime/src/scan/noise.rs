@@ -10,6 +10,7 @@
 
 use super::neighbours::Neighbours;
 use super::normals::least_variation;
+use super::strays::strays;
 use crate::mesh::TriangleMesh;
 use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
@@ -28,29 +29,53 @@ const MOST: usize = 64;
 const ENOUGH: usize = 20;
 
 /// The noise's standard deviation along the normal, in millimetres; 0 where there are too few vertices to tell.
-pub(super) fn estimate(mesh: &TriangleMesh) -> f64 {
-    let count = mesh.positions.len();
-    let step = count.div_ceil(SAMPLES).max(1);
-    let rings = Rings::new(mesh);
-    let tree = mesh.triangles.is_empty().then(|| Neighbours::new(&mesh.positions));
-    let mut deviations: Vec<f64> = (0..count.div_ceil(step))
-        .into_par_iter()
-        .filter_map(|sample| {
-            let vertex = sample * step;
-            let near = match &tree {
-                Some(tree) => tree.nearest(mesh.positions[vertex], NEAREST + 1),
-                None => rings.two_rings(vertex)?,
-            };
-            let centre = DVec3::from(mesh.positions[vertex]);
-            let others = near.iter().filter(|&&i| i as usize != vertex);
-            let offsets: Vec<DVec3> = others.map(|&i| DVec3::from(mesh.positions[i as usize]) - centre).collect();
-            deviation(&offsets)
-        })
-        .collect();
+///
+/// `oriented` says whether the normals tell the sides of a thin wall from each other: without them a cloud's neighbours may lie on
+/// both, and the wall's thickness passes for noise.
+pub(super) fn estimate(mesh: &TriangleMesh, oriented: bool) -> f64 {
+    let mut deviations = if mesh.triangles.is_empty() { of_cloud(mesh, oriented) } else { of_mesh(mesh) };
     if deviations.len() < ENOUGH {
         return 0.0;
     }
     median(&mut deviations).unwrap_or(0.0) * MAD_TO_SD
+}
+
+/// The vertices that are looked at, evenly from all.
+fn samples(mesh: &TriangleMesh) -> Vec<u32> {
+    let count = mesh.positions.len();
+    (0..count as u32).step_by(count.div_ceil(SAMPLES).max(1)).collect()
+}
+
+fn of_mesh(mesh: &TriangleMesh) -> Vec<f64> {
+    let rings = Rings::new(mesh);
+    let of_vertex = |vertex: u32| deviation(&offsets(mesh, vertex, rings.two_rings(vertex as usize)?.into_iter()));
+    samples(mesh).into_par_iter().filter_map(of_vertex).collect()
+}
+
+fn of_cloud(mesh: &TriangleMesh, oriented: bool) -> Vec<f64> {
+    let tree = Neighbours::new(&mesh.positions);
+    let samples = samples(mesh);
+    let strays = strays(&tree, &mesh.positions, &samples);
+    let of_vertex = |(vertex, stray): (u32, bool)| {
+        if stray {
+            return None;
+        }
+        let at = mesh.positions[vertex as usize];
+        if !oriented {
+            return deviation(&offsets(mesh, vertex, tree.nearest(at, NEAREST + 1).into_iter()));
+        }
+        let normal = |i: u32| DVec3::from(mesh.normals[i as usize]);
+        let alike = |i: &u32| normal(*i).dot(normal(vertex)) > 0.0;
+        let near = tree.nearest(at, 2 * NEAREST + 1).into_iter().filter(alike).take(NEAREST + 1);
+        deviation(&offsets(mesh, vertex, near))
+    };
+    samples.into_par_iter().zip(strays).filter_map(of_vertex).collect()
+}
+
+/// From a vertex to others.
+fn offsets(mesh: &TriangleMesh, vertex: u32, others: impl Iterator<Item = u32>) -> Vec<DVec3> {
+    let centre = DVec3::from(mesh.positions[vertex as usize]);
+    others.filter(|i| *i != vertex).map(|i| DVec3::from(mesh.positions[i as usize]) - centre).collect()
 }
 
 /// Distance of the origin from a quadric through `offsets`, over the square root of its variance for unit noise.
@@ -135,7 +160,7 @@ impl<'a> Rings<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
+    use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
     use rand_distr::{Distribution, Normal};
 
@@ -165,7 +190,7 @@ mod tests {
         for noise in [0.05, 0.1, 0.3, 0.5] {
             let mesh = noisy_torus(noise);
             let cloud = TriangleMesh { triangles: Vec::new(), ..mesh.clone() };
-            for (kind, found) in [("mesh", estimate(&mesh)), ("cloud", estimate(&cloud))] {
+            for (kind, found) in [("mesh", estimate(&mesh, true)), ("cloud", estimate(&cloud, false))] {
                 assert!((found / noise - 1.0).abs() < 0.15, "{kind}: {found} for {noise}");
             }
         }
@@ -173,7 +198,7 @@ mod tests {
 
     #[test]
     fn a_smooth_surface_has_none() {
-        assert!(estimate(&noisy_torus(0.0)) < 0.005);
+        assert!(estimate(&noisy_torus(0.0), true) < 0.005);
     }
 
     #[test]
@@ -182,15 +207,43 @@ mod tests {
         for position in mesh.positions.iter_mut().step_by(50) {
             position[2] += 10.0;
         }
-        let found = estimate(&mesh);
+        let found = estimate(&mesh, true);
         assert!((0.15..0.4).contains(&found), "{found}");
+    }
+
+    #[test]
+    fn the_sides_of_a_thin_wall_are_told_apart_by_normals() {
+        // Two squares of 40 x 40, 1.5 apart, that look away from each other, with points 2 apart.
+        let mut random = ChaCha8Rng::seed_from_u64(12);
+        let distribution = Normal::new(0.0, 0.1).unwrap();
+        let mut cloud = TriangleMesh::default();
+        for k in 0..800 {
+            let [x, y] = [f64::from(k % 20) * 2.0, f64::from(k / 20 % 20) * 2.0];
+            let up = f64::from(k / 400);
+            let z = 1.5 * up + distribution.sample(&mut random);
+            cloud.positions.push([x + 0.3 * f64::from(k % 3), y + 0.3 * f64::from(k % 7), z]);
+            cloud.normals.push([0.0, 0.0, 2.0 * up - 1.0]);
+        }
+        let (apart, together) = (estimate(&cloud, true), estimate(&cloud, false));
+        assert!((apart / 0.1 - 1.0).abs() < 0.2 && together > 0.3, "{apart}, {together}");
+    }
+
+    #[test]
+    fn clutter_does_not_pull_it() {
+        let mut cloud = TriangleMesh { triangles: Vec::new(), ..noisy_torus(0.2) };
+        let mut random = ChaCha8Rng::seed_from_u64(13);
+        for _ in 0..cloud.positions.len() {
+            cloud.positions.push(std::array::from_fn(|_| random.random_range(-90.0..90.0)));
+        }
+        let found = estimate(&cloud, false);
+        assert!((found / 0.2 - 1.0).abs() < 0.2, "{found}");
     }
 
     #[test]
     fn too_little_says_nothing() {
         let mut mesh = noisy_torus(0.2);
         mesh.triangles.truncate(10);
-        assert_eq!(estimate(&mesh), 0.0);
-        assert_eq!(estimate(&TriangleMesh { positions: vec![[0.0; 3]; 3], ..TriangleMesh::default() }), 0.0);
+        assert_eq!(estimate(&mesh, true), 0.0);
+        assert_eq!(estimate(&TriangleMesh { positions: vec![[0.0; 3]; 3], ..TriangleMesh::default() }, false), 0.0);
     }
 }

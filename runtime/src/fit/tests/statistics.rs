@@ -138,7 +138,7 @@ struct Impatient(AtomicU32);
 impl Progress for Impatient {
     fn report(&self, _: &str, _: f64, _: &str) {}
     fn cancelled(&self) -> bool {
-        self.0.fetch_add(1, Ordering::Relaxed) > 40
+        self.0.fetch_add(1, Ordering::Relaxed) > 15
     }
 }
 

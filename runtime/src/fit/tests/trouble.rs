@@ -12,11 +12,6 @@ fn fitted(shape: Simple, start: &[f64], scan: &Scan) -> FitResult {
     fit(&simple(shape, start), scan, &FitOptions::default(), &Silent).unwrap()
 }
 
-/// Whether the result says that it is none.
-fn said(result: &FitResult) -> bool {
-    result.warnings.iter().any(|w| w.contains("does not explain") || w.contains("no model of this family"))
-}
-
 /// Keeps the points for which `keep` holds.
 fn part(scan: &mut Scan, keep: impl Fn(&[f64; 3]) -> bool) {
     let kept: Vec<bool> = scan.mesh.positions.iter().map(keep).collect();
@@ -39,7 +34,7 @@ fn a_part_of_the_surface_is_enough() {
 }
 
 #[test]
-fn half_clutter_ends_right_or_is_said_to_be_wrong() {
+fn half_clutter_is_looked_through() {
     let mut scan = scan_of(&simple(Simple::Torus, &[47.0, 9.0]), &[47.0, 9.0], 0.05, 3000, 4);
     let mut random = ChaCha8Rng::seed_from_u64(4);
     for _ in 0..scan.mesh.positions.len() {
@@ -49,12 +44,12 @@ fn half_clutter_ends_right_or_is_said_to_be_wrong() {
     // Of points from nowhere no normal is known.
     scan.mesh.normals.clear();
     scan.oriented = false;
-    let result = fitted(Simple::Torus, &[40.0, 12.0], &scan);
-    let right = |r: &FitResult| r.parameters.iter().zip([47.0, 9.0]).all(|(p, t)| (p.value - t).abs() < 0.1);
-    assert!(right(&result) || said(&result), "{result:?}");
+    let right = |r: &FitResult| r.parameters.iter().zip([47.0, 9.0]).all(|(p, t)| (p.value - t).abs() < 0.05);
+    let anywhere = fitted(Simple::Torus, &[40.0, 12.0], &scan);
+    assert!(right(&anywhere), "{anywhere:?}");
     let options = FitOptions { no_pose: true, ..FitOptions::default() };
     let near = fit(&simple(Simple::Torus, &[44.0, 10.0]), &scan, &options, &Silent).unwrap();
-    assert!(right(&near) || said(&near), "{near:?}");
+    assert!(right(&near), "{near:?}");
 }
 
 #[test]
