@@ -132,7 +132,8 @@ def compare(name, judge, rays, theirs, ours):
         hits = judge.hits(ray[:3], ray[3:] * (1, -1)[side])
         wrong["gmlc"] += not judge.agrees(hits, ours[i, side])
         wrong[name] += not judge.agrees(hits, theirs[i, side])
-    both = np.abs(theirs - ours)[hit & found & ~differ]
+    agreed = hit & found & ~differ
+    both = np.abs(theirs[agreed] - ours[agreed])
     print(f"{'':8} of {theirs.size} rays {len(disputed)} differ by more than {2 * judge.blur:.1g} mm or hit for one only ({(hit & ~found).sum()} for {name}, "
           f"{(found & ~hit).sum()} for gmlc); the others by at most {both.max(initial=0):.1g} mm")
     print(f"{'':8} in double precision, of these: {wrong['gmlc']} wrong of gmlc, {wrong[name]} of {name}")

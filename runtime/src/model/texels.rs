@@ -69,12 +69,13 @@ impl Texels {
         let mut rest = texels.places();
         let mut blocks: BTreeMap<(usize, u32, u32), Vec<(Row, Places<'_>)>> = BTreeMap::new();
         for row in rows {
-            let width = atlas.charts[row.patch].width;
-            for i in (0..width).step_by(COLUMNS as usize) {
+            let chart = &atlas.charts[row.patch];
+            let (high, wide) = block_of(chart);
+            for i in (0..chart.width).step_by(wide as usize) {
                 let places;
-                (places, rest) = rest.split_at(COLUMNS.min(width - i) as usize);
+                (places, rest) = rest.split_at(wide.min(chart.width - i) as usize);
                 let piece = Row { i, first: row.first + i, ..row };
-                blocks.entry((row.patch, row.j / ROWS, i / COLUMNS)).or_default().push((piece, places));
+                blocks.entry((row.patch, row.j / high, i / wide)).or_default().push((piece, places));
             }
         }
         let blocks: Vec<_> = blocks.into_iter().collect();
@@ -168,9 +169,11 @@ struct Row {
     first: u32,
 }
 
-/// Rows and columns of texels that are evaluated at once, as a grid: no more than stays in a processor's own memory.
-const ROWS: u32 = 16;
-const COLUMNS: u32 = 256;
+/// Rows and columns of texels of a chart that are evaluated at once, as a grid: no more than stays in a processor's own memory. What a
+/// model computes from u is kept from grid to grid while these stay the same: those of a whole row, or of some rows where the chart is turned.
+fn block_of(chart: &Chart) -> (u32, u32) {
+    if chart.transposed { (16, 256) } else { ((4096 / chart.width.max(1)).clamp(1, 16), chart.width.max(1)) }
+}
 
 /// The area of a texel at which there is no surface.
 const ABSENT: f32 = -1.0;
