@@ -82,8 +82,8 @@ fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
     Some(charts)
 }
 
-/// Cuts the sorted items into rows so that the proportions change least: the sum over charts of area times the squared
-/// logarithm of the change, by dynamic programming. Gives that sum, too. None where a chart cannot have its least width.
+/// Cuts the sorted items into rows so that the proportions change least: the sum over charts of the root of the area (so that small charts have a
+/// say) times the squared logarithm of the change, by dynamic programming. Gives that sum, too. None where a chart cannot have its least width.
 fn rows(items: &[Item], side: u32) -> Option<(f64, Vec<std::ops::Range<usize>>)> {
     // Rows of more charts than this would be narrower than they are high in a square texture.
     let most = 4 * (items.len() as f64).sqrt().ceil() as usize + 4;
@@ -125,7 +125,7 @@ fn distortion(items: &[Item], side: u32) -> f64 {
         return f64::INFINITY;
     }
     let change = |i: &Item| i.changes(height).map(f64::abs).into_iter().fold(f64::INFINITY, f64::min);
-    items.iter().map(|i| i.width * i.height * change(i).powi(2)).sum()
+    items.iter().map(|i| (i.width * i.height).sqrt() * change(i).powi(2)).sum()
 }
 
 /// Places a row at height `y`; returns its height in texels.

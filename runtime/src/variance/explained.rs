@@ -151,13 +151,14 @@ fn explained(columns: &DMatrix<f64>, distances: &DVector<f64>) -> f64 {
     let eigen = SymmetricEigen::new(scaled.tr_mul(&scaled));
     let product = scaled.tr_mul(distances);
     let largest = eigen.eigenvalues.max();
-    eigen
+    let shares = eigen
         .eigenvalues
         .iter()
         .zip(eigen.eigenvectors.column_iter())
         .filter(|(value, _)| **value > SINGULAR * largest)
-        .map(|(value, vector)| vector.dot(&product).powi(2) / value)
-        .sum()
+        .map(|(value, vector)| vector.dot(&product).powi(2) / value);
+    // The sum of nothing is -0.
+    0.0 + shares.sum::<f64>()
 }
 
 #[cfg(test)]
