@@ -66,8 +66,8 @@ fn wavy() -> TriangleMesh {
         // A little longer than the model at both ends.
         [radius * angle.cos(), radius * angle.sin(), -0.1 + 250.2 * f64::from(j) / f64::from(ALONG - 1)]
     };
-    let mut mesh = TriangleMesh::default();
-    mesh.positions = (0..ALONG).flat_map(|j| (0..AROUND).map(move |i| point(i, j))).collect();
+    let positions = (0..ALONG).flat_map(|j| (0..AROUND).map(move |i| point(i, j))).collect();
+    let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
     mesh.triangles.reserve_exact(2 * (AROUND * (ALONG - 1)) as usize);
     for j in 0..ALONG - 1 {
         for i in 0..AROUND {
