@@ -152,11 +152,7 @@ fn views(scan: &Scan, measured: &Measured, upright: &Motion) -> Picture {
     let unmatched = Layer { mesh: &measured.unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
     let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
     let views = [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|view| view.of_turned(&upright.rotation));
-    let pictures: Vec<Picture> = rows
-        .iter()
-        .flat_map(|layers| views.iter().map(|view| render::render(layers, view, VIEW_SIZE, VIEW_SIZE)))
-        .collect();
-    Picture::sheet(&pictures, views.len())
+    render::sheet(&rows, &views, VIEW_SIZE)
 }
 
 fn metadata(fitted: &FitResult, measured: &Measured) -> Vec<MetadataGroup> {

@@ -218,7 +218,7 @@ pub(crate) fn measure(
     settings: &Settings,
     progress: &dyn Progress,
 ) -> Result<Measured, CommandError> {
-    let Surface { mut tessellation, mut texels, seconds, sensitivities, mut maps, tolerances, notices } = surface;
+    let Surface { mut tessellation, mut texels, seconds, mut sensitivities, mut maps, tolerances, notices } = surface;
     let max_distance = settings.max_distance.unwrap_or_else(|| 0.1 * diagonal(&tessellation.mesh));
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
@@ -233,10 +233,14 @@ pub(crate) fn measure(
     if let Some(maps) = &mut maps {
         maps.turn(&texels, &flipped);
     }
+    if let Some(sensitivities) = &mut sensitivities {
+        sensitivities.turn(&texels, &flipped);
+    }
     // Forms are those of the surface as it is, before normals are averaged.
     let shapes = variance::recognise(&texels);
-    let averaging_width = average_normals(&mut texels, &mut tessellation, settings)?;
+    let (averaging_width, cosine) = average_normals(&mut texels, &mut tessellation, settings)?;
     let Trace { mut deviations, device, notice } = cast(texels, scan, &bvh, max_distance, settings)?;
+    deviations.cosine = cosine;
     let holes = fill_holes(&mut deviations, scan, &bvh, settings)?;
     if progress.cancelled() {
         return Err(crate::fit::interrupted());
@@ -292,15 +296,15 @@ pub(crate) fn measure(
     })
 }
 
-/// Replaces the normals by averaged ones where that was asked for, and gives the width of the bands in which they turn; a mesh from elsewhere
-/// has none.
+/// Replaces the normals by averaged ones where that was asked for, and gives the width of the bands in which they turn (a mesh from elsewhere
+/// has none), and the cosines of the angles by which texels' normals turned.
 fn average_normals(
     texels: &mut Texels,
     tessellation: &mut Tessellation,
     settings: &Settings,
-) -> Result<Option<f64>, CommandError> {
+) -> Result<(Option<f64>, Vec<f32>), CommandError> {
     if settings.distance != DistanceArg::AveragedNormal {
-        return Ok(None);
+        return Ok((None, Vec::new()));
     }
     let size = diagonal(&tessellation.mesh);
     let (width, most) =
@@ -310,8 +314,8 @@ fn average_normals(
             "--averaging-width: {width} mm is more than a tenth of the model's size; at most {most:.3}mm here"
         )));
     }
-    variance::average_normals(texels, tessellation, width).map_err(|e| surface_failed(&e))?;
-    Ok((!tessellation.origins.is_empty()).then_some(width))
+    let cosine = variance::average_normals(texels, tessellation, width).map_err(|e| surface_failed(&e))?;
+    Ok(((!tessellation.origins.is_empty()).then_some(width), cosine))
 }
 
 /// Closes holes of the scan where that was asked for, and takes away the distances behind them.

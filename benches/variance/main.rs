@@ -2,8 +2,13 @@
 //! 2048, two directions a texel, 10 mm.
 //!
 //! `GMLC_TEST_DATA=... cargo bench --bench variance` prints wall and processor seconds, the least of several runs, and queries
-//! (texels) a second. With `-- --dump FILE` origins and normals are written, and what was found, for benches/variance/peers.py, which
-//! casts the same rays with other libraries and compares; likewise distances to closest points of some of the texels.
+//! (texels) a second. `-- --side 2304` takes another texture. With `-- --dump FILE` origins and normals are written, and what was found, for
+//! benches/variance/peers.py, which casts the same rays with other libraries and compares; likewise distances to closest points of some
+//! of the texels. With `GMLC_PEER_PYTHON=/path/to/python` that script runs at the end, on files of its own.
+//!
+//! `-- --large` needs no data: a scan of ten million triangles is built and baked at, and the process's largest memory is printed.
+
+mod large;
 
 use cpu_time::ProcessTime;
 use gml_compiler::program::{Options, Program, compile};
@@ -15,10 +20,11 @@ use gml_runtime::variance::{self, Device, DistanceTexture, Facing, VarianceRepor
 use std::error::Error;
 use std::io::Write;
 use std::path::Path;
+use std::process::Command;
 use std::time::Instant;
 
-/// Side of the texture.
-const SIZE: u32 = 2048;
+/// Side of the texture where no other is asked for.
+const SIDE: u32 = 2048;
 
 /// Of so many texels one is compared with others' closest points.
 const CLOSEST_STEP: usize = 20;
@@ -44,6 +50,11 @@ impl Stages {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().collect();
+    let value = |name: &str| arguments.iter().position(|a| a == name).and_then(|i| arguments.get(i + 1));
+    if arguments.iter().any(|a| a == "--large") {
+        return large::run();
+    }
     let Some(folder) = std::env::var_os("GMLC_TEST_DATA") else {
         println!("skipped: GMLC_TEST_DATA is not set");
         return Ok(());
@@ -54,15 +65,22 @@ fn main() -> Result<(), Box<dyn Error>> {
     let program = compile(script, &NoFiles, &Options::default()).map_err(|_| "the cup does not compile")?.program;
     let x = true_parameters(&program, &folder)?;
     let scan = read(&folder.join("cup_scan.ply"), &ReadOptions::default())?;
-    let arguments: Vec<String> = std::env::args().collect();
-    let dump = arguments.iter().position(|a| a == "--dump").and_then(|i| arguments.get(i + 1));
+    let side = value("--side").map_or(Ok(SIDE), |side| side.parse())?;
+    let python = std::env::var_os("GMLC_PEER_PYTHON");
+    let own = tempfile::tempdir()?;
+    let dump = match (value("--dump"), &python) {
+        (Some(path), _) => Some(path.clone()),
+        (None, Some(_)) => Some(own.path().join("rays").display().to_string()),
+        (None, None) => None,
+    };
+    let dump = dump.as_deref();
 
     let mut stages = Stages::default();
     let mut count = 0;
     for run in 0..5 {
         let texels = stages.time("texels", || -> Result<_, Box<dyn Error>> {
             let instance = Model::instantiate(&program, &x)?;
-            let atlas = Atlas::new(&program, &*instance, SIZE)?;
+            let atlas = Atlas::new(&program, &*instance, side)?;
             Ok(Texels::of_model(&program, &*instance, &atlas)?)
         })?;
         count = texels.len();
@@ -100,6 +118,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     println!("{:12}{:10.3}{:12.3}", "all", all.0, all.1);
+    if let Some(dump) = dump {
+        let casting = stages.0.iter().find(|s| s.0 == "trace").map_or((0.0, 0.0), |s| (s.1, s.2));
+        let times = serde_json::json!({ "casting": [casting.0, casting.1], "all": [all.0, all.1] });
+        std::fs::write(format!("{dump}.times"), times.to_string())?;
+        if let Some(python) = python {
+            let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/variance/peers.py");
+            let scan = folder.join("cup_scan.ply");
+            let status = Command::new(python).arg(script).arg(dump).arg(scan).arg(MAX_DISTANCE.to_string()).status()?;
+            if !status.success() {
+                return Err(format!("the peers' script ended with {status}").into());
+            }
+        }
+    }
     Ok(())
 }
 

@@ -1,13 +1,20 @@
 """The rays of benches/variance cast with Embree, through Open3D and embreex: `peers.py RAYS SCAN.ply [MAX_DISTANCE]`.
 
-RAYS is what `cargo bench --bench variance -- --dump RAYS` writes. `casting` is the two casts alone; `all` is what a script has
-to do with them: build the scene, lay out the rays of both directions, cast, drop what lies beyond the distance, take the
-nearer of both, code the texture's three bytes, and the statistics that gmlc has (mean, sd, rms, median, percentiles, MAD,
-histogram; unsigned and signed). Each the least of three runs, in seconds of the wall and of all processors; rays a second
-count two a texel. Then distances to closest points (RAYS.closest), against Open3D and libigl.
+RAYS is what `cargo bench --bench variance -- --dump RAYS` writes; with GMLC_PEER_PYTHON the benchmark runs this script itself. `casting` is
+the two casts alone; `all` is what a script has to do with them: build the scene, lay out the rays of both directions, cast, drop what lies
+beyond the distance, take the nearer of both, code the texture's three bytes, and the statistics that gmlc has (mean, sd, rms, median,
+percentiles, MAD, histogram; unsigned and signed). Each the least of three runs, in seconds of the wall and of all processors; rays a second
+count two a texel. Then every ray about which gmlc and a peer disagree is judged in double precision, and distances to closest points
+(RAYS.closest) are compared with Open3D, libigl and CloudCompare.
 """
 
+import json
+import os
+import pathlib
+import shutil
+import subprocess
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -55,19 +62,86 @@ def run(build, cast, rays, limit):
     return np.min(times, axis=0), signed, np.stack([outward, inward], axis=1)
 
 
-def compare(theirs, ours, limit):
-    """Hits on one side only, but for those at the very ends of the rays, and the largest difference of the others."""
+class Judge:
+    """What rays meet, in double precision: every triangle that a ray hits for certain, and every one that it may hit, when all
+    coordinates are off by up to `blur` (gmlc rounds places to single precision after the origin was moved, the peers before)."""
+
+    def __init__(self, mesh, limit):
+        vertices = np.asarray(mesh.vertices, np.float64)
+        self.corners = vertices[np.asarray(mesh.triangles)]
+        self.centers = self.corners.mean(axis=1)
+        self.radii = np.linalg.norm(self.corners - self.centers[:, None], axis=2).max(axis=1)
+        used = self.corners.reshape(-1, 3)
+        # gmlc's distance that single precision cannot tell from zero: 2^-20 of the largest coordinate from the centre.
+        self.blur = 2.0**-20 * (used.max(axis=0) - used.min(axis=0)).max() / 2
+        self.limit = limit
+
+    def hits(self, origin, direction):
+        """(nearest, farthest place, certain) of every triangle that the ray may hit; places are intervals of t."""
+        direction = direction / np.linalg.norm(direction)
+        away = self.centers - origin
+        across = away - np.outer(away @ direction, direction)
+        near = np.flatnonzero((across**2).sum(axis=1) <= (self.radii + self.blur) ** 2)
+        corners = self.corners[near] - origin
+        along = corners @ direction
+        flat = corners - along[..., None] * direction
+        # How far the ray passes each edge, on the side of the triangle where it is positive.
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        facing = normals @ direction
+        side = np.where(facing >= 0, 1.0, -1.0)
+        passes = []
+        for k in range(3):
+            a, b = flat[:, k], flat[:, (k + 1) % 3]
+            length = np.maximum(np.linalg.norm(b - a, axis=1), 1e-300)
+            passes.append(side * (np.cross(a, b) @ direction) / length)
+        least = np.min(passes, axis=0)
+        cosine = np.abs(facing) / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
+        certain = (least > self.blur) & (cosine > 1e-3)
+        t = np.einsum("ij,ij->i", normals, corners[:, 0]) / np.where(facing == 0, np.inf, facing)
+        off = self.blur * (1 + 1 / np.maximum(cosine, 1e-9))
+        # A triangle seen edge-on lies somewhere between its corners.
+        lowest, highest = along.min(axis=1) - self.blur, along.max(axis=1) + self.blur
+        low, high = np.maximum(t - off, lowest), np.minimum(t + off, highest)
+        edge_on = ~(low <= high)
+        low, high = np.where(edge_on, lowest, low), np.where(edge_on, highest, high)
+        possible = least > -self.blur
+        return list(zip(low[possible], high[possible], certain[possible]))
+
+    def agrees(self, hits, found):
+        """Whether a distance (infinite: nothing was hit) is that of the nearest hit ahead. What lies within the blur of the origin may
+        count as ahead or as behind."""
+        for low, high, certain in hits:
+            if certain and low > self.blur and high < min(found, self.limit) - self.blur:
+                return False
+        if not np.isfinite(found):
+            return True
+        return any(low - self.blur <= found <= high + self.blur and high >= -self.blur for low, high, _ in hits)
+
+
+def compare(name, judge, rays, theirs, ours):
+    """Judges every ray for which the two differ: in whether something is hit, or by more than rounding."""
+    theirs = np.where(theirs > judge.limit, np.inf, theirs).astype(np.float64)
+    ours = np.where(np.isfinite(ours), ours, np.inf).astype(np.float64)
     hit, found = np.isfinite(theirs), np.isfinite(ours)
-    # A texel on the scan itself is at distance zero in both directions for gmlc; a ray from it may miss behind its origin.
-    at_an_end = (np.nan_to_num(theirs, posinf=0) > limit - 1e-3) | (np.nan_to_num(ours) > limit - 1e-3) | (ours < 1e-3)
-    lost, extra = hit & ~found & ~at_an_end, found & ~hit & ~at_an_end
-    late = np.abs(theirs - ours)[hit & found]
-    print(f"{'':8} {lost.sum()} hits that gmlc has not, {extra.sum()} that only gmlc has; "
-          f"differences of the other {len(late)}: {(late > 1e-3).sum()} above 1e-3 mm, largest {late.max():.2g} mm")
+    with np.errstate(invalid="ignore"):
+        differ = np.where(hit & found, np.abs(theirs - ours) > 2 * judge.blur, hit != found)
+    disputed = np.argwhere(differ)
+    wrong = {"gmlc": 0, name: 0}
+    for i, side in disputed:
+        ray = rays[i].astype(np.float64)
+        hits = judge.hits(ray[:3], ray[3:] * (1, -1)[side])
+        wrong["gmlc"] += not judge.agrees(hits, ours[i, side])
+        wrong[name] += not judge.agrees(hits, theirs[i, side])
+    agreed = hit & found & ~differ
+    both = np.abs(theirs[agreed] - ours[agreed])
+    print(f"{'':8} of {theirs.size} rays {len(disputed)} differ by more than {2 * judge.blur:.1g} mm or hit for one only ({(hit & ~found).sum()} for {name}, "
+          f"{(found & ~hit).sum()} for gmlc); the others by at most {both.max(initial=0):.1g} mm")
+    print(f"{'':8} in double precision, of these: {wrong['gmlc']} wrong of gmlc, {wrong[name]} of {name}")
+    return wrong["gmlc"]
 
 
 def compare_closest(path, mesh_path):
-    """Distances to closest points against Open3D (single precision) and, where it is installed, libigl (double)."""
+    """Distances to closest points against Open3D (single precision) and, where they are installed, libigl (double) and CloudCompare (single)."""
     import open3d as o3d
 
     found = np.fromfile(path, np.float64).reshape(-1, 4)
@@ -83,10 +157,31 @@ def compare_closest(path, mesh_path):
         theirs["libigl"] = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces.astype(np.int64))[0])
     except ImportError:
         print("libigl   is not installed")
+    cloudcompare = with_cloudcompare(points, mesh_path)
+    if cloudcompare is not None:
+        theirs["CloudCompare"] = cloudcompare
+    figures = lambda d: "  ".join(f"{x:.7f}" for x in (d.mean(), d.std(), *np.percentile(d, [5, 50, 95]), d.max()))
+    print(f"{len(ours)} closest points: mean, standard deviation, percentiles 5, 50, 95, maximum; largest difference; mm")
+    print(f"{'gmlc':13} {figures(ours)}")
     for name, distances in theirs.items():
-        late = np.abs(distances - ours)
-        print(f"{name:8} {len(ours)} closest points, largest difference {late.max():.2g} mm; mean {ours.mean():.7f} and "
-              f"{distances.mean(dtype=np.float64):.7f}, sd {ours.std():.7f} and {distances.std(dtype=np.float64):.7f} mm")
+        distances = distances.astype(np.float64)
+        print(f"{name:13} {figures(distances)}  {np.abs(distances - ours).max():.2g}")
+
+
+def with_cloudcompare(points, mesh_path):
+    """None where there is no command of that name."""
+    command = shutil.which("CloudCompare")
+    if command is None:
+        print("CloudCompare is not installed")
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        cloud, result = pathlib.Path(folder, "points.asc"), pathlib.Path(folder, "distances.asc")
+        np.savetxt(cloud, points, fmt="%.9f")
+        options = ["-SILENT", "-AUTO_SAVE", "OFF", "-C_EXPORT_FMT", "ASC", "-PREC", "9", "-O", str(cloud), "-O", mesh_path]
+        subprocess.run([command, *options, "-C2M_DIST", "-SAVE_CLOUDS", "FILE", str(result)], check=True,
+                       stdout=subprocess.DEVNULL, env={**os.environ, "QT_QPA_PLATFORM": "offscreen"})
+        # Signed by the nearest triangle's side.
+        return np.abs(np.loadtxt(result)[:, 3])
 
 
 def open3d_scene(path):
@@ -119,23 +214,42 @@ def embreex_scene(path):
 
     def cast(scene, rays):
         origins, directions = np.ascontiguousarray(rays[:, :3]), np.ascontiguousarray(rays[:, 3:])
-        return scene.run(origins, directions, query="DISTANCE").astype(np.float32)
+        found = scene.run(origins, directions, query="DISTANCE").astype(np.float32)
+        # What hits nothing is very far away.
+        found[found > 1e30] = np.inf
+        return found
 
     return build, cast
 
 
 def main():
+    import open3d as o3d
+
     rays = np.fromfile(sys.argv[1], np.float32).reshape(-1, 6)
     limit = float(sys.argv[3]) if len(sys.argv) > 3 else 10.0
+    ours = np.fromfile(sys.argv[1] + ".found", np.float32).reshape(-1, 2)
+    times = pathlib.Path(sys.argv[1] + ".times")
+    times = json.loads(times.read_text()) if times.exists() else None
+    judge = Judge(o3d.io.read_triangle_mesh(sys.argv[2]), limit)
+    wrong = 0
     for name, scene in (("open3d", open3d_scene), ("embreex", embreex_scene)):
-        (casting, everything), signed, both = run(*scene(sys.argv[2]), rays, limit)
+        try:
+            scene = scene(sys.argv[2])
+        except ImportError:
+            print(f"{name:8} is not installed")
+            continue
+        (casting, everything), signed, both = run(*scene, rays, limit)
         hit = np.isfinite(signed)
         print(f"{name:8} {len(signed)} texels, coverage {hit.mean():.4f}, rms {np.sqrt((signed[hit] ** 2).mean()):.4f} mm")
         print(f"{'':8} casting {casting[0]:.3f} s, processor {casting[1]:.3f} s", end="; ")
         print(f"{2e-6 * len(rays) / casting[0]:.1f} M rays/s, {2e-6 * len(rays) / casting[1]:.1f} a processor")
         print(f"{'':8} all     {everything[0]:.3f} s, processor {everything[1]:.3f} s")
-        compare(both, np.fromfile(sys.argv[1] + ".found", np.float32).reshape(-1, 2), limit)
+        if times:
+            share = [np.array(times[key]) / peer for key, peer in (("casting", casting), ("all", everything))]
+            print(f"{'':8} gmlc's share: casting {share[0][0]:.2f}, processor {share[0][1]:.2f}; all {share[1][0]:.2f}, processor {share[1][1]:.2f}")
+        wrong += compare(name, judge, rays, both, ours)
     compare_closest(sys.argv[1] + ".closest", sys.argv[2])
+    sys.exit(wrong > 0)
 
 
 main()

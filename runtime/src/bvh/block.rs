@@ -1,6 +1,7 @@
 //! Up to four triangles tested at once.
 
-use glam::{BVec4A, Vec3A, Vec4};
+use super::lanes::{Lanes, Mask};
+use glam::{Vec3A, Vec4};
 
 /// In place of a triangle's index where a leaf has fewer than four.
 pub(crate) const NO_TRIANGLE: u32 = u32::MAX;
@@ -18,9 +19,9 @@ pub(crate) struct TriangleBlock {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
     axes: [usize; 3],
-    origin: [Vec4; 3],
-    shear: [Vec4; 2],
-    scale: Vec4,
+    origin: [Lanes<4>; 3],
+    shear: [Lanes<4>; 2],
+    scale: Lanes<4>,
 }
 
 /// Where a ray meets a triangle of a block.
@@ -39,41 +40,48 @@ impl Shear {
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
         Self {
             axes,
-            origin: axes.map(|k| Vec4::splat(o[k])),
-            shear: [Vec4::splat(d[axes[0]] / d[z]), Vec4::splat(d[axes[1]] / d[z])],
-            scale: Vec4::splat(1.0 / d[z]),
+            origin: axes.map(|k| Lanes::splat(o[k])),
+            shear: [Lanes::splat(d[axes[0]] / d[z]), Lanes::splat(d[axes[1]] / d[z])],
+            scale: Lanes::splat(1.0 / d[z]),
         }
     }
 }
 
-/// What the watertight test of [`TriangleBlock::intersect`] knows before it looks for the place, of four pairs of a line and a
+/// What the watertight test of [`TriangleBlock::intersect`] knows before it looks for the place, of N pairs of a line and a
 /// triangle.
-pub(super) struct Edges {
+pub(super) struct Edges<const N: usize> {
     /// Doubled areas that a line cuts off: weights of the corners when divided by `det`.
-    pub(super) weights: [Vec4; 3],
+    pub(super) weights: [Lanes<N>; 3],
     /// The corners' distances from the origin along the last axis.
-    pub(super) z: [Vec4; 3],
+    pub(super) z: [Lanes<N>; 3],
     /// Sum of the weights.
-    pub(super) det: Vec4,
+    pub(super) det: Lanes<N>,
     /// Whether a line goes through its triangle.
-    pub(super) inside: BVec4A,
+    pub(super) inside: Mask<N>,
 }
 
 /// Of corners, an origin and a shear whose axes are permuted as in [`Shear`].
 #[inline(always)]
-pub(super) fn edges(corners: &[[Vec4; 3]; 3], origin: &[Vec4; 3], shear: &[Vec4; 2]) -> Edges {
+pub(super) fn edges<const N: usize>(
+    corners: &[[Lanes<N>; 3]; 3],
+    origin: &[Lanes<N>; 3],
+    shear: &[Lanes<N>; 2],
+) -> Edges<N> {
     let [ox, oy, oz] = *origin;
-    let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = [0, 1, 2].map(|i| {
-        let z = corners[i][2] - oz;
-        [corners[i][0] - ox - shear[0] * z, corners[i][1] - oy - shear[1] * z, z]
-    });
+    // Written out, since `map` on arrays is not always inlined into code for other processors.
+    let sheared = |c: usize| {
+        let z = corners[c][2] - oz;
+        (corners[c][0] - ox - shear[0] * z, corners[c][1] - oy - shear[1] * z, z)
+    };
+    let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(0), sheared(1), sheared(2));
     let u = cx * by - cy * bx;
     let v = ax * cy - ay * cx;
     let w = bx * ay - by * ax;
+    let zero = Lanes::splat(0.0);
     let low = u.min(v).min(w);
     let high = u.max(v).max(w);
     let det = u + v + w;
-    let inside = (low.cmpge(Vec4::ZERO) | high.cmple(Vec4::ZERO)) & det.cmpne(Vec4::ZERO);
+    let inside = (low.at_least(zero) | high.at_most(zero)) & det.differs(zero);
     Edges { weights: [u, v, w], z: [az, bz, cz], det, inside }
 }
 
@@ -106,18 +114,19 @@ impl TriangleBlock {
     /// the paper's recomputation in double precision is needed only where at most one must be.
     #[inline]
     pub(crate) fn intersect(&self, ray: &Shear, t_min: f32, t_max: f32) -> Option<BlockHit> {
-        let corners = self.corners.map(|corner| ray.axes.map(|k| corner[k]));
+        let corners = self.corners.map(|corner| ray.axes.map(|k| Lanes::from(corner[k])));
         let Edges { weights: [u, v, w], z: [az, bz, cz], det, inside } = edges(&corners, &ray.origin, &ray.shear);
         if !inside.any() {
             return None;
         }
         let t = ray.scale * (u * az + v * bz + w * cz) / det;
-        let hit: BVec4A = inside & t.cmpge(Vec4::splat(t_min)) & t.cmple(Vec4::splat(t_max));
+        let hit = inside & t.at_least(Lanes::splat(t_min)) & t.at_most(Lanes::splat(t_max));
         if !hit.any() {
             return None;
         }
-        let t = Vec4::select(hit, t, Vec4::INFINITY);
+        let t = hit.select(t, Lanes::splat(f32::INFINITY)).to_array();
         let lane = (1..4).fold(0, |best, i| if t[i] < t[best] { i } else { best });
-        Some(BlockHit { lane, t: t[lane], weights: [u[lane], v[lane], w[lane]].map(|x| x / det[lane]) })
+        let [u, v, w, det] = [u, v, w, det].map(|x| x.to_array()[lane]);
+        Some(BlockHit { lane, t: t[lane], weights: [u, v, w].map(|x| x / det) })
     }
 }

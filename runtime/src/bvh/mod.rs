@@ -9,6 +9,8 @@
 
 mod block;
 mod closest;
+mod group;
+mod lanes;
 mod packet;
 #[cfg(test)]
 mod packet_tests;
@@ -16,6 +18,7 @@ mod ray;
 mod sweep;
 #[cfg(test)]
 mod tests;
+mod wide;
 
 pub use closest::ClosestPoint;
 pub(crate) use packet::{BothWays, Line, PACKET, Search};

@@ -1,6 +1,7 @@
 //! Packets against the same triangle test over all triangles, without a tree.
 
-use super::packet::{BothWays, Line, PACKET, Search, normal_length};
+use super::group::Lines;
+use super::packet::{BothWays, Line, Octant, PACKET, Search, normal_length};
 use super::tests::{random_point, soup, sphere};
 use super::{Bvh, TriangleMesh};
 use glam::{DVec3, Vec3A};
@@ -91,6 +92,10 @@ fn packets_agree_with_all_triangles_one_by_one() {
             for (&line, found) in lines.iter().zip(found) {
                 assert_eq!(found, brute(&bvh, mesh, line, search), "{line:?} {search:?}");
                 hits += usize::from(found != BothWays::NOTHING);
+                // Vectors of four, which other processors take.
+                let mut narrow = [BothWays::NOTHING];
+                bvh.cast_groups::<4, 4>(&Lines::new(&[line]), Octant::of(line.direction), search, &mut narrow);
+                assert_eq!(narrow, [found], "{line:?} {search:?}");
             }
         }
     }

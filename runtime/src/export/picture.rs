@@ -3,7 +3,7 @@
 use super::colormap::{FILLED, NO_DATA, diverging};
 use super::glyphs::{GLYPH_HEIGHT, draw, text_width};
 use crate::model::{SensitivityMap, SensitivityMaps, Texels};
-use crate::variance::{Deviations, SensitivityRange, Statistics, signed_distances};
+use crate::variance::{Deviations, SensitivityRange, Statistics};
 
 /// Where no chart is, and behind the legend.
 const BACKGROUND: [u8; 3] = [38, 38, 42];
@@ -90,9 +90,8 @@ fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> boo
         swatches.push((FILLED, "filled hole"));
     }
     let words = Legend { below: "- scan inside", above: "scan outside +", unit: "mm", swatches: &swatches };
-    let distances = signed_distances(deviations);
-    let drawn = deviations.texels.index.iter().enumerate().map(|(i, index)| {
-        let distance = f64::from(distances[*index as usize]);
+    let drawn = (0..deviations.texels.len()).map(|i| {
+        let distance = f64::from(deviations.signed(i));
         let drawn = if distance.is_nan() || shown(i) { distance } else { 0.0 };
         let colour = if deviations.is_filled(i) { FILLED } else { diverging(drawn / end) };
         (deviations.texels.place(i), colour)
@@ -227,6 +226,7 @@ mod tests {
             outward: vec![0.25, f32::NAN, f32::NAN],
             inward: vec![1.5, 0.5, f32::NAN],
             filled: Vec::new(),
+            cosine: Vec::new(),
         };
         let filled = Deviations { filled: vec![false, false, true], ..deviations.clone() };
         let picture = deviation_picture(&filled, 0.5);

@@ -28,6 +28,11 @@ impl Chart {
         let up = 1.0 - (f64::from(j) + 0.5) / f64::from(self.height);
         if self.transposed { (up, right) } else { (right, up) }
     }
+
+    /// Extent of a texel in the patch's parameters: what it covers of their unit square.
+    pub(super) fn cell(&self) -> f64 {
+        1.0 / (f64::from(self.width) * f64::from(self.height))
+    }
 }
 
 /// A square texture with a chart for every patch.
@@ -72,7 +77,7 @@ pub const LARGEST: u32 = 16384;
 
 impl Atlas {
     /// Lays the patches out on `size` x `size` texels, as large as they fit, each in proportion to its true area and
-    /// nearly with the proportions of its mean extents along u and v.
+    /// nearly with the proportions that make texels square.
     ///
     /// # Errors
     /// Where the surface cannot be evaluated or there are too many patches.
@@ -134,22 +139,25 @@ fn extents(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<[f64; 2]>, 
     (0..model.parts().len()).map(|p| extent(instance, p)).collect()
 }
 
-/// Width and height in millimetres of the rectangle that stands for a patch: its proportions are those of the mean
-/// lengths of the lines along u and v, its area is the patch's.
+/// Width and height in millimetres of the rectangle that stands for a patch: its area is the patch's, its proportions are those that texels need
+/// to be square on the average, |dS/du| to |dS/dv|: the mean of the ratio's logarithm by area.
 fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationError> {
     const LATTICE: u32 = 32;
     let at: Vec<f64> = (0..LATTICE).map(|i| (f64::from(i) + 0.5) / f64::from(LATTICE)).collect();
     let mut samples = vec![Partials::default(); at.len() * at.len()];
     instance.partials_grid(patch, &at, &at, &mut samples)?;
-    let mean = |f: &dyn Fn(&Partials) -> f64| samples.iter().map(f).sum::<f64>() / samples.len() as f64;
-    let along_u = mean(&|p| vector::length(p.du));
-    let along_v = mean(&|p| vector::length(p.dv));
-    let area = mean(&|p| vector::length(vector::cross(p.du, p.dv)));
-    if !(along_u > 0.0 && along_v > 0.0 && area > 0.0) {
-        return Ok([0.0, 0.0]);
+    let (mut sum, mut logarithms) = (0.0, 0.0);
+    for p in &samples {
+        let area = vector::length(vector::cross(p.du, p.dv));
+        // Where there is area, neither partial derivative vanishes.
+        if area > 0.0 {
+            sum += area;
+            logarithms += area * (vector::length(p.du) / vector::length(p.dv)).ln();
+        }
     }
-    let correction = (area / (along_u * along_v)).sqrt();
-    Ok([along_u * correction, along_v * correction])
+    let (area, proportion) = (sum / samples.len() as f64, (logarithms / sum).exp());
+    let extent = [(area * proportion).sqrt(), (area / proportion).sqrt()];
+    Ok(if extent.iter().all(|e| *e > 0.0 && e.is_finite()) { extent } else { [0.0, 0.0] })
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod atlas;
 mod motion;
 mod packing;
 mod program;
+mod raster;
 mod reference;
 mod sensitivities;
 mod sensitivity_maps;

@@ -1,6 +1,6 @@
 //! Laying out charts on a square texture: rows of charts of one height that fill the texture's width, like lines of pictures
 //! in a gallery. Every chart keeps its area (so that a texel stands for the same area everywhere) and gives way in its
-//! proportions, as little as the rows allow.
+//! proportions, as little as the rows allow; it lies or stands, whichever suits the row better.
 
 use super::atlas::Chart;
 
@@ -11,7 +11,7 @@ pub(super) const GUTTER: u32 = 2;
 const LEAST: f64 = 2.0;
 
 /// Packs rectangles (width and height in millimetres) onto `side` x `side` texels at the largest common scale at which they
-/// fit, found by bisection. A rectangle may be laid down (`Chart::transposed`). None where there are too many.
+/// fit, found by bisection. A rectangle may be turned (`Chart::transposed`). None where there are too many.
 pub(super) fn largest_packing(sizes: &[[f64; 2]], side: u32) -> Option<Vec<Chart>> {
     let area: f64 = sizes.iter().map(|s| s[0] * s[1]).sum();
     let mut low = 0.0;
@@ -30,13 +30,27 @@ pub(super) fn largest_packing(sizes: &[[f64; 2]], side: u32) -> Option<Vec<Chart
     Some(best)
 }
 
-/// A rectangle to be placed: laid down where it stands, in texels.
+/// A rectangle to be placed, in texels: laid down, its width is not less than its height.
 #[derive(Clone, Copy)]
 struct Item {
     index: usize,
-    transposed: bool,
+    /// Whether it was turned to lie.
+    turned: bool,
     width: f64,
     height: f64,
+}
+
+impl Item {
+    /// By which factors it would change its proportions in a row of this height (as logarithms): lying, and standing.
+    fn changes(&self, height: f64) -> [f64; 2] {
+        [self.height, self.width].map(|own| 2.0 * (height / own).ln())
+    }
+
+    /// Whether it had better stand in a row of this height.
+    fn stands(&self, height: f64) -> bool {
+        let [lying, standing] = self.changes(height);
+        standing.abs() < lying.abs()
+    }
 }
 
 /// Charts at a scale of texels a millimetre, or None where they do not fit.
@@ -46,13 +60,19 @@ fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
         .enumerate()
         .map(|(index, s)| {
             let [a, b] = s.map(|d| (d * scale).max(LEAST));
-            Item { index, transposed: b > a, width: a.max(b), height: a.min(b) }
+            Item { index, turned: b > a, width: a.max(b), height: a.min(b) }
         })
         .collect();
-    items.sort_by(|a, b| b.height.total_cmp(&a.height).then(b.width.total_cmp(&a.width)).then(a.index.cmp(&b.index)));
+    // Charts that are high, or that are wide, next to each other: neither suits all models.
+    let orders: [fn(&Item) -> f64; 2] = [|i| i.height, |i| i.width];
+    let cut = orders.map(|key| {
+        items.sort_by(|a, b| key(b).total_cmp(&key(a)).then(b.width.total_cmp(&a.width)).then(a.index.cmp(&b.index)));
+        rows(&items, side).map(|(cost, rows)| (cost, rows, items.clone()))
+    });
+    let (_, rows, items) = cut.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0))?;
     let mut charts = vec![Chart::default(); sizes.len()];
     let mut y = 0;
-    for row in rows(&items, side)? {
+    for row in rows {
         let height = place_row(&items[row], side, y, &mut charts)?;
         y += height + 2 * GUTTER;
         if y > side {
@@ -62,9 +82,9 @@ fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
     Some(charts)
 }
 
-/// Cuts the sorted items into rows so that the proportions change least: the sum over charts of area times the squared
-/// logarithm of the change, by dynamic programming. None where a chart cannot have its least width.
-fn rows(items: &[Item], side: u32) -> Option<Vec<std::ops::Range<usize>>> {
+/// Cuts the sorted items into rows so that the proportions change least: the sum over charts of the root of the area (so that small charts have a
+/// say) times the squared logarithm of the change, by dynamic programming. Gives that sum, too. None where a chart cannot have its least width.
+fn rows(items: &[Item], side: u32) -> Option<(f64, Vec<std::ops::Range<usize>>)> {
     // Rows of more charts than this would be narrower than they are high in a square texture.
     let most = 4 * (items.len() as f64).sqrt().ceil() as usize + 4;
     let mut cost = vec![f64::INFINITY; items.len() + 1];
@@ -89,7 +109,7 @@ fn rows(items: &[Item], side: u32) -> Option<Vec<std::ops::Range<usize>>> {
         end = first[end];
     }
     rows.reverse();
-    Some(rows)
+    Some((cost[items.len()], rows))
 }
 
 /// The height at which charts with these areas fill a row, or infinity.
@@ -104,7 +124,8 @@ fn distortion(items: &[Item], side: u32) -> f64 {
     if !height.is_finite() {
         return f64::INFINITY;
     }
-    items.iter().map(|i| i.width * i.height * (2.0 * (height / i.height).ln()).powi(2)).sum()
+    let change = |i: &Item| i.changes(height).map(f64::abs).into_iter().fold(f64::INFINITY, f64::min);
+    items.iter().map(|i| (i.width * i.height).sqrt() * change(i).powi(2)).sum()
 }
 
 /// Places a row at height `y`; returns its height in texels.
@@ -115,7 +136,8 @@ fn place_row(items: &[Item], side: u32, y: u32, charts: &mut [Chart]) -> Option<
     for item in items {
         // Widths are rounded down, which leaves room for those that are raised to the least width.
         let width = (item.width * item.height / exact.max(LEAST)).floor().max(LEAST) as u32;
-        charts[item.index] = Chart { x: x + GUTTER, y: y + GUTTER, width, height, transposed: item.transposed };
+        let transposed = item.turned != item.stands(exact);
+        charts[item.index] = Chart { x: x + GUTTER, y: y + GUTTER, width, height, transposed };
         x += width + 2 * GUTTER;
     }
     (x <= side).then_some(height)
@@ -152,9 +174,10 @@ mod tests {
             assert!((d / density[0] - 1.0).abs() < 0.1, "{density:?}");
         }
         for (c, s) in charts.iter().zip(&sizes) {
-            let proportions = f64::from(c.width) / f64::from(c.height) / (s[0] / s[1]);
-            // A small chart alone in its row is stretched most.
-            assert!((0.15..7.0).contains(&proportions), "{proportions} in {c:?}");
+            let (across, down) = if c.transposed { (c.height, c.width) } else { (c.width, c.height) };
+            let proportions = f64::from(across) / f64::from(down) / (s[0] / s[1]);
+            // The handle stands beside the inner wall, as high as that lies; texels are at most 1.6 times as long as wide.
+            assert!((1.0 / 1.6..1.6).contains(&proportions), "{proportions} in {c:?}");
         }
     }
 

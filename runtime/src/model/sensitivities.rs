@@ -22,6 +22,8 @@ pub struct PartSensitivities {
     pub texels: Vec<usize>,
     /// The parameters that the part depends on.
     pub active: Vec<usize>,
+    /// The surface's own unit normal at every one of them, whatever direction the texels come to look in.
+    pub normals: Vec<[f64; 3]>,
     /// For every texel, for every active parameter: the derivative of the point. Millimetres per unit of the parameter.
     pub derivatives: Vec<[f64; 3]>,
 }
@@ -50,9 +52,16 @@ impl Sensitivities {
             instance.jacobian(patch, &u, &v, &mut jacobian)?;
             let derivatives = jacobian.chunks_exact(3).map(|d| motion.direction([d[0], d[1], d[2]])).collect();
             let active = part.active.iter().map(|p| *p as usize).collect();
-            parts.push(PartSensitivities { texels: sample, active, derivatives });
+            let normals = sample.iter().map(|i| texels.normal[*i].map(f64::from)).collect();
+            parts.push(PartSensitivities { texels: sample, active, normals, derivatives });
         }
         let parameters = model.parameters().iter().map(|p| (p.name.clone(), p.quantity)).collect();
         Ok(Sensitivities { parts, parameters })
+    }
+
+    /// Turns the normals of some parts, named as in `texels`, whose texels were turned likewise.
+    pub fn turn(&mut self, texels: &Texels, parts: &[String]) {
+        let named = self.parts.iter_mut().zip(&texels.part_names).filter(|(_, name)| parts.contains(name));
+        named.flat_map(|(part, _)| &mut part.normals).for_each(|n| *n = n.map(|c| -c));
     }
 }

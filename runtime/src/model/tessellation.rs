@@ -154,7 +154,7 @@ pub(super) fn unit_normals(
     v: &[f64],
     partials: &[Partials],
 ) -> Result<Vec<Option<[f64; 3]>>, EvaluationError> {
-    let mut normals: Vec<_> = partials.iter().map(normal).collect();
+    let mut normals: Vec<_> = partials.iter().map(|p| normal(p).map(|n| n.0)).collect();
     for step in [1e-6, 1e-4, 1e-3, 1e-2] {
         let missing: Vec<usize> = (0..normals.len()).filter(|&i| normals[i].is_none()).collect();
         if missing.is_empty() {
@@ -165,20 +165,21 @@ pub(super) fn unit_normals(
         let mut near = vec![Partials::default(); missing.len()];
         instance.partials(patch, &nu, &nv, &mut near)?;
         for (&i, p) in missing.iter().zip(&near) {
-            normals[i] = normal(p);
+            normals[i] = normal(p).map(|n| n.0);
         }
     }
     Ok(normals)
 }
 
-/// The unit normal, unless the partial derivatives are parallel to rounding.
-fn normal(p: &Partials) -> Option<[f64; 3]> {
+/// The unit normal and the length of `du x dv`, unless the partial derivatives are parallel to rounding.
+#[inline]
+pub(super) fn normal(p: &Partials) -> Option<([f64; 3], f64)> {
     let n = vector::cross(p.du, p.dv);
     let size = vector::length(n);
     // Rounding of the cross product is some 1e-16 of the product of the lengths; a factor of 1e4 above it the
     // direction is still good to 1e-4. The second bound catches partials that vanish altogether.
-    let scale = vector::length(p.du) * vector::length(p.dv);
-    (size > 1e-12 * scale && size > 1e-12 && size.is_finite()).then(|| vector::scale(n, 1.0 / size))
+    let scale = (vector::dot(p.du, p.du) * vector::dot(p.dv, p.dv)).sqrt();
+    (size > 1e-12 * scale && size > 1e-12 && size.is_finite()).then(|| (vector::scale(n, 1.0 / size), size))
 }
 
 /// Segments along u and v so that no chord of the grid leaves the surface by more than the tolerance: a chord over a

@@ -1,7 +1,7 @@
 //! The places from which distances are measured.
 
 use super::atlas::{Atlas, Chart};
-use super::tessellation::unit_normals;
+use super::tessellation::{normal, unit_normals};
 use super::{EvaluationError, Instance, Model, Partials, vector};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -49,7 +49,9 @@ impl Texels {
             .charts
             .iter()
             .enumerate()
-            .flat_map(|(patch, c)| (0..c.height).map(move |j| Row { patch, j, first: (c.y + j) * atlas.size + c.x }))
+            .flat_map(|(patch, c)| {
+                (0..c.height).map(move |j| Row { patch, i: 0, j, first: (c.y + j) * atlas.size + c.x })
+            })
             .collect();
         // Charts do not overlap, so that rows in this order give ascending indices.
         rows.sort_unstable_by_key(|row| row.first);
@@ -65,14 +67,19 @@ impl Texels {
             part_names: model.parts().iter().map(|p| p.name.clone()).collect(),
         };
         let mut rest = texels.places();
-        let mut blocks: BTreeMap<(usize, u32), Vec<(Row, Places<'_>)>> = BTreeMap::new();
+        let mut blocks: BTreeMap<(usize, u32, u32), Vec<(Row, Places<'_>)>> = BTreeMap::new();
         for row in rows {
-            let places;
-            (places, rest) = rest.split_at(atlas.charts[row.patch].width as usize);
-            blocks.entry((row.patch, row.j / BLOCK)).or_default().push((row, places));
+            let chart = &atlas.charts[row.patch];
+            let (high, wide) = block_of(chart);
+            for i in (0..chart.width).step_by(wide as usize) {
+                let places;
+                (places, rest) = rest.split_at(wide.min(chart.width - i) as usize);
+                let piece = Row { i, first: row.first + i, ..row };
+                blocks.entry((row.patch, row.j / high, i / wide)).or_default().push((piece, places));
+            }
         }
         let blocks: Vec<_> = blocks.into_iter().collect();
-        blocks.into_par_iter().try_for_each(|((patch, _), block)| sample_block(instance, atlas, patch, block))?;
+        blocks.into_par_iter().try_for_each(|((patch, ..), block)| sample_block(instance, atlas, patch, block))?;
         texels.drop_absent();
         Ok(texels)
     }
@@ -153,16 +160,20 @@ impl Texels {
     }
 }
 
-/// One row of a chart's texels: row j of patch `patch`, from the texture's place `first` on.
+/// A piece of a row of a chart's texels: of patch `patch`, from column i of row j on, which is the texture's place `first`.
 #[derive(Clone, Copy)]
 struct Row {
     patch: usize,
+    i: u32,
     j: u32,
     first: u32,
 }
 
-/// Rows of texels that are evaluated at once, as a grid.
-const BLOCK: u32 = 16;
+/// Rows and columns of texels of a chart that are evaluated at once, as a grid: no more than stays in a processor's own memory. What a
+/// model computes from u is kept from grid to grid while these stay the same: those of a whole row, or of some rows where the chart is turned.
+fn block_of(chart: &Chart) -> (u32, u32) {
+    if chart.transposed { (16, 256) } else { ((4096 / chart.width.max(1)).clamp(1, 16), chart.width.max(1)) }
+}
 
 /// The area of a texel at which there is no surface.
 const ABSENT: f32 = -1.0;
@@ -196,18 +207,18 @@ impl<'a> Places<'a> {
     }
 }
 
-/// Samples some rows of one chart at once.
+/// Samples a block of one chart's texels at once.
 fn sample_block(
     instance: &dyn Instance,
     atlas: &Atlas,
     patch: usize,
-    block: Vec<(Row, Places<'_>)>,
+    mut block: Vec<(Row, Places<'_>)>,
 ) -> Result<(), EvaluationError> {
+    let Some((Row { i: left, j: top, .. }, places)) = block.first() else { return Ok(()) };
     let chart = &atlas.charts[patch];
-    let (width, height) = (chart.width as usize, block.len());
-    let first = block.first().map_or(0, |(row, _)| row.j);
-    let along: Vec<(f64, f64)> = (0..chart.width).map(|i| chart.parameters(i, first)).collect();
-    let across: Vec<(f64, f64)> = block.iter().map(|(row, _)| chart.parameters(0, row.j)).collect();
+    let (width, height) = (places.index.len(), block.len());
+    let along: Vec<(f64, f64)> = (0..width as u32).map(|i| chart.parameters(left + i, *top)).collect();
+    let across: Vec<(f64, f64)> = block.iter().map(|(row, _)| chart.parameters(*left, row.j)).collect();
     // Rows of texels are those of the grid, or its columns.
     let (u, v): (Vec<f64>, Vec<f64>) = if chart.transposed {
         (across.iter().map(|p| p.0).collect(), along.iter().map(|p| p.1).collect())
@@ -216,24 +227,45 @@ fn sample_block(
     };
     let mut grid = vec![Partials::default(); width * height];
     instance.partials_grid(patch, &u, &v, &mut grid)?;
-    for (k, (row, places)) in block.into_iter().enumerate() {
-        let (u, v): (Vec<f64>, Vec<f64>) = (0..chart.width).map(|i| chart.parameters(i, row.j)).unzip();
-        let place = |i: usize| if chart.transposed { i * height + k } else { k * width + i };
-        let partials: Vec<Partials> = (0..width).map(|i| grid[place(i)]).collect();
-        let normals = unit_normals(instance, patch, &u, &v, &partials)?;
-        write_row(chart, row, &partials, &normals, places);
+    let place = |k: usize, i: usize| if chart.transposed { i * height + k } else { k * width + i };
+    let mut poles = Vec::new();
+    for (k, (row, places)) in block.iter_mut().enumerate() {
+        write_row(chart, *row, |i| &grid[place(k, i)], places, |i| poles.push((k, i)));
+    }
+    let at = |&(k, i): &(usize, usize)| chart.parameters(block[k].0.i + i as u32, block[k].0.j);
+    let (u, v): (Vec<f64>, Vec<f64>) = poles.iter().map(at).unzip();
+    let partials: Vec<Partials> = poles.iter().map(|(k, i)| grid[place(*k, *i)]).collect();
+    let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+    for ((k, i), normal) in poles.into_iter().zip(normals) {
+        let (p, places) = (&grid[place(k, i)], &mut block[k].1);
+        if let Some(n) = normal {
+            let size = vector::length(vector::cross(p.du, p.dv));
+            (places.normal[i], places.area[i]) = (n.map(|c| c as f32), (size * chart.cell()) as f32);
+        }
     }
     Ok(())
 }
 
-fn write_row(chart: &Chart, row: Row, partials: &[Partials], normals: &[Option<[f64; 3]>], places: Places<'_>) {
-    let cell = 1.0 / (f64::from(chart.width) * f64::from(chart.height));
+/// Writes a piece of a row, whose partial derivatives `partials` gives; names the texels that have no normal of their own.
+fn write_row<'p>(
+    chart: &Chart,
+    row: Row,
+    partials: impl Fn(usize) -> &'p Partials,
+    places: &mut Places<'_>,
+    mut without: impl FnMut(usize),
+) {
+    let cell = chart.cell();
     places.part.fill(row.patch as u32);
-    for (i, (p, normal)) in partials.iter().zip(normals).enumerate() {
+    for i in 0..places.index.len() {
+        let p = partials(i);
         places.index[i] = row.first + i as u32;
         places.position[i] = p.point;
-        places.normal[i] = normal.unwrap_or_default().map(|c| c as f32);
-        let area = (vector::length(vector::cross(p.du, p.dv)) * cell) as f32;
-        places.area[i] = if normal.is_some() { area } else { ABSENT };
+        (places.normal[i], places.area[i]) = match normal(p) {
+            Some((n, size)) => (n.map(|c| c as f32), (size * cell) as f32),
+            None => {
+                without(i);
+                ([0.0; 3], ABSENT)
+            }
+        };
     }
 }

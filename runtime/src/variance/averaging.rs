@@ -34,9 +34,22 @@ const CANCELLED: f64 = 1e-3;
 /// Of a mesh from elsewhere, which has no patches: normals of vertices at one place are averaged, weighted by the triangles' angles, and
 /// interpolated over the triangles; `width` plays no role.
 ///
+/// Gives the cosine of the angle by which each texel's normal was turned ([`Deviations::cosine`](super::Deviations)).
+///
 /// # Errors
 /// As [`Bvh::build`], of the model's surface.
-pub fn average_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<(), BvhError> {
+pub fn average_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<Vec<f32>, BvhError> {
+    let own = texels.normal.clone();
+    turn_normals(texels, tessellation, width)?;
+    let cosine = |(own, turned): (&[f32; 3], &[f32; 3])| {
+        let [own, turned] = [own, turned].map(|n| DVec3::from(n.map(f64::from)));
+        // What was not turned looks along its own normal, to the last bit.
+        if own == turned { 1.0 } else { own.dot(turned) as f32 }
+    };
+    Ok(own.par_iter().zip(&texels.normal).map(cosine).collect())
+}
+
+fn turn_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<(), BvhError> {
     let bvh = Bvh::build(&tessellation.mesh)?;
     let tolerance = COINCIDENT * diagonal(&tessellation.mesh);
     if tessellation.origins.len() != tessellation.mesh.positions.len() {

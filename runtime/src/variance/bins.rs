@@ -81,6 +81,11 @@ impl Weights {
         self.before[bin]
     }
 
+    /// In some bins that follow each other.
+    pub(super) fn between(&self, bins: std::ops::Range<usize>) -> f64 {
+        if bins.is_empty() { 0.0 } else { self.before[bins.end] - self.before[bins.start] }
+    }
+
     /// The first of the bins that hold the quantile below which `goal` lies and the values on both sides of it.
     pub(super) fn first_around(&self, goal: f64) -> usize {
         self.place(goal).checked_sub(1).or(Some(0)).and_then(|k| self.occupied.get(k)).copied().unwrap_or(0)

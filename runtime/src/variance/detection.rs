@@ -41,9 +41,8 @@ pub fn detect(
     fit: Option<(&Sensitivities, ParameterCovariance<'_>)>,
 ) -> Vec<Detection> {
     let texels = &deviations.texels;
-    let model = |part: usize| {
-        fit.map_or(0.0, |(sensitivities, covariance)| surface_deviation(deviations, sensitivities, covariance, part))
-    };
+    let model =
+        |part: usize| fit.map_or(0.0, |(sensitivities, covariance)| surface_deviation(sensitivities, covariance, part));
     let levels: Vec<(f64, f64)> = (0..texels.part_names.len())
         .map(|part| {
             let model = model(part);
@@ -68,12 +67,7 @@ pub fn detect(
 }
 
 /// Root mean square over a part's sampled texels of sqrt(s^T C s), s the parameters' effect along the normal.
-fn surface_deviation(
-    deviations: &Deviations,
-    sensitivities: &Sensitivities,
-    covariance: ParameterCovariance<'_>,
-    part: usize,
-) -> f64 {
+fn surface_deviation(sensitivities: &Sensitivities, covariance: ParameterCovariance<'_>, part: usize) -> f64 {
     let Some(own) = sensitivities.parts.get(part) else { return 0.0 };
     let place = |p: &usize| {
         let (name, _) = sensitivities.parameters.get(*p)?;
@@ -82,8 +76,8 @@ fn surface_deviation(
     let places: Vec<Option<usize>> = own.active.iter().map(place).collect();
     let entry = |a: usize, b: usize| covariance.matrix.get(a).and_then(|row| row.get(b)).copied().unwrap_or(0.0);
     let mut sum = 0.0;
-    for (k, texel) in own.texels.iter().enumerate() {
-        let normal = DVec3::from(deviations.texels.normal[*texel].map(f64::from));
+    for (k, normal) in own.normals.iter().enumerate() {
+        let normal = DVec3::from(*normal);
         let effects: Vec<(usize, f64)> = own.derivatives[k * places.len()..(k + 1) * places.len()]
             .iter()
             .zip(&places)
@@ -122,10 +116,15 @@ mod tests {
             outward: vec![1.1, 0.9, nan, nan],
             inward: vec![nan, nan, 0.7, nan],
             filled: Vec::new(),
+            cosine: Vec::new(),
         };
         // The surface of `a` moves by 2 along its normal for a unit of p, and by 1 for one of q; `b` does not.
-        let part =
-            |derivatives: Vec<[f64; 3]>, active: Vec<usize>, texels| PartSensitivities { texels, active, derivatives };
+        let part = |derivatives: Vec<[f64; 3]>, active: Vec<usize>, texels: Vec<usize>| PartSensitivities {
+            normals: vec![[0.0, 0.0, 1.0]; texels.len()],
+            texels,
+            active,
+            derivatives,
+        };
         let a = part(vec![[9.0, 0.0, 2.0], [0.0, 0.0, 1.0], [0.0, 5.0, 2.0], [0.0, 0.0, 1.0]], vec![1, 2], vec![0, 1]);
         let sensitivities = Sensitivities {
             parts: vec![a, part(vec![], vec![], vec![2, 3])],

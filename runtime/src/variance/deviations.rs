@@ -17,6 +17,9 @@ pub struct Deviations {
     /// Whether what is nearest is a hole of the scan that was closed ([`FilledHoles`](super::FilledHoles)): such a texel has no distance, since nothing was
     /// measured there. Empty where no holes were closed.
     pub filled: Vec<bool>,
+    /// Cosine of the angle between the direction in which texel i looks and the surface's own normal there, where normals are averaged
+    /// ([`average_normals`](super::average_normals)); empty where texels look along the surface's normals.
+    pub cosine: Vec<f32>,
 }
 
 impl Deviations {
@@ -26,9 +29,17 @@ impl Deviations {
         self.filled.get(i).copied().unwrap_or(false)
     }
 
-    /// The signed distance of texel i: the nearer of the two hits, positive outward; NaN where there is none ("no data").
+    /// The deviation of texel i: the nearer of the two hits, positive outward; NaN where there is none ("no data"). Perpendicular to the
+    /// surface: what was found along an averaged normal counts as far as a scan parallel to the surface is away from it. All
+    /// figures are of these.
     #[must_use]
     pub fn signed(&self, i: usize) -> f32 {
+        self.along(i) * self.cosine.get(i).copied().unwrap_or(1.0)
+    }
+
+    /// Likewise the distance in the direction in which texel i looks, by which the surface is displaced to lie on the scan.
+    #[must_use]
+    pub fn along(&self, i: usize) -> f32 {
         let (out, inw) = (self.outward[i], self.inward[i]);
         match (out.is_nan(), inw.is_nan()) {
             (true, true) => f32::NAN,

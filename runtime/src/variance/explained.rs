@@ -73,7 +73,7 @@ fn explain_part(
     let mut distances = DVector::zeros(kept.len());
     for (row, k) in kept.iter().enumerate() {
         let i = part.texels[*k];
-        let normal = DVec3::from(texels.normal[i].map(f64::from));
+        let normal = DVec3::from(part.normals[*k]);
         // Rows are scaled so that sums of squares are weighted by area.
         let weight = f64::from(texels.area[i]).max(0.0).sqrt();
         distances[row] = weight * f64::from(deviations.signed(i));
@@ -151,13 +151,14 @@ fn explained(columns: &DMatrix<f64>, distances: &DVector<f64>) -> f64 {
     let eigen = SymmetricEigen::new(scaled.tr_mul(&scaled));
     let product = scaled.tr_mul(distances);
     let largest = eigen.eigenvalues.max();
-    eigen
+    let shares = eigen
         .eigenvalues
         .iter()
         .zip(eigen.eigenvectors.column_iter())
         .filter(|(value, _)| **value > SINGULAR * largest)
-        .map(|(value, vector)| vector.dot(&product).powi(2) / value)
-        .sum()
+        .map(|(value, vector)| vector.dot(&product).powi(2) / value);
+    // The sum of nothing is -0.
+    0.0 + shares.sum::<f64>()
 }
 
 #[cfg(test)]
@@ -184,7 +185,8 @@ mod tests {
             Motion { rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], translation: [5.0, 7.0, -3.0] };
         motion.move_texels(&mut texels);
         let sensitivities = Sensitivities::new(&program, &*instance, &atlas, &texels, &motion).expect("it is smooth");
-        let deviations = Deviations { texels, max_distance: 5.0, outward, inward, filled: Vec::new() };
+        let deviations =
+            Deviations { texels, max_distance: 5.0, outward, inward, filled: Vec::new(), cosine: Vec::new() };
         explain(&deviations, &sensitivities).remove(0).expect("enough is measured")
     }
 

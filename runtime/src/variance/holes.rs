@@ -54,7 +54,8 @@ impl FilledHoles {
             mesh.triangles.push(own);
         }
         let filled = closed.iter().flatten().count();
-        let area = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        // The sum of nothing is -0.
+        let area = 0.0 + mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum::<f64>();
         FilledHoles { mesh, summary: HoleSummary { size, filled, area, open: closed.len() - filled } }
     }
 }

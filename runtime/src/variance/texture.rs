@@ -59,19 +59,20 @@ impl DistanceTexture {
     }
 }
 
-/// The signed distance of every texel of the texture, row by row from the top, in millimetres; NaN where there is no
-/// data and where no chart is. Nothing is rounded and nothing dilated.
+/// The signed distance of every texel of the texture in the direction in which it looks, row by row from the top, in millimetres; NaN
+/// where there is no data and where no chart is. Nothing is rounded and nothing dilated.
 #[must_use]
 pub fn signed_distances(deviations: &Deviations) -> Vec<f32> {
     let mut distances = vec![f32::NAN; deviations.texels.width as usize * deviations.texels.height as usize];
     for (i, &index) in deviations.texels.index.iter().enumerate() {
-        distances[index as usize] = deviations.signed(i);
+        distances[index as usize] = deviations.along(i);
     }
     distances
 }
 
 fn code(outward: f32, inward: f32, max_distance: f64) -> [u8; 3] {
-    let byte = |d: f32| if d.is_nan() { 0 } else { (255.0 * f64::from(d) / max_distance).round() as u8 };
+    // Distances are not negative: half a step more, cut off, is the nearest.
+    let byte = |d: f32| if d.is_nan() { 0 } else { (255.0 * f64::from(d) / max_distance + 0.5) as u8 };
     let flags = if outward.is_nan() { 0 } else { OUTWARD } | if inward.is_nan() { 0 } else { INWARD };
     [byte(outward), byte(inward), flags]
 }
@@ -91,8 +92,9 @@ fn dilate(values: &mut [[u8; 3]], covered: &mut [bool], width: usize) {
             (x < width && y < height).then(|| y * width + x)
         })
     };
-    let mut frontier: Vec<usize> =
-        (0..covered.len()).filter(|&i| !covered[i] && around(i).any(|j| covered[j])).collect();
+    let near = |i: &usize| !covered[*i] && around(*i).any(|j| covered[j]);
+    let of_row = |y: usize| (y * width..(y + 1) * width).filter(near);
+    let mut frontier: Vec<usize> = (0..height).into_par_iter().flat_map_iter(of_row).collect();
     for ring in 0..GUTTER {
         let filled: Vec<[u8; 3]> =
             frontier.iter().map(|&i| around(i).find(|&j| covered[j]).map_or([0; 3], |j| values[j])).collect();
@@ -132,6 +134,7 @@ mod tests {
             outward: texels.iter().map(|t| t.1).collect(),
             inward: texels.iter().map(|t| t.2).collect(),
             filled: Vec::new(),
+            cosine: Vec::new(),
         }
     }
 

@@ -100,7 +100,7 @@ pub fn trace(
         None => (trace_cpu::trace(&rays), "cpu".to_owned(), None),
     };
     let Distances { outward, inward } = found;
-    let deviations = Deviations { texels, max_distance, outward, inward, filled: Vec::new() };
+    let deviations = Deviations { texels, max_distance, outward, inward, filled: Vec::new(), cosine: Vec::new() };
     Ok(Trace { deviations, device, notice })
 }
 
@@ -119,7 +119,7 @@ pub fn trace_closest(
 ) -> Result<Trace, TraceError> {
     let rays = Rays::new(&texels, scan, max_distance, facing)?;
     let Distances { outward, inward } = closest::trace(&rays, Some(mesh));
-    let deviations = Deviations { texels, max_distance, outward, inward, filled: Vec::new() };
+    let deviations = Deviations { texels, max_distance, outward, inward, filled: Vec::new(), cosine: Vec::new() };
     Ok(Trace { deviations, device: "cpu".to_owned(), notice: None })
 }
 

@@ -41,22 +41,24 @@ fn bands(index: &[u32], width: usize) -> Vec<Range<usize>> {
 fn trace_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &mut [f32]) {
     let width = (rays.texels.width as usize).max(1);
     let index = &rays.texels.index[texels.clone()];
-    let column = |i: usize| index[i] as usize % width;
+    let first_row = index.first().map_or(0, |&i| i as usize / (TILE * width) * TILE);
+    let column = |r: usize, i: usize| index[i] as usize - (first_row + r) * width;
     // What is left of each row.
     let mut rows: [Range<usize>; TILE] = std::array::from_fn(|r| {
-        let row = index.first().map_or(0, |&i| i as usize / (TILE * width) * TILE) + r;
-        index.partition_point(|&i| (i as usize / width) < row)..index.partition_point(|&i| i as usize / width <= row)
+        let before = |row: usize| index.partition_point(|&i| (i as usize) < row * width);
+        before(first_row + r)..before(first_row + r + 1)
     });
     let search =
         Search { reach: rays.max_distance, tolerance: rays.tolerance, facing: rays.facing, cosine: rays.cosine };
     loop {
-        let next = rows.iter().filter(|row| row.start < row.end).map(|row| column(row.start)).min();
+        let left = rows.iter().enumerate().filter(|(_, row)| row.start < row.end);
+        let next = left.map(|(r, row)| column(r, row.start)).min();
         let Some(end) = next.map(|column| (column / TILE + 1) * TILE) else { return };
         let mut members = [0; PACKET];
         let mut lines = [Line::default(); PACKET];
         let mut count = 0;
-        for row in &mut rows {
-            while row.start < row.end && column(row.start) < end && count < PACKET {
+        for (r, row) in rows.iter_mut().enumerate() {
+            while row.start < row.end && column(r, row.start) < end && count < PACKET {
                 if let Some((origin, direction)) = rays.get(texels.start + row.start) {
                     (members[count], lines[count]) = (row.start, Line { origin, direction });
                     count += 1;

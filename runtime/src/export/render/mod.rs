@@ -39,12 +39,46 @@ pub struct Layer<'a> {
 /// Draws the layers as seen from `view`, fitted to the picture.
 #[must_use]
 pub fn render(layers: &[Layer<'_>], view: &View, width: usize, height: usize) -> Picture {
-    let camera = Camera::fit(layers, view, width * SAMPLES, height * SAMPLES);
+    draw_layers(layers, &Camera::fit(layers, view, width * SAMPLES, height * SAMPLES), width, height)
+}
+
+/// Every row of layers as seen from every view, side by side in square pictures, with a bar that says how long a round number of millimetres is.
+/// All pictures have one scale, and those of one view one centre, so that sizes and places can be compared.
+#[must_use]
+pub fn sheet(rows: &[&[Layer<'_>]], views: &[View], side: usize) -> Picture {
+    let fit = |view: &View| Camera::fit(rows.iter().copied().flatten(), view, side * SAMPLES, side * SAMPLES);
+    let scale = views.iter().map(|view| fit(view).scale()).fold(f64::INFINITY, f64::min);
+    let picture = |layers: &&[Layer<'_>]| -> Vec<Picture> {
+        views.iter().map(|view| draw_layers(layers, &fit(view).at_scale(scale), side, side)).collect()
+    };
+    let mut pictures: Vec<Picture> = rows.iter().flat_map(picture).collect();
+    if let Some(first) = pictures.first_mut() {
+        bar(first, scale / SAMPLES as f64);
+    }
+    Picture::sheet(&pictures, views.len())
+}
+
+/// A bar of 1, 2 or 5 times a power of ten millimetres in the lower left corner, at most a third of the picture long; at so many pixels a millimetre.
+fn bar(picture: &mut Picture, scale: f64) {
+    let longest = picture.width as f64 / 3.0 / scale;
+    if !(longest > 0.0 && longest.is_finite()) {
+        return;
+    }
+    let power = 10f64.powf(longest.log10().floor());
+    let length = [5.0, 2.0, 1.0].into_iter().map(|m| m * power).find(|l| *l <= longest).unwrap_or(power);
+    let (unit, left) = ((picture.height / 300).max(1), GLYPH_HEIGHT);
+    let top = picture.height.saturating_sub((GLYPH_HEIGHT + 8) * unit);
+    let pixels = ((length * scale).round() as usize).max(1);
+    picture.fill(left, top, pixels, 2 * unit, INK);
+    draw(picture, left, top + 4 * unit, unit, INK, &format!("{length} mm"));
+}
+
+fn draw_layers(layers: &[Layer<'_>], camera: &Camera, width: usize, height: usize) -> Picture {
     let drawn: Vec<(Canvas, f32)> = layers
         .iter()
         .map(|layer| {
             let mut canvas = Canvas::new(width * SAMPLES, height * SAMPLES);
-            canvas.draw(layer, &camera);
+            canvas.draw(layer, camera);
             (canvas, layer.opacity.clamp(0.0, 1.0))
         })
         .collect();

@@ -1,7 +1,7 @@
 //! The colours of a surface.
 
 use crate::export::colormap::{NO_DATA, diverging};
-use crate::variance::{Deviations, signed_distances};
+use crate::variance::Deviations;
 
 /// How far beyond a chart its texels count: as wide as the gutters between charts.
 const REACH: isize = 2;
@@ -30,11 +30,10 @@ impl DeviationColours {
     /// Colours on a scale that ends at `end` millimetres.
     #[must_use]
     pub fn new(deviations: &Deviations, end: f64) -> Self {
-        let distances = signed_distances(deviations);
-        let mut colours = vec![None; distances.len()];
-        for &index in &deviations.texels.index {
-            let d = f64::from(distances[index as usize]);
-            colours[index as usize] = Some(diverging(d / end));
+        let texels = &deviations.texels;
+        let mut colours = vec![None; texels.width as usize * texels.height as usize];
+        for (i, &index) in texels.index.iter().enumerate() {
+            colours[index as usize] = Some(diverging(f64::from(deviations.signed(i)) / end));
         }
         Self { width: deviations.texels.width as usize, height: deviations.texels.height as usize, colours }
     }

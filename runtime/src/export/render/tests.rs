@@ -1,4 +1,4 @@
-use super::{BACKGROUND, DeviationColours, IDENTITY, Layer, Paint, View, render};
+use super::{BACKGROUND, DeviationColours, IDENTITY, Layer, Paint, View, render, sheet};
 use crate::export::colormap::{NO_DATA, diverging};
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
@@ -46,6 +46,29 @@ fn a_triangle_covers_the_pixels_it_should() {
     }
     let covered = picture.pixels.iter().filter(|p| is_red(**p)).count() as f64;
     assert!((covered - 88.0 * 88.0 / 2.0).abs() < 88.0, "{covered} pixels");
+}
+
+/// A square and a longer one, from above and from the front and above: one scale for all, one centre a view.
+#[test]
+fn a_sheet_has_one_scale() {
+    let small = square(0.0);
+    let mut long = square(0.0);
+    long.positions.iter_mut().for_each(|p| p[0] = 3.0 + 4.0 * p[0]);
+    let side = View { toward: [0.0, -1.0, 1.0], up: [0.0, 0.0, 1.0], cut: false };
+    let (red, green) = ([opaque(&small, RED)], [opaque(&long, GREEN)]);
+    let picture = sheet(&[&red, &green], &[View::TOP, side], 100);
+    assert_eq!((picture.width, picture.height), (200, 200));
+    // Both span 8 mm from -1 to 7: 88 pixels, of which the small one has the first quarter, in both views.
+    let row = |y: usize, left: usize| -> Vec<usize> {
+        let pixel = |x: usize| picture.pixels[y * 200 + left + x];
+        (0..100).filter(|x| pixel(*x) != BACKGROUND && pixel(*x)[2] < 50).collect()
+    };
+    let ends = |found: &[usize]| (found.first().copied().unwrap_or(0), found.last().copied().unwrap_or(0));
+    for left in [0, 100] {
+        let (small, long) = (ends(&row(50, left)), ends(&row(150, left)));
+        assert!(small.0.abs_diff(6) <= 1 && small.1.abs_diff(27) <= 1, "{small:?}");
+        assert!(long.0.abs_diff(6) <= 1 && long.1.abs_diff(93) <= 1, "{long:?}");
+    }
 }
 
 #[test]
@@ -105,6 +128,7 @@ fn deviations_lie_where_their_texels_are() {
         outward: vec![1.0, f32::NAN, f32::NAN],
         inward: vec![f32::NAN, f32::NAN, 1.0],
         filled: Vec::new(),
+        cosine: Vec::new(),
     };
     let colours = DeviationColours::new(&deviations, 1.0);
     assert_eq!(colours.at(0.1, 0.9), diverging(1.0));

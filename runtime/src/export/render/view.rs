@@ -61,12 +61,19 @@ pub(super) struct Camera {
 }
 
 impl Camera {
-    pub(super) fn fit(layers: &[Layer<'_>], view: &View, width: usize, height: usize) -> Camera {
+    /// So that the layers fill the picture.
+    pub(super) fn fit<'a>(
+        layers: impl IntoIterator<Item = &'a Layer<'a>>,
+        view: &View,
+        width: usize,
+        height: usize,
+    ) -> Camera {
         let (right, up, toward) = axes(view);
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
-        let used =
-            layers.iter().flat_map(|l| l.mesh.triangles.iter().flatten().map(|&v| l.mesh.positions.get(v as usize)));
+        let used = layers
+            .into_iter()
+            .flat_map(|l| l.mesh.triangles.iter().flatten().map(|&v| l.mesh.positions.get(v as usize)));
         for p in used.flatten().filter(|p| p.iter().all(|c| c.is_finite())) {
             for (k, axis) in [right, up, toward].into_iter().enumerate() {
                 let c = dot(axis, *p);
@@ -83,6 +90,16 @@ impl Camera {
         let room = |k: usize| size[k] * (1.0 - 2.0 * MARGIN) / (high[k] - low[k]).max(1e-9);
         let nearest = if view.cut { 0.0 } else { f32::INFINITY };
         Camera { right, up, toward, centre, scale: room(0).min(room(1)), middle: size.map(|s| 0.5 * s), nearest }
+    }
+
+    /// Samples a millimetre.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// The same view at another scale.
+    pub(super) fn at_scale(self, scale: f64) -> Camera {
+        Camera { scale, ..self }
     }
 
     /// Column, row (downwards) and depth (growing towards the eye, 0 at the centre) of a point, in samples.

@@ -1,9 +1,12 @@
 use super::average_normals;
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
-use crate::model::{Atlas, Fineness, Model, ReferenceSurface, Tessellation, Texels};
+use crate::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
+use crate::scan::ScanSource;
 use crate::variance::trace::tests::gpu;
-use crate::variance::{Device, Facing, signed_distances, trace};
+use crate::variance::{
+    Deviations, Device, Facing, Tolerance, VarianceReport, detect, explain, signed_distances, trace, trace_closest,
+};
 use glam::DVec3;
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -132,6 +135,51 @@ fn normals_turn_within_the_band_only() {
     for (p, n) in rims {
         let out = DVec3::new(p[0], p[1], if p[2] > 25.0 { 20.0 } else { -20.0 }).normalize();
         assert!(out.dot(DVec3::from(*n)) > 1.0 - 1e-4, "{p:?} {n:?}");
+    }
+}
+
+/// A can that is 0.3 mm larger all around is so wherever and in whatever direction it is looked for: by statistics, tolerances, levels of
+/// detection and explanations. (Along averaged normals it is 0.42 mm away at the rims.)
+#[test]
+fn figures_are_the_same_for_every_kind_of_distance() {
+    const OFFSET: f64 = 0.3;
+    let program = program(CAN);
+    let (mut scan, _) = surface(&program, &[20.0 + OFFSET, 50.0 + 2.0 * OFFSET]);
+    scan.mesh.positions.iter_mut().for_each(|p| p[2] -= OFFSET);
+    let bvh = Bvh::build(&scan.mesh).expect("a mesh");
+    let (mut tessellation, texels) = surface(&program, &[20.0, 50.0]);
+    let instance = Model::instantiate(&program, &[20.0, 50.0]).expect("it exists");
+    let atlas = Atlas::new(&program, &*instance, SIZE).expect("it fits");
+    let sensitivities =
+        Sensitivities::new(&program, &*instance, &atlas, &texels, &Motion::IDENTITY).expect("it is smooth");
+    let along = |texels: Texels| trace(texels, &bvh, 5.0, Facing::SAME, Device::Cpu).expect("a distance").deviations;
+    let closest = trace_closest(texels.clone(), &bvh, &scan.mesh, 5.0, Facing::SAME).expect("a distance").deviations;
+    let mut turned = texels.clone();
+    let cosine = average_normals(&mut turned, &mut tessellation, 2.0).expect("a surface");
+    let averaged = Deviations { cosine, ..along(turned) };
+    let furthest = (0..averaged.texels.len()).map(|i| averaged.along(i)).fold(0.0, f32::max);
+    assert!(furthest > 0.37, "{furthest}: no direction was turned");
+    // Chords of the scan's circles are up to 0.006 mm inside of them, texels on the model's.
+    let near = |a: f64, b: f64| (a - b).abs() < 0.008;
+    for (name, found) in [("normal", along(texels)), ("closest", closest), ("averaged", averaged)] {
+        let tolerance = Some(Tolerance { lower: -0.1, upper: 0.32 });
+        let report = VarianceReport::with_tolerances(&found, &ScanSource::default(), "cpu", &[tolerance; 3]);
+        let all = &report.overall;
+        assert_eq!(all.measured_texels, all.texels, "{name}");
+        for value in [all.weighted.mean, all.weighted.min, all.weighted.max, all.weighted.signed.median] {
+            assert!(near(value, OFFSET), "{name}: {value}");
+        }
+        assert!(all.tolerance.is_some_and(|t| t.within), "{name}: {:?}", all.tolerance);
+        // A level just above and one just below the offset.
+        for (noise, share) in [(0.165, 0.0), (0.14, 1.0)] {
+            assert!(detect(&found, noise, None).iter().all(|d| d.significant == share), "{name} {noise}");
+        }
+        let parts: Vec<_> =
+            explain(&found, &sensitivities).into_iter().map(|p| p.expect("enough is measured")).collect();
+        assert_eq!(parts[0].parameters[0].name, "r", "{name}");
+        assert!(near(parts[0].parameters[0].change, OFFSET) && parts[0].form < 0.004, "{name}: {:?}", parts[0]);
+        assert_eq!(parts[1].parameters[0].name, "h", "{name}");
+        assert!(near(parts[1].parameters[0].change, OFFSET) && parts[1].form < 0.004, "{name}: {:?}", parts[1]);
     }
 }
 

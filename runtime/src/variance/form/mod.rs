@@ -55,10 +55,12 @@ pub struct Zone {
 /// How round a part's sections at right angles to its axis are; the worst of them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Roundness {
-    /// Width of the ring about the circle of least squares. Millimetres.
+    /// Width of the ring about the circle of least squares, perpendicular to the surface (on a cylinder that is in the section's plane). Millimetres.
     pub least_squares: f64,
-    /// Width of the narrowest ring. Millimetres.
+    /// Width of the narrowest ring, likewise. Millimetres.
     pub minimum_zone: f64,
+    /// Both measured in the plane of that section (ISO 12181-1). Millimetres.
+    pub in_plane: [f64; 2],
     /// Where the worst section is: a point of the axis, in the scan's coordinates. Millimetres.
     pub at: [f64; 3],
     /// How many sections had points all around.
@@ -93,5 +95,5 @@ pub fn form_deviations(deviations: &Deviations, shapes: &[Option<Recognised>]) -
 /// Where the scan was found from texel i.
 fn measured(deviations: &Deviations, i: usize) -> DVec3 {
     let normal = DVec3::from(deviations.texels.normal[i].map(f64::from));
-    DVec3::from(deviations.texels.position[i]) + f64::from(deviations.signed(i)) * normal
+    DVec3::from(deviations.texels.position[i]) + f64::from(deviations.along(i)) * normal
 }

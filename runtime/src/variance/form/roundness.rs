@@ -1,4 +1,9 @@
 //! Sections at right angles to an axis.
+//!
+//! Points of a section are as far out of round as they are away from the surface, perpendicularly to it: ISO 1101 wants the direction said for
+//! surfaces that are neither cylinders nor spheres, and across a surface that is steep to its axis the scan's noise stays what it is.
+//! In the plane of the section, as ISO 12181-1 has its profile, the same deviations are longer by one over the
+//! cosine of the angle between normal and plane; both are given.
 
 use super::chebyshev::{self, Row};
 use super::{FEWEST, Roundness};
@@ -23,8 +28,34 @@ const OUTLYING: f64 = 4.0;
 /// ... and within the whole part, the shift of whose axis they contain besides.
 const OUTLYING_IN_PART: f64 = 8.0;
 
-/// A point of a section: the angle around the axis, and how far outside of the model's circle.
-type Polar = (f64, f64);
+/// Cosine of the largest angle by which an averaged normal counts as the surface's own.
+const OWN: f32 = 0.9999;
+
+/// A point of a section.
+#[derive(Clone, Copy)]
+struct Polar {
+    /// The angle around the axis.
+    angle: f64,
+    /// How far outside of the model's surface it is, perpendicularly.
+    deviation: f64,
+    /// The part of the model's normal that points away from the axis.
+    outward: f64,
+}
+
+impl Polar {
+    /// Across the surface. A circle that is shifted a little has the deviation a + b cos t + c sin t (a limacon: exact but for the square of
+    /// the shift over twice the radius); of b and c the normal sees its part.
+    fn across(&self) -> Row {
+        let (sin, cos) = self.angle.sin_cos();
+        Row { factors: [1.0, self.outward * cos, self.outward * sin, 0.0, 0.0, 0.0], value: self.deviation }
+    }
+
+    /// In the plane of the section.
+    fn in_plane(&self) -> Row {
+        let (sin, cos) = self.angle.sin_cos();
+        Row { factors: [1.0, cos, sin, 0.0, 0.0, 0.0], value: self.deviation / self.outward }
+    }
+}
 
 /// Of texels with a distance, about an axis: a point and a unit direction.
 pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DVec3, DVec3)) -> Option<Roundness> {
@@ -40,23 +71,34 @@ pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DV
     let usual = usual(deviations, members)?;
     let (x, y) = axis.any_orthonormal_pair();
     let mut sections: Vec<Vec<Polar>> = vec![Vec::new(); SECTIONS];
-    for &i in members.iter().filter(|i| usual.contains(&f64::from(deviations.signed(**i)))) {
+    // Where normals were averaged they are not the surface's.
+    let own = |i: usize| deviations.cosine.get(i).is_none_or(|c| *c >= OWN);
+    let usual = |i: usize| usual.contains(&f64::from(deviations.signed(i)));
+    for &i in members.iter().filter(|i| own(**i) && usual(**i)) {
         let across = (DVec3::from(texels.position[i]) - origin).reject_from_normalized(axis);
         let normal = DVec3::from(texels.normal[i].map(f64::from));
         let Some(outward) = across.try_normalize().map(|o| normal.dot(o)).filter(|o| o.abs() >= STEEP) else {
             continue;
         };
         let place = ((height(i) - low) / (high - low) * SECTIONS as f64) as usize;
-        let deviation = f64::from(deviations.signed(i)) / outward;
-        sections[place.min(SECTIONS - 1)].push((across.dot(y).atan2(across.dot(x)), deviation));
+        let (angle, deviation) = (across.dot(y).atan2(across.dot(x)), f64::from(deviations.signed(i)));
+        sections[place.min(SECTIONS - 1)].push(Polar { angle, deviation, outward });
     }
-    let found: Vec<(usize, [f64; 2])> =
+    let found: Vec<(usize, Rings)> =
         sections.iter().enumerate().filter_map(|(k, section)| Some((k, rings(section)?))).collect();
-    let (worst, [least_squares, minimum_zone]) = *found.iter().max_by(|a, b| a.1[1].total_cmp(&b.1[1]))?;
-    let at = origin + axis * (low + (worst as f64 + 0.5) / SECTIONS as f64 * (high - low));
-    let mut narrowest: Vec<f64> = found.iter().map(|(_, widths)| widths[1]).collect();
+    let (place, worst) = found.iter().max_by(|a, b| a.1.across[1].total_cmp(&b.1.across[1]))?;
+    let at = origin + axis * (low + (*place as f64 + 0.5) / SECTIONS as f64 * (high - low));
+    let mut narrowest: Vec<f64> = found.iter().map(|(_, rings)| rings.across[1]).collect();
     let median = median(&mut narrowest)?;
-    Some(Roundness { least_squares, minimum_zone, at: at.into(), sections: found.len(), median })
+    let [least_squares, minimum_zone] = worst.across;
+    Some(Roundness {
+        least_squares,
+        minimum_zone,
+        in_plane: worst.in_plane,
+        at: at.into(),
+        sections: found.len(),
+        median,
+    })
 }
 
 /// Deviations that are not outlying within the part.
@@ -67,37 +109,39 @@ fn usual(deviations: &Deviations, members: &[usize]) -> Option<std::ops::RangeIn
     Some(middle - reach..=middle + reach)
 }
 
-/// The widths of the rings about the circle of least squares and about the best circle; none where the section has not points all
-/// around. A circle that is shifted a little has the deviation a + b cos t + c sin t (a limacon: exact but for the square of the shift over
-/// twice the radius).
-fn rings(section: &[Polar]) -> Option<[f64; 2]> {
+/// Widths of rings, each about the circle of least squares and about the best circle.
+struct Rings {
+    across: [f64; 2],
+    in_plane: [f64; 2],
+}
+
+/// The rings of a section; none where it has not points all around.
+fn rings(section: &[Polar]) -> Option<Rings> {
     let mut seen = [false; SECTORS];
-    for (angle, _) in section {
-        seen[(((angle / TAU).rem_euclid(1.0)) * SECTORS as f64) as usize % SECTORS] = true;
+    for point in section {
+        seen[(((point.angle / TAU).rem_euclid(1.0)) * SECTORS as f64) as usize % SECTORS] = true;
     }
     if section.len() < FEWEST || seen.iter().filter(|s| **s).count() < SECTORS_NEEDED {
         return None;
     }
-    let row = |(angle, deviation): &Polar| {
-        let (sin, cos) = angle.sin_cos();
-        Row { factors: [1.0, cos, sin, 0.0, 0.0, 0.0], value: *deviation }
-    };
-    let all: Vec<Row> = section.iter().map(row).collect();
-    let mut kept = all.clone();
+    let mut kept = section.to_vec();
     for _ in 0..3 {
-        let circle = least_squares(&kept)?;
-        let mut errors: Vec<f64> = all.iter().map(|r| r.error(&circle).abs()).collect();
-        let limit = OUTLYING * MAD_TO_SD * median(&mut errors)?;
-        kept = all.iter().filter(|r| r.error(&circle).abs() <= limit).copied().collect();
+        let circle = least_squares(&kept.iter().map(Polar::across).collect::<Vec<Row>>())?;
+        let error = |point: &Polar| point.across().error(&circle).abs();
+        let limit = OUTLYING * MAD_TO_SD * median(&mut section.iter().map(error).collect::<Vec<f64>>())?;
+        kept = section.iter().filter(|point| error(point) <= limit).copied().collect();
         // Where half of a section is something else there is no saying what is round.
-        if 2 * kept.len() < all.len() {
+        if 2 * kept.len() < section.len() {
             return None;
         }
     }
-    let circle = least_squares(&kept)?;
-    let best = chebyshev::solve(&kept, 3);
-    let widths = [width(&kept, &circle), width(&kept, &[best[0], best[1], best[2]])];
-    Some([widths[0], widths[0].min(widths[1])])
+    let widths = |row: fn(&Polar) -> Row| {
+        let rows: Vec<Row> = kept.iter().map(row).collect();
+        let best = chebyshev::solve(&rows, 3);
+        let widths = [width(&rows, &least_squares(&rows)?), width(&rows, &[best[0], best[1], best[2]])];
+        Some([widths[0], widths[0].min(widths[1])])
+    };
+    Some(Rings { across: widths(Polar::across)?, in_plane: widths(Polar::in_plane)? })
 }
 
 fn least_squares(rows: &[Row]) -> Option<[f64; 3]> {

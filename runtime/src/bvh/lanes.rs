@@ -1,0 +1,148 @@
+//! Several numbers at once, whatever vectors the processor has.
+//!
+//! Everything here is inlined into functions that are compiled for one kind of processor: there a loop over the lanes
+//! becomes an instruction or two. No operation is fused or reordered, so that results are the same bits with any number of lanes.
+
+use glam::Vec4;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
+
+/// N numbers.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(super) struct Lanes<const N: usize>([f32; N]);
+
+/// N conditions: all bits of a lane, or none.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(16))]
+pub(super) struct Mask<const N: usize>([u32; N]);
+
+macro_rules! operator {
+    ($operator:ident, $method:ident, $assign:tt, $type:ident) => {
+        impl<const N: usize> $operator for $type<N> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(mut self, other: Self) -> Self {
+                for i in 0..N {
+                    self.0[i] $assign other.0[i];
+                }
+                self
+            }
+        }
+    };
+}
+
+operator!(Add, add, +=, Lanes);
+operator!(Sub, sub, -=, Lanes);
+operator!(Mul, mul, *=, Lanes);
+operator!(Div, div, /=, Lanes);
+operator!(BitAnd, bitand, &=, Mask);
+operator!(BitOr, bitor, |=, Mask);
+
+impl From<Vec4> for Lanes<4> {
+    #[inline(always)]
+    fn from(four: Vec4) -> Self {
+        Self(four.to_array())
+    }
+}
+
+impl<const N: usize> Lanes<N> {
+    #[inline(always)]
+    pub(super) fn splat(value: f32) -> Self {
+        Self([value; N])
+    }
+
+    /// The lanes from `first` on of a longer array.
+    #[inline(always)]
+    pub(super) fn load(values: &[f32], first: usize) -> Self {
+        let mut lanes = [0.0; N];
+        lanes.copy_from_slice(&values[first..first + N]);
+        Self(lanes)
+    }
+
+    #[inline(always)]
+    pub(super) fn to_array(self) -> [f32; N] {
+        self.0
+    }
+
+    #[inline(always)]
+    pub(super) fn abs(mut self) -> Self {
+        for i in 0..N {
+            self.0[i] = self.0[i].abs();
+        }
+        self
+    }
+
+    /// Of numbers; what is said of NaN differs from `f32::min`.
+    #[inline(always)]
+    pub(super) fn min(mut self, other: Self) -> Self {
+        for i in 0..N {
+            self.0[i] = if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] };
+        }
+        self
+    }
+
+    /// Of numbers; what is said of NaN differs from `f32::max`.
+    #[inline(always)]
+    pub(super) fn max(mut self, other: Self) -> Self {
+        for i in 0..N {
+            self.0[i] = if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] };
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn compare(self, other: Self, holds: impl Fn(f32, f32) -> bool) -> Mask<N> {
+        let mut mask = [0; N];
+        for i in 0..N {
+            mask[i] = if holds(self.0[i], other.0[i]) { u32::MAX } else { 0 };
+        }
+        Mask(mask)
+    }
+
+    #[inline(always)]
+    pub(super) fn at_most(self, other: Self) -> Mask<N> {
+        self.compare(other, |a, b| a <= b)
+    }
+
+    #[inline(always)]
+    pub(super) fn at_least(self, other: Self) -> Mask<N> {
+        self.compare(other, |a, b| a >= b)
+    }
+
+    #[inline(always)]
+    pub(super) fn below(self, other: Self) -> Mask<N> {
+        self.compare(other, |a, b| a < b)
+    }
+
+    #[inline(always)]
+    pub(super) fn above(self, other: Self) -> Mask<N> {
+        self.compare(other, |a, b| a > b)
+    }
+
+    #[inline(always)]
+    pub(super) fn differs(self, other: Self) -> Mask<N> {
+        self.compare(other, |a, b| a != b)
+    }
+}
+
+impl<const N: usize> Mask<N> {
+    #[inline(always)]
+    pub(super) fn any(self) -> bool {
+        let mut all = 0;
+        for i in 0..N {
+            all |= self.0[i];
+        }
+        all != 0
+    }
+
+    /// `yes` where the condition holds, else `no`.
+    #[inline(always)]
+    pub(super) fn select(self, yes: Lanes<N>, no: Lanes<N>) -> Lanes<N> {
+        let mut chosen = no;
+        for i in 0..N {
+            chosen.0[i] = f32::from_bits(self.0[i] & yes.0[i].to_bits() | !self.0[i] & no.0[i].to_bits());
+        }
+        chosen
+    }
+}

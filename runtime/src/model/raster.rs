@@ -1,0 +1,126 @@
+//! The triangles of a mesh on the texels of its texture.
+
+use super::reference::facet;
+use super::texels::Texel;
+use super::{Texels, vector};
+use crate::mesh::TriangleMesh;
+use std::collections::HashMap;
+
+/// Which triangle covers which texel.
+pub(super) struct Raster {
+    size: u32,
+    /// Texel index to (triangle, barycentric coordinates of the texel's centre).
+    cells: HashMap<u32, (u32, [f64; 3])>,
+    /// Area of every triangle on the texture, in texels.
+    texel_area: Vec<f64>,
+    /// Triangles that met a texel covered by a triangle with which they share no vertex.
+    pub(super) overlapping: Vec<u32>,
+}
+
+impl Raster {
+    pub(super) fn new(mesh: &TriangleMesh, texcoords: &[[f64; 2]], size: u32) -> Raster {
+        let side = f64::from(size);
+        let mut raster = Raster {
+            size,
+            cells: HashMap::new(),
+            texel_area: Vec::with_capacity(mesh.triangles.len()),
+            overlapping: Vec::new(),
+        };
+        for (t, corners) in mesh.triangles.iter().enumerate() {
+            // Columns to the right and rows downwards, so that a texel's centre is at half-integers.
+            let p = corners.map(|i| {
+                let [s, t] = texcoords[i as usize];
+                [s * side, (1.0 - t) * side]
+            });
+            raster.add(mesh, t as u32, p);
+        }
+        raster
+    }
+
+    fn add(&mut self, mesh: &TriangleMesh, t: u32, p: [[f64; 2]; 3]) {
+        let doubled = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
+        self.texel_area.push(0.5 * doubled.abs());
+        if doubled == 0.0 || !doubled.is_finite() {
+            return;
+        }
+        // Centres of texels between the least and the greatest coordinate, clamped to the texture.
+        let cells = |k: usize| {
+            let least = p.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
+            let greatest = p.iter().map(|q| q[k]).fold(f64::NEG_INFINITY, f64::max);
+            let first = (least - 0.5).ceil().max(0.0) as u32;
+            let last = (greatest - 0.5).floor().min(f64::from(self.size) - 1.0);
+            first..if last < 0.0 { first } else { last as u32 + 1 }
+        };
+        let (columns, rows) = (cells(0), cells(1));
+        let mut overlaps = false;
+        for y in rows {
+            for x in columns.clone() {
+                let c = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+                let weight = |a: [f64; 2], b: [f64; 2]| {
+                    ((a[0] - c[0]) * (b[1] - c[1]) - (b[0] - c[0]) * (a[1] - c[1])) / doubled
+                };
+                let w = [weight(p[1], p[2]), weight(p[2], p[0]), weight(p[0], p[1])];
+                if w.iter().any(|w| *w < 0.0) {
+                    continue;
+                }
+                let other = *self.cells.entry(y * self.size + x).or_insert((t, w));
+                overlaps |= other.0 != t && !share_vertex(mesh, other.0, t);
+            }
+        }
+        if overlaps {
+            self.overlapping.push(t);
+        }
+    }
+
+    /// Whether texture coordinates of the mesh's own give every triangle a place of its own.
+    pub(super) fn usable(&self, mesh: &TriangleMesh) -> Result<(), String> {
+        if let Some(i) = mesh.texcoords.iter().position(|c| c.iter().any(|x| !(0.0..=1.0).contains(x))) {
+            return Err(format!("those of vertex {i} lie outside of [0, 1]"));
+        }
+        if !self.overlapping.is_empty() {
+            return Err(format!("{} triangles overlap others on the texture", self.overlapping.len()));
+        }
+        let flat = (0..mesh.triangles.len())
+            .filter(|&t| self.texel_area[t] <= 0.0 && facet(mesh, mesh.triangles[t]).1 > 0.0)
+            .count();
+        if flat > 0 { Err(format!("{flat} triangles have no area on the texture")) } else { Ok(()) }
+    }
+
+    pub(super) fn texels(&self, mesh: &TriangleMesh) -> Texels {
+        let mut part_of = vec![0; mesh.triangles.len()];
+        for (k, g) in mesh.groups.iter().enumerate() {
+            part_of[g.start..g.end].fill(k as u32);
+        }
+        let texel = |(&index, &(t, w)): (&u32, &(u32, [f64; 3]))| {
+            let corners = mesh.triangles[t as usize];
+            let (facet_normal, area) = facet(mesh, corners);
+            let mix = |values: &[[f64; 3]]| {
+                let mut sum = [0.0; 3];
+                for (corner, weight) in corners.iter().zip(w) {
+                    for (s, x) in sum.iter_mut().zip(values[*corner as usize]) {
+                        *s += weight * x;
+                    }
+                }
+                sum
+            };
+            let mut normal = if mesh.normals.is_empty() { facet_normal } else { mix(&mesh.normals) };
+            let size = vector::length(normal);
+            normal = if size > 1e-6 { vector::scale(normal, 1.0 / size) } else { facet_normal };
+            (area > 0.0).then(|| Texel {
+                index,
+                part: part_of[t as usize],
+                position: mix(&mesh.positions),
+                normal: normal.map(|c| c as f32),
+                area: (area / self.texel_area[t as usize]) as f32,
+            })
+        };
+        let names = mesh.groups.iter().map(|g| g.name.clone()).collect();
+        Texels::new(self.size, self.size, names, self.cells.iter().filter_map(texel).collect())
+    }
+}
+
+fn share_vertex(mesh: &TriangleMesh, a: u32, b: u32) -> bool {
+    let positions = |t: u32| mesh.triangles[t as usize].map(|i| mesh.positions[i as usize]);
+    let second = positions(b);
+    positions(a).iter().any(|p| second.contains(p))
+}
