@@ -1,10 +1,11 @@
 //! Scans that do not show what the model is, or not all of it, or much else.
 
-use super::cup::scan_of;
-use super::shapes::{Simple, simple};
+use super::cup::{SYNTHETIC, check, scan_of, synthetic};
+use super::shapes::{Simple, cup, simple};
 use crate::fit::{FitOptions, FitResult, fit};
 use crate::progress::Silent;
 use crate::scan::Scan;
+use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -61,4 +62,36 @@ fn a_wrong_object_is_said_to_be_wrong() {
             result.warnings.iter().any(|w| w.contains("does not explain") || w.contains("no model of this family"));
         assert!(said, "{shape:?}: {result:?}");
     }
+}
+
+#[test]
+fn a_handle_that_was_not_scanned_is_not_known() {
+    let mut scan = synthetic(0.1, 8000, 5);
+    let shown = fit(&cup(), &scan, &FitOptions::default(), &Silent).unwrap();
+    check(&shown, &SYNTHETIC);
+    assert!(shown.warnings.is_empty() && shown.parameters[9].sd.is_some(), "{:?}", shown.warnings);
+    // What lies on neither side of the wall, on the lip nor at the bottom is the handle.
+    let [alpha, beta, gamma] = [3, 4, 5].map(|i| SYNTHETIC[i]);
+    let turn = DQuat::from_rotation_z(gamma) * DQuat::from_rotation_y(beta) * DQuat::from_rotation_x(alpha);
+    let base = DVec3::from_slice(&SYNTHETIC[..3]);
+    let [shape, r, h] = [6, 7, 8].map(|i| SYNTHETIC[i]);
+    let on_the_body = |p: &[f64; 3]| {
+        let q = turn.inverse() * (DVec3::from_array(*p) - base);
+        let (radius, height) = (q.truncate().length(), q.z / h);
+        let outside = r * height.powf(1.0 / (3.0 + shape));
+        let inside = r * ((height - 0.04).powf(1.0 / (2.0 + shape)) - 0.1);
+        (radius - outside).abs() < 0.5 || (radius - inside).abs() < 0.5 || q.z > h - 0.5 || q.z < 8.0
+    };
+    let keep: Vec<bool> = scan.mesh.positions.iter().map(on_the_body).collect();
+    for list in [&mut scan.mesh.positions, &mut scan.mesh.normals] {
+        let mut kept = keep.iter();
+        list.retain(|_| *kept.next().unwrap());
+    }
+    let hidden = fit(&cup(), &scan, &FitOptions::default(), &Silent).unwrap();
+    let said =
+        hidden.warnings.iter().any(|w| w.contains("does not show `handle`") || w.contains("belongs to `handle`"));
+    assert!(said, "{:?}", hidden.warnings);
+    let [radius, handle] = [7, 10].map(|i| &hidden.parameters[i]);
+    assert!((radius.value - SYNTHETIC[7]).abs() < 0.15 && radius.sd.is_some(), "{radius:?}");
+    assert!(handle.sd.is_none(), "{handle:?}");
 }
