@@ -38,18 +38,22 @@ struct Item {
     turned: bool,
     width: f64,
     height: f64,
+    /// Logarithms of both: they are asked for very often.
+    logarithms: [f64; 2],
 }
 
 impl Item {
-    /// By which factors it would change its proportions in a row of this height (as logarithms): lying, and standing.
+    /// By which factors it would change its proportions in a row whose height has this logarithm (as logarithms without their signs): lying,
+    /// and standing.
     fn changes(&self, height: f64) -> [f64; 2] {
-        [self.height, self.width].map(|own| 2.0 * (height / own).ln())
+        let [width, own] = self.logarithms;
+        [2.0 * (height - own).abs(), 2.0 * (height - width).abs()]
     }
 
     /// Whether it had better stand in a row of this height.
     fn stands(&self, height: f64) -> bool {
-        let [lying, standing] = self.changes(height);
-        standing.abs() < lying.abs()
+        let [lying, standing] = self.changes(height.ln());
+        standing < lying
     }
 }
 
@@ -60,7 +64,8 @@ fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
         .enumerate()
         .map(|(index, s)| {
             let [a, b] = s.map(|d| (d * scale).max(LEAST));
-            Item { index, turned: b > a, width: a.max(b), height: a.min(b) }
+            let (width, height) = (a.max(b), a.min(b));
+            Item { index, turned: b > a, width, height, logarithms: [width.ln(), height.ln()] }
         })
         .collect();
     // Charts that are high, or that are wide, next to each other: neither suits all models.
@@ -124,7 +129,11 @@ fn distortion(items: &[Item], side: u32) -> f64 {
     if !height.is_finite() {
         return f64::INFINITY;
     }
-    let change = |i: &Item| i.changes(height).map(f64::abs).into_iter().fold(f64::INFINITY, f64::min);
+    let logarithm = height.ln();
+    let change = |i: &Item| {
+        let [lying, standing] = i.changes(logarithm);
+        lying.min(standing)
+    };
     items.iter().map(|i| (i.width * i.height).sqrt() * change(i).powi(2)).sum()
 }
 
