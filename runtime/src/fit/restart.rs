@@ -49,10 +49,8 @@ pub(crate) fn restart(
     for round in 0..ROUNDS {
         let mut again = false;
         for group in groups(setting) {
-            let Some(Retried { better, settled }) = retry(setting, known, points, scale, scope, &group, &best, round)
-            else {
-                continue;
-            };
+            let look = Look { points, scale, scope, round };
+            let Some(Retried { better, settled }) = retry(setting, known, look, &group, &best) else { continue };
             // What did not succeed is tried once more with other values; and a rest that fits better shows more clearly what it
             // leaves over.
             again |= !settled;
@@ -86,6 +84,17 @@ pub(crate) enum Scope {
     Doubtful,
 }
 
+/// How a group is looked at.
+#[derive(Clone, Copy)]
+struct Look<'s> {
+    /// By which candidates are compared with others.
+    points: &'s Points,
+    /// Of psi, as a fraction of the scan's radius.
+    scale: f64,
+    scope: Scope,
+    round: usize,
+}
+
 /// What came of other values for a group.
 struct Retried {
     better: Option<Candidate>,
@@ -96,12 +105,9 @@ struct Retried {
 fn retry(
     setting: &Setting,
     known: Known,
-    points: &Points,
-    scale: f64,
-    scope: Scope,
+    Look { points, scale, scope, round }: Look,
     group: &Group,
     from: &Candidate,
-    round: usize,
 ) -> Option<Retried> {
     let fine = Loss::welsch(scale * setting.radius);
     let objective = Objective { signs: Some(&from.signs), ..setting.objective(&setting.space, &setting.thin, fine) };
