@@ -63,6 +63,7 @@ pub fn fit(
     setting.progress = progress;
     setting.oriented &= scan.oriented && !options.ignore_normals;
     setting.seed = options.seed;
+    let size = setting.space.radius;
     clock.lap("prepare");
 
     let start = setting.space.estimate(&x, Motion::IDENTITY);
@@ -83,6 +84,7 @@ pub fn fit(
     clock.lap("fit");
 
     let mut warnings = frame.warnings;
+    warnings.extend(unit_doubt(size, radius));
     if frame.write_back {
         last = setting.written_back(last, &rigid, &fixed, &mut iterations, &mut warnings);
     }
@@ -146,6 +148,17 @@ impl Setting<'_> {
         let defaults: Vec<f64> = self.model.parameters().iter().map(|p| p.default).collect();
         self.space.estimate(&defaults, start.motion)
     }
+}
+
+/// A scan so many times larger or smaller than the model at its start was hardly read in its unit: 25.4 of inches is the least.
+const ANOTHER_UNIT: f64 = 15.0;
+
+/// A sentence where a scan of one radius of gyration is out of all proportion to a model of another one (millimetres).
+fn unit_doubt(model: f64, scan: f64) -> Option<String> {
+    let (ratio, word) = if scan < model { (model / scan, "smaller") } else { (scan / model, "larger") };
+    (ratio > ANOTHER_UNIT).then(|| {
+        format!("the scan is {ratio:.0} times {word} than the model where the fit began: is its unit of length right (--unit m, cm or in)?")
+    })
 }
 
 /// Times by stage. They are reported and decide nothing.

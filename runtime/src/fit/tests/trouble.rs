@@ -95,3 +95,16 @@ fn a_handle_that_was_not_scanned_is_not_known() {
     assert!((radius.value - SYNTHETIC[7]).abs() < 0.15 && radius.sd.is_some(), "{radius:?}");
     assert!(handle.sd.is_none(), "{handle:?}");
 }
+
+#[test]
+fn a_scan_in_another_unit_is_asked_about() {
+    let mut scan = scan_of(&simple(Simple::Torus, &[47.0, 9.0]), &[47.0, 9.0], 0.05, 2000, 6);
+    let asked = |scan: &Scan| {
+        let result = fitted(Simple::Torus, &[40.0, 12.0], scan);
+        result.warnings.iter().any(|w| w.contains("times smaller than the model") && w.contains("unit"))
+    };
+    assert!(!asked(&scan));
+    scan.mesh.positions.iter_mut().for_each(|p| *p = p.map(|c| c / 1000.0));
+    scan.noise /= 1000.0;
+    assert!(asked(&scan));
+}
