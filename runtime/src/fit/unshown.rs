@@ -29,22 +29,36 @@ pub(crate) fn mark(setting: &Setting, last: &Last, uncertainty: &mut Uncertainty
     }
 }
 
-/// Whether a group's parts earn their parameters by Schwarz's criterion: without them, the mean of psi would be larger by so
-/// much that n ln(mean psi) grows by more than k ln n, for k parameters and n effective points. None where that cannot be
-/// said: where the group has no points at all, which is said elsewhere, or the model does not exist.
+/// Points near the model that are near nothing else without a group, as a share of those that are the group's: with more, it is
+/// there, however badly the rest fits.
+const ITS_OWN: f64 = 0.1;
+
+/// Whether a group's parts have points of their own, or else earn their parameters by Schwarz's criterion: without them, the
+/// mean of psi would be larger by so much that n ln(mean psi) grows by more than k ln n, for k parameters and n effective
+/// points. None where that cannot be said: where the group has no points at all, which is said elsewhere, or the model does not
+/// exist.
 fn is_shown(setting: &Setting, last: &Last, uncertainty: &Uncertainty, group: &Group) -> Option<bool> {
     let points = &setting.thin;
     let objective = Objective { signs: Some(&last.signs), ..setting.objective(&setting.space, points, last.loss) };
     let mut placed = objective.place(&last.estimate).ok()?;
     let motion = &last.estimate.motion;
-    let psi = |placed: &_| {
+    let each = |placed: &_| {
         let mut psi = vec![1.0; points.len()];
         objective.feet(placed, motion).iter().for_each(|(i, foot)| psi[*i] = objective.loss.psi(foot.d2));
-        psi.iter().sum::<f64>() / points.len().max(1) as f64
+        psi
     };
-    let with = psi(&placed);
+    let with = each(&placed);
     placed.facets.remove(|patch| group.patches[patch]);
-    let without = psi(&placed);
+    let without = each(&placed);
+    // Points whose nearest patch is the group's are those for which it makes a difference.
+    let near = with.iter().zip(&without).filter(|(with, without)| **with < 0.5 && *with != *without);
+    let (count, alone) = near
+        .fold((0.0, 0.0), |(count, alone), (_, without)| (count + 1.0, alone + f64::from(u8::from(*without >= 0.5))));
+    if alone > ITS_OWN * f64::max(count, 1.0) {
+        return Some(true);
+    }
+    let mean = |psi: &[f64]| psi.iter().sum::<f64>() / points.len().max(1) as f64;
+    let (with, without) = (mean(&with), mean(&without));
     if !(without > with) || !(with > 0.0) {
         return None;
     }
