@@ -17,14 +17,19 @@ fn searched(folder: &Path, name: &str, scan: &[&str], search: &str) -> (Value, S
     (json(&folder.join("fit.json")), text)
 }
 
+/// Panics unless a search ended with this value of an input, and strong evidence for it.
+fn wins_clearly(fit: &Value, input: &str, value: i64, text: &str) {
+    assert_eq!(fit["search"]["candidates"][0]["inputs"][input], value, "{text}");
+    assert!(fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
+}
+
 #[test]
 fn bolts_of_a_flange_are_counted() {
     let folder = tempdir().expect("a folder");
     let scan = ["--input", "bolts=5", "-p", "rim=86mm", "--spacing", "4mm", "--noise", "0.2mm"];
     let (fit, text) = searched(folder.path(), "flange/flange.gml", &scan, "bolts=5..6");
-    let candidates = fit["search"]["candidates"].as_array().expect("candidates");
-    assert_eq!(candidates[0]["inputs"]["bolts"], 5, "{text}");
-    assert!(candidates.len() == 2 && fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
+    wins_clearly(&fit, "bolts", 5, &text);
+    assert_eq!(fit["search"]["candidates"].as_array().map(Vec::len), Some(2), "{text}");
     assert!(text.contains("bolts=5 wins, bolts=6 is next"), "{text}");
     // The result is the winner's.
     assert!((support::parameter(&fit, "rim") - 86.0).abs() < 0.1, "{text}");
@@ -35,8 +40,7 @@ fn flutes_of_a_column_are_counted() {
     let folder = tempdir().expect("a folder");
     let scan = ["--input", "flutes=16", "--spacing", "45mm", "--noise", "1mm"];
     let (fit, text) = searched(folder.path(), "column/column.gml", &scan, "flutes=16..17");
-    assert_eq!(fit["search"]["candidates"][0]["inputs"]["flutes"], 16, "{text}");
-    assert!(fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
+    wins_clearly(&fit, "flutes", 16, &text);
 }
 
 #[test]
@@ -44,8 +48,7 @@ fn sides_of_a_polygonal_cup_are_counted() {
     let folder = tempdir().expect("a folder");
     let scan = ["--input", "sides=7", "--spacing", "3mm", "--noise", "0.2mm"];
     let (fit, text) = searched(folder.path(), "cup/octagonal_cup.gml", &scan, "sides=7..8");
-    assert_eq!(fit["search"]["candidates"][0]["inputs"]["sides"], 7, "{text}");
-    assert!(fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
+    wins_clearly(&fit, "sides", 7, &text);
     // The corners stand out by 0.75 mm, as far as four standard deviations of the noise.
     assert!((support::parameter(&fit, "wave") - 0.75).abs() < 0.05, "{text}");
 }

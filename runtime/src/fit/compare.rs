@@ -69,7 +69,7 @@ pub fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitError> {
 fn mean_psi(rival: Rival, points: &Points, radius: f64, sigma: f64) -> Result<f64, FitError> {
     let x: Vec<f64> = rival.fit.parameters.iter().map(|p| p.value).collect();
     let evaluations = AtomicU64::new(0);
-    let setting = Setting::new(rival.model, points, &x, (Vec::new(), &[]), true, radius, &evaluations)?;
+    let setting = Setting::new(rival.model, (points, points), &x, (Vec::new(), &[]), true, radius, &evaluations)?;
     let motion = rival.fit.pose.map_or(Motion::IDENTITY, |pose| {
         let rotation = DMat3::from_cols_array_2d(&pose.rotation).transpose();
         Motion { rotation: DQuat::from_mat3(&rotation).normalize(), translation: DVec3::from_array(pose.translation) }

@@ -53,10 +53,7 @@ pub(crate) fn groups(setting: &Setting) -> Vec<Group> {
 /// Whether the points that only the group can explain fit nearly as well as the others.
 pub(crate) fn is_settled(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<bool> {
     let placed = objective.place(at).ok()?;
-    let mut psi = vec![1.0; explained.len()];
-    for (i, foot) in objective.feet(&placed, &at.motion) {
-        psi[i] = objective.loss.psi(foot.d2);
-    }
+    let psi = objective.psi_of_points(&placed, &at.motion);
     let mean = |side: bool| {
         let chosen = psi.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
         let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));

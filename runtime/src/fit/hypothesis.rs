@@ -60,7 +60,7 @@ fn released(setting: &Setting, last: &Last, tested: &[usize]) -> Option<(Vec<f64
     let ties = &space.ties;
     let wider = Setting::new(
         setting.model,
-        setting.points,
+        (setting.points, &setting.thin),
         &x,
         (free, ties),
         space.moving,

@@ -175,6 +175,15 @@ impl Objective<'_> {
         chunks.concat()
     }
 
+    /// psi of every point: 1 of those without a foot.
+    pub(crate) fn psi_of_points(&self, placed: &Placed, motion: &Motion) -> Vec<f64> {
+        let mut psi = vec![1.0; self.points.len()];
+        for (i, foot) in self.feet(placed, motion) {
+            psi[i] = self.loss.psi(foot.d2);
+        }
+        psi
+    }
+
     /// The exact feet of points that are nearest to one patch; None where that cannot be evaluated.
     pub(crate) fn feet_on_patch(&self, placed: &Placed, found: &[Found]) -> Option<Vec<Foot>> {
         let patch = found[0].patch as usize;

@@ -4,6 +4,7 @@ use crate::robust::median;
 use crate::scan::{Neighbours, Scan, strays};
 use foldhash::fast::FixedState;
 use glam::DVec3;
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 /// Points of a scan. Millimetres.
@@ -55,9 +56,9 @@ impl Points {
     }
 
     /// The points that lie on some surface, of a large cloud a part of them. A mesh's points all do.
-    pub(crate) fn on_surfaces(&self, scan: &Scan) -> Self {
+    pub(crate) fn on_surfaces(&self, scan: &Scan) -> Cow<'_, Self> {
         if !scan.mesh.triangles.is_empty() {
-            return self.clone();
+            return Cow::Borrowed(self);
         }
         let all = self.every(LOOKED_AT);
         let mut kept = all.clone();
@@ -68,7 +69,7 @@ impl Points {
             kept = kept.pick((0..kept.len()).filter(|i| !strays[*i]));
         }
         kept.cluttered = (kept.len() as f64) < CLEAN * all.len() as f64;
-        kept
+        Cow::Owned(kept)
     }
 
     /// The points at some indices.

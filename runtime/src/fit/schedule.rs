@@ -11,7 +11,7 @@ use super::report::{self, Outcome};
 use super::restart::Known;
 use super::result::FitResult;
 use super::screening::{self, Candidate};
-use super::setting::{MIDDLE, Setting};
+use super::setting::Setting;
 use super::space::Estimate;
 use super::unshown;
 use crate::model::Model;
@@ -58,8 +58,7 @@ pub fn fit(
     let frame = Frame::choose(model, options, &rigid, &bound);
     let evaluations = AtomicU64::new(0);
     let free = frame.free(&fixed).into_iter().filter(|i| !following(i)).collect();
-    let mut setting = Setting::new(model, &points, &x, (free, &ties), frame.moving, radius, &evaluations)?;
-    setting.thin = surfaces.sample(MIDDLE);
+    let mut setting = Setting::new(model, (&points, &surfaces), &x, (free, &ties), frame.moving, radius, &evaluations)?;
     setting.progress = progress;
     setting.oriented &= scan.oriented && !options.ignore_normals;
     setting.seed = options.seed;

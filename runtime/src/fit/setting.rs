@@ -45,10 +45,10 @@ pub(crate) struct Setting<'a> {
 }
 
 impl<'a> Setting<'a> {
-    /// The setting of a fit that begins at `x`.
+    /// The setting of a fit that begins at `x`. `surfaces` are those of the points that lie on some surface.
     pub(crate) fn new(
         model: &'a dyn Model,
-        points: &'a Points,
+        (points, surfaces): (&'a Points, &Points),
         x: &[f64],
         (free, ties): (Vec<usize>, &[(usize, usize)]),
         moving: bool,
@@ -62,7 +62,7 @@ impl<'a> Setting<'a> {
         let mut setting = Self {
             model,
             points,
-            thin: points.sample(MIDDLE),
+            thin: surfaces.sample(MIDDLE),
             space,
             layout,
             radius,

@@ -42,14 +42,9 @@ fn is_shown(setting: &Setting, last: &Last, uncertainty: &Uncertainty, group: &G
     let objective = Objective { signs: Some(&last.signs), ..setting.objective(&setting.space, points, last.loss) };
     let mut placed = objective.place(&last.estimate).ok()?;
     let motion = &last.estimate.motion;
-    let each = |placed: &_| {
-        let mut psi = vec![1.0; points.len()];
-        objective.feet(placed, motion).iter().for_each(|(i, foot)| psi[*i] = objective.loss.psi(foot.d2));
-        psi
-    };
-    let with = each(&placed);
+    let with = objective.psi_of_points(&placed, motion);
     placed.facets.remove(|patch| group.patches[patch]);
-    let without = each(&placed);
+    let without = objective.psi_of_points(&placed, motion);
     // Points whose nearest patch is the group's are those for which it makes a difference.
     let near = with.iter().zip(&without).filter(|(with, without)| **with < 0.5 && *with != *without);
     let (count, alone) = near

@@ -3,7 +3,7 @@
 use super::neighbours::Neighbours;
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::{Const, Matrix3, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Neighbours from which a point's normal is found in a cloud.
@@ -57,6 +57,13 @@ pub(super) fn least_variation(points: &[DVec3]) -> Option<DVec3> {
     if points.len() < 3 {
         return None;
     }
+    let eigen = variation(points)?;
+    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+    DVec3::new(normal[0], normal[1], normal[2]).try_normalize()
+}
+
+/// The principal axes of some points, with their shares of the variance; none where all points are one.
+pub(super) fn variation(points: &[DVec3]) -> Option<SymmetricEigen<f64, Const<3>>> {
     let mean = points.iter().sum::<DVec3>() / points.len() as f64;
     let mut covariance = Matrix3::<f64>::zeros();
     for &point in points {
@@ -71,9 +78,7 @@ pub(super) fn least_variation(points: &[DVec3]) -> Option<DVec3> {
     if !(size.is_finite() && size > 0.0) {
         return None;
     }
-    let eigen = SymmetricEigen::try_new(covariance / size, f64::EPSILON, 1000)?;
-    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin());
-    DVec3::new(normal[0], normal[1], normal[2]).try_normalize()
+    SymmetricEigen::try_new(covariance / size, f64::EPSILON, 1000)
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Points of a cloud that lie on no surface: dust, spray, mixed pixels at edges, clutter.
 
 use super::neighbours::Neighbours;
+use super::normals::variation;
 use glam::DVec3;
-use nalgebra::{Matrix3, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Neighbours that are looked at.
@@ -33,18 +33,7 @@ fn surroundings(tree: &Neighbours, positions: &[[f64; 3]], index: u32) -> (f64, 
     let near: Vec<DVec3> =
         tree.nearest(at, NEIGHBOURS + 1).iter().map(|i| DVec3::from_array(positions[*i as usize])).collect();
     let reach = near.last().map_or(0.0, |last| last.distance(DVec3::from_array(at)));
-    let mean = near.iter().sum::<DVec3>() / near.len().max(1) as f64;
-    let mut covariance = Matrix3::<f64>::zeros();
-    for point in &near {
-        let d: [f64; 3] = (*point - mean).to_array();
-        covariance += Matrix3::from_fn(|row, column| d[row] * d[column]);
-    }
-    let size = covariance.trace();
-    if !(size.is_finite() && size > 0.0) {
-        return (reach, 0.0);
-    }
-    let least = SymmetricEigen::new(covariance / size).eigenvalues.min();
-    (reach, least.max(0.0))
+    (reach, variation(&near).map_or(0.0, |axes| axes.eigenvalues.min().max(0.0)))
 }
 
 #[cfg(test)]

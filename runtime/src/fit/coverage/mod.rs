@@ -206,7 +206,8 @@ mod tests {
         let mesh = TriangleMesh { positions: corners.to_vec(), triangles, ..TriangleMesh::default() };
         let scan = from_mesh(mesh, "square").unwrap();
         let (model, points, evaluations) = (simple(Simple::Plane, &[26.0]), Points::of(&scan), AtomicU64::new(0));
-        let setting = Setting::new(&model, &points, &[26.0], (vec![0], &[]), true, 14.0, &evaluations).unwrap();
+        let setting =
+            Setting::new(&model, (&points, &points), &[26.0], (vec![0], &[]), true, 14.0, &evaluations).unwrap();
         let motion = Motion { rotation: DQuat::from_rotation_z(0.1), translation: DVec3::new(1.0, -0.5, 0.0) };
         let at = setting.space.estimate(&[26.0], motion);
         let instance = model.instantiate(&[26.0]).unwrap();

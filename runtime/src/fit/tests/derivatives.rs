@@ -45,7 +45,8 @@ fn the_gradient_of_the_objective_agrees_with_differences() {
         translation: DVec3::new(3.0, 1.0, 2.0),
     };
     for (free, moving, motion) in [((0..15).collect(), false, Motion::IDENTITY), ((6..15).collect(), true, motion)] {
-        let setting = Setting::new(&model, &points, &x, (free, &[]), moving, points.gyration(), &evaluations).unwrap();
+        let setting =
+            Setting::new(&model, (&points, &points), &x, (free, &[]), moving, points.gyration(), &evaluations).unwrap();
         for sigma in [20.0, 3.0] {
             let objective =
                 Objective { tolerance: 1e-8, ..setting.objective(&setting.space, &points, Loss::welsch(sigma)) };
@@ -62,7 +63,8 @@ fn the_gradient_pulled_back_to_another_estimate_agrees_with_differences() {
     let evaluations = AtomicU64::new(0);
     let x: Vec<f64> = crate::model::Model::parameters(&model).iter().map(|p| p.default).collect();
     let setting =
-        Setting::new(&model, &points, &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations).unwrap();
+        Setting::new(&model, (&points, &points), &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations)
+            .unwrap();
     let objective = Objective { tolerance: 1e-8, ..setting.objective(&setting.space, &points, Loss::welsch(15.0)) };
     let from = setting.space.estimate(&x, Motion::IDENTITY);
     // Far along the coordinates, where the exponential map is no longer the identity.
@@ -93,7 +95,8 @@ fn bounds_that_depend_on_other_parameters_are_part_of_the_gradient() {
     let points = Points::of(&scan);
     let evaluations = AtomicU64::new(0);
     let x = [40.0, 12.0];
-    let setting = Setting::new(&model, &points, &x, (vec![0, 1], &[]), true, points.gyration(), &evaluations).unwrap();
+    let setting =
+        Setting::new(&model, (&points, &points), &x, (vec![0, 1], &[]), true, points.gyration(), &evaluations).unwrap();
     let objective = Objective { tolerance: 1e-8, ..setting.objective(&setting.space, &points, Loss::welsch(6.0)) };
     compare(&objective, &setting, &x, Motion::IDENTITY);
 }

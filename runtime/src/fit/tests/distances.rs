@@ -79,7 +79,8 @@ fn searches_that_are_left_out_change_nothing() {
     let points = Points::of(&scan);
     let evaluations = AtomicU64::new(0);
     let x = SYNTHETIC;
-    let setting = Setting::new(&model, &points, &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations);
+    let setting =
+        Setting::new(&model, (&points, &points), &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations);
     let setting = setting.unwrap();
     let signs = [1; 4];
     let objective = |memory| Objective {
