@@ -1,6 +1,7 @@
 //! Four facets at a time, in single precision: how near a point can be to them at the least. What that rules out needs no look in
 //! double precision, and it rules out nearly everything.
 
+use super::facets::Facing;
 use glam::{DVec3, Vec3, Vec4};
 use std::ops::Sub;
 
@@ -11,12 +12,14 @@ const NARROW: f32 = 1e-2;
 const LINE: f32 = 1e-5;
 /// Single precision, rounded in and out, is off by less than this part of the model's size.
 const PRECISION: f64 = 1e-5;
+/// Cosines in single precision are off by less, of triangles that are not too narrow.
+const ANGULAR: f32 = 1e-3;
 /// (d - e)^2 is not less than (1 - k) d^2 - e^2 / k: squared distances are taken so much smaller for the error e.
 const PART: f32 = 1e-2;
 
 /// Four vectors, coordinate by coordinate.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lanes {
+pub(crate) struct Lanes {
     pub(super) x: Vec4,
     pub(super) y: Vec4,
     pub(super) z: Vec4,
@@ -37,6 +40,24 @@ pub(super) struct Block {
     trust: Vec4,
     /// What is taken from every squared distance.
     less: f32,
+    patches: [u32; WIDTH],
+}
+
+/// A point as blocks are asked about it.
+#[derive(Clone, Copy)]
+pub(crate) struct Asked<'a> {
+    pub(super) place: Lanes,
+    facing: Option<(Lanes, Facing<'a>)>,
+    /// Facets whose cosine (see `Facing`) is below this are not asked for.
+    across: f32,
+}
+
+impl<'a> Asked<'a> {
+    /// The point `place`, about the tree's origin, for facets that look no farther away from the point's normal than `across`.
+    pub(super) fn new(place: Vec3, facing: Option<Facing<'a>>, across: f64) -> Self {
+        let facing = facing.map(|f| (Lanes::splat(f.normal.as_vec3()), f));
+        Self { place: Lanes::splat(place), facing, across: across as f32 - ANGULAR }
+    }
 }
 
 /// The inner of a triangle with the edges e and f at its first corner.
@@ -90,9 +111,9 @@ impl Sub for Lanes {
 }
 
 impl Block {
-    /// Up to four facets by their corners about `origin`; `size` is that of all of them together. Facets that are not there, or
+    /// Up to four facets by their corners and patches; `size` is that of all of them together. Facets that are not there, or
     /// not finite, are infinitely far from everything.
-    pub(super) fn new(corners: &[[DVec3; 4]], origin: DVec3, size: f64) -> Self {
+    pub(super) fn new(corners: &[[DVec3; 4]], patches: [u32; WIDTH], origin: DVec3, size: f64) -> Self {
         let corner = |k: usize| {
             Lanes::of([0, 1, 2, 3].map(|lane| {
                 let there = corners.get(lane).filter(|c| c.iter().all(|c| c.is_finite()));
@@ -108,11 +129,21 @@ impl Block {
         });
         let trust = Vec4::select(sound & other, Vec4::splat(1.0 - PART), Vec4::ZERO);
         let error = PRECISION * size;
-        Self { a, ab, ac, ad, first, second, inverse, trust, less: (error * error / f64::from(PART)) as f32 }
+        Self { a, ab, ac, ad, first, second, inverse, trust, less: (error * error / f64::from(PART)) as f32, patches }
     }
 
-    /// Of every facet, a squared distance that `q` has from it at least.
-    pub(super) fn lower_bounds(&self, q: Lanes) -> Vec4 {
+    /// Of every facet, a squared distance that a point has from it at least; infinite for those that are not asked for.
+    pub(super) fn lower_bounds(&self, asked: &Asked) -> Vec4 {
+        let lower = self.distances(asked.place);
+        let Some((normal, facing)) = asked.facing else { return lower };
+        let sign =
+            Vec4::from_array(self.patches.map(|p| f32::from(facing.signs.get(p as usize).copied().unwrap_or(0))));
+        let away = |plane: &Plane| (plane.normal.dot(normal) * sign).cmplt(Vec4::splat(asked.across));
+        let unwanted = away(&self.first) & away(&self.second) & self.trust.cmpgt(Vec4::ZERO);
+        Vec4::select(unwanted, Vec4::INFINITY, lower)
+    }
+
+    fn distances(&self, q: Lanes) -> Vec4 {
         let Self { a, ab, ac, ad, inverse, .. } = self;
         let ap = q - *a;
         let (bp, cp) = (ap - *ab, ap - *ac);
@@ -184,7 +215,8 @@ mod tests {
                 })
                 .collect();
             let q = middle + point([0.5, 5.0, 100.0][round % 3]);
-            let lower = Block::new(&corners, DVec3::ZERO, 100.0).lower_bounds(Lanes::splat(q.as_vec3())).to_array();
+            let asked = Asked::new(q.as_vec3(), None, 0.0);
+            let lower = Block::new(&corners, [0; WIDTH], DVec3::ZERO, 100.0).lower_bounds(&asked).to_array();
             for (c, lower) in corners.iter().zip(lower) {
                 let d2 = triangle_closest(q, c[0], c[1], c[2]).1.min(triangle_closest(q, c[0], c[2], c[3]).1);
                 assert!(f64::from(lower) <= d2, "{lower} {d2} {c:?} {q}");
@@ -199,7 +231,9 @@ mod tests {
         let corner = [DVec3::ZERO, DVec3::X, DVec3::new(1.0, 1.0, 0.0), DVec3::Y];
         let mut broken = corner;
         broken[2].y = f64::NAN;
-        let lower = Block::new(&[corner, broken], DVec3::ZERO, 1.0).lower_bounds(Lanes::splat(Vec3::Z)).to_array();
+        let lower = Block::new(&[corner, broken], [0; WIDTH], DVec3::ZERO, 1.0)
+            .lower_bounds(&Asked::new(Vec3::Z, None, 0.0))
+            .to_array();
         assert!(lower[0] < 1.0 && lower[0] > 0.98);
         assert_eq!(lower[1..], [f32::INFINITY; 3]);
     }

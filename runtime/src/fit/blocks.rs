@@ -1,9 +1,8 @@
 //! Blocks of space within which the residuals of a scan may depend on each other.
 
-use foldhash::fast::FixedState;
+use super::points::morton;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// A patch and a cube, its coordinates in 21 bits each.
 pub(crate) type Key = (u32, u64);
@@ -41,31 +40,15 @@ impl Blocks {
         if !(total > 0.0) {
             return None;
         }
+        let cubes = Sorted::new(points, pulls, radius * 0.5_f64.powi(EDGES));
         // From fine to coarse: the ratio, and whether it is clearly more than 1; None where there are too few blocks.
-        let of_edge = |edge: f64| {
-            let mut sums: HashMap<Key, f64, FixedState> = HashMap::default();
-            let keys = points.iter().map(|(p, patch)| Self::key(edge, DVec3::ZERO, *patch, *p));
-            let mut parts = keys.zip(pulls);
-            // Neighbours in the list are neighbours in space: most of them share their cube.
-            let mut run = parts.next();
-            while let Some((key, first)) = run {
-                let mut sum = *first;
-                run = parts.find(|(next, pull)| {
-                    let same = *next == key;
-                    sum += if same { **pull } else { 0.0 };
-                    !same
-                });
-                *sums.entry(key).or_default() += sum;
-            }
-            // Sorted, so that the sum does not depend on the table's order.
-            let mut squares: Vec<f64> = sums.values().map(|s| s * s).collect();
-            squares.sort_by(f64::total_cmp);
-            let ratio = squares.iter().sum::<f64>() / total;
-            let clear = ratio > 1.15 + 4.0 * (2.0 / sums.len() as f64).sqrt();
-            (sums.len() >= FEWEST).then_some((edge, ratio, clear))
+        let of_edge = |level: i32| {
+            let (count, squares) = cubes.block_sums(level);
+            let ratio = squares / total;
+            let clear = ratio > 1.15 + 4.0 * (2.0 / count as f64).sqrt();
+            (count >= FEWEST).then_some((radius * 0.5_f64.powi(EDGES - level), ratio, clear))
         };
-        let edges: Vec<f64> = (1..=EDGES).rev().map(|k| radius * 0.5_f64.powi(k)).collect();
-        let all: Vec<Option<(f64, f64, bool)>> = edges.into_par_iter().map(of_edge).collect();
+        let all: Vec<Option<(f64, f64, bool)>> = (0..EDGES).into_par_iter().map(of_edge).collect();
         let enough: Vec<(f64, f64, bool)> = all.into_iter().map_while(|of| of).collect();
         let clear = enough.iter().any(|e| e.2);
         let by_edge: Vec<(f64, f64)> = enough.iter().map(|e| (e.0, e.1)).collect();
@@ -78,6 +61,28 @@ impl Blocks {
         let finer = best.checked_sub(1).map_or(inflation, |i| by_edge[i].1);
         let correction = (1.0 + (inflation - finer) / inflation).clamp(1.0, 1.5);
         Some(Self { edge, inflation: inflation * correction, correction })
+    }
+}
+
+/// Pulls in the order of a walk through the smallest cubes, patch by patch: those of a larger cube stand together as well.
+struct Sorted(Vec<(u32, u64, f64)>);
+
+impl Sorted {
+    fn new(points: &[(DVec3, u32)], pulls: &[f64], edge: f64) -> Self {
+        let low = points.iter().map(|(p, _)| *p).fold(DVec3::INFINITY, DVec3::min);
+        let code = |p: DVec3| morton(((p - low) / edge).as_u64vec3());
+        let mut all: Vec<(u32, u64, f64)> =
+            points.par_iter().zip(pulls).map(|((p, patch), pull)| (*patch, code(*p), *pull)).collect();
+        all.par_sort_by_key(|(patch, code, _)| (*patch, *code));
+        Self(all)
+    }
+
+    /// The number of blocks whose edge is 2^level times the smallest, and the sum over them of (sum of pulls)^2.
+    fn block_sums(&self, level: i32) -> (usize, f64) {
+        let block = |(patch, code, _): &(u32, u64, f64)| (*patch, code >> (3 * level));
+        let of_block = |pulls: &[(u32, u64, f64)]| pulls.iter().map(|p| p.2).sum::<f64>().powi(2);
+        let blocks = self.0.chunk_by(|a, b| block(a) == block(b)).map(of_block);
+        blocks.fold((0, 0.0), |(count, sum), square| (count + 1, sum + square))
     }
 }
 

@@ -4,7 +4,7 @@
 use super::blocks::{Blocks, Key};
 use super::descent::Last;
 use super::gauss_newton::{self, Stop};
-use super::memory::{Memory, REACH};
+use super::memory::Memory;
 use super::objective::Objective;
 use super::points::Points;
 use super::result::{Bootstrap, Resampled};
@@ -91,7 +91,7 @@ fn refitted(setting: &Setting, last: &Last, points: &Points) -> Option<Vec<f64>>
     let objective = Objective {
         signs: Some(&last.signs),
         tolerance: 1e-4 * sigma,
-        memory: Some(Arc::new(Memory::new(points.len(), REACH * sigma))),
+        memory: Some(Arc::new(Memory::new(points, sigma))),
         curved: true,
         ..setting.objective(&setting.space, points, last.loss)
     };

@@ -4,7 +4,7 @@
 use super::gauss_newton::{self, Minimum, Stop};
 use super::lbfgs;
 use super::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
-use super::memory::{Memory, REACH};
+use super::memory::Memory;
 use super::motion::Motion;
 use super::objective::{Evaluation, Objective, Order};
 use super::options::FitOptions;
@@ -105,7 +105,7 @@ impl Setting<'_> {
             }
             let objective = Objective {
                 signs: Some(signs),
-                memory: Some(Arc::new(Memory::new(points.len(), REACH * loss.sigma))),
+                memory: Some(Arc::new(Memory::new(points, loss.sigma))),
                 log: Some(self.log("refine")),
                 ..self.objective(&self.space, points, *loss)
             };
@@ -151,7 +151,7 @@ impl Setting<'_> {
             // Shorter steps are about as large as those by which single points that change patches move the optimum.
             _ => (1e-5 * loss.sigma, 2e-4 * loss.sigma),
         };
-        let memory = Arc::new(Memory::new(points.len(), REACH * loss.sigma));
+        let memory = Arc::new(Memory::new(points, loss.sigma));
         let objective = Objective {
             signs: Some(&signs),
             tolerance,

@@ -4,7 +4,7 @@
 use super::distance::Foot;
 use super::layout::Layout;
 use super::loss::Loss;
-use super::memory::{Memory, REACH};
+use super::memory::Memory;
 use super::motion::Motion;
 use super::objective::{Objective, Order, no_hints};
 use super::options::FitError;
@@ -53,7 +53,7 @@ impl<'a> ObjectiveFunction<'a> {
         let space = Space::unbounded(model, x);
         let tolerance = 1e-9 * radius;
         let (hints, evaluations) = (no_hints(&points), AtomicU64::new(0));
-        let memory = Arc::new(Memory::new(points.len(), REACH * sigma));
+        let memory = Arc::new(Memory::new(&points, sigma));
         Ok(Self { space, points, layout, loss: Loss::welsch(sigma), tolerance, hints, memory, evaluations })
     }
 

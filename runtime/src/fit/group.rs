@@ -7,8 +7,10 @@ use glam::DVec3;
 use gml_compiler::program::Part;
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
-/// Points of a group whose mean psi is less than this times that of the others need no other values.
+/// Points of a group whose mean psi is less than this times that of the others need no other values; with so much less, what else
+/// there may be need not even be looked at.
 const SETTLED_BELOW: f64 = 1.1;
+const CLEAR_BELOW: f64 = 0.5;
 
 /// A rotation as shift and turn a radian.
 pub(crate) type Axis = (DVec3, DVec3);
@@ -50,8 +52,19 @@ pub(crate) fn groups(setting: &Setting) -> Vec<Group> {
     groups
 }
 
-/// Whether the points that only the group can explain fit nearly as well as the others.
-pub(crate) fn is_settled(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<bool> {
+/// How well a group explains the points that no other patch does.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub(crate) enum Verdict {
+    /// Worse than other points are explained.
+    Doubtful,
+    /// As well.
+    Settled,
+    /// Much better: a fit with a scale of psi that is coarse for the noise.
+    Clear,
+}
+
+/// What the points that only the group can explain say of it; None where the model does not exist.
+pub(crate) fn judge(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<Verdict> {
     let placed = objective.place(at).ok()?;
     let psi = objective.psi_of_points(&placed, &at.motion);
     let mean = |side: bool| {
@@ -59,7 +72,14 @@ pub(crate) fn is_settled(objective: &Objective, at: &Estimate, explained: &[bool
         let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
         sum / f64::max(count, 1.0)
     };
-    Some(mean(false) < SETTLED_BELOW * mean(true))
+    let (own, others) = (mean(false), mean(true));
+    Some(if own < CLEAR_BELOW * others {
+        Verdict::Clear
+    } else if own < SETTLED_BELOW * others {
+        Verdict::Settled
+    } else {
+        Verdict::Doubtful
+    })
 }
 
 /// Which points patches outside the group explain, and the rotation (shift and turn a radian) that leaves those

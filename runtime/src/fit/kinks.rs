@@ -21,10 +21,11 @@ pub(crate) struct Kink {
 /// How much of the curvature in any direction may be taken away: what is left over is too uncertain to be divided by.
 const MOST: f64 = 0.8;
 
+/// How much farther away than its own another patch may be, in sigma.
+const REACH: f64 = 0.15;
+
 /// What a point counts, and its derivative by the columns of its row.
 struct Pull {
-    /// The distance. Millimetres.
-    distance: f64,
     /// sigma^2 / 2 times psi.
     counted: f64,
     columns: Vec<usize>,
@@ -43,37 +44,43 @@ pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Optio
             chain.column_mut(k).fill(0.0);
         }
     }
+    let reach = REACH * objective.loss.sigma;
     let kinks: Vec<Vec<Kink>> = chunks
         .into_par_iter()
         .zip(memory.parts(objective.chunk_size()))
-        .map(|(range, mut part)| of_chunk(objective, &placed, at, range, &mut part, &chain))
+        .map(|(range, mut part)| of_chunk(objective, (&placed, at), range, &mut part, reach, &chain))
         .collect();
     Some(kinks.into_iter().flatten().collect())
 }
 
 fn of_chunk(
     objective: &Objective,
-    placed: &Placed,
-    at: &Estimate,
+    (placed, at): (&Placed, &Estimate),
     range: Range<usize>,
     part: &mut Part,
+    reach: f64,
     chain: &DMatrix<f64>,
 ) -> Vec<Kink> {
     let start = range.start;
     let mut own = objective.search(placed, &at.motion, range, Some(part));
     // Where the memory knows that nothing else is near there is nothing to look for.
-    own.retain(|f| part.known[f.index - start].until - part.travelled < 0.49 * part.reach);
-    let mut pulls_of_own = pulls(objective, placed, &own);
-    pulls_of_own.sort_by_key(|(index, _)| *index);
-    let own_pull = |index: usize| {
-        let slot = pulls_of_own.binary_search_by_key(&index, |(i, _)| *i).ok()?;
-        Some(&pulls_of_own[slot].1)
-    };
-    let elsewhere = |f: &Found| objective.elsewhere(placed, f, own_pull(f.index)?.distance + part.reach);
-    let mut others: Vec<Found> = own.iter().filter_map(elsewhere).collect();
+    own.retain(|f| part.known[f.index - start].until - part.travelled < 0.49 * reach);
+    let (mut both, mut others) = (Vec::new(), Vec::new());
+    for these in own.chunk_by(|a, b| a.patch == b.patch) {
+        let Some(feet) = objective.feet_on_patch(placed, these) else { continue };
+        for (found, foot) in these.iter().zip(&feet) {
+            if let Some(other) = objective.elsewhere(placed, found, foot.d2.sqrt() + reach) {
+                both.push(Found { uv: foot.uv, ..*found });
+                others.push(other);
+            }
+        }
+    }
     others.sort_by_key(|f| f.patch);
+    let mut pulls_of_own = pulls(objective, placed, &both);
+    pulls_of_own.sort_by_key(|(index, _)| *index);
     let of_other = |(index, other): (usize, Pull)| {
-        let own = own_pull(index)?;
+        let slot = pulls_of_own.binary_search_by_key(&index, |(i, _)| *i).ok()?;
+        let own = &pulls_of_own[slot].1;
         let mut by_x = DVector::zeros(chain.nrows());
         for (pull, sign) in [(&other, 1.0), (own, -1.0)] {
             for (i, slope) in pull.columns.iter().zip(&pull.slopes) {
@@ -96,8 +103,8 @@ fn pulls(objective: &Objective, placed: &Placed, found: &[Found]) -> Vec<(usize,
         all.extend(rows.iter().zip(&counted).map(|((point, row), counted)| {
             let pull = point.weight * point.distance;
             let slopes = row.iter().map(|r| pull * r).collect();
-            let (distance, counted) = (point.distance.abs(), half * counted.psi);
-            (point.index as usize, Pull { distance, counted, columns: rows.columns.clone(), slopes })
+            let counted = half * counted.psi;
+            (point.index as usize, Pull { counted, columns: rows.columns.clone(), slopes })
         }));
     }
     all

@@ -37,6 +37,8 @@ pub(super) struct Grid {
 pub(super) struct Quad {
     pub(super) patch: u32,
     pub(super) vertices: [u32; 4],
+    /// The column and the row.
+    place: [u16; 2],
 }
 
 /// Samples each way when a patch is gauged.
@@ -93,7 +95,8 @@ impl Layout {
             for i in 0..nu {
                 let a = (first + j * (nu + 1) + i) as u32;
                 let above = a + nu as u32 + 1;
-                self.quads.push(Quad { patch: patch as u32, vertices: [a, a + 1, above + 1, above] });
+                let vertices = [a, a + 1, above + 1, above];
+                self.quads.push(Quad { patch: patch as u32, vertices, place: [i as u16, j as u16] });
             }
         }
         self.grids.push(Grid { first, u, v, closed: gauge.closed, cells: gauge.cells });
@@ -125,8 +128,11 @@ impl Layout {
     }
 
     pub(super) fn refit(&self, tree: &mut Tree, positions: &[[f64; 3]]) {
-        let corners = |quad: usize| self.quads[quad].vertices.map(|v| DVec3::from_array(positions[v as usize]));
-        tree.refit(bounds(positions), self.quads.len(), corners);
+        let facet = |quad: usize| {
+            let Quad { patch, vertices, .. } = self.quads[quad];
+            (vertices.map(|v| DVec3::from_array(positions[v as usize])), patch)
+        };
+        tree.refit(bounds(positions), self.quads.len(), facet);
     }
 
     /// Whether two facets are the same or share a corner, within one patch.
@@ -136,13 +142,8 @@ impl Layout {
             return false;
         }
         let grid = &self.grids[a.patch as usize];
-        let place = |quad: Quad| {
-            let first = quad.vertices[0] as usize - grid.first;
-            [first % (grid.cells[0] + 1), first / (grid.cells[0] + 1)]
-        };
-        let (a, b) = (place(a), place(b));
         (0..2).all(|k| {
-            let apart = a[k].abs_diff(b[k]);
+            let apart = a.place[k].abs_diff(b.place[k]) as usize;
             apart <= 1 || (grid.closed[k] && apart + 1 >= grid.cells[k])
         })
     }

@@ -3,6 +3,7 @@
 
 use super::facets::Facets;
 use super::motion::Motion;
+use super::points::Points;
 use glam::DVec3;
 use std::sync::{Mutex, MutexGuard};
 
@@ -32,8 +33,13 @@ pub(crate) struct Known {
     pub(crate) until: f64,
 }
 
-/// How much farther than its nearest facet a point's search looks, in sigma: enough for the last steps of a fit.
-pub(crate) const REACH: f64 = 0.15;
+/// How much farther than its nearest facet a point's search looks: so many sigma, which is enough for the last steps of a fit, and
+/// where points are dense so many times as far as the next one in the list is, which is enough for all steps that are left to all
+/// points when some of them have been fitted. Where they are sparse, that would be too far, in the scan's radii: too many facets are
+/// within reach.
+const SIGMAS: f64 = 0.15;
+const NEIGHBOURS: f64 = 2.0;
+const WIDEST: f64 = 0.06;
 
 /// The patch of points that are too far from all.
 pub(crate) const NOWHERE: u32 = u32::MAX;
@@ -50,9 +56,16 @@ pub(crate) struct Part<'m> {
 }
 
 impl Memory {
-    /// Nothing is known yet of so many points. See `State::reach`.
-    pub(crate) fn new(points: usize, reach: f64) -> Self {
-        Self(Mutex::new(State { corners: Vec::new(), travelled: 0.0, reach, points: vec![Known::NOTHING; points] }))
+    /// Nothing is known yet of these points.
+    pub(crate) fn new(points: &Points, sigma: f64) -> Self {
+        let near = NEIGHBOURS * points.spacing();
+        let reach = (SIGMAS * sigma).max(if near < WIDEST * points.gyration() { near } else { 0.0 });
+        Self(Mutex::new(State {
+            corners: Vec::new(),
+            travelled: 0.0,
+            reach,
+            points: vec![Known::NOTHING; points.len()],
+        }))
     }
 
     /// The memory once the model has moved to where it is now; None while another evaluation has it, which then does

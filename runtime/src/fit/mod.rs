@@ -48,6 +48,7 @@ mod schedule;
 mod screening;
 mod setting;
 mod significance;
+mod slack;
 mod space;
 mod sums;
 mod trace;

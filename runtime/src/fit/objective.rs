@@ -8,6 +8,7 @@ use super::loss::{Counted, Loss};
 use super::memory::{Memory, NOWHERE, Part};
 use super::motion::Motion;
 use super::points::Points;
+use super::slack::Query;
 use super::space::{Estimate, Space};
 use super::sums::{PatchSum, Sums};
 use super::trace::Log;
@@ -262,7 +263,8 @@ impl Objective<'_> {
             };
             let nearest = match &mut memory {
                 Some(part) => {
-                    let (nearest, slack) = placed.facets.nearest_and_slack(q, cutoff, facing, hint, part.reach);
+                    let query = Query { q, cutoff, facing, hint, reach: part.reach };
+                    let (nearest, slack) = placed.facets.nearest_and_slack(query);
                     part.known[k].patch = nearest.map_or(NOWHERE, |n| n.patch);
                     part.known[k].until = part.travelled + slack;
                     nearest

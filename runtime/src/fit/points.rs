@@ -3,7 +3,7 @@
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, strays};
 use foldhash::fast::FixedState;
-use glam::DVec3;
+use glam::{DVec3, U64Vec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
 
@@ -25,6 +25,8 @@ const EMPTY: f64 = 0.05;
 const CLEAN: f64 = 0.95;
 /// How often strays are looked for: without the sparsest ones the next are.
 const SIFTED: usize = 2;
+/// Points whose distance to the next one is looked at.
+const SPACINGS: usize = 2000;
 /// Points of a cloud that are looked at for strays.
 const LOOKED_AT: usize = 30_000;
 
@@ -85,6 +87,13 @@ impl Points {
     /// How many there are.
     pub(crate) fn len(&self) -> usize {
         self.position.len()
+    }
+
+    /// How far it is to the next one in the list, in the median.
+    pub(crate) fn spacing(&self) -> f64 {
+        let step = (self.len() / SPACINGS).max(1);
+        let apart = |i: usize| self.position[i].distance(self.position[i + 1]);
+        median(&mut (0..self.len().saturating_sub(1)).step_by(step).map(apart).collect::<Vec<f64>>()).unwrap_or(0.0)
     }
 
     /// The box around all points; around the origin if there are none.
@@ -156,19 +165,31 @@ impl Points {
     }
 
     fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<usize> {
-        let mut cells: HashMap<u64, Cell, FixedState> = HashMap::default();
+        let mut cells: Vec<Cell> = Vec::new();
+        let mut slots: HashMap<U64Vec3, usize, FixedState> = HashMap::default();
+        // Neighbours in the list are neighbours in space: most of them share their cell.
+        let mut last = (U64Vec3::MAX, 0);
+        let scale = 1.0 / cell;
         for (i, p) in self.position.iter().enumerate() {
-            let scaled = (*p - low) / cell;
-            let off = (scaled - scaled.floor() - 0.5).length_squared();
-            let best = cells.entry(morton(scaled.as_u64vec3())).or_insert(Cell { off, index: i, count: 0 });
+            let scaled = (*p - low) * scale;
+            let place = scaled.as_u64vec3();
+            let off = (scaled - place.as_dvec3() - 0.5).length_squared();
+            if place != last.0 {
+                let next = cells.len();
+                last = (place, *slots.entry(place).or_insert(next));
+                if last.1 == next {
+                    cells.push(Cell { off, index: i, count: 0 });
+                }
+            }
+            let best = &mut cells[last.1];
             best.count += 1;
             if off < best.off {
                 (best.off, best.index) = (off, i);
             }
         }
-        let mut counts: Vec<f64> = cells.values().map(|c| f64::from(c.count)).collect();
+        let mut counts: Vec<f64> = cells.iter().map(|c| f64::from(c.count)).collect();
         let fewest = EMPTY * median(&mut counts).unwrap_or(0.0);
-        cells.into_values().filter(|c| f64::from(c.count) >= fewest).map(|c| c.index).collect()
+        cells.into_iter().filter(|c| f64::from(c.count) >= fewest).map(|c| c.index).collect()
     }
 }
 
@@ -181,7 +202,7 @@ struct Cell {
 }
 
 /// Interleaves the bits of a cell's coordinates (21 of each): neighbours in space come out near in order.
-fn morton(cell: glam::U64Vec3) -> u64 {
+pub(crate) fn morton(cell: U64Vec3) -> u64 {
     let spread = |x: u64| {
         let mut x = x & 0x1f_ffff;
         x = (x | x << 32) & 0x001f_0000_0000_ffff;

@@ -2,7 +2,7 @@
 //! stuck in a wrong valley, or while the model is turned about the rest's axis of symmetry.
 
 use super::gauss_newton::{self, Stop};
-use super::group::{Axis, Group, groups, is_settled, unexplained};
+use super::group::{Axis, Group, Verdict, groups, judge, unexplained};
 use super::layout::Layout;
 use super::loss::Loss;
 use super::objective::{Objective, Order};
@@ -30,8 +30,9 @@ const KNOWN: usize = 3;
 const SETTLED: (usize, usize) = (4, 20);
 /// Rounds over all groups, at most.
 const ROUNDS: usize = 3;
-/// Those that are then optimised with everything else: so many at most.
-const PURSUED: usize = 4;
+/// So many of them at a time, of which so many at most are then optimised with everything else.
+const AT_ONCE: usize = 8;
+const PURSUED: usize = 2;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
 
@@ -120,7 +121,8 @@ fn retry(
     // At a bound a parameter is more often stuck than right.
     let at_bound = setting.space.at_bound(&from.estimate);
     let stuck = group.members.iter().any(|k| at_bound[*k]);
-    let doubtful = stuck || !is_settled(&objective, &from.estimate, &explained)?;
+    let verdict = |at: &Candidate| judge(&objective, &at.estimate, &explained);
+    let doubtful = stuck || verdict(from)? == Verdict::Doubtful;
     if scope == Scope::Doubtful && !doubtful {
         return None;
     }
@@ -130,23 +132,14 @@ fn retry(
     // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(&from.signs), ..from.clone() };
     let local = Local::new(setting, group, &rest, from)?;
-    let mut pursued = if !doubtful {
-        vec![from.clone()]
+    // At the final scale what is settled is right; at a coarser one, it may be the next valley.
+    let enough = if scope == Scope::All { Verdict::Clear } else { Verdict::Settled };
+    let settles = |at: &Candidate| verdict(at) >= Some(enough);
+    let mut pursued = if doubtful {
+        let tried = variants(setting, known, group, from, round);
+        local.pursue_likely(tried, axis, group, &few, scale, settles)
     } else {
-        let ranked = local.rank(variants(setting, known, group, from, round), axis);
-        let few_members = group.members.len() <= FEW_MEMBERS;
-        let chosen = if few_members {
-            // What the other parts explain may hide all points of a small one: its known values are tried on everything.
-            diverse(setting, group, ranked, [KNOWN, 1])
-        } else {
-            let mut settled: Vec<(usize, Candidate)> = diverse(setting, group, ranked, [KNOWN, group.of(SETTLED)])
-                .into_par_iter()
-                .filter_map(|(number, candidate)| Some((number, local.settle(scale, candidate)?)))
-                .collect();
-            settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-            diverse(setting, group, settled, [1, PURSUED])
-        };
-        chosen.into_par_iter().filter_map(|(_, candidate)| pursue(setting, &few, scale, candidate)).collect()
+        vec![from.clone()]
     };
     pursued.sort_by(|a, b| a.value.total_cmp(&b.value));
     if let Some(best) = pursued.first() {
@@ -165,7 +158,7 @@ fn retry(
     let present = Objective { signs: objective.signs, ..setting.objective(&setting.space, &few, fine) };
     let present = present.evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < present * 0.998 || (best.value <= present * 1.002 && away(&best) < away(from));
-    let settled = is_settled(&objective, if better { &best.estimate } else { &from.estimate }, &explained)?;
+    let settled = verdict(if better { &best } else { from })? != Verdict::Doubtful;
     if !better {
         return Some(Retried { better: None, settled });
     }
@@ -258,6 +251,48 @@ impl<'s> Local<'s> {
             .collect();
         ranked.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
         ranked
+    }
+
+    /// Optimises variants, the likeliest ones first, until one `settles` the matter: first the group's parameters alone, then
+    /// those of them that are best with everything else.
+    fn pursue_likely(
+        &self,
+        variants: Vec<Estimate>,
+        axis: Option<Axis>,
+        group: &Group,
+        few: &Points,
+        scale: f64,
+        settles: impl Fn(&Candidate) -> bool,
+    ) -> Vec<Candidate> {
+        let setting = self.setting;
+        let pursue_all = |chosen: Vec<(usize, Candidate)>| -> Vec<Candidate> {
+            chosen.into_par_iter().filter_map(|(_, candidate)| pursue(setting, few, scale, candidate)).collect()
+        };
+        if group.members.len() <= FEW_MEMBERS {
+            // What the other parts explain may hide all points of a small one: its known values are tried on everything.
+            return pursue_all(diverse(setting, group, self.rank(variants, axis), [KNOWN, 1]));
+        }
+        let mut pursued: Vec<Candidate> = Vec::new();
+        // Often what is known already lies in the right valley.
+        let known = variants[..KNOWN].to_vec();
+        for (variants, count) in [(known, [KNOWN, 0]), (variants, [0, group.of(SETTLED)])] {
+            for likely in diverse(setting, group, self.rank(variants, axis), count).chunks(AT_ONCE) {
+                let settled = self.settle_all(scale, likely);
+                pursued.extend(pursue_all(diverse(setting, group, settled, [0, PURSUED])));
+                if pursued.iter().min_by(|a, b| a.value.total_cmp(&b.value)).is_some_and(&settles) {
+                    return pursued;
+                }
+            }
+        }
+        pursued
+    }
+
+    /// Optimises the group's parameters alone, of every candidate; best first.
+    fn settle_all(&self, scale: f64, candidates: &[(usize, Candidate)]) -> Vec<(usize, Candidate)> {
+        let settle = |(number, candidate): &(usize, Candidate)| Some((*number, self.settle(scale, candidate.clone())?));
+        let mut settled: Vec<(usize, Candidate)> = candidates.par_iter().filter_map(settle).collect();
+        settled.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        settled
     }
 
     /// Optimises the group's parameters alone.

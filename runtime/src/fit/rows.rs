@@ -35,6 +35,8 @@ pub(crate) struct RowPoint {
 
 /// Chunks that are computed at a time: memory does not grow with the scan.
 const AT_ONCE: usize = 64;
+/// Rows are kept of so many points at most: of a model with a hundred parameters they take 160 MB.
+const KEPT: usize = 200_000;
 
 impl Rows {
     /// Every point with its row.
@@ -45,52 +47,87 @@ impl Rows {
     }
 }
 
-impl Objective<'_> {
-    /// Sums up the rows of every chunk of points, on all threads, and hands the sums to `each` in the points' order. None
-    /// where the model does not exist.
-    pub(crate) fn for_rows<T: Send>(
+/// The rows of all points at one estimate, for those who go through them more than once.
+pub(crate) struct AllRows<'o> {
+    objective: &'o Objective<'o>,
+    at: &'o Estimate,
+    placed: Placed<'o>,
+    /// By chunk; none of scans for which there is no room: theirs are computed anew each time.
+    kept: Option<Vec<Vec<Rows>>>,
+}
+
+impl<'o> AllRows<'o> {
+    /// None where the model does not exist.
+    pub(crate) fn new(objective: &'o Objective<'o>, at: &'o Estimate) -> Option<Self> {
+        let placed = objective.place(at).ok()?;
+        let mut all = Self { objective, at, placed, kept: None };
+        if objective.points.len() <= KEPT {
+            let mut kept = Vec::new();
+            all.by_chunk(|rows| rows, |rows| kept.push(rows));
+            all.kept = Some(kept);
+        }
+        Some(all)
+    }
+
+    /// Sums up the rows of every chunk of points, on all threads, and hands the sums to `each` in the points' order.
+    pub(crate) fn fold<T: Send>(
         &self,
-        at: &Estimate,
         none: impl Fn() -> T + Sync,
         add: impl Fn(&mut T, &Rows) + Sync,
         mut each: impl FnMut(T),
-    ) -> Option<()> {
-        let placed = self.place(at).ok()?;
-        let chunks = self.chunks();
-        let mut memory = self.memory.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+    ) {
+        let sum = |rows: &[Rows]| {
+            let mut sums = none();
+            rows.iter().for_each(|rows| add(&mut sums, rows));
+            sums
+        };
+        match &self.kept {
+            Some(kept) => {
+                for some in kept.chunks(AT_ONCE) {
+                    let made: Vec<T> = some.par_iter().map(|rows| sum(rows)).collect();
+                    made.into_iter().for_each(&mut each);
+                }
+            }
+            None => self.by_chunk(|rows| sum(&rows), each),
+        }
+    }
+
+    /// Computes the rows of every chunk, on all threads; what `made` makes of them goes to `each` in the points' order.
+    fn by_chunk<T: Send>(&self, made: impl Fn(Vec<Rows>) -> T + Sync, mut each: impl FnMut(T)) {
+        let Self { objective, at, placed, .. } = self;
+        let chunks = objective.chunks();
+        let mut memory = objective.memory.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
         let mut parts: Vec<Option<Part>> = match &mut memory {
-            Some(memory) => memory.parts(self.chunk_size()).into_iter().map(Some).collect(),
+            Some(memory) => memory.parts(objective.chunk_size()).into_iter().map(Some).collect(),
             None => chunks.iter().map(|_| None).collect(),
         };
         for (some, parts) in chunks.chunks(AT_ONCE).zip(parts.chunks_mut(AT_ONCE)) {
             let of_chunk = |(range, part): (&Range<usize>, &mut Option<Part>)| {
-                let mut sums = none();
-                self.rows_of_chunk(&placed, at, range.clone(), part.as_mut(), |rows| add(&mut sums, rows));
-                sums
+                made(objective.rows_of_chunk(placed, at, range.clone(), part.as_mut()))
             };
             let made: Vec<T> = some.par_iter().zip(parts).map(of_chunk).collect();
             made.into_iter().for_each(&mut each);
         }
-        Some(())
     }
+}
 
+impl Objective<'_> {
     fn rows_of_chunk(
         &self,
         placed: &Placed,
         at: &Estimate,
         range: Range<usize>,
         mut memory: Option<&mut Part>,
-        mut add: impl FnMut(&Rows),
-    ) {
+    ) -> Vec<Rows> {
         let start = range.start;
         let found = self.search(placed, &at.motion, range, memory.as_deref_mut());
+        let mut all = Vec::new();
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
             let Some(feet) = self.feet_on_patch(placed, these) else { continue };
             remember(memory.as_deref_mut(), start, these, &feet);
-            if let Some(rows) = self.rows(&*placed.instance, these, &feet, &self.counted(&feet)) {
-                add(&rows);
-            }
+            all.extend(self.rows(&*placed.instance, these, &feet, &self.counted(&feet)));
         }
+        all
     }
 
     /// The rows of points that have their feet on one patch; None where that cannot be evaluated.

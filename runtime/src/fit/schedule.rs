@@ -125,7 +125,7 @@ impl Setting<'_> {
     /// Where the descent begins: what lies near the start, or the best of all orientations; with the estimate that is home to
     /// it (see `Known`). Near starts that lead to nothing convincing are given up where the pose may be searched.
     fn begin(&self, start: &Estimate, near: bool, searched: bool) -> (Candidate, Estimate) {
-        let nearby = (near || !searched).then(|| screening::approach(self, start));
+        let nearby = (near || !searched).then(|| screening::approach(self, start, searched));
         if let Some(found) = &nearby
             && (!searched || found.inliers > CONVINCING)
         {

@@ -21,6 +21,9 @@ const PROPOSALS: usize = 4;
 const ORIENTATIONS: usize = 200;
 const PROMISING: usize = 80;
 
+/// A fraction of inliers below which a place is given up for another one.
+const HOPELESS: f64 = 0.5;
+
 /// A place to begin from, and the objective there.
 #[derive(Clone, Debug)]
 pub(crate) struct Candidate {
@@ -39,8 +42,8 @@ impl Candidate {
     }
 }
 
-/// The best place to begin from near a start.
-pub(crate) fn approach(setting: &Setting, start: &Estimate) -> Candidate {
+/// The best place to begin from near a start. `searched` says whether there are others, far from it.
+pub(crate) fn approach(setting: &Setting, start: &Estimate, searched: bool) -> Candidate {
     let from = Candidate::new(setting, start.clone());
     let points = setting.thin.sample(1500);
     let mut scales = vec![0.3, 0.2];
@@ -50,7 +53,12 @@ pub(crate) fn approach(setting: &Setting, start: &Estimate) -> Candidate {
     }
     let found = advance(setting, vec![from.clone()], 500, &scales, false);
     let found = advance(setting, sides(setting, found), 1000, &[0.14, 0.1, FINE], true);
-    let Some(found) = found.into_iter().next() else { return from };
+    let Some(mut found) = found.into_iter().next() else { return from };
+    found.inliers = inliers(setting, &points, FINE, &found);
+    // So far off, there are better places to begin from than any that differ by a part.
+    if searched && found.inliers < HOPELESS {
+        return found;
+    }
     let mut found = restart(setting, Known { start, home: start }, &points, FINE, Scope::All, found);
     found.inliers = inliers(setting, &points, FINE, &found);
     found

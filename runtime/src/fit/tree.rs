@@ -1,6 +1,7 @@
 //! A tree of boxes over facets, refitted as the model moves.
 
-use super::block::{Block, Lanes, WIDTH};
+use super::block::{Asked, Block, Lanes, WIDTH};
+use super::facets::Facing;
 use glam::{DVec3, Vec3, Vec4};
 
 /// A tree of axis-aligned boxes in fours, with blocks of four facets as leaves; children stand behind their parent, so that one
@@ -66,8 +67,13 @@ impl Tree {
     }
 
     /// Fits every box to the corners of its facets; facets with a corner that is not finite are left out. `bounds` holds all
-    /// corners, and `corners` has those of `count` facets.
-    pub(crate) fn refit(&mut self, (low, high): (DVec3, DVec3), count: usize, corners: impl Fn(usize) -> [DVec3; 4]) {
+    /// corners, and `facet` has those of `count` facets, with their patches.
+    pub(crate) fn refit(
+        &mut self,
+        (low, high): (DVec3, DVec3),
+        count: usize,
+        facet: impl Fn(usize) -> ([DVec3; 4], u32),
+    ) {
         let empty = !low.cmple(high).all();
         self.origin = if empty { DVec3::ZERO } else { 0.5 * (low + high) };
         let size = if empty { 0.0 } else { (high - low).max_element() };
@@ -76,17 +82,17 @@ impl Tree {
         self.blocks.clear();
         let mut boxes = Vec::with_capacity(count.div_ceil(WIDTH));
         for first in (0..count).step_by(WIDTH) {
-            let mut these = [[DVec3::NAN; 4]; WIDTH];
+            let (mut these, mut patches) = ([[DVec3::NAN; 4]; WIDTH], [0; WIDTH]);
             let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            for (i, these) in (first..count).zip(&mut these) {
-                *these = corners(i);
+            for ((i, these), patch) in (first..count).zip(&mut these).zip(&mut patches) {
+                (*these, *patch) = facet(i);
                 if these.iter().all(|c| c.is_finite()) {
                     for c in these.map(|c| self.local(c)) {
                         (low, high) = (low.min(c - margin), high.max(c + margin));
                     }
                 }
             }
-            self.blocks.push(Block::new(&these, self.origin, size));
+            self.blocks.push(Block::new(&these, patches, self.origin, size));
             boxes.push((low, high));
         }
         for i in (0..self.nodes.len()).rev() {
@@ -110,14 +116,18 @@ impl Tree {
         (p - self.origin).as_vec3()
     }
 
-    /// Visits facets near `q`, nearest boxes first. `item` gets a facet, a squared distance that it has at least and the one that
+    /// A point as blocks are asked about it: for facets that look no farther away from its normal than `across`.
+    pub(crate) fn asked<'a>(&self, q: DVec3, facing: Option<Facing<'a>>, across: f64) -> Asked<'a> {
+        Asked::new(self.local(q), facing, across)
+    }
+
+    /// Visits facets near a point, nearest boxes first. `item` gets a facet, a squared distance that it has at least and the one that
     /// it must beat, and returns the one to beat from then on.
-    pub(crate) fn visit(&self, q: DVec3, limit: f64, mut item: impl FnMut(usize, f64, f64) -> f64) {
+    pub(crate) fn visit(&self, asked: &Asked, limit: f64, mut item: impl FnMut(usize, f64, f64) -> f64) {
         if self.nodes.is_empty() {
             return;
         }
         let mut limit = limit;
-        let place = Lanes::splat(self.local(q));
         let mut stack = [(0.0_f32, 0_u32); DEPTH];
         let mut depth = 1;
         while depth > 0 {
@@ -128,34 +138,47 @@ impl Tree {
             }
             if child & LEAF != 0 {
                 let block = (child - LEAF) as usize;
-                let lower = self.blocks[block].lower_bounds(place);
+                let lower = self.blocks[block].lower_bounds(asked);
+                let mut left = below(lower, limit);
+                if left == 0 {
+                    continue;
+                }
                 // The nearest facet first: it may rule the others out.
-                let first = lower.min_position();
+                let mut lane = lower.min_position();
                 let lower = lower.to_array();
-                for lane in [first, first ^ 1, first ^ 2, first ^ 3] {
+                while left != 0 {
                     if f64::from(lower[lane]) < limit {
                         limit = item(block * WIDTH + lane, f64::from(lower[lane]), limit);
                     }
+                    left &= !(1 << lane);
+                    lane = left.trailing_zeros() as usize;
                 }
                 continue;
             }
             let node = &self.nodes[child as usize];
-            let distances = node.distances(place).to_array();
+            let distances = node.distances(asked.place);
+            let mut left = below(distances, limit);
+            let distances = distances.to_array();
             let first = depth;
-            for (d2, child) in distances.into_iter().zip(node.child) {
-                if f64::from(d2) < limit {
-                    // The nearest one stands last.
-                    let mut k = depth;
-                    while k > first && stack[k - 1].0 < d2 {
-                        stack[k] = stack[k - 1];
-                        k -= 1;
-                    }
-                    stack[k] = (d2, child);
-                    depth += 1;
+            while left != 0 {
+                let lane = left.trailing_zeros() as usize;
+                left &= left - 1;
+                // The nearest one stands last.
+                let mut k = depth;
+                while k > first && stack[k - 1].0 < distances[lane] {
+                    stack[k] = stack[k - 1];
+                    k -= 1;
                 }
+                stack[k] = (distances[lane], node.child[lane]);
+                depth += 1;
             }
         }
     }
+}
+
+/// A mask of the lanes that are below a limit, and perhaps of some that are equal to it but for rounding.
+fn below(lanes: Vec4, limit: f64) -> u32 {
+    lanes.cmplt(Vec4::splat((limit as f32).next_up())).bitmask()
 }
 
 /// Halves items at the median of the widest axis, at a multiple of a block; the second half is empty where a block holds all.
@@ -273,11 +296,11 @@ mod tests {
         let moved: Vec<DVec3> = points.iter().map(|p| *p * 1.3 + point(&mut rng) * 0.2).collect();
         let low = moved.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let high = moved.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        tree.refit((low, high), moved.len(), |i| [moved[order[i] as usize]; 4]);
+        tree.refit((low, high), moved.len(), |i| ([moved[order[i] as usize]; 4], 0));
         for _ in 0..300 {
             let q = point(&mut rng) * 1.5;
             let mut found = (f64::INFINITY, usize::MAX);
-            tree.visit(q, f64::INFINITY, |i, lower, limit| {
+            tree.visit(&tree.asked(q, None, 0.0), f64::INFINITY, |i, lower, limit| {
                 let d2 = q.distance_squared(moved[order[i] as usize]);
                 assert!(lower <= d2);
                 if d2 < limit {

@@ -5,7 +5,7 @@ use super::blocks::{Blocks, Key};
 use super::kinks;
 use super::objective::Objective;
 use super::proposals::halton;
-use super::rows::{RowPoint, Rows};
+use super::rows::{AllRows, RowPoint, Rows};
 use super::space::Estimate;
 use super::sums::{add_scaled, add_square};
 use foldhash::fast::FixedState;
@@ -54,7 +54,8 @@ struct Sums {
 /// no point has a foot.
 pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Uncertainty> {
     let dim = objective.space.dim();
-    let mut sums = collect(objective, at)?;
+    let all = AllRows::new(objective, at)?;
+    let mut sums = collect(objective, at, &all);
     let n = sums.pulls.len();
     if n <= dim {
         return None;
@@ -69,8 +70,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let mut inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
     let leverage = &chain * &inverse.weighted * chain.transpose();
     let mut filling = match blocks {
-        Some(blocks) => between_blocks(objective, at, blocks, &leverage)?,
-        None => of_points(objective, at, &leverage)?,
+        Some(blocks) => between_blocks(objective, &all, blocks, &leverage),
+        None => of_points(objective, &all, &leverage),
     };
     if let Some(ends) = information {
         filling += ends.filling;
@@ -91,7 +92,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     Some(Uncertainty { covariance, naive, undetermined, known, effective_points, blocks })
 }
 
-fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
+fn collect(objective: &Objective, at: &Estimate, all: &AllRows) -> Sums {
     let total = objective.space.model.parameters().len() + 6;
     let mut sums = Sums::none(total);
     let add = |sums: &mut Sums, rows: &Rows| {
@@ -112,20 +113,20 @@ fn collect(objective: &Objective, at: &Estimate) -> Option<Sums> {
         }
     };
     let none = || Sums::none(total);
-    objective.for_rows(at, none, add, |chunk| {
+    all.fold(none, add, |chunk| {
         sums.bread += chunk.bread;
         sums.weighted += chunk.weighted;
         sums.places.extend(chunk.places);
         sums.pulls.extend(chunk.pulls);
         sums.weight += chunk.weight;
         sums.weighted_d2 += chunk.weighted_d2;
-    })?;
+    });
     let chain = objective.space.chain(at);
     for matrix in [&mut sums.bread, &mut sums.weighted] {
         matrix.fill_upper_triangle_with_lower_triangle();
         *matrix = chain.tr_mul(&(&*matrix * &chain));
     }
-    Some(sums)
+    sums
 }
 
 impl Sums {
@@ -159,7 +160,7 @@ fn pulls<'r>(rows: &'r Rows, leverage: &DMatrix<f64>) -> impl Iterator<Item = (&
 }
 
 /// Sum of (pull J) (pull J)^T, for residuals that do not depend on each other.
-fn of_points(objective: &Objective, at: &Estimate, leverage: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+fn of_points(objective: &Objective, all: &AllRows, leverage: &DMatrix<f64>) -> DMatrix<f64> {
     let total = objective.space.model.parameters().len() + 6;
     let none = || DMatrix::zeros(total, total);
     let add = |matrix: &mut DMatrix<f64>, rows: &Rows| {
@@ -170,38 +171,42 @@ fn of_points(objective: &Objective, at: &Estimate, leverage: &DMatrix<f64>) -> O
         add_square_at(matrix, rows, &square);
     };
     let mut filling = none();
-    objective.for_rows(at, none, add, |chunk| filling += chunk)?;
+    all.fold(none, add, |chunk| filling += chunk);
     filling.fill_upper_triangle_with_lower_triangle();
-    Some(filling)
+    filling
 }
 
 /// Sums of pulls J by block, in the order in which the blocks were first met.
 #[derive(Default)]
 struct BlockSums {
     index: HashMap<Key, usize, FixedState>,
+    /// The last one that was asked for: neighbours in the list are neighbours in space.
+    last: Option<(Key, usize)>,
     keys: Vec<Key>,
     sums: Vec<f64>,
 }
 
 impl BlockSums {
     fn of(&mut self, key: Key, width: usize) -> &mut [f64] {
-        let next = self.keys.len();
-        let slot = *self.index.entry(key).or_insert(next);
-        if slot == next {
-            self.keys.push(key);
-            self.sums.resize((next + 1) * width, 0.0);
-        }
+        let slot = match self.last {
+            Some((last, slot)) if last == key => slot,
+            _ => {
+                let next = self.keys.len();
+                let slot = *self.index.entry(key).or_insert(next);
+                if slot == next {
+                    self.keys.push(key);
+                    self.sums.resize((next + 1) * width, 0.0);
+                }
+                self.last = Some((key, slot));
+                slot
+            }
+        };
         &mut self.sums[slot * width..(slot + 1) * width]
     }
 }
 
 /// Sum over blocks of (sum of pulls J) (sum of pulls J)^T, the mean over some positions of the grid.
-fn between_blocks(
-    objective: &Objective,
-    at: &Estimate,
-    blocks: Blocks,
-    leverage: &DMatrix<f64>,
-) -> Option<DMatrix<f64>> {
+fn between_blocks(objective: &Objective, all: &AllRows, blocks: Blocks, leverage: &DMatrix<f64>) -> DMatrix<f64> {
     let total = objective.space.model.parameters().len() + 6;
     let shifts: Vec<DVec3> = (1..=SHIFTS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
     let none = || shifts.iter().map(|_| BlockSums::default()).collect::<Vec<BlockSums>>();
@@ -217,13 +222,13 @@ fn between_blocks(
         }
     };
     let mut grids = none();
-    objective.for_rows(at, none, add, |chunk| {
+    all.fold(none, add, |chunk| {
         for (grid, part) in grids.iter_mut().zip(&chunk) {
             for (key, sums) in part.keys.iter().zip(part.sums.chunks_exact(total)) {
                 add_scaled(grid.of(*key, total), 1.0, sums);
             }
         }
-    })?;
+    });
     let mut filling = DMatrix::zeros(total, total);
     for grid in &grids {
         let count = grid.keys.len() as f64;
@@ -233,7 +238,7 @@ fn between_blocks(
             filling.ger(scale, &sum, &sum, 1.0);
         }
     }
-    Some(filling)
+    filling
 }
 
 /// The inverse of the sandwich's outer slices over what is determined.

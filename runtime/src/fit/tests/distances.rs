@@ -5,7 +5,7 @@ use super::shapes::{Simple, cup, simple};
 use crate::fit::distance::refine;
 use crate::fit::layout::Layout;
 use crate::fit::loss::Loss;
-use crate::fit::memory::{Memory, REACH};
+use crate::fit::memory::Memory;
 use crate::fit::motion::Motion;
 use crate::fit::objective::{Objective, Order};
 use crate::fit::points::Points;
@@ -89,7 +89,7 @@ fn searches_that_are_left_out_change_nothing() {
         signs: Some(&signs),
         ..setting.objective(&setting.space, &points, Loss::welsch(2.0))
     };
-    let memory = Arc::new(Memory::new(points.len(), REACH * 2.0));
+    let memory = Arc::new(Memory::new(&points, 2.0));
     let mut at = setting.space.estimate(&x, Motion::IDENTITY);
     // Steps as at the end of a fit, then some that are too long for anything to be known.
     for step in [0.0, 0.05, -0.03, 0.002, 0.001, 1.0, -2.0, 0.01] {
