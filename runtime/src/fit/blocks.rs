@@ -12,6 +12,8 @@ pub(crate) type Key = (u32, u64);
 pub(crate) struct Blocks {
     /// Edge of a cube. Millimetres.
     pub(crate) edge: f64,
+    /// About how many there are.
+    pub(crate) count: usize,
     /// By how much dependence within blocks raises the variance of a mean, over that of independent residuals.
     pub(crate) inflation: f64,
     /// What is left out across the borders of blocks: a factor on variances.
@@ -41,27 +43,35 @@ impl Blocks {
             return None;
         }
         let cubes = Sorted::new(points, pulls, radius * 0.5_f64.powi(EDGES));
-        // From fine to coarse: the ratio, and whether it is clearly more than 1; None where there are too few blocks.
+        // From fine to coarse; None where there are too few blocks.
         let of_edge = |level: i32| {
             let (count, squares) = cubes.block_sums(level);
             let ratio = squares / total;
             let clear = ratio > 1.15 + 4.0 * (2.0 / count as f64).sqrt();
-            (count >= FEWEST).then_some((radius * 0.5_f64.powi(EDGES - level), ratio, clear))
+            (count >= FEWEST).then_some(OfEdge { edge: radius * 0.5_f64.powi(EDGES - level), count, ratio, clear })
         };
-        let all: Vec<Option<(f64, f64, bool)>> = (0..EDGES).into_par_iter().map(of_edge).collect();
-        let enough: Vec<(f64, f64, bool)> = all.into_iter().map_while(|of| of).collect();
-        let clear = enough.iter().any(|e| e.2);
-        let by_edge: Vec<(f64, f64)> = enough.iter().map(|e| (e.0, e.1)).collect();
-        let best = (0..by_edge.len()).max_by(|a, b| by_edge[*a].1.total_cmp(&by_edge[*b].1))?;
-        let (edge, inflation) = by_edge[best];
-        if !clear {
+        let all: Vec<Option<OfEdge>> = (0..EDGES).into_par_iter().map(of_edge).collect();
+        let enough: Vec<OfEdge> = all.into_iter().map_while(|of| of).collect();
+        if !enough.iter().any(|e| e.clear) {
             return None;
         }
+        let best = (0..enough.len()).max_by(|a, b| enough[*a].ratio.total_cmp(&enough[*b].ratio))?;
+        let OfEdge { edge, count, ratio, .. } = enough[best];
         // Half the edge cuts twice as much off: the limit of uncut dependence is about one difference farther.
-        let finer = best.checked_sub(1).map_or(inflation, |i| by_edge[i].1);
-        let correction = (1.0 + (inflation - finer) / inflation).clamp(1.0, 1.5);
-        Some(Self { edge, inflation: inflation * correction, correction })
+        let finer = best.checked_sub(1).map_or(ratio, |i| enough[i].ratio);
+        let correction = (1.0 + (ratio - finer) / ratio).clamp(1.0, 1.5);
+        Some(Self { edge, count, inflation: ratio * correction, correction })
     }
+}
+
+/// What blocks of one size say.
+struct OfEdge {
+    edge: f64,
+    count: usize,
+    /// Sum over blocks of (sum of pulls)^2 over sum of pulls^2.
+    ratio: f64,
+    /// Whether it is clearly more than 1.
+    clear: bool,
 }
 
 /// Pulls in the order of a walk through the smallest cubes, patch by patch: those of a larger cube stand together as well.

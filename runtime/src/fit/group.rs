@@ -83,7 +83,7 @@ pub(crate) fn judge(objective: &Objective, at: &Estimate, explained: &[bool]) ->
 }
 
 /// Which points patches outside the group explain, and the rotation (shift and turn a radian) that leaves those
-/// patches' surface where it is, if there is one.
+/// patches' surface where it is, if there is one and the motion is a variable (else it would be no part of the result).
 pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
     let mut placed = objective.place(at).ok()?;
     placed.facets.remove(|patch| group.patches[patch]);
@@ -102,7 +102,7 @@ pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -
             count += 1.0;
         }
     }
-    if count < 20.0 {
+    if count < 20.0 || !objective.space.moving {
         return Some((explained, None));
     }
     let eigen = SymmetricEigen::new(gram / count);

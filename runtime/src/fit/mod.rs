@@ -22,6 +22,7 @@ mod distance;
 mod facets;
 mod field;
 mod figure;
+mod filling;
 mod frame;
 mod function;
 mod gauss_newton;

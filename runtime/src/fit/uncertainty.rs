@@ -1,17 +1,15 @@
 //! How well the scan determines the coordinates: the sandwich estimator of their covariance (Huber 1967; with blocks as in
 //! cluster-robust estimators), and what it does not determine at all.
 
-use super::blocks::{Blocks, Key};
+use super::blocks::Blocks;
+use super::filling::{self, add_square_at};
 use super::kinks;
 use super::objective::Objective;
-use super::proposals::halton;
-use super::rows::{AllRows, RowPoint, Rows};
+use super::rows::{AllRows, Rows};
 use super::space::Estimate;
-use super::sums::{add_scaled, add_square};
-use foldhash::fast::FixedState;
+use super::sums::add_square;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use std::collections::HashMap;
 
 /// The covariance of the scaled local coordinates.
 #[derive(Clone, Debug)]
@@ -34,8 +32,6 @@ pub(crate) struct Uncertainty {
 const SINGULAR: f64 = 1e-10;
 /// How often the covariance is computed with the kinks that it suggests.
 const ROUNDS: usize = 3;
-/// Grids over which block sums are averaged: together they act like a triangular kernel (Bartlett's).
-const SHIFTS: usize = 4;
 
 /// Sums over points; matrices by the parameters, shift and turn first, by scaled local coordinates in the end.
 struct Sums {
@@ -70,8 +66,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let mut inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
     let leverage = &chain * &inverse.weighted * chain.transpose();
     let mut filling = match blocks {
-        Some(blocks) => between_blocks(objective, &all, blocks, &leverage),
-        None => of_points(objective, &all, &leverage),
+        Some(blocks) => filling::between_blocks(objective, &all, blocks, &leverage),
+        None => filling::of_points(&all, &leverage),
     };
     if let Some(ends) = information {
         filling += ends.filling;
@@ -135,110 +131,6 @@ impl Sums {
         let (places, pulls) = (Vec::new(), Vec::new());
         Self { bread: zero(), weighted: zero(), places, pulls, weight: 0.0, weighted_d2: 0.0 }
     }
-}
-
-/// Adds an upper triangle by the columns of some rows to the lower one by everything.
-fn add_square_at(matrix: &mut DMatrix<f64>, rows: &Rows, square: &[f64]) {
-    let count = rows.columns.len();
-    for (a, i) in rows.columns.iter().enumerate() {
-        for (b, j) in rows.columns.iter().enumerate().skip(a) {
-            matrix[(*j, *i)] += square[a * count + b];
-        }
-    }
-}
-
-/// weight times signed distance of every point, over 1 - h: a point's leverage h = weight J (sum of weight J^T J)^-1 J^T is the
-/// part of its residual that the fit has taken in. `leverage` is that inverse. (MacKinnon and White 1985, HC3.)
-fn pulls<'r>(rows: &'r Rows, leverage: &DMatrix<f64>) -> impl Iterator<Item = (&'r RowPoint, &'r [f64], f64)> {
-    let columns = &rows.columns;
-    let inverse = DMatrix::from_fn(columns.len(), columns.len(), |a, b| leverage[(columns[a], columns[b])]);
-    rows.iter().map(move |(point, row)| {
-        let of_column = |(a, r): (usize, &f64)| r * inverse.column(a).iter().zip(row).map(|(m, r)| m * r).sum::<f64>();
-        let h = point.weight * row.iter().enumerate().map(of_column).sum::<f64>();
-        (point, row, point.weight * point.distance / (1.0 - h.clamp(0.0, 0.9)))
-    })
-}
-
-/// Sum of (pull J) (pull J)^T, for residuals that do not depend on each other.
-fn of_points(objective: &Objective, all: &AllRows, leverage: &DMatrix<f64>) -> DMatrix<f64> {
-    let total = objective.space.model.parameters().len() + 6;
-    let none = || DMatrix::zeros(total, total);
-    let add = |matrix: &mut DMatrix<f64>, rows: &Rows| {
-        let mut square = vec![0.0; rows.columns.len() * rows.columns.len()];
-        for (_, row, pull) in pulls(rows, leverage) {
-            add_square(&mut square, pull * pull, row);
-        }
-        add_square_at(matrix, rows, &square);
-    };
-    let mut filling = none();
-    all.fold(none, add, |chunk| filling += chunk);
-    filling.fill_upper_triangle_with_lower_triangle();
-    filling
-}
-
-/// Sums of pulls J by block, in the order in which the blocks were first met.
-#[derive(Default)]
-struct BlockSums {
-    index: HashMap<Key, usize, FixedState>,
-    /// The last one that was asked for: neighbours in the list are neighbours in space.
-    last: Option<(Key, usize)>,
-    keys: Vec<Key>,
-    sums: Vec<f64>,
-}
-
-impl BlockSums {
-    fn of(&mut self, key: Key, width: usize) -> &mut [f64] {
-        let slot = match self.last {
-            Some((last, slot)) if last == key => slot,
-            _ => {
-                let next = self.keys.len();
-                let slot = *self.index.entry(key).or_insert(next);
-                if slot == next {
-                    self.keys.push(key);
-                    self.sums.resize((next + 1) * width, 0.0);
-                }
-                self.last = Some((key, slot));
-                slot
-            }
-        };
-        &mut self.sums[slot * width..(slot + 1) * width]
-    }
-}
-
-/// Sum over blocks of (sum of pulls J) (sum of pulls J)^T, the mean over some positions of the grid.
-fn between_blocks(objective: &Objective, all: &AllRows, blocks: Blocks, leverage: &DMatrix<f64>) -> DMatrix<f64> {
-    let total = objective.space.model.parameters().len() + 6;
-    let shifts: Vec<DVec3> = (1..=SHIFTS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
-    let none = || shifts.iter().map(|_| BlockSums::default()).collect::<Vec<BlockSums>>();
-    let add = |grids: &mut Vec<BlockSums>, rows: &Rows| {
-        for (point, row, pull) in pulls(rows, leverage) {
-            let place = objective.points.position[point.index as usize];
-            for (shift, grid) in shifts.iter().zip(grids.iter_mut()) {
-                let sums = grid.of(Blocks::key(blocks.edge, *shift, rows.patch, place), total);
-                for (i, r) in rows.columns.iter().zip(row) {
-                    sums[*i] += pull * r;
-                }
-            }
-        }
-    };
-    let mut grids = none();
-    all.fold(none, add, |chunk| {
-        for (grid, part) in grids.iter_mut().zip(&chunk) {
-            for (key, sums) in part.keys.iter().zip(part.sums.chunks_exact(total)) {
-                add_scaled(grid.of(*key, total), 1.0, sums);
-            }
-        }
-    });
-    let mut filling = DMatrix::zeros(total, total);
-    for grid in &grids {
-        let count = grid.keys.len() as f64;
-        let scale = blocks.correction * count / (count - 1.0).max(1.0) / SHIFTS as f64;
-        for sum in grid.sums.chunks_exact(total) {
-            let sum = DVector::from_column_slice(sum);
-            filling.ger(scale, &sum, &sum, 1.0);
-        }
-    }
-    filling
 }
 
 /// The inverse of the sandwich's outer slices over what is determined.

@@ -2,11 +2,17 @@
 
 use super::cup::{SYNTHETIC, check, scan_of, synthetic};
 use super::shapes::{Handmade, Simple, cup, simple};
+use crate::fit::group::{groups, unexplained};
+use crate::fit::loss::Loss;
 use crate::fit::motion::Motion;
+use crate::fit::points::Points;
 use crate::fit::pose::{recognise, write_back};
+use crate::fit::setting::Setting;
 use crate::fit::{FitError, FitOptions, fit};
+use crate::model::Model;
 use crate::progress::Silent;
 use glam::{DQuat, DVec3};
+use std::sync::atomic::AtomicU64;
 
 #[test]
 fn simple_shapes_recover_their_sizes() {
@@ -43,6 +49,24 @@ fn coverage_holds_ends_to_the_scan() {
     assert!((radius - 30.0).abs() < 0.01, "{radius}");
     let covered = held.coverage.unwrap();
     assert!(covered.share > 0.97, "{covered:?}");
+}
+
+#[test]
+fn parts_are_turned_only_where_the_motion_varies() {
+    // A turn about the cup's axis would else be no part of the result, though the objective has it.
+    let (model, scan) = (cup(), synthetic(0.3, 4000, 1));
+    let (points, evaluations) = (Points::of(&scan), AtomicU64::new(0));
+    for (free, moving) in [((6..15).collect::<Vec<usize>>(), true), ((0..15).collect(), false)] {
+        let x = &SYNTHETIC;
+        let setting =
+            Setting::new(&model, (&points, &points), x, (free, &[]), moving, points.gyration(), &evaluations).unwrap();
+        let objective = setting.objective(&setting.space, &points, Loss::welsch(3.0));
+        let at = setting.space.estimate(x, Motion::IDENTITY);
+        let handle = groups(&setting).into_iter().find(|g| g.members.len() == 6).unwrap();
+        let (explained, axis) = unexplained(&objective, &at, &handle).unwrap();
+        assert!(explained.contains(&true) && explained.contains(&false));
+        assert_eq!(axis.is_some(), moving);
+    }
 }
 
 #[test]
