@@ -9,7 +9,6 @@ use crate::fit::points::Points;
 use crate::fit::pose::{recognise, write_back};
 use crate::fit::setting::Setting;
 use crate::fit::{FitError, FitOptions, fit};
-use crate::model::Model;
 use crate::progress::Silent;
 use glam::{DQuat, DVec3};
 use std::sync::atomic::AtomicU64;
