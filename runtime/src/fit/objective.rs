@@ -277,8 +277,7 @@ impl Objective<'_> {
                 found.push(at(nearest.patch, nearest.uv));
             }
         }
-        found.sort_by_key(|f| f.patch);
-        found
+        by_patch(&found, self.space.model.parts().len())
     }
 }
 
@@ -294,6 +293,22 @@ impl Objective<'_> {
     }
 }
 
+/// The same, sorted by patch, of which there are so many; those of one patch stay in order.
+fn by_patch(found: &[Found], patches: usize) -> Vec<Found> {
+    let mut next = vec![0; patches + 1];
+    found.iter().for_each(|f| next[f.patch as usize + 1] += 1);
+    for patch in 1..=patches {
+        next[patch] += next[patch - 1];
+    }
+    let mut sorted = found.to_vec();
+    for f in found {
+        let slot = &mut next[f.patch as usize];
+        sorted[*slot] = *f;
+        *slot += 1;
+    }
+    sorted
+}
+
 /// Writes feet down for the next evaluation.
 pub(crate) fn remember(memory: Option<&mut Part>, start: usize, found: &[Found], feet: &[Foot]) {
     let Some(part) = memory else { return };
@@ -303,6 +318,7 @@ pub(crate) fn remember(memory: Option<&mut Part>, start: usize, found: &[Found],
 }
 
 /// A point with the facet that it is nearest to.
+#[derive(Clone, Copy)]
 pub(crate) struct Found {
     pub(crate) index: usize,
     pub(crate) patch: u32,

@@ -49,14 +49,15 @@ pub(crate) fn restart(
     let mut best = candidate;
     for round in 0..ROUNDS {
         let mut again = false;
-        for group in groups(setting) {
+        let groups = groups(setting);
+        for group in &groups {
             let look = Look { points, scale, scope, round };
-            let Some(Retried { better, settled }) = retry(setting, known, look, &group, &best) else { continue };
+            let Some(Retried { better, verdict }) = retry(setting, known, look, group, &best) else { continue };
             // What did not succeed is tried once more with other values; and a rest that fits better shows more clearly what it
-            // leaves over.
-            again |= !settled;
+            // leaves over, if there is any doubt or another group left.
+            again |= verdict == Verdict::Doubtful;
             if let Some(better) = better {
-                again |= better.value < 0.99 * best.value;
+                again |= better.value < 0.99 * best.value && (verdict < Verdict::Clear || groups.len() > 1);
                 best = better;
             }
         }
@@ -99,8 +100,8 @@ struct Look<'s> {
 /// What came of other values for a group.
 struct Retried {
     better: Option<Candidate>,
-    /// Whether the points that only the group can explain fit about as well as the others.
-    settled: bool,
+    /// What the points that only the group can explain say in the end.
+    verdict: Verdict,
 }
 
 fn retry(
@@ -158,14 +159,14 @@ fn retry(
     let present = Objective { signs: objective.signs, ..setting.objective(&setting.space, &few, fine) };
     let present = present.evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < present * 0.998 || (best.value <= present * 1.002 && away(&best) < away(from));
-    let settled = verdict(if better { &best } else { from })? != Verdict::Doubtful;
+    let verdict = verdict(if better { &best } else { from })?;
     if !better {
-        return Some(Retried { better: None, settled });
+        return Some(Retried { better: None, verdict });
     }
     // Its value is to be compared with others' again.
     let there = Objective { signs: Some(&best.signs), ..setting.objective(&setting.space, points, fine) };
     let value = there.evaluate(&best.estimate, Order::Value)?.value;
-    Some(Retried { better: Some(Candidate { value, ..best }), settled })
+    Some(Retried { better: Some(Candidate { value, ..best }), verdict })
 }
 
 /// Some of what is ranked (best first): the best of each of the first `known` variants, and the best `count` others of which
