@@ -34,6 +34,10 @@ pub(crate) fn run(
     let fits: Vec<Vec<f64>> = (0..samples)
         .into_par_iter()
         .filter_map(|sample| {
+            // Drawing takes time as well.
+            if setting.progress.cancelled() {
+                return None;
+            }
             let mut random = ChaCha8Rng::seed_from_u64(setting.seed);
             random.set_stream(1 + sample as u64);
             refitted(setting, last, &draw(setting.points, &blocks, &mut random))

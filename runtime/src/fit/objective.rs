@@ -150,6 +150,10 @@ impl Objective<'_> {
                 .collect(),
             None => chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, None, order)).collect(),
         };
+        // Chunks that came later are missing.
+        if self.progress.cancelled() {
+            return None;
+        }
         let mut evaluation = self.total(&sums, self.points.len().max(1) as f64, at, order, placed.facets.absent);
         if let Some(coverage) = &self.coverage {
             let Evaluation { value, gradient, normal, .. } = coverage.evaluate(self, placed, at, order);
@@ -219,6 +223,9 @@ impl Objective<'_> {
         order: Order,
     ) -> Sums {
         let mut sums = Sums::none(self.space, range.len(), order);
+        if self.progress.cancelled() {
+            return sums;
+        }
         let start = range.start;
         let found = self.search(placed, motion, range, memory.as_deref_mut());
         for these in found.chunk_by(|a, b| a.patch == b.patch) {
