@@ -1,0 +1,187 @@
+//! Commands that need a script and no scan.
+
+use super::{Format, LimitArgs, ScriptArgs, ValueArgs};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'\n  gmlc check --explain dimension-mismatch"
+)]
+pub(crate) struct CheckArgs {
+    /// The script (.gml)
+    #[arg(value_name = "MODEL.gml", required_unless_present = "explain")]
+    pub(crate) model: Option<PathBuf>,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+    /// Tell what a diagnostic's code stands for, with an example
+    #[arg(long, value_name = "CODE")]
+    pub(crate) explain: Option<String>,
+    /// How to print the result
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  gmlc mesh examples/cup/cup.gml -p r=42mm -o cup.obj\n  gmlc mesh cup.gml --params fit.json --chord 0.005mm -o cup.ply\n  gmlc mesh cup.gml --view 35,25 --size 640x480 -o cup.png"
+)]
+pub(crate) struct MeshArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    #[command(flatten)]
+    pub(crate) values: ValueArgs,
+    /// The file to write: .obj (texture coordinates, groups), .ply or .stl; or .png, a picture with a tint for every part
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Largest distance between the mesh and the exact surface [default: 0.02mm; in a picture, a fifth of a pixel]
+    #[arg(long, value_name = "LENGTH")]
+    pub(crate) chord: Option<String>,
+    /// Of a picture, from where: corner, front, back, top, below, inside (cut open), or AZIMUTH,ELEVATION in degrees, from the front
+    /// to the right and upwards [default: corner]
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
+    pub(crate) view: Option<String>,
+    /// Of a picture, how many pixels: 640, or 640x480 [default: 640]
+    #[arg(long, value_name = "PIXELS")]
+    pub(crate) size: Option<String>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  gmlc diff examples/cup/cup.gml --wrt r\n  gmlc diff cup.gml")]
+pub(crate) struct DiffArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    /// Only with respect to this parameter
+    #[arg(long, value_name = "NAME")]
+    pub(crate) wrt: Option<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Stage {
+    /// The syntax tree
+    Ast,
+    /// The typed tree, generics instantiated
+    Typed,
+    /// Scalar functions in SSA form, simplified
+    Ir,
+    /// Cranelift's intermediate representation
+    Clif,
+    /// Machine code
+    Asm,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  gmlc emit examples/cup/cup.gml --stage ir")]
+pub(crate) struct EmitArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    /// Which stage
+    #[arg(long, value_enum)]
+    pub(crate) stage: Stage,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc doc examples/cup/cup.gml            the page of a script, in Markdown, to standard output
+  gmlc doc examples/cup/cup.gml -o pages   into a file of that folder
+  gmlc doc std -o pages/std                the standard library, a page a module")]
+pub(crate) struct DocArgs {
+    /// The script (.gml), or std for the standard library
+    #[arg(value_name = "MODEL.gml|std")]
+    pub(crate) script: PathBuf,
+    /// Folder for the pages; without it they are printed
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc fmt cup.gml                  one script, in place
+  gmlc fmt --check examples stdlib  says which are not formatted, and changes nothing
+  gmlc fmt - < cup.gml              to standard output
+
+A script with syntax errors is left as it is. Meaning and comments never change.")]
+pub(crate) struct FmtArgs {
+    /// Scripts, or folders whose scripts are meant; - reads standard input
+    #[arg(value_name = "PATH", required = true)]
+    pub(crate) paths: Vec<PathBuf>,
+    /// Change nothing; list what is not formatted with its first line that would change, and exit with status 1
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// How to print what was done
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) format: Format,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc scan examples/cup/octagonal_cup.gml -o out/cup_scan.ply --truth out/cup_truth.json
+  gmlc scan cup.gml -p shape=4 --noise 0.1mm --spacing 0.5mm --seed 3 -o scan.ply")]
+pub(crate) struct VirtualScanArgs {
+    #[command(flatten)]
+    pub(crate) script: ScriptArgs,
+    #[command(flatten)]
+    pub(crate) values: ValueArgs,
+    /// The scan to write (.ply, .obj or .stl)
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// Also write parameters and pose, the truth that a fit should find
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) truth: Option<PathBuf>,
+    /// Distance between neighbouring points on the object
+    #[arg(long, value_name = "LENGTH", default_value = "0.8mm")]
+    pub(crate) spacing: String,
+    /// Standard deviation of the range noise
+    #[arg(long, value_name = "LENGTH", default_value = "0.3mm")]
+    pub(crate) noise: String,
+    /// Number of view points
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=200))]
+    pub(crate) views: u32,
+    /// Fraction of points with a wrong range
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
+    pub(crate) outliers: f64,
+    /// Fraction of points that are lost
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.01)]
+    pub(crate) dropouts: f64,
+    /// Number of holes of some millimetres
+    #[arg(long, value_name = "N", default_value_t = 6)]
+    pub(crate) holes: u32,
+    /// Leave the scan in the model's own position
+    #[arg(long)]
+    pub(crate) no_pose: bool,
+    /// Seed of all that is random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc repl examples/cup/cup.gml               then: r * 2, outer(0.5), :set r=42mm, :grad r * h, :help
+  gmlc repl -p r=42mm cup.gml
+  echo 'mix(2mm, 4mm, 0.5)' | gmlc repl        without a terminal: no prompts; the status is 1 if anything failed
+
+Lines are kept in $XDG_STATE_HOME/gmlc/history (else ~/.local/state/gmlc/history). docs/repl.md tells more.")]
+pub(crate) struct ReplArgs {
+    /// The script to begin with (.gml)
+    #[arg(value_name = "MODEL.gml")]
+    pub(crate) model: Option<PathBuf>,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+    /// Set a parameter, such as r=42mm (may be repeated)
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
+    pub(crate) values: Vec<String>,
+    /// Neither read nor keep the lines of other times
+    #[arg(long)]
+    pub(crate) no_history: bool,
+    /// Without a terminal, print the prompts and what is read as well
+    #[arg(long)]
+    pub(crate) echo: bool,
+}

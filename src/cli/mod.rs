@@ -1,0 +1,101 @@
+//! The command line: what can be asked for, and its help.
+
+mod comparison;
+mod language;
+
+pub(crate) use comparison::{
+    DeviceArg, DistanceArg, FitArgs, FitControls, InspectArgs, LossArg, NormalsArg, ScanArgs, VarianceArgs,
+    VarianceControls,
+};
+pub(crate) use language::{
+    CheckArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, MeshArgs, ReplArgs, Stage, VirtualScanArgs,
+};
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Generative models, compiled and differentiated, fitted to laser scans and compared with them.
+#[derive(Debug, Parser)]
+#[command(name = "gmlc", version, max_term_width = 110, after_help = AFTER_HELP)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const AFTER_HELP: &str = "\
+Examples:
+  gmlc check cup.gml                             what is in a script, or what is wrong with it
+  gmlc scan octagonal_cup.gml -o scan.ply        make a virtual scan of a model
+  gmlc inspect cup.gml scan.ply -o out/cup       fit, measure and document, all in one
+  gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
+
+Exit status: 0 done; 1 something in a script, a scan or another file is wrong, or the result cannot be had;
+2 the command line is wrong.";
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Check a script: diagnostics, or a table of its parameters, inputs and parts
+    Check(CheckArgs),
+    /// Write the model's surface as a mesh, or as a picture
+    Mesh(MeshArgs),
+    /// Print the derivative program as readable text
+    Diff(DiffArgs),
+    /// Print what a compiler stage makes of a script
+    Emit(EmitArgs),
+    /// Write reference pages from doc comments
+    Doc(DocArgs),
+    /// Format scripts
+    Fmt(FmtArgs),
+    /// Scan a model with the virtual laser scanner
+    Scan(VirtualScanArgs),
+    /// Fit a model's parameters and pose to a scan
+    Fit(FitArgs),
+    /// Measure the deviations of a scan from a model or a reference mesh
+    Variance(VarianceArgs),
+    /// Fit, measure and document: everything into one folder
+    Inspect(InspectArgs),
+    /// Evaluate expressions and definitions interactively, with a model at hand
+    Repl(ReplArgs),
+}
+
+/// A script and its inputs.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ScriptArgs {
+    /// The script (.gml)
+    #[arg(value_name = "MODEL.gml")]
+    pub(crate) model: PathBuf,
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE")]
+    pub(crate) inputs: Vec<String>,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+/// What bounds the work that a script may make.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct LimitArgs {
+    /// Set a limit on what the script may take: steps, depth, nesting, instances, turns, nodes or operations, such as
+    /// steps=1000000 (may be repeated)
+    #[arg(long = "limit", value_name = "NAME=N")]
+    pub(crate) limits: Vec<String>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people
+    #[default]
+    Text,
+    /// For programs
+    Json,
+}
+
+/// Values of parameters.
+#[derive(Debug, Args)]
+pub(crate) struct ValueArgs {
+    /// Set a parameter, such as r=42mm, alpha=30deg or shape=4 (may be repeated)
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
+    pub(crate) values: Vec<String>,
+    /// Take the parameters from a result of `gmlc fit`; -p goes over it
+    #[arg(long, value_name = "FIT.json")]
+    pub(crate) params: Option<PathBuf>,
+}
