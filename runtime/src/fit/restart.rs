@@ -33,6 +33,8 @@ const ROUNDS: usize = 3;
 /// So many of them at a time, of which so many at most are then optimised with everything else.
 const AT_ONCE: usize = 8;
 const PURSUED: usize = 2;
+/// How far, in the scan's radii, a group's parameters move the surface between two values that are the same.
+const SAME: f64 = 0.1;
 /// The scale of psi with which variants are ranked, as a fraction of the scan's radius.
 const COARSE: f64 = 0.1;
 
@@ -170,12 +172,13 @@ fn retry(
 }
 
 /// Some of what is ranked (best first): the best of each of the first `known` variants, and the best `count` others of which
-/// no two are nearly the same.
+/// no two are within `near` (scan's radii) of each other.
 fn diverse(
     setting: &Setting,
     group: &Group,
     ranked: Vec<(usize, Candidate)>,
     [known, count]: [usize; 2],
+    near: f64,
 ) -> Vec<(usize, Candidate)> {
     let mut chosen: Vec<(usize, Candidate)> = Vec::new();
     for wanted in 0..known {
@@ -186,7 +189,7 @@ fn diverse(
         let turned = a.motion.rotation.angle_between(b.motion.rotation) > 0.1;
         turned || a.motion.apply(c).distance(b.motion.apply(c)) > 0.1 * setting.radius || {
             let moved = |k: &usize| setting.space.coordinate_distance(*k, a, b);
-            group.members.iter().map(moved).fold(0.0, f64::max) > 0.1 * setting.radius
+            group.members.iter().map(moved).fold(0.0, f64::max) > near * setting.radius
         }
     };
     for (number, candidate) in ranked {
@@ -270,16 +273,21 @@ impl<'s> Local<'s> {
             chosen.into_par_iter().filter_map(|(_, candidate)| pursue(setting, few, scale, candidate)).collect()
         };
         if group.members.len() <= FEW_MEMBERS {
-            // What the other parts explain may hide all points of a small one: its known values are tried on everything.
-            return pursue_all(diverse(setting, group, self.rank(variants, axis), [KNOWN, 1]));
+            // What the other parts explain may hide all points of a small one: its known values are tried on everything. At a fine
+            // scale they may all be too far off to feel the points, which the best of what the part alone comes to does.
+            let ranked = self.rank(variants, axis);
+            let likely = diverse(setting, group, ranked.clone(), [KNOWN, group.of(SETTLED)], SAME.min(3.0 * scale));
+            let mut chosen = diverse(setting, group, ranked, [KNOWN, 1], SAME);
+            chosen.extend(self.settle_all(scale, &likely).into_iter().take(1));
+            return pursue_all(chosen);
         }
         let mut pursued: Vec<Candidate> = Vec::new();
         // Often what is known already lies in the right valley.
         let known = variants[..KNOWN].to_vec();
         for (variants, count) in [(known, [KNOWN, 0]), (variants, [0, group.of(SETTLED)])] {
-            for likely in diverse(setting, group, self.rank(variants, axis), count).chunks(AT_ONCE) {
+            for likely in diverse(setting, group, self.rank(variants, axis), count, SAME).chunks(AT_ONCE) {
                 let settled = self.settle_all(scale, likely);
-                pursued.extend(pursue_all(diverse(setting, group, settled, [0, PURSUED])));
+                pursued.extend(pursue_all(diverse(setting, group, settled, [0, PURSUED], SAME)));
                 if pursued.iter().min_by(|a, b| a.value.total_cmp(&b.value)).is_some_and(&settles) {
                     return pursued;
                 }
