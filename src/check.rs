@@ -4,7 +4,7 @@ use crate::cli::{CheckArgs, Format, ScriptArgs};
 use crate::error::{CommandError, ScriptErrors};
 use crate::{findings, script, table};
 use gml_compiler::check::lints;
-use gml_compiler::diagnostic::{self, Diagnostic, Severity};
+use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::program::{Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
@@ -77,7 +77,7 @@ fn library(errors: ScriptErrors) -> Checked {
     let main = FileId::default();
     let tree = sources.get(main).map(|file| syntax::parse(main, &file.text).0);
     if tree.is_some_and(|tree| !tree.items.is_empty()) {
-        diagnostics.retain(|d| d.code != "no-model");
+        diagnostics.retain(|d| d.code != Code::NoModel);
     }
     Checked { program: None, diagnostics, sources }
 }
@@ -160,12 +160,12 @@ fn document(checked: &Checked, ok: bool) -> Value {
     }
 }
 
-/// `--explain CODE`: what a code stands for.
-fn explain(code: &str) -> Result<(), CommandError> {
-    if let Some(explanation) = diagnostic::explanation(code) {
-        println!("{}", explanation.text);
-        return Ok(());
-    }
-    let codes: Vec<&str> = diagnostic::explanations().map(|e| e.code).collect();
-    Err(CommandError::Usage(format!("there is no code '{code}'; the codes are {}", codes.join(", "))))
+/// `--explain CODE`: prints the explanation of a code.
+fn explain(text: &str) -> Result<(), CommandError> {
+    let Some(code) = Code::named(text) else {
+        let codes: Vec<&str> = Code::ALL.iter().map(|code| code.text()).collect();
+        return Err(CommandError::Usage(format!("there is no code '{text}'; the codes are {}", codes.join(", "))));
+    };
+    println!("{}", code.explanation().trim_end());
+    Ok(())
 }

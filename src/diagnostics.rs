@@ -1,4 +1,4 @@
-//! Diagnostics for people: the source underlined, what is wrong beside it, and how to mend it.
+//! Diagnostics for people: the source underlined, what is wrong beside it, and how to correct it.
 
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Renderer, Snippet};
 use gml_compiler::diagnostic::{Diagnostic, Edit, Severity, Suggestion};
@@ -51,13 +51,13 @@ fn totals(diagnostics: &[Diagnostic]) -> String {
     }
 }
 
-/// One finding: its place, where it comes from, and a group for every mend.
+/// One finding: its place, where it comes from, and a group for every suggestion.
 fn report<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Group<'d>> {
     let level = match d.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let mut group = Group::with_title(level.primary_title(d.message.as_str()).id(d.code.as_str()));
+    let mut group = Group::with_title(level.primary_title(d.message.as_str()).id(d.code.text()));
     for snippet in snippets(d, sources) {
         group = group.element(snippet);
     }
@@ -65,7 +65,7 @@ fn report<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Group<'d>> {
         group = group.element(Level::HELP.message(hint));
     }
     let mut groups = vec![group];
-    groups.extend(d.suggestions.iter().filter_map(|s| mend(s, sources)));
+    groups.extend(d.suggestions.iter().filter_map(|s| change(s, sources)));
     groups
 }
 
@@ -73,7 +73,7 @@ fn report<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Group<'d>> {
 fn snippets<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Snippet<'d, Annotation<'d>>> {
     let mut places: Vec<(Span, AnnotationKind, Option<&str>)> =
         vec![(d.span, AnnotationKind::Primary, Some(d.label.as_str()).filter(|l| !l.is_empty()))];
-    let others = d.related.iter().chain(&d.trail);
+    let others = d.related.iter().chain(&d.call_stack);
     places.extend(others.map(|(span, text)| (*span, AnnotationKind::Context, Some(text.as_str()))));
     let mut files: Vec<FileId> = Vec::new();
     for (span, ..) in &places {
@@ -90,8 +90,8 @@ fn snippets<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Snippet<'d, Anno
     files.into_iter().filter_map(snippet).collect()
 }
 
-/// A mend as a change of the source; nothing where it is not within one file.
-fn mend<'d>(suggestion: &'d Suggestion, sources: &'d Sources) -> Option<Group<'d>> {
+/// A suggestion as a change of the source; `None` if it has no edits.
+fn change<'d>(suggestion: &'d Suggestion, sources: &'d Sources) -> Option<Group<'d>> {
     let file = suggestion.edits.first()?.span.file;
     let source = sources.get(file)?;
     let patch = |edit: &'d Edit| Patch::new(range(&source.text, edit.span), edit.replacement.as_str());

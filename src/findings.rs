@@ -16,7 +16,7 @@ fn finding(d: &Diagnostic, sources: &Sources) -> Value {
     let suggestions: Value = d.suggestions.iter().map(|s| suggestion(s, sources)).collect();
     let rest = json!({
         "severity": d.severity, "code": d.code, "message": d.message, "label": d.label,
-        "labels": places(&d.related), "trail": places(&d.trail),
+        "labels": places(&d.related), "trail": places(&d.call_stack),
         "hints": hints(d), "suggestions": suggestions,
     });
     place(d.span, sources, &rest)

@@ -15,7 +15,7 @@
 
 use gml_compiler::check::typed::Model;
 use gml_compiler::check::{CheckOptions, check};
-use gml_compiler::diagnostic::{Diagnostic, Severity};
+use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::diff::expand;
 use gml_compiler::ir::interpret::{Limits, RunError, run};
 use gml_compiler::ir::lower::lower;
@@ -117,7 +117,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
     let requires = lowered.requires.iter().map(|r| r.function);
     let roots: Vec<FunctionId> = requires.chain(lowered.parts.iter().map(|p| p.surface)).collect();
     if let Err(error) = expand(&mut lowered.module, &roots) {
-        return vec![Diagnostic::error("derivative", error.span(), error.to_string())];
+        return vec![Diagnostic::new(Code::Derivative, error.span(), error.to_string())];
     }
     let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Scalar::Real(p.default)).collect();
     let mut failures = Vec::new();
@@ -125,7 +125,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
         match evaluate(&lowered.module, require.function, &require.arguments(&defaults)) {
             Err(failure) => failures.push(*failure),
             Ok(values) if values == [Scalar::Bool(true)] => {}
-            Ok(_) => failures.push(Diagnostic::error("require", require.span, &require.message)),
+            Ok(_) => failures.push(Diagnostic::new(Code::Require, require.span, &require.message)),
         }
     }
     for part in &lowered.parts {
@@ -136,7 +136,7 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
             match values {
                 Err(failure) => Some(*failure),
                 Ok(values) if values.iter().all(|v| v.is_finite()) => None,
-                Ok(_) => Some(Diagnostic::error("non-finite", part.span, "the part is not finite")),
+                Ok(_) => Some(Diagnostic::new(Code::NotFinite, part.span, "the part is not finite")),
             }
         });
         failures.extend(failure);
@@ -150,7 +150,7 @@ fn evaluate(module: &Module, function: FunctionId, args: &[Scalar]) -> Result<Ve
             RunError::Failed(id) => module.failures[id.0 as usize].message.clone(),
             other => other.to_string(),
         };
-        Box::new(Diagnostic::error("run", error.span(module), message))
+        Box::new(Diagnostic::new(Code::RunTime, error.span(module), message))
     })
 }
 

@@ -7,7 +7,7 @@
 //! defaults. In docs/diagnostics.md each block is a script in which the code that it stands below is found.
 
 use gml_compiler::check;
-use gml_compiler::diagnostic::Diagnostic;
+use gml_compiler::diagnostic::{Code, Diagnostic};
 use gml_compiler::program::{self, Options};
 use gml_compiler::session::{self, Session};
 use gml_compiler::source::{FileId, Loader, NoFiles, SourceFile};
@@ -106,7 +106,7 @@ fn attempt(session: &mut Session, text: &str, files: &dyn Loader) -> Result<Vec<
     if session.model().is_some() {
         let program = session.compile(&Options::default()).map_err(|e| e.diagnostics)?.program;
         if let Err(e) = program.instantiate(&program.defaults()) {
-            return Err(vec![Diagnostic::error("evaluation", e.span.unwrap_or_default(), e.message)]);
+            return Err(vec![Diagnostic::new(Code::Evaluation, e.span.unwrap_or_default(), e.message)]);
         }
     }
     let line = |end: u32| text[..end as usize].trim_end().matches('\n').count();
@@ -207,12 +207,12 @@ fn every_example_of_a_diagnostic() {
         // As `gmlc check` does, where nothing is wrong that compiling tells.
         let found = match program::compile(script, &NoFiles, &Options::default()) {
             Ok(compilation) => [compilation.warnings, lints(&block.text), compilation.program.probe()].concat(),
-            Err(failed) if failed.diagnostics.iter().all(|d| d.code == "no-model") => {
+            Err(failed) if failed.diagnostics.iter().all(|d| d.code == Code::NoModel) => {
                 [failed.diagnostics, lints(&block.text)].concat()
             }
             Err(failed) => failed.diagnostics,
         };
-        let codes: Vec<&str> = found.iter().map(|d| d.code.as_str()).collect();
+        let codes: Vec<&str> = found.iter().map(|d| d.code.text()).collect();
         if !codes.contains(&block.heading.as_str()) {
             wrong.push_str(&format!(
                 "docs/diagnostics.md:{}: {} is not found, but {codes:?}\n",

@@ -3,7 +3,7 @@
 
 use super::context::{Checker, Step};
 use super::typed::{Binary, ByHand, Call, Expr, ExprKind, FunctionId, LocalId, Model, Statement, Unary};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use std::collections::HashMap;
 use std::rc::Rc;
 
@@ -172,7 +172,7 @@ impl<'m> Analysis<'m, '_, '_> {
                         "a value that depends on the parameter '{name}' is rounded here and loses its derivative"
                     );
                     self.checker.report(
-                        Diagnostic::error("lost-derivative", e.span, message)
+                        Diagnostic::new(Code::LostDerivative, e.span, message)
                             .hint("if that is meant, say so with stop(...) around what is rounded"),
                     );
                 }

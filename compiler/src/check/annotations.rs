@@ -3,7 +3,7 @@
 use super::context::Checker;
 use super::typed::{Expr, ExprKind, Type};
 use super::types::{ClosureId, Dimension, Exponent};
-use crate::diagnostic::{Diagnostic, Edit, Suggestion};
+use crate::diagnostic::{Code, Diagnostic, Edit, Suggestion};
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{TypeExpr, TypeKind};
@@ -101,7 +101,7 @@ impl Checker<'_> {
                 Some(wanted) => wanted,
                 None => {
                     let message = format!("there is no type '{name}'");
-                    let error = Diagnostic::error("unknown-type", ty.span, message);
+                    let error = Diagnostic::new(Code::UnknownType, ty.span, message);
                     let error = match (nearest(name, NAMES), name.as_str()) {
                         (_, "float" | "double" | "number" | "f64") => {
                             error.suggest("a bare number is 'real'", [Edit::replace(ty.span, "real")])
@@ -129,14 +129,14 @@ impl Checker<'_> {
                     match Exponent::new(i64::from(*n), 1).and_then(|exponent| d.power(exponent)) {
                         Some(power) => Wanted::Real(power),
                         None => {
-                            self.report(Diagnostic::error("exponent-range", ty.span, "this exponent is too large"));
+                            self.report(Diagnostic::new(Code::ExponentRange, ty.span, "this exponent is too large"));
                             Wanted::Any
                         }
                     }
                 }
                 other => {
                     let message = format!("only a length has powers, and this is {}", other.describe());
-                    self.report(Diagnostic::error("invalid-type", ty.span, message));
+                    self.report(Diagnostic::new(Code::InvalidType, ty.span, message));
                     Wanted::Any
                 }
             },
@@ -159,12 +159,12 @@ impl Checker<'_> {
             Some(ty) => self.convert(expr, &ty),
             None => {
                 let message = format!("{what} must be {}, but this is {}", wanted.describe(), self.describe(&expr.ty));
-                let error = Diagnostic::error(mismatch_code(&expr.ty, wanted), expr.span, message);
-                let mend = self
+                let error = Diagnostic::new(mismatch_code(&expr.ty, wanted), expr.span, message);
+                let suggestion = self
                     .unit_hint(&expr, wanted)
                     .or_else(|| self.call_meant(&expr))
                     .or_else(|| curve_meant(&expr, wanted));
-                self.fail(error.mend(mend))
+                self.fail(error.suggestion(suggestion))
             }
         }
     }
@@ -217,7 +217,7 @@ impl Checker<'_> {
             return true;
         }
         let message = format!("this function must give {}, but it gives {}", result.describe(), self.describe(&ty));
-        let mut error = Diagnostic::error("wrong-result", span, message);
+        let mut error = Diagnostic::new(Code::WrongResult, span, message);
         if let Type::Tuple(parts) = &ty
             && parts.iter().any(|t| matches!(t, Type::Int(_) | Type::Real(Dimension::NONE)))
         {
@@ -230,10 +230,10 @@ impl Checker<'_> {
     }
 }
 
-fn mismatch_code(have: &Type, wanted: &Wanted) -> &'static str {
+fn mismatch_code(have: &Type, wanted: &Wanted) -> Code {
     match (have, wanted) {
-        (Type::Real(_) | Type::Int(_), Wanted::Real(_)) => "dimension-mismatch",
-        _ => "type-mismatch",
+        (Type::Real(_) | Type::Int(_), Wanted::Real(_)) => Code::DimensionMismatch,
+        _ => Code::TypeMismatch,
     }
 }
 

@@ -3,7 +3,7 @@
 use super::context::{Binding, Checker, error, known};
 use super::expressions::element;
 use super::typed::{Expr, ExprKind, Statement, Type};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{self, Ident, Item, ItemKind, Pattern};
 
@@ -28,7 +28,7 @@ impl<'a> Checker<'a> {
             None => {
                 let message = "this block has no value: its last line must be an expression";
                 let brace = Span { start: span.end.saturating_sub(1).max(span.start), ..span };
-                self.report(Diagnostic::error("no-value", brace, message).label("a value is missing before this"));
+                self.report(Diagnostic::new(Code::NoValue, brace, message).label("a value is missing before this"));
                 error(span)
             }
         };
@@ -59,18 +59,18 @@ impl<'a> Checker<'a> {
             ItemKind::Param(ast::ParamDecl { name, .. })
             | ItemKind::Input(ast::ParamDecl { name, .. })
             | ItemKind::Part(ast::PartDecl { name, .. }) => {
-                let error = Diagnostic::error("misplaced", item.span, "this belongs in the body of a model");
+                let error = Diagnostic::new(Code::Misplaced, item.span, "this belongs in the body of a model");
                 self.report(error.hint("write it directly between the braces of `model name { ... }`"));
                 let unknown = self.local(&name.text, Type::Error, name.span);
                 self.env.names.push((&name.text, Binding::Local(unknown)));
             }
             ItemKind::Model(decl) => {
                 let message = "a model belongs at the top of the file";
-                let error = Diagnostic::error("misplaced", decl.name.span, message);
+                let error = Diagnostic::new(Code::Misplaced, decl.name.span, message);
                 self.report(error.hint("define it there, and use it here: 'part NAME = MODEL()'"));
             }
             ItemKind::Use(_) | ItemKind::For(_) | ItemKind::If(_) => {
-                self.report(Diagnostic::error("misplaced", item.span, "this belongs at the top of the file"));
+                self.report(Diagnostic::new(Code::Misplaced, item.span, "this belongs at the top of the file"));
             }
         }
     }
@@ -82,7 +82,7 @@ impl<'a> Checker<'a> {
         match condition.ty {
             Type::Bool(Some(true)) | Type::Error => {}
             Type::Bool(Some(false)) => {
-                self.report(Diagnostic::error("require", span, message));
+                self.report(Diagnostic::new(Code::Require, span, message));
                 return false;
             }
             Type::Bool(None) => out.push(Statement::Require { condition, message: message.to_owned(), span }),
@@ -139,13 +139,13 @@ impl<'a> Checker<'a> {
             Type::Array(_, n) => *n,
             other => {
                 let message = format!("{} cannot be taken apart into {count} names", self.describe(other));
-                self.report(Diagnostic::error("pattern", span, message));
+                self.report(Diagnostic::new(Code::Pattern, span, message));
                 return None;
             }
         };
         if have != count {
             let message = format!("this names {count} values, but there are {have}");
-            self.report(Diagnostic::error("pattern", span, message).related(value.span, self.describe(&value.ty)));
+            self.report(Diagnostic::new(Code::Pattern, span, message).related(value.span, self.describe(&value.ty)));
             return None;
         }
         Some(element(value, index))

@@ -7,7 +7,7 @@ use super::convert::{exponent_error, square_root};
 use super::operators::{binary, common, unary};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
 
@@ -118,7 +118,7 @@ impl<'a> Checker<'a> {
                     Some(at) => at,
                     None => {
                         let message = format!("'{name}' has no parameter '{}'", label.text);
-                        let diagnostic = Diagnostic::error("unknown-label", label.span, message);
+                        let diagnostic = Diagnostic::new(Code::UnknownLabel, label.span, message);
                         self.report(match nearest(&label.text, params.iter().copied()) {
                             Some(near) => diagnostic.did_you_mean(label.span, near),
                             None => diagnostic.hint(super::calls::parameters_in_words(params)),
@@ -142,7 +142,7 @@ impl<'a> Checker<'a> {
                     n => format!("{n} arguments: {}", params.join(", ")),
                 };
                 let message = format!("'{name}' takes {wanted}, and here it is given {count}");
-                self.report(Diagnostic::error("arguments", span, message));
+                self.report(Diagnostic::new(Code::Arguments, span, message));
                 None
             }
         }
@@ -229,7 +229,7 @@ impl<'a> Checker<'a> {
             return Some(x);
         }
         let message = format!("'{}' wants a bare number, and this is {d}", builtin.entry().0);
-        let diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
+        let diagnostic = Diagnostic::new(Code::DimensionMismatch, x.span, message);
         let length = d == Dimension::LENGTH;
         self.report(if length {
             diagnostic.suggest("divide it by a length, such as 1mm", super::convert::followed_by(&x, " / 1mm"))
@@ -252,9 +252,9 @@ impl<'a> Checker<'a> {
             return unary(op, x, Type::REAL, span);
         }
         let message = format!("'{}' wants an angle, and this is {d}", builtin.entry().0);
-        let diagnostic = Diagnostic::error("dimension-mismatch", x.span, message);
-        let mend = if d.is_none() { self.unit_advice(&x, Dimension::ANGLE) } else { None };
-        self.fail(diagnostic.mend(mend))
+        let diagnostic = Diagnostic::new(Code::DimensionMismatch, x.span, message);
+        let suggestion = if d.is_none() { self.unit_advice(&x, Dimension::ANGLE) } else { None };
+        self.fail(diagnostic.suggestion(suggestion))
     }
 
     fn rounded(&mut self, builtin: Builtin, op: Unary, x: Expr, span: Span) -> Expr {
@@ -281,7 +281,7 @@ impl<'a> Checker<'a> {
             Type::Range(Some(a), Some(b)) => int(b.saturating_sub(*a).max(0), span),
             other => {
                 let message = format!("'len' wants an array, and this is {}", self.describe(other));
-                self.fail(Diagnostic::error("type-mismatch", x.span, message))
+                self.fail(Diagnostic::new(Code::TypeMismatch, x.span, message))
             }
         }
     }
@@ -296,7 +296,7 @@ impl<'a> Checker<'a> {
             }
             None => {
                 let message = format!("'stop' wants a number or a vector, and this is {}", self.describe(&x.ty));
-                self.fail(Diagnostic::error("type-mismatch", x.span, message))
+                self.fail(Diagnostic::new(Code::TypeMismatch, x.span, message))
             }
         }
     }
@@ -310,9 +310,9 @@ impl<'a> Checker<'a> {
             return binary(Binary::Atan2, y, x, Type::ANGLE, span);
         }
         let message = format!("'atan2' wants two of one kind, and these are {dy} and {dx}");
-        let diagnostic = Diagnostic::error("dimension-mismatch", span, message);
-        let mend = if dx.is_none() { self.unit_advice(&x, dy) } else { self.unit_advice(&y, dx) };
-        self.fail(diagnostic.mend(mend))
+        let diagnostic = Diagnostic::new(Code::DimensionMismatch, span, message);
+        let suggestion = if dx.is_none() { self.unit_advice(&x, dy) } else { self.unit_advice(&y, dx) };
+        self.fail(diagnostic.suggestion(suggestion))
     }
 
     fn extreme(&mut self, builtin: Builtin, first: Expr, mut rest: Vec<Expr>, span: Span) -> Expr {
@@ -324,8 +324,8 @@ impl<'a> Checker<'a> {
             let Some(items) = self.items(name, best, &mut statements) else { return error(span) };
             rest = items;
             if rest.is_empty() {
-                return self.fail(Diagnostic::error(
-                    "arguments",
+                return self.fail(Diagnostic::new(
+                    Code::Arguments,
                     span,
                     "an empty array has no least or greatest element",
                 ));
@@ -357,9 +357,9 @@ impl<'a> Checker<'a> {
             Some(d) => binary(op, a, b, Type::Real(d), span),
             None => {
                 let message = format!("'{}' wants numbers of one kind, and these are {da} and {db}", builtin.entry().0);
-                let diagnostic = Diagnostic::error("dimension-mismatch", span, message);
-                let mend = if db.is_none() { self.unit_advice(&b, da) } else { self.unit_advice(&a, db) };
-                self.fail(diagnostic.mend(mend))
+                let diagnostic = Diagnostic::new(Code::DimensionMismatch, span, message);
+                let suggestion = if db.is_none() { self.unit_advice(&b, da) } else { self.unit_advice(&a, db) };
+                self.fail(diagnostic.suggestion(suggestion))
             }
         }
     }

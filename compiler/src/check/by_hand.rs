@@ -5,11 +5,11 @@
 //! `f`, after it.
 
 use super::bindings::wrap;
-use super::context::{Binding, Checker, Code, Env, Step};
+use super::context::{Binding, Callee, Checker, Env, Step};
 use super::free;
 use super::typed::{ByHand, Expr, Function, FunctionId, LocalId, Statement, Type};
 use super::types::ClosureId;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{DerivativeDecl, FnParam, FunctionDecl, Item, ItemKind, Pattern};
@@ -29,7 +29,7 @@ pub(super) fn pair(items: &[Item]) -> (Vec<(&FunctionDecl, &DerivativeDecl)>, Ve
         let name = &decl.function;
         let Some(function) = functions().find(|f| f.name.text == name.text) else {
             let message = format!("there is no function '{}' here that this could be the derivative of", name.text);
-            let error = Diagnostic::error("unknown-name", name.span, message);
+            let error = Diagnostic::new(Code::UnknownName, name.span, message);
             diagnostics.push(match nearest(&name.text, functions().map(|f| f.name.text.as_str())) {
                 Some(near) => error.hint(format!("did you mean '{near}'?")),
                 None => error.hint("a derivative stands beside its function, in the same block or file"),
@@ -39,7 +39,7 @@ pub(super) fn pair(items: &[Item]) -> (Vec<(&FunctionDecl, &DerivativeDecl)>, Ve
         if let Some((_, before)) = pairs.iter().find(|(f, _)| std::ptr::eq(*f, function)) {
             let message = format!("'{}' has two derivatives", name.text);
             diagnostics.push(
-                Diagnostic::error("duplicate-name", name.span, message)
+                Diagnostic::new(Code::DuplicateName, name.span, message)
                     .related(before.function.span, "first given here"),
             );
             continue;
@@ -52,7 +52,7 @@ pub(super) fn pair(items: &[Item]) -> (Vec<(&FunctionDecl, &DerivativeDecl)>, Ve
                 function.params.len()
             );
             diagnostics
-                .push(Diagnostic::error("arguments", name.span, message).related(function.name.span, "the function"));
+                .push(Diagnostic::new(Code::Arguments, name.span, message).related(function.name.span, "the function"));
             continue;
         }
         pairs.push((function, decl));
@@ -86,12 +86,12 @@ impl<'a> Checker<'a> {
         (of, result): (FunctionId, &Type),
         span: Span,
     ) {
-        let Code::Function(module, function) = self.closure(id).code else { return };
+        let Callee::Function(module, function) = self.closure(id).callee else { return };
         let Some(decl) = self.given_derivative(function) else { return };
         let Some(result) = Checker::all_real(result) else {
             let found = self.describe(result);
             let message = format!("only numbers have derivatives, and '{}' gives {found}", decl.function.text);
-            return self.report(Diagnostic::error("no-derivative", decl.function.span, message));
+            return self.report(Diagnostic::new(Code::NoDerivative, decl.function.span, message));
         };
         let Some(paired) = self.paired(decl, &function.params, args) else { return };
         if !self.is_complete(id, decl, &function.params) {
@@ -146,7 +146,7 @@ impl<'a> Checker<'a> {
         let names = decl.params.iter().map(|p| p.text.as_str()).collect::<Vec<_>>().join(", ");
         let tangents = all.iter().map(|i| format!("d{}", decl.params[*i].text)).collect::<Vec<_>>().join(", ");
         let hint = format!("write: deriv {}({names}; {tangents})", decl.function.text);
-        self.report(Diagnostic::error("arguments", decl.function.span, message).hint(hint));
+        self.report(Diagnostic::new(Code::Arguments, decl.function.span, message).hint(hint));
         None
     }
 
@@ -159,7 +159,7 @@ impl<'a> Checker<'a> {
                 "'{}' uses '{name}' from outside of it, and its derivative by hand says nothing of that",
                 decl.function.text
             );
-            let error = Diagnostic::error("incomplete-derivative", decl.function.span, message);
+            let error = Diagnostic::new(Code::IncompleteDerivative, decl.function.span, message);
             self.report(error.hint(format!("make '{name}' an argument of the function")));
             return false;
         }
@@ -175,7 +175,7 @@ impl<'a> Checker<'a> {
                     "this default depends on '{used}', of which the derivative by hand of '{}' cannot know",
                     decl.function.text
                 );
-                self.report(Diagnostic::error("incomplete-derivative", default.span, message));
+                self.report(Diagnostic::new(Code::IncompleteDerivative, default.span, message));
                 return false;
             }
         }
@@ -268,11 +268,11 @@ impl<'a> Checker<'a> {
             self.describe(result),
             self.describe(&value.ty)
         );
-        let error = Diagnostic::error("dimension-mismatch", value.span, message);
+        let error = Diagnostic::new(Code::DimensionMismatch, value.span, message);
         let advice = match result {
             Type::Real(d) => self.unit_advice(&value, *d),
             _ => None,
         };
-        self.fail(error.mend(advice))
+        self.fail(error.suggestion(advice))
     }
 }

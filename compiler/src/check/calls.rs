@@ -1,10 +1,10 @@
 //! Calls: which argument goes to which parameter.
 
-use super::context::{Checker, Code, error, known};
+use super::context::{Callee, Checker, error, known};
 use super::expressions::element;
 use super::typed::{Call, Expr, ExprKind, FunctionId, Type};
 use super::types::ClosureId;
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Arg, FnParam, Ident, ItemKind, Pattern, TypeExpr};
@@ -27,15 +27,15 @@ pub(super) struct Parameter<'a> {
 impl<'a> Checker<'a> {
     /// The parameters of a function value.
     pub(super) fn parameters(&self, id: ClosureId) -> Vec<Parameter<'a>> {
-        match self.closure(id).code {
-            Code::Function(_, decl) => decl.params.iter().map(parameter).collect(),
-            Code::Lambda(_, params, _) => params.iter().map(parameter).collect(),
-            Code::Model(_, model) => model.items.iter().filter_map(model_parameter).collect(),
-            Code::Global(..) => Vec::new(),
-            Code::Builtin(builtin) => {
+        match self.closure(id).callee {
+            Callee::Function(_, decl) => decl.params.iter().map(parameter).collect(),
+            Callee::Lambda(_, params, _) => params.iter().map(parameter).collect(),
+            Callee::Model(_, model) => model.items.iter().filter_map(model_parameter).collect(),
+            Callee::Global(..) => Vec::new(),
+            Callee::Builtin(builtin) => {
                 builtin.parameters().iter().map(|name| Parameter { name, ty: None, optional: false }).collect()
             }
-            Code::Derivative(of, _) => self.parameters(of),
+            Callee::Derivative(of, _) => self.parameters(of),
         }
     }
 
@@ -46,7 +46,7 @@ impl<'a> Checker<'a> {
 
     /// Whether a function can be called with `n` arguments in order.
     pub(super) fn accepts(&self, id: ClosureId, n: usize) -> bool {
-        if let Code::Builtin(builtin) = self.closure(id).code
+        if let Callee::Builtin(builtin) = self.closure(id).callee
             && builtin.variadic()
         {
             return n >= 1;
@@ -109,7 +109,7 @@ impl<'a> Checker<'a> {
             return Expr { span, ..element(value, index) };
         }
         let message = format!("{} has no '.{}'", self.describe(&value.ty), name.text);
-        let diagnostic = Diagnostic::error("unknown-field", name.span, message);
+        let diagnostic = Diagnostic::new(Code::UnknownField, name.span, message);
         let fields: Vec<&str> = match &value.ty {
             Type::Record(fields) => fields.iter().map(|(n, _)| &**n).collect(),
             _ => Vec::new(),
@@ -140,7 +140,7 @@ impl<'a> Checker<'a> {
         }
         let Type::Closure(id) = f.ty else {
             let message = format!("only a function can be called, and this is {}", self.describe(&f.ty));
-            let diagnostic = Diagnostic::error("not-a-function", f.span, message);
+            let diagnostic = Diagnostic::new(Code::NotAFunction, f.span, message);
             return self.fail(match f.ty {
                 Type::Int(_) | Type::Real(_) => diagnostic.suggest("write * to multiply", [Edit::after(f.span, " * ")]),
                 // In a list over several lines a line end separates nothing.
@@ -150,8 +150,8 @@ impl<'a> Checker<'a> {
                 _ => diagnostic,
             });
         };
-        let code = self.closure(id).code;
-        if let Code::Builtin(builtin) = code {
+        let callee = self.closure(id).callee;
+        if let Callee::Builtin(builtin) = callee {
             return match self.builtin_args(builtin, args, span) {
                 Some(args) => self.builtin(builtin, args, span),
                 None => error(span),
@@ -203,15 +203,15 @@ impl<'a> Checker<'a> {
 
     /// A derivative's argument is a real, also where an int is given.
     fn seeds_real(&mut self, id: ClosureId, types: &mut [Option<Type>], values: &mut [Expr]) {
-        let mut code = self.closure(id).code;
-        while let Code::Derivative(of, wrt) = code {
+        let mut callee = self.closure(id).callee;
+        while let Callee::Derivative(of, wrt) = callee {
             let at = types[..wrt].iter().flatten().count();
             if let Some(Some(ty @ Type::Int(_))) = types.get_mut(wrt) {
                 *ty = Type::REAL;
                 let value = std::mem::replace(&mut values[at], error(Span::default()));
                 values[at] = self.convert(value, &Type::REAL);
             }
-            code = self.closure(of).code;
+            callee = self.closure(of).callee;
         }
     }
 
@@ -237,10 +237,10 @@ impl<'a> Checker<'a> {
                         continue;
                     }
                 },
-                None if matches!(self.closure(id).code, Code::Model(..)) => {
+                None if matches!(self.closure(id).callee, Callee::Model(..)) => {
                     let message = format!("the arguments of the model {} must be labelled", self.called(id));
                     let hint = params.first().map(|p| format!("write {}: before the value, for example", p.name));
-                    let mut diagnostic = Diagnostic::error("arguments", arg.value.span, message);
+                    let mut diagnostic = Diagnostic::new(Code::Arguments, arg.value.span, message);
                     diagnostic.hint = hint;
                     self.report(diagnostic);
                     return None;
@@ -257,7 +257,7 @@ impl<'a> Checker<'a> {
                 }
                 Some(Some(_)) => {
                     let message = format!("'{}' is given twice", params[at].name);
-                    self.report(Diagnostic::error("arguments", arg.value.span, message));
+                    self.report(Diagnostic::new(Code::Arguments, arg.value.span, message));
                     good = false;
                 }
                 Some(slot) => *slot = Some(arg.value),
@@ -273,7 +273,7 @@ impl<'a> Checker<'a> {
             1 => format!("{name} takes one argument, and this is one more"),
             n => format!("{name} takes {n} arguments, and this is one more"),
         };
-        let mut diagnostic = Diagnostic::error("arguments", value.span, message);
+        let mut diagnostic = Diagnostic::new(Code::Arguments, value.span, message);
         let point = |e: &Expr| matches!(e.ty, Type::Tuple(_));
         if count == 1 && point(value) && first.is_some_and(point) {
             let hint = format!("several points are given as an array: {}([a, b])", name.trim_matches('\''));
@@ -297,14 +297,14 @@ impl<'a> Checker<'a> {
         } else {
             format!("a function is called here without {list}")
         };
-        self.report(self.with_definition(id, Diagnostic::error("arguments", span, message)));
+        self.report(self.with_definition(id, Diagnostic::new(Code::Arguments, span, message)));
         false
     }
 
     fn unknown_label(&self, name: &str, label: &Ident, params: &[Parameter<'a>]) -> Diagnostic {
         let names: Vec<&str> = params.iter().map(|p| p.name).filter(|n| !n.is_empty()).collect();
         let message = format!("{name} has no parameter '{}'", label.text);
-        let diagnostic = Diagnostic::error("unknown-label", label.span, message);
+        let diagnostic = Diagnostic::new(Code::UnknownLabel, label.span, message);
         let mut begun = names.iter().filter(|n| n.starts_with(label.text.as_str()));
         let abbreviated = begun.next().filter(|_| begun.next().is_none());
         match nearest(&label.text, names.iter().copied()).or(abbreviated.copied()) {
@@ -319,10 +319,10 @@ impl<'a> Checker<'a> {
 
     /// Adds where the function is defined.
     fn with_definition(&self, id: ClosureId, diagnostic: Diagnostic) -> Diagnostic {
-        match self.closure(id).code {
-            Code::Function(_, decl) => diagnostic.related(decl.name.span, "defined here"),
-            Code::Lambda(_, _, body) => diagnostic.related(body.span, "the function"),
-            Code::Model(_, model) => diagnostic.related(model.name.span, "defined here"),
+        match self.closure(id).callee {
+            Callee::Function(_, decl) => diagnostic.related(decl.name.span, "defined here"),
+            Callee::Lambda(_, _, body) => diagnostic.related(body.span, "the function"),
+            Callee::Model(_, model) => diagnostic.related(model.name.span, "defined here"),
             _ => diagnostic,
         }
     }

@@ -3,7 +3,7 @@
 use super::context::{Checker, boolean, error};
 use super::operators::{binary, is_number, unary};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp};
 
@@ -85,7 +85,7 @@ impl<'a> Checker<'a> {
             };
         }
         let message = format!("{} cannot be compared with {}", self.describe(&a.ty), self.describe(&b.ty));
-        let diagnostic = Diagnostic::error("type-mismatch", span, message);
+        let diagnostic = Diagnostic::new(Code::TypeMismatch, span, message);
         self.fail(diagnostic.hint("compare numbers; for vectors, their lengths norm(v) or their components v.x"))
     }
 }

@@ -6,7 +6,7 @@ use super::instantiate::Instance;
 use super::modules::{Definition, Module};
 use super::typed::{Expr, ExprKind, Function, FunctionId, Local, LocalId, Type};
 use super::types::ClosureId;
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::source::Span;
 use crate::syntax::ast;
 use std::collections::{HashMap, HashSet};
@@ -41,7 +41,7 @@ pub(super) struct Checker<'a> {
     /// Where numbers are written without a unit.
     pub(super) bare_literals: HashSet<Span>,
     diagnostics: Vec<Diagnostic>,
-    reported: HashSet<(Span, String)>,
+    reported: HashSet<(Span, Code)>,
     nodes: usize,
     exhausted: bool,
 }
@@ -74,7 +74,7 @@ pub(super) enum Binding {
 /// A closure type.
 pub(super) struct Closure<'a> {
     pub(super) name: Rc<str>,
-    pub(super) code: Code<'a>,
+    pub(super) callee: Callee<'a>,
     pub(super) captures: Vec<(&'a str, Type)>,
     /// Nodes in the types of the captures.
     pub(super) size: usize,
@@ -82,7 +82,7 @@ pub(super) struct Closure<'a> {
 
 /// What a closure runs. `usize` is the module.
 #[derive(Clone, Copy)]
-pub(super) enum Code<'a> {
+pub(super) enum Callee<'a> {
     Function(usize, &'a ast::FunctionDecl),
     Lambda(usize, &'a [ast::FnParam], &'a ast::Expr),
     Model(usize, &'a ast::Model),
@@ -102,15 +102,15 @@ pub(super) enum Origin {
     Derivative(ClosureId, usize),
 }
 
-impl Code<'_> {
+impl Callee<'_> {
     pub(super) fn origin(&self) -> Origin {
         match *self {
-            Code::Function(_, decl) => Origin::Tree(std::ptr::from_ref(decl) as usize),
-            Code::Lambda(_, _, body) => Origin::Tree(std::ptr::from_ref(body) as usize),
-            Code::Model(_, model) => Origin::Tree(std::ptr::from_ref(model) as usize),
-            Code::Global(_, decl) => Origin::Tree(std::ptr::from_ref(decl) as usize),
-            Code::Builtin(builtin) => Origin::Builtin(builtin),
-            Code::Derivative(of, wrt) => Origin::Derivative(of, wrt),
+            Callee::Function(_, decl) => Origin::Tree(std::ptr::from_ref(decl) as usize),
+            Callee::Lambda(_, _, body) => Origin::Tree(std::ptr::from_ref(body) as usize),
+            Callee::Model(_, model) => Origin::Tree(std::ptr::from_ref(model) as usize),
+            Callee::Global(_, decl) => Origin::Tree(std::ptr::from_ref(decl) as usize),
+            Callee::Builtin(builtin) => Origin::Builtin(builtin),
+            Callee::Derivative(of, wrt) => Origin::Derivative(of, wrt),
         }
     }
 }
@@ -150,15 +150,15 @@ impl<'a> Checker<'a> {
         &self.closures[id.0 as usize]
     }
 
-    /// The closure type of some code and captures.
-    pub(super) fn intern(&mut self, name: &str, code: Code<'a>, captures: Vec<(&'a str, Type)>) -> ClosureId {
-        let key = (code.origin(), captures.iter().map(|(_, t)| t.clone()).collect());
+    /// The closure type of a callee with its captures.
+    pub(super) fn intern(&mut self, name: &str, callee: Callee<'a>, captures: Vec<(&'a str, Type)>) -> ClosureId {
+        let key = (callee.origin(), captures.iter().map(|(_, t)| t.clone()).collect());
         if let Some(id) = self.closure_ids.get(&key) {
             return *id;
         }
         let id = ClosureId(self.closures.len() as u32);
         let size = captures.iter().map(|(_, t)| self.size(t)).sum();
-        self.closures.push(Closure { name: name.into(), code, captures, size });
+        self.closures.push(Closure { name: name.into(), callee, captures, size });
         self.closure_ids.insert(key, id);
         id
     }
@@ -179,7 +179,7 @@ impl<'a> Checker<'a> {
     /// Reports an error, once for each place and kind, with the calls that led there. In the standard library the
     /// place to show is the call that came from outside of it.
     pub(super) fn report(&mut self, mut diagnostic: Diagnostic) {
-        if !self.reported.insert((diagnostic.span, diagnostic.code.clone())) {
+        if !self.reported.insert((diagnostic.span, diagnostic.code)) {
             return;
         }
         let error = diagnostic.severity == Severity::Error;
@@ -189,12 +189,12 @@ impl<'a> Checker<'a> {
             && let Some(last) = steps.iter().rposition(|(span, _)| !self.in_library(*span))
         {
             let inner = std::mem::replace(&mut diagnostic.span, steps[last].0);
-            if !self.reported.insert((diagnostic.span, diagnostic.code.clone())) {
+            if !self.reported.insert((diagnostic.span, diagnostic.code)) {
                 return;
             }
             let name = quoted(&steps[last].1);
-            let of_arguments = ["dimension-mismatch", "type-mismatch", "arguments", "wrong-result"];
-            if name.starts_with('\'') && of_arguments.contains(&&*diagnostic.code) {
+            let of_arguments = [Code::DimensionMismatch, Code::TypeMismatch, Code::Arguments, Code::WrongResult];
+            if name.starts_with('\'') && of_arguments.contains(&diagnostic.code) {
                 diagnostic.message = format!("{name} cannot be called with these arguments: {}", diagnostic.message);
                 diagnostic.hint = diagnostic.hint.or_else(|| self.parameters_of_library(&steps[last].1));
             }
@@ -202,7 +202,7 @@ impl<'a> Checker<'a> {
             let label = if label.is_empty() { format!("in {name}") } else { format!("in {name}: {label}") };
             diagnostic.related.push((inner, label));
             steps.truncate(last);
-            self.keep_mends_outside_of_the_library(&mut diagnostic);
+            self.keep_suggestions_outside_of_the_library(&mut diagnostic);
         }
         if error {
             let long = steps.len() > 8;
@@ -210,8 +210,8 @@ impl<'a> Checker<'a> {
                 // The nearest calls and the outermost; in between they repeat themselves.
                 if !long || i < 2 || i + 5 > steps.len() {
                     let step = (*span, format!("in {}, called here", quoted(name)));
-                    if !diagnostic.trail.contains(&step) {
-                        diagnostic.trail.push(step);
+                    if !diagnostic.call_stack.contains(&step) {
+                        diagnostic.call_stack.push(step);
                     }
                 }
             }
@@ -220,7 +220,7 @@ impl<'a> Checker<'a> {
     }
 
     /// The library's text is not the user's to change.
-    fn keep_mends_outside_of_the_library(&self, diagnostic: &mut Diagnostic) {
+    fn keep_suggestions_outside_of_the_library(&self, diagnostic: &mut Diagnostic) {
         let (outside, inside): (Vec<_>, Vec<_>) = std::mem::take(&mut diagnostic.suggestions)
             .into_iter()
             .partition(|s| s.edits.iter().all(|e| !self.in_library(e.span)));
@@ -285,14 +285,14 @@ impl<'a> Checker<'a> {
         self.nodes = self.nodes.saturating_add(nodes);
         if !self.exhausted && self.options.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             self.exhausted = true;
-            self.report(Diagnostic::error("interrupted", span, "interrupted while compiling"));
+            self.report(Diagnostic::new(Code::Interrupted, span, "interrupted while compiling"));
         }
         if self.nodes > self.options.nodes && !self.exhausted {
             self.exhausted = true;
             let message =
                 format!("the script grows beyond {} nodes when its functions are instantiated", self.options.nodes);
             self.report(
-                Diagnostic::error("too-large", span, message)
+                Diagnostic::new(Code::TooLarge, span, message)
                     .hint("long loops and deep recursion over known numbers are written out: shorten them, or raise the limit: --limit nodes=N"),
             );
         }

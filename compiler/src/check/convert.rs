@@ -4,7 +4,7 @@ use super::annotations::Wanted;
 use super::context::Checker;
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::{Dimension, Exponent};
-use crate::diagnostic::{Diagnostic, Edit, Suggestion};
+use crate::diagnostic::{Code, Diagnostic, Edit, Suggestion};
 use crate::source::Span;
 
 impl<'a> Checker<'a> {
@@ -80,10 +80,10 @@ impl<'a> Checker<'a> {
                 Type::Record(fields?.into())
             }
             (Type::Closure(a), Type::Closure(b)) => {
-                // The same code with captures that differ in what is known of them.
+                // The same callee with captures that differ in what is known of them.
                 let (first, second) = (self.closure(*a), self.closure(*b));
-                let (name, code) = (first.name.clone(), first.code);
-                if code.origin() != second.code.origin() || first.captures.len() != second.captures.len() {
+                let (name, callee) = (first.name.clone(), first.callee);
+                if callee.origin() != second.callee.origin() || first.captures.len() != second.captures.len() {
                     return None;
                 }
                 let pairs: Vec<(&'a str, Type, Type)> = first
@@ -94,7 +94,7 @@ impl<'a> Checker<'a> {
                     .collect();
                 let captures: Option<Vec<(&'a str, Type)>> =
                     pairs.iter().map(|(n, a, b)| Some((*n, self.join(a, b)?))).collect();
-                Type::Closure(self.intern(&name, code, captures?))
+                Type::Closure(self.intern(&name, callee, captures?))
             }
             _ => return None,
         })
@@ -123,7 +123,7 @@ impl<'a> Checker<'a> {
         })
     }
 
-    /// How to mend a bare number where a length or angle is wanted: the number with a unit.
+    /// The suggestion for a bare number where a length or angle is wanted: the number with a unit.
     pub(super) fn unit_hint(&self, expr: &Expr, wanted: &Wanted) -> Option<Suggestion> {
         let Wanted::Real(want) = wanted else { return None };
         match expr.ty {
@@ -203,5 +203,5 @@ pub(super) fn square_root(d: Dimension) -> Option<Dimension> {
 
 /// An error for an exponent of length that gets out of hand.
 pub(super) fn exponent_error(span: Span) -> Diagnostic {
-    Diagnostic::error("exponent-range", span, "the exponent of length gets too large here")
+    Diagnostic::new(Code::ExponentRange, span, "the exponent of length gets too large here")
 }

@@ -1,10 +1,10 @@
 //! `c'` and `s'u`: functions that are derivatives of functions.
 
-use super::context::{Checker, Code, error};
+use super::context::{Callee, Checker, error};
 use super::operators::map_dimensions;
 use super::typed::{Call, Expr, ExprKind, LocalId, Type};
 use super::types::ClosureId;
-use crate::diagnostic::{Diagnostic, Edit, Suggestion};
+use crate::diagnostic::{Code, Diagnostic, Edit, Suggestion};
 use crate::source::Span;
 use crate::syntax::ast::{self, Ident};
 
@@ -16,7 +16,7 @@ impl<'a> Checker<'a> {
             Type::Error => return error(span),
             _ => {
                 let message = format!("only functions have derivatives, and this is {}", self.describe(&f.ty));
-                let diagnostic = Diagnostic::error("no-derivative", f.span, message);
+                let diagnostic = Diagnostic::new(Code::NoDerivative, f.span, message);
                 return self.fail(diagnostic.hint("make it a function of what it is to be derived by: (|t| ...)'"));
             }
         };
@@ -24,7 +24,7 @@ impl<'a> Checker<'a> {
             Some(wrt) => {
                 let mark = argument.map_or_else(|| "'".to_owned(), |a| format!("'{}", a.text));
                 let name = format!("{}{mark}", self.closure(id).name);
-                let derivative = self.intern(&name, Code::Derivative(id, wrt), vec![("f", Type::Closure(id))]);
+                let derivative = self.intern(&name, Callee::Derivative(id, wrt), vec![("f", Type::Closure(id))]);
                 Expr { kind: ExprKind::Aggregate(vec![f]), ty: Type::Closure(derivative), span }
             }
             None => error(span),
@@ -40,12 +40,12 @@ impl<'a> Checker<'a> {
                 return Some(0);
             }
             let message = format!("{name} has {} arguments: say in which one to derive", params.len());
-            let diagnostic = Diagnostic::error("no-derivative", span, message);
+            let diagnostic = Diagnostic::new(Code::NoDerivative, span, message);
             let first = params.first().map(|p| Suggestion {
                 message: format!("name it after the prime, as in f'{}", p.name),
                 edits: vec![Edit::after(span, p.name)],
             });
-            self.report(diagnostic.mend(first));
+            self.report(diagnostic.suggestion(first));
             return None;
         };
         let position =
@@ -57,7 +57,7 @@ impl<'a> Checker<'a> {
         if position.is_none() {
             let names: Vec<&str> = params.iter().map(|p| p.name).collect();
             let message = format!("{name} has no argument '{}' to derive in", argument.text);
-            let diagnostic = Diagnostic::error("unknown-label", argument.span, message);
+            let diagnostic = Diagnostic::new(Code::UnknownLabel, argument.span, message);
             self.report(diagnostic.hint(format!("its arguments are {}", names.join(", "))));
         }
         position
@@ -78,7 +78,7 @@ impl<'a> Checker<'a> {
                 _ => "left to its default".to_owned(),
             };
             let message = format!("a derivative is taken in a number, and this argument is {found}");
-            self.report(Diagnostic::error("no-derivative", span, message));
+            self.report(Diagnostic::new(Code::NoDerivative, span, message));
             return None;
         };
         let by = *by;

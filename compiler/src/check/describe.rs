@@ -1,6 +1,6 @@
 //! Types in the user's words.
 
-use super::context::{Checker, Code};
+use super::context::{Callee, Checker};
 use super::types::{Dimension, Type};
 
 impl Checker<'_> {
@@ -21,7 +21,7 @@ impl Checker<'_> {
                 format!("a record with {}", names.join(", "))
             }
             Type::Closure(id) => {
-                if let Code::Model(_, model) = self.closure(*id).code {
+                if let Callee::Model(_, model) = self.closure(*id).callee {
                     return format!("the model '{}'", model.name.text);
                 }
                 match self.arity(*id) {

@@ -4,7 +4,7 @@ use super::context::Checker;
 use super::typed::{Call, Expr, ExprKind, Function, FunctionId, LocalId, Model, Param, Statement, Type};
 use super::types::ClosureId;
 use super::values::{self, Value, component, number};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::program::Quantity;
 use crate::source::Span;
 use std::collections::HashMap;
@@ -65,7 +65,7 @@ pub(super) fn defaults(model: &mut Model, defaults: &[Option<Expr>], checker: &C
                     Ok(x) => x,
                     Err(reason) => {
                         let message = format!("{what} of '{}' has no value: {reason}", param.name);
-                        diagnostics.push(Diagnostic::error("not-constant", e.span, message));
+                        diagnostics.push(Diagnostic::new(Code::NotConstant, e.span, message));
                         missing
                     }
                 }
@@ -87,7 +87,7 @@ pub(super) fn defaults(model: &mut Model, defaults: &[Option<Expr>], checker: &C
         if lower > upper {
             let message =
                 format!("the bounds of '{}' are the wrong way round: {} to {}", param.name, shown(lower), shown(upper));
-            let error = Diagnostic::error("out-of-bounds", bounds_span(param).unwrap_or(param.span), message);
+            let error = Diagnostic::new(Code::OutOfBounds, bounds_span(param).unwrap_or(param.span), message);
             let literal = |e: &Option<Expr>| matches!(e.as_ref().map(|e| &e.kind), Some(ExprKind::Real(_)));
             diagnostics.push(match bounds_span(param) {
                 Some(span) if literal(&param.lower) && literal(&param.upper) => {
@@ -105,7 +105,7 @@ pub(super) fn defaults(model: &mut Model, defaults: &[Option<Expr>], checker: &C
                 shown(upper)
             );
             let span = e.as_ref().map_or(param.span, |e| e.span);
-            let error = Diagnostic::error("out-of-bounds", span, message);
+            let error = Diagnostic::new(Code::OutOfBounds, span, message);
             diagnostics.push(match bounds_span(param) {
                 Some(bounds) => error.related(bounds, "its bounds"),
                 None => error,

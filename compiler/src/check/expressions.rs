@@ -1,11 +1,11 @@
 //! Expressions: one function for each kind that has no file of its own.
 
-use super::context::{Checker, Code, boolean, error, int, known};
+use super::context::{Callee, Checker, boolean, error, int, known};
 use super::free;
 use super::iteration::TURNS_HINT;
 use super::typed::{Expr, ExprKind, LocalId, Type};
 use super::types::Dimension;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{self, FnParam, FunctionDecl, Ident, Pattern, UnaryOp, Unit};
 use std::rc::Rc;
@@ -90,7 +90,7 @@ impl<'a> Checker<'a> {
         }
         if items.len() > self.options.turns {
             let message = format!("an array may have {} elements, and this has {}", self.options.turns, items.len());
-            return self.fail(Diagnostic::error("too-large", span, message).hint(TURNS_HINT));
+            return self.fail(Diagnostic::new(Code::TooLarge, span, message).hint(TURNS_HINT));
         }
         let Some(first) = items.first() else {
             // Nothing is known of its elements, and nothing will be asked of them.
@@ -109,9 +109,9 @@ impl<'a> Checker<'a> {
                         self.describe(&ty)
                     );
                     let mut error =
-                        Diagnostic::error("mixed-array", item.span, message).related(first.span, "first element");
+                        Diagnostic::new(Code::MixedArray, item.span, message).related(first.span, "first element");
                     if let Type::Real(d) = ty {
-                        error = error.mend(self.unit_advice(item, d));
+                        error = error.suggestion(self.unit_advice(item, d));
                     }
                     return self.fail(error);
                 }
@@ -138,8 +138,12 @@ impl<'a> Checker<'a> {
         for (i, (name, value)) in fields.iter().enumerate() {
             if let Some((before, _)) = fields[..i].iter().find(|(n, _)| n.text == name.text) {
                 self.report(
-                    Diagnostic::error("duplicate-name", name.span, format!("the field '{}' is given twice", name.text))
-                        .related(before.span, "first given here"),
+                    Diagnostic::new(
+                        Code::DuplicateName,
+                        name.span,
+                        format!("the field '{}' is given twice", name.text),
+                    )
+                    .related(before.span, "first given here"),
                 );
             }
             values.push((name.text.as_str(), self.expr(value)));
@@ -166,7 +170,7 @@ impl<'a> Checker<'a> {
             _ => {
                 let wrong = if matches!(a.ty, Type::Int(_)) { &b } else { &a };
                 let message = format!("a range runs over whole numbers, and this is {}", self.describe(&wrong.ty));
-                let diagnostic = Diagnostic::error("type-mismatch", wrong.span, message)
+                let diagnostic = Diagnostic::new(Code::TypeMismatch, wrong.span, message)
                     .hint("a count is a literal or an 'input n: int'; for n steps over 0..1 write: for i in 0..n { ... i / n ... }");
                 self.fail(diagnostic)
             }
@@ -182,8 +186,8 @@ impl<'a> Checker<'a> {
     ) -> Expr {
         let condition = self.expr(condition);
         let Some(otherwise) = otherwise else {
-            let error = Diagnostic::error(
-                "missing-else",
+            let error = Diagnostic::new(
+                Code::MissingElse,
                 span,
                 "this 'if' has no 'else', so it has no value where the condition fails",
             )
@@ -210,7 +214,7 @@ impl<'a> Checker<'a> {
     pub(super) fn condition_error(&mut self, condition: &Expr) {
         if !condition.ty.is_error() {
             let message = format!("a condition must be a truth value, and this is {}", self.describe(&condition.ty));
-            self.report(Diagnostic::error("type-mismatch", condition.span, message).hint("compare it with something"));
+            self.report(Diagnostic::new(Code::TypeMismatch, condition.span, message).hint("compare it with something"));
         }
     }
 
@@ -222,15 +226,15 @@ impl<'a> Checker<'a> {
         let Some(ty) = self.join(&a.ty, &b.ty) else {
             let (first, second) = (self.describe(&a.ty), self.describe(&b.ty));
             let diagnostic = if has_function(&a.ty) && has_function(&b.ty) {
-                Diagnostic::error(
-                    "function-choice",
+                Diagnostic::new(
+                    Code::FunctionChoice,
                     span,
                     "a condition that is known only at run time cannot choose between functions",
                 )
                 .hint("let the function choose between values: |u, v| if c { f(u, v) } else { g(u, v) }")
             } else {
-                let error = Diagnostic::error(
-                    "branches-differ",
+                let error = Diagnostic::new(
+                    Code::BranchesDiffer,
                     b.span,
                     format!("the sides of this 'if' differ: {first} and {second}"),
                 )
@@ -240,7 +244,7 @@ impl<'a> Checker<'a> {
                     (_, Type::Real(d)) => self.unit_advice(&a, *d),
                     _ => None,
                 };
-                error.mend(advice)
+                error.suggestion(advice)
             };
             return self.fail(diagnostic);
         };
@@ -259,18 +263,18 @@ impl<'a> Checker<'a> {
             })
             .collect();
         let name = format!("|{}|", names.join(", "));
-        self.capture(&name, Code::Lambda(self.env.module, params, body), &free, span)
+        self.capture(&name, Callee::Lambda(self.env.module, params, body), &free, span)
     }
 
     pub(super) fn local_function(&mut self, decl: &'a FunctionDecl) -> Expr {
         let address = std::ptr::from_ref(decl) as usize;
         let given = self.given_derivative(decl);
         let free = self.free_names.entry(address).or_insert_with(|| free::of_function(decl, given).into()).clone();
-        self.capture(&decl.name.text, Code::Function(self.env.module, decl), &free, decl.name.span)
+        self.capture(&decl.name.text, Callee::Function(self.env.module, decl), &free, decl.name.span)
     }
 
     /// A closure over those of the names that are bound outside of it.
-    fn capture(&mut self, name: &str, code: Code<'a>, free: &Rc<[&'a str]>, span: Span) -> Expr {
+    fn capture(&mut self, name: &str, callee: Callee<'a>, free: &Rc<[&'a str]>, span: Span) -> Expr {
         let mut captures = Vec::new();
         let mut values = Vec::new();
         for name in free.iter() {
@@ -284,7 +288,7 @@ impl<'a> Checker<'a> {
                 values.push(value);
             }
         }
-        let id = self.intern(name, code, captures);
+        let id = self.intern(name, callee, captures);
         Expr { kind: ExprKind::Aggregate(values), ty: Type::Closure(id), span }
     }
 }

@@ -3,7 +3,7 @@
 use super::free;
 use super::modules::Seen;
 use super::stdlib::{self, MODULES};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::{FileId, Loader, Sources, Span};
 use crate::suggest::nearest;
 use crate::syntax::ast::{File, Ident, Item, ItemKind, UsePath};
@@ -146,7 +146,7 @@ impl Reader<'_> {
         if let Some(index) = MODULES.iter().position(|(n, _)| *n == name) {
             return Some(self.std_module(index));
         }
-        let mut error = Diagnostic::error("unknown-module", span, format!("there is no module '{name}'"));
+        let mut error = Diagnostic::new(Code::UnknownModule, span, format!("there is no module '{name}'"));
         let list = MODULES.iter().map(|(n, _)| *n);
         let full = format!("std.{name}");
         error = match list.clone().find(|module| *module == full).or_else(|| nearest(&name, list.clone())) {
@@ -163,8 +163,8 @@ impl Reader<'_> {
 
     fn use_file(&mut self, from: usize, path: &str, span: Span) -> Option<usize> {
         if self.files.loaded.len() >= FILE_LIMIT {
-            self.diagnostics.push(Diagnostic::error(
-                "too-many-files",
+            self.diagnostics.push(Diagnostic::new(
+                Code::TooManyFiles,
                 span,
                 format!("the script uses more than {FILE_LIMIT} files"),
             ));
@@ -188,7 +188,7 @@ impl Reader<'_> {
                 None
             }
             Err(reason) => {
-                let error = Diagnostic::error("file-not-found", span, reason);
+                let error = Diagnostic::new(Code::FileNotFound, span, reason);
                 let whole = format!("{path}.gml");
                 self.diagnostics.push(match self.loader.load(&whole, &self.files.loaded[from].name) {
                     Ok(_) => error
@@ -224,7 +224,7 @@ impl Reader<'_> {
                 if target == file {
                     let name = &self.files.loaded[file].name;
                     self.diagnostics.push(
-                        Diagnostic::error("use-cycle", span, format!("'{name}' uses itself")).suggest(
+                        Diagnostic::new(Code::UseCycle, span, format!("'{name}' uses itself")).suggest(
                             "what a file defines is known in all of it: leave the 'use' out",
                             [Edit::remove(span)],
                         ),
@@ -236,7 +236,7 @@ impl Reader<'_> {
                 names.push(&self.files.loaded[target].name);
                 let message = format!("files use each other in a circle: {}", names.join(" -> "));
                 self.diagnostics.push(
-                    Diagnostic::error("use-cycle", span, message)
+                    Diagnostic::new(Code::UseCycle, span, message)
                         .hint("move what both need into a file that uses neither"),
                 );
                 continue;

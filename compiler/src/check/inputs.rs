@@ -7,7 +7,7 @@ use super::params::dimension;
 use super::typed::{Expr, ExprKind, Input, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, evaluate};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::program::Quantity;
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
@@ -26,7 +26,7 @@ impl<'a> Checker<'a> {
             _ => {
                 let message =
                     format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
-                self.report(Diagnostic::error("invalid-type", decl.ty.span, message));
+                self.report(Diagnostic::new(Code::InvalidType, decl.ty.span, message));
                 Quantity::Real
             }
         })
@@ -60,7 +60,7 @@ impl<'a> Checker<'a> {
             Some(value) => self.given_input(decl, quantity, *value),
             None if decl.default.is_none() => {
                 let message = format!("the input '{}' has no default and is not given", decl.name.text);
-                self.report(Diagnostic::error("no-default", decl.name.span, message));
+                self.report(Diagnostic::new(Code::NoDefault, decl.name.span, message));
                 None
             }
             None => default,
@@ -78,7 +78,7 @@ impl<'a> Checker<'a> {
                 "the input '{}' is {value}, outside of its bounds {} to {}",
                 decl.name.text, bounds.0, bounds.1
             );
-            self.report(Diagnostic::error("out-of-bounds", decl.name.span, message));
+            self.report(Diagnostic::new(Code::OutOfBounds, decl.name.span, message));
         }
         if matches!(ty, Type::Real(_)) {
             let constant = Expr { kind: ExprKind::Real(value), ty, span: decl.name.span };
@@ -103,7 +103,7 @@ impl<'a> Checker<'a> {
             Ok(value) => Some(value),
             Err(reason) => {
                 let message = format!("this must be known before the model is evaluated: {reason}");
-                self.report(Diagnostic::error("not-constant", e.span, message));
+                self.report(Diagnostic::new(Code::NotConstant, e.span, message));
                 None
             }
         }
@@ -121,7 +121,7 @@ impl<'a> Checker<'a> {
                     _ => "a finite number",
                 };
                 let message = format!("the input '{}' must be {wanted}", decl.name.text);
-                self.report(Diagnostic::error("type-mismatch", decl.name.span, message));
+                self.report(Diagnostic::new(Code::TypeMismatch, decl.name.span, message));
                 None
             }
         }
@@ -143,7 +143,7 @@ impl<'a> Checker<'a> {
                 continue;
             }
             let message = format!("the model '{}' has no input '{name}'", decl.name.text);
-            let diagnostic = Diagnostic::error("unknown-input", decl.name.span, message);
+            let diagnostic = Diagnostic::new(Code::UnknownInput, decl.name.span, message);
             self.report(if names.contains(&(name.as_str(), false)) {
                 diagnostic.hint(format!("'{name}' is a param: it is set when the model is evaluated"))
             } else {

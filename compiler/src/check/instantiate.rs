@@ -2,11 +2,11 @@
 
 use super::bindings::wrap;
 use super::calls::Parameter;
-use super::context::{Binding, Checker, Code, Env, Step};
+use super::context::{Binding, Callee, Checker, Env, Step};
 use super::expressions::local_expr;
 use super::typed::{Expr, ExprKind, Function, FunctionId, LocalId, Type};
 use super::types::ClosureId;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{self, FnParam};
 
@@ -79,7 +79,7 @@ impl<'a> Checker<'a> {
         let (inner, ty) = self.instantiate(id, args.to_vec(), span)?;
         let Some(real) = Checker::all_real(&ty) else {
             let message = format!("only numbers have derivatives, and this function gives {}", self.describe(&ty));
-            self.report(Diagnostic::error("no-derivative", span, message));
+            self.report(Diagnostic::new(Code::NoDerivative, span, message));
             return None;
         };
         if real == ty {
@@ -107,14 +107,14 @@ impl<'a> Checker<'a> {
         let name = self.closure(id).name.clone();
         if self.trail.len() >= self.options.depth {
             let message = format!("calls are nested more than {} deep, most deeply in '{name}'", self.options.depth);
-            self.report(Diagnostic::error("too-deep", span, message).hint(
+            self.report(Diagnostic::new(Code::TooDeep, span, message).hint(
                 "recursion must end on a known whole number or array length, or the function's parameters and result must be annotated with their types; if it does end, raise the limit: --limit nesting=N",
             ));
             return false;
         }
         if self.functions.len() >= self.options.instances {
             let message = format!("functions are instantiated more than {} times", self.options.instances);
-            let error = Diagnostic::error("too-large", span, message);
+            let error = Diagnostic::new(Code::TooLarge, span, message);
             self.report(error.hint("the limit can be raised: --limit instances=N"));
             return false;
         }
@@ -123,19 +123,19 @@ impl<'a> Checker<'a> {
 
     fn unknown_result(&mut self, id: ClosureId, span: Span) {
         let name = self.closure(id).name.clone();
-        let diagnostic = match self.closure(id).code {
-            Code::Global(_, decl) => {
+        let diagnostic = match self.closure(id).callee {
+            Callee::Global(_, decl) => {
                 let message = "this constant is defined in terms of itself".to_owned();
-                Diagnostic::error("recursion", span, message)
+                Diagnostic::new(Code::Recursion, span, message)
                     .related(super::modules::pattern_span(&decl.pattern), "defined here")
             }
-            Code::Model(_, model) => {
-                Diagnostic::error("recursion", span, format!("the model '{name}' contains itself"))
+            Callee::Model(_, model) => {
+                Diagnostic::new(Code::Recursion, span, format!("the model '{name}' contains itself"))
                     .related(model.name.span, "defined here")
             }
             _ => {
                 let message = format!("'{name}' calls itself, so the type of its result must be written");
-                Diagnostic::error("recursion", span, message)
+                Diagnostic::new(Code::Recursion, span, message)
                     .hint(format!("annotate it, such as: fn {name}(...) -> real"))
             }
         };
@@ -144,8 +144,8 @@ impl<'a> Checker<'a> {
 
     /// The type of the result, where the function says it in full.
     fn written_result(&mut self, id: ClosureId) -> Option<Type> {
-        match self.closure(id).code {
-            Code::Function(module, decl) => {
+        match self.closure(id).callee {
+            Callee::Function(module, decl) => {
                 let ty = decl.result.as_ref()?;
                 let before = std::mem::replace(&mut self.env.module, module);
                 let wanted = self.wanted(ty);
@@ -157,14 +157,14 @@ impl<'a> Checker<'a> {
     }
 
     fn make_instance(&mut self, id: ClosureId, args: &[Option<Type>], span: Span) -> Option<Function> {
-        let (name, code) = (self.closure(id).name.clone(), self.closure(id).code);
+        let (name, callee) = (self.closure(id).name.clone(), self.closure(id).callee);
         self.trail.push(Step { span, name: name.clone() });
-        let module = match code {
-            Code::Function(m, _) | Code::Lambda(m, ..) | Code::Model(m, _) | Code::Global(m, _) => m,
-            Code::Builtin(_) | Code::Derivative(..) => self.env.module,
+        let module = match callee {
+            Callee::Function(m, _) | Callee::Lambda(m, ..) | Callee::Model(m, _) | Callee::Global(m, _) => m,
+            Callee::Builtin(_) | Callee::Derivative(..) => self.env.module,
         };
         let outer = std::mem::replace(&mut self.env, Env { module, names: Vec::new() });
-        let body = self.body(id, code, args, span);
+        let body = self.body(id, callee, args, span);
         self.env = outer;
         self.trail.pop();
         let (captures, params, body) = body?;
@@ -175,7 +175,7 @@ impl<'a> Checker<'a> {
             body,
             recursive: false,
             by_hand: None,
-            span: definition(code, span),
+            span: definition(callee, span),
         })
     }
 
@@ -188,20 +188,20 @@ impl<'a> Checker<'a> {
     fn body(
         &mut self,
         id: ClosureId,
-        code: Code<'a>,
+        callee: Callee<'a>,
         args: &[Option<Type>],
         span: Span,
     ) -> Option<(Vec<LocalId>, Vec<LocalId>, Expr)> {
-        if let Code::Function(_, decl) = code {
+        if let Callee::Function(_, decl) = callee {
             let first = LocalId(self.locals.len() as u32);
             self.env.names.push((&decl.name.text, Binding::Itself(id, first)));
         }
-        let captures = self.capture_locals(id, definition(code, span));
+        let captures = self.capture_locals(id, definition(callee, span));
         for ((name, _), local) in self.closure(id).captures.clone().into_iter().zip(&captures) {
             self.env.names.push((name, Binding::Local(*local)));
         }
-        match code {
-            Code::Function(_, decl) => {
+        match callee {
+            Callee::Function(_, decl) => {
                 let (params, mut body) = self.function_body(&decl.params, &decl.body, args);
                 if let Some(ty) = &decl.result {
                     let wanted = self.wanted(ty);
@@ -209,15 +209,15 @@ impl<'a> Checker<'a> {
                 }
                 Some((captures, params, body))
             }
-            Code::Lambda(_, params, body) => {
+            Callee::Lambda(_, params, body) => {
                 let (params, body) = self.function_body(params, body, args);
                 Some((captures, params, body))
             }
-            Code::Model(_, model) => {
+            Callee::Model(_, model) => {
                 let (params, body) = self.submodel(model, args);
                 Some((captures, params, body))
             }
-            Code::Global(_, decl) => {
+            Callee::Global(_, decl) => {
                 let mut body = self.expr(&decl.value);
                 if let Some(ty) = &decl.ty {
                     let wanted = self.wanted(ty);
@@ -225,13 +225,13 @@ impl<'a> Checker<'a> {
                 }
                 Some((captures, Vec::new(), body))
             }
-            Code::Builtin(builtin) => {
+            Callee::Builtin(builtin) => {
                 let params: Vec<LocalId> = args.iter().flatten().map(|t| self.local("", t.clone(), span)).collect();
                 let values = params.iter().map(|l| self.read(*l, span)).collect();
                 let body = self.builtin(builtin, values, span);
                 Some((captures, params, body))
             }
-            Code::Derivative(of, wrt) => {
+            Callee::Derivative(of, wrt) => {
                 let (params, body) = self.derivative_body(of, wrt, captures[0], args, span)?;
                 Some((captures, params, body))
             }
@@ -285,11 +285,11 @@ impl<'a> Checker<'a> {
     pub(super) fn check_annotated(&mut self, module: usize) {
         for item in self.modules[module].items {
             if let ast::ItemKind::Let(decl) = &item.kind {
-                let id = self.intern(first_name(&decl.pattern), Code::Global(module, decl), Vec::new());
+                let id = self.intern(first_name(&decl.pattern), Callee::Global(module, decl), Vec::new());
                 self.instantiate(id, Vec::new(), super::modules::pattern_span(&decl.pattern));
             }
             let ast::ItemKind::Function(decl) = &item.kind else { continue };
-            let id = self.intern(&decl.name.text, Code::Function(module, decl), Vec::new());
+            let id = self.intern(&decl.name.text, Callee::Function(module, decl), Vec::new());
             let params: Vec<Parameter<'a>> = self.parameters(id);
             // Whole numbers may have to be known to it, which here they are not.
             let types: Option<Vec<Option<Type>>> = params
@@ -307,7 +307,7 @@ impl<'a> Checker<'a> {
 impl<'a> Checker<'a> {
     /// Checks a model that is not the main one with the defaults of its parameters, unless another uses it.
     pub(super) fn check_model(&mut self, decl: &'a ast::Model) {
-        let id = self.intern(&decl.name.text, Code::Model(0, decl), Vec::new());
+        let id = self.intern(&decl.name.text, Callee::Model(0, decl), Vec::new());
         if self.instances.keys().any(|(closure, ..)| *closure == id) {
             return;
         }
@@ -331,13 +331,13 @@ fn first_name(pattern: &ast::Pattern) -> &str {
     }
 }
 
-/// Where the code is written.
-fn definition(code: Code<'_>, span: Span) -> Span {
-    match code {
-        Code::Function(_, decl) => decl.name.span,
-        Code::Lambda(_, _, body) => body.span,
-        Code::Model(_, model) => model.name.span,
-        Code::Global(_, decl) => super::modules::pattern_span(&decl.pattern),
-        Code::Builtin(_) | Code::Derivative(..) => span,
+/// Where the callee is written.
+fn definition(callee: Callee<'_>, span: Span) -> Span {
+    match callee {
+        Callee::Function(_, decl) => decl.name.span,
+        Callee::Lambda(_, _, body) => body.span,
+        Callee::Model(_, model) => model.name.span,
+        Callee::Global(_, decl) => super::modules::pattern_span(&decl.pattern),
+        Callee::Builtin(_) | Callee::Derivative(..) => span,
     }
 }

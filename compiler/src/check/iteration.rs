@@ -5,7 +5,7 @@ use super::context::{Checker, error, int, known};
 use super::expressions::element;
 use super::operators::is_number;
 use super::typed::{Expr, ExprKind, Statement, Type};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp, Pattern};
 
@@ -58,7 +58,7 @@ impl<'a> Checker<'a> {
                 let message =
                     "how many turns this has is known only at run time, and an array's length must be known before";
                 self.report(
-                    Diagnostic::error("unknown-length", span, message)
+                    Diagnostic::new(Code::UnknownLength, span, message)
                         .hint("run over a range whose bounds are literals or inputs, or use fold"),
                 );
                 return None;
@@ -67,7 +67,7 @@ impl<'a> Checker<'a> {
             Type::Tuple(types) => types.len(),
             other => {
                 let message = format!("'{what}' runs over a range or an array, and this is {}", self.describe(other));
-                let diagnostic = Diagnostic::error("type-mismatch", span, message);
+                let diagnostic = Diagnostic::new(Code::TypeMismatch, span, message);
                 self.report(match (what, other) {
                     ("for" | "sum", Type::Int(_)) => {
                         diagnostic.suggest("for n turns write 0..n", [Edit::before(span, "0..")])
@@ -94,7 +94,7 @@ impl<'a> Checker<'a> {
             return true;
         }
         let message = format!("this has {count} turns, and at most {limit} are written out");
-        self.report(Diagnostic::error("too-large", span, message).hint(TURNS_HINT));
+        self.report(Diagnostic::new(Code::TooLarge, span, message).hint(TURNS_HINT));
         false
     }
 
@@ -134,7 +134,7 @@ impl<'a> Checker<'a> {
             Type::Closure(id) if self.accepts(id, 2) => return true,
             _ => format!("a function of two arguments is needed here, and this is {}", self.describe(&f.ty)),
         };
-        let error = Diagnostic::error("arguments", f.span, message);
+        let error = Diagnostic::new(Code::Arguments, f.span, message);
         self.report(error.hint("it gets what has come about so far, and the next element: |so_far, x| ..."));
         false
     }
@@ -143,7 +143,7 @@ impl<'a> Checker<'a> {
     pub(super) fn fold_count(&mut self, init: Expr, count: Expr, f: Expr, span: Span) -> Expr {
         let Type::Int(n) = count.ty else {
             let message = format!("how often a loop turns is a whole number, and this is {}", self.describe(&count.ty));
-            return self.fail(Diagnostic::error("type-mismatch", count.span, message));
+            return self.fail(Diagnostic::new(Code::TypeMismatch, count.span, message));
         };
         if !self.takes_so_far_and_next(&f) {
             return error(span);
@@ -192,7 +192,7 @@ impl<'a> Checker<'a> {
             self.describe(&init.ty),
             self.describe(&ty)
         );
-        self.fail(Diagnostic::error("type-mismatch", span, message))
+        self.fail(Diagnostic::new(Code::TypeMismatch, span, message))
     }
 
     /// `sum(xs)`.
@@ -261,7 +261,7 @@ impl<'a> Checker<'a> {
         }
         let Type::Int(at) = index.ty else {
             let message = format!("an index must be a whole number, and this is {}", self.describe(&index.ty));
-            let diagnostic = Diagnostic::error("type-mismatch", index.span, message);
+            let diagnostic = Diagnostic::new(Code::TypeMismatch, index.span, message);
             return self.fail(diagnostic.hint("floor(...) makes one of a number"));
         };
         let count = match &value.ty {
@@ -269,7 +269,7 @@ impl<'a> Checker<'a> {
             Type::Tuple(types) => types.len(),
             other => {
                 let message = format!("only arrays and tuples have elements, and this is {}", self.describe(other));
-                return self.fail(Diagnostic::error("type-mismatch", value.span, message));
+                return self.fail(Diagnostic::new(Code::TypeMismatch, value.span, message));
             }
         };
         match at {
@@ -277,7 +277,7 @@ impl<'a> Checker<'a> {
                 Some(i) => Expr { span, ..element(value, i) },
                 None => {
                     let message = format!("there is no element {at}: the array has {count}, counted from 0");
-                    self.fail(Diagnostic::error("index", index.span, message))
+                    self.fail(Diagnostic::new(Code::Index, index.span, message))
                 }
             },
             None => self.index_later(value, index, span),
@@ -297,7 +297,7 @@ impl<'a> Checker<'a> {
         };
         let Some(ty) = ty.map(|t| forget(&t)) else {
             let message = "an index that is known only at run time cannot choose between values of different kinds";
-            return self.fail(Diagnostic::error("function-choice", span, message));
+            return self.fail(Diagnostic::new(Code::FunctionChoice, span, message));
         };
         let n = match &value.ty {
             Type::Array(_, n) => *n,
@@ -305,7 +305,7 @@ impl<'a> Checker<'a> {
             _ => 0,
         };
         if n == 0 {
-            return self.fail(Diagnostic::error("index", span, "this array has no elements"));
+            return self.fail(Diagnostic::new(Code::Index, span, "this array has no elements"));
         }
         let value = if matches!(value.ty, Type::Tuple(_)) {
             let whole = Type::tuple(vec![ty.clone(); n]);

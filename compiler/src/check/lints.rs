@@ -2,7 +2,7 @@
 
 use super::builtins;
 use super::stdlib;
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::syntax::ast::{Expr, ExprKind, FnParam, Ident, Item, ItemKind, Pattern};
 
@@ -74,7 +74,7 @@ impl<'a> Walk<'a> {
                 Kind::Input => format!("the input '{}' is not used", name.text),
                 Kind::Use => format!("'{}' is brought here and not used", name.text),
             };
-            let warning = Diagnostic::warning("unused-name", name.span, what);
+            let warning = Diagnostic::new(Code::UnusedName, name.span, what);
             self.warnings.push(match name.kind {
                 Kind::Use => warning.hint("leave it out"),
                 _ => {
@@ -206,5 +206,5 @@ fn hides_the_library(item: &Item) -> Option<Diagnostic> {
         None => builtins::names().find(|n| n == name).map(|_| "the language".to_owned())?,
     };
     let message = format!("this hides the function '{name}' of {home}");
-    Some(Diagnostic::warning("hidden-function", decl.name.span, message).hint("give it a name of its own"))
+    Some(Diagnostic::new(Code::HiddenFunction, decl.name.span, message).hint("give it a name of its own"))
 }

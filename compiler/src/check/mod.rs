@@ -139,7 +139,7 @@ pub fn lints(file: &File) -> Vec<Diagnostic> {
     lints::lints(&file.items)
 }
 
-/// A mend that puts something in parentheses leaves them out where it has some already.
+/// A suggestion that puts something in parentheses leaves them out where it has some already.
 fn without_double_parentheses(diagnostic: &mut Diagnostic, sources: &Sources) {
     for suggestion in &mut diagnostic.suggestions {
         let [open, close] = &mut suggestion.edits[..] else { continue };

@@ -7,7 +7,7 @@ use super::evaluate;
 use super::typed::{Expr, Input, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind};
@@ -63,7 +63,7 @@ impl<'a> Checker<'a> {
         };
         if let (None, Some(name)) = (chosen, &self.options.model) {
             let span = self.modules[0].items.first().map_or(Span::default(), |i| i.span);
-            let diagnostic = Diagnostic::error("unknown-name", span, format!("this file has no model '{name}'"));
+            let diagnostic = Diagnostic::new(Code::UnknownName, span, format!("this file has no model '{name}'"));
             let near = nearest(name, models.iter().map(|(m, _)| m.name.text.as_str()));
             self.report(match near {
                 Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
@@ -114,12 +114,12 @@ impl<'a> Checker<'a> {
         let failed = self.has_errors();
         if body.entries.is_empty() && !failed {
             let message = format!("the model '{}' has no parts", decl.name.text);
-            self.report(Diagnostic::warning("no-parts", decl.name.span, message).hint("add one: part name = surface"));
+            self.report(Diagnostic::new(Code::NoParts, decl.name.span, message).hint("add one: part name = surface"));
         }
         for param in &body.params {
             if !self.used[param.local.0 as usize] && !failed {
                 let message = format!("the parameter '{}' is not used", param.name);
-                self.report(Diagnostic::warning("unused-parameter", param.span, message));
+                self.report(Diagnostic::new(Code::UnusedParameter, param.span, message));
             }
         }
         self.env.names.clear();
@@ -136,7 +136,7 @@ impl<'a> Checker<'a> {
         // In a model with errors not every default has a value, and that was said already.
         let failed = self.has_errors();
         for diagnostic in evaluate::defaults(&mut model, &body.defaults, self) {
-            if !failed || diagnostic.code == "out-of-bounds" {
+            if !failed || diagnostic.code == Code::OutOfBounds {
                 self.report(diagnostic);
             }
         }
@@ -185,7 +185,7 @@ impl<'a> Checker<'a> {
                 ItemKind::Param(decl) | ItemKind::Input(decl) if body.loops + body.conditions > 0 => {
                     let message =
                         format!("'{}' must stand directly in its model, not in a loop or condition", decl.name.text);
-                    self.report(Diagnostic::error("misplaced", item.span, message));
+                    self.report(Diagnostic::new(Code::Misplaced, item.span, message));
                     let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
                     self.env.names.push((&decl.name.text, Binding::Local(unknown)));
                 }
@@ -229,7 +229,7 @@ impl<'a> Checker<'a> {
                 let message =
                     "which parts a model has must be known before its parameters are, and this condition is not";
                 self.report(
-                    Diagnostic::error("unknown-condition", condition.span, message)
+                    Diagnostic::new(Code::UnknownCondition, condition.span, message)
                         .hint("let the condition depend on inputs only"),
                 );
                 return;
@@ -253,7 +253,9 @@ impl<'a> Checker<'a> {
             && !std::ptr::eq(before.decl, decl)
         {
             let (message, span) = (format!("there are two parts '{}'", decl.name.text), before.decl.name.span);
-            self.report(Diagnostic::error("duplicate-name", decl.name.span, message).related(span, "first named here"));
+            self.report(
+                Diagnostic::new(Code::DuplicateName, decl.name.span, message).related(span, "first named here"),
+            );
         }
         // Later statements may use the part by its name.
         self.bind_name(&decl.name, shape, &mut body.statements);

@@ -2,7 +2,7 @@
 
 use super::files::Loaded;
 use super::stdlib::{self, MODULES};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
@@ -163,7 +163,7 @@ pub(super) fn is_private(name: &str) -> bool {
 
 /// The error for the use of a private name from another file.
 pub(super) fn private_name(name: &str, definition: Definition<'_>, span: Span) -> Diagnostic {
-    Diagnostic::error("private-name", span, format!("'{name}' is private to the file that defines it"))
+    Diagnostic::new(Code::PrivateName, span, format!("'{name}' is private to the file that defines it"))
         .related(definition.span(), "defined here")
         .hint("a name that begins with '_' cannot be used from another file")
 }
@@ -172,11 +172,11 @@ pub(super) fn private_name(name: &str, definition: Definition<'_>, span: Span) -
 fn colliding_import(name: &Ident, target: usize, module: &Module<'_>) -> Option<Diagnostic> {
     if let Some(own) = module.definitions.get(name.text.as_str()) {
         let message = format!("'{}' is brought from another file, and defined here too", name.text);
-        return Some(Diagnostic::error("duplicate-name", name.span, message).related(own.span(), "defined here"));
+        return Some(Diagnostic::new(Code::DuplicateName, name.span, message).related(own.span(), "defined here"));
     }
     module.imports.get(name.text.as_str()).filter(|before| **before != target)?;
     let message = format!("'{}' is brought from two files", name.text);
-    let error = Diagnostic::error("duplicate-name", name.span, message);
+    let error = Diagnostic::new(Code::DuplicateName, name.span, message);
     Some(error.hint("`use` one of them whole, without names in parentheses, and write its name before a dot"))
 }
 
@@ -187,7 +187,8 @@ fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {
     if let Some(definition) = module.definitions.get(name.text.as_str()) {
         return is_private(&name.text).then(|| private_name(&name.text, *definition, name.span));
     }
-    let error = Diagnostic::error("unknown-name", name.span, format!("{} has no '{}'", quoted(module.name), name.text));
+    let error =
+        Diagnostic::new(Code::UnknownName, name.span, format!("{} has no '{}'", quoted(module.name), name.text));
     if module.std
         && let Some(home) = stdlib::module_of(&name.text)
     {
@@ -208,7 +209,7 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
     let mut add = |name: &'a Ident, definition: Definition<'a>| {
         if let Some(before) = module.definitions.get(name.text.as_str()) {
             diagnostics.push(
-                Diagnostic::error("duplicate-name", name.span, format!("'{}' is defined twice", name.text))
+                Diagnostic::new(Code::DuplicateName, name.span, format!("'{}' is defined twice", name.text))
                     .related(before.span(), "first defined here"),
             );
         } else if name.text != "_" {
@@ -230,11 +231,11 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
         // Derivatives are paired with their functions later.
         ItemKind::Derivative(_) | ItemKind::Use(_) | ItemKind::Error => {}
         ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) | ItemKind::Require(_) => diagnostics.push(
-            Diagnostic::error("misplaced", item.span, "this belongs in a model")
+            Diagnostic::new(Code::Misplaced, item.span, "this belongs in a model")
                 .hint("write it between the braces of `model name { ... }`"),
         ),
         ItemKind::For(_) | ItemKind::If(_) => {
-            diagnostics.push(Diagnostic::error("misplaced", item.span, "a statement like this belongs in a model"));
+            diagnostics.push(Diagnostic::new(Code::Misplaced, item.span, "a statement like this belongs in a model"));
         }
     }
 }

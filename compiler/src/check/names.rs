@@ -1,12 +1,12 @@
 //! What a name means: locals, then the file's own definitions, what it uses, what is built in, the standard library.
 
 use super::builtins::{self, Builtin};
-use super::context::{Binding, Checker, Code};
+use super::context::{Binding, Callee, Checker};
 use super::foreign::{self, Foreign};
 use super::modules::{Definition, is_private, private_name};
 use super::stdlib;
 use super::typed::{Call, Expr, ExprKind, Type};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::suggest::{nearest, nearest_of};
 use crate::syntax::ast::{self, Item, ItemKind, Let, Pattern};
@@ -50,7 +50,7 @@ impl<'a> Checker<'a> {
             return Some(value);
         }
         if let Some(builtin) = Builtin::named(name) {
-            let id = self.intern(name, Code::Builtin(builtin), Vec::new());
+            let id = self.intern(name, Callee::Builtin(builtin), Vec::new());
             return Some(Expr { kind: ExprKind::Aggregate(Vec::new()), ty: Type::Closure(id), span });
         }
         let library = stdlib::MODULES[stdlib::module_of(name)?].0;
@@ -73,7 +73,7 @@ impl<'a> Checker<'a> {
             Some(definition) => self.definition(name, *definition, target, span),
             None => {
                 let names = self.modules[target].public_names();
-                let error = Diagnostic::error("unknown-name", span, format!("the module '{module}' has no '{name}'"));
+                let error = Diagnostic::new(Code::UnknownName, span, format!("the module '{module}' has no '{name}'"));
                 let built_in = Builtin::named(name).is_some() || builtins::constant_named(name, span).is_some();
                 let error = match (stdlib::module_of(name), nearest(name, names)) {
                     _ if built_in => error.hint(format!("it is built in, and written without a module: '{name}'")),
@@ -109,18 +109,18 @@ impl<'a> Checker<'a> {
     }
 
     fn definition(&mut self, name: &'a str, definition: Definition<'a>, module: usize, span: Span) -> Expr {
-        let code = match definition {
-            Definition::Function(decl) => Code::Function(module, decl),
-            Definition::Model(model) => Code::Model(module, model),
+        let callee = match definition {
+            Definition::Function(decl) => Callee::Function(module, decl),
+            Definition::Model(model) => Callee::Model(module, model),
             Definition::Let(decl) => return self.global(name, decl, module, span),
         };
-        let id = self.intern(name, code, Vec::new());
+        let id = self.intern(name, callee, Vec::new());
         Expr { kind: ExprKind::Aggregate(Vec::new()), ty: Type::Closure(id), span }
     }
 
     /// A top-level `let`: a call of a function without parameters, and the way to the name in its pattern.
     fn global(&mut self, name: &'a str, decl: &'a Let, module: usize, span: Span) -> Expr {
-        let id = self.intern(name, Code::Global(module, decl), Vec::new());
+        let id = self.intern(name, Callee::Global(module, decl), Vec::new());
         let Some((function, ty)) = self.instantiate(id, Vec::new(), span) else {
             return super::context::error(span);
         };
@@ -145,7 +145,7 @@ impl<'a> Checker<'a> {
     }
 
     fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
-        let error = Diagnostic::error("unknown-name", span, format!("there is no '{name}' here"));
+        let error = Diagnostic::new(Code::UnknownName, span, format!("there is no '{name}' here"));
         let module = &self.modules[self.env.module];
         if module.whole(name).is_some() {
             return error.hint(format!("it is a module: its functions are written '{name}.NAME'"));
@@ -157,7 +157,7 @@ impl<'a> Checker<'a> {
         if self.defining.is_some_and(|pattern| path_to(pattern, name).is_some()) {
             let message = format!("'{name}' is not known yet within its own definition");
             let hint = "a line that begins with '-' continues the one before; a negative value is written '(-a)'";
-            return Diagnostic::error("unknown-name", span, message).hint(hint);
+            return Diagnostic::new(Code::UnknownName, span, message).hint(hint);
         }
         if let Some(near) = nearest_of(name, &[&locals, &own]) {
             return error.did_you_mean(span, near);

@@ -6,7 +6,7 @@ use super::context::{Checker, boolean, error, int, known};
 use super::convert::{exponent_error, is_bare_literal};
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp};
 
@@ -66,7 +66,7 @@ impl<'a> Checker<'a> {
                 Ok(Some(Type::Bool(Some(k)))) => return boolean(k, span),
                 Ok(_) => {}
                 Err(reason) => {
-                    return self.fail(Diagnostic::error("int-arithmetic", span, reason));
+                    return self.fail(Diagnostic::new(Code::IntArithmetic, span, reason));
                 }
             }
         }
@@ -86,12 +86,12 @@ impl<'a> Checker<'a> {
     }
 
     fn overflow(&mut self, span: Span) -> Expr {
-        self.fail(Diagnostic::error("int-arithmetic", span, "this whole number gets too large"))
+        self.fail(Diagnostic::new(Code::IntArithmetic, span, "this whole number gets too large"))
     }
 
     fn no_number(&mut self, e: &Expr, what: &str) -> Expr {
         let message = format!("{what} wants a number, and this is {}", self.describe(&e.ty));
-        self.fail(Diagnostic::error("type-mismatch", e.span, message))
+        self.fail(Diagnostic::new(Code::TypeMismatch, e.span, message))
     }
 
     fn sum(&mut self, op: BinaryOp, a: Expr, b: Expr, span: Span) -> Expr {
@@ -164,8 +164,8 @@ impl<'a> Checker<'a> {
             _ => format!("{first} cannot be compared with {second}"),
         };
         let numbers = |ty: &Type| matches!(ty, Type::Int(_) | Type::Real(_) | Type::Tuple(_));
-        let code = if numbers(&a.ty) && numbers(&b.ty) { "dimension-mismatch" } else { "type-mismatch" };
-        let diagnostic = Diagnostic::error(code, span, message)
+        let code = if numbers(&a.ty) && numbers(&b.ty) { Code::DimensionMismatch } else { Code::TypeMismatch };
+        let diagnostic = Diagnostic::new(code, span, message)
             .related(a.span, format!("this is {first}"))
             .related(b.span, format!("this is {second}"));
         let bare = |e: &Expr| matches!(e.ty, Type::Int(_) | Type::Real(Dimension::NONE));
@@ -196,14 +196,14 @@ impl<'a> Checker<'a> {
             }
             _ => None,
         };
-        diagnostic.mend(advice)
+        diagnostic.suggestion(advice)
     }
 
     fn product(&mut self, a: Expr, b: Expr, span: Span) -> Expr {
         match (matches!(a.ty, Type::Tuple(_)), matches!(b.ty, Type::Tuple(_))) {
             (true, true) => {
                 let message = format!("{} and {} cannot be multiplied", self.describe(&a.ty), self.describe(&b.ty));
-                let error = Diagnostic::error("type-mismatch", span, message);
+                let error = Diagnostic::new(Code::TypeMismatch, span, message);
                 self.fail(error.hint("for vectors there are dot(a, b) and cross(a, b)"))
             }
             (false, true) => self.scale(b, a, true, false, span),
@@ -223,7 +223,7 @@ impl<'a> Checker<'a> {
     fn quotient(&mut self, a: Expr, b: Expr, span: Span) -> Expr {
         if matches!(b.ty, Type::Tuple(_)) {
             let message = format!("nothing can be divided by {}", self.describe(&b.ty));
-            return self.fail(Diagnostic::error("type-mismatch", b.span, message));
+            return self.fail(Diagnostic::new(Code::TypeMismatch, b.span, message));
         }
         if matches!(a.ty, Type::Tuple(_)) {
             return self.scale(a, b, false, true, span);
@@ -288,7 +288,7 @@ impl<'a> Checker<'a> {
         let Some((b, db)) = self.number(b, "an exponent") else { return error(span) };
         if !db.is_none() && !db.angle {
             let message = format!("an exponent must be a bare number, and this is {db}");
-            let diagnostic = Diagnostic::error("dimension-mismatch", b.span, message);
+            let diagnostic = Diagnostic::new(Code::DimensionMismatch, b.span, message);
             return self.fail(if db == Dimension::LENGTH {
                 diagnostic.suggest(
                     "divide it by a length, such as 1mm",
@@ -304,7 +304,7 @@ impl<'a> Checker<'a> {
             let Some(exponent) = constant else {
                 let message = format!("{da} takes only a constant exponent, or its dimension would not be known");
                 let diagnostic =
-                    Diagnostic::error("variable-exponent", b.span, message).related(a.span, da.to_string());
+                    Diagnostic::new(Code::VariableExponent, b.span, message).related(a.span, da.to_string());
                 return self.fail(diagnostic.hint("divide the base by a length first, such as (r / 1mm) ^ n"));
             };
             match da.power(exponent) {

@@ -5,7 +5,7 @@ use super::context::{Binding, Checker};
 use super::model::Body;
 use super::typed::{Binary, LocalId, Param, Statement, Type};
 use super::types::Dimension;
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::program::Quantity;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ParamDecl};
@@ -31,7 +31,7 @@ impl<'a> Checker<'a> {
             None => {
                 let message = format!("the parameter '{}' has no default", decl.name.text);
                 let hint = format!("add one, such as '= {}'", example(quantity));
-                let error = Diagnostic::error("no-default", decl.name.span, message);
+                let error = Diagnostic::new(Code::NoDefault, decl.name.span, message);
                 self.report(if decl.bounds.is_none() {
                     error.suggest(hint, [Edit::after(item.span, format!(" = {}", example(quantity)))])
                 } else {
@@ -67,7 +67,7 @@ impl<'a> Checker<'a> {
             Wanted::Any => return None,
             _ => {
                 let message = format!("a param must be real, length or angle, and this is {}", wanted.describe());
-                let diagnostic = Diagnostic::error("invalid-type", decl.ty.span, message);
+                let diagnostic = Diagnostic::new(Code::InvalidType, decl.ty.span, message);
                 let keyword = Span { end: item.span.start + "param".len() as u32, ..item.span };
                 self.report(match wanted {
                     Wanted::Int | Wanted::Bool => {
@@ -90,7 +90,7 @@ impl<'a> Checker<'a> {
         if let Some(before) = before {
             let message = format!("'{}' is declared twice", decl.name.text);
             self.report(
-                Diagnostic::error("duplicate-name", decl.name.span, message).related(before, "first declared here"),
+                Diagnostic::new(Code::DuplicateName, decl.name.span, message).related(before, "first declared here"),
             );
         }
         self.env.names.push((&decl.name.text, Binding::Local(local)));

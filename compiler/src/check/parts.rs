@@ -6,7 +6,7 @@ use super::expressions::element;
 use super::model::Entry;
 use super::typed::{Expr, Part, Type};
 use super::types::Dimension;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use std::collections::HashMap;
 
@@ -75,13 +75,13 @@ impl<'a> Checker<'a> {
             other => {
                 let message =
                     format!("a part must be a surface (a function of u and v), and this is {}", self.describe(&other));
-                let diagnostic = Diagnostic::error("not-a-surface", shape.span, message);
+                let diagnostic = Diagnostic::new(Code::NotASurface, shape.span, message);
                 let curve = matches!(other, Type::Closure(id) if self.accepts(id, 1));
                 self.report(if curve {
                     diagnostic.hint("make a surface of the curve: revolve(curve), or tube(curve, radius: 5mm)")
                 } else {
-                    let mend = self.call_meant(&shape);
-                    diagnostic.mend(mend)
+                    let suggestion = self.call_meant(&shape);
+                    diagnostic.suggestion(suggestion)
                 });
             }
         }
@@ -127,7 +127,7 @@ impl<'a> Checker<'a> {
         match self.fits(&point.ty, &wanted, point.span) {
             Some(ty) => self.convert(point, &ty),
             None if point.ty.is_error() => error(point.span),
-            None => self.fail(Diagnostic::error("not-a-surface", point.span, message).hint(hint)),
+            None => self.fail(Diagnostic::new(Code::NotASurface, point.span, message).hint(hint)),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Types and functions as they would be written.
 
-use super::context::{Checker, Code};
+use super::context::{Callee, Checker};
 use super::typed::Type;
 use super::types::{ClosureId, Dimension, Exponent};
 use crate::source::Span;
@@ -10,12 +10,12 @@ use crate::syntax::type_text;
 impl Checker<'_> {
     /// A function value in a line: `surface (u, v) -> point3`, `function (a: length, n) -> length`.
     pub(super) fn signature(&mut self, id: ClosureId) -> String {
-        let (noun, params) = match self.closure(id).code {
-            Code::Function(_, decl) => ("function", self::params(&decl.params)),
-            Code::Lambda(_, params, _) => ("function", self::params(params)),
-            Code::Model(_, model) => return format!("model {}{}", model.name.text, model_params(model)),
-            Code::Global(..) => ("function", Vec::new()),
-            Code::Builtin(_) | Code::Derivative(..) => {
+        let (noun, params) = match self.closure(id).callee {
+            Callee::Function(_, decl) => ("function", self::params(&decl.params)),
+            Callee::Lambda(_, params, _) => ("function", self::params(params)),
+            Callee::Model(_, model) => return format!("model {}{}", model.name.text, model_params(model)),
+            Callee::Global(..) => ("function", Vec::new()),
+            Callee::Builtin(_) | Callee::Derivative(..) => {
                 ("function", self.parameters(id).iter().map(|p| p.name.to_owned()).collect())
             }
         };
@@ -43,7 +43,7 @@ impl Checker<'_> {
         let reals = tried.iter().flatten().filter(|t| **t == Type::REAL).count();
         let all = tried.iter().flatten().count();
         let annotated = params.iter().all(|p| p.ty.is_some());
-        if matches!(self.closure(id).code, Code::Builtin(_)) {
+        if matches!(self.closure(id).callee, Callee::Builtin(_)) {
             return None;
         }
         let (_, ty) = self.quietly(|c| c.instantiate(id, tried, Span::default()))?;

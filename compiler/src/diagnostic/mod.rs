@@ -1,15 +1,14 @@
-//! Diagnostics: what is wrong, where, and how to mend it.
-//!
-//! What a code stands for is told at length in docs/diagnostics.md, which [`explanations`] reads.
+//! Diagnostics: what is wrong, where, and how to correct it. Each kind of mistake has a [`Code`], which explains it at
+//! length.
 
-mod explanations;
+mod code;
 
-pub use explanations::{Explanation, explanation, explanations};
+pub use code::Code;
 
 use crate::source::Span;
 use serde::{Deserialize, Serialize};
 
-/// How bad it is.
+/// Whether a mistake keeps the script from compiling.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
@@ -22,10 +21,10 @@ pub enum Severity {
 /// One finding. Rendering (with underlined source) is the command's business.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Diagnostic {
-    /// How bad it is.
+    /// That of the code, or less where the mistake was not made just now.
     pub severity: Severity,
-    /// A stable name for the kind of mistake, such as `unknown-name` or `dimension-mismatch`.
-    pub code: String,
+    /// The kind of mistake.
+    pub code: Code,
     /// One sentence in the user's words, without a full stop.
     pub message: String,
     /// What to underline.
@@ -34,15 +33,15 @@ pub struct Diagnostic {
     pub label: String,
     /// Other places that explain it (`defined here`), with their texts.
     pub related: Vec<(Span, String)>,
-    /// The calls that led there, the nearest first: each with the name of what was called.
-    pub trail: Vec<(Span, String)>,
-    /// How to mend it.
+    /// The calls that led there, the innermost first: each with the name of what was called.
+    pub call_stack: Vec<(Span, String)>,
+    /// How to correct it.
     pub hint: Option<String>,
-    /// Mends that can be made by replacing text; the first of them is the hint's, if there is any.
+    /// Corrections that replace text; the first is that of the hint, if there is any.
     pub suggestions: Vec<Suggestion>,
 }
 
-/// A mend that an editor can make.
+/// A correction that an editor can make.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Suggestion {
     /// What it does, or the question whether that was meant.
@@ -63,49 +62,40 @@ pub struct Edit {
 impl Edit {
     /// The text under the span becomes the replacement.
     #[must_use]
-    pub fn replace(span: Span, replacement: impl Into<String>) -> Edit {
-        Edit { span, replacement: replacement.into() }
+    pub fn replace(span: Span, replacement: impl Into<String>) -> Self {
+        Self { span, replacement: replacement.into() }
     }
 
     /// Text before the span.
     #[must_use]
-    pub fn before(span: Span, text: impl Into<String>) -> Edit {
-        Edit::replace(Span { end: span.start, ..span }, text)
+    pub fn before(span: Span, text: impl Into<String>) -> Self {
+        Self::replace(Span { end: span.start, ..span }, text)
     }
 
     /// Text after the span.
     #[must_use]
-    pub fn after(span: Span, text: impl Into<String>) -> Edit {
-        Edit::replace(Span { start: span.end, ..span }, text)
+    pub fn after(span: Span, text: impl Into<String>) -> Self {
+        Self::replace(Span { start: span.end, ..span }, text)
     }
 
     /// Nothing is left of the span.
     #[must_use]
-    pub fn remove(span: Span) -> Edit {
-        Edit::replace(span, "")
+    pub fn remove(span: Span) -> Self {
+        Self::replace(span, "")
     }
 }
 
 impl Diagnostic {
-    /// An error.
-    pub fn error(code: &str, span: Span, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::new(Severity::Error, code, span, message)
-    }
-
-    /// A warning.
-    pub fn warning(code: &str, span: Span, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::new(Severity::Warning, code, span, message)
-    }
-
-    fn new(severity: Severity, code: &str, span: Span, message: impl Into<String>) -> Diagnostic {
-        Diagnostic {
-            severity,
-            code: code.to_owned(),
+    /// An error or a warning, as the code has it.
+    pub fn new(code: Code, span: Span, message: impl Into<String>) -> Self {
+        Self {
+            severity: code.severity(),
+            code,
             message: message.into(),
             span,
             label: String::new(),
             related: Vec::new(),
-            trail: Vec::new(),
+            call_stack: Vec::new(),
             hint: None,
             suggestions: Vec::new(),
         }
@@ -113,31 +103,31 @@ impl Diagnostic {
 
     /// Adds the text beside the underlined source.
     #[must_use]
-    pub fn label(mut self, text: impl Into<String>) -> Diagnostic {
+    pub fn label(mut self, text: impl Into<String>) -> Self {
         self.label = text.into();
         self
     }
 
-    /// Adds the way to mend it.
+    /// Adds the way to correct it.
     #[must_use]
-    pub fn hint(mut self, text: impl Into<String>) -> Diagnostic {
+    pub fn hint(mut self, text: impl Into<String>) -> Self {
         self.hint = Some(text.into());
         self
     }
 
-    /// Adds the way to mend it, together with the edits that do so.
+    /// Adds the way to correct it, together with the edits that do so.
     #[must_use]
-    pub fn suggest(mut self, text: impl Into<String>, edits: impl IntoIterator<Item = Edit>) -> Diagnostic {
+    pub fn suggest(mut self, text: impl Into<String>, edits: impl IntoIterator<Item = Edit>) -> Self {
         let message = text.into();
         self.hint.get_or_insert_with(|| message.clone());
         self.suggestions.push(Suggestion { message, edits: edits.into_iter().collect() });
         self
     }
 
-    /// Adds a mend if there is one; one without edits is a hint only.
+    /// Adds a suggestion if there is one; one without edits is a hint only.
     #[must_use]
-    pub fn mend(self, mend: Option<Suggestion>) -> Diagnostic {
-        match mend {
+    pub fn suggestion(self, suggestion: Option<Suggestion>) -> Self {
+        match suggestion {
             None => self,
             Some(Suggestion { message, edits }) if edits.is_empty() => self.hint(message),
             Some(Suggestion { message, edits }) => self.suggest(message, edits),
@@ -146,13 +136,13 @@ impl Diagnostic {
 
     /// Asks whether another name was meant in the place of the one under `span`.
     #[must_use]
-    pub fn did_you_mean(self, span: Span, name: &str) -> Diagnostic {
+    pub fn did_you_mean(self, span: Span, name: &str) -> Self {
         self.suggest(format!("did you mean '{name}'?"), [Edit::replace(span, name)])
     }
 
     /// Adds another place that explains it.
     #[must_use]
-    pub fn related(mut self, span: Span, text: impl Into<String>) -> Diagnostic {
+    pub fn related(mut self, span: Span, text: impl Into<String>) -> Self {
         self.related.push((span, text.into()));
         self
     }

@@ -6,7 +6,7 @@ use super::kernels::Kernels;
 use super::on_demand::OnDemand;
 use super::{Part, Program};
 use crate::check::{self, CheckOptions, InputValue, typed};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::diff::DiffError;
 use crate::ir::inline::{self, InlineError};
 use crate::ir::lower;
@@ -79,7 +79,7 @@ impl BuildError {
         match self {
             BuildError::Inline(e) => size_error(e),
             BuildError::Diff(e) => derivative_error(e),
-            BuildError::Jit(e) => Diagnostic::error("machine-code", model, e.to_string()),
+            BuildError::Jit(e) => Diagnostic::new(Code::MachineCode, model, e.to_string()),
         }
     }
 }
@@ -123,7 +123,7 @@ pub fn compile_observed(
         if !diagnostics.iter().any(|d| d.severity == Severity::Error) {
             let whole = Span { file: main, start: 0, end: 0 };
             diagnostics.push(
-                Diagnostic::error("no-model", whole, "the file has no model")
+                Diagnostic::new(Code::NoModel, whole, "the file has no model")
                     .hint("a model begins with `model NAME {`; a file of functions is for other files to `use`"),
             );
         }
@@ -160,12 +160,12 @@ fn build_observed(
 pub(crate) fn derivative_error(e: &DiffError) -> Diagnostic {
     match e {
         DiffError::Size(e) => size_error(e),
-        e => Diagnostic::error("derivative", e.span(), e.to_string()),
+        e => Diagnostic::new(Code::Derivative, e.span(), e.to_string()),
     }
 }
 
 fn size_error(e: &InlineError) -> Diagnostic {
-    let error = Diagnostic::error("too-large", e.span(), e.to_string());
+    let error = Diagnostic::new(Code::TooLarge, e.span(), e.to_string());
     match e {
         InlineError::TooLarge { .. } => error.hint("the limit can be raised: --limit operations=N"),
         InlineError::TooDeep { .. } => error,

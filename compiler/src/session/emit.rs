@@ -2,7 +2,7 @@
 
 use super::{Session, evaluate};
 use crate::check;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::diff;
 use crate::ir::graph::References;
 use crate::ir::print::gml;
@@ -112,5 +112,5 @@ fn listing(module: &Module, function: FunctionId) -> String {
 }
 
 fn machine_code(e: &jit::JitError, span: Span) -> Vec<Diagnostic> {
-    vec![Diagnostic::error("machine-code", span, e.to_string())]
+    vec![Diagnostic::new(Code::MachineCode, span, e.to_string())]
 }

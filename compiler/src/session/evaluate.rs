@@ -4,7 +4,7 @@ use super::{Data, Session, Value};
 use crate::check::scope::{Asked, Checked};
 use crate::check::signature::written_type;
 use crate::check::typed::{self, Type};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::diff;
 use crate::ir::interpret::{self, RunError};
 use crate::ir::scalar::Scalar;
@@ -58,17 +58,17 @@ pub(super) fn run(session: &Session, module: &Module, function: FunctionId) -> R
         format!("`{text}`")
     };
     let place = where_it_was(module, function, parameters, x);
-    Err(Diagnostic::error("not-finite", origin, format!("{what} is not a finite number{place}")))
+    Err(Diagnostic::new(Code::NotFinite, origin, format!("{what} is not a finite number{place}")))
 }
 
 fn diagnostic(e: &RunError, module: &Module) -> Diagnostic {
     let code = match e {
-        RunError::Failed(_) => "run-time",
-        RunError::Interrupted(_) => "interrupted",
-        RunError::Malformed(_) => "internal",
-        RunError::Steps(_) | RunError::Depth(_) | RunError::Memory(_) => "limit",
+        RunError::Failed(_) => Code::RunTime,
+        RunError::Interrupted(_) => Code::Interrupted,
+        RunError::Malformed(_) => Code::Internal,
+        RunError::Steps(_) | RunError::Depth(_) | RunError::Memory(_) => Code::Limit,
     };
-    Diagnostic::error(code, e.span(module), String::new())
+    Diagnostic::new(code, e.span(module), String::new())
 }
 
 fn message(e: &RunError, module: &Module, session: &Session) -> String {

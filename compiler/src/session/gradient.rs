@@ -4,7 +4,7 @@ use super::display::{inner_unit, number};
 use super::evaluate::{self, Lowered};
 use super::{Session, Value};
 use crate::check::typed::{Dimension, Type};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::diff;
 use crate::ir;
 use crate::program::Failed;
@@ -45,11 +45,11 @@ impl Session {
             let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
             let Some(model) = &s.model else {
                 let message = "there is no model whose parameters this could be derived by";
-                return Err(vec![Diagnostic::error("no-model", span, message)]);
+                return Err(vec![Diagnostic::new(Code::NoModel, span, message)]);
             };
             let numbers = numbers_of(&asked.ty).ok_or_else(|| {
                 let message = format!("only numbers have derivatives, and this is {}", asked.words);
-                vec![Diagnostic::error("no-derivative", span, message).hint("call the function, or take a component")]
+                vec![Diagnostic::new(Code::NoDerivative, span, message).hint("call the function, or take a component")]
             })?;
             let losses = s.scope.losses(checked, &s.options.check);
             if !losses.is_empty() {
@@ -94,7 +94,7 @@ impl Slope {
 }
 
 fn of_derivative(e: Diagnostic) -> Diagnostic {
-    if e.code != "not-finite" {
+    if e.code != Code::NotFinite {
         return e;
     }
     Diagnostic { message: format!("the derivative is not finite: {}", e.message), ..e }

@@ -24,7 +24,7 @@ pub use value::{Data, Value};
 use crate::check::scope::{self, Checked, Line, Scope, Segment};
 use crate::check::{CheckOptions, InputValue};
 pub use crate::check::{Kind, Known};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::ir::interpret;
 use crate::program::Failed;
 use crate::source::{FileId, Loader, SourceFile, Sources, Span};
@@ -198,7 +198,7 @@ impl Session {
             match logged {
                 Logged::Script(name) => {
                     let script = loader.load(name, "").map_err(|reason| {
-                        let error = Diagnostic::error("file-not-found", Span::default(), reason);
+                        let error = Diagnostic::new(Code::FileNotFound, Span::default(), reason);
                         Failed { diagnostics: vec![error], sources: Sources::default() }
                     })?;
                     fresh.load(script, loader)?;
@@ -212,7 +212,8 @@ impl Session {
                         let quotes = failed.sources.get(error.span.file).is_some_and(|f| f.text == *text);
                         let span = Span { file, ..if quotes { error.span } else { Span::default() } };
                         let message = format!("left out, as it does not hold any more: {}", error.message);
-                        warnings.push(Diagnostic::warning(&error.code, span, message));
+                        let warning = Diagnostic::new(error.code, span, message);
+                        warnings.push(Diagnostic { severity: Severity::Warning, ..warning });
                     }
                 }
             }
@@ -269,11 +270,11 @@ impl Session {
             let mut entries = s.parse(file, text)?;
             let whole = Span { file, start: 0, end: text.len() as u32 };
             let Some(Entry::Expression(_)) = entries.peek() else {
-                return Err(vec![Diagnostic::error("no-value", whole, "an expression is wanted here")]);
+                return Err(vec![Diagnostic::new(Code::NoValue, whole, "an expression is wanted here")]);
             };
             let segment = s.scope.add((&mut s.sources, loader), file, &mut entries)?;
             if entries.peek().is_some() || !segment.is_one_value() {
-                return Err(vec![Diagnostic::error("no-value", whole, "one expression is wanted here")]);
+                return Err(vec![Diagnostic::new(Code::NoValue, whole, "one expression is wanted here")]);
             }
             let mut checked = s.scope.check(&segment, &s.options.inputs, &s.options.check)?;
             f(s, &mut checked)

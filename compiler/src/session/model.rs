@@ -3,7 +3,7 @@
 use super::evaluate;
 use super::{Data, Options, Session};
 use crate::check::{InputValue, typed};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::diff;
 use crate::ir::interpret::{self, Limits};
 use crate::ir::scalar::Scalar;
@@ -101,15 +101,15 @@ impl Loaded {
             if !(*value >= low - slack && *value <= high + slack) {
                 let (shown, unit) = (shown_parameter(parameter, *value), |x: f64| in_unit(x, parameter.quantity));
                 let message = format!("{shown} is not within its bounds {}..{}", unit(low), unit(high));
-                return Some(Diagnostic::error("out-of-bounds", parameter.span, message));
+                return Some(Diagnostic::new(Code::OutOfBounds, parameter.span, message));
             }
         }
         let args: Vec<Scalar> = x.iter().map(|x| Scalar::Real(*x)).collect();
         self.lowered.requires.iter().find_map(|require| {
             match interpret::run(&self.lowered.module, require.function, &require.arguments(&args), limits) {
                 Ok(holds) if holds == [Scalar::Bool(true)] => None,
-                Ok(_) => Some(Diagnostic::error("require", require.span, require.message.clone())),
-                Err(e) => Some(Diagnostic::error("require", require.span, e.to_string())),
+                Ok(_) => Some(Diagnostic::new(Code::Require, require.span, require.message.clone())),
+                Err(e) => Some(Diagnostic::new(Code::Require, require.span, e.to_string())),
             }
         })
     }
@@ -157,8 +157,8 @@ impl Session {
             let file = s.add_text(text);
             let whole = Span { file, start: 0, end: text.len() as u32 };
             let Some(model) = &s.model else {
-                return Err(vec![Diagnostic::error(
-                    "no-model",
+                return Err(vec![Diagnostic::new(
+                    Code::NoModel,
                     whole,
                     "there is no model whose parameters could be set",
                 )]);
@@ -167,7 +167,7 @@ impl Session {
             let wrong = |quantity| {
                 let have = value.as_ref().map_or("nothing", |v| v.ty.as_str());
                 let message = format!("'{name}' is {}, and this is {have}", noun(quantity));
-                vec![Diagnostic::error("dimension-mismatch", whole, message)]
+                vec![Diagnostic::new(Code::DimensionMismatch, whole, message)]
             };
             if let Some(i) = model.parameters().iter().position(|p| p.name == name) {
                 let quantity = model.parameters()[i].quantity;
@@ -183,7 +183,7 @@ impl Session {
             let known = model.parameters().iter().map(|p| &p.name).chain(model.lowered.inputs.iter().map(|i| &i.name));
             let known: Vec<&str> = known.map(String::as_str).collect();
             let message = format!("the model '{}' has no parameter or input '{name}'", model.lowered.name);
-            let error = Diagnostic::error("unknown-name", whole, message);
+            let error = Diagnostic::new(Code::UnknownName, whole, message);
             Err(vec![match nearest_of(name, &[&known]) {
                 Some(near) => error.hint(format!("did you mean '{near}'?")),
                 None if known.is_empty() => error,
@@ -203,8 +203,8 @@ impl Session {
     fn set_values(&mut self, x: Vec<f64>) -> Result<(), Vec<Diagnostic>> {
         let limits = self.options.limits;
         let Some(model) = self.model.as_mut().filter(|m| m.values.len() == x.len()) else {
-            return Err(vec![Diagnostic::error(
-                "no-model",
+            return Err(vec![Diagnostic::new(
+                Code::NoModel,
                 Span::default(),
                 "there is no model with these parameters",
             )]);
@@ -247,7 +247,7 @@ impl Session {
         let failed = |diagnostics| Failed { diagnostics, sources: self.sources.clone() };
         let found = self.scope.model(&self.options.inputs, &self.options.check).map_err(failed)?;
         let Some((model, warnings)) = found else {
-            return Err(failed(vec![Diagnostic::error("no-model", Span::default(), "there is no model")]));
+            return Err(failed(vec![Diagnostic::new(Code::NoModel, Span::default(), "there is no model")]));
         };
         let program = program::build_model(model, &self.sources, options).map_err(|e| failed(vec![e]))?;
         Ok(Compilation { program, warnings, sources: self.sources.clone() })

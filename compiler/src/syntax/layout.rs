@@ -7,7 +7,7 @@
 use super::scan::scan;
 use super::token::Token;
 use super::{NESTING_LIMIT, spanned};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::FileId;
 
 /// A token and its bytes in the file.
@@ -228,7 +228,7 @@ impl<'t> Layout<'t> {
                 return;
             }
             self.diagnostics.push(
-                Diagnostic::error("unmatched-bracket", span, format!("'{text}' closes nothing"))
+                Diagnostic::new(Code::UnmatchedBracket, span, format!("'{text}' closes nothing"))
                     .suggest("leave it out", [Edit::remove(span)]),
             );
             self.out.push(Lexeme { token: Token::Error, ..lexeme });
@@ -257,7 +257,7 @@ impl<'t> Layout<'t> {
             _ => "}",
         };
         self.diagnostics.push(
-            Diagnostic::error("unmatched-bracket", spans[1], format!("'{opening}' is not closed by '{closing}'"))
+            Diagnostic::new(Code::UnmatchedBracket, spans[1], format!("'{opening}' is not closed by '{closing}'"))
                 .related(spans[0], "opened here")
                 .suggest(format!("did you mean '{ours}'?"), [Edit::replace(spans[1], ours)]),
         );
@@ -268,7 +268,7 @@ impl<'t> Layout<'t> {
         let Some(bracket) = self.open.pop() else { return };
         let span = spanned(self.file, bracket.start, bracket.end);
         let text = &self.text[bracket.start as usize..bracket.end as usize];
-        self.diagnostics.push(Diagnostic::error("unclosed-bracket", span, format!("'{text}' is never closed")));
+        self.diagnostics.push(Diagnostic::new(Code::UnclosedBracket, span, format!("'{text}' is never closed")));
         if let Some(token) = bracket.token.closer() {
             let at = self.out.last().map_or(at, |l| l.end);
             self.out.push(Lexeme { token, start: at, end: at });
@@ -291,5 +291,5 @@ fn opens_record(rest: &[Lexeme]) -> bool {
 /// The message for a tree that would be too deep to walk.
 pub(super) fn too_deep(file: FileId, start: u32, end: u32) -> Diagnostic {
     let message = format!("this is nested more than {NESTING_LIMIT} deep");
-    Diagnostic::error("too-deep", spanned(file, start, end), message).hint("name its parts with 'let'")
+    Diagnostic::new(Code::TooDeep, spanned(file, start, end), message).hint("name its parts with 'let'")
 }

@@ -1,7 +1,7 @@
 //! Numbers, texts and doc comments: from their spelling to their value.
 
 use super::ast::{ExprKind, Unit};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 
 /// The value of a number with what is glued to it.
@@ -15,13 +15,13 @@ pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Box<Diagnostic>
     if unit.is_none() && digits.bytes().all(|c| c.is_ascii_digit()) {
         return digits.parse().map(ExprKind::Int).map_err(|_| {
             let hint = format!("as a real number it is written '{digits}.0'");
-            let error = Diagnostic::error("bad-number", span, "this whole number is too large");
+            let error = Diagnostic::new(Code::BadNumber, span, "this whole number is too large");
             Box::new(error.suggest(hint, [Edit::after(span, ".0")]))
         });
     }
     match digits.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(ExprKind::Real(x, unit)),
-        _ => Err(Box::new(Diagnostic::error("bad-number", span, "this number is too large"))),
+        _ => Err(Box::new(Diagnostic::new(Code::BadNumber, span, "this number is too large"))),
     }
 }
 
@@ -58,7 +58,7 @@ fn unit(suffix: &str) -> Option<Unit> {
 }
 
 fn unknown_unit(span: Span, number: &str, suffix: &str) -> Box<Diagnostic> {
-    let error = Diagnostic::error("unknown-unit", span, format!("'{suffix}' is no unit"));
+    let error = Diagnostic::new(Code::UnknownUnit, span, format!("'{suffix}' is no unit"));
     let meant = match suffix {
         "°" | "degree" | "degrees" | "grad" | "degs" => Some(("deg", "degrees are written 'deg'")),
         "inch" | "inches" | "ins" => Some(("in", "inches are written 'in'")),
@@ -125,7 +125,7 @@ pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) 
         let shown = &quoted[at..at + (first.end - first.start) as usize];
         let edits = wrong.iter().map(|s| Edit::before(*s, "\\"));
         diagnostics.push(
-            Diagnostic::error("unknown-escape", *first, format!("'{shown}' means nothing in a text"))
+            Diagnostic::new(Code::UnknownEscape, *first, format!("'{shown}' means nothing in a text"))
                 .suggest(r"a backslash is written '\\' (and a path is better written with '/')", edits),
         );
     }

@@ -4,7 +4,7 @@ use super::foreign::{alias, foreign};
 use super::layout::Lexeme;
 use super::spanned;
 use super::token::Token;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::{FileId, Span};
 use crate::suggest::nearest;
 
@@ -28,7 +28,7 @@ pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
         && !expected.value()
     {
         let message = format!("'{keyword}' is a word of the language and cannot be a name");
-        return Diagnostic::error("reserved-word", place.span(), message);
+        return Diagnostic::new(Code::ReservedWord, place.span(), message);
     }
     if let Some(diagnostic) = foreign(place, &expected) {
         return diagnostic;
@@ -36,7 +36,7 @@ pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
     let wanted = expected.describe();
     let message =
         if wanted.is_empty() { format!("did not expect {found}") } else { format!("expected {wanted}, found {found}") };
-    let diagnostic = Diagnostic::error("syntax", place.span(), message);
+    let diagnostic = Diagnostic::new(Code::Syntax, place.span(), message);
     match hint(place, &expected) {
         Some(hint) => diagnostic.hint(hint),
         None => diagnostic,

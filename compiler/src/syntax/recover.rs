@@ -8,7 +8,7 @@ use super::layout::{Lexeme, layout};
 use super::messages::{Place, unexpected};
 use super::spanned;
 use super::token::Token;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::FileId;
 use lalrpop_util::ParseError;
 
@@ -56,7 +56,7 @@ pub(super) fn parse_tokens(
         }
     }
     let end = text.len() as u32;
-    diagnostics.push(Diagnostic::error("too-many-errors", spanned(file, end, end), "too many errors to go on reading"));
+    diagnostics.push(Diagnostic::new(Code::TooManyErrors, spanned(file, end, end), "too many errors to go on reading"));
     File::default()
 }
 
@@ -87,7 +87,7 @@ pub fn parse_expression(file: FileId, text: &str) -> (Expr, Vec<Diagnostic>) {
 
 pub(super) fn too_long(file: FileId, text: &str) -> Option<Diagnostic> {
     let message = format!("this file is longer than {} MiB", LENGTH_LIMIT >> 20);
-    (text.len() > LENGTH_LIMIT).then(|| Diagnostic::error("too-long", spanned(file, 0, 0), message))
+    (text.len() > LENGTH_LIMIT).then(|| Diagnostic::new(Code::TooLong, spanned(file, 0, 0), message))
 }
 
 pub(super) fn triples(tokens: &[Lexeme]) -> impl Iterator<Item = Result<(u32, Token, u32), ()>> {

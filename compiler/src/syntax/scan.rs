@@ -4,7 +4,7 @@
 use super::layout::Lexeme;
 use super::spanned;
 use super::token::Token;
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::{FileId, Span};
 use logos::Logos;
 
@@ -94,7 +94,7 @@ impl<'t> Scan<'t> {
                 let end = lexeme.start + rest.trim_end().len() as u32;
                 let sign = self.span(lexeme.start, lexeme.start + 1);
                 self.report(
-                    Diagnostic::error("unknown-character", sign, "'#' means nothing here")
+                    Diagnostic::new(Code::UnknownCharacter, sign, "'#' means nothing here")
                         .suggest("a comment begins with '//'", [Edit::replace(sign, "//")]),
                 );
                 self.next = end;
@@ -125,7 +125,7 @@ impl<'t> Scan<'t> {
             let spaced = ours.chars().all(char::is_alphabetic) && !self.text[end as usize..].starts_with(' ');
             let replacement = if spaced { format!("{ours} ") } else { (*ours).to_owned() };
             self.report(
-                Diagnostic::error("unknown-character", span, format!("'{text}' means nothing here"))
+                Diagnostic::new(Code::UnknownCharacter, span, format!("'{text}' means nothing here"))
                     .suggest(*hint, [Edit::replace(span, replacement)]),
             );
             self.raw.push(Lexeme { token: *token, start, end });
@@ -134,7 +134,7 @@ impl<'t> Scan<'t> {
         let shown: String = text.chars().take(8).flat_map(char::escape_debug).collect();
         let shown =
             if text.chars().all(|c| !c.is_control() && c != '\\') { text.chars().take(8).collect() } else { shown };
-        let diagnostic = Diagnostic::error("unknown-character", span, format!("'{shown}' means nothing here"));
+        let diagnostic = Diagnostic::new(Code::UnknownCharacter, span, format!("'{shown}' means nothing here"));
         let power = match text {
             "²" => Some("^ 2"),
             "³" => Some("^ 3"),
@@ -172,7 +172,7 @@ impl<'t> Scan<'t> {
                 let last = end + (offset + line.find('"').unwrap_or(0)) as u32 + 1;
                 let message = "a text must end on the line on which it begins";
                 self.report(
-                    Diagnostic::error("unclosed-text", span, message).hint(r"write \n for a line end within it"),
+                    Diagnostic::new(Code::UnclosedText, span, message).hint(r"write \n for a line end within it"),
                 );
                 return self.push_error(lexeme.start, last);
             }
@@ -181,7 +181,7 @@ impl<'t> Scan<'t> {
         // Paths end with their ending; other texts most likely with the line.
         let length = line.find(".gml").map_or(line.len(), |at| at + 4) as u32;
         let place = self.span(lexeme.start, lexeme.start + length);
-        let error = Diagnostic::error("unclosed-text", span, "this text is not closed on its line");
+        let error = Diagnostic::new(Code::UnclosedText, span, "this text is not closed on its line");
         let number = self.raw.last().filter(|l| l.token == Token::Number && l.end == lexeme.start);
         self.report(match number {
             Some(_) => error
@@ -200,7 +200,7 @@ impl<'t> Scan<'t> {
         let length = close.map_or(first, |at| at + line[at..].chars().next().map_or(0, char::len_utf8));
         let end = start + length as u32;
         let span = self.span(start, end);
-        let diagnostic = Diagnostic::error("unknown-character", span, "texts are written in straight double quotes");
+        let diagnostic = Diagnostic::new(Code::UnknownCharacter, span, "texts are written in straight double quotes");
         let opening = self.span(start, start + first as u32);
         self.report(match close {
             Some(at) => {
@@ -248,14 +248,14 @@ impl<'t> Scan<'t> {
             }
             Dot if adjacent.is_some_and(|l| l.token == Token::DotDot) => {
                 let span = self.span(lexeme.start, lexeme.end);
-                let diagnostic = Diagnostic::error("syntax", span, "a range has two points");
+                let diagnostic = Diagnostic::new(Code::Syntax, span, "a range has two points");
                 self.report(diagnostic.suggest("leave the third out", [Edit::remove(span)]));
                 return;
             }
             Dot if rest.starts_with(|c: char| c.is_ascii_digit()) && !adjacent.is_some_and(ends_a_value) => {
                 let span = self.span(lexeme.start, lexeme.end);
                 let message = "a number begins with a digit";
-                let diagnostic = Diagnostic::error("bad-number", span, message);
+                let diagnostic = Diagnostic::new(Code::BadNumber, span, message);
                 self.report(diagnostic.suggest("put a 0 before the point", [Edit::before(span, "0")]));
                 return;
             }
@@ -263,7 +263,7 @@ impl<'t> Scan<'t> {
                 && !rest.trim_start().starts_with(|c: char| c.is_alphabetic() || c == '_') =>
             {
                 let span = self.span(lexeme.start, lexeme.end);
-                let diagnostic = Diagnostic::error("bad-number", span, "a number does not end with its point");
+                let diagnostic = Diagnostic::new(Code::BadNumber, span, "a number does not end with its point");
                 self.report(diagnostic.suggest("leave the point out, or put a 0 after it", [Edit::after(span, "0")]));
                 return;
             }
@@ -272,7 +272,7 @@ impl<'t> Scan<'t> {
                 let (span, sign) = (self.span(start, end), self.slice(start, end).to_owned());
                 let message = format!("there is no '{sign}': nothing changes its value");
                 let hint = "name the new value with 'let'; to add up, there are sum(xs) and fold(init, xs, f)";
-                self.report(Diagnostic::error("syntax", span, message).hint(hint));
+                self.report(Diagnostic::new(Code::Syntax, span, message).hint(hint));
                 return self.push_error(start, end);
             }
             _ => {}
@@ -285,7 +285,7 @@ impl<'t> Scan<'t> {
     fn operator(&mut self, lexeme: Lexeme, ours: &str, hint: &str) {
         let span = self.span(lexeme.start, lexeme.end);
         let message = format!("there is no operator '{}'", self.slice(lexeme.start, lexeme.end));
-        self.report(Diagnostic::error("syntax", span, message).suggest(hint, [Edit::replace(span, ours)]));
+        self.report(Diagnostic::new(Code::Syntax, span, message).suggest(hint, [Edit::replace(span, ours)]));
     }
 
     fn stray_prime(&mut self, lexeme: Lexeme) {
@@ -294,13 +294,13 @@ impl<'t> Scan<'t> {
             let (start, end) = (lexeme.start, lexeme.start + close + 1);
             let quotes = [self.span(start, start + 1), self.span(end - 1, end)].map(|s| Edit::replace(s, "\""));
             let message = "texts are written in double quotes";
-            let diagnostic = Diagnostic::error("stray-prime", self.span(start, end), message);
+            let diagnostic = Diagnostic::new(Code::StrayPrime, self.span(start, end), message);
             self.report(diagnostic.suggest("use double quotes", quotes));
             return self.push_error(start, end);
         }
         let message = "a prime must directly follow what it differentiates, as in f' or s'u";
         let hint = "texts are written in double quotes";
-        self.report(Diagnostic::error("stray-prime", self.span(lexeme.start, lexeme.end), message).hint(hint));
+        self.report(Diagnostic::new(Code::StrayPrime, self.span(lexeme.start, lexeme.end), message).hint(hint));
         self.push_error(lexeme.start, lexeme.end);
     }
 
@@ -311,7 +311,7 @@ impl<'t> Scan<'t> {
         let span = self.span(start, start + rest.lines().next().unwrap_or("").len().min(end) as u32);
         let message = "there are no comments between '/*' and '*/'";
         self.report(
-            Diagnostic::error("syntax", span, message).hint("a comment begins with '//' and ends with its line"),
+            Diagnostic::new(Code::Syntax, span, message).hint("a comment begins with '//' and ends with its line"),
         );
         self.next = start + end as u32;
     }

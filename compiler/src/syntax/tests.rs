@@ -1,7 +1,7 @@
 //! What trees come out, what is said where none can, and that nothing breaks the parser.
 
 use super::*;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use proptest::prelude::*;
 
 const FILE: FileId = FileId(0);
@@ -300,7 +300,7 @@ fn the_limit_itself_is_allowed() {
 #[test]
 fn too_long_a_file_is_refused() {
     let text = " ".repeat(LENGTH_LIMIT + 1);
-    assert_eq!(parse(FILE, &text).1[0].code, "too-long");
+    assert_eq!(parse(FILE, &text).1[0].code, Code::TooLong);
 }
 
 /// Pieces from which random files are put together.

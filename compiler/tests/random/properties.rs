@@ -3,6 +3,7 @@
 use crate::common::Random;
 use crate::differences::{Slope, slopes};
 use crate::oracle::Oracle;
+use gml_compiler::diagnostic::Code;
 use gml_compiler::program::{Compilation, Instance, Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 
@@ -62,7 +63,7 @@ pub(crate) fn hold(text: &str, seen: &mut Seen) -> Result<(), String> {
     let script = SourceFile { name: "random.gml".to_owned(), text: text.to_owned() };
     let program = match compile(script, &NoFiles, &Options::default()) {
         Ok(Compilation { program, .. }) => program,
-        Err(failed) if failed.diagnostics.iter().all(|d| d.code == "too-large") => {
+        Err(failed) if failed.diagnostics.iter().all(|d| d.code == Code::TooLarge) => {
             seen.refused += 1;
             return Ok(());
         }

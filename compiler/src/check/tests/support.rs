@@ -43,7 +43,7 @@ pub(super) fn rendered(sources: &Sources, diagnostics: &[Diagnostic]) -> String 
         let word = if d.severity == Severity::Error { "error" } else { "warning" };
         let _ = writeln!(out, "{word}[{}] {name}:{line}:{column}: {}", d.code, d.message);
         let _ = writeln!(out, "{}", format!("  > {} {}", one_line(sources.text(d.span)), d.label).trim_end());
-        for (span, text) in d.related.iter().chain(&d.trail) {
+        for (span, text) in d.related.iter().chain(&d.call_stack) {
             let name = sources.get(span.file).map_or("?", |f| &f.name);
             let (line, column) = sources.line_column(*span);
             let _ = writeln!(out, "  {name}:{line}:{column}: {text}: {}", one_line(sources.text(*span)));

@@ -19,7 +19,7 @@ mod tests;
 use super::inline::Limits;
 use super::{ByHand, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
 use crate::check::typed::{self, Expr, LocalId, Statement};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::hash::HashMap;
 use crate::program;
 use crate::source::Span;
@@ -39,7 +39,7 @@ impl TooLarge {
     /// For the user.
     #[must_use]
     pub fn diagnostic(self) -> Diagnostic {
-        let error = Diagnostic::error("too-large", self.span, self.to_string());
+        let error = Diagnostic::new(Code::TooLarge, self.span, self.to_string());
         error.hint("the limit can be raised: --limit operations=N")
     }
 }

@@ -2,7 +2,7 @@
 
 use super::super::Program;
 use super::shown;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::interpret::{self, Limits};
 use crate::ir::scalar::Scalar;
 use crate::ir::{FunctionId, Module, Op, graph::References};
@@ -176,7 +176,7 @@ impl Probe<'_> {
         if jumps {
             let message = format!("the part '{name}' jumps by {} where {place}", length(jump));
             let hint = "let both sides have the same value there: a fit cannot follow a jump";
-            return Some(self.warning("value-jump", change.span, part, message).hint(hint));
+            return Some(self.warning(Code::ValueJump, change.span, part, message).hint(hint));
         }
         let worst = (0..active.len()).max_by(|a, b| {
             let gap = |k: usize| distance(&dp[3 * k..3 * k + 3], &dq[3 * k..3 * k + 3]);
@@ -187,7 +187,7 @@ impl Probe<'_> {
             let message =
                 format!("the derivative of the part '{name}' by '{by}' jumps where {place}; its value does not");
             let hint = "a smooth transition, such as smoothstep(from, to, x), helps a fit past this place";
-            self.warning("derivative-jump", change.span, part, message).hint(hint)
+            self.warning(Code::DerivativeJump, change.span, part, message).hint(hint)
         })
     }
 
@@ -197,13 +197,13 @@ impl Probe<'_> {
     }
 
     /// In the user's own text: a comparison of the library is shown at the part.
-    fn warning(&self, code: &str, span: Span, part: usize, message: String) -> Diagnostic {
+    fn warning(&self, code: Code, span: Span, part: usize, message: String) -> Diagnostic {
         let label = "this changes its outcome there";
         let library = self.program.sources.get(span.file).is_none_or(|f| f.name.starts_with("std."));
         if library {
-            return Diagnostic::warning(code, self.program.typed.parts[part].span, message).related(span, label);
+            return Diagnostic::new(code, self.program.typed.parts[part].span, message).related(span, label);
         }
-        Diagnostic::warning(code, span, message).label(label)
+        Diagnostic::new(code, span, message).label(label)
     }
 }
 

@@ -7,7 +7,7 @@ mod jumps;
 mod ranges;
 
 use super::{EvaluationError, Parameter, Program, Quantity};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 
 impl Program {
     /// Runs the model at some settings of its parameters. An error where it cannot be evaluated at its defaults; warnings
@@ -41,7 +41,7 @@ impl Program {
     fn not_evaluated(&self, error: &EvaluationError) -> Diagnostic {
         let span = error.span.or_else(|| self.typed.parts.first().map(|p| p.span)).unwrap_or_default();
         let message = format!("the model cannot be evaluated at its defaults: {}", error.sentence);
-        let diagnostic = Diagnostic::error("evaluation", span, message).label(error.circumstances.clone());
+        let diagnostic = Diagnostic::new(Code::Evaluation, span, message).label(error.circumstances.clone());
         match error.part {
             Some(part) => diagnostic.related(part, "the part that it is evaluated for"),
             None => diagnostic,
@@ -54,7 +54,7 @@ impl Program {
         let warning = |i: usize| {
             let p = &self.parameters[i];
             let message = format!("no part depends on the parameter '{}'", p.name);
-            Diagnostic::warning("no-influence", p.span, message)
+            Diagnostic::new(Code::NoInfluence, p.span, message)
                 .hint("a fit cannot find its value; use it in a part, or make it an input")
         };
         if self.parts.is_empty() {

@@ -3,7 +3,7 @@
 use super::super::Program;
 use super::shown;
 use crate::check::typed::{Expr, ExprKind, Unary};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 
 /// How many settings are tried.
@@ -75,7 +75,7 @@ fn empty_ranges(program: &Program) -> Vec<Diagnostic> {
             shown(p, high)
         );
         found.push(
-            Diagnostic::warning("empty-range", bounds_span(program, i).unwrap_or(p.span), message).hint(
+            Diagnostic::new(Code::EmptyRange, bounds_span(program, i).unwrap_or(p.span), message).hint(
                 "bound the other parameter so that something is left, or write max(...) or min(...) in the bound",
             ),
         );
@@ -166,7 +166,7 @@ fn unreachable(program: &Program, i: usize, require: usize, bound: Span, side: &
     let (low, high) = program.range(&program.defaults(), i);
     let limit = rounded(program, i, low + (high - low) * position);
     let message = format!("values of '{}' {side} about {limit} are never accepted, whatever the others are", p.name);
-    Diagnostic::warning("unreachable-bound", bound, message)
+    Diagnostic::new(Code::UnreachableBound, bound, message)
         .label("this bound is never reached")
         .related(program.functions.requires[require].span, "this refuses them")
 }

@@ -1,7 +1,7 @@
 //! Expressions.
 
 use super::{Builder, Deep, Statement, split_all, split_option};
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::syntax::ast::*;
 
 impl Builder<'_> {
@@ -26,7 +26,7 @@ impl Builder<'_> {
             let hint = format!("write '{} and {} {} {}'", text(&a.node), text(second), op.text(), text(&c.node));
             let middle = Edit::after(second.span, format!(" and {}", text(second)));
             let span = a.node.span.to(c.node.span);
-            let error = Diagnostic::error("comparison-chain", span, "comparisons do not chain");
+            let error = Diagnostic::new(Code::ComparisonChain, span, "comparisons do not chain");
             self.report(error.suggest(hint, [middle]));
             return Deep::flat(Expr { span, kind: ExprKind::Error });
         }
@@ -93,7 +93,7 @@ impl Builder<'_> {
                 self.expr(span, ExprKind::Tuple(items), depth)
             }
             None => {
-                self.report(Diagnostic::error("empty-tuple", span, "expected a value inside the parentheses"));
+                self.report(Diagnostic::new(Code::EmptyTuple, span, "expected a value inside the parentheses"));
                 Deep::flat(Expr { span, kind: ExprKind::Error })
             }
         }
@@ -156,7 +156,7 @@ impl Builder<'_> {
                 Statement::Expr(expr) => {
                     let message = "this value is not used: only the last line of a block is its value";
                     let hint = "give it a name with 'let', or remove it";
-                    self.report(Diagnostic::error("unused-value", expr.node.span, message).hint(hint));
+                    self.report(Diagnostic::new(Code::UnusedValue, expr.node.span, message).hint(hint));
                 }
                 Statement::Bad(span) if last => value = Some(Box::new(Expr { span, kind: ExprKind::Error })),
                 Statement::Bad(span) => items.push(Item { doc: String::new(), span, kind: ItemKind::Error }),

@@ -153,7 +153,7 @@ impl Builder<'_> {
         let gap = Span { start: diagnostic.span.start + number.len() as u32, ..diagnostic.span };
         let gap = Span { end: gap.start, ..gap };
         let message = format!("'{name}' is no unit; a product needs its sign");
-        Diagnostic::error(&diagnostic.code, diagnostic.span, message)
+        Diagnostic::new(diagnostic.code, diagnostic.span, message)
             .suggest(format!("write '{number} * {name}'"), [Edit::replace(gap, " * ")])
     }
 

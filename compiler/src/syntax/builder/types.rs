@@ -1,7 +1,7 @@
 //! Types.
 
 use super::{Builder, Deep, TypeAtom, split_all};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::syntax::ast::{Ident, TypeExpr, TypeKind};
 
 impl Builder<'_> {
@@ -22,7 +22,7 @@ impl Builder<'_> {
             Ok(n) => n,
             Err(_) => {
                 let message = "the exponent of a dimension must be a whole number";
-                self.report(Diagnostic::error("bad-number", self.span(number, r), message));
+                self.report(Diagnostic::new(Code::BadNumber, self.span(number, r), message));
                 return self.plain_type(l, TypeKind::Error, r);
             }
         };
@@ -52,7 +52,7 @@ impl Builder<'_> {
                         TypeKind::Tuple(types)
                     }
                     None => {
-                        self.report(Diagnostic::error("empty-tuple", span, "expected a type inside the parentheses"));
+                        self.report(Diagnostic::new(Code::EmptyTuple, span, "expected a type inside the parentheses"));
                         TypeKind::Error
                     }
                 };

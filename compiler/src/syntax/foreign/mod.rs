@@ -9,7 +9,7 @@ use super::layout::Lexeme;
 use super::messages::{Expected, Place};
 use super::recover::statement_around;
 use super::token::Token;
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 
 /// What to say instead of what was expected and found; nothing where it is no known slip.
@@ -116,7 +116,7 @@ impl Slip<'_, '_> {
     }
 
     fn error(&self, span: Span, message: impl Into<String>) -> Diagnostic {
-        Diagnostic::error("syntax", span, message)
+        Diagnostic::new(Code::Syntax, span, message)
     }
 
     fn at_start(&self, back: usize) -> bool {
