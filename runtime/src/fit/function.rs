@@ -1,32 +1,32 @@
 //! The objective as a function of the script's own parameters, for those who bring an optimiser of their own, and for
 //! measurements.
 
-use super::distance::Foot;
-use super::layout::Layout;
-use super::loss::Loss;
-use super::memory::Memory;
-use super::motion::Motion;
-use super::objective::{Objective, Order, no_hints};
-use super::options::FitError;
-use super::points::Points;
-use super::space::Space;
+use crate::fit::correspond::cache::FootCache;
+use crate::fit::correspond::foot::Foot;
+use crate::fit::correspond::layout::Layout;
+use crate::fit::monitor::Monitor;
+use crate::fit::options::FitError;
+use crate::fit::problem::isometry::Isometry;
+use crate::fit::problem::loss::Loss;
+use crate::fit::problem::objective::{Objective, Order, no_hints};
+use crate::fit::problem::parameterization::Parameterization;
+use crate::fit::problem::points::Points;
 use crate::model::Model;
-use crate::progress::Silent;
 use crate::scan::Scan;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, AtomicU64};
+use std::sync::atomic::AtomicU32;
 
 /// f(x) = mean psi(d(M(x), s_i)) ([VA] eq. 1) over all points of a scan, with the scan in the script's frame. Bounds are not
 /// looked at.
 pub struct ObjectiveFunction<'a> {
-    space: Space<'a>,
+    space: Parameterization<'a>,
     points: Points,
     layout: Layout,
     loss: Loss,
     tolerance: f64,
     hints: Arc<Vec<AtomicU32>>,
-    memory: Arc<Memory>,
-    evaluations: AtomicU64,
+    cache: Arc<FootCache>,
+    monitor: Monitor<'a>,
 }
 
 impl<'a> ObjectiveFunction<'a> {
@@ -50,16 +50,16 @@ impl<'a> ObjectiveFunction<'a> {
         }
         let instance = model.instantiate(x)?;
         let layout = Layout::new(model, &*instance, 0.002 * radius, 2.0 * radius);
-        let space = Space::unbounded(model, x);
+        let space = Parameterization::unbounded(model, x);
         let tolerance = 1e-9 * radius;
-        let (hints, evaluations) = (no_hints(&points), AtomicU64::new(0));
-        let memory = Arc::new(Memory::new(&points, sigma));
-        Ok(Self { space, points, layout, loss: Loss::welsch(sigma), tolerance, hints, memory, evaluations })
+        let (hints, monitor) = (no_hints(&points), Monitor::default());
+        let cache = Arc::new(FootCache::new(&points, sigma));
+        Ok(Self { space, points, layout, loss: Loss::welsch(sigma), tolerance, hints, cache, monitor })
     }
 
     /// f and its gradient by the parameters; None where the model does not exist.
     pub fn value_and_gradient(&self, x: &[f64]) -> Option<(f64, Vec<f64>)> {
-        let at = self.space.estimate(x, Motion::IDENTITY);
+        let at = self.space.estimate(x, Isometry::IDENTITY);
         let evaluation = self.objective().evaluate(&at, Order::Gradient)?;
         Some((evaluation.value, evaluation.gradient.as_slice().to_vec()))
     }
@@ -67,7 +67,7 @@ impl<'a> ObjectiveFunction<'a> {
     /// Distances of the scan's points to the exact surface, in millimetres and in the scan's order; infinite beyond the
     /// cut-off of 3.5 sigma. None where the model does not exist.
     pub fn distances(&self, x: &[f64]) -> Option<Vec<f64>> {
-        let at = self.space.estimate(x, Motion::IDENTITY);
+        let at = self.space.estimate(x, Isometry::IDENTITY);
         let objective = self.objective();
         let placed = objective.place(&at).ok()?;
         let mut distances = vec![f64::INFINITY; self.points.len()];
@@ -79,19 +79,10 @@ impl<'a> ObjectiveFunction<'a> {
 
     fn objective(&self) -> Objective<'_> {
         Objective {
-            space: &self.space,
-            points: &self.points,
-            layout: &self.layout,
-            loss: self.loss,
-            signs: None,
             tolerance: self.tolerance,
-            evaluations: &self.evaluations,
             hints: self.hints.clone(),
-            memory: Some(self.memory.clone()),
-            coverage: None,
-            curved: false,
-            log: None,
-            progress: &Silent,
+            cache: Some(self.cache.clone()),
+            ..Objective::new(&self.space, &self.layout, &self.points, self.loss, &self.monitor)
         }
     }
 }

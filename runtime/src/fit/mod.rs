@@ -1,73 +1,69 @@
 //! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) ([VA] eq. 1 and 2).
 //!
-//! - [`FitOptions`], [`FitError`], [`FitResult`]: what goes in and what comes out of [`fit()`].
-//! - `points` thins the scan evenly; `layout` divides the model into facets, `facets`, `tree` and `block` find the nearest one within the
-//!   cut-off, `distance` the exact foot point; `memory` knows which points need no search; `objective` sums psi and its derivatives
-//!   (`sums`, `rows`).
-//! - `space` says what varies: parameters inside their bounds, and the motion in local coordinates (`motion`), and `figure` where its parts are, whatever their symmetry. `pose` finds the
-//!   script's own pose parameters and writes the motion back into them.
-//! - `lbfgs` and `gauss_newton` minimise; `schedule` is the whole: `frame` says how the pose is treated, `screening` finds where to
-//!   begin, `descent` goes from coarse to fine. `setting` is what stays the same meanwhile.
-//! - `uncertainty` says how well the result is known, with `blocks` of dependent residuals and `kinks` between patches; `unshown`
-//!   parts were not scanned.
+//! - [`FitOptions`], [`FitError`], [`FitResult`]: the input and the output of [`fit()`].
+//! - `problem`: the model, the scan, the parameterization of estimates, the loss and the objective.
+//! - `correspond`: which place of the model's surface belongs to a point of the scan.
+//! - `register`: global registration, which finds where to begin.
+//! - `refine`: local refinement from coarse to fine.
+//! - `infer`: standard deviations, tests, comparisons.
 
-mod block;
-mod blocks;
-mod bootstrap;
-mod bounds;
-mod compare;
-mod coverage;
-mod descent;
-mod distance;
-mod facets;
-mod field;
-mod figure;
-mod filling;
-mod frame;
+mod correspond;
 mod function;
-mod gauss_newton;
-mod group;
-mod hypothesis;
-mod kinks;
-mod layout;
-mod lbfgs;
-mod loss;
-mod memory;
-mod motion;
-mod objective;
+mod infer;
+mod monitor;
 mod options;
-mod points;
-mod pose;
-mod proposals;
+mod problem;
+mod refine;
+mod register;
 mod regression;
-mod relabel;
 mod report;
-mod restart;
 mod result;
-mod rows;
-mod schedule;
-mod screening;
-mod setting;
-mod significance;
-mod slack;
-mod space;
-mod sums;
-mod trace;
-mod tree;
-mod uncertainty;
-mod unshown;
 
 #[cfg(test)]
 mod tests;
 
-pub use compare::{Comparison, Rival, compare};
 pub use function::ObjectiveFunction;
-pub use loss::LossKind;
+pub use infer::compare::{Comparison, Rival, compare};
+pub use monitor::TracePoint;
 pub use options::{FitError, FitOptions};
-pub use pose::pose_parameters;
+pub use problem::loss::LossKind;
+pub use problem::pose::pose_parameters;
 pub use regression::{Observation, Regression, regress};
 pub use result::{
     Bootstrap, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
 };
-pub use schedule::fit;
-pub use trace::TracePoint;
+
+use crate::model::Model;
+use crate::progress::Progress;
+use crate::scan::Scan;
+use monitor::Monitor;
+use problem::Problem;
+use refine::coverage::stage::cover;
+use refine::schedule::refine;
+use refine::write_back::write_back;
+
+/// Fits a model to a scan. The scan's frame is the script's: a script with pose parameters gets them, one without gets a
+/// pose beside its parameters.
+///
+/// # Errors
+/// Options that name what is not there, a scan or a model with nothing in it, or a model that cannot be evaluated where the
+/// fit begins. A fit that finds nothing convincing is not an error: `inliers`, `converged` and `warnings` say so. One that
+/// `progress` cancels ends soon with the best so far, marked as `interrupted`.
+pub fn fit(
+    model: &dyn Model,
+    scan: &Scan,
+    options: &FitOptions,
+    progress: &dyn Progress,
+) -> Result<FitResult, FitError> {
+    let monitor = Monitor::new(progress);
+    let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
+    let registration = monitor.stage("screen", || register::register(&problem))?;
+    progress.report("fitting", f64::NAN, "");
+    let solution = monitor.stage("fit", || refine(registration));
+    let mut solution = monitor.stage("finish", || write_back(solution));
+    if options.coverage && !monitor.cancelled() {
+        solution = monitor.stage("coverage", || cover(solution));
+    }
+    let inference = infer::infer(&solution);
+    Ok(report::result(&solution, inference))
+}

@@ -1,6 +1,6 @@
 //! What a fit is told, and why it may be refused.
 
-use super::loss::LossKind;
+use crate::fit::problem::loss::LossKind;
 use crate::model::{EvaluationError, Model};
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -144,6 +144,18 @@ pub(crate) struct Start {
     pub(crate) fixed: Vec<bool>,
     /// Pairs: the second follows the first.
     pub(crate) ties: Vec<(usize, usize)>,
+}
+
+impl Start {
+    /// Parameters that neither are fixed nor follow another one, ascending.
+    pub(crate) fn free(&self) -> impl Iterator<Item = usize> {
+        (0..self.x.len()).filter(|i| !self.fixed[*i] && !self.ties.iter().any(|(_, follower)| follower == i))
+    }
+
+    /// Whether a parameter follows another one or is followed by one.
+    pub(crate) fn is_tied(&self, i: usize) -> bool {
+        self.ties.iter().any(|(leader, follower)| *leader == i || *follower == i)
+    }
 }
 
 /// The name at the smallest edit distance, if it is near at all.

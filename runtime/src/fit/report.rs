@@ -1,55 +1,41 @@
-//! Turns the last estimate into the result: values, standard deviations, warnings.
+//! Turns a solution into the result: values, standard deviations, warnings.
 
-use super::descent::Last;
-use super::objective::Evaluation;
-use super::pose::RigidParameters;
-use super::result::{Bootstrap, Covariance, FitResult, FittedParameter, HypothesisTest};
-use super::setting::Setting;
-use super::uncertainty::Uncertainty;
-use crate::scan::Scan;
+use crate::fit::infer::Inference;
+use crate::fit::infer::sandwich::Uncertainty;
+use crate::fit::problem::Problem;
+use crate::fit::problem::level::Level;
+use crate::fit::problem::objective::Evaluation;
+use crate::fit::refine::coverage::stage::covered;
+use crate::fit::refine::schedule::Solution;
+use crate::fit::result::{Covariance, FitResult, FittedParameter};
 use nalgebra::DVector;
-use std::collections::BTreeMap;
-use std::sync::atomic::Ordering;
-
-/// What a fit ended with.
-pub(crate) struct Outcome {
-    pub(crate) last: Last,
-    pub(crate) uncertainty: Option<Uncertainty>,
-    pub(crate) tests: Vec<HypothesisTest>,
-    pub(crate) bootstrap: Option<Bootstrap>,
-    pub(crate) fixed: Vec<bool>,
-    pub(crate) rigid: RigidParameters,
-    pub(crate) iterations: u32,
-    pub(crate) warnings: Vec<String>,
-    pub(crate) seconds: BTreeMap<String, f64>,
-    pub(crate) report_pose: bool,
-}
 
 /// The result of a fit.
-pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitResult {
-    let Outcome { last, uncertainty, tests, bootstrap, fixed, rigid, iterations, mut warnings, seconds, report_pose } =
-        outcome;
-    let space = &setting.space;
-    let x = space.x(&last.estimate.z).unwrap_or_default();
-    let points = setting.points.len() as f64;
-    let inliers = last.evaluation.inliers();
-    let d2: f64 = last.evaluation.patches.iter().map(|p| p.d2).sum();
-    let covariance = uncertainty.map(|u| covariance(setting, &last, &u, &mut warnings));
+pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
+    let Level { problem, space, .. } = &solution.level;
+    let Inference { uncertainty, tests, bootstrap } = inference;
+    let monitor = problem.monitor;
+    let fixed = &problem.start.fixed;
+    let x = space.x(&solution.estimate.z).unwrap_or_default();
+    let points = problem.points.len() as f64;
+    let inliers = solution.evaluation.inliers();
+    let d2: f64 = solution.evaluation.patches.iter().map(|p| p.d2).sum();
+    let covariance = uncertainty.map(|u| covariance(solution, &u));
     let mut deviations = vec![None; fixed.len()];
     if let Some(known) = &covariance {
         for (a, name) in known.parameters.iter().enumerate() {
-            if let Some(i) = setting.model.parameters().iter().position(|p| p.name == *name) {
+            if let Some(i) = problem.model.parameters().iter().position(|p| p.name == *name) {
                 deviations[i] = Some(known.matrix[a][a].max(0.0).sqrt());
             }
         }
     }
     let mut at_bound = vec![false; fixed.len()];
-    for (i, at) in space.free.iter().zip(space.at_bound(&last.estimate)) {
+    for (i, at) in space.free.iter().zip(space.at_bound(&solution.estimate)) {
         for i in space.followers(*i) {
             at_bound[i] = at;
         }
     }
-    let parameters: Vec<FittedParameter> = setting
+    let parameters: Vec<FittedParameter> = problem
         .model
         .parameters()
         .iter()
@@ -64,46 +50,45 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
             sd: deviations[i],
         })
         .collect();
-    warn(setting, &parameters, &last.evaluation, &rigid, &deviations, &mut warnings);
+    warn(problem, &parameters, &solution.evaluation, &deviations);
     if inliers < 0.5 * points {
-        warnings.push(format!(
+        monitor.warn(format!(
             "only {:.0} % of the scan's points lie near the model: it does not explain this scan, or the fit has failed",
             100.0 * inliers / points
         ));
     }
     let rms = (d2 / inliers.max(1.0)).sqrt();
-    if rms > FOREIGN.0 * scan.noise && rms > FOREIGN.1 * setting.radius {
-        warnings.push(format!(
+    if rms > FOREIGN.0 * problem.scan.noise && rms > FOREIGN.1 * problem.radius {
+        monitor.warn(format!(
             "what lies near the model is {rms:.3} mm off (root mean square), {:.0} times the scan's noise: no model of this family has the scan's shape, or the fit has failed",
-            rms / scan.noise.max(1e-9 * setting.radius)
+            rms / problem.scan.noise.max(1e-9 * problem.radius)
         ));
     }
-    let interrupted = setting.progress.cancelled();
+    let interrupted = monitor.cancelled();
     if interrupted {
-        warnings.push("interrupted: this is the best that was found until then, not a finished fit".to_owned());
+        monitor.warn("interrupted: this is the best that was found until then, not a finished fit");
         if covariance.is_none() {
-            warnings.push("interrupted: standard deviations were not computed".to_owned());
+            monitor.warn("interrupted: standard deviations were not computed");
         }
-    } else if !last.converged {
-        warnings.push("the last stage did not converge".to_owned());
+    } else if !solution.converged {
+        monitor.warn("the last stage did not converge");
     }
-    let coverage = setting.covered(&last);
-    let motion = last.estimate.motion;
+    let coverage = covered(solution);
+    let (trace, warnings, seconds) = monitor.records();
     FitResult {
-        model: setting.model.name().to_owned(),
+        model: problem.model.name().to_owned(),
         script: String::new(),
-        scan: scan.source.clone(),
+        scan: problem.scan.source.clone(),
         parameters,
-        pose: report_pose
-            .then(|| crate::model::Motion { rotation: motion.rows(), translation: motion.translation.to_array() }),
-        objective: last.evaluation.value,
-        sigma: last.loss.sigma,
-        noise: scan.noise,
+        pose: problem.frame.report_pose.then(|| solution.estimate.motion.into()),
+        objective: solution.evaluation.value,
+        sigma: solution.loss.sigma,
+        noise: problem.scan.noise,
         inliers: inliers / points,
         rms,
-        iterations: u64::from(iterations),
-        evaluations: setting.evaluations.load(Ordering::Relaxed),
-        converged: last.converged,
+        iterations: u64::from(solution.iterations),
+        evaluations: monitor.evaluations(),
+        converged: solution.converged,
         covariance,
         tests,
         bootstrap,
@@ -111,17 +96,18 @@ pub(crate) fn result(setting: &Setting, scan: &Scan, outcome: Outcome) -> FitRes
         search: None,
         seconds,
         warnings,
-        loss: last.loss.kind,
+        loss: solution.loss.kind,
         interrupted,
-        trace: setting.trace.lock().map(|trace| trace.clone()).unwrap_or_default(),
+        trace,
     }
 }
 
 /// The covariance of the parameters; with those named that the scan does not determine.
-fn covariance(setting: &Setting, last: &Last, uncertainty: &Uncertainty, warnings: &mut Vec<String>) -> Covariance {
-    let space = &setting.space;
-    let slope = space.chain(&last.estimate);
-    let parameters = setting.model.parameters();
+fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
+    let Level { problem, space, .. } = &solution.level;
+    let monitor = problem.monitor;
+    let slope = space.chain(&solution.estimate);
+    let parameters = problem.model.parameters();
     let determined = |i: &usize| {
         let row = slope.row(*i);
         row.amax() > 0.0 && row.iter().zip(&uncertainty.known).all(|(s, known)| *s == 0.0 || *known)
@@ -145,12 +131,12 @@ fn covariance(setting: &Setting, last: &Last, uncertainty: &Uncertainty, warning
                 .any(|t| space.followers(t.0).filter(|i| *i == chosen[a] || *i == chosen[b]).count() > 1);
             if r.abs() > INSEPARABLE && !tied {
                 let (b, a) = (name(b), name(a));
-                warnings.push(format!("`{b}` and `{a}` are not separable in this scan: correlation {r:.4}"));
+                monitor.warn(format!("`{b}` and `{a}` are not separable in this scan: correlation {r:.4}"));
             }
         }
     }
     for direction in &uncertainty.undetermined {
-        warnings.push(undetermined(setting, direction));
+        monitor.warn(undetermined(&solution.level, direction));
     }
     let square = |f: &dyn Fn(usize, usize) -> f64| (0..n).map(|a| (0..n).map(|b| f(a, b)).collect()).collect();
     Covariance {
@@ -169,8 +155,8 @@ const FOREIGN: (f64, f64) = (5.0, 0.015);
 const INSEPARABLE: f64 = 0.999;
 
 /// A sentence on a combination of coordinates that leaves every distance as it is.
-fn undetermined(setting: &Setting, direction: &DVector<f64>) -> String {
-    let space = &setting.space;
+fn undetermined(level: &Level, direction: &DVector<f64>) -> String {
+    let Level { problem, space, .. } = level;
     let (shape, pose) = direction.as_slice().split_at(space.free.len());
     let largest = direction.amax();
     let named: Vec<String> = space
@@ -178,7 +164,7 @@ fn undetermined(setting: &Setting, direction: &DVector<f64>) -> String {
         .iter()
         .zip(shape)
         .filter(|(_, s)| s.abs() > 0.05 * largest)
-        .map(|(i, s)| format!("{:+.2} `{}`", s / largest, setting.model.parameters()[*i].name))
+        .map(|(i, s)| format!("{:+.2} `{}`", s / largest, problem.model.parameters()[*i].name))
         .collect();
     let moves = pose.iter().any(|p| p.abs() > 0.05 * largest);
     match (named.is_empty(), moves) {
@@ -188,38 +174,32 @@ fn undetermined(setting: &Setting, direction: &DVector<f64>) -> String {
     }
 }
 
-fn warn(
-    setting: &Setting,
-    parameters: &[FittedParameter],
-    evaluation: &Evaluation,
-    rigid: &RigidParameters,
-    deviations: &[Option<f64>],
-    warnings: &mut Vec<String>,
-) {
+fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluation, deviations: &[Option<f64>]) {
+    let monitor = problem.monitor;
     for (i, p) in parameters.iter().enumerate() {
         if p.fixed {
             continue;
         }
-        if rigid.without_influence.contains(&i) {
-            warnings.push(format!("`{}` has no influence on the surface and kept its start value", p.name));
+        if problem.rigid.without_influence.contains(&i) {
+            monitor.warn(format!("`{}` has no influence on the surface and kept its start value", p.name));
         } else if p.at_bound {
-            warnings.push(format!("`{}` ended at a bound ({} {})", p.name, p.value, p.unit));
+            monitor.warn(format!("`{}` ended at a bound ({} {})", p.name, p.value, p.unit));
         } else if let Some(sd) = deviations[i]
-            && sd > 0.1 * setting.radius.max(p.value.abs())
+            && sd > 0.1 * problem.radius.max(p.value.abs())
             && p.unit == "mm"
         {
-            warnings.push(format!("the scan hardly determines `{}` (standard deviation {sd:.3} mm)", p.name));
+            monitor.warn(format!("the scan hardly determines `{}` (standard deviation {sd:.3} mm)", p.name));
         }
     }
-    for (part, sum) in setting.model.parts().iter().zip(&evaluation.patches) {
+    for (part, sum) in problem.model.parts().iter().zip(&evaluation.patches) {
         if sum.inliers < 10.0 {
-            warnings.push(format!(
+            monitor.warn(format!(
                 "almost no point of the scan belongs to `{}`: what only shapes it is not determined",
                 part.name
             ));
         }
     }
     if evaluation.absent > 0 {
-        warnings.push(format!("{} of the model's patches could not be evaluated", evaluation.absent));
+        monitor.warn(format!("{} of the model's patches could not be evaluated", evaluation.absent));
     }
 }

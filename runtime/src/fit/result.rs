@@ -1,7 +1,7 @@
 //! What a fit found, as written to fit.json (docs/output.md describes every field).
 
-use super::loss::LossKind;
-use super::trace::TracePoint;
+use crate::fit::monitor::TracePoint;
+use crate::fit::problem::loss::LossKind;
 use crate::model::Motion;
 use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;

@@ -1,28 +1,28 @@
 //! Gradients of the whole objective against central differences.
 
 use super::cup::synthetic;
-use super::shapes::{Simple, cup, simple};
-use crate::fit::loss::Loss;
-use crate::fit::motion::Motion;
-use crate::fit::objective::{Objective, Order};
-use crate::fit::points::Points;
-use crate::fit::setting::Setting;
+use super::shapes::{Simple, beginning_at, cup, simple};
+use crate::fit::FitOptions;
+use crate::fit::monitor::Monitor;
+use crate::fit::problem::Problem;
+use crate::fit::problem::isometry::Isometry;
+use crate::fit::problem::loss::Loss;
+use crate::fit::problem::objective::{Objective, Order};
 use glam::{DQuat, DVec3};
-use std::sync::atomic::AtomicU64;
 
 /// Compares all of an objective's gradient at a place, and the two ways of computing it with each other.
-fn compare(objective: &Objective, setting: &Setting, x: &[f64], motion: Motion) {
-    let at = setting.space.estimate(x, motion);
+fn compare(objective: &Objective, x: &[f64], motion: Isometry) {
+    let at = objective.space.estimate(x, motion);
     let gradient = objective.evaluate(&at, Order::Gradient).unwrap();
     let normal = objective.evaluate(&at, Order::Normal).unwrap();
     assert!((gradient.value - normal.value).abs() < 1e-15);
     let largest = gradient.gradient.amax();
     assert!((&gradient.gradient - &normal.gradient).amax() < 1e-9 * largest);
-    for k in 0..setting.space.dim() {
+    for k in 0..objective.space.dim() {
         let value = |h: f64| {
-            let mut y = vec![0.0; setting.space.dim()];
+            let mut y = vec![0.0; objective.space.dim()];
             y[k] = h;
-            objective.evaluate(&setting.space.retract(&at, &y), Order::Value).unwrap().value
+            objective.evaluate(&objective.space.retract(&at, &y), Order::Value).unwrap().value
         };
         // A switch of the nearest facet between the two ends shows as noise; the best of a sweep avoids it.
         let error = [3e-3, 1e-3, 3e-4, 1e-4]
@@ -37,20 +37,19 @@ fn compare(objective: &Objective, setting: &Setting, x: &[f64], motion: Motion) 
 fn the_gradient_of_the_objective_agrees_with_differences() {
     let model = cup();
     let scan = synthetic(0.3, 4000, 3);
-    let points = Points::of(&scan);
-    let evaluations = AtomicU64::new(0);
     let x = [1.0, -2.0, 3.0, 0.1, -0.2, 0.3, 2.5, 41.0, 88.0, 0.96, 1.9, 0.95, 1.8, 0.2, 0.8];
-    let motion = Motion {
+    let motion = Isometry {
         rotation: DQuat::from_scaled_axis(DVec3::new(0.1, -0.3, 0.2)),
         translation: DVec3::new(3.0, 1.0, 2.0),
     };
-    for (free, moving, motion) in [((0..15).collect(), false, Motion::IDENTITY), ((6..15).collect(), true, motion)] {
-        let setting =
-            Setting::new(&model, (&points, &points), &x, (free, &[]), moving, points.gyration(), &evaluations).unwrap();
+    for (no_pose, motion) in [(true, Isometry::IDENTITY), (false, motion)] {
+        let options = FitOptions { no_pose, ..beginning_at(&model, &x) };
+        let monitor = Monitor::default();
+        let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+        let level = problem.start_level().unwrap();
         for sigma in [20.0, 3.0] {
-            let objective =
-                Objective { tolerance: 1e-8, ..setting.objective(&setting.space, &points, Loss::welsch(sigma)) };
-            compare(&objective, &setting, &x, motion);
+            let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(sigma)) };
+            compare(&objective, &x, motion);
         }
     }
 }
@@ -59,24 +58,22 @@ fn the_gradient_of_the_objective_agrees_with_differences() {
 fn the_gradient_pulled_back_to_another_estimate_agrees_with_differences() {
     let model = cup();
     let scan = synthetic(0.3, 3000, 4);
-    let points = Points::of(&scan);
-    let evaluations = AtomicU64::new(0);
     let x: Vec<f64> = crate::model::Model::parameters(&model).iter().map(|p| p.default).collect();
-    let setting =
-        Setting::new(&model, (&points, &points), &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations)
-            .unwrap();
-    let objective = Objective { tolerance: 1e-8, ..setting.objective(&setting.space, &points, Loss::welsch(15.0)) };
-    let from = setting.space.estimate(&x, Motion::IDENTITY);
+    let (options, monitor) = (FitOptions::default(), Monitor::default());
+    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(15.0)) };
+    let from = level.space.estimate(&x, Isometry::IDENTITY);
     // Far along the coordinates, where the exponential map is no longer the identity.
     let y: Vec<f64> =
         (0..15).map(|k| if k < 9 { f64::from(k % 4) - 1.5 } else { f64::from(k % 4) * 8.0 - 10.0 }).collect();
-    let mut gradient = objective.evaluate(&setting.space.retract(&from, &y), Order::Gradient).unwrap().gradient;
-    setting.space.pull_to(&y, &mut gradient);
+    let mut gradient = objective.evaluate(&objective.space.retract(&from, &y), Order::Gradient).unwrap().gradient;
+    objective.space.pull_to(&y, &mut gradient);
     for k in 0..15 {
         let value = |h: f64| {
             let mut y = y.clone();
             y[k] += h;
-            objective.evaluate(&setting.space.retract(&from, &y), Order::Value).unwrap().value
+            objective.evaluate(&objective.space.retract(&from, &y), Order::Value).unwrap().value
         };
         let error = [3e-3, 1e-3, 3e-4]
             .map(|h| ((value(h) - value(-h)) / (2.0 * h) - gradient[k]).abs())
@@ -92,11 +89,10 @@ fn bounds_that_depend_on_other_parameters_are_part_of_the_gradient() {
     // The tube's radius ends at the circle's.
     model.below.push((1, 0));
     let scan = super::cup::scan_of(&simple(Simple::Torus, &[43.0, 14.0]), &[43.0, 14.0], 0.1, 2000, 1);
-    let points = Points::of(&scan);
-    let evaluations = AtomicU64::new(0);
     let x = [40.0, 12.0];
-    let setting =
-        Setting::new(&model, (&points, &points), &x, (vec![0, 1], &[]), true, points.gyration(), &evaluations).unwrap();
-    let objective = Objective { tolerance: 1e-8, ..setting.objective(&setting.space, &points, Loss::welsch(6.0)) };
-    compare(&objective, &setting, &x, Motion::IDENTITY);
+    let (options, monitor) = (FitOptions::default(), Monitor::default());
+    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    let objective = Objective { tolerance: 1e-8, ..level.objective(&problem.points, Loss::welsch(6.0)) };
+    compare(&objective, &x, Isometry::IDENTITY);
 }

@@ -1,21 +1,20 @@
 //! Distances against closed formulas.
 
 use super::cup::{SYNTHETIC, synthetic};
-use super::shapes::{Simple, cup, simple};
-use crate::fit::distance::refine;
-use crate::fit::layout::Layout;
-use crate::fit::loss::Loss;
-use crate::fit::memory::Memory;
-use crate::fit::motion::Motion;
-use crate::fit::objective::{Objective, Order};
-use crate::fit::points::Points;
-use crate::fit::setting::Setting;
+use super::shapes::{Simple, beginning_at, cup, simple};
+use crate::fit::correspond::cache::FootCache;
+use crate::fit::correspond::foot::refine;
+use crate::fit::correspond::layout::Layout;
+use crate::fit::monitor::Monitor;
+use crate::fit::problem::Problem;
+use crate::fit::problem::isometry::Isometry;
+use crate::fit::problem::loss::Loss;
+use crate::fit::problem::objective::{Objective, Order};
 use crate::model::Model;
 use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
 
 const SIZE: f64 = 100.0;
 
@@ -76,26 +75,21 @@ fn distances_are_those_of_the_exact_surface_whatever_the_facets() {
 fn searches_that_are_left_out_change_nothing() {
     let model = cup();
     let scan = synthetic(0.3, 4000, 12);
-    let points = Points::of(&scan);
-    let evaluations = AtomicU64::new(0);
     let x = SYNTHETIC;
-    let setting =
-        Setting::new(&model, (&points, &points), &x, ((6..15).collect(), &[]), true, points.gyration(), &evaluations);
-    let setting = setting.unwrap();
+    let (options, monitor) = (beginning_at(&model, &x), Monitor::default());
+    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    let points = &problem.points;
     let signs = [1; 4];
-    let objective = |memory| Objective {
-        tolerance: 1e-8,
-        memory,
-        signs: Some(&signs),
-        ..setting.objective(&setting.space, &points, Loss::welsch(2.0))
-    };
-    let memory = Arc::new(Memory::new(&points, 2.0));
-    let mut at = setting.space.estimate(&x, Motion::IDENTITY);
+    let objective =
+        |cache| Objective { tolerance: 1e-8, cache, signs: Some(&signs), ..level.objective(points, Loss::welsch(2.0)) };
+    let cache = Arc::new(FootCache::new(points, 2.0));
+    let mut at = level.space.estimate(&x, Isometry::IDENTITY);
     // Steps as at the end of a fit, then some that are too long for anything to be known.
     for step in [0.0, 0.05, -0.03, 0.002, 0.001, 1.0, -2.0, 0.01] {
         let y: Vec<f64> = (0..15).map(|k| step * (f64::from(k % 5) - 2.0) / 2.0).collect();
-        at = setting.space.retract(&at, &y);
-        let known = objective(Some(memory.clone())).evaluate(&at, Order::Gradient).unwrap();
+        at = level.space.retract(&at, &y);
+        let known = objective(Some(cache.clone())).evaluate(&at, Order::Gradient).unwrap();
         let fresh = objective(None).evaluate(&at, Order::Gradient).unwrap();
         // Feet are exact to 1e-8 mm; where one differs, a point's psi of up to 1 does, over 4000.
         assert!((known.value - fresh.value).abs() < 1e-7, "{step}: {} {}", known.value, fresh.value);

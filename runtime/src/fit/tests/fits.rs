@@ -1,17 +1,17 @@
 //! Fits of simple shapes and of the cup, to scans made from the same formulas.
 
 use super::cup::{SYNTHETIC, check, scan_of, synthetic};
-use super::shapes::{Handmade, Simple, cup, simple};
-use crate::fit::group::{groups, unexplained};
-use crate::fit::loss::Loss;
-use crate::fit::motion::Motion;
-use crate::fit::points::Points;
-use crate::fit::pose::{recognise, write_back};
-use crate::fit::setting::Setting;
+use super::shapes::{Handmade, Simple, beginning_at, cup, simple};
+use crate::fit::monitor::Monitor;
+use crate::fit::problem::Problem;
+use crate::fit::problem::isometry::Isometry;
+use crate::fit::problem::loss::Loss;
+use crate::fit::problem::pose::recognise;
+use crate::fit::refine::write_back::parameters_at;
+use crate::fit::register::group::{groups, unexplained};
 use crate::fit::{FitError, FitOptions, fit};
 use crate::progress::Silent;
 use glam::{DQuat, DVec3};
-use std::sync::atomic::AtomicU64;
 
 #[test]
 fn simple_shapes_recover_their_sizes() {
@@ -54,14 +54,14 @@ fn coverage_holds_ends_to_the_scan() {
 fn parts_are_turned_only_where_the_motion_varies() {
     // A turn about the cup's axis would else be no part of the result, though the objective has it.
     let (model, scan) = (cup(), synthetic(0.3, 4000, 1));
-    let (points, evaluations) = (Points::of(&scan), AtomicU64::new(0));
-    for (free, moving) in [((6..15).collect::<Vec<usize>>(), true), ((0..15).collect(), false)] {
-        let x = &SYNTHETIC;
-        let setting =
-            Setting::new(&model, (&points, &points), x, (free, &[]), moving, points.gyration(), &evaluations).unwrap();
-        let objective = setting.objective(&setting.space, &points, Loss::welsch(3.0));
-        let at = setting.space.estimate(x, Motion::IDENTITY);
-        let handle = groups(&setting).into_iter().find(|g| g.members.len() == 6).unwrap();
+    for moving in [true, false] {
+        let options = FitOptions { no_pose: !moving, ..beginning_at(&model, &SYNTHETIC) };
+        let monitor = Monitor::default();
+        let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+        let level = problem.start_level().unwrap();
+        let objective = level.objective(&problem.points, Loss::welsch(3.0));
+        let at = level.space.estimate(&SYNTHETIC, Isometry::IDENTITY);
+        let handle = groups(&level).into_iter().find(|g| g.members.len() == 6).unwrap();
         let (explained, axis) = unexplained(&objective, &at, &handle).unwrap();
         assert!(explained.contains(&true) && explained.contains(&false));
         assert_eq!(axis.is_some(), moving);
@@ -103,8 +103,8 @@ fn the_pose_of_a_script_is_recognised_and_written_back() {
     for axis in
         [DVec3::new(2.0, 1.0, -2.0), DVec3::new(0.0, std::f64::consts::FRAC_PI_2, 0.0), DVec3::new(0.1, 3.0, 0.2)]
     {
-        let motion = Motion { rotation: DQuat::from_scaled_axis(axis), translation: DVec3::new(100.0, -50.0, 20.0) };
-        let (_, off) = write_back(&model, &x, &rigid.indices, &motion).unwrap();
+        let motion = Isometry { rotation: DQuat::from_scaled_axis(axis), translation: DVec3::new(100.0, -50.0, 20.0) };
+        let (_, off) = parameters_at(&model, &x, &rigid.indices, &motion).unwrap();
         assert!(off < 1e-6, "{axis}: {off}");
     }
     let ball = simple(Simple::Sphere, &[50.0]);

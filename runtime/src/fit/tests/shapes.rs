@@ -1,6 +1,7 @@
 //! Models written by hand.
 
 use super::number::{Dual, Jet, Number};
+use crate::fit::FitOptions;
 use crate::model::{EvaluationError, Instance, Model, Partials, SecondPartials};
 use gml_compiler::program::{Parameter, Part, Quantity};
 use std::f64::consts::TAU;
@@ -291,4 +292,10 @@ pub(crate) fn simple(shape: Simple, defaults: &[f64]) -> Handmade<Simple> {
     let rows: Vec<Row> = NAMES.iter().zip(defaults).map(|(n, d)| (*n, Quantity::Length, 1.0, 200.0, *d)).collect();
     let active: Vec<u32> = (0..defaults.len() as u32).collect();
     Handmade::new(shape, &rows, &[("all", &active)])
+}
+
+/// Options of a fit that begins at `x`.
+pub(crate) fn beginning_at(model: &dyn Model, x: &[f64]) -> FitOptions {
+    let start = model.parameters().iter().zip(x).map(|(p, x)| (p.name.clone(), *x)).collect();
+    FitOptions { start, ..FitOptions::default() }
 }

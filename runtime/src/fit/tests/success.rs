@@ -2,7 +2,7 @@
 
 use super::cup::load;
 use super::shapes::cup;
-use crate::fit::motion::rotations;
+use crate::fit::problem::isometry::rotations;
 use crate::fit::{FitOptions, fit};
 use crate::model::Model;
 use crate::progress::Silent;

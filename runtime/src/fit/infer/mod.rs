@@ -1,0 +1,52 @@
+//! Inference: how well the scan determines the parameters (the sandwich estimator with dependent residuals, the block bootstrap),
+//! which held values it contradicts (Wald), which parts it does not show, and which of several models it supports.
+
+mod blocks;
+pub(crate) mod bootstrap;
+pub(crate) mod compare;
+mod meat;
+pub(crate) mod sandwich;
+mod significance;
+mod switches;
+pub(crate) mod unobserved;
+pub(crate) mod wald;
+
+use super::problem::objective::Objective;
+use super::refine::schedule::Solution;
+use super::result::{Bootstrap, HypothesisTest};
+use sandwich::Uncertainty;
+
+/// What the scan says of a solution's parameters.
+pub(crate) struct Inference {
+    /// None where the fit was cancelled or the scan determines nothing.
+    pub(crate) uncertainty: Option<Uncertainty>,
+    pub(crate) tests: Vec<HypothesisTest>,
+    pub(crate) bootstrap: Option<Bootstrap>,
+}
+
+/// Standard deviations, tests and the bootstrap, as far as they were asked for.
+pub(crate) fn infer(solution: &Solution) -> Inference {
+    let problem = solution.level.problem;
+    let (tests, uncertainty) = problem.monitor.stage("uncertainty", || {
+        let tests = wald::test(solution);
+        // Whoever does not want to wait any longer gets no standard deviations.
+        let uncertainty = if problem.monitor.cancelled() { None } else { uncertainty(solution) };
+        (tests, uncertainty.map(|uncertainty| unobserved::mark(solution, uncertainty)))
+    });
+    let bootstrap = (problem.options.bootstrap > 0)
+        .then(|| problem.monitor.stage("bootstrap", || bootstrap::run(solution, uncertainty.as_ref())));
+    Inference { uncertainty, tests, bootstrap: bootstrap.flatten() }
+}
+
+/// How well the solution is determined.
+fn uncertainty(solution: &Solution) -> Option<Uncertainty> {
+    let Solution { level, estimate, loss, signs, cache, .. } = solution;
+    let objective = Objective {
+        signs: Some(signs),
+        tolerance: 1e-5 * loss.sigma,
+        cache: Some(cache.clone()),
+        cancellable: false,
+        ..level.objective(&level.problem.points, *loss)
+    };
+    sandwich::assess(&objective, estimate, &level.space.at_bound(estimate))
+}

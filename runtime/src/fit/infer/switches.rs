@@ -1,0 +1,165 @@
+//! Points that are about as near to one patch as to another. Every point belongs to the nearest surface, so that the objective is
+//! a minimum of functions, with a kink where a point changes sides: there the gradient jumps down. The Hessian over the
+//! region in which the truth may lie is smaller by that than the one at the optimum, which no point's own curvature shows,
+//! and standard deviations are larger. Where a small part meets a large one a few such points matter as much as all others.
+
+use crate::fit::correspond::cache::CacheSlice;
+use crate::fit::problem::objective::{Correspondence, Objective, Placed};
+use crate::fit::problem::parameterization::Estimate;
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// A point with another patch within reach.
+pub(crate) struct Switch {
+    /// By how much more the other patch would count: sigma^2 / 2 times the difference of psi. Square millimetres.
+    difference: f64,
+    /// Its derivative by the scaled local coordinates.
+    slope: DVector<f64>,
+}
+
+/// How much of the curvature in any direction may be taken away: what is left over is too uncertain to be divided by.
+const MOST: f64 = 0.8;
+
+/// How much farther away than its own another patch may be, in sigma.
+const REACH: f64 = 0.15;
+
+/// What a point counts, and its derivative by the columns of its row.
+struct Pull {
+    /// sigma^2 / 2 times psi.
+    counted: f64,
+    columns: Vec<usize>,
+    slopes: Vec<f64>,
+}
+
+/// All points that have another patch nearly as near; `held` coordinates do not vary. None where the model does not exist.
+pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Vec<Switch>> {
+    let placed = objective.place(at).ok()?;
+    let chunks = objective.chunks();
+    let cache = objective.cache.as_ref()?;
+    let mut cache = cache.follow(&placed.facets, &at.motion)?;
+    let mut chain = objective.space.chain(at);
+    for (k, held) in held.iter().enumerate() {
+        if *held {
+            chain.column_mut(k).fill(0.0);
+        }
+    }
+    let reach = REACH * objective.loss.sigma;
+    let switches: Vec<Vec<Switch>> = chunks
+        .into_par_iter()
+        .zip(cache.parts(objective.chunk_size()))
+        .map(|(range, mut part)| of_chunk(objective, (&placed, at), range, &mut part, reach, &chain))
+        .collect();
+    Some(switches.into_iter().flatten().collect())
+}
+
+fn of_chunk(
+    objective: &Objective,
+    (placed, at): (&Placed, &Estimate),
+    range: Range<usize>,
+    part: &mut CacheSlice,
+    reach: f64,
+    chain: &DMatrix<f64>,
+) -> Vec<Switch> {
+    let start = range.start;
+    let mut own = objective.search(placed, &at.motion, range, Some(part));
+    // Where the cache knows that nothing else is near there is nothing to look for.
+    own.retain(|f| part.known[f.index - start].until - part.travelled < 0.49 * reach);
+    let (mut both, mut others) = (Vec::new(), Vec::new());
+    for these in own.chunk_by(|a, b| a.patch == b.patch) {
+        let Some(feet) = objective.feet_on_patch(placed, these) else { continue };
+        for (found, foot) in these.iter().zip(&feet) {
+            if let Some(other) = objective.elsewhere(placed, found, foot.d2.sqrt() + reach) {
+                both.push(Correspondence { uv: foot.uv, ..*found });
+                others.push(other);
+            }
+        }
+    }
+    others.sort_by_key(|f| f.patch);
+    let mut pulls_of_own = pulls(objective, placed, &both);
+    pulls_of_own.sort_by_key(|(index, _)| *index);
+    let of_other = |(index, other): (usize, Pull)| {
+        let slot = pulls_of_own.binary_search_by_key(&index, |(i, _)| *i).ok()?;
+        let own = &pulls_of_own[slot].1;
+        let mut by_x = DVector::zeros(chain.nrows());
+        for (pull, sign) in [(&other, 1.0), (own, -1.0)] {
+            for (i, slope) in pull.columns.iter().zip(&pull.slopes) {
+                by_x[*i] += sign * slope;
+            }
+        }
+        Some(Switch { difference: other.counted - own.counted, slope: chain.tr_mul(&by_x) })
+    };
+    pulls(objective, placed, &others).into_iter().filter_map(of_other).collect()
+}
+
+/// What points count at the patches that they are given to, with their indices.
+fn pulls(objective: &Objective, placed: &Placed, found: &[Correspondence]) -> Vec<(usize, Pull)> {
+    let half = 0.5 * objective.loss.sigma * objective.loss.sigma;
+    let mut all = Vec::with_capacity(found.len());
+    for these in found.chunk_by(|a, b| a.patch == b.patch) {
+        let Some(feet) = objective.feet_on_patch(placed, these) else { continue };
+        let counted = objective.counted(&feet);
+        let Some(rows) = objective.rows(&*placed.instance, these, &feet, &counted) else { continue };
+        all.extend(rows.iter().zip(&counted).map(|((point, row), counted)| {
+            let pull = point.weight * point.distance;
+            let slopes = row.iter().map(|r| pull * r).collect();
+            let counted = half * counted.psi;
+            (point.index as usize, Pull { counted, columns: rows.columns.clone(), slopes })
+        }));
+    }
+    all
+}
+
+/// The mean Hessian over estimates that are distributed as `covariance` says: `bread`, the one without switches, less the sum of
+/// N(difference; 0, slope^T C slope) slope slope^T over the switches, as min(f, g) has the second derivative
+/// -delta(g - f) (g' - f')^2 beside its branches'.
+pub(crate) fn smoothed(bread: &DMatrix<f64>, switches: &[Switch], covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let dim = bread.nrows();
+    let mut taken = DMatrix::zeros(dim, dim);
+    for Switch { difference, slope } in switches {
+        let variance = slope.dot(&(covariance * slope));
+        if variance > 0.0 {
+            let density = (-0.5 * difference * difference / variance).exp() / (std::f64::consts::TAU * variance).sqrt();
+            taken.ger(density, slope, slope, 1.0);
+        }
+    }
+    // Compared with what is there, direction by direction.
+    let ridge = DMatrix::identity(dim, dim) * (1e-12 * bread.diagonal().amax());
+    let Some(factor) = (bread + ridge).cholesky() else { return bread.clone() };
+    let l = factor.l();
+    let Some(half) = l.solve_lower_triangular(&taken) else { return bread.clone() };
+    let Some(relative) = l.solve_lower_triangular(&half.transpose()) else { return bread.clone() };
+    let mut eigen = SymmetricEigen::new(0.5 * (&relative + relative.transpose()));
+    eigen.eigenvalues.apply(|e| *e = 1.0 - e.clamp(0.0, MOST));
+    &l * eigen.recompose() * l.transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_minimum_of_two_parabolas_is_as_flat_as_it_is_between_them() {
+        // f = sum over i of min(x^2 / 2, (x - t_i)^2 / 2), t_i evenly spread over +-2 with a density of 100: the second
+        // derivative of the mean over N(0, v) is 400 less the sum of N(t^2 / 2; 0, v t^2) t^2.
+        let v: f64 = 0.01;
+        let shifts: Vec<f64> = (0..400).map(|i| (f64::from(i) + 0.5) / 100.0 - 2.0).collect();
+        let switches: Vec<Switch> =
+            shifts.iter().map(|t| Switch { difference: 0.5 * t * t, slope: DVector::from_element(1, -t) }).collect();
+        let smooth = smoothed(&DMatrix::from_element(1, 1, 400.0), &switches, &DMatrix::from_element(1, 1, v))[(0, 0)];
+        // By differences of the mean's derivative, over a fine grid of the normal distribution.
+        let mean_slope = |at: f64| {
+            let grid = (-4000..=4000).map(|k| f64::from(k) / 1000.0);
+            let (mut sum, mut weight) = (0.0, 0.0);
+            for z in grid {
+                let (x, w) = (at + z * v.sqrt(), (-0.5 * z * z).exp());
+                let slope = |t: &f64| if x.abs() <= (x - t).abs() { x } else { x - t };
+                sum += w * shifts.iter().map(slope).sum::<f64>();
+                weight += w;
+            }
+            sum / weight
+        };
+        let expected = (mean_slope(0.05) - mean_slope(-0.05)) / 0.1;
+        assert!((smooth - expected).abs() < 0.02 * 400.0 && smooth < 399.0, "{smooth} {expected}");
+    }
+}

@@ -1,0 +1,64 @@
+//! Parts that the scan does not show: a handle that was not scanned hides in a wall, takes some of the wall's points, and looks
+//! as well determined as if it had been there.
+
+use super::sandwich::Uncertainty;
+use crate::fit::problem::objective::Objective;
+use crate::fit::refine::schedule::Solution;
+use crate::fit::register::group::{Group, groups};
+
+/// Takes away what is said to be known of parameters whose parts the scan does not show, and says so.
+pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncertainty {
+    let level = &solution.level;
+    for group in groups(level) {
+        if is_shown(solution, &uncertainty, &group) != Some(false) {
+            continue;
+        }
+        for k in &group.members {
+            uncertainty.known[*k] = false;
+        }
+        let parts = level.problem.model.parts().iter().zip(&group.patches).filter(|(_, own)| **own);
+        let mut names: Vec<String> = parts.map(|(part, _)| format!("`{}`", part.group)).collect();
+        names.dedup();
+        let of = |k: &usize| format!("`{}`", level.problem.model.parameters()[level.space.free[*k]].name);
+        let members: Vec<String> = group.members.iter().map(of).collect();
+        level.problem.monitor.warn(format!(
+            "the scan does not show {}: the other parts explain its points as well, and it determines none of {}",
+            names.join(", "),
+            members.join(", ")
+        ));
+    }
+    uncertainty
+}
+
+/// Points near the model that are near nothing else without a group, as a share of those that are the group's: with more, it is
+/// there, however badly the rest fits.
+const ITS_OWN: f64 = 0.1;
+
+/// Whether a group's parts have points of their own, or else earn their parameters by Schwarz's criterion: without them, the
+/// mean of psi would be larger by so much that n ln(mean psi) grows by more than k ln n, for k parameters and n effective
+/// points. None where that cannot be said: where the group has no points at all, which is said elsewhere, or the model does not
+/// exist.
+fn is_shown(solution: &Solution, uncertainty: &Uncertainty, group: &Group) -> Option<bool> {
+    let level = &solution.level;
+    let points = &level.problem.thin;
+    let objective = Objective { signs: Some(&solution.signs), ..level.objective(points, solution.loss) };
+    let mut placed = objective.place(&solution.estimate).ok()?;
+    let motion = &solution.estimate.motion;
+    let with = objective.psi_of_points(&placed, motion);
+    placed.facets.remove(|patch| group.patches[patch]);
+    let without = objective.psi_of_points(&placed, motion);
+    // Points whose nearest patch is the group's are those for which it makes a difference.
+    let near = with.iter().zip(&without).filter(|(with, without)| **with < 0.5 && *with != *without);
+    let (count, alone) = near
+        .fold((0.0, 0.0), |(count, alone), (_, without)| (count + 1.0, alone + f64::from(u8::from(*without >= 0.5))));
+    if alone > ITS_OWN * f64::max(count, 1.0) {
+        return Some(true);
+    }
+    let mean = |psi: &[f64]| psi.iter().sum::<f64>() / points.len().max(1) as f64;
+    let (with, without) = (mean(&with), mean(&without));
+    if !(without > with) || !(with > 0.0) {
+        return None;
+    }
+    let n = uncertainty.effective_points.max(2.0);
+    Some(n * (without / with).ln() > group.members.len() as f64 * n.ln())
+}

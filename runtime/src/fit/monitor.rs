@@ -1,0 +1,95 @@
+//! How a fit is watched while it runs: progress, warnings, times, and the trace of its steps.
+
+use crate::progress::{Progress, Silent};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+/// The objective after a step of an optimiser.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TracePoint {
+    /// The stage of the fit: `refine` (Gauss-Newton on some points, scale by scale) or `polish` (at the final scale).
+    pub stage: &'static str,
+    /// Evaluations of the objective so far, in all stages.
+    pub evaluations: u64,
+    /// How many of the scan's points took part.
+    pub points: usize,
+    /// The scale of the loss. Millimetres.
+    pub sigma: f64,
+    /// Mean loss over these points.
+    pub objective: f64,
+    /// Fraction of these points with a loss below 1/2.
+    pub inliers: f64,
+}
+
+/// Takes down what a fit does. Nothing of it decides anything but `cancelled`.
+pub(crate) struct Monitor<'a> {
+    pub(crate) progress: &'a dyn Progress,
+    /// Evaluations of the objective.
+    pub(crate) evaluations: AtomicU64,
+    trace: Mutex<Vec<TracePoint>>,
+    warnings: Mutex<Vec<String>>,
+    seconds: Mutex<BTreeMap<String, f64>>,
+}
+
+impl Default for Monitor<'_> {
+    fn default() -> Self {
+        Self::new(&Silent)
+    }
+}
+
+impl<'a> Monitor<'a> {
+    /// A monitor that reports to `progress`.
+    pub(crate) fn new(progress: &'a dyn Progress) -> Self {
+        Self {
+            progress,
+            evaluations: AtomicU64::new(0),
+            trace: Mutex::default(),
+            warnings: Mutex::default(),
+            seconds: Mutex::default(),
+        }
+    }
+
+    /// Whether the user wants the fit to end.
+    pub(crate) fn cancelled(&self) -> bool {
+        self.progress.cancelled()
+    }
+
+    /// Runs a stage and adds its time to those of its name.
+    pub(crate) fn stage<T>(&self, name: &str, run: impl FnOnce() -> T) -> T {
+        let begin = Instant::now();
+        let outcome = run();
+        *lock(&self.seconds).entry(name.to_owned()).or_default() += begin.elapsed().as_secs_f64();
+        outcome
+    }
+
+    /// Adds a sentence for the user.
+    pub(crate) fn warn(&self, warning: impl Into<String>) {
+        lock(&self.warnings).push(warning.into());
+    }
+
+    /// Adds a step to the trace and shows it.
+    pub(crate) fn note(&self, point: TracePoint) {
+        let TracePoint { stage, objective, sigma, inliers, .. } = &point;
+        let shown = format!("{stage}: objective {objective:.4}, sigma {sigma:.3} mm, inliers {:.1} %", 100.0 * inliers);
+        self.progress.report("fitting", f64::NAN, &shown);
+        lock(&self.trace).push(point);
+    }
+
+    /// How often the objective was evaluated so far.
+    pub(crate) fn evaluations(&self) -> u64 {
+        self.evaluations.load(Ordering::Relaxed)
+    }
+
+    /// The trace, the warnings and the seconds by stage, in the order in which they came.
+    pub(crate) fn records(&self) -> (Vec<TracePoint>, Vec<String>, BTreeMap<String, f64>) {
+        (lock(&self.trace).clone(), lock(&self.warnings).clone(), lock(&self.seconds).clone())
+    }
+}
+
+/// A lock's value, also where a thread panicked that held it: records are whole after every statement.
+fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}

@@ -1,0 +1,110 @@
+//! The problem that a fit solves: a model, a scan and its noise, the parameterization of estimates, and the objective.
+
+mod bounds;
+pub(crate) mod frame;
+pub(crate) mod isometry;
+pub(crate) mod level;
+pub(crate) mod loss;
+pub(crate) mod objective;
+pub(crate) mod parameterization;
+pub(crate) mod points;
+pub(crate) mod pose;
+pub(crate) mod rows;
+pub(crate) mod sums;
+
+use super::monitor::Monitor;
+use super::options::{FitError, FitOptions, Start};
+use crate::model::Model;
+use crate::scan::Scan;
+use frame::Frame;
+use isometry::Isometry;
+use level::Level;
+use objective::Evaluation;
+use parameterization::Parameterization;
+use points::Points;
+use pose::RigidParameters;
+use sums::PatchSum;
+
+/// Points of the levels between the registration and the last one, which has all.
+pub(crate) const MIDDLE: usize = 6000;
+
+/// What a fit is to solve. It does not change while the fit goes on.
+pub(crate) struct Problem<'a> {
+    pub(crate) model: &'a dyn Model,
+    pub(crate) scan: &'a Scan,
+    pub(crate) options: &'a FitOptions,
+    /// The start vector, and which parameters are fixed or tied to others.
+    pub(crate) start: Start,
+    /// All points of the scan.
+    pub(crate) points: Points,
+    /// Some of them, even in space; without outliers.
+    pub(crate) thin: Points,
+    /// Radius of gyration of the scan: the scale of lengths. Millimetres.
+    pub(crate) radius: f64,
+    /// Whether the scan's normals tell the sides of a wall from each other.
+    pub(crate) oriented: bool,
+    /// The script's own pose parameters.
+    pub(crate) rigid: RigidParameters,
+    /// How the pose is treated.
+    pub(crate) frame: Frame,
+    pub(crate) monitor: &'a Monitor<'a>,
+}
+
+impl<'a> Problem<'a> {
+    /// The problem of fitting a model to a scan.
+    ///
+    /// # Errors
+    /// See [`crate::fit::fit()`].
+    pub(crate) fn new(
+        model: &'a dyn Model,
+        scan: &'a Scan,
+        options: &'a FitOptions,
+        monitor: &'a Monitor<'a>,
+    ) -> Result<Self, FitError> {
+        let start = options.resolve(model)?;
+        if model.parts().is_empty() {
+            return Err(FitError::EmptyModel);
+        }
+        monitor.progress.report("preparing", f64::NAN, "");
+        let points = Points::of(scan);
+        // Clutter has no say in where the object is and how large.
+        let surfaces = points.on_surfaces(scan);
+        let radius = surfaces.gyration();
+        if points.len() < 4 || !(radius > 0.0) {
+            return Err(FitError::EmptyScan { points: points.len() });
+        }
+        let thin = surfaces.sample(MIDDLE);
+        drop(surfaces);
+        let rigid = pose::recognise(model, &start.x, radius)?;
+        let frame = Frame::choose(model, options, &rigid, &start, monitor);
+        let oriented = !points.normal.is_empty() && scan.oriented && !options.ignore_normals;
+        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, frame, monitor })
+    }
+
+    /// The level of the registration: about the start values, with coarse facets.
+    ///
+    /// # Errors
+    /// The model cannot be evaluated at the start.
+    pub(crate) fn start_level(&'a self) -> Result<Level<'a>, FitError> {
+        let Start { x, ties, .. } = &self.start;
+        let space = Parameterization::new(self.model, x, self.frame.free(&self.start), self.frame.moving, ties);
+        let at = space.estimate(x, Isometry::IDENTITY);
+        Ok(Level::new(self, space, &at, 0.01 * self.radius)?)
+    }
+
+    /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's
+    /// normals say clearly otherwise. Where points lie on both sides (a thin wall whose sides are not told apart yet) the
+    /// convention decides: without a decision, both sides of the scanned wall would pull at both of the model.
+    /// A patch with too few points to say keeps the side that it had `before`.
+    pub(crate) fn facing(&self, evaluation: &Evaluation, before: &[i8]) -> Vec<i8> {
+        let sign = |(p, before): (&PatchSum, &i8)| {
+            let inwards = if p.weight >= 10.0 { p.facing <= -0.85 * p.weight } else { *before < 0 };
+            match (self.oriented, inwards) {
+                (false, _) => 0,
+                (true, true) => -1,
+                (true, false) => 1,
+            }
+        };
+        evaluation.patches.iter().zip(before).map(sign).collect()
+    }
+}

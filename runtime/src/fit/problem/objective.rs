@@ -1,0 +1,392 @@
+//! The objective f = mean psi(d(M(x), s_i)) ([VA] eq. 1) with its gradient or its weighted normal equations.
+
+use super::isometry::Isometry;
+use super::loss::{Counted, Loss};
+use super::parameterization::{Estimate, Parameterization};
+use super::points::Points;
+use super::sums::{PatchSum, Sums};
+use crate::fit::correspond::cache::{CacheSlice, FootCache, NOWHERE};
+use crate::fit::correspond::facets::{Facets, Facing};
+use crate::fit::correspond::foot::{Foot, refine};
+use crate::fit::correspond::layout::Layout;
+use crate::fit::correspond::slack::Query;
+use crate::fit::monitor::{Monitor, TracePoint};
+use crate::fit::refine::coverage::Coverage;
+use crate::model::{EvaluationError, Instance};
+use glam::DVec3;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// The objective over some points with a certain loss.
+pub(crate) struct Objective<'s> {
+    pub(crate) space: &'s Parameterization<'s>,
+    pub(crate) points: &'s Points,
+    pub(crate) layout: &'s Layout,
+    pub(crate) loss: Loss,
+    /// Per patch, which way is out (see `Facing`); None where normals are not to be used.
+    pub(crate) signs: Option<&'s [i8]>,
+    /// Foot points are exact to this. Millimetres.
+    pub(crate) tolerance: f64,
+    /// By point, the facet that was the nearest one the last time.
+    pub(crate) hints: Arc<Vec<AtomicU32>>,
+    /// What is known of the points' feet, where that is worth its time: in evaluations close to one another.
+    pub(crate) cache: Option<Arc<FootCache>>,
+    /// What looks from the model to the scan, if anything does.
+    pub(crate) coverage: Option<Arc<Coverage<'s>>>,
+    /// The matrix of `Order::Normal` is nearer to the Hessian: psi'' takes the place of the weights where it is positive.
+    pub(crate) curved: bool,
+    /// The stage under whose name steps are traced, if they are. Several minimisations at a time trace nothing.
+    pub(crate) stage: Option<&'static str>,
+    /// Counts evaluations, takes down steps, and says when nobody waits for the result any longer.
+    pub(crate) monitor: &'s Monitor<'s>,
+    /// There is no evaluation once the fit is cancelled, so that whoever minimises ends soon.
+    pub(crate) cancellable: bool,
+}
+
+/// How much is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// The value and the patches' sums.
+    Value,
+    /// And the gradient, by pullbacks.
+    Gradient,
+    /// And the gradient with the Gauss-Newton matrix, by Jacobians.
+    Normal,
+}
+
+/// The objective at one estimate. Derivatives are by scaled local coordinates.
+#[derive(Clone, Debug)]
+pub(crate) struct Evaluation {
+    /// Mean psi.
+    pub(crate) value: f64,
+    /// Its gradient.
+    pub(crate) gradient: DVector<f64>,
+    /// Sum of weight * J^T J, times 2 / (sigma^2 N): the Hessian without the terms that make it indefinite (see `curved`).
+    pub(crate) normal: DMatrix<f64>,
+    /// Sums by patch.
+    pub(crate) patches: Vec<PatchSum>,
+    /// Patches that could not be evaluated.
+    pub(crate) absent: usize,
+}
+
+impl Evaluation {
+    /// What stands for the evaluation of a model that does not exist.
+    pub(crate) fn absent(space: &Parameterization) -> Self {
+        let (dim, parts) = (space.dim(), space.model.parts().len());
+        Self {
+            value: 1.0,
+            gradient: DVector::zeros(dim),
+            normal: DMatrix::zeros(dim, dim),
+            patches: vec![PatchSum::default(); parts],
+            absent: parts,
+        }
+    }
+
+    /// Points with psi below 1/2.
+    pub(crate) fn inliers(&self) -> f64 {
+        self.patches.iter().map(|p| p.inliers).sum()
+    }
+}
+
+/// Hints for points of which nothing is known yet.
+pub(crate) fn no_hints(points: &Points) -> Arc<Vec<AtomicU32>> {
+    Arc::new((0..points.len()).map(|_| AtomicU32::new(u32::MAX)).collect())
+}
+
+/// A model at certain parameters with its facets.
+pub(crate) struct Placed<'s> {
+    pub(crate) instance: Box<dyn Instance + 's>,
+    pub(crate) facets: Facets<'s>,
+}
+
+/// Points a chunk: sums do not depend on the number of threads because chunks do not.
+const CHUNK: usize = 512;
+/// Where there are few points they still make so many chunks, if these have not fewer than the least.
+const CHUNKS: usize = 16;
+const LEAST: usize = 96;
+
+impl<'s> Objective<'s> {
+    /// The objective over some points, without normals, coverage or anything known from earlier evaluations.
+    pub(crate) fn new(
+        space: &'s Parameterization<'s>,
+        layout: &'s Layout,
+        points: &'s Points,
+        loss: Loss,
+        monitor: &'s Monitor<'s>,
+    ) -> Self {
+        Self {
+            space,
+            points,
+            layout,
+            loss,
+            signs: None,
+            tolerance: 1e-3 * loss.sigma,
+            hints: no_hints(points),
+            cache: None,
+            coverage: None,
+            curved: false,
+            stage: None,
+            monitor,
+            cancellable: true,
+        }
+    }
+}
+
+impl Objective<'_> {
+    /// The same with another loss.
+    pub(crate) fn with_loss(&self, loss: Loss) -> Objective<'_> {
+        let (hints, cache, coverage) = (self.hints.clone(), self.cache.clone(), self.coverage.clone());
+        Objective { loss, hints, cache, coverage, stage: None, ..*self }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.cancellable && self.monitor.cancelled()
+    }
+
+    /// Traces a step of an optimiser.
+    pub(crate) fn note(&self, evaluation: &Evaluation) {
+        let Some(stage) = self.stage else { return };
+        let points = self.points.len();
+        self.monitor.note(TracePoint {
+            stage,
+            evaluations: self.monitor.evaluations(),
+            points,
+            sigma: self.loss.sigma,
+            objective: evaluation.value,
+            inliers: evaluation.inliers() / points.max(1) as f64,
+        });
+    }
+
+    /// How many points are taken at a time, but for the last ones. Does not depend on the number of threads.
+    pub(crate) fn chunk_size(&self) -> usize {
+        (self.points.len() / CHUNKS).clamp(LEAST, CHUNK)
+    }
+
+    /// All points, chunk by chunk.
+    pub(crate) fn chunks(&self) -> Vec<Range<usize>> {
+        let (count, size) = (self.points.len(), self.chunk_size());
+        (0..count).step_by(size).map(|start| start..(start + size).min(count)).collect()
+    }
+
+    /// The model at an estimate.
+    ///
+    /// # Errors
+    /// A `require` that does not hold or bounds without room.
+    pub(crate) fn place(&self, at: &Estimate) -> Result<Placed<'_>, EvaluationError> {
+        let Some(x) = self.space.x(&at.z) else {
+            return Err(EvaluationError { message: "the bounds of the parameters leave no room".into() });
+        };
+        let instance = self.space.model.instantiate(&x)?;
+        let facets = self.layout.facets(&*instance);
+        Ok(Placed { instance, facets })
+    }
+
+    /// The objective at an estimate; None where the model does not exist (the caller treats it as infinite).
+    pub(crate) fn evaluate(&self, at: &Estimate, order: Order) -> Option<Evaluation> {
+        let placed = self.place(at).ok()?;
+        self.evaluate_placed(&placed, at, order)
+    }
+
+    /// As `evaluate`, for a model that is already placed at these parameters: only the motion may differ.
+    pub(crate) fn evaluate_placed(&self, placed: &Placed, at: &Estimate, order: Order) -> Option<Evaluation> {
+        if self.cancelled() {
+            return None;
+        }
+        self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
+        let chunks = self.chunks();
+        let mut cache = self.cache.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+        let sums: Vec<Sums> = match &mut cache {
+            Some(cache) => chunks
+                .into_par_iter()
+                .zip(cache.parts(self.chunk_size()))
+                .map(|(range, mut part)| self.chunk(placed, &at.motion, range, Some(&mut part), order))
+                .collect(),
+            None => chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, None, order)).collect(),
+        };
+        // Chunks that came later are missing.
+        if self.cancelled() {
+            return None;
+        }
+        let mut evaluation = self.total(&sums, self.points.len().max(1) as f64, at, order, placed.facets.absent);
+        if let Some(coverage) = &self.coverage {
+            let Evaluation { value, gradient, normal, .. } = coverage.evaluate(self, placed, at, order);
+            evaluation.value += value;
+            evaluation.gradient += gradient;
+            evaluation.normal += normal;
+        }
+        (evaluation.value.is_finite() && evaluation.gradient.iter().all(|g| g.is_finite())).then_some(evaluation)
+    }
+
+    /// The foot points of the points within the cut-off, with the points' indices.
+    pub(crate) fn feet(&self, placed: &Placed, motion: &Isometry) -> Vec<(usize, Foot)> {
+        let of_chunk = |range: Range<usize>| {
+            let found = self.search(placed, motion, range, None);
+            let mut all = Vec::with_capacity(found.len());
+            for these in found.chunk_by(|a, b| a.patch == b.patch) {
+                if let Some(feet) = self.feet_on_patch(placed, these) {
+                    all.extend(these.iter().map(|f| f.index).zip(feet));
+                }
+            }
+            all
+        };
+        let chunks: Vec<Vec<(usize, Foot)>> = self.chunks().into_par_iter().map(of_chunk).collect();
+        chunks.concat()
+    }
+
+    /// psi of every point: 1 of those without a foot.
+    pub(crate) fn psi_of_points(&self, placed: &Placed, motion: &Isometry) -> Vec<f64> {
+        let mut psi = vec![1.0; self.points.len()];
+        for (i, foot) in self.feet(placed, motion) {
+            psi[i] = self.loss.psi(foot.d2);
+        }
+        psi
+    }
+
+    /// The exact feet of points that are nearest to one patch; None where that cannot be evaluated.
+    pub(crate) fn feet_on_patch(&self, placed: &Placed, found: &[Correspondence]) -> Option<Vec<Foot>> {
+        let patch = found[0].patch as usize;
+        let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = found.iter().map(|f| (f.q, f.uv)).unzip();
+        refine(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance).ok()
+    }
+
+    /// What points with these feet count.
+    pub(crate) fn counted(&self, feet: &[Foot]) -> Vec<Counted> {
+        feet.iter().map(|f| self.loss.count(f.d2)).collect()
+    }
+
+    /// The mean psi of the distances to the facets: fast, and good enough to tell places apart that are much worse than others.
+    pub(crate) fn rough_value(&self, placed: &Placed, motion: &Isometry) -> f64 {
+        self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
+        let inverse = motion.rotation.inverse();
+        let cutoff = self.loss.cutoff();
+        let points = &self.points.position;
+        let psi = |p: &DVec3| {
+            let d = placed.facets.distance(inverse * (*p - motion.translation), cutoff);
+            self.loss.psi(d * d)
+        };
+        points.iter().map(psi).sum::<f64>() / points.len().max(1) as f64
+    }
+
+    fn chunk(
+        &self,
+        placed: &Placed,
+        motion: &Isometry,
+        range: Range<usize>,
+        mut cache: Option<&mut CacheSlice>,
+        order: Order,
+    ) -> Sums {
+        let mut sums = Sums::none(self.space, range.len(), order);
+        if self.cancelled() {
+            return sums;
+        }
+        let start = range.start;
+        let found = self.search(placed, motion, range, cache.as_deref_mut());
+        for these in found.chunk_by(|a, b| a.patch == b.patch) {
+            let feet = self.add_patch(placed, these, order, &mut sums);
+            remember(cache.as_deref_mut(), start, these, &feet);
+        }
+        sums
+    }
+
+    /// The points of a chunk that have a facet within the cut-off, by patch.
+    pub(crate) fn search(
+        &self,
+        placed: &Placed,
+        motion: &Isometry,
+        range: Range<usize>,
+        mut cache: Option<&mut CacheSlice>,
+    ) -> Vec<Correspondence> {
+        let inverse = motion.rotation.inverse();
+        let cutoff = self.loss.cutoff();
+        let mut found = Vec::with_capacity(range.len());
+        // Points stand beside their neighbours in space: the last one's facet is a good guess for one that has none.
+        let mut last = u32::MAX;
+        for (k, i) in range.enumerate() {
+            let q = inverse * (self.points.position[i] - motion.translation);
+            let normal = self.points.normal.get(i).map(|n| inverse * *n);
+            let at = |patch, uv| Correspondence { index: i, patch, uv, q, normal: normal.unwrap_or(DVec3::ZERO) };
+            if let Some(part) = &cache
+                && part.travelled < part.known[k].until
+            {
+                if part.known[k].patch != NOWHERE {
+                    found.push(at(part.known[k].patch, part.known[k].uv));
+                }
+                continue;
+            }
+            let facing = match (self.signs, normal) {
+                (Some(signs), Some(normal)) => Some(Facing { normal, signs }),
+                _ => None,
+            };
+            let hint = match self.hints[i].load(Ordering::Relaxed) {
+                u32::MAX => last,
+                hint => hint,
+            };
+            let nearest = match &mut cache {
+                Some(part) => {
+                    let query = Query { q, cutoff, facing, hint, reach: part.reach };
+                    let (nearest, slack) = placed.facets.nearest_and_slack(query);
+                    part.known[k].patch = nearest.map_or(NOWHERE, |n| n.patch);
+                    part.known[k].until = part.travelled + slack;
+                    nearest
+                }
+                None => placed.facets.nearest(q, cutoff, facing, hint),
+            };
+            if let Some(nearest) = nearest {
+                self.hints[i].store(nearest.quad, Ordering::Relaxed);
+                last = nearest.quad;
+                found.push(at(nearest.patch, nearest.uv));
+            }
+        }
+        by_patch(&found, self.space.model.parts().len())
+    }
+}
+
+impl Objective<'_> {
+    /// The same point with the nearest other patch, if there is one within `limit`.
+    pub(crate) fn elsewhere(&self, placed: &Placed, found: &Correspondence, limit: f64) -> Option<Correspondence> {
+        let facing = match (self.signs, self.points.normal.is_empty()) {
+            (Some(signs), false) => Some(Facing { normal: found.normal, signs }),
+            _ => None,
+        };
+        let nearest = placed.facets.nearest_but(found.q, limit, facing, found.patch)?;
+        Some(Correspondence { patch: nearest.patch, uv: nearest.uv, ..*found })
+    }
+}
+
+/// The same, sorted by patch, of which there are so many; those of one patch stay in order.
+fn by_patch(found: &[Correspondence], patches: usize) -> Vec<Correspondence> {
+    let mut next = vec![0; patches + 1];
+    found.iter().for_each(|f| next[f.patch as usize + 1] += 1);
+    for patch in 1..=patches {
+        next[patch] += next[patch - 1];
+    }
+    let mut sorted = found.to_vec();
+    for f in found {
+        let slot = &mut next[f.patch as usize];
+        sorted[*slot] = *f;
+        *slot += 1;
+    }
+    sorted
+}
+
+/// Writes feet down for the next evaluation.
+pub(crate) fn remember(cache: Option<&mut CacheSlice>, start: usize, found: &[Correspondence], feet: &[Foot]) {
+    let Some(part) = cache else { return };
+    for (found, foot) in found.iter().zip(feet) {
+        part.known[found.index - start].uv = foot.uv;
+    }
+}
+
+/// A point with the facet that it is nearest to.
+#[derive(Clone, Copy)]
+pub(crate) struct Correspondence {
+    pub(crate) index: usize,
+    pub(crate) patch: u32,
+    pub(crate) uv: [f64; 2],
+    /// The point in the model's frame.
+    pub(crate) q: DVec3,
+    pub(crate) normal: DVec3,
+}

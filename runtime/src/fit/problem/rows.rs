@@ -1,0 +1,181 @@
+//! What every single point says: its residual with a row of the Jacobian, for the Gauss-Newton matrix and for the uncertainties.
+
+use super::loss::Counted;
+use super::objective::{Correspondence, Objective, Placed, remember};
+use super::parameterization::Estimate;
+use crate::fit::correspond::cache::CacheSlice;
+use crate::fit::correspond::foot::Foot;
+use crate::model::Instance;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Points of one patch that have a foot.
+pub(crate) struct Rows {
+    pub(crate) patch: u32,
+    /// What the columns are derivatives by: the parameters' indices, then, if the motion varies, shift and turn behind them.
+    pub(crate) columns: Vec<usize>,
+    pub(crate) points: Vec<RowPoint>,
+    /// d(signed distance)/d(column), row after row.
+    pub(crate) jacobian: Vec<f64>,
+}
+
+/// A point with its foot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RowPoint {
+    /// Which of the objective's points.
+    pub(crate) index: u32,
+    /// From the model's surface to the point, positive on the side of dS/du x dS/dv. Millimetres.
+    pub(crate) distance: f64,
+    /// See `Counted`.
+    pub(crate) weight: f64,
+    /// See `Counted`.
+    pub(crate) curvature: f64,
+}
+
+/// Chunks that are computed at a time: memory does not grow with the scan.
+const AT_ONCE: usize = 64;
+/// Rows are kept of so many points at most: of a model with a hundred parameters they take 160 MB.
+const KEPT: usize = 200_000;
+
+impl Rows {
+    /// Every point with its row.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&RowPoint, &[f64])> {
+        // Where nothing varies rows are empty.
+        let width = self.columns.len();
+        self.points.iter().enumerate().map(move |(i, point)| (point, &self.jacobian[i * width..(i + 1) * width]))
+    }
+}
+
+/// The rows of all points at one estimate, for those who go through them more than once.
+pub(crate) struct AllRows<'o> {
+    objective: &'o Objective<'o>,
+    at: &'o Estimate,
+    placed: Placed<'o>,
+    /// By chunk; none of scans for which there is no room: theirs are computed anew each time.
+    kept: Option<Vec<Vec<Rows>>>,
+}
+
+impl<'o> AllRows<'o> {
+    /// None where the model does not exist.
+    pub(crate) fn new(objective: &'o Objective<'o>, at: &'o Estimate) -> Option<Self> {
+        let placed = objective.place(at).ok()?;
+        let mut all = Self { objective, at, placed, kept: None };
+        if objective.points.len() <= KEPT {
+            let mut kept = Vec::new();
+            all.by_chunk(|rows| rows, |rows| kept.push(rows));
+            all.kept = Some(kept);
+        }
+        Some(all)
+    }
+
+    /// Sums up the rows of every chunk of points, on all threads, and hands the sums to `each` in the points' order.
+    pub(crate) fn fold<T: Send>(
+        &self,
+        none: impl Fn() -> T + Sync,
+        add: impl Fn(&mut T, &Rows) + Sync,
+        mut each: impl FnMut(T),
+    ) {
+        let sum = |rows: &[Rows]| {
+            let mut sums = none();
+            rows.iter().for_each(|rows| add(&mut sums, rows));
+            sums
+        };
+        match &self.kept {
+            Some(kept) => {
+                for some in kept.chunks(AT_ONCE) {
+                    let made: Vec<T> = some.par_iter().map(|rows| sum(rows)).collect();
+                    made.into_iter().for_each(&mut each);
+                }
+            }
+            None => self.by_chunk(|rows| sum(&rows), each),
+        }
+    }
+
+    /// Computes the rows of every chunk, on all threads; what `made` makes of them goes to `each` in the points' order.
+    fn by_chunk<T: Send>(&self, made: impl Fn(Vec<Rows>) -> T + Sync, mut each: impl FnMut(T)) {
+        let Self { objective, at, placed, .. } = self;
+        let chunks = objective.chunks();
+        let mut cache = objective.cache.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+        let mut parts: Vec<Option<CacheSlice>> = match &mut cache {
+            Some(cache) => cache.parts(objective.chunk_size()).into_iter().map(Some).collect(),
+            None => chunks.iter().map(|_| None).collect(),
+        };
+        for (some, parts) in chunks.chunks(AT_ONCE).zip(parts.chunks_mut(AT_ONCE)) {
+            let of_chunk = |(range, part): (&Range<usize>, &mut Option<CacheSlice>)| {
+                made(objective.rows_of_chunk(placed, at, range.clone(), part.as_mut()))
+            };
+            let made: Vec<T> = some.par_iter().zip(parts).map(of_chunk).collect();
+            made.into_iter().for_each(&mut each);
+        }
+    }
+}
+
+impl Objective<'_> {
+    fn rows_of_chunk(
+        &self,
+        placed: &Placed,
+        at: &Estimate,
+        range: Range<usize>,
+        mut cache: Option<&mut CacheSlice>,
+    ) -> Vec<Rows> {
+        let start = range.start;
+        let found = self.search(placed, &at.motion, range, cache.as_deref_mut());
+        let mut all = Vec::new();
+        for these in found.chunk_by(|a, b| a.patch == b.patch) {
+            let Some(feet) = self.feet_on_patch(placed, these) else { continue };
+            remember(cache.as_deref_mut(), start, these, &feet);
+            all.extend(self.rows(&*placed.instance, these, &feet, &self.counted(&feet)));
+        }
+        all
+    }
+
+    /// The rows of points that have their feet on one patch; None where that cannot be evaluated.
+    pub(crate) fn rows(
+        &self,
+        instance: &dyn Instance,
+        found: &[Correspondence],
+        feet: &[Foot],
+        counted: &[Counted],
+    ) -> Option<Rows> {
+        let patch = found[0].patch;
+        let active = &self.space.model.parts()[patch as usize].active;
+        let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
+        let mut slopes = vec![0.0; feet.len() * active.len() * 3];
+        instance.jacobian(patch as usize, &u, &v, &mut slopes).ok()?;
+        // Columns that nothing varies by would be summed in vain.
+        let varied: Vec<usize> = (0..active.len()).filter(|a| self.space.varies(active[*a] as usize)).collect();
+        let n = self.space.model.parameters().len();
+        let motion = if self.space.moving { n..n + 6 } else { n..n };
+        let columns: Vec<usize> = varied.iter().map(|a| active[*a] as usize).chain(motion).collect();
+        let mut jacobian = Vec::with_capacity(feet.len() * columns.len());
+        let mut points = Vec::with_capacity(feet.len());
+        for (i, ((foot, found), counted)) in feet.iter().zip(found).zip(counted).enumerate() {
+            let (away, distance) = self.away(foot, found.q);
+            let Counted { weight, curvature, .. } = *counted;
+            points.push(RowPoint { index: found.index as u32, distance, weight, curvature });
+            let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
+            // The surface moving outwards brings it nearer to a point outside.
+            jacobian.extend(varied.iter().map(|a| -away.dot(DVec3::from_slice(&slopes[3 * a..]))));
+            if self.space.moving {
+                let turn = (foot.point - self.space.centre).cross(away);
+                jacobian.extend([-away.x, -away.y, -away.z, -turn.x, -turn.y, -turn.z]);
+            }
+        }
+        Some(Rows { patch, columns, points, jacobian })
+    }
+
+    /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero the
+    /// direction is noise, and the surface's normal takes its place.
+    fn away(&self, foot: &Foot, q: DVec3) -> (DVec3, f64) {
+        let normal = foot.normal.normalize_or_zero();
+        let d = foot.d2.sqrt();
+        let along = (q - foot.point).dot(normal);
+        if d > 1e-6 * self.loss.sigma {
+            let sign = if along < 0.0 { -1.0 } else { 1.0 };
+            ((q - foot.point) * (sign / d), sign * d)
+        } else {
+            (normal, along)
+        }
+    }
+}

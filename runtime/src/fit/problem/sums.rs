@@ -1,0 +1,200 @@
+//! What a chunk of points adds to the objective, its gradient and its Gauss-Newton matrix.
+
+use super::loss::Counted;
+use super::objective::{Correspondence, Evaluation, Objective, Order, Placed};
+use super::parameterization::{Estimate, Parameterization};
+use super::rows::Rows;
+use crate::fit::correspond::foot::Foot;
+use crate::model::Instance;
+use glam::DVec3;
+use nalgebra::{DMatrix, DVector};
+
+/// What belongs to one patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PatchSum {
+    /// Points with psi below 1/2.
+    pub(crate) inliers: f64,
+    /// Sum of their squared distances.
+    pub(crate) d2: f64,
+    /// Sum of weights.
+    pub(crate) weight: f64,
+    /// Sum of weight times squared distance.
+    pub(crate) weighted_d2: f64,
+    /// Sum of weight times the cosine between the scan's normal and dS/du x dS/dv.
+    pub(crate) facing: f64,
+}
+
+/// Sums over a chunk; derivatives by (x, shift, turn).
+pub(crate) struct Sums {
+    pub(crate) psi: f64,
+    gradient: Vec<f64>,
+    /// The upper triangle, row by row.
+    normal: Vec<f64>,
+    patches: Vec<PatchSum>,
+}
+
+impl Sums {
+    /// Those of `points` points that are far from everything.
+    pub(crate) fn none(space: &Parameterization, points: usize, order: Order) -> Self {
+        let n = space.model.parameters().len() + 6;
+        Self {
+            psi: points as f64,
+            gradient: if order == Order::Value { Vec::new() } else { vec![0.0; n] },
+            normal: if order == Order::Normal { vec![0.0; n * n] } else { Vec::new() },
+            patches: vec![PatchSum::default(); space.model.parts().len()],
+        }
+    }
+}
+
+impl Objective<'_> {
+    /// The evaluation that follows from the sums of all chunks of so many points.
+    pub(crate) fn total(&self, sums: &[Sums], points: f64, at: &Estimate, order: Order, absent: usize) -> Evaluation {
+        let n = self.space.model.parameters().len() + 6;
+        let mut gradient = DVector::zeros(n);
+        let mut normal = DMatrix::zeros(n, n);
+        let mut patches = vec![PatchSum::default(); self.space.model.parts().len()];
+        let mut psi = 0.0;
+        for sum in sums {
+            psi += sum.psi;
+            for (g, s) in gradient.iter_mut().zip(&sum.gradient) {
+                *g += s;
+            }
+            for (h, s) in normal.iter_mut().zip(&sum.normal) {
+                *h += s;
+            }
+            for (p, s) in patches.iter_mut().zip(&sum.patches) {
+                p.inliers += s.inliers;
+                p.d2 += s.d2;
+                p.weight += s.weight;
+                p.weighted_d2 += s.weighted_d2;
+                p.facing += s.facing;
+            }
+        }
+        let scale = 2.0 / (self.loss.sigma * self.loss.sigma * points);
+        let value = psi / points;
+        if order == Order::Value {
+            let (gradient, normal) = (DVector::zeros(0), DMatrix::zeros(0, 0));
+            return Evaluation { value, gradient, normal, patches, absent };
+        }
+        let chain = self.space.chain(at);
+        let gradient = chain.tr_mul(&gradient) * scale;
+        let normal = if order == Order::Normal {
+            // Only one triangle was summed.
+            normal.fill_upper_triangle_with_lower_triangle();
+            chain.tr_mul(&(normal * &chain)) * scale
+        } else {
+            DMatrix::zeros(0, 0)
+        };
+        Evaluation { value, gradient, normal, patches, absent }
+    }
+
+    /// Adds the points of one patch. A patch that fails here counts as absent: its points keep psi = 1.
+    /// Returns the feet; none where the patch fails.
+    pub(crate) fn add_patch(
+        &self,
+        placed: &Placed,
+        found: &[Correspondence],
+        order: Order,
+        sums: &mut Sums,
+    ) -> Vec<Foot> {
+        let patch = found[0].patch as usize;
+        let instance = &*placed.instance;
+        let Some(feet) = self.feet_on_patch(placed, found) else { return Vec::new() };
+        let half2 = self.loss.half().powi(2);
+        let counted = self.counted(&feet);
+        let part = &mut sums.patches[patch];
+        for ((foot, found), Counted { psi, weight, .. }) in feet.iter().zip(found).zip(&counted) {
+            sums.psi += psi - 1.0;
+            if foot.d2 < half2 {
+                part.inliers += 1.0;
+                part.d2 += foot.d2;
+            }
+            part.weight += weight;
+            part.weighted_d2 += weight * foot.d2;
+            part.facing += weight * foot.normal.normalize_or_zero().dot(found.normal);
+        }
+        self.add_derivatives(instance, found, &feet, &counted, order, sums);
+        feet
+    }
+
+    /// Adds the derivatives of what points of one patch count.
+    pub(crate) fn add_derivatives(
+        &self,
+        instance: &dyn Instance,
+        found: &[Correspondence],
+        feet: &[Foot],
+        counted: &[Counted],
+        order: Order,
+        sums: &mut Sums,
+    ) {
+        match order {
+            Order::Value => {}
+            Order::Gradient => self.add_gradient(instance, found, feet, counted, sums),
+            Order::Normal => match self.rows(instance, found, feet, counted) {
+                Some(rows) => self.add_normal(&rows, sums),
+                None => sums.gradient.fill(f64::NAN),
+            },
+        }
+    }
+
+    fn add_gradient(
+        &self,
+        instance: &dyn Instance,
+        found: &[Correspondence],
+        feet: &[Foot],
+        counted: &[Counted],
+        sums: &mut Sums,
+    ) {
+        let n = self.space.model.parameters().len();
+        let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
+        let force =
+            |((foot, found), counted): ((&Foot, &Correspondence), &Counted)| (foot.point - found.q) * counted.weight;
+        let forces: Vec<DVec3> = feet.iter().zip(found).zip(counted).map(force).collect();
+        let w: Vec<[f64; 3]> = forces.iter().map(|f| f.to_array()).collect();
+        if instance.pullback(found[0].patch as usize, &u, &v, &w, &mut sums.gradient[..n]).is_err() {
+            sums.gradient.fill(f64::NAN);
+            return;
+        }
+        if !self.space.moving {
+            return;
+        }
+        for (foot, force) in feet.iter().zip(&forces) {
+            let torque = (foot.point - self.space.centre).cross(*force);
+            for k in 0..3 {
+                sums.gradient[n + k] += force[k];
+                sums.gradient[n + 3 + k] += torque[k];
+            }
+        }
+    }
+
+    fn add_normal(&self, rows: &Rows, sums: &mut Sums) {
+        let total = self.space.model.parameters().len() + 6;
+        let count = rows.columns.len();
+        let (mut gradient, mut normal) = (vec![0.0; count], vec![0.0; count * count]);
+        for (point, row) in rows.iter() {
+            // Never so small that a step would run away.
+            let bend = if self.curved { point.curvature.max(0.3 * point.weight) } else { point.weight };
+            add_scaled(&mut gradient, point.weight * point.distance, row);
+            add_square(&mut normal, bend, row);
+        }
+        for (a, i) in rows.columns.iter().enumerate() {
+            sums.gradient[*i] += gradient[a];
+            for (b, j) in rows.columns.iter().enumerate().skip(a) {
+                sums.normal[i * total + j] += normal[a * count + b];
+            }
+        }
+    }
+}
+
+/// Adds `factor` times a row to a sum.
+pub(crate) fn add_scaled(sum: &mut [f64], factor: f64, row: &[f64]) {
+    sum.iter_mut().zip(row).for_each(|(sum, r)| *sum += factor * r);
+}
+
+/// Adds `factor` times a row's square, row^T row, to the upper triangle of a square matrix that is stored row by row.
+pub(crate) fn add_square(sum: &mut [f64], factor: f64, row: &[f64]) {
+    let count = row.len();
+    for (a, ra) in row.iter().enumerate() {
+        add_scaled(&mut sum[a * count + a..(a + 1) * count], factor * ra, &row[a..]);
+    }
+}

@@ -1,0 +1,62 @@
+//! The stage of a fit in which the term takes part: after everything else has been found.
+
+use super::{Coverage, Scanned, places};
+use crate::fit::problem::MIDDLE;
+use crate::fit::problem::level::Level;
+use crate::fit::problem::loss::Loss;
+use crate::fit::problem::points::Points;
+use crate::fit::refine::schedule::{POLISH, Solution, polish};
+use crate::fit::result::Covered;
+use std::sync::Arc;
+
+/// Scales of the term's loss, as fractions of the scan's radius: from ends that are far beyond the scan to those that are hardly so.
+const SCALES: [f64; 2] = [0.1, 0.03];
+/// The last one is the points' own, but not below this fraction.
+const LAST: f64 = 0.01;
+
+/// Goes on from an optimum with the term; the same with a warning where that cannot be.
+pub(crate) fn cover(solution: Solution) -> Solution {
+    let problem = solution.level.problem;
+    let coverage = match Coverage::at(&solution) {
+        Ok(coverage) => coverage,
+        Err(why) => {
+            problem.monitor.warn(format!("ends are not held to the scan: {why}"));
+            return solution;
+        }
+    };
+    problem.monitor.progress.report("coverage", f64::NAN, "");
+    let some = problem.points.every(MIDDLE);
+    let mut covered = solution;
+    for scale in SCALES {
+        covered = polish_with(coverage.at_scale(scale * problem.radius), covered, &some);
+    }
+    let scale = (LAST * problem.radius).max(covered.loss.sigma);
+    polish_with(coverage.at_scale(scale), covered, &problem.points)
+}
+
+fn polish_with<'a>(coverage: Coverage<'a>, from: Solution<'a>, points: &Points) -> Solution<'a> {
+    let (level, guess) = from.into_guess();
+    polish(Level { coverage: Some(Arc::new(coverage)), ..level }, points, guess, Some(POLISH))
+}
+
+impl<'a> Coverage<'a> {
+    /// The term for the model as a solution has it.
+    fn at(solution: &Solution<'a>) -> Result<Self, String> {
+        let Level { problem, space, .. } = &solution.level;
+        let x = space.x(&solution.estimate.z).ok_or("the bounds of the parameters leave no room")?;
+        let instance = problem.model.instantiate(&x).map_err(|e| e.to_string())?;
+        let places = places(problem.model, &*instance, problem.radius).map_err(|e| e.to_string())?;
+        let scanned = Scanned::new(problem.scan, problem.oriented, problem.radius).map_err(|e| e.to_string())?;
+        Ok(Self::new(scanned, places, Loss::welsch(SCALES[0] * problem.radius)))
+    }
+}
+
+/// How much of the model was scanned, where the term took part.
+pub(crate) fn covered(solution: &Solution) -> Option<Covered> {
+    let Level { problem, space, coverage, .. } = &solution.level;
+    let coverage = coverage.as_ref()?;
+    let x = space.x(&solution.estimate.z)?;
+    let instance = problem.model.instantiate(&x).ok()?;
+    let share = coverage.share(&*instance, &solution.estimate.motion)?;
+    Some(Covered { share, sigma: coverage.loss.sigma })
+}

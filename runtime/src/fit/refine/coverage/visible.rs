@@ -1,0 +1,119 @@
+//! Places spread evenly over what could be seen of a model: those inside of walls, where a handle ends, are left out.
+
+use crate::bvh::Bvh;
+use crate::fit::register::proposals::halton;
+use crate::model::{EvaluationError, Fineness, Instance, Model, Partials, Tessellation};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+
+/// Places of one patch, by u and v, with the area that each stands for. Square millimetres.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Places {
+    pub(crate) patch: usize,
+    pub(crate) u: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) area: Vec<f64>,
+}
+
+/// Places in all, about.
+const COUNT: f64 = 8000.0;
+/// Most places each way on a patch.
+const MOST: usize = 400;
+/// Samples each way when a patch is gauged.
+const GAUGE: usize = 8;
+/// Directions in which a place may be seen.
+const DIRECTIONS: usize = 48;
+/// Whatever is seen at a more grazing angle than this (its cosine) is not.
+const GRAZING: f64 = 0.15;
+
+/// Places on every patch that can be evaluated. `radius` is the scale of lengths.
+///
+/// # Errors
+/// The model cannot be tessellated.
+pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
+    let fineness = Fineness { chord: 0.002 * radius, edge: f64::INFINITY, max_segments: 128 };
+    let surface = Tessellation::new(model, instance, fineness)?;
+    let bvh = Bvh::build(&surface.mesh).map_err(|error| EvaluationError { message: error.to_string() })?;
+    let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
+    let total: f64 = gauges.iter().flatten().map(|g| g.area).sum();
+    let spacing = (total / COUNT).sqrt();
+    let of_patch = |(patch, gauge): (usize, &Option<Gauge>)| {
+        let gauge = gauge.as_ref()?;
+        let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, MOST));
+        Some(visible(&bvh, patch, grid(instance, patch, sides)?, 1e-3 * radius))
+    };
+    let found: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
+    Ok(found.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
+}
+
+/// How large a patch is.
+struct Gauge {
+    /// Mean lengths along u and v. Millimetres.
+    sides: [f64; 2],
+    area: f64,
+}
+
+impl Gauge {
+    fn of(instance: &dyn Instance, patch: usize) -> Option<Self> {
+        let [u, v] = middles([GAUGE; 2]);
+        let mut partials = vec![Partials::default(); u.len()];
+        instance.partials(patch, &u, &v, &mut partials).ok()?;
+        let mean = |of: &dyn Fn(&Partials) -> f64| partials.iter().map(of).sum::<f64>() / partials.len() as f64;
+        let [du, dv] = [mean(&|p| DVec3::from_array(p.du).length()), mean(&|p| DVec3::from_array(p.dv).length())];
+        let area = mean(&|p| across(p).length());
+        (du.is_finite() && dv.is_finite() && area.is_finite()).then_some(Self { sides: [du, dv], area })
+    }
+}
+
+/// The middles of so many cells each way.
+fn middles([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
+    let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+    let every = (0..nu * nv).map(|k| (middle(k % nu, nu), middle(k / nu, nv)));
+    let (u, v) = every.unzip();
+    [u, v]
+}
+
+fn across(p: &Partials) -> DVec3 {
+    DVec3::from_array(p.du).cross(DVec3::from_array(p.dv))
+}
+
+/// The middles of a grid's cells, with their surfaces.
+type Cells = ([Vec<f64>; 2], Vec<Partials>);
+
+fn grid(instance: &dyn Instance, patch: usize, cells: [usize; 2]) -> Option<Cells> {
+    let [u, v] = middles(cells);
+    let mut partials = vec![Partials::default(); u.len()];
+    instance.partials(patch, &u, &v, &mut partials).ok()?;
+    Some(([u, v], partials))
+}
+
+/// The cells that something outside can look at.
+fn visible(bvh: &Bvh, patch: usize, ([u, v], partials): Cells, above: f64) -> Places {
+    let mut places = Places { patch, ..Places::default() };
+    let count = partials.len() as f64;
+    for ((u, v), p) in u.iter().zip(&v).zip(&partials) {
+        let normal = across(p);
+        let area = normal.length() / count;
+        let normal = normal.normalize_or_zero();
+        let from = DVec3::from_array(p.point) + normal * above;
+        let seen = |k: usize| {
+            let direction = sphere(k);
+            direction.dot(normal) > GRAZING
+                && bvh.nearest_hit(from.to_array(), direction.to_array(), f64::INFINITY).is_none()
+        };
+        if area > 0.0 && (0..DIRECTIONS).any(seen) {
+            places.u.push(*u);
+            places.v.push(*v);
+            places.area.push(area);
+        }
+    }
+    places
+}
+
+/// Direction k of an even set.
+fn sphere(k: usize) -> DVec3 {
+    let (z, angle) = (2.0 * halton(k + 1, 0) - 1.0, TAU * halton(k + 1, 1));
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * angle.cos(), r * angle.sin(), z)
+}

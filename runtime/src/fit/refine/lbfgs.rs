@@ -1,0 +1,161 @@
+//! L-BFGS (argmin) on the full objective, inside the bounds.
+
+use super::gauss_newton::Minimum;
+use crate::fit::problem::objective::{Objective, Order};
+use crate::fit::problem::parameterization::Estimate;
+use argmin::core::{CostFunction, Error, Executor, Gradient, State};
+use argmin::solver::linesearch::MoreThuenteLineSearch;
+use argmin::solver::quasinewton::LBFGS;
+use nalgebra::DVector;
+use std::cell::RefCell;
+
+/// Pairs of steps and gradient changes that are remembered.
+const MEMORY: usize = 8;
+/// Rounds in which the set of coordinates at bounds settles.
+const ROUNDS: u32 = 6;
+
+/// Minimises from `start` with at most `iterations` iterations; None where the model does not exist there.
+///
+/// argmin knows no bounds: coordinates that stand at a bound and are pushed against it are held while it runs on the
+/// others, and what it tries beyond a bound is moved back to the bound. When that stops it, or a held coordinate is
+/// pushed inwards again, a new round begins; a round that changes neither ends the minimisation.
+pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, gradient: f64) -> Option<Minimum> {
+    let evaluation = objective.evaluate(&start, Order::Gradient)?;
+    let mut at = Minimum { estimate: start, evaluation, iterations: 0, converged: false };
+    for _ in 0..ROUNDS {
+        let held = held(&at, objective);
+        let before = at.evaluation.value;
+        let projected =
+            (0..held.len()).filter(|k| !held[*k]).map(|k| at.evaluation.gradient[k].abs()).fold(0.0, f64::max);
+        if projected <= gradient || at.iterations >= iterations {
+            at.converged = projected <= gradient;
+            break;
+        }
+        round(objective, &mut at, &held, iterations, gradient);
+        if !(before - at.evaluation.value > 1e-9 * before) {
+            // No progress although the gradient is not small: the objective's own kinks (switches of the nearest
+            // facet) end it here, and Gauss-Newton goes on.
+            at.converged = true;
+            break;
+        }
+    }
+    Some(at)
+}
+
+fn held(at: &Minimum, objective: &Objective) -> Vec<bool> {
+    let room = objective.space.room(&at.estimate);
+    room.iter()
+        .zip(at.evaluation.gradient.iter())
+        .map(|((low, high), g)| (*low >= 0.0 && *g > 0.0) || (*high <= 0.0 && *g < 0.0))
+        .collect()
+}
+
+/// One run of argmin from `at`, over the coordinates that are not held.
+fn round(objective: &Objective, at: &mut Minimum, held: &[bool], iterations: u32, gradient: f64) {
+    let free: Vec<usize> = (0..held.len()).filter(|k| !held[*k]).collect();
+    let g: Vec<f64> = free.iter().map(|k| at.evaluation.gradient[*k]).collect();
+    let norm = g.iter().map(|g| g * g).sum::<f64>().sqrt();
+    // argmin's first step is the gradient itself: coordinates are stretched so that it moves the surface by a third of
+    // sigma.
+    let stretch = (objective.loss.sigma / 3.0 / norm).sqrt();
+    let problem =
+        Restricted { objective, from: at.estimate.clone(), free, stretch, dim: held.len(), last: RefCell::new(None) };
+    let begin = vec![0.0; problem.free.len()];
+    let solver = LBFGS::new(MoreThuenteLineSearch::new(), MEMORY)
+        .with_tolerance_grad(gradient * stretch)
+        .and_then(|solver| solver.with_tolerance_cost(1e-10 * at.evaluation.value));
+    let Ok(solver) = solver else { return };
+    let run = Executor::new(problem, solver)
+        .configure(|state| {
+            state
+                .param(begin)
+                .cost(at.evaluation.value)
+                .gradient(g.iter().map(|g| g * stretch).collect::<Vec<f64>>())
+                .max_iters(u64::from(iterations - at.iterations))
+        })
+        .ctrlc(false)
+        .run();
+    // An error is a line search that found no descent; the round then changed nothing.
+    let Ok(run) = run else { return };
+    at.iterations += run.state.get_iter() as u32;
+    let Some(best) = run.state.get_best_param() else { return };
+    let from = at.estimate.clone();
+    let y = expand(best, held, stretch);
+    let estimate = objective.space.retract(&from, &y);
+    if let Some(evaluation) = objective.evaluate(&estimate, Order::Gradient)
+        && evaluation.value < at.evaluation.value
+    {
+        at.estimate = estimate;
+        at.evaluation = evaluation;
+        objective.note(&at.evaluation);
+    }
+}
+
+fn expand(p: &[f64], held: &[bool], stretch: f64) -> Vec<f64> {
+    let mut values = p.iter();
+    held.iter().map(|h| if *h { 0.0 } else { values.next().map_or(0.0, |p| p * stretch) }).collect()
+}
+
+/// Where, value and gradient.
+type Evaluated = (Vec<f64>, f64, Vec<f64>);
+
+/// The objective over some of its coordinates, in argmin's terms.
+struct Restricted<'o, 's> {
+    objective: &'o Objective<'s>,
+    from: Estimate,
+    free: Vec<usize>,
+    stretch: f64,
+    dim: usize,
+    /// The last point with its value and gradient: argmin asks for them one after the other.
+    last: RefCell<Option<Evaluated>>,
+}
+
+impl Restricted<'_, '_> {
+    fn at(&self, p: &[f64]) -> (f64, Vec<f64>) {
+        if let Some((last, value, gradient)) = &*self.last.borrow()
+            && last == p
+        {
+            return (*value, gradient.clone());
+        }
+        let mut y = vec![0.0; self.dim];
+        for (k, p) in self.free.iter().zip(p) {
+            y[*k] = p * self.stretch;
+        }
+        // NaN would hang the line search; infinity ends it.
+        let mut answer = (f64::INFINITY, vec![0.0; p.len()]);
+        if y.iter().all(|y| y.is_finite()) {
+            let room = self.objective.space.room(&self.from);
+            let inside: Vec<f64> = y.iter().zip(&room).map(|(y, (low, high))| y.min(*high).max(*low)).collect();
+            let estimate = self.objective.space.retract(&self.from, &inside);
+            if let Some(evaluation) = self.objective.evaluate(&estimate, Order::Gradient) {
+                let mut gradient: DVector<f64> = evaluation.gradient;
+                self.objective.space.pull_to(&inside, &mut gradient);
+                let slope = |k: &usize| {
+                    // Beyond a bound the objective goes on as a constant.
+                    if inside[*k] == y[*k] { gradient[*k] * self.stretch } else { 0.0 }
+                };
+                answer = (evaluation.value, self.free.iter().map(slope).collect());
+            }
+        }
+        *self.last.borrow_mut() = Some((p.to_vec(), answer.0, answer.1.clone()));
+        answer
+    }
+}
+
+impl CostFunction for Restricted<'_, '_> {
+    type Param = Vec<f64>;
+    type Output = f64;
+
+    fn cost(&self, p: &Vec<f64>) -> Result<f64, Error> {
+        Ok(self.at(p).0)
+    }
+}
+
+impl Gradient for Restricted<'_, '_> {
+    type Param = Vec<f64>;
+    type Gradient = Vec<f64>;
+
+    fn gradient(&self, p: &Vec<f64>) -> Result<Vec<f64>, Error> {
+        Ok(self.at(p).1)
+    }
+}

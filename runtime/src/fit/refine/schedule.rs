@@ -1,0 +1,177 @@
+//! From where the registration ended to the optimum: from coarse to fine, in the scale of the loss and in points (graduated
+//! non-convexity), to the scale that the scan's noise suggests.
+
+use super::gauss_newton::{self, Minimum, Stop};
+use super::lbfgs;
+use crate::fit::correspond::cache::FootCache;
+use crate::fit::problem::MIDDLE;
+use crate::fit::problem::level::Level;
+use crate::fit::problem::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
+use crate::fit::problem::objective::{Evaluation, Objective, Order};
+use crate::fit::problem::parameterization::Estimate;
+use crate::fit::problem::points::Points;
+use crate::fit::register::Registration;
+use crate::fit::register::restart::{Scope, restart};
+use crate::fit::register::screening::Candidate;
+use std::sync::Arc;
+
+/// Points with which the scale of the loss is followed down.
+const FEW: usize = 2000;
+
+/// An estimate with the loss by which it is judged.
+#[derive(Clone)]
+pub(crate) struct Guess {
+    pub(crate) estimate: Estimate,
+    pub(crate) loss: Loss,
+    /// Per patch, which way is out (see `Facing`).
+    pub(crate) signs: Vec<i8>,
+    /// Iterations of the optimisers so far.
+    pub(crate) iterations: u32,
+}
+
+/// Where a stage ended: an optimum with the level on which it was found and what it was judged by.
+pub(crate) struct Solution<'a> {
+    pub(crate) level: Level<'a>,
+    pub(crate) estimate: Estimate,
+    pub(crate) evaluation: Evaluation,
+    pub(crate) loss: Loss,
+    pub(crate) signs: Vec<i8>,
+    pub(crate) converged: bool,
+    /// The feet of the points that were fitted.
+    pub(crate) cache: Arc<FootCache>,
+    /// Iterations of the optimisers in all stages.
+    pub(crate) iterations: u32,
+}
+
+impl<'a> Solution<'a> {
+    /// The solution as the beginning of another stage.
+    pub(crate) fn into_guess(self) -> (Level<'a>, Guess) {
+        let Self { level, estimate, loss, signs, iterations, .. } = self;
+        (level, Guess { estimate, loss, signs, iterations })
+    }
+}
+
+/// From the registration's scale of the loss to the final one.
+pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
+    let Registration { level, candidate, seeds } = registration;
+    let problem = level.problem;
+    let Candidate { estimate, mut signs, .. } = candidate;
+    // A model that cannot be evaluated where it has come to keeps its facets.
+    let level = Level::new(problem, level.space.clone(), &estimate, 0.002 * problem.radius).unwrap_or(level);
+    // Here nearly every point is nearest to its own patch, whichever way that faces: what was learnt wrongly from farther off
+    // is corrected.
+    let wide = Loss::welsch(0.05 * problem.radius);
+    if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
+        signs = problem.facing(&unsided, &signs);
+    }
+    let few = problem.thin.sample(FEW);
+    let given = problem.options.sigma.map(|sigma| Loss { kind: problem.options.loss, sigma });
+    let mut guess = Guess { estimate, loss: given.unwrap_or(wide), signs, iterations: 0 };
+    guess = anneal(&level, &few, guess, given);
+    if !problem.monitor.cancelled() {
+        // At so fine a scale, what passed for right before may be wrong.
+        let (estimate, signs) = (guess.estimate.clone(), guess.signs.clone());
+        let from = Candidate { estimate, signs, value: f64::INFINITY, inliers: 0.0 };
+        let scale = guess.loss.sigma / problem.radius;
+        let Candidate { estimate, signs, value, .. } = restart(&level, &seeds, &few, scale, Scope::Doubtful, from);
+        if value.is_finite() {
+            guess = anneal(&level, &few, Guess { estimate, signs, ..guess }, given);
+        }
+    }
+    let loss = given.unwrap_or_else(|| suggested_loss(&level, &problem.thin, &guess));
+    guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
+    // Some points, as dense as the scan itself, first: all of them then have hardly anything left to do. Where the motion is
+    // still to be put into the script's parameters, they wait for that.
+    let some = problem.points.every(MIDDLE);
+    let near = polish(level, &some, guess, Some(POLISH));
+    if problem.frame.write_back || some.len() == problem.points.len() {
+        return near;
+    }
+    let (level, guess) = near.into_guess();
+    polish(level, &problem.points, guess, Some(POLISH))
+}
+
+/// The stage of the trace in which the scale of the loss is final.
+pub(crate) const POLISH: &str = "polish";
+
+/// Follows the scale of the loss down to the one that the residuals suggest, unless one is `given`.
+fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>) -> Guess {
+    for _ in 0..6 {
+        if level.problem.monitor.cancelled() {
+            break;
+        }
+        let loss = guess.loss;
+        let objective = Objective {
+            signs: Some(&guess.signs),
+            cache: Some(Arc::new(FootCache::new(points, loss.sigma))),
+            stage: Some("refine"),
+            ..level.objective(points, loss)
+        };
+        let stop = Stop { iterations: 12, step: 1e-3 * loss.sigma };
+        if let Some(minimum) = minimise(&objective, guess.estimate.clone(), stop) {
+            let signs = level.problem.facing(&minimum.evaluation, &guess.signs);
+            guess =
+                Guess { estimate: minimum.estimate, loss, signs, iterations: guess.iterations + minimum.iterations };
+        }
+        guess.loss = given.unwrap_or_else(|| suggested_loss(level, points, &guess));
+        if guess.loss.sigma > 0.9 * loss.sigma {
+            break;
+        }
+    }
+    guess
+}
+
+/// The scale that the residuals suggest: psi(d + eps) = 1/2 ([VA] sect. 3) where d + eps is three robust standard
+/// deviations of the distances, which hold both the noise and what the model's family cannot follow. Never above the
+/// present scale, and never below the noise's.
+fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
+    let loss = guess.loss;
+    let objective = Objective { signs: Some(&guess.signs), ..level.objective(points, loss) };
+    let Ok(placed) = objective.place(&guess.estimate) else { return loss };
+    let mut distances: Vec<f64> =
+        objective.feet(&placed, &guess.estimate.motion).iter().map(|(_, f)| f.d2.sqrt()).collect();
+    let problem = level.problem;
+    let spread = robust_deviation(&mut distances, loss.cutoff()).max(problem.scan.noise).max(1e-6 * problem.radius);
+    let next = Loss::with_half_at(loss.kind, INLIER_DEVIATIONS * spread);
+    Loss::welsch(next.sigma.min(loss.sigma).max(0.35 * loss.sigma))
+}
+
+/// Gauss-Newton at the final scale. Steps are traced as those of `stage`, if there is one.
+pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage: Option<&'static str>) -> Solution<'a> {
+    let Guess { estimate, loss, signs, iterations } = guess;
+    // Least squares is for those who want every digit.
+    let (tolerance, step) = match loss.kind {
+        LossKind::Squared => (1e-12 * level.problem.radius, 1e-11 * level.problem.radius),
+        // Shorter steps are about as large as those by which single points that change patches move the optimum.
+        _ => (1e-5 * loss.sigma, 2e-4 * loss.sigma),
+    };
+    let cache = Arc::new(FootCache::new(points, loss.sigma));
+    let objective = Objective {
+        signs: Some(&signs),
+        tolerance,
+        cache: Some(cache.clone()),
+        curved: true,
+        stage,
+        ..level.objective(points, loss)
+    };
+    let stop = Stop { iterations: 30, step };
+    let minimum = gauss_newton::minimise(&objective, estimate.clone(), stop).unwrap_or_else(|| {
+        // Cancelled, or the model does not exist here. What it is worth is still to be said.
+        let objective = Objective { cancellable: false, signs: Some(&signs), cache: None, ..objective };
+        let evaluation =
+            objective.evaluate(&estimate, Order::Value).unwrap_or_else(|| Evaluation::absent(&level.space));
+        Minimum { estimate, evaluation, iterations: 0, converged: false }
+    });
+    let Minimum { estimate, evaluation, converged, iterations: more } = minimum;
+    Solution { level, estimate, evaluation, loss, signs, converged, cache, iterations: iterations + more }
+}
+
+/// Gauss-Newton, and where that does not arrive L-BFGS from where it is, with steps that need no model of the distances.
+fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
+    let newton = gauss_newton::minimise(objective, start, stop)?;
+    if newton.converged {
+        return Some(newton);
+    }
+    let rest = lbfgs::minimise(objective, newton.estimate.clone(), 40, 1e-7);
+    Some(rest.filter(|rest| rest.evaluation.value < newton.evaluation.value).unwrap_or(newton))
+}

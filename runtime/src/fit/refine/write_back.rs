@@ -1,0 +1,152 @@
+//! The motion that was found, written into the script's own pose parameters.
+
+use super::schedule::{Guess, POLISH, Solution, polish};
+use crate::fit::problem::isometry::Isometry;
+use crate::fit::problem::level::Level;
+use crate::fit::problem::parameterization::Parameterization;
+use crate::fit::problem::pose::VelocityField;
+use crate::model::{EvaluationError, Model};
+use glam::{DQuat, DVec3};
+use gml_compiler::program::Quantity;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Puts the motion into the script's pose parameters, if they take it, and goes on to the optimum in the script's own coordinates.
+pub(crate) fn write_back(solution: Solution) -> Solution {
+    let problem = solution.level.problem;
+    let x = solution.level.space.x(&solution.estimate.z);
+    let Some(x) = x.filter(|_| problem.frame.write_back) else { return solution };
+    let (level, guess) = solution.into_guess();
+    let (level, guess) = in_own_coordinates(level, guess, &x);
+    polish(level, &problem.points, guess, Some(POLISH))
+}
+
+/// The level on which the script's pose parameters vary instead of the motion, and where on it `guess` lies, whose parameters
+/// are `x`.
+fn in_own_coordinates<'a>(level: Level<'a>, guess: Guess, x: &[f64]) -> (Level<'a>, Guess) {
+    let problem = level.problem;
+    let indices = &problem.rigid.indices;
+    let (mut x, off) = match parameters_at(problem.model, x, indices, &guess.estimate.motion) {
+        Ok(written) => written,
+        Err(error) => {
+            problem.monitor.warn(format!("the pose could not be written into the script's parameters: {error}"));
+            return (level, guess);
+        }
+    };
+    for i in indices {
+        x[*i] = principal(x[*i], problem.model, &x, *i);
+    }
+    if off > 1e-6 * problem.radius {
+        problem.monitor.warn(format!("the script's pose parameters reproduce the pose found only to {off:.3} mm"));
+    }
+    let start = &problem.start;
+    let mut space = Parameterization::new(problem.model, &x, start.free().collect(), false, &start.ties);
+    space.centre = level.space.centre;
+    let estimate = space.estimate(&x, Isometry::IDENTITY);
+    let level = Level::new(problem, space.clone(), &estimate, 0.002 * problem.radius).unwrap_or_else(|error| {
+        problem.monitor.warn(format!("the model could not be evaluated in its final pose: {error}"));
+        Level { space, ..level }
+    });
+    (level, Guess { estimate, ..guess })
+}
+
+/// Angles are reported between -half a turn and half a turn where the bounds allow.
+fn principal(value: f64, model: &dyn Model, x: &[f64], i: usize) -> f64 {
+    if model.parameters()[i].quantity != Quantity::Angle {
+        return value;
+    }
+    let (low, high) = model.bounds(x)[i];
+    let turned = value - TAU * (value / TAU).round();
+    if turned >= low && turned <= high { turned } else { value }
+}
+
+/// Finds values of the rigid parameters `indices` for which the model at `x` lies where `motion` takes the model at
+/// `x`: M(x') = motion(M(x)). The motion is walked in small steps, so that angles follow it. Returns the new x and the
+/// largest distance that remains.
+///
+/// # Errors
+/// The model cannot be evaluated.
+pub(crate) fn parameters_at(
+    model: &dyn Model,
+    x: &[f64],
+    indices: &[usize],
+    motion: &Isometry,
+) -> Result<(Vec<f64>, f64), EvaluationError> {
+    let instance = model.instantiate(x)?;
+    let rest = VelocityField::sample(model, &*instance)?.points;
+    let centre = rest.iter().copied().sum::<DVec3>() / rest.len().max(1) as f64;
+    let turn = motion.rotation.to_scaled_axis();
+    let shift = motion.apply(centre) - centre;
+    let steps = (turn.length() / 0.1).ceil().max(4.0) as u32;
+    let mut x = x.to_vec();
+    let mut off = 0.0;
+    for step in 1..=steps {
+        let part = f64::from(step) / f64::from(steps);
+        let rotation = DQuat::from_scaled_axis(turn * part);
+        let target: Vec<DVec3> = rest.iter().map(|p| centre + shift * part + rotation * (*p - centre)).collect();
+        let rounds = if step == steps { 30 } else { 3 };
+        off = follow(model, &mut x, indices, &target, rounds)?;
+    }
+    Ok((x, off))
+}
+
+/// Levenberg-Marquardt steps of the parameters `indices` towards target positions of the sampled points; returns the
+/// largest distance that remains.
+fn follow(
+    model: &dyn Model,
+    x: &mut Vec<f64>,
+    indices: &[usize],
+    target: &[DVec3],
+    rounds: u32,
+) -> Result<f64, EvaluationError> {
+    let sample = |x: &[f64]| model.instantiate(x).and_then(|instance| VelocityField::sample(model, &*instance));
+    let error =
+        |field: &VelocityField| field.points.iter().zip(target).map(|(p, t)| p.distance_squared(*t)).sum::<f64>();
+    let mut field = sample(x)?;
+    let mut damping = 1e-12;
+    for _ in 0..rounds {
+        let now = error(&field);
+        let n = indices.len();
+        let mut normal = DMatrix::zeros(n, n);
+        let mut rhs = DVector::zeros(n);
+        for (a, i) in indices.iter().enumerate() {
+            for (p, t, v) in moves(&field, target, *i) {
+                rhs[a] += v.dot(t - p);
+            }
+            for (b, j) in indices.iter().enumerate() {
+                normal[(a, b)] = field.velocity[*i].iter().zip(&field.velocity[*j]).map(|(v, w)| v.dot(*w)).sum();
+            }
+        }
+        for a in 0..n {
+            normal[(a, a)] *= 1.0 + damping;
+            normal[(a, a)] += f64::MIN_POSITIVE;
+        }
+        let Some(factor) = normal.cholesky() else {
+            damping = (damping * 10.0_f64).max(1e-9);
+            continue;
+        };
+        let step = factor.solve(&rhs);
+        let mut trial = x.clone();
+        for (i, s) in indices.iter().zip(step.iter()) {
+            trial[*i] += s;
+        }
+        match sample(&trial) {
+            Ok(there) if error(&there) < now => {
+                *x = trial;
+                field = there;
+                damping = (damping * 0.1).max(1e-12);
+            }
+            _ if damping > 1e3 || now == 0.0 => break,
+            _ => damping = (damping * 100.0).max(1e-9),
+        }
+    }
+    Ok(field.points.iter().zip(target).map(|(p, t)| p.distance(*t)).fold(0.0, f64::max))
+}
+
+fn moves<'f>(
+    field: &'f VelocityField,
+    target: &'f [DVec3],
+    i: usize,
+) -> impl Iterator<Item = (DVec3, DVec3, DVec3)> + 'f {
+    field.points.iter().zip(target).zip(&field.velocity[i]).map(|((p, t), v)| (*p, *t, *v))
+}
