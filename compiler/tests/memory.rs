@@ -2,6 +2,7 @@
 //!
 //! `GMLC_PROGRAMS=10000 cargo test --release --test memory -- --nocapture` compiles, runs and drops so many instead of a thousand.
 
+#[path = "suite/common/mod.rs"]
 mod common;
 
 use gml_compiler::ir::{Binary, FunctionBuilder, Module, Parameter, Unary};

@@ -1,6 +1,6 @@
 //! `cargo run --release --example nist_strd -- NAME.gml NAME.dat ...`: how many digits of NIST's certified values fits find.
 
-#[path = "../support/nist.rs"]
+#[path = "../suite/support/nist.rs"]
 mod nist;
 
 use std::path::{Path, PathBuf};

@@ -10,7 +10,7 @@
 //!
 //! A script that fails is made smaller and printed.
 
-#[path = "../common/mod.rs"]
+#[path = "../suite/common/mod.rs"]
 mod common;
 mod differences;
 mod generate;

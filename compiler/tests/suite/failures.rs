@@ -1,0 +1,82 @@
+//! What is said where a model cannot be evaluated.
+
+use crate::common::program;
+use gml_compiler::jit::Limits;
+use gml_compiler::program::{Options, Program, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
+
+/// The message of instantiating and evaluating the points of the first part.
+fn message(program: &Program, x: &[f64], u: &[f64], v: &[f64]) -> String {
+    let instance = match program.instantiate(x) {
+        Ok(instance) => instance,
+        Err(e) => return e.message,
+    };
+    let mut out = vec![0.0; 3 * u.len()];
+    match instance.points(0, u, v, &mut out) {
+        Ok(()) => panic!("{out:?} instead of a failure"),
+        Err(e) => e.message,
+    }
+}
+
+#[test]
+fn a_requirement_names_its_place_and_parameters() {
+    let script = "model m {\n  param a: real = 1\n  param b: real = 2\n  param c: real = 3\n  require a < b, \"a is too large\"\n  part p = |u, v| (a * 1mm, u * 1mm, c * v * 1mm)\n}\n";
+    let program = program("m.gml", script);
+    assert!(program.instantiate(&[1.0, 2.0, 3.0]).is_ok());
+    insta::assert_snapshot!(message(&program, &[5.0, 2.0, 3.0], &[0.5], &[0.5]), @"m.gml:5:3: a is too large (where a = 5, b = 2)");
+}
+
+#[test]
+fn a_value_that_is_not_finite_is_found_in_the_source() {
+    let script = "model m {\n  param a: real = 1\n  part p = |u, v| (sqrt(u - a) * 1mm, u * 1mm, v * 1mm)\n}\n";
+    let program = program("m.gml", script);
+    insta::assert_snapshot!(message(&program, &[0.5], &[0.75, 0.25], &[0.5, 0.5]), @"m.gml:3:20: `sqrt(u - a)` is not a finite number (in part p; at u = 0.25, v = 0.5; where a = 0.5)");
+    let script = "model m {\n  param a: real = 1\n  part p = |u, v| (ln(a) * 1mm, u * 1mm, v * 1mm)\n}\n";
+    let program = crate::common::program("m.gml", script);
+    insta::assert_snapshot!(message(&program, &[-1.0], &[0.75], &[0.5]), @"m.gml:3:20: `ln(a)` is not a finite number (in part p; at u = 0.75, v = 0.5; where a = -1)");
+}
+
+#[test]
+fn derivatives_that_are_not_finite_are_found() {
+    let script = "model m {\n  param a: real = 1\n  part p = |u, v| (sqrt(a * u) * 1mm, u * 1mm, v * 1mm)\n}\n";
+    let program = program("m.gml", script);
+    let instance = program.instantiate(&[1.0]).unwrap();
+    let mut out = [0.0; 9];
+    let error = instance.partials(0, &[0.0], &[0.5], &mut out).unwrap_err();
+    insta::assert_snapshot!(error.message, @"m.gml:3:20: the derivative of `sqrt(a * u)` is not finite (in part p; at u = 0, v = 0.5; where a = 1)");
+    // By the parameter it is finite: the tangent of a * u is 0 there.
+    let mut out = [1.0; 3];
+    instance.jacobian(0, &[0.0], &[0.5], &mut out).unwrap();
+    assert_eq!(out, [0.0; 3]);
+}
+
+#[test]
+fn recursion_without_end_is_stopped() {
+    let script = "fn f(x: real) -> real = if x > 0 { f(x + 1) } else { x }\nmodel m {\n  param a: real = 1\n  part p = |u, v| (f(a + u) * 1mm, u * 1mm, v * 1mm)\n}\n";
+    let program = program("m.gml", script);
+    insta::assert_snapshot!(message(&program, &[1.0], &[0.5], &[0.5]), @"m.gml:1:25: calls are nested deeper than 1000 (see --limit depth), or than there is memory for (in part p of m.gml:4; at u = 0.5, v = 0.5; where a = 1)");
+}
+
+#[test]
+fn the_number_of_steps_is_limited() {
+    let script = "fn f(x: real) -> real = if x > 0 { f(x - 1) + f(x - 2) } else { x }\nmodel m {\n  param a: real = 100\n  part p = |u, v| (f(a + u) * 1mm, u * 1mm, v * 1mm)\n}\n";
+    let script = SourceFile { name: "m.gml".to_owned(), text: script.to_owned() };
+    let options = Options { limits: Limits { steps: 100_000, depth: 1000 }, ..Options::default() };
+    let program = compile(script, &NoFiles, &options).unwrap_or_else(|e| panic!("{e}")).program;
+    insta::assert_snapshot!(message(&program, &[100.0], &[0.5], &[0.5]), @"m.gml:1:28: the evaluation takes more than 100000 steps (see --limit steps) (in part p of m.gml:4; at u = 0.5, v = 0.5; where a = 100)");
+}
+
+#[test]
+fn an_empty_model_has_no_parts() {
+    let program = program("m.gml", "model m {\n  param a: real in 0..2 = 1\n}\n");
+    assert!(program.parts().is_empty());
+    assert!(program.instantiate(&[1.0]).is_ok());
+    assert_eq!(program.bounds(&[1.0]), [(0.0, 2.0)]);
+}
+
+#[test]
+fn a_file_without_a_model_says_so() {
+    let script = SourceFile { name: "m.gml".to_owned(), text: "fn f(x: real) -> real = x\n".to_owned() };
+    let Err(failed) = compile(script, &NoFiles, &Options::default()) else { panic!("there is no model") };
+    assert_eq!(failed.to_string(), "m.gml:1:1: the file has no model");
+}

@@ -1,0 +1,141 @@
+//! Derivatives of the examples against central differences.
+
+use crate::common::{Random, deviation, scale};
+use gml_compiler::program::{Instance, Program};
+
+/// Points at which each patch is looked at.
+const POINTS: usize = 12;
+
+/// Parameter vectors for each model; of models with many parts, which are much alike, fewer.
+const VECTORS: usize = 20;
+const LEAST_VECTORS: usize = 4;
+
+/// What the derivatives must agree to, relative to the largest one of the patch by the same parameter.
+const TOLERANCE: f64 = 1e-7;
+
+fn points(instance: &Instance<'_>, patch: usize, u: &[f64], v: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; 3 * u.len()];
+    instance.points(patch, u, v, &mut out).unwrap();
+    out
+}
+
+fn vectors(program: &Program) -> usize {
+    (VECTORS * 10 / program.parts().len().max(1)).clamp(LEAST_VECTORS, VECTORS)
+}
+
+fn check_parameters(program: &Program, random: &mut Random) {
+    for _ in 0..vectors(program) {
+        let x = random.parameters(program);
+        let instance = program.instantiate(&x).unwrap();
+        let (u, v): (Vec<f64>, Vec<f64>) = (0..POINTS).map(|_| (random.next(), random.between(0.02, 0.98))).unzip();
+        let w: Vec<[f64; 3]> = (0..POINTS).map(|_| [0; 3].map(|_| random.between(-1.0, 1.0))).collect();
+        for (patch, part) in program.parts().iter().enumerate() {
+            let active = part.active.len();
+            let mut jacobian = vec![0.0; 3 * active * POINTS];
+            instance.jacobian(patch, &u, &v, &mut jacobian).unwrap();
+            let mut gradient = vec![0.0; x.len()];
+            instance.pullback(patch, &u, &v, &w, &mut gradient).unwrap();
+            for param in 0..x.len() {
+                let position = part.active.iter().position(|a| *a as usize == param);
+                let derivative: Vec<f64> = match position {
+                    Some(a) => (0..POINTS)
+                        .flat_map(|i| (0..3).map(move |c| (i, c)))
+                        .map(|(i, c)| jacobian[(i * active + a) * 3 + c])
+                        .collect(),
+                    None => vec![0.0; 3 * POINTS],
+                };
+                let at = |h: f64| {
+                    let mut x = x.clone();
+                    x[param] += h;
+                    let instance = program.instantiate(&x).ok()?;
+                    Some(points(&instance, patch, &u, &v))
+                };
+                let name = &program.parameters()[param].name;
+                let error = deviation(&derivative, scale(program, param, &x), at);
+                assert!(error < TOLERANCE, "d {} / d {name}: {error:e} at {x:?}", part.name);
+
+                let product: f64 = derivative.iter().zip(w.as_flattened()).map(|(d, w)| d * w).sum();
+                let size: f64 = derivative.iter().zip(w.as_flattened()).map(|(d, w)| (d * w).abs()).sum();
+                // The same sum in another order, and by other formulas.
+                let error = (gradient[param] - product).abs();
+                assert!(error <= 1e-12 * size.max(1.0), "pullback of {} to {name}: {error:e} at {x:?}", part.name);
+            }
+        }
+    }
+}
+
+fn check_partials(program: &Program, random: &mut Random) {
+    for _ in 0..vectors(program) {
+        let x = random.parameters(program);
+        let instance = program.instantiate(&x).unwrap();
+        let (u, v): (Vec<f64>, Vec<f64>) =
+            (0..POINTS).map(|_| (random.between(0.05, 0.95), random.between(0.05, 0.95))).unzip();
+        for (patch, part) in program.parts().iter().enumerate() {
+            let mut all = vec![0.0; 18 * POINTS];
+            instance.second_partials(patch, &u, &v, &mut all).unwrap();
+            let partials = |u: &[f64], v: &[f64]| {
+                let mut out = vec![0.0; 9 * POINTS];
+                instance.partials(patch, u, v, &mut out).unwrap();
+                out
+            };
+            let moved = |a: &[f64], h: f64| -> Vec<f64> { a.iter().map(|a| a + h).collect() };
+            let column = |data: &[f64], width: usize, from: usize| -> Vec<f64> {
+                data.chunks_exact(width).flat_map(|p| p[from..from + 3].to_vec()).collect()
+            };
+            assert_eq!(column(&all, 18, 0), points(&instance, patch, &u, &v));
+            let first = partials(&u, &v);
+            for from in [0, 3, 6] {
+                for (a, b) in column(&all, 18, from).iter().zip(column(&first, 9, from)) {
+                    assert!((a - b).abs() <= 1e-11 * b.abs().max(1.0), "first partials of {}: {a} {b}", part.name);
+                }
+            }
+            let by_u = |from: usize| {
+                let (partials, column, moved) = (&partials, &column, &moved);
+                let (u, v) = (&u, &v);
+                move |h: f64| Some(column(&partials(&moved(u, h), v), 9, from))
+            };
+            let by_v = |from: usize| {
+                let (partials, column, moved) = (&partials, &column, &moved);
+                let (u, v) = (&u, &v);
+                move |h: f64| Some(column(&partials(u, &moved(v, h)), 9, from))
+            };
+            let errors = [
+                ("du", deviation(&column(&all, 18, 3), 1.0, by_u(0))),
+                ("dv", deviation(&column(&all, 18, 6), 1.0, by_v(0))),
+                ("duu", deviation(&column(&all, 18, 9), 1.0, by_u(3))),
+                ("duv", deviation(&column(&all, 18, 12), 1.0, by_v(3))),
+                ("dvv", deviation(&column(&all, 18, 15), 1.0, by_v(6))),
+            ];
+            for (name, error) in errors {
+                assert!(error < TOLERANCE, "{name} of {}: {error:e} at {x:?}", part.name);
+            }
+        }
+    }
+}
+
+/// Every part of every example, by every parameter.
+#[test]
+fn derivatives_of_every_example() {
+    let names = crate::common::examples();
+    assert!(names.len() >= 11, "{names:?}");
+    std::thread::scope(|scope| {
+        for half in 0..2 {
+            let names = &names;
+            scope.spawn(move || {
+                for (k, name) in names.iter().enumerate().filter(|(k, _)| k % 2 == half) {
+                    eprintln!("{name}");
+                    let program = crate::common::example(name);
+                    check_parameters(&program, &mut Random(2 + k as u64));
+                    check_partials(&program, &mut Random(3 + k as u64));
+                }
+            });
+        }
+    });
+}
+
+/// Of derivatives of first to third order, through loops, folds, recursion, branches and closures.
+#[test]
+fn derivatives_of_derivatives() {
+    let program = crate::common::model("orders");
+    check_parameters(&program, &mut Random(7));
+}

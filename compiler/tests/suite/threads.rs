@@ -1,0 +1,72 @@
+//! Programs are compiled on several threads at once, and one program is evaluated on several: all find what one thread does.
+
+use crate::common::{Random, example};
+use gml_compiler::program::{Instance, Program};
+use std::sync::Barrier;
+
+const THREADS: usize = 4;
+const SCRIPTS: [&str; 4] = ["cup/cup", "can/can", "elbow/elbow", "bowl/bowl"];
+
+/// Everything that a program can compute of its first parts, as bits.
+fn everything(program: &Program, instance: &Instance<'_>) -> Vec<u64> {
+    let mut random = Random(31);
+    let (u, v): (Vec<f64>, Vec<f64>) = (0..6).map(|_| (random.next(), random.between(0.05, 0.95))).unzip();
+    let w: Vec<[f64; 3]> = (0..36).map(|_| [0; 3].map(|_| random.between(-1.0, 1.0))).collect();
+    let mut all = Vec::new();
+    for (patch, part) in program.parts().iter().enumerate().take(3) {
+        let varying = program.jacobian_entries(patch).iter().filter(|e| e.constant.is_none()).count();
+        let lengths = [18 * 6, 9 * 36, varying * 36, program.parameters().len(), 3 * part.active.len() * 6];
+        let [mut second, mut partials, mut jacobian, mut gradient, mut dense] = lengths.map(|n| vec![0.0; n]);
+        instance.second_partials(patch, &u, &v, &mut second).unwrap();
+        instance.partials_grid(patch, &u, &v, &mut partials).unwrap();
+        instance.jacobian_grid(patch, &u, &v, &mut jacobian).unwrap();
+        instance.pullback_grid(patch, &u, &v, &w, &mut gradient).unwrap();
+        instance.jacobian(patch, &u, &v, &mut dense).unwrap();
+        all.extend([second, partials, jacobian, gradient, dense].concat().into_iter().map(f64::to_bits));
+    }
+    all
+}
+
+/// All of it for one script, compiled here and now.
+fn compiled(name: &str) -> Vec<u64> {
+    let program = example(name);
+    let instance = program.instantiate(&program.defaults()).unwrap();
+    everything(&program, &instance)
+}
+
+#[test]
+fn programs_are_compiled_on_several_threads_at_once() {
+    let expected = SCRIPTS.map(compiled);
+    let barrier = Barrier::new(THREADS);
+    std::thread::scope(|scope| {
+        for thread in 0..THREADS {
+            let (expected, barrier) = (&expected, &barrier);
+            scope.spawn(move || {
+                for round in 0..SCRIPTS.len() {
+                    let script = (thread + round) % SCRIPTS.len();
+                    barrier.wait();
+                    assert_eq!(compiled(SCRIPTS[script]), expected[script], "{}", SCRIPTS[script]);
+                }
+            });
+        }
+    });
+}
+
+/// Its derivatives are made by whichever thread is the first to ask for them.
+#[test]
+fn a_program_is_evaluated_on_several_threads_at_once() {
+    let expected = compiled(SCRIPTS[0]);
+    let program = example(SCRIPTS[0]);
+    let instance = program.instantiate(&program.defaults()).unwrap();
+    let barrier = Barrier::new(THREADS);
+    std::thread::scope(|scope| {
+        for _ in 0..THREADS {
+            scope.spawn(|| {
+                barrier.wait();
+                for _ in 0..10 {
+                    assert_eq!(everything(&program, &instance), expected);
+                }
+            });
+        }
+    });
+}

@@ -1,0 +1,15 @@
+//! The built command, end to end: one binary, since each costs its linking.
+
+mod architecture;
+mod command;
+mod diagnostics;
+mod documentation;
+mod examples;
+mod inspect;
+#[cfg(unix)]
+mod interrupt;
+mod nist;
+mod repl;
+mod search;
+mod support;
+mod variance;

@@ -1,0 +1,70 @@
+//! `--search`: discrete inputs are found from virtual scans.
+
+use crate::support::{example, fails, gmlc, json};
+use serde_json::Value;
+use std::path::Path;
+use tempfile::tempdir;
+
+/// Scans an example with an input, searches the input, and returns fit.json and what was printed.
+fn searched(folder: &Path, name: &str, scan: &[&str], search: &str) -> (Value, String) {
+    let script = example(name);
+    let mut args = vec!["scan", &script, "-o", "scan.ply"];
+    args.extend(scan);
+    gmlc(folder, &args);
+    let text = gmlc(folder, &["fit", &script, "scan.ply", "--search", search, "-o", "fit.json"]);
+    (json(&folder.join("fit.json")), text)
+}
+
+/// Panics unless a search ended with this value of an input, and strong evidence for it.
+fn wins_clearly(fit: &Value, input: &str, value: i64, text: &str) {
+    assert_eq!(fit["search"]["candidates"][0]["inputs"][input], value, "{text}");
+    assert!(fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
+}
+
+#[test]
+fn bolts_of_a_flange_are_counted() {
+    let folder = tempdir().expect("a folder");
+    let scan = ["--input", "bolts=5", "-p", "rim=86mm", "--spacing", "4mm", "--noise", "0.2mm"];
+    let (fit, text) = searched(folder.path(), "flange/flange.gml", &scan, "bolts=5..6");
+    wins_clearly(&fit, "bolts", 5, &text);
+    assert_eq!(fit["search"]["candidates"].as_array().map(Vec::len), Some(2), "{text}");
+    assert!(text.contains("bolts=5 wins, bolts=6 is next"), "{text}");
+    // The result is the winner's.
+    assert!((crate::support::parameter(&fit, "rim") - 86.0).abs() < 0.1, "{text}");
+}
+
+#[test]
+fn flutes_of_a_column_are_counted() {
+    let folder = tempdir().expect("a folder");
+    let scan = ["--input", "flutes=16", "--spacing", "45mm", "--noise", "1mm"];
+    let (fit, text) = searched(folder.path(), "column/column.gml", &scan, "flutes=16..17");
+    wins_clearly(&fit, "flutes", 16, &text);
+}
+
+#[test]
+fn sides_of_a_polygonal_cup_are_counted() {
+    let folder = tempdir().expect("a folder");
+    let scan = ["--input", "sides=7", "--spacing", "3mm", "--noise", "0.2mm"];
+    let (fit, text) = searched(folder.path(), "cup/octagonal_cup.gml", &scan, "sides=7..8");
+    wins_clearly(&fit, "sides", 7, &text);
+    // The corners stand out by 0.75 mm, as far as four standard deviations of the noise.
+    assert!((crate::support::parameter(&fit, "wave") - 0.75).abs() < 0.05, "{text}");
+}
+
+#[test]
+fn searches_that_make_no_sense_are_refused() {
+    let folder = tempdir().expect("a folder");
+    let flange = example("flange/flange.gml");
+    gmlc(folder.path(), &["scan", &flange, "--spacing", "15mm", "-o", "scan.ply"]);
+    let refused = |more: &[&str]| {
+        let mut args = vec!["fit", &flange, "scan.ply"];
+        args.extend(more);
+        fails(folder.path(), &args, 2)
+    };
+    assert!(refused(&["--search", "screws=3..6"]).contains("no input of that name; it has bolts"));
+    assert!(refused(&["--search", "bolts=3"]).contains("expected two whole numbers, such as 3..16"));
+    assert!(refused(&["--search", "bolts=6..3"]).contains("goes from 3 to 24"));
+    assert!(refused(&["--search", "bolts=3..90"]).contains("goes from 3 to 24"));
+    assert!(refused(&["--search", "bolts=3..6", "--input", "bolts=4"]).contains("also set with --input"));
+    assert!(refused(&["--search", "bolts=3..4", "--search", "bolts=5..6"]).contains("searched twice"));
+}

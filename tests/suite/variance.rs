@@ -1,0 +1,156 @@
+//! Options of `gmlc variance`, on scans whose deviations are known.
+
+use crate::support::{fails, gmlc, json};
+use std::fmt::Write;
+use std::path::Path;
+use tempfile::tempdir;
+
+const CAN: &str = "use std.surface (cylinder, disc)\nmodel can {\n\
+    param r: length = 20mm\n param h: length = 50mm\n\
+    part side = cylinder(r, h)\n\
+    part lid = |u, v| disc(r)(u, v) + (0mm, 0mm, h)\n}\n";
+
+fn write(folder: &Path, name: &str, text: &str) {
+    std::fs::write(folder.join(name), text).expect("it can be written");
+}
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// A can that is a millimetre wider and higher: the scan is a millimetre away everywhere, be it looked for along plain normals or along averaged
+/// ones, which at the rim turn to its corner.
+#[test]
+fn averaged_normals_forms_and_maps_of_a_can() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "can.gml", CAN);
+    gmlc(folder, &["mesh", "can.gml", "-p", "r=21mm", "-p", "h=51mm", "-o", "scan.ply"]);
+    let measure = ["variance", "can.gml", "scan.ply", "--max-distance", "5mm", "--resolution", "256"];
+    let run = |options: &[&str], out: &str| {
+        let text = gmlc(folder, &[&measure[..], options, &["-o", out]].concat());
+        (json(&folder.join(out).join("variance.json")), text)
+    };
+    let (plain, text) = run(&[], "plain");
+    assert!(
+        plain.get("averaging_width").is_none() && plain.get("sensitivities").is_none() && plain.get("holes").is_none()
+    );
+    assert!(number(&plain["seconds"]["texels"]) > 0.0);
+    // Chords of the side leave the cylinder by up to 0.02 mm; the lid is plane.
+    assert!((number(&plain["mean"]) - 0.99).abs() < 0.01, "{text}");
+    let [side, lid] = [&plain["parts"][0]["form"], &plain["parts"][1]["form"]];
+    assert_eq!(
+        (side["shape"].as_str(), side["zone"]["characteristic"].as_str()),
+        (Some("cylinder"), Some("cylindricity"))
+    );
+    assert!(
+        number(&side["zone"]["minimum_zone"]) < 0.025 && number(&side["roundness"]["minimum_zone"]) < 0.025,
+        "{text}"
+    );
+    assert_eq!((lid["shape"].as_str(), lid["zone"]["characteristic"].as_str()), (Some("plane"), Some("flatness")));
+    assert!(number(&lid["zone"]["least_squares"]) < 1e-4 && lid["roundness"].is_null(), "{text}");
+    assert!(text.contains("cylindricity") && text.contains("flatness"), "{text}");
+
+    let averaged = ["--distance", "averaged-normal", "--averaging-width", "2mm"];
+    let (report, text) = run(&[&averaged[..], &["--sensitivities", "--exr"]].concat(), "averaged");
+    let exr = std::fs::read(folder.join("averaged/distance.exr")).expect("distances as OpenEXR");
+    assert_eq!(exr[..4], [0x76, 0x2f, 0x31, 0x01]);
+    assert!(!folder.join("plain/distance.exr").exists());
+    assert_eq!((report["distance"].as_str(), number(&report["averaging_width"])), (Some("averaged-normal"), 2.0));
+    assert!(text.contains("along averaged normals"), "{text}");
+    // Single precision.
+    assert!((number(&report["max"]) - 1.0).abs() < 1e-5, "{}", report["max"]);
+    assert!(number(&report["coverage"]) > 0.999);
+    let maps = report["sensitivities"].as_array().expect("maps");
+    assert_eq!(maps.len(), 2);
+    for map in maps {
+        assert_eq!(map["unit"], "mm/mm");
+        assert!((number(&map["max"]) - 1.0).abs() < 1e-6 && number(&map["min"]).abs() < 1e-6, "{map}");
+        let picture = std::fs::read(folder.join("averaged").join(map["picture"].as_str().expect("a name")));
+        assert!(picture.is_ok_and(|bytes| bytes.starts_with(b"\x89PNG")), "{map}");
+    }
+
+    let on_cpu = run(&[&averaged[..], &["--device", "cpu"]].concat(), "cpu").0;
+    let on_gpu = run(&[&averaged[..], &["--device", "gpu"]].concat(), "gpu").0;
+    assert!((number(&on_cpu["mean"]) - number(&on_gpu["mean"])).abs() < 1e-6);
+    assert_eq!(on_cpu["measured_texels"], on_gpu["measured_texels"]);
+
+    // A texel of the texture of 256 x 256 stands for 0.34 mm of the can's 7,540 mm2.
+    assert!(
+        (number(&plain["texel"]) - 0.347).abs() < 0.01 && number(&plain["texture_used"]) > 0.9,
+        "{}",
+        plain["texel"]
+    );
+    for (resolution, size) in [("0.2mm", 512), ("0.34mm", 512), ("0.36mm", 256)] {
+        let options =
+            ["variance", "can.gml", "scan.ply", "--max-distance", "5mm", "--resolution", resolution, "-o", "fine"];
+        gmlc(folder, &options);
+        let fine = json(&folder.join("fine/variance.json"));
+        assert_eq!((number(&fine["resolution"][0]) as u32, number(&fine["texel"]) * 1e3 <= 1e3 * 0.36), (size, true));
+    }
+    let wrong = [
+        (&["--resolution", "1e-4mm"][..], "at least"),
+        (&["--resolution", "1000"], "power of two"),
+        (&["--resolution", "0mm"], "is not positive"),
+        (&["--averaging-width", "1mm"], "only with --distance averaged-normal"),
+        (&["--distance", "averaged-normal", "--averaging-width", "30mm"], "a tenth of the model's size"),
+        (&["--fill-holes", "3"], "has no unit"),
+        (&["--fill-holes", "0mm"], "is not positive"),
+    ];
+    for (options, word) in wrong {
+        let status = if word == "at least" { 1 } else { 2 };
+        let measure: Vec<&str> = match options[0] {
+            "--resolution" => measure[..5].to_vec(),
+            _ => measure.to_vec(),
+        };
+        let error = fails(folder, &[&measure[..], options, &["-o", "wrong"]].concat(), status);
+        assert!(error.contains(word), "{error}");
+    }
+    let error = fails(folder, &["variance", "scan.ply", "scan.ply", "--sensitivities", "-o", "wrong"], 2);
+    assert!(error.contains("has no parameters"), "{error}");
+}
+
+/// A plate of 40 mm with a hole of 3 x 3 mm and one of 12 x 12 mm, half a millimetre above.
+#[test]
+fn small_holes_are_filled_and_not_measured() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "plate.gml", "use std.surface (plane)\nmodel plate { part top = plane(40mm, 40mm) }\n");
+    let hole = |i: usize, j: usize| {
+        (5..8).contains(&i) && (5..8).contains(&j) || (20..32).contains(&i) && (20..32).contains(&j)
+    };
+    let cells: Vec<(usize, usize)> = (0..1600).map(|k| (k % 40, k / 40)).filter(|(i, j)| !hole(*i, *j)).collect();
+    let mut ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty float x\nproperty float y\nproperty float z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        41 * 41,
+        cells.len()
+    );
+    for k in 0..41 * 41 {
+        let _ = writeln!(ply, "{} {} 0.5", (k % 41) as f64 - 20.0, (k / 41) as f64 - 20.0);
+    }
+    for (i, j) in cells {
+        let corner = 41 * j + i;
+        let _ = writeln!(ply, "4 {} {} {} {}", corner, corner + 1, corner + 42, corner + 41);
+    }
+    write(folder, "scan.ply", &ply);
+    for distance in ["normal", "closest"] {
+        let options = ["--distance", distance, "--fill-holes", "5mm", "--resolution", "256", "-o", distance];
+        let text = gmlc(folder, &[&["variance", "plate.gml", "scan.ply"], &options[..]].concat());
+        let report = json(&folder.join(distance).join("variance.json"));
+        let holes = &report["holes"];
+        assert_eq!(
+            (number(&holes["size"]), number(&holes["filled"]), number(&holes["open"])),
+            (5.0, 1.0, 2.0),
+            "{text}"
+        );
+        assert!((number(&holes["area"]) - 9.0).abs() < 1e-9);
+        // Texels of 0.16 mm: a row more or less on each side.
+        assert!((number(&report["filled_area"]) - 9.0).abs() < 2.0, "{}", report["filled_area"]);
+        let expected = 1600.0 - 9.0 - 144.0;
+        assert!((number(&report["measured_area"]) - expected).abs() < 10.0, "{}", report["measured_area"]);
+        assert!((number(&report["max"]) - 0.5).abs() < 1e-5);
+        assert!(text.contains("closed 1 holes"), "{text}");
+        assert!(folder.join(distance).join("filled.ply").exists());
+    }
+}
