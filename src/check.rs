@@ -5,7 +5,7 @@ use crate::error::{CommandError, ScriptErrors};
 use crate::{findings, script, table};
 use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
-use gml_compiler::program::{Parameter, Program, Quantity};
+use gml_compiler::program::{Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
             let (inputs, limits) = (args.inputs.clone(), args.limits.clone());
             check(&ScriptArgs { model: model.clone(), inputs, limits }, args.format)
         }
-        (None, None) => Err(CommandError::usage("a script is needed")),
+        (None, None) => Err(CommandError::usage("a script is required")),
     }
 }
 
@@ -28,7 +28,7 @@ fn check(script: &ScriptArgs, format: Format) -> Result<(), CommandError> {
         Err(e) => return Err(e),
     };
     if !checked.diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        checked.look_closer();
+        checked.add_slow_warnings();
     }
     let failed = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
     match format {
@@ -41,37 +41,37 @@ fn check(script: &ScriptArgs, format: Format) -> Result<(), CommandError> {
             crate::diagnostics::print(&checked.diagnostics, &checked.sources);
             print!(
                 "{}",
-                checked.program.as_ref().map_or_else(|| "no model: a file for others to use\n".to_owned(), tables)
+                checked.program.as_ref().map_or_else(|| "no model: a module for other scripts\n".to_owned(), tables)
             );
         }
     }
     if failed { Err(CommandError::Failed("the script has errors".into())) } else { Ok(()) }
 }
 
-/// What came of a script.
+/// A checked script.
 struct Checked {
-    /// Nothing where there are errors, and for a file without a model.
+    /// None if there are errors, or if the file has no model.
     program: Option<Program>,
     diagnostics: Vec<Diagnostic>,
     sources: Sources,
 }
 
 impl Checked {
-    /// Warnings that cost more than other commands want to wait for.
-    fn look_closer(&mut self) {
+    /// Adds warnings that take longer than other commands should wait for.
+    fn add_slow_warnings(&mut self) {
         let main = FileId::default();
         if let Some(file) = self.sources.get(main) {
             self.diagnostics.extend(lints(&syntax::parse(main, &file.text).0));
         }
         if let Some(program) = &self.program {
-            let said: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
-            self.diagnostics.extend(program.probe().into_iter().filter(|d| !said.contains(&d.span)));
+            let reported: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
+            self.diagnostics.extend(program.probe().into_iter().filter(|d| !reported.contains(&d.span)));
         }
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
     }
 }
 
-/// A file of functions for others to use is in order, although there is nothing to evaluate.
+/// A file without a model is valid if it has functions for other scripts.
 fn library(errors: ScriptErrors) -> Checked {
     let ScriptErrors { mut diagnostics, sources } = errors;
     let main = FileId::default();
@@ -82,41 +82,21 @@ fn library(errors: ScriptErrors) -> Checked {
     Checked { program: None, diagnostics, sources }
 }
 
-/// The table of parameters, inputs and parts.
+/// The tables of parameters, inputs and parts.
 fn tables(program: &Program) -> String {
+    let parameters = program.parameters();
+    let values: Vec<f64> = parameters.iter().map(|p| p.default).collect();
+    let bounds: Vec<(f64, f64)> = parameters.iter().map(|p| (p.lower, p.upper)).collect();
     let mut out = format!("model {}\n", program.name());
-    let rows: Vec<Vec<String>> = program
-        .parameters()
-        .iter()
-        .map(|p| {
-            vec![
-                p.name.clone(),
-                shown(p.default, p.quantity),
-                shown(p.lower, p.quantity),
-                shown(p.upper, p.quantity),
-                unit(p).into(),
-                summary(&p.doc),
-            ]
-        })
-        .collect();
-    if !rows.is_empty() {
-        out.push('\n');
-        out.push_str(&table::render(&["parameter", "default", "from", "to", "unit", ""], &rows));
+    if !parameters.is_empty() {
+        out.push_str(&parameter_table("default", parameters, &values, &bounds));
     }
-    if !program.inputs().is_empty() {
-        let rows: Vec<Vec<String>> = program
-            .inputs()
-            .iter()
-            .map(|i| vec![i.name.clone(), shown_input(i.value, i.quantity), summary(&i.doc)])
-            .collect();
-        out.push('\n');
-        out.push_str(&table::render(&["input", "value", ""], &rows));
-    }
+    out.push_str(&input_table(program.inputs()));
     let rows: Vec<Vec<String>> = program
         .parts()
         .iter()
         .map(|p| {
-            let names: Vec<&str> = p.active.iter().map(|&i| program.parameters()[i as usize].name.as_str()).collect();
+            let names: Vec<&str> = p.active.iter().map(|&i| parameters[i as usize].name.as_str()).collect();
             vec![p.name.clone(), names.join(" ")]
         })
         .collect();
@@ -125,37 +105,58 @@ fn tables(program: &Program) -> String {
     out
 }
 
-/// Angles in degrees, as people think of them; the JSON has radians.
-pub(crate) fn shown(x: f64, quantity: Quantity) -> String {
+/// A table of parameters with their values, which `heading` names, and bounds.
+pub(crate) fn parameter_table(
+    heading: &str,
+    parameters: &[Parameter],
+    values: &[f64],
+    bounds: &[(f64, f64)],
+) -> String {
+    let row = |((p, value), (low, high)): ((&Parameter, &f64), &(f64, f64))| {
+        let [value, low, high] = [*value, *low, *high].map(|x| shown(x, p.quantity));
+        let unit = if p.quantity == Quantity::Angle { "deg" } else { p.quantity.unit() };
+        vec![p.name.clone(), value, low, high, unit.into(), first_line(&p.doc)]
+    };
+    let rows: Vec<Vec<String>> = parameters.iter().zip(values).zip(bounds).map(row).collect();
+    format!("\n{}", table::render(&["parameter", heading, "from", "to", "unit", ""], &rows))
+}
+
+/// A table of inputs; nothing if there are none.
+pub(crate) fn input_table(inputs: &[Input]) -> String {
+    if inputs.is_empty() {
+        return String::new();
+    }
+    let row = |i: &Input| {
+        let value =
+            if i.quantity == Quantity::Bool { (i.value != 0.0).to_string() } else { shown(i.value, i.quantity) };
+        vec![i.name.clone(), value, first_line(&i.doc)]
+    };
+    let rows: Vec<Vec<String>> = inputs.iter().map(row).collect();
+    format!("\n{}", table::render(&["input", "value", ""], &rows))
+}
+
+/// A value for people: angles in degrees (the JSON has radians), nothing for an infinite bound.
+fn shown(x: f64, quantity: Quantity) -> String {
     if !x.is_finite() {
         return String::new();
     }
     let x = if quantity == Quantity::Angle { x.to_degrees() } else { x };
-    // Six significant decimals, without the noise of a unit's conversion.
+    // Six decimals, without the rounding errors of a unit's conversion.
     let rounded = (x * 1e6).round() / 1e6;
     format!("{rounded}")
 }
 
-fn shown_input(x: f64, quantity: Quantity) -> String {
-    if quantity == Quantity::Bool { (x != 0.0).to_string() } else { shown(x, quantity) }
-}
-
-pub(crate) fn unit(p: &Parameter) -> &'static str {
-    if p.quantity == Quantity::Angle { "deg" } else { p.quantity.unit() }
-}
-
-/// First sentence of a doc comment.
-pub(crate) fn summary(doc: &str) -> String {
+fn first_line(doc: &str) -> String {
     doc.lines().next().unwrap_or("").trim().to_owned()
 }
 
 fn document(checked: &Checked, ok: bool) -> Value {
-    let found = findings::array(&checked.diagnostics, &checked.sources);
+    let diagnostics = findings::array(&checked.diagnostics, &checked.sources);
     match &checked.program {
-        None => json!({ "ok": ok, "diagnostics": found }),
+        None => json!({ "ok": ok, "diagnostics": diagnostics }),
         Some(p) => json!({
             "ok": ok, "model": p.name(), "parameters": p.parameters(), "inputs": p.inputs(), "parts": p.parts(),
-            "diagnostics": found,
+            "diagnostics": diagnostics,
         }),
     }
 }

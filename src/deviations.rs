@@ -1,11 +1,11 @@
-//! What people read of deviations: tables, and which part is out of tolerance.
+//! Deviations for people: tables, and the parts that exceed their tolerance.
 
 use crate::error::CommandError;
-use crate::measure::UNMATCHED;
 use crate::table;
+use gml_runtime::export::measurement::UNMATCHED;
 use gml_runtime::variance::{PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, Zone};
 
-/// The table that people read.
+/// The tables and sentences of a report.
 pub(crate) fn summary(report: &VarianceReport) -> String {
     let toleranced = report.overall.tolerance.is_some();
     let row = |name: &str, s: &Statistics| {
@@ -45,8 +45,9 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     out.push_str(&forms(&report.parts));
     if let Some(holes) = &report.holes {
         out.push_str(&format!(
-            "closed {} holes of the scan up to {} mm across ({} mm2, in filled.ply), left {} open edges; {} mm2 of the model look at closed holes\n",
+            "closed {} hole{} of the scan up to {} mm across ({} mm2, in filled.ply), left {} rims open; {} mm2 of the model look at closed holes\n",
             holes.filled,
+            if holes.filled == 1 { "" } else { "s" },
             table::number(holes.size),
             table::number(holes.area),
             holes.open,
@@ -62,13 +63,13 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     out
 }
 
-/// How many pieces are named in the summary.
-const NAMED: usize = 3;
+/// The number of pieces, or of parameters, that the summary lists.
+const LISTED: usize = 3;
 
-/// A sentence about what of the scan the model does not explain, and a line for each of the largest pieces.
+/// A sentence about the part of the scan that the model does not explain, and a line for each of the largest pieces.
 fn left_over(unmatched: &UnmatchedSummary) -> String {
     if unmatched.triangles == 0 {
-        return "the model explains all of the scan\n".to_owned();
+        return "the model explains the whole scan\n".to_owned();
     }
     let (s, rest) = if unmatched.pieces == 1 { ("", "") } else { ("s", "; the largest:") };
     let mut out = format!(
@@ -77,22 +78,22 @@ fn left_over(unmatched: &UnmatchedSummary) -> String {
         100.0 * unmatched.share,
         unmatched.pieces,
     );
-    for piece in unmatched.largest.iter().take(NAMED) {
-        let [x, y, z] = piece.center.map(table::number);
+    for piece in unmatched.largest.iter().take(LISTED) {
+        let [x, y, z] = piece.centre.map(table::number);
         out.push_str(&format!("  {} mm2 around ({x}, {y}, {z})\n", table::number(piece.area)));
     }
     out
 }
 
-/// Shares below this are not worth a word.
-const WORTH_A_WORD: f64 = 0.05;
+/// Smaller shares are not listed.
+const LEAST_SHARE: f64 = 0.05;
 
-/// For each part the parameters whose change would explain the most of its deviations, and what remains.
+/// For each part the parameters whose change would explain the most of its deviations, and the deviation of form.
 fn explained(parts: &[PartStatistics]) -> String {
     let mut rows = Vec::new();
-    for (part, found) in parts.iter().filter_map(|p| Some((p, p.explained.as_ref()?))) {
-        let worth = found.parameters.iter().filter(|p| p.share >= WORTH_A_WORD).take(NAMED);
-        let effects: Vec<String> = worth
+    for (part, explained) in parts.iter().filter_map(|p| Some((p, p.explained.as_ref()?))) {
+        let listed = explained.parameters.iter().filter(|p| p.share >= LEAST_SHARE).take(LISTED);
+        let effects: Vec<String> = listed
             .map(|p| {
                 let (change, unit) =
                     if p.unit == "rad" { (p.change.to_degrees(), "deg") } else { (p.change, p.unit.as_str()) };
@@ -101,9 +102,9 @@ fn explained(parts: &[PartStatistics]) -> String {
             .collect();
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let effects = if effects.is_empty() { "-".to_owned() } else { effects.join(", ") };
-        let [parameters, position] = [found.all_parameters, found.position].map(percent);
+        let [parameters, position] = [explained.all_parameters, explained.position].map(percent);
         let significant = part.detection.map_or_else(String::new, |d| percent(d.significant));
-        let (rms, form) = (table::number(found.rms), table::number(found.form));
+        let (rms, form) = (table::number(explained.rms), table::number(explained.form));
         rows.push(vec![part.name.clone(), significant, rms, parameters, position, form, effects]);
     }
     if rows.is_empty() {
@@ -121,7 +122,7 @@ fn explained(parts: &[PartStatistics]) -> String {
     format!("\n{}", table::render(&headings, &rows))
 }
 
-/// How flat, round or cylindrical the parts are that have such a form.
+/// Deviations of form of the parts that are planes, spheres, cylinders, cones or surfaces of revolution.
 fn forms(parts: &[PartStatistics]) -> String {
     let mut rows = Vec::new();
     for (part, form) in parts.iter().filter_map(|p| Some((p, p.form.as_ref()?))) {
@@ -138,14 +139,14 @@ fn forms(parts: &[PartStatistics]) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    format!("\n{}", table::render(&["part", "form", "least squares", "minimum zone", "left out", "roundness"], &rows))
+    format!("\n{}", table::render(&["part", "form", "least squares", "minimum zone", "outliers", "roundness"], &rows))
 }
 
 fn sign(x: f64) -> &'static str {
     if x < 0.0 { "-" } else { "+" }
 }
 
-/// An error where deviations exceed the tolerance: which part, on how much of its measured area, and how far.
+/// An error if deviations exceed a tolerance: which part, on which share of its measured area, and how far.
 pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
     let line = |part: &PartStatistics| {
         let conformance = part.statistics.tolerance.filter(|c| !c.within)?;
@@ -153,7 +154,7 @@ pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
         let Tolerance { lower, upper } = conformance.tolerance?;
         let [least, greatest, lower, upper] = [extremes.min, extremes.max, lower, upper].map(table::number);
         Some(format!(
-            "{}: {:.2} % of its measured area; {least} to {greatest} mm, where {lower} to {upper} mm are allowed",
+            "{}: {:.2} % of its measured area; deviations from {least} to {greatest} mm, allowed are {lower} to {upper} mm",
             part.name,
             100.0 * (1.0 - conformance.share)
         ))

@@ -1,4 +1,4 @@
-//! Diagnostics for people: the source underlined, what is wrong beside it, and how to correct it.
+//! Diagnostics for people: the source underlined, the error beside it, and suggested fixes.
 
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Renderer, Snippet};
 use gml_compiler::diagnostic::{Diagnostic, Edit, Severity, Suggestion};
@@ -6,22 +6,22 @@ use gml_compiler::source::{FileId, Sources, Span};
 use std::io::IsTerminal;
 use std::ops::Range;
 
-/// How many findings are shown in full.
+/// The number of diagnostics that are shown in full.
 const SHOWN: usize = 30;
-/// Lines of the source are cut to that many columns around what is underlined.
+/// Source lines are cut to this number of columns around the underlined text.
 const WIDTH: usize = 120;
 
-/// Prints all to standard error, in colour where that is a terminal.
+/// Prints diagnostics to standard error, in colour if that is a terminal.
 pub(crate) fn print(diagnostics: &[Diagnostic], sources: &Sources) {
     let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     eprint!("{}", render(diagnostics, sources, colour));
 }
 
-/// All as text, with a last line that counts.
+/// Renders diagnostics as text, with a last line of totals.
 pub(crate) fn render(diagnostics: &[Diagnostic], sources: &Sources, colour: bool) -> String {
     let renderer = if colour { Renderer::styled() } else { Renderer::plain() }.term_width(WIDTH);
     let mut text = String::new();
-    // Among very many findings those that keep the script from compiling go first.
+    // If there are many diagnostics, errors go first.
     let few = diagnostics.len() <= SHOWN;
     let errors = diagnostics.iter().filter(|d| few || d.severity == Severity::Error);
     let warnings = diagnostics.iter().filter(|d| !few && d.severity == Severity::Warning);
@@ -51,7 +51,7 @@ fn totals(diagnostics: &[Diagnostic]) -> String {
     }
 }
 
-/// One finding: its place, where it comes from, and a group for every suggestion.
+/// A diagnostic: its source, related places, and a group for every suggestion.
 fn report<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Group<'d>> {
     let level = match d.severity {
         Severity::Error => Level::ERROR,
@@ -65,11 +65,11 @@ fn report<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Group<'d>> {
         group = group.element(Level::HELP.message(hint));
     }
     let mut groups = vec![group];
-    groups.extend(d.suggestions.iter().filter_map(|s| change(s, sources)));
+    groups.extend(d.suggestions.iter().filter_map(|s| fix(s, sources)));
     groups
 }
 
-/// The places of a finding, a snippet for each file, that of the finding itself first.
+/// The places of a diagnostic, one snippet per file, its own first.
 fn snippets<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Snippet<'d, Annotation<'d>>> {
     let mut places: Vec<(Span, AnnotationKind, Option<&str>)> =
         vec![(d.span, AnnotationKind::Primary, Some(d.label.as_str()).filter(|l| !l.is_empty()))];
@@ -90,8 +90,8 @@ fn snippets<'d>(d: &'d Diagnostic, sources: &'d Sources) -> Vec<Snippet<'d, Anno
     files.into_iter().filter_map(snippet).collect()
 }
 
-/// A suggestion as a change of the source; `None` if it has no edits.
-fn change<'d>(suggestion: &'d Suggestion, sources: &'d Sources) -> Option<Group<'d>> {
+/// A suggestion as a change of the source; none if it has no edits.
+fn fix<'d>(suggestion: &'d Suggestion, sources: &'d Sources) -> Option<Group<'d>> {
     let file = suggestion.edits.first()?.span.file;
     let source = sources.get(file)?;
     let patch = |edit: &'d Edit| Patch::new(range(&source.text, edit.span), edit.replacement.as_str());
@@ -99,7 +99,7 @@ fn change<'d>(suggestion: &'d Suggestion, sources: &'d Sources) -> Option<Group<
     Some(Group::with_title(Level::HELP.secondary_title(suggestion.message.as_str())).element(snippet))
 }
 
-/// The bytes of a span, at the boundaries of characters and within the text.
+/// The bytes of a span, rounded outwards to characters.
 fn range(text: &str, span: Span) -> Range<usize> {
     let start = text.floor_char_boundary(span.start as usize);
     start..text.ceil_char_boundary(span.end as usize).max(start)

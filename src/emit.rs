@@ -19,7 +19,7 @@ pub(crate) fn run(args: &EmitArgs) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// The tree is there even where the script has errors: they go to standard error, and the status is theirs.
+/// Prints the tree even if the script has syntax errors, which go to standard error and set the exit status.
 fn ast(args: &EmitArgs) -> Result<(), CommandError> {
     let text = script::read(&args.script.model)?;
     let mut sources = Sources::default();

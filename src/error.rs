@@ -1,4 +1,4 @@
-//! How a command ends other than well.
+//! Errors of the command, and their exit status.
 
 use gml_compiler::diagnostic::Diagnostic;
 use gml_compiler::program::Failed;
@@ -13,16 +13,16 @@ pub(crate) enum CommandError {
     Usage(String),
     /// The script has errors: exit status 1.
     Script(Box<ScriptErrors>),
-    /// Something is wrong, and was said already: exit status 1.
-    Said,
-    /// Everything was done, and deviations exceed the tolerance, as these lines say: exit status 3.
+    /// Something is wrong and has been reported: exit status 1.
+    Reported,
+    /// Everything was done, and deviations exceed the tolerance; one line per part: exit status 3.
     OutOfTolerance(Vec<String>),
 }
 
 impl From<Failed> for CommandError {
-    fn from(failed: Failed) -> CommandError {
+    fn from(failed: Failed) -> Self {
         let Failed { diagnostics, sources } = failed;
-        CommandError::Script(Box::new(ScriptErrors { diagnostics, sources }))
+        Self::Script(Box::new(ScriptErrors { diagnostics, sources }))
     }
 }
 
@@ -39,29 +39,43 @@ impl CommandError {
     /// The process's exit status.
     pub(crate) fn status(&self) -> u8 {
         match self {
-            CommandError::Failed(_) | CommandError::Script(_) | CommandError::Said => 1,
-            CommandError::Usage(_) => 2,
-            CommandError::OutOfTolerance(_) => 3,
+            Self::Failed(_) | Self::Script(_) | Self::Reported => 1,
+            Self::Usage(_) => 2,
+            Self::OutOfTolerance(_) => 3,
         }
     }
 
-    /// Says what went wrong on standard error.
+    /// Prints the error to standard error.
     pub(crate) fn print(&self) {
         match self {
-            CommandError::Failed(message) | CommandError::Usage(message) => eprintln!("error: {message}"),
-            CommandError::Script(errors) => crate::diagnostics::print(&errors.diagnostics, &errors.sources),
-            CommandError::OutOfTolerance(lines) => lines.iter().for_each(|line| eprintln!("out of tolerance: {line}")),
-            CommandError::Said => {}
+            Self::Failed(message) | Self::Usage(message) => eprintln!("error: {message}"),
+            Self::Script(errors) => crate::diagnostics::print(&errors.diagnostics, &errors.sources),
+            Self::OutOfTolerance(lines) => lines.iter().for_each(|line| eprintln!("out of tolerance: {line}")),
+            Self::Reported => {}
         }
+    }
+
+    /// The reason in one line.
+    pub(crate) fn reason(&self) -> String {
+        match self {
+            Self::Failed(message) | Self::Usage(message) => message.clone(),
+            Self::Script(errors) => errors.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
+            Self::OutOfTolerance(_) | Self::Reported => String::new(),
+        }
+    }
+
+    /// The user ended the work.
+    pub(crate) fn interrupted() -> Self {
+        Self::Failed("interrupted".into())
     }
 
     /// A failure from anything that has a message.
-    pub(crate) fn failed(error: impl std::fmt::Display) -> CommandError {
-        CommandError::Failed(error.to_string())
+    pub(crate) fn failed(error: impl std::fmt::Display) -> Self {
+        Self::Failed(error.to_string())
     }
 
     /// Wrong use of the command line.
-    pub(crate) fn usage(error: impl std::fmt::Display) -> CommandError {
-        CommandError::Usage(error.to_string())
+    pub(crate) fn usage(error: impl std::fmt::Display) -> Self {
+        Self::Usage(error.to_string())
     }
 }

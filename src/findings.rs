@@ -4,12 +4,12 @@ use gml_compiler::diagnostic::{Diagnostic, Suggestion};
 use gml_compiler::source::{Sources, Span};
 use serde_json::{Value, json};
 
-/// All findings.
+/// All diagnostics as an array.
 pub(crate) fn array(diagnostics: &[Diagnostic], sources: &Sources) -> Value {
-    diagnostics.iter().map(|d| finding(d, sources)).collect()
+    diagnostics.iter().map(|d| diagnostic(d, sources)).collect()
 }
 
-fn finding(d: &Diagnostic, sources: &Sources) -> Value {
+fn diagnostic(d: &Diagnostic, sources: &Sources) -> Value {
     let places = |list: &[(Span, String)]| -> Value {
         list.iter().map(|(span, text)| place(*span, sources, &json!({ "text": text }))).collect()
     };
@@ -22,7 +22,7 @@ fn finding(d: &Diagnostic, sources: &Sources) -> Value {
     place(d.span, sources, &rest)
 }
 
-/// The hint, and the questions of the suggestions beside it.
+/// The hint, and the messages of the suggestions.
 fn hints(d: &Diagnostic) -> Vec<&str> {
     let mut hints: Vec<&str> = d.hint.iter().map(String::as_str).collect();
     for s in &d.suggestions {
@@ -39,8 +39,8 @@ fn suggestion(s: &Suggestion, sources: &Sources) -> Value {
     json!({ "message": s.message, "edits": edits })
 }
 
-/// A place, with more to be said of it: lines and columns from 1, in characters; `start` and `end` in bytes. Ends lie
-/// one past the last character.
+/// A span and more fields: lines and columns from 1, in characters; `start` and `end` in bytes. Ends lie one past the
+/// last character.
 fn place(span: Span, sources: &Sources, more: &Value) -> Value {
     let (line, column) = sources.line_column(span);
     let (end_line, end_column) = sources.line_column(Span { start: span.end, ..span });

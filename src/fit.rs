@@ -1,18 +1,20 @@
 //! `gmlc fit`.
 
-use crate::cli::{FitArgs, FitControls, Format, LossArg, NormalsArg, ScanArgs};
+use crate::cli::{FitArgs, FitControls, Format, LossArg, NormalsArg, ScanArgs, ScriptArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::{mesh, script, search, table, values};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
-use gml_runtime::fit::{self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, LossKind};
+use gml_runtime::fit::{
+    self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, LossKind, SearchError,
+};
 use gml_runtime::scan::{self, ReadOptions, Scan};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Scans that a bootstrap draws at most.
+/// The largest number of scans that a bootstrap resamples.
 const MOST_SAMPLES: usize = 100_000;
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
@@ -20,11 +22,8 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let options = options(&args.controls, &program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
-    let result = if args.search.is_empty() {
-        run_fit(&program, &args.script.model, &scan, &options, &progress)?
-    } else {
-        search::run(&program, &args.script, &args.search, &args.controls, &scan, &progress)?.fit
-    };
+    let fitting = Fitting { script: &args.script, controls: &args.controls, search: &args.search, scan: &scan };
+    let (_, result) = fitting.run(&program, &options, &progress)?;
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
         mesh::make_parent(path)?;
@@ -37,7 +36,50 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     unless_interrupted(&result)
 }
 
-/// A flag that Ctrl-C sets; pressed again, it ends the process at once.
+/// A fit, or a search over inputs, as the command line describes it.
+pub(crate) struct Fitting<'a> {
+    pub(crate) script: &'a ScriptArgs,
+    pub(crate) controls: &'a FitControls,
+    /// Ranges of inputs; empty for a single fit.
+    pub(crate) search: &'a [String],
+    pub(crate) scan: &'a Scan,
+}
+
+impl Fitting<'_> {
+    /// Fits with progress on a terminal. A search also returns the program with the selected inputs.
+    pub(crate) fn run(
+        &self,
+        program: &Program,
+        options: &FitOptions,
+        progress: &TerminalProgress,
+    ) -> Result<(Option<Program>, FitResult), CommandError> {
+        if self.search.is_empty() {
+            return Ok((None, run_fit(program, &self.script.model, self.scan, options, progress)?));
+        }
+        let values = search::combinations(program, self.script, self.search)?;
+        let prepare = |inputs: &InputValues| -> Result<(Program, FitOptions), CommandError> {
+            let program = script::compile_quietly(&search::with_inputs(self.script, inputs))?.program;
+            let options = self::options(self.controls, &program)?;
+            Ok((program, options))
+        };
+        let selected = fit::search(values, self.scan, |inputs| prepare(inputs).map_err(|e| e.reason()), progress);
+        progress.finish();
+        let selected = selected.map_err(|error| match error {
+            SearchError::Fit(error) => error.into(),
+            error => CommandError::Failed(format!("--search: {error}")),
+        })?;
+        let fit = FitResult { script: self.script.model.display().to_string(), ..selected.fit };
+        Ok((Some(selected.model), fit))
+    }
+}
+
+impl From<FitError> for CommandError {
+    fn from(error: FitError) -> Self {
+        if error.is_about_options() { Self::usage(error) } else { Self::failed(error) }
+    }
+}
+
+/// A flag that Ctrl-C sets; a second Ctrl-C ends the process at once.
 pub(crate) fn on_interrupt() -> Result<Arc<AtomicBool>, CommandError> {
     let flag = Arc::new(AtomicBool::new(false));
     let set = flag.clone();
@@ -50,12 +92,12 @@ pub(crate) fn on_interrupt() -> Result<Arc<AtomicBool>, CommandError> {
     Ok(flag)
 }
 
-/// An error if the user ended the fit before it was done.
+/// An error if the user interrupted the fit.
 pub(crate) fn unless_interrupted(result: &FitResult) -> Result<(), CommandError> {
-    if result.interrupted { Err(interrupted()) } else { Ok(()) }
+    if result.interrupted { Err(CommandError::interrupted()) } else { Ok(()) }
 }
 
-/// Writes the steps of the optimisers as comma-separated values.
+/// Writes the optimisers' steps as comma-separated values.
 pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(), CommandError> {
     let Some(path) = path else { return Ok(()) };
     let mut text = String::from("step,stage,evaluations,points,sigma,objective,inliers\n");
@@ -75,18 +117,18 @@ pub(crate) fn read_scan(args: &ScanArgs) -> Result<Scan, CommandError> {
     scan::read(&args.scan, &ReadOptions { unit, ..ReadOptions::default() }).map_err(CommandError::failed)
 }
 
-/// What the command line says of the fit.
+/// Options from the command line.
 pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOptions, CommandError> {
-    let known = program.parameters();
+    let parameters = program.parameters();
     let mut options = FitOptions::default();
-    for (i, value) in values::parameters(&controls.values, known)? {
-        options.start.insert(known[i].name.clone(), value);
+    for (i, value) in values::parameters(&controls.values, parameters)? {
+        options.start.insert(parameters[i].name.clone(), value);
     }
     for given in &controls.fix {
         let name = given.split('=').next().unwrap_or(given).trim();
-        let i = values::parameter("--fix", name, known)?;
+        let i = values::parameter("--fix", name, parameters)?;
         if let Some((_, value)) = given.split_once('=') {
-            let value = values::parse(&format!("--fix {name}"), value, known[i].quantity)?;
+            let value = values::parse(&format!("--fix {name}"), value, parameters[i].quantity)?;
             options.start.insert(name.to_owned(), value);
         }
         options.fixed.push(name.to_owned());
@@ -97,7 +139,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
             return Err(CommandError::usage(format!("--equal {}: expected two names or more, such as a,b", names[0])));
         }
         for name in &names {
-            values::parameter("--equal", name, known)?;
+            values::parameter("--equal", name, parameters)?;
         }
         options.equal.push(names.into_iter().map(str::to_owned).collect());
     }
@@ -113,7 +155,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     options.no_pose = controls.no_pose;
     options.ignore_normals = controls.normals == NormalsArg::Ignore;
     if controls.bootstrap > MOST_SAMPLES {
-        return Err(CommandError::usage(format!("--bootstrap: at most {MOST_SAMPLES}")));
+        return Err(CommandError::usage(format!("--bootstrap {}: must be at most {MOST_SAMPLES}", controls.bootstrap)));
     }
     options.bootstrap = controls.bootstrap;
     options.coverage = controls.coverage;
@@ -131,22 +173,10 @@ pub(crate) fn run_fit(
 ) -> Result<FitResult, CommandError> {
     let result = fit::fit(program, scan, options, progress);
     progress.finish();
-    let mut result = result.map_err(|e| match e {
-        FitError::UnknownParameter { .. } | FitError::OutOfBounds { .. } | FitError::Sigma(_) | FitError::Equal(..) => {
-            CommandError::usage(e)
-        }
-        _ => CommandError::failed(e),
-    })?;
-    result.script = script.display().to_string();
-    Ok(result)
+    Ok(FitResult { script: script.display().to_string(), ..result? })
 }
 
-/// The user has ended the work.
-pub(crate) fn interrupted() -> CommandError {
-    CommandError::Failed("interrupted".into())
-}
-
-/// What a test of a held value says.
+/// The verdict of a test of a held value.
 fn test_sentence(test: &HypothesisTest) -> String {
     let verdict = if test.p < 0.05 { "the scan contradicts it" } else { "the scan does not contradict it" };
     let names = test.parameters.join(", ");
@@ -159,7 +189,7 @@ fn test_sentence(test: &HypothesisTest) -> String {
     )
 }
 
-/// What resampled scans say.
+/// The intervals of a bootstrap.
 fn bootstrap_table(bootstrap: &Bootstrap, fit: &FitResult) -> String {
     let rows: Vec<Vec<String>> = bootstrap
         .parameters
@@ -174,11 +204,11 @@ fn bootstrap_table(bootstrap: &Bootstrap, fit: &FitResult) -> String {
         Some(edge) => format!("blocks of {} mm", table::number(edge)),
         None => "single points".to_owned(),
     };
-    let heading = format!("bootstrap: {} scans drawn in {drawn}\n", bootstrap.samples);
+    let heading = format!("bootstrap: {} scans resampled in {drawn}\n", bootstrap.samples);
     heading + &table::render(&["parameter", "sd", "2.5 %", "97.5 %"], &rows)
 }
 
-/// The table that people read.
+/// The tables and sentences of a result.
 pub(crate) fn summary(fit: &FitResult) -> String {
     let rows: Vec<Vec<String>> = fit
         .parameters
@@ -212,12 +242,12 @@ pub(crate) fn summary(fit: &FitResult) -> String {
     }
     if let Some(coverage) = &fit.coverage {
         out.push_str(&format!(
-            "coverage: {:.1} % of what could be seen of the model was scanned\n",
+            "coverage: {:.1} % of the model's visible surface was scanned\n",
             100.0 * coverage.share
         ));
     }
-    if let Some(found) = &fit.search {
-        out.push_str(&search::summary(found));
+    if let Some(search) = &fit.search {
+        out.push_str(&search::summary(search));
     }
     out.push_str(&format!(
         "objective {}  sigma {} mm  inliers {:.1} %  rms {} mm  noise {} mm\n",

@@ -12,7 +12,11 @@ use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &FmtArgs) -> Result<(), CommandError> {
     if args.paths.iter().any(|p| p == Path::new("-")) {
-        return if args.paths.len() == 1 { standard(args) } else { Err(CommandError::usage("'-' stands alone")) };
+        return if args.paths.len() == 1 {
+            standard(args)
+        } else {
+            Err(CommandError::usage("'-' cannot be combined with other paths"))
+        };
     }
     let mut files = Vec::new();
     for path in &args.paths {
@@ -32,7 +36,7 @@ pub(crate) fn run(args: &FmtArgs) -> Result<(), CommandError> {
     report.finish(files.len(), args)
 }
 
-/// Standard input to standard output.
+/// Formats standard input to standard output.
 fn standard(args: &FmtArgs) -> Result<(), CommandError> {
     let mut text = String::new();
     std::io::stdin()
@@ -49,7 +53,7 @@ fn standard(args: &FmtArgs) -> Result<(), CommandError> {
     std::io::stdout().write_all(change.text.as_bytes()).map_err(CommandError::failed)
 }
 
-/// The scripts in a folder and the folders in it, in the order of their names; what is hidden is left out.
+/// Collects the scripts in a folder and its subfolders, in the order of their names, without hidden ones.
 fn scripts(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CommandError> {
     let failed = |e: std::io::Error| CommandError::Failed(format!("{}: {}", folder.display(), script::reason(&e)));
     let mut entries = std::fs::read_dir(folder).map_err(failed)?.collect::<Result<Vec<_>, _>>().map_err(failed)?;
@@ -67,10 +71,10 @@ fn scripts(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CommandError> 
     Ok(())
 }
 
-/// What formatting makes of a file.
+/// The result of formatting a file.
 struct Change {
     text: String,
-    /// The first line that differs, from 1.
+    /// The first line that differs, from 1; none if the file is formatted.
     line: Option<usize>,
 }
 
@@ -95,7 +99,7 @@ fn first_difference(a: &str, b: &str) -> usize {
     a.split('\n').zip(b.split('\n')).take_while(|(a, b)| a == b).count() + 1
 }
 
-/// What was done, or would be.
+/// The results of all files.
 #[derive(Default)]
 struct Report {
     changed: usize,
@@ -126,11 +130,11 @@ impl Report {
             Err(CommandError::Script(errors)) => self.add_errors(*errors),
             Err(CommandError::Failed(message) | CommandError::Usage(message)) => self.failures.push(message),
             Err(CommandError::OutOfTolerance(lines)) => self.failures.extend(lines),
-            Err(CommandError::Said) => {}
+            Err(CommandError::Reported) => {}
         }
     }
 
-    /// Adds errors with their file to those of other files.
+    /// Adds the errors of a file to those of other files.
     fn add_errors(&mut self, errors: ScriptErrors) {
         let all = self
             .errors

@@ -1,4 +1,4 @@
-//! `gmlc`, the command: one module a subcommand. The only code that prints, reads arguments or exits.
+//! `gmlc`, the command: one module per subcommand. Only this crate prints, reads arguments or exits.
 
 mod check;
 mod cli;
@@ -21,7 +21,6 @@ mod scan;
 mod script;
 mod search;
 mod table;
-mod textures;
 mod values;
 mod variance;
 
@@ -30,7 +29,7 @@ use cli::{Cli, Command};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    // A reader that has seen enough, such as `head`, ends the command quietly.
+    // A reader that closes the pipe early, such as `head`, ends the command quietly.
     sigpipe::reset();
     let cli = Cli::parse();
     let result = match &cli.command {

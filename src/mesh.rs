@@ -10,32 +10,28 @@ use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, Tessellation};
 use std::path::Path;
 
-/// Texture coordinates of a mesh for other programs: those of an atlas of this many texels a side.
+/// Texels per side of the atlas whose texture coordinates a mesh has.
 const ATLAS: u32 = 1024;
 
-/// Largest distance between a mesh and the exact surface where the user says nothing. Millimetres.
+/// Default of the largest distance between a mesh and the exact surface. Millimetres.
 const CHORD: f64 = 0.02;
 
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     check_options(args)?;
     let program = script::compile(&args.script)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
-    write_model(args, &program, (&x, &motion))
+    write_model(args, &program, &x, &motion)
 }
 
-/// What is wrong with the command line, before any work is done.
+/// Reads the options, so that errors are reported before any work is done.
 fn check_options(args: &MeshArgs) -> Result<(Option<Framing>, Option<f64>), CommandError> {
     let framing = framing(args)?;
     let chord = args.chord.as_deref().map(|text| values::positive_length("--chord", text)).transpose()?;
     Ok((framing, chord))
 }
 
-/// Writes the surface of a model at x, moved, as the arguments say.
-pub(crate) fn write_model(
-    args: &MeshArgs,
-    program: &Program,
-    (x, motion): (&[f64], &Motion),
-) -> Result<(), CommandError> {
+/// Writes the moved surface of a model at x.
+pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion: &Motion) -> Result<(), CommandError> {
     let (framing, chord) = check_options(args)?;
     let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
     let chord = match (chord, &framing) {
@@ -66,36 +62,28 @@ pub(crate) fn write_model(
     Ok(())
 }
 
-/// How the picture is framed, where the output is one.
+/// The framing of a picture; none if the output is a mesh.
 fn framing(args: &MeshArgs) -> Result<Option<Framing>, CommandError> {
     let (view, size) = (args.view.as_deref(), args.size.as_deref());
     if extension(&args.output) == "png" {
         return Framing::new(view, size).map(Some);
     }
     if view.is_some() || size.is_some() {
-        return Err(CommandError::usage("--view and --size are for pictures: -o must end in .png"));
+        return Err(CommandError::usage("--view and --size require a picture: -o must end in .png"));
     }
-    if matches!(extension(&args.output).as_str(), "obj" | "ply" | "stl") {
-        return Ok(None);
-    }
-    Err(CommandError::usage(format!(
-        "-o {}: the name must end in .obj, .ply, .stl or .png, which says the format",
-        args.output.display()
-    )))
+    check_format(&args.output, ".obj, .ply, .stl or .png")?;
+    Ok(None)
 }
 
-/// Refuses a file name whose format cannot be written, before any work is done.
-pub(crate) fn check_format(path: &Path) -> Result<(), CommandError> {
+/// Refuses a file name without a known mesh format. `known` names the formats.
+pub(crate) fn check_format(path: &Path, known: &str) -> Result<(), CommandError> {
     if matches!(extension(path).as_str(), "obj" | "ply" | "stl") {
         return Ok(());
     }
-    Err(CommandError::usage(format!(
-        "-o {}: the name must end in .obj, .ply or .stl, which says the format",
-        path.display()
-    )))
+    Err(CommandError::usage(format!("-o {}: the file name must end in {known}", path.display())))
 }
 
-/// Writes a mesh in the format that its file name says.
+/// Writes a mesh in the format of its file name.
 pub(crate) fn write(path: &Path, mesh: &TriangleMesh) -> Result<(), CommandError> {
     make_parent(path)?;
     match extension(path).as_str() {
@@ -106,7 +94,7 @@ pub(crate) fn write(path: &Path, mesh: &TriangleMesh) -> Result<(), CommandError
     .map_err(CommandError::failed)
 }
 
-/// Makes the folder of an output.
+/// Creates the folder of an output.
 pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => make_folder(folder),
@@ -114,10 +102,10 @@ pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
     }
 }
 
-/// Makes a folder for outputs.
+/// Creates a folder for outputs.
 pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
     std::fs::create_dir_all(folder)
-        .map_err(|e| CommandError::Failed(format!("{}: this folder cannot be made: {e}", folder.display())))
+        .map_err(|e| CommandError::Failed(format!("{}: the folder cannot be created: {e}", folder.display())))
 }
 
 fn extension(path: &Path) -> String {

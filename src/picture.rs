@@ -1,15 +1,15 @@
 //! A model as a picture: `gmlc mesh MODEL.gml -o picture.png`.
 
 use crate::error::CommandError;
-use crate::textures;
 use gml_compiler::program::Program;
-use gml_runtime::export::atomic;
 use gml_runtime::export::render::{self, Layer, Paint, View};
+use gml_runtime::export::{atomic, measurement};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{EvaluationError, Instance, SurfacePoint, Tessellation};
 use std::path::Path;
 
-/// The tints of parts, in their order: glazes that go together. Parts of a loop, and those of one name in records and sub-models, share theirs.
+/// Tints of the parts, in their order: matching glazes. Parts of a loop, and parts with one name in records and
+/// submodels, share a tint.
 const TINTS: [[u8; 3]; 8] = [
     [196, 122, 88],
     [226, 205, 172],
@@ -21,10 +21,10 @@ const TINTS: [[u8; 3]; 8] = [
     [184, 180, 172],
 ];
 
-/// Sides that a picture may have, in pixels.
+/// Allowed sides of a picture, in pixels.
 const SIDES: std::ops::RangeInclusive<usize> = 16..=8192;
 
-/// What a picture shows, and how large it is.
+/// The viewpoint and size of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Framing {
     pub(crate) view: View,
@@ -33,20 +33,16 @@ pub(crate) struct Framing {
 }
 
 impl Framing {
-    /// From the options of the command line.
+    /// Reads the options of the command line.
     pub(crate) fn new(view: Option<&str>, size: Option<&str>) -> Result<Framing, CommandError> {
         let (width, height) = size.map_or(Ok((640, 640)), parse_size)?;
         Ok(Framing { view: parse_view(view.unwrap_or("corner"))?, width, height })
     }
 
-    /// The distance between a chord and the surface that does not show: a fifth of a pixel.
+    /// An invisible distance between a chord and the surface, in millimetres: a fifth of a pixel.
     pub(crate) fn chord(&self, program: &Program, instance: &dyn Instance) -> Result<f64, EvaluationError> {
         let coarse = Tessellation::uniform(program, instance, 12, 12)?;
-        let [low, high] =
-            coarse.mesh.positions.iter().fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[l, h], p| {
-                [[0, 1, 2].map(|k| l[k].min(p[k])), [0, 1, 2].map(|k| h[k].max(p[k]))]
-            });
-        let diagonal = (0..3).map(|k| (high[k] - low[k]).powi(2)).sum::<f64>().sqrt();
+        let diagonal = coarse.mesh.diagonal();
         let pixels = self.width.max(self.height) as f64;
         Ok(if diagonal > 0.0 && diagonal.is_finite() { 0.2 * diagonal / pixels } else { 0.02 })
     }
@@ -56,11 +52,12 @@ impl Framing {
         let colours = tints(&tessellation.mesh, &tessellation.origins);
         let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Vertices(&colours), opacity: 1.0 };
         let picture = render::render(&[layer], &self.view, self.width, self.height);
-        atomic::write(path, &textures::png(&picture)?).map_err(CommandError::failed)
+        let png = measurement::png(&picture).map_err(CommandError::failed)?;
+        atomic::write(path, &png).map_err(CommandError::failed)
     }
 }
 
-/// A tint for every vertex: one a part.
+/// A tint for every vertex: one per part.
 fn tints(mesh: &TriangleMesh, origins: &[SurfacePoint]) -> Vec<[u8; 3]> {
     let mut names: Vec<&str> = Vec::new();
     let by_patch: Vec<[u8; 3]> = mesh
@@ -68,8 +65,7 @@ fn tints(mesh: &TriangleMesh, origins: &[SurfacePoint]) -> Vec<[u8; 3]> {
         .iter()
         .map(|group| {
             let name = kind(&group.name);
-            let known = names.iter().position(|n| *n == name);
-            let index = known.unwrap_or_else(|| {
+            let index = names.iter().position(|n| *n == name).unwrap_or_else(|| {
                 names.push(name);
                 names.len() - 1
             });
@@ -79,17 +75,17 @@ fn tints(mesh: &TriangleMesh, origins: &[SurfacePoint]) -> Vec<[u8; 3]> {
     origins.iter().map(|o| by_patch[o.patch as usize]).collect()
 }
 
-/// What kind of part a name stands for: `tree.left.leaf[2]` is a `leaf`.
+/// The kind of a part, from its name: `tree.left.leaf[2]` is a `leaf`.
 fn kind(name: &str) -> &str {
     let last = name.rsplit('.').next().unwrap_or_default();
     last.split('[').next().unwrap_or_default()
 }
 
-/// A name of a view, or `AZIMUTH,ELEVATION` in degrees.
+/// Parses the name of a view, or `AZIMUTH,ELEVATION` in degrees.
 fn parse_view(text: &str) -> Result<View, CommandError> {
     let wrong = || {
         CommandError::usage(format!(
-            "--view: '{text}' is no view: expected corner, front, back, top, below, inside, or AZIMUTH,ELEVATION in degrees such as 35,25"
+            "--view: '{text}' is not a view: expected corner, front, back, top, below, inside, or AZIMUTH,ELEVATION in degrees such as 35,25"
         ))
     };
     match text {
@@ -112,14 +108,14 @@ fn parse_view(text: &str) -> Result<View, CommandError> {
     }
 }
 
-/// `640`, or `640x480`.
+/// Parses `640`, or `640x480`.
 fn parse_size(text: &str) -> Result<(usize, usize), CommandError> {
     let (width, height) = text.split_once('x').unwrap_or((text, text));
     let side = |t: &str| t.trim().parse::<usize>().ok().filter(|s| SIDES.contains(s));
     match (side(width), side(height)) {
         (Some(width), Some(height)) => Ok((width, height)),
         _ => Err(CommandError::usage(format!(
-            "--size: '{text}' is no size of a picture: expected {} to {} pixels, such as 640 or 640x480",
+            "--size: '{text}' is not a picture size: expected {} to {} pixels, such as 640 or 640x480",
             SIDES.start(),
             SIDES.end()
         ))),

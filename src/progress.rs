@@ -5,18 +5,18 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// One line that says what is going on.
+/// A line with the current stage.
 #[derive(Debug)]
 pub(crate) struct TerminalProgress {
     bar: ProgressBar,
-    /// Set when the user wants the work to end.
+    /// Set when the user interrupts the work.
     interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl TerminalProgress {
-    /// Shows itself only where standard error is a terminal.
+    /// A line that is shown only if standard error is a terminal.
     pub(crate) fn new() -> TerminalProgress {
-        // indicatif hides a bar whose target is no terminal by itself.
+        // indicatif hides a bar whose target is not a terminal.
         let bar = ProgressBar::with_draw_target(Some(1000), ProgressDrawTarget::stderr_with_hz(10));
         let style = ProgressStyle::with_template("{prefix:<22} {bar:24} {wide_msg}")
             .unwrap_or_else(|_| ProgressStyle::default_bar());
@@ -24,12 +24,12 @@ impl TerminalProgress {
         TerminalProgress { bar, interrupt: None }
     }
 
-    /// Tells the work to end once the flag is set.
+    /// A line that also ends the work once the flag is set.
     pub(crate) fn until(interrupt: Arc<AtomicBool>) -> TerminalProgress {
         TerminalProgress { interrupt: Some(interrupt), ..TerminalProgress::new() }
     }
 
-    /// Takes the line away.
+    /// Removes the line.
     pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();
     }

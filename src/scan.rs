@@ -10,7 +10,7 @@ use gml_runtime::simulate::{self, Scanner, Truth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What a fit should find.
+/// The true values that a fit should find.
 #[derive(Serialize)]
 struct TruthFile<'a> {
     /// The script.
@@ -23,7 +23,7 @@ struct TruthFile<'a> {
 }
 
 pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
-    mesh::check_format(&args.output)?;
+    mesh::check_format(&args.output, ".obj, .ply or .stl")?;
     let scanner = Scanner {
         views: args.views as usize,
         spacing: values::positive_length("--spacing", &args.spacing)?,
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     let program = script::compile(&args.script)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
-    // Finer than the noise and the spacing, so that the tessellation does not show in the scan.
+    // Finer than the noise and the spacing, so that facets do not show in the scan.
     let chord = (0.02 * scanner.spacing).min(0.02);
     let fineness = Fineness { chord, ..Fineness::default() };
     let mut tessellation = Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?;

@@ -12,10 +12,10 @@ use gml_runtime::workers::workers;
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
-/// Scripts are text that people write; anything larger was not meant as one.
+/// The largest script in bytes: people write scripts, so that a larger file is probably not one.
 pub(crate) const LARGEST_SCRIPT: u64 = 16 << 20;
 
-/// Loads files that scripts name, relative to the script that names them.
+/// Loads files that scripts `use`, relative to the using script.
 #[derive(Debug)]
 pub(crate) struct FileLoader;
 
@@ -28,7 +28,7 @@ impl Loader for FileLoader {
     }
 }
 
-/// The path without `.` and `..`, where that leads to the same file: one file has one name, whichever way it is used.
+/// The path without `.` and `..`, if that leads to the same file, so that a file has one name however it is used.
 fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
@@ -38,7 +38,7 @@ fn plain(path: &Path) -> PathBuf {
             _ => plain.push(part),
         }
     }
-    // Beyond a link to a folder, `..` leads elsewhere.
+    // Behind a symbolic link to a folder, `..` leads elsewhere.
     match (plain.canonicalize(), path.canonicalize()) {
         (Ok(a), Ok(b)) if a == b => plain,
         (Err(_), Err(_)) => plain,
@@ -46,7 +46,7 @@ fn plain(path: &Path) -> PathBuf {
     }
 }
 
-/// The text of a script.
+/// Reads the text of a script.
 pub(crate) fn read(path: &Path) -> Result<String, CommandError> {
     read_text(path).map_err(CommandError::Failed)
 }
@@ -61,21 +61,20 @@ fn read_text(path: &Path) -> Result<String, String> {
         return Err(format!("{shown}: {} bytes is too large for a script (at most {LARGEST_SCRIPT})", size.len()));
     }
     let bytes = std::fs::read(path).map_err(|e| format!("{shown}: {}", reason(&e)))?;
-    String::from_utf8(bytes).map_err(|e| {
-        format!("{shown}: is not UTF-8 text (byte {} is not); is it a script?", e.utf8_error().valid_up_to())
-    })
+    String::from_utf8(bytes)
+        .map_err(|e| format!("{shown}: is not UTF-8 text (at byte {}); is it a script?", e.utf8_error().valid_up_to()))
 }
 
-/// An IO error in words.
+/// The reason of an IO error in words.
 pub(crate) fn reason(e: &std::io::Error) -> String {
     match e.kind() {
         std::io::ErrorKind::NotFound => "there is no such file".into(),
-        std::io::ErrorKind::PermissionDenied => "may not be read".into(),
+        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
         _ => e.to_string(),
     }
 }
 
-/// Compiles a script; its warnings go to standard error.
+/// Compiles a script and prints its warnings to standard error.
 pub(crate) fn compile(args: &ScriptArgs) -> Result<Program, CommandError> {
     let compilation = compile_quietly(args)?;
     crate::diagnostics::print(&compilation.warnings, &compilation.sources);
@@ -92,17 +91,17 @@ pub(crate) fn inputs(given: &[String]) -> Result<BTreeMap<String, InputValue>, C
     Ok(inputs)
 }
 
-/// Options of the compiler, but for what the command line says: all processors work.
+/// The compiler's options with workers on all processors.
 pub(crate) fn compile_options() -> Options {
     Options { workers: workers(), ..Options::default() }
 }
 
-/// Compiles a script and keeps the warnings.
+/// Compiles a script and returns the warnings with it.
 pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandError> {
     if let Some(format @ ("ply" | "obj" | "stl")) = args.model.extension().and_then(|e| e.to_str()) {
         let shown = args.model.display();
         return Err(CommandError::Failed(format!(
-            "{shown}: a .{format} holds a mesh or a scan; the script (.gml) comes first"
+            "{shown}: is a mesh or a scan (.{format}); the script (.gml) comes first"
         )));
     }
     let text = read(&args.model)?;
@@ -112,7 +111,7 @@ pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandE
     program::compile(file, &FileLoader, &options).map_err(CommandError::from)
 }
 
-/// Sets the limits that the command line names.
+/// Sets limits from `--limit` options.
 fn set_limits(options: &mut Options, args: &LimitArgs) -> Result<(), CommandError> {
     for given in &args.limits {
         let (name, value) = values::assignment("--limit", given)?;
@@ -124,7 +123,7 @@ fn set_limits(options: &mut Options, args: &LimitArgs) -> Result<(), CommandErro
     Ok(())
 }
 
-/// The parameters from defaults, a fit and `-p`, with the pose that the fit added.
+/// The parameters from defaults, a fit and `-p` options, with the pose that the fit added.
 pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64>, Motion), CommandError> {
     let known = program.parameters();
     let mut x: Vec<f64> = known.iter().map(|p| p.default).collect();
@@ -166,5 +165,5 @@ pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64
 fn read_fit(path: &Path) -> Result<FitResult, CommandError> {
     let text = read(path)?;
     serde_json::from_str(&text)
-        .map_err(|e| CommandError::Failed(format!("{}: is not a result of gmlc fit: {e}", path.display())))
+        .map_err(|e| CommandError::Failed(format!("{}: is not a result of `gmlc fit`: {e}", path.display())))
 }

@@ -1,14 +1,16 @@
 //! Plain tables with aligned columns.
 
-/// Lays rows out in columns two spaces apart; columns whose cells (but for the heading) are numbers are set to the right.
+pub(crate) use gml_runtime::export::number;
+
+/// Lays rows out in columns two spaces apart; columns of numbers are aligned to the right.
 pub(crate) fn render(headings: &[&str], rows: &[Vec<String>]) -> String {
     let columns = headings.len();
     let width =
         |c: usize| rows.iter().map(|r| r[c].chars().count()).chain([headings[c].chars().count()]).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
     let numeric = |c: usize| {
-        let mut filled = rows.iter().map(|r| r[c].as_str()).filter(|t| !t.is_empty()).peekable();
-        filled.peek().is_some() && filled.all(|t| t.trim_end_matches([' ', '%']).parse::<f64>().is_ok())
+        let mut cells = rows.iter().map(|r| r[c].as_str()).filter(|t| !t.is_empty()).peekable();
+        cells.peek().is_some() && cells.all(|t| t.trim_end_matches([' ', '%']).parse::<f64>().is_ok())
     };
     let right: Vec<bool> = (0..columns).map(numeric).collect();
     let line = |cells: &mut dyn Iterator<Item = &str>| {
@@ -23,14 +25,6 @@ pub(crate) fn render(headings: &[&str], rows: &[Vec<String>]) -> String {
         out.push_str(&line(&mut row.iter().map(String::as_str)));
     }
     out
-}
-
-/// A number with as many digits as a reader wants: four after the point for everyday sizes, exponents for others.
-pub(crate) fn number(x: f64) -> String {
-    if !x.is_finite() {
-        return "-".into();
-    }
-    if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.4e}") }
 }
 
 #[cfg(test)]

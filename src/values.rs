@@ -1,10 +1,10 @@
-//! Values on the command line: `42mm`, `30deg`, `4`, `r=42mm`.
+//! Values on the command line, such as `42mm`, `30deg`, `4` and `r=42mm`.
 
 use crate::error::CommandError;
 use gml_compiler::check::InputValue;
 use gml_compiler::program::{Parameter, Quantity};
 
-/// Units that a value may have, with what they measure and their size in millimetres or radians.
+/// Units of values, with their quantity and size in millimetres or radians.
 const UNITS: [(&str, Quantity, f64); 7] = [
     ("mm", Quantity::Length, 1.0),
     ("cm", Quantity::Length, 10.0),
@@ -15,8 +15,8 @@ const UNITS: [(&str, Quantity, f64); 7] = [
     ("turn", Quantity::Angle, std::f64::consts::TAU),
 ];
 
-/// A value of the given quantity, in millimetres or radians. A length or an angle needs its unit, so that `r=4` is never
-/// taken for 4 mm by one reader and for 4 cm by another.
+/// Parses a value of the given quantity, in millimetres or radians. A length or an angle requires a unit, so that
+/// nobody takes `r=4` for 4 mm and somebody else for 4 cm.
 pub(crate) fn parse(what: &str, text: &str, quantity: Quantity) -> Result<f64, CommandError> {
     let text = text.trim();
     let wrong = |why: String| CommandError::usage(format!("{what}: '{text}' {why}"));
@@ -55,13 +55,13 @@ pub(crate) fn parse(what: &str, text: &str, quantity: Quantity) -> Result<f64, C
     Ok(scaled)
 }
 
-/// A length option in millimetres that must be positive.
+/// Parses a positive length, in millimetres.
 pub(crate) fn positive_length(option: &str, text: &str) -> Result<f64, CommandError> {
     let value = parse(option, text, Quantity::Length)?;
     if value > 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is not positive"))) }
 }
 
-/// An angle option in radians, above zero and at most a right angle.
+/// Parses an angle above zero and up to a right angle, in radians.
 pub(crate) fn acute_angle(option: &str, text: &str) -> Result<f64, CommandError> {
     let value = parse(option, text, Quantity::Angle)?;
     if value > 0.0 && value <= 1.0001 * std::f64::consts::FRAC_PI_2 {
@@ -70,14 +70,14 @@ pub(crate) fn acute_angle(option: &str, text: &str) -> Result<f64, CommandError>
     Err(CommandError::usage(format!("{option}: '{text}' must be above 0deg and at most 90deg")))
 }
 
-/// A length option in millimetres that may be zero.
+/// Parses a length that is not negative, in millimetres.
 pub(crate) fn length(option: &str, text: &str) -> Result<f64, CommandError> {
     let value = parse(option, text, Quantity::Length)?;
     if value >= 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is negative"))) }
 }
 
-/// Least and greatest of a tolerance in millimetres: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either
-/// order; the last unit holds for both.
+/// Parses a tolerance: its ends in millimetres. `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either
+/// order; the last unit holds for both numbers.
 pub(crate) fn tolerance(option: &str, text: &str) -> Result<(f64, f64), CommandError> {
     let Some((first, second)) = text.split_once('/') else {
         return positive_length(option, text).map(|t| (-t, t));
@@ -88,12 +88,12 @@ pub(crate) fn tolerance(option: &str, text: &str) -> Result<(f64, f64), CommandE
     let first = if has_unit { first.to_owned() } else { format!("{}{unit}", first.trim_end()) };
     let (a, b) = (parse(option, &first, Quantity::Length)?, parse(option, second, Quantity::Length)?);
     if a == b {
-        return Err(CommandError::usage(format!("{option}: '{text}' allows nothing: both ends are equal")));
+        return Err(CommandError::usage(format!("{option}: '{text}' allows only one value: both ends are equal")));
     }
     Ok((a.min(b), a.max(b)))
 }
 
-/// A fraction between 0 and 1.
+/// Checks that a fraction is between 0 and 1.
 pub(crate) fn fraction(option: &str, value: f64) -> Result<f64, CommandError> {
     if (0.0..=1.0).contains(&value) {
         Ok(value)
@@ -113,13 +113,13 @@ pub(crate) fn assignment<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'
         })
 }
 
-/// The index of a parameter, with the nearest name where there is none of this.
+/// The index of a parameter by its name.
 pub(crate) fn parameter(option: &str, name: &str, parameters: &[Parameter]) -> Result<usize, CommandError> {
     let known = parameters.iter().map(|p| p.name.as_str());
     known.clone().position(|p| p == name).ok_or_else(|| CommandError::usage(unknown(option, "parameter", name, known)))
 }
 
-/// Parameter values from `-p` options: index and value, within the declared bounds at the defaults where those exist.
+/// Parameter values from `-p` options: indices and values.
 pub(crate) fn parameters(texts: &[String], known: &[Parameter]) -> Result<Vec<(usize, f64)>, CommandError> {
     texts
         .iter()
@@ -131,8 +131,8 @@ pub(crate) fn parameters(texts: &[String], known: &[Parameter]) -> Result<Vec<(u
         .collect()
 }
 
-/// The value of an input: true or false, a whole number, or a number with an optional unit. Whether it fits its
-/// declaration is for the compiler to say.
+/// Parses the value of an input: true or false, a whole number, or a number with an optional unit. The compiler checks
+/// it against the declaration.
 pub(crate) fn input_value(name: &str, text: &str) -> Result<InputValue, CommandError> {
     let what = format!("--input {name}");
     if let Ok(flag) = text.parse() {
@@ -142,7 +142,7 @@ pub(crate) fn input_value(name: &str, text: &str) -> Result<InputValue, CommandE
         return Ok(InputValue::Int(whole));
     }
     if matches!(text.to_lowercase().as_str(), "yes" | "no" | "on" | "off" | "true" | "false") {
-        return Err(CommandError::usage(format!("{what}: '{text}' is neither true nor false, as these are written")));
+        return Err(CommandError::usage(format!("{what}: '{text}' is not a value: write true or false")));
     }
     let quantity = UNITS.iter().filter(|u| text.ends_with(u.0)).map(|u| u.1).next_back();
     parse(&what, text, quantity.unwrap_or(Quantity::Real)).map(InputValue::Real)

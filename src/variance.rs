@@ -2,44 +2,51 @@
 
 use crate::cli::{ScriptArgs, VarianceArgs};
 use crate::error::CommandError;
-use crate::measure::{self, Settings, Surface};
 use crate::progress::TerminalProgress;
-use crate::{deviations, fit, script, textures};
+use crate::{deviations, fit, measure, mesh, script};
+use gml_runtime::export::measurement;
 use gml_runtime::scan;
+use gml_runtime::variance::{self, MeasureOptions, Measurement, Reference};
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
-    let settings = Settings::of(&args.controls)?;
-    let surface = surface(args, &settings)?;
-    let scan = fit::read_scan(&args.scan)?;
-    let progress = TerminalProgress::new();
-    let measured = measure::measure(surface, &scan, None, &settings, &progress);
-    progress.finish();
-    let measured = measured?;
-    textures::write(&args.output, &measured)?;
-    print!("{}", deviations::summary(&measured.report));
-    deviations::judge(&measured.report)
-}
-
-/// A script with its parameters, or a mesh: the file's name says which.
-fn surface(args: &VarianceArgs, settings: &Settings) -> Result<Surface, CommandError> {
-    let name = args.reference.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    if name == "gml" {
+    let options = measure::options(&args.controls)?;
+    let extension = args.reference.extension().unwrap_or_default();
+    let measured = if extension.eq_ignore_ascii_case("gml") {
         let script =
             ScriptArgs { model: args.reference.clone(), inputs: args.inputs.clone(), limits: args.limits.clone() };
         let program = script::compile(&script)?;
         let (x, motion) = script::parameters(&program, &args.values)?;
-        return Surface::of_program(&program, &x, &motion, settings);
-    }
-    if args.values.params.is_some() || !args.values.values.is_empty() || !args.inputs.is_empty() {
-        return Err(CommandError::usage(format!(
-            "{}: --params, -p and --input are for scripts (.gml); a reference mesh has no parameters",
-            args.reference.display()
-        )));
-    }
-    let unit = args.reference_unit.parse().map_err(|e| CommandError::usage(format!("--reference-unit: {e}")))?;
-    let mesh = scan::read_mesh(&args.reference, unit).map_err(CommandError::failed)?;
-    if settings.sensitivities {
-        return Err(CommandError::usage("--sensitivities is for scripts (.gml); a reference mesh has no parameters"));
-    }
-    Surface::of_mesh(&mesh, settings.resolution)
+        measure_from(Reference::Model { model: &program, x: &x, motion }, args, &options)
+    } else {
+        let shown = args.reference.display();
+        if args.values.params.is_some() || !args.values.values.is_empty() || !args.inputs.is_empty() {
+            return Err(CommandError::usage(format!(
+                "{shown}: --params, -p and --input require a script (.gml); a reference mesh has no parameters"
+            )));
+        }
+        if options.sensitivity_maps {
+            return Err(CommandError::usage(format!(
+                "{shown}: --sensitivities requires a script (.gml); a reference mesh has no parameters"
+            )));
+        }
+        let unit = args.reference_unit.parse().map_err(|e| CommandError::usage(format!("--reference-unit: {e}")))?;
+        let mesh = scan::read_mesh(&args.reference, unit).map_err(CommandError::failed)?;
+        measure_from(Reference::Mesh(&mesh), args, &options)
+    }?;
+    mesh::make_folder(&args.output)?;
+    measurement::write(&args.output, &measured, args.controls.exr).map_err(CommandError::failed)?;
+    print!("{}", deviations::summary(&measured.report));
+    deviations::judge(&measured.report)
+}
+
+fn measure_from(
+    reference: Reference<'_>,
+    args: &VarianceArgs,
+    options: &MeasureOptions,
+) -> Result<Measurement, CommandError> {
+    let scan = fit::read_scan(&args.scan)?;
+    let progress = TerminalProgress::new();
+    let measured = variance::measure(reference, &scan, None, options, &progress);
+    progress.finish();
+    Ok(measured?)
 }

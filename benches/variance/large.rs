@@ -31,9 +31,9 @@ pub(crate) fn run() -> Result<(), Box<dyn Error>> {
     let instance = Model::instantiate(&program, &[])?;
     let atlas = Atlas::new(&program, &*instance, super::SIDE)?;
     let texels = Texels::of_model(&program, &*instance, &atlas)?;
-    let deviations = variance::trace(texels, &bvh, super::MAX_DISTANCE, Facing::SAME, Device::Cpu)?.deviations;
+    let deviations = variance::cast(texels, &bvh, super::MAX_DISTANCE, Facing::SAME, Device::Cpu)?.deviations;
     let texture = DistanceTexture::new(&deviations);
-    let report = VarianceReport::new(&deviations, &ScanSource::default(), "cpu");
+    let report = VarianceReport::new(&deviations, &ScanSource::default(), "cpu", &[]);
     println!("baked after {:.2} s", started.elapsed().as_secs_f64());
     let all = &report.overall;
     // The waves are sines of amplitude 0.5 mm on 50 mm, of which chords cut off nothing that counts.

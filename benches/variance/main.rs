@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             write_rays(Path::new(dump), &texels)?;
         }
         let bvh = stages.time("build", || Bvh::build(&scan.mesh))?;
-        let trace = stages.time("trace", || variance::trace(texels, &bvh, MAX_DISTANCE, Facing::Any, Device::Cpu))?;
+        let trace = stages.time("trace", || variance::cast(texels, &bvh, MAX_DISTANCE, Facing::Any, Device::Cpu))?;
         let deviations = trace.deviations;
         if let (0, Some(dump)) = (run, dump) {
             let both = deviations.outward.iter().zip(&deviations.inward).flat_map(|(a, b)| [*a, *b]);
@@ -96,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             write_closest(dump, &deviations.texels, &bvh)?;
         }
         stages.time("texture", || DistanceTexture::new(&deviations));
-        let report = stages.time("statistics", || VarianceReport::new(&deviations, &ScanSource::default(), "cpu"));
+        let report = stages.time("statistics", || VarianceReport::new(&deviations, &ScanSource::default(), "cpu", &[]));
         if run == 0 {
             let s = &report.overall;
             println!("{count} texels, coverage {:.4}, rms {:.4} mm", s.coverage, s.weighted.rms);

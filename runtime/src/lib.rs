@@ -17,6 +17,7 @@
 pub mod bvh;
 pub mod export;
 pub mod fit;
+pub mod inspect;
 pub mod mesh;
 pub mod model;
 pub mod progress;

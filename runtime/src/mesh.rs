@@ -32,6 +32,12 @@ impl TriangleMesh {
         (b - a).cross(c - a).length() / 2.0
     }
 
+    /// Diagonal of the box around all positions; 0 if there are none. Millimetres.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        self.bounds().map_or(0.0, |(low, high)| DVec3::from(low).distance(DVec3::from(high)))
+    }
+
     /// The smallest box around all positions: least and greatest corner; none where there are no positions.
     #[must_use]
     pub fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {

@@ -1,4 +1,4 @@
-//! Commands that compare a model with a scan.
+//! Arguments of the commands that compare a model with a scan.
 
 use super::{Format, LimitArgs, ScriptArgs, ValueArgs};
 use clap::{Args, ValueEnum};
@@ -15,65 +15,67 @@ pub(crate) struct ScanArgs {
     pub(crate) unit: String,
 }
 
-/// What steers a fit.
+/// Options of a fit.
 #[derive(Debug, Args)]
 pub(crate) struct FitControls {
     /// Start a parameter at a value, such as r=42mm (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
     pub(crate) values: Vec<String>,
-    /// Hold a parameter: NAME at its start, or NAME=VALUE, which is also tested against the scan (may be repeated)
+    /// Hold a parameter fixed: NAME at its start value, or NAME=VALUE, which is also tested against the scan (may be
+    /// repeated)
     #[arg(long, value_name = "NAME[=VALUE]")]
     pub(crate) fix: Vec<String>,
     /// Hold parameters equal: NAME,NAME,... (may be repeated)
     #[arg(long, value_name = "NAMES")]
     pub(crate) equal: Vec<String>,
-    /// Width of the loss at the end of the fit; by default from the scan's noise
+    /// Scale of the loss at the end of the fit [default: from the scan's noise]
     #[arg(long, value_name = "LENGTH")]
     pub(crate) sigma: Option<String>,
-    /// How distances are counted at the end of the fit
+    /// Loss function at the end of the fit
     #[arg(long, value_enum, default_value_t)]
     pub(crate) loss: LossArg,
-    /// Neither add nor search a pose: only the script's own parameters move the model
+    /// Do not fit a pose: only the script's own parameters move the model
     #[arg(long)]
     pub(crate) no_pose: bool,
-    /// Whether the scan's normals say which side of a thin wall a point belongs to
+    /// Whether the scan's normals decide to which side of a thin wall a point belongs
     #[arg(long, value_enum, default_value_t)]
     pub(crate) normals: NormalsArg,
-    /// Hold the model's ends to the scan: what could be seen of it and lies beyond the scan counts as well
+    /// Fit the model's ends, too: surface that the scanner could have seen and that lies beyond the scan counts against
+    /// a fit
     #[arg(long)]
     pub(crate) coverage: bool,
-    /// Fit so many scans drawn from the scan itself, for intervals that assume little
+    /// Also fit N scans resampled from the scan, for confidence intervals with few assumptions
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) bootstrap: usize,
-    /// Seed of all that is random
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
-    /// Write the steps of the optimisers to a table, for a plot of the convergence
+    /// Write the optimisers' steps to a table, to plot the convergence
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) trace: Option<PathBuf>,
 }
 
-/// How distances are counted.
+/// Loss functions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum LossArg {
-    /// Bounded and smooth: what the model does not explain does not pull it
+    /// Bounded and smooth: outliers do not affect the fit
     #[default]
     Welsch,
-    /// Least squares, for scans without anything foreign
+    /// Least squares, for scans without outliers
     Squared,
-    /// Least squares near, absolute values far
+    /// Quadratic for small distances, linear for large ones
     Huber,
     /// Bounded, and constant beyond 1.7 sigma
     Tukey,
 }
 
-/// What the scan's normals are for.
+/// How the scan's normals are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum NormalsArg {
-    /// Points belong to surfaces that face as they do
+    /// Points belong to the nearest surface that faces the same way
     #[default]
     Use,
-    /// Points belong to the nearest surface
+    /// Points belong to the nearest surface, whichever way it faces
     Ignore,
 }
 
@@ -90,7 +92,7 @@ pub(crate) struct FitArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) controls: FitControls,
-    /// Fit every value of an input that is a whole number, such as bolts=3..16, and take the best (may be repeated)
+    /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
     #[arg(long, value_name = "NAME=LOW..HIGH")]
     pub(crate) search: Vec<String>,
     /// Where to write the result
@@ -103,12 +105,12 @@ pub(crate) struct FitArgs {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum DeviceArg {
-    /// A real GPU where there is one, else native code
+    /// A real GPU if there is one, otherwise native code
     #[default]
     Auto,
     /// Native code
     Cpu,
-    /// The GPU, software ones included; an error where there is none
+    /// A GPU, or a software implementation of one; native code if there is neither
     Gpu,
 }
 
@@ -124,52 +126,41 @@ pub(crate) enum DistanceArg {
     Closest,
 }
 
-impl DistanceArg {
-    /// As in variance.json.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            DistanceArg::Normal => "normal",
-            DistanceArg::AveragedNormal => "averaged-normal",
-            DistanceArg::Closest => "closest",
-        }
-    }
-}
-
-/// What steers the measurement of deviations.
+/// Options of a measurement.
 #[derive(Debug, Args)]
 pub(crate) struct VarianceControls {
-    /// How far from the model the scan is looked for; by default a tenth of the model's size
+    /// How far from the model to look for the scan [default: a tenth of the model's size]
     #[arg(long, value_name = "LENGTH")]
     pub(crate) max_distance: Option<String>,
     /// Where distances are measured to
     #[arg(long, value_enum, default_value_t)]
     pub(crate) distance: DistanceArg,
-    /// With --distance averaged-normal: within which distance of an edge normals turn from the average to the surface's own; by
-    /// default a fiftieth of the model's size
+    /// With --distance averaged-normal: width of the band beside an edge in which normals turn from the average to the
+    /// surface's own [default: a fiftieth of the model's size]
     #[arg(long, value_name = "LENGTH")]
     pub(crate) averaging_width: Option<String>,
-    /// Close holes of the scan up to this far across, such as 5mm: no ray passes through them, and what looks at them counts as filled,
-    /// not as measured
+    /// Close holes of the scan up to this size, such as 5mm: rays do not pass through them, and texels that look at
+    /// them count as filled, not as measured
     #[arg(long, value_name = "LENGTH")]
     pub(crate) fill_holes: Option<String>,
-    /// The largest angle between the model's normal and that of the scan where it is measured
+    /// Largest angle between the normals of the model and of the scan
     #[arg(long, value_name = "ANGLE", default_value = "90deg")]
     pub(crate) max_angle: String,
-    /// How far deviations may go, such as 0.5mm (either way) or +0.3/-0.1mm, on parts to which the script gives no tolerance; the exit
-    /// status is 3 if any goes further
+    /// Allowed deviations, such as 0.5mm (either way) or +0.3/-0.1mm, of parts to which the script gives no tolerance;
+    /// the exit status is 3 if a deviation exceeds its tolerance
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(crate) tolerance: Option<String>,
-    /// Side of the square distance texture, a power of two such as 2048, or how fine its texels are to be, such as 0.2mm (the
-    /// smallest texture whose texels are no wider on the average)
+    /// Texels per side of the distance texture, a power of two such as 2048, or the width of a texel, such as 0.2mm
+    /// (the smallest texture whose texels are no wider on average)
     #[arg(long, value_name = "N|LENGTH", default_value = "1024")]
     pub(crate) resolution: String,
     /// What casts the rays
     #[arg(long, value_enum, default_value_t)]
     pub(crate) device: DeviceArg,
-    /// Draw a map of every parameter: how far the surface moves along its normal for a unit of it (sensitivity-NAME.png)
+    /// Draw a map for every parameter: how far the surface moves along its normal per unit of it (sensitivity-NAME.png)
     #[arg(long)]
     pub(crate) sensitivities: bool,
-    /// Write the signed distances as OpenEXR, too (distance.exr)
+    /// Also write the signed distances as OpenEXR (distance.exr)
     #[arg(long)]
     pub(crate) exr: bool,
 }
@@ -214,7 +205,7 @@ pub(crate) struct InspectArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) fit: FitControls,
-    /// Fit every value of an input that is a whole number, such as bolts=3..16, and take the best (may be repeated)
+    /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
     #[arg(long, value_name = "NAME=LOW..HIGH")]
     pub(crate) search: Vec<String>,
     #[command(flatten)]

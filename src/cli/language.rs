@@ -1,4 +1,4 @@
-//! Commands that need a script and no scan.
+//! Arguments of the commands that require a script and no scan.
 
 use super::{Format, LimitArgs, ScriptArgs, ValueArgs};
 use clap::{Args, ValueEnum};
@@ -17,7 +17,7 @@ pub(crate) struct CheckArgs {
     pub(crate) inputs: Vec<String>,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
-    /// Tell what a diagnostic's code stands for, with an example
+    /// Explain a diagnostic's code, with an example
     #[arg(long, value_name = "CODE")]
     pub(crate) explain: Option<String>,
     /// How to print the result
@@ -34,17 +34,18 @@ pub(crate) struct MeshArgs {
     pub(crate) script: ScriptArgs,
     #[command(flatten)]
     pub(crate) values: ValueArgs,
-    /// The file to write: .obj (texture coordinates, groups), .ply or .stl; or .png, a picture with a tint for every part
+    /// The file to write: .obj (with texture coordinates and groups), .ply or .stl; or .png, a picture with a tint for
+    /// every part
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Largest distance between the mesh and the exact surface [default: 0.02mm; in a picture, a fifth of a pixel]
+    /// Largest distance between the mesh and the exact surface [default: 0.02mm, or a fifth of a pixel for a picture]
     #[arg(long, value_name = "LENGTH")]
     pub(crate) chord: Option<String>,
-    /// Of a picture, from where: corner, front, back, top, below, inside (cut open), or AZIMUTH,ELEVATION in degrees, from the front
-    /// to the right and upwards [default: corner]
+    /// Viewpoint of a picture: corner, front, back, top, below, inside (cut open), or AZIMUTH,ELEVATION in degrees
+    /// (from the front to the right, and upwards) [default: corner]
     #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
     pub(crate) view: Option<String>,
-    /// Of a picture, how many pixels: 640, or 640x480 [default: 640]
+    /// Size of a picture in pixels: 640, or 640x480 [default: 640]
     #[arg(long, value_name = "PIXELS")]
     pub(crate) size: Option<String>,
 }
@@ -54,7 +55,7 @@ pub(crate) struct MeshArgs {
 pub(crate) struct DiffArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
-    /// Only with respect to this parameter
+    /// Differentiate only with respect to this parameter
     #[arg(long, value_name = "NAME")]
     pub(crate) wrt: Option<String>,
 }
@@ -78,7 +79,7 @@ pub(crate) enum Stage {
 pub(crate) struct EmitArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
-    /// Which stage
+    /// The stage to print
     #[arg(long, value_enum)]
     pub(crate) stage: Stage,
 }
@@ -93,7 +94,7 @@ pub(crate) struct DocArgs {
     /// The script (.gml), or std for the standard library
     #[arg(value_name = "MODEL.gml|std")]
     pub(crate) script: PathBuf,
-    /// Folder for the pages; without it they are printed
+    /// Folder for the pages [default: they are printed]
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
 }
@@ -102,18 +103,19 @@ pub(crate) struct DocArgs {
 #[command(after_help = "\
 Examples:
   gmlc fmt cup.gml                  one script, in place
-  gmlc fmt --check examples stdlib  says which are not formatted, and changes nothing
+  gmlc fmt --check examples stdlib  list scripts that are not formatted, and change nothing
   gmlc fmt - < cup.gml              to standard output
 
 A script with syntax errors is left as it is. Meaning and comments never change.")]
 pub(crate) struct FmtArgs {
-    /// Scripts, or folders whose scripts are meant; - reads standard input
+    /// Scripts, or folders of scripts; - reads standard input
     #[arg(value_name = "PATH", required = true)]
     pub(crate) paths: Vec<PathBuf>,
-    /// Change nothing; list what is not formatted with its first line that would change, and exit with status 1
+    /// Change nothing; list scripts that are not formatted, with the first line that would change, and exit with status
+    /// 1
     #[arg(long)]
     pub(crate) check: bool,
-    /// How to print what was done
+    /// How to print the result
     #[arg(long, value_enum, default_value_t)]
     pub(crate) format: Format,
 }
@@ -131,7 +133,7 @@ pub(crate) struct VirtualScanArgs {
     /// The scan to write (.ply, .obj or .stl)
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Also write parameters and pose, the truth that a fit should find
+    /// Also write the true parameters and pose, which a fit should find
     #[arg(long, value_name = "FILE.json")]
     pub(crate) truth: Option<PathBuf>,
     /// Distance between neighbouring points on the object
@@ -146,16 +148,16 @@ pub(crate) struct VirtualScanArgs {
     /// Fraction of points with a wrong range
     #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
     pub(crate) outliers: f64,
-    /// Fraction of points that are lost
+    /// Fraction of points that are missing
     #[arg(long, value_name = "FRACTION", default_value_t = 0.01)]
     pub(crate) dropouts: f64,
-    /// Number of holes of some millimetres
+    /// Number of holes of a few millimetres
     #[arg(long, value_name = "N", default_value_t = 6)]
     pub(crate) holes: u32,
     /// Leave the scan in the model's own position
     #[arg(long)]
     pub(crate) no_pose: bool,
-    /// Seed of all that is random
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
 }
@@ -167,9 +169,9 @@ Examples:
   gmlc repl -p r=42mm cup.gml
   echo 'mix(2mm, 4mm, 0.5)' | gmlc repl        without a terminal: no prompts; the status is 1 if anything failed
 
-Lines are kept in $XDG_STATE_HOME/gmlc/history (else ~/.local/state/gmlc/history). docs/repl.md tells more.")]
+The history is in $XDG_STATE_HOME/gmlc/history (or ~/.local/state/gmlc/history). See docs/repl.md.")]
 pub(crate) struct ReplArgs {
-    /// The script to begin with (.gml)
+    /// The script to load first (.gml)
     #[arg(value_name = "MODEL.gml")]
     pub(crate) model: Option<PathBuf>,
     /// Set an input of the model, such as bolts=6 (may be repeated)
@@ -178,10 +180,10 @@ pub(crate) struct ReplArgs {
     /// Set a parameter, such as r=42mm (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
     pub(crate) values: Vec<String>,
-    /// Neither read nor keep the lines of other times
+    /// Do not load or save the history of lines
     #[arg(long)]
     pub(crate) no_history: bool,
-    /// Without a terminal, print the prompts and what is read as well
+    /// Without a terminal, also print the prompts and the input
     #[arg(long)]
     pub(crate) echo: bool,
 }

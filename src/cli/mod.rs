@@ -1,4 +1,4 @@
-//! The command line: what can be asked for, and its help.
+//! The command line's arguments and help.
 
 mod comparison;
 mod language;
@@ -24,13 +24,13 @@ pub(crate) struct Cli {
 
 const AFTER_HELP: &str = "\
 Examples:
-  gmlc check cup.gml                             what is in a script, or what is wrong with it
+  gmlc check cup.gml                             list the contents of a script, or its errors
   gmlc scan octagonal_cup.gml -o scan.ply        make a virtual scan of a model
   gmlc inspect cup.gml scan.ply -o out/cup       fit, measure and document, all in one
   gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
 
-Exit status: 0 done; 1 something in a script, a scan or another file is wrong, or the result cannot be had;
-2 the command line is wrong.";
+Exit status: 0 success; 1 an error in a script, a scan or another file, or no result;
+2 an error in the command line; 3 a deviation exceeds its tolerance.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -40,7 +40,7 @@ pub(crate) enum Command {
     Mesh(MeshArgs),
     /// Print the derivative program as readable text
     Diff(DiffArgs),
-    /// Print what a compiler stage makes of a script
+    /// Print the output of a compiler stage
     Emit(EmitArgs),
     /// Write reference pages from doc comments
     Doc(DocArgs),
@@ -54,7 +54,7 @@ pub(crate) enum Command {
     Variance(VarianceArgs),
     /// Fit, measure and document: everything into one folder
     Inspect(InspectArgs),
-    /// Evaluate expressions and definitions interactively, with a model at hand
+    /// Evaluate expressions and definitions interactively
     Repl(ReplArgs),
 }
 
@@ -71,10 +71,10 @@ pub(crate) struct ScriptArgs {
     pub(crate) limits: LimitArgs,
 }
 
-/// What bounds the work that a script may make.
+/// Limits on the work that a script may cause.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct LimitArgs {
-    /// Set a limit on what the script may take: steps, depth, nesting, instances, turns, nodes or operations, such as
+    /// Set a limit on the script's work: steps, depth, nesting, instances, turns, nodes or operations, such as
     /// steps=1000000 (may be repeated)
     #[arg(long = "limit", value_name = "NAME=N")]
     pub(crate) limits: Vec<String>,
@@ -95,7 +95,7 @@ pub(crate) struct ValueArgs {
     /// Set a parameter, such as r=42mm, alpha=30deg or shape=4 (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
     pub(crate) values: Vec<String>,
-    /// Take the parameters from a result of `gmlc fit`; -p goes over it
+    /// Take the parameters from a result of `gmlc fit`; -p overrides them
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
 }

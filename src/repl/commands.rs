@@ -1,4 +1,4 @@
-//! Lines that begin with a colon.
+//! Commands: lines that begin with a colon.
 
 use super::state::{Flow, Repl};
 use super::{show, work};
@@ -8,13 +8,13 @@ use crate::values;
 use gml_compiler::program::EmitStage;
 use std::path::Path;
 
-/// What a command takes, for completion.
+/// The argument of a command, for completion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Takes {
+pub(crate) enum Argument {
     Nothing,
     Expression,
     Parameter,
-    /// A file whose name ends so; any where there is no ending.
+    /// A file with one of these extensions; any file if there are none.
     File(&'static [&'static str]),
     Name,
     Command,
@@ -23,20 +23,20 @@ pub(crate) enum Takes {
 /// A command.
 pub(crate) struct Command {
     pub(crate) name: &'static str,
-    /// Its arguments as help shows them.
+    /// The arguments as help shows them.
     pub(crate) arguments: &'static str,
-    pub(crate) takes: Takes,
-    /// A line.
+    pub(crate) argument: Argument,
+    /// A line of help.
     pub(crate) about: &'static str,
-    /// More, with examples; may be empty.
+    /// More help, with examples; may be empty.
     pub(crate) more: &'static str,
     run: fn(&mut Repl, &str) -> Result<Flow, CommandError>,
 }
 
-/// How scripts' names end.
+/// Extensions of scripts.
 pub(crate) const SCRIPTS: &[&str] = &["gml"];
 
-/// How scans' names end.
+/// Extensions of scans.
 const SCANS: &[&str] = &["ply", "obj", "stl"];
 
 /// All commands, in the order of help.
@@ -44,7 +44,7 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "load",
         arguments: "FILE",
-        takes: Takes::File(SCRIPTS),
+        argument: Argument::File(SCRIPTS),
         about: "Load a script; its last model is the current one",
         more: "Its definitions, and the model's parameters, values and parts are then in scope.",
         run: |repl, rest| repl.load(Path::new(&unquoted(argument(rest, ":load cup.gml")?))).map(|()| Flow::Go),
@@ -52,35 +52,35 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "reload",
         arguments: "",
-        takes: Takes::Nothing,
-        about: "Read all files again; happens by itself when one has changed",
-        more: "What was entered is entered again. Parameters keep the values that were set.",
+        argument: Argument::Nothing,
+        about: "Read all files again; this is automatic when one has changed",
+        more: "Everything that was entered is evaluated again. Parameters keep the values that were set.",
         run: |repl, _| reload(repl),
     },
     Command {
         name: "params",
         arguments: "",
-        takes: Takes::Nothing,
+        argument: Argument::Nothing,
         about: "Show the model's parameters with values and bounds, its inputs and parts",
         more: "",
-        run: |repl, _| said(repl, |repl| Ok(show::parameters(repl.session.borrow().model().ok_or_else(no_model)?))),
+        run: |repl, _| printed(repl, |repl| Ok(show::parameters(repl.session.borrow().model().ok_or_else(no_model)?))),
     },
     Command {
         name: "set",
         arguments: "NAME=VALUE",
-        takes: Takes::Parameter,
-        about: "Give a parameter or an input of the model a value",
+        argument: Argument::Parameter,
+        about: "Set a parameter or an input of the model",
         more: "The value is an expression:\n  :set r=42mm\n  :set h = 2 * r\nBounds and requirements must hold.",
         run: set,
     },
     Command {
         name: "type",
         arguments: "EXPR",
-        takes: Takes::Expression,
+        argument: Argument::Expression,
         about: "Show the type of an expression",
         more: "  :type r * h\n  area (an area)",
         run: |repl, rest| {
-            said(repl, |repl| {
+            printed(repl, |repl| {
                 let text = argument(rest, ":type r * h")?;
                 let (words, written) = repl.session.borrow_mut().type_of(text, &FileLoader)?;
                 Ok(format!("{written} ({words})\n"))
@@ -90,11 +90,11 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "grad",
         arguments: "EXPR",
-        takes: Takes::Expression,
-        about: "Show an expression's derivatives by every parameter, with units",
+        argument: Argument::Expression,
+        about: "Show an expression's derivatives with respect to every parameter, with units",
         more: "  :grad outer(0.5) * h\nThe derivatives are exact: the compiler differentiates the program. Angles count in radians.",
         run: |repl, rest| {
-            said(repl, |repl| {
+            printed(repl, |repl| {
                 let text = argument(rest, ":grad r * h")?;
                 Ok(show::gradient(&repl.session.borrow_mut().gradient(text, &FileLoader)?))
             })
@@ -103,23 +103,23 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "diff",
         arguments: "[PARAMETER | EXPR]",
-        takes: Takes::Expression,
-        about: "Print the derivative program of the model, by one parameter, or of an expression",
-        more: "  :diff            every part by every parameter\n  :diff r          every part by r\n  :diff outer(0.5) of an expression",
+        argument: Argument::Expression,
+        about: "Print the derivative program of the model, for one parameter, or of an expression",
+        more: "  :diff             every part, for every parameter\n  :diff r           every part, for r\n  :diff outer(0.5)  an expression",
         run: diff,
     },
     Command {
         name: "ir",
         arguments: "[EXPR]",
-        takes: Takes::Expression,
-        about: "Print the scalar functions that an expression, or the model, becomes",
-        more: "A part is a function: :ir outside(0.5, 0.5) shows what is computed for a point of it.",
+        argument: Argument::Expression,
+        about: "Print the scalar functions of an expression, or of the model",
+        more: "A part is a function: :ir outside(0.5, 0.5) shows the computation of one of its points.",
         run: |repl, rest| emit(repl, rest, EmitStage::Ir),
     },
     Command {
         name: "clif",
         arguments: "[EXPR]",
-        takes: Takes::Expression,
+        argument: Argument::Expression,
         about: "Print Cranelift's intermediate representation of an expression, or of the model",
         more: "",
         run: |repl, rest| emit(repl, rest, EmitStage::Clif),
@@ -127,7 +127,7 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "asm",
         arguments: "[EXPR]",
-        takes: Takes::Expression,
+        argument: Argument::Expression,
         about: "Print the machine code of an expression, or of the model",
         more: "",
         run: |repl, rest| emit(repl, rest, EmitStage::Asm),
@@ -135,9 +135,9 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "time",
         arguments: "EXPR",
-        takes: Takes::Expression,
-        about: "Compile an expression to machine code and run it, and show how long both take",
-        more: "Both are repeated, and the shortest time is shown.",
+        argument: Argument::Expression,
+        about: "Measure how long an expression takes to compile to machine code and to run",
+        more: "Both are repeated; the shortest times are shown.",
         run: |repl, rest| {
             let text = argument(rest, ":time r * h")?;
             repl.refresh()?;
@@ -147,54 +147,54 @@ pub(crate) const COMMANDS: &[Command] = &[
     Command {
         name: "mesh",
         arguments: "FILE",
-        takes: Takes::File(&[]),
+        argument: Argument::File(&[]),
         about: "Write the model's surface as a mesh (.obj, .ply or .stl), or as a picture (.png)",
         more: "Options of `gmlc mesh` may follow the name: :mesh cup.ply --chord 0.005mm",
-        run: |repl, rest| worked(repl, rest, work::mesh),
+        run: |repl, rest| performed(repl, rest, work::mesh),
     },
     Command {
         name: "fit",
         arguments: "SCAN",
-        takes: Takes::File(SCANS),
-        about: "Fit the model to a scan; the parameters then have the fitted values",
-        more: "The fit begins at the values that were set. Ctrl-C ends it.",
-        run: |repl, rest| worked(repl, rest, work::fit),
+        argument: Argument::File(SCANS),
+        about: "Fit the model to a scan and set the parameters to the fitted values",
+        more: "The fit starts from the values that were set. Ctrl-C ends it.",
+        run: |repl, rest| performed(repl, rest, work::fit),
     },
     Command {
         name: "inspect",
         arguments: "SCAN DIR",
-        takes: Takes::File(SCANS),
+        argument: Argument::File(SCANS),
         about: "Fit, measure and document: everything into one folder",
-        more: "As `gmlc inspect`, with the current model. Ctrl-C ends it.",
-        run: |repl, rest| worked(repl, rest, work::inspect),
+        more: "Like `gmlc inspect`, with the current model. Ctrl-C ends it.",
+        run: |repl, rest| performed(repl, rest, work::inspect),
     },
     Command {
         name: "doc",
         arguments: "NAME",
-        takes: Takes::Name,
-        about: "Show how a name is declared, and its doc comment",
+        argument: Argument::Name,
+        about: "Show the declaration of a name, and its doc comment",
         more: "  :doc revolve\n  :doc std.math.mix",
-        run: |repl, rest| said(repl, |repl| doc(repl, argument(rest, ":doc revolve")?)),
+        run: |repl, rest| printed(repl, |repl| doc(repl, argument(rest, ":doc revolve")?)),
     },
     Command {
         name: "help",
         arguments: "[COMMAND]",
-        takes: Takes::Command,
-        about: "Show this list, or more of a command",
+        argument: Argument::Command,
+        about: "Show this list, or the help of a command",
         more: "",
         run: |_, rest| help(rest).map(|()| Flow::Go),
     },
     Command {
         name: "quit",
         arguments: "",
-        takes: Takes::Nothing,
-        about: "Leave; so does Ctrl-D",
+        argument: Argument::Nothing,
+        about: "Leave (or press Ctrl-D)",
         more: "",
         run: |_, _| Ok(Flow::Quit),
     },
 ];
 
-/// Runs a command, given without its colon. Its name may be cut short where that is no other's beginning.
+/// Runs a command, given without its colon. Its name may be abbreviated to an unambiguous prefix.
 pub(crate) fn run(repl: &mut Repl, line: &str) -> Result<Flow, CommandError> {
     let (name, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     (find(name)?.run)(repl, rest.trim())
@@ -224,23 +224,27 @@ pub(super) fn no_model() -> CommandError {
 }
 
 fn argument<'r>(rest: &'r str, example: &str) -> Result<&'r str, CommandError> {
-    if rest.is_empty() { Err(CommandError::usage(format!("something is missing, as in {example}"))) } else { Ok(rest) }
+    if rest.is_empty() {
+        Err(CommandError::usage(format!("an argument is missing, as in {example}")))
+    } else {
+        Ok(rest)
+    }
 }
 
-/// A file's name, which may be put in quotes.
+/// A file's name without quotes.
 fn unquoted(text: &str) -> String {
     text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(text).to_owned()
 }
 
-/// Prints what a command has to say, after files that have changed were read again.
-fn said(repl: &mut Repl, f: impl FnOnce(&mut Repl) -> Result<String, CommandError>) -> Result<Flow, CommandError> {
+/// Prints the text of a command, after reading changed files again.
+fn printed(repl: &mut Repl, f: impl FnOnce(&mut Repl) -> Result<String, CommandError>) -> Result<Flow, CommandError> {
     repl.refresh()?;
     let text = f(repl)?;
     print!("{text}");
     Ok(Flow::Go)
 }
 
-fn worked(
+fn performed(
     repl: &mut Repl,
     rest: &str,
     f: fn(&mut Repl, &str) -> Result<(), CommandError>,
@@ -251,7 +255,7 @@ fn worked(
 
 fn reload(repl: &mut Repl) -> Result<Flow, CommandError> {
     if repl.session.borrow().files().is_empty() {
-        return Err(CommandError::Failed("no file was read yet: load one (:load cup.gml)".into()));
+        return Err(CommandError::Failed("no file has been loaded: load one (:load cup.gml)".into()));
     }
     repl.reload()?;
     if let Some(model) = repl.session.borrow().model() {
@@ -268,7 +272,7 @@ fn set(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
 }
 
 fn diff(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
-    said(repl, |repl| {
+    printed(repl, |repl| {
         let mut session = repl.session.borrow_mut();
         let parameter = session.model().is_some_and(|m| m.parameters().iter().any(|p| p.name == rest));
         if !rest.is_empty() && !parameter {
@@ -280,7 +284,7 @@ fn diff(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
 }
 
 fn emit(repl: &mut Repl, rest: &str, stage: EmitStage) -> Result<Flow, CommandError> {
-    said(repl, |repl| {
+    printed(repl, |repl| {
         let mut session = repl.session.borrow_mut();
         if rest.is_empty() {
             return Ok(session.compile(&compile_options())?.program.emit(stage));

@@ -1,6 +1,6 @@
-//! What a word may become.
+//! Completion of words.
 
-use super::commands::{COMMANDS, SCRIPTS, Takes};
+use super::commands::{Argument, COMMANDS, SCRIPTS};
 use crate::script::FileLoader;
 use gml_compiler::session::{Kind, Session};
 use gml_compiler::syntax::{Class, classes};
@@ -16,7 +16,7 @@ const KEYWORDS: [&str; 16] = [
 /// The modules of the standard library.
 const STD: &str = "std.";
 
-/// Where the word under the cursor begins, and what may stand there instead of it.
+/// The start of the word under the cursor, and its completions.
 pub(crate) fn complete(session: &mut Session, line: &str, pos: usize) -> (usize, Vec<String>) {
     let before = &line[..pos];
     let Some(command) = before.trim_start().strip_prefix(':') else { return expression(session, before, 0) };
@@ -26,31 +26,30 @@ pub(crate) fn complete(session: &mut Session, line: &str, pos: usize) -> (usize,
         return (start, names.map(str::to_owned).collect());
     };
     let rest_start = pos - rest.len();
-    let takes = COMMANDS.iter().find(|c| c.name == name || (name.len() > 1 && c.name.starts_with(name)));
-    match takes.map_or(Takes::Expression, |c| c.takes) {
-        Takes::Nothing => (pos, Vec::new()),
-        Takes::Command => (rest_start, matching(rest, COMMANDS.iter().map(|c| c.name.to_owned()))),
-        Takes::Parameter if !rest.contains('=') => {
+    let command = COMMANDS.iter().find(|c| c.name == name || (name.len() > 1 && c.name.starts_with(name)));
+    match command.map_or(Argument::Expression, |c| c.argument) {
+        Argument::Nothing => (pos, Vec::new()),
+        Argument::Command => (rest_start, matching(rest, COMMANDS.iter().map(|c| c.name.to_owned()))),
+        Argument::Parameter if !rest.contains('=') => {
             let parameters =
                 session.names().into_iter().filter(|(_, kind)| matches!(kind, Kind::Parameter | Kind::Input));
             (rest_start, matching(rest, parameters.map(|(name, _)| format!("{name}="))))
         }
-        Takes::File(endings) => {
+        Argument::File(extensions) => {
             let word = rest.rfind(char::is_whitespace).map_or(0, |i| i + 1);
-            files(&rest[word..], rest_start + word, endings)
+            files(&rest[word..], rest_start + word, extensions)
         }
-        Takes::Name if rest.starts_with(STD) => expression(session, before, rest_start),
         _ => expression(session, before, rest_start),
     }
 }
 
-/// In an expression, or a line of the language, that begins at `from`.
+/// Completes an expression, or a line of the language, that begins at `from`.
 fn expression(session: &mut Session, before: &str, from: usize) -> (usize, Vec<String>) {
     let text = &before[from..];
     let pieces: Vec<(Range<usize>, Class)> = classes(text).collect();
     match pieces.last() {
         Some((_, Class::Comment)) => return (before.len(), Vec::new()),
-        // A text that is not closed yet is a file's name.
+        // An unterminated text is a file's name.
         Some((range, Class::Wrong)) if text[range.start..].starts_with('"') => {
             return files(&text[range.start + 1..], from + range.start + 1, SCRIPTS);
         }
@@ -66,16 +65,16 @@ fn expression(session: &mut Session, before: &str, from: usize) -> (usize, Vec<S
         return (from + start, members(session, receiver, prefix));
     }
     let names = session.names().into_keys().filter(|n| n != "_");
-    let mut found = matching(prefix, labels(session, &text[..start]).into_iter());
-    found.extend(matching(prefix, names.chain(KEYWORDS.iter().map(|k| (*k).to_owned()))));
+    let mut completions = matching(prefix, labels(session, &text[..start]).into_iter());
+    completions.extend(matching(prefix, names.chain(KEYWORDS.iter().map(|k| (*k).to_owned()))));
     if prefix.is_empty() {
-        // Every name there is would be no help; labels are.
-        found.retain(|f| f.ends_with(": "));
+        // A list of all names does not help; labels do.
+        completions.retain(|c| c.ends_with(": "));
     }
-    (from + start, found)
+    (from + start, completions)
 }
 
-/// What may follow a dot: fields, members of modules, and functions that take the value first.
+/// Completions after a dot: fields, members of modules, and functions.
 fn members(session: &mut Session, receiver: &str, prefix: &str) -> Vec<String> {
     let value = &receiver[operand(receiver)..];
     if value == "std" {
@@ -86,16 +85,16 @@ fn members(session: &mut Session, receiver: &str, prefix: &str) -> Vec<String> {
         return Vec::new();
     }
     let fields = session.fields(value, &FileLoader);
-    let found = matching(prefix, fields.into_iter());
-    if !found.is_empty() || prefix.is_empty() {
-        return found;
+    let fields = matching(prefix, fields.into_iter());
+    if !fields.is_empty() || prefix.is_empty() {
+        return fields;
     }
     let names: Vec<String> = session.names().into_keys().collect();
     let functions = names.into_iter().filter(|n| n.starts_with(prefix));
     functions.filter(|n| session.known(n).is_some_and(|k| !k.labels.is_empty())).collect()
 }
 
-/// Where the last operand of a text begins: names, dots, and brackets with all that is in them.
+/// The start of the last operand of a text: names, dots, and brackets with their contents.
 fn operand(text: &str) -> usize {
     let mut depth = 0;
     let mut start = text.len();
@@ -118,7 +117,7 @@ fn labels(session: &Session, text: &str) -> Vec<String> {
     known.map(|k| k.labels.iter().map(|l| format!("{l}: ")).collect()).unwrap_or_default()
 }
 
-/// The name of the function whose arguments the end of a text stands in.
+/// The name of the function in whose arguments a text ends.
 pub(crate) fn called(text: &str) -> Option<&str> {
     let mut depth = 0;
     let open = text.char_indices().rev().find_map(|(i, c)| {
@@ -140,14 +139,14 @@ fn matching(prefix: &str, names: impl Iterator<Item = String>) -> Vec<String> {
     names.filter(|n| n.starts_with(prefix) && n != prefix).collect()
 }
 
-/// Folders, and files with one of the endings, whose path begins so.
-fn files(path: &str, at: usize, endings: &[&str]) -> (usize, Vec<String>) {
+/// Folders, and files with one of the extensions, whose path begins with `path`.
+fn files(path: &str, at: usize, extensions: &[&str]) -> (usize, Vec<String>) {
     let quotes = path.len() - path.trim_start_matches('"').len();
     let (path, at) = (&path[quotes..], at + quotes);
     let split = path.rfind(MAIN_SEPARATOR).map_or(0, |i| i + 1);
     let (folder, prefix) = path.split_at(split);
     let folder = if folder.is_empty() { Path::new(".") } else { Path::new(folder) };
-    let mut found = Vec::new();
+    let mut names = Vec::new();
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let Ok(mut name) = entry.file_name().into_string() else { continue };
         let hidden = name.starts_with('.') && !prefix.starts_with('.');
@@ -156,15 +155,15 @@ fn files(path: &str, at: usize, endings: &[&str]) -> (usize, Vec<String>) {
         }
         if entry.path().is_dir() {
             name.push(MAIN_SEPARATOR);
-        } else if !endings.is_empty()
-            && !endings.iter().any(|e| entry.path().extension().is_some_and(|x| x.eq_ignore_ascii_case(e)))
+        } else if !extensions.is_empty()
+            && !extensions.iter().any(|e| entry.path().extension().is_some_and(|x| x.eq_ignore_ascii_case(e)))
         {
             continue;
         }
-        found.push(name);
+        names.push(name);
     }
-    found.sort();
-    (at + split, found)
+    names.sort();
+    (at + split, names)
 }
 
 #[cfg(test)]

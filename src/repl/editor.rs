@@ -1,4 +1,4 @@
-//! The dialogue at a terminal.
+//! The session at a terminal.
 
 use super::state::{Flow, Repl};
 use super::{PROMPT, complete, history, is_unfinished};
@@ -20,7 +20,7 @@ use std::sync::atomic::Ordering;
 
 type Lines = Editor<Help, FileHistory>;
 
-/// Talks until Ctrl-D or `:quit`.
+/// Reads and evaluates lines until Ctrl-D or `:quit`.
 pub(crate) fn run(mut repl: Repl, args: &ReplArgs) -> Result<(), CommandError> {
     let flag = repl.interrupt.clone();
     ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).map_err(CommandError::failed)?;
@@ -47,9 +47,10 @@ pub(crate) fn run(mut repl: Repl, args: &ReplArgs) -> Result<(), CommandError> {
         }
     }
     if let Some(path) = history {
-        let kept = path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(ReadlineError::from);
-        kept.and_then(|()| lines.save_history(&path))
-            .unwrap_or_else(|e| eprintln!("{}: the history cannot be kept: {e}", path.display()));
+        let folder = path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(ReadlineError::from);
+        folder
+            .and_then(|()| lines.save_history(&path))
+            .unwrap_or_else(|e| eprintln!("{}: the history cannot be saved: {e}", path.display()));
     }
     repl.end()
 }
@@ -67,7 +68,7 @@ fn editor(repl: &Repl) -> Result<Lines, CommandError> {
     Ok(lines)
 }
 
-/// What the editor knows of the language.
+/// Completion, hints, validation and highlighting for the editor.
 struct Help {
     session: Rc<RefCell<Session>>,
     colour: bool,
@@ -86,7 +87,7 @@ impl Completer for Help {
 impl Hinter for Help {
     type Hint = String;
 
-    /// After `f(`, what f wants.
+    /// After `f(`, the labels of f's arguments.
     fn hint(&self, line: &str, pos: usize, _: &Context<'_>) -> Option<String> {
         if pos < line.len() || !line.ends_with('(') {
             return None;
@@ -97,11 +98,11 @@ impl Hinter for Help {
 }
 
 impl Validator for Help {
-    /// Lines go on while something is open. Two empty lines end what cannot be finished.
+    /// A line continues while a bracket is open; two empty lines end it anyway.
     fn validate(&self, context: &mut ValidationContext<'_>) -> rustyline::Result<ValidationResult> {
         let text = context.input();
-        let given_up = text.ends_with("\n\n");
-        Ok(if is_unfinished(text) && !given_up { ValidationResult::Incomplete } else { ValidationResult::Valid(None) })
+        let abandoned = text.ends_with("\n\n");
+        Ok(if is_unfinished(text) && !abandoned { ValidationResult::Incomplete } else { ValidationResult::Valid(None) })
     }
 }
 
@@ -134,7 +135,7 @@ impl Highlighter for Help {
     }
 }
 
-/// The terminal's code for a class of text.
+/// The terminal's colour code for a class of text.
 fn code(class: Class) -> &'static str {
     match class {
         Class::Keyword => "1;35",

@@ -1,12 +1,12 @@
-//! Where lines are kept for the next time.
+//! The file of the history.
 
 use std::path::PathBuf;
 
-/// How many lines are kept.
+/// Number of lines that are kept.
 pub(crate) const LINES: usize = 2000;
 
-/// `gmlc/history` in the user's state folder: $XDG_STATE_HOME, or .local/state in the home folder. Nothing where there is
-/// neither.
+/// `gmlc/history` in the user's state folder: $XDG_STATE_HOME, or .local/state in the home folder. None if neither is
+/// set.
 pub(crate) fn path() -> Option<PathBuf> {
     let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let state = set("XDG_STATE_HOME").filter(|p| p.is_absolute());

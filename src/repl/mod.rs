@@ -1,6 +1,6 @@
-//! `gmlc repl`: a session at the terminal, or with a script of lines on standard input.
+//! `gmlc repl`: a session at the terminal, or with lines from standard input.
 //!
-//! `state` holds what has been entered and does what a line says; `commands` are the lines that begin with a colon;
+//! `state` holds the session and evaluates lines; `commands` are the lines that begin with a colon;
 //! `editor` is the terminal: completion (`complete`), colours, history.
 
 mod commands;
@@ -18,7 +18,7 @@ use gml_compiler::syntax;
 use state::{Flow, Repl};
 use std::io::{BufRead, IsTerminal};
 
-/// Before a line, and before one that goes on.
+/// Prompts of a first line and of a continued one.
 const PROMPT: &str = "> ";
 const CONTINUATION: &str = ". ";
 
@@ -56,7 +56,7 @@ fn piped(mut repl: Repl, echo: bool) -> Result<(), CommandError> {
     repl.end()
 }
 
-/// Whether more lines are wanted; commands are single lines.
+/// Whether a text continues in the next line; commands are single lines.
 fn is_unfinished(text: &str) -> bool {
     !text.trim_start().starts_with(':') && syntax::is_incomplete(text)
 }

@@ -1,15 +1,13 @@
-//! Answers as text.
+//! Answers of the session as text.
 
-use crate::check::{shown, summary, unit};
-use crate::table;
-use gml_compiler::program::Quantity;
+use crate::{check, table};
 use gml_compiler::session::{Answer, CurrentModel, Gradient, Session};
 use std::fmt::Write as _;
 
-/// Values are cut after so many characters.
+/// The longest value in characters; more is cut off.
 const LONGEST: usize = 4000;
 
-/// What was entered, line by line. A `use` has nothing to say.
+/// The answers to what was entered, one per line; a `use` has none.
 pub(crate) fn answers(answers: &[Answer], session: &Session) -> String {
     let mut out = String::new();
     for answer in answers {
@@ -52,35 +50,13 @@ pub(crate) fn headline(model: CurrentModel<'_>) -> String {
 
 /// `:params`.
 pub(crate) fn parameters(model: CurrentModel<'_>) -> String {
-    let bounds = model.bounds();
-    let rows: Vec<Vec<String>> = model
-        .parameters()
-        .iter()
-        .zip(model.values().iter().zip(bounds))
-        .map(|(p, (value, (low, high)))| {
-            let of = |x: f64| shown(x, p.quantity);
-            vec![p.name.clone(), of(*value), of(low), of(high), unit(p).into(), summary(&p.doc)]
-        })
-        .collect();
-    let mut out = format!("model {}\n\n", model.name());
-    out.push_str(&table::render(&["parameter", "value", "from", "to", "unit", ""], &rows));
-    if !model.inputs().is_empty() {
-        let rows: Vec<Vec<String>> = model
-            .inputs()
-            .iter()
-            .map(|i| {
-                let value = match i.quantity {
-                    Quantity::Bool => (i.value != 0.0).to_string(),
-                    quantity => shown(i.value, quantity),
-                };
-                vec![i.name.clone(), value, summary(&i.doc)]
-            })
-            .collect();
-        out.push('\n');
-        out.push_str(&table::render(&["input", "value", ""], &rows));
-    }
-    let _ = writeln!(out, "\nparts: {}", model.parts().join(", "));
-    out
+    format!(
+        "model {}\n{}{}\nparts: {}\n",
+        model.name(),
+        check::parameter_table("value", model.parameters(), model.values(), &model.bounds()),
+        check::input_table(model.inputs()),
+        model.parts().join(", ")
+    )
 }
 
 /// `:grad`.

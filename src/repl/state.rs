@@ -1,4 +1,4 @@
-//! What has been entered, and what becomes of the next line.
+//! The state of the dialogue, and the evaluation of a line.
 
 use super::watch::Watch;
 use super::{commands, show};
@@ -16,7 +16,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the dialogue goes on.
+/// Whether the dialogue continues.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Flow {
     Go,
@@ -35,10 +35,10 @@ pub(crate) struct Repl {
 }
 
 impl Repl {
-    /// A dialogue with the model of the command line.
+    /// Starts a dialogue with the model of the command line.
     pub(crate) fn new(args: &ReplArgs, interactive: bool) -> Result<Repl, CommandError> {
         let interrupt = Arc::new(AtomicBool::new(false));
-        // Whoever sits at a terminal ends what takes too long; scripts have nobody to do so.
+        // A user at a terminal ends what takes too long; nobody does so for scripts.
         let limits = Limits { steps: if interactive { u64::MAX } else { 1_000_000_000 }, ..Limits::default() };
         let inputs = script::inputs(&args.inputs)?;
         let options = Options { limits, inputs: inputs.clone(), interrupt: interrupt.clone(), ..Options::default() };
@@ -61,7 +61,7 @@ impl Repl {
         Ok(repl)
     }
 
-    /// Does what a line, or several that belong together, says. Goes on after any error.
+    /// Evaluates a line, or several that belong together. The dialogue continues after any error.
     pub(crate) fn take(&mut self, text: &str) -> Flow {
         self.interrupt.store(false, Ordering::Relaxed);
         if text.trim().is_empty() {
@@ -79,9 +79,9 @@ impl Repl {
         })
     }
 
-    /// How the dialogue ends: badly, where anything failed and nobody was there to see it.
+    /// The result of the dialogue: an error if a line failed and nobody was there to see it.
     pub(crate) fn end(&self) -> Result<(), CommandError> {
-        if self.failed && !self.interactive { Err(CommandError::Said) } else { Ok(()) }
+        if self.failed && !self.interactive { Err(CommandError::Reported) } else { Ok(()) }
     }
 
     fn enter(&mut self, text: &str) -> Result<(), CommandError> {
@@ -105,15 +105,15 @@ impl Repl {
 
     /// Reads all files again.
     pub(crate) fn reload(&mut self) -> Result<(), CommandError> {
-        // What is wrong with a file is said once for each change of it.
-        self.watch.seen();
+        // Errors of a file are reported once for each change of it.
+        self.watch.update();
         self.session.borrow_mut().reload(&FileLoader)?;
         self.warn();
         self.watch.files(&self.session.borrow().files());
         Ok(())
     }
 
-    /// Reads all files again where one has changed, and says so.
+    /// Reads all files again if one has changed, with a notice.
     pub(crate) fn refresh(&mut self) -> Result<(), CommandError> {
         if let Some(name) = self.watch.changed() {
             println!("{name} has changed and is read again");

@@ -1,9 +1,9 @@
-//! Which of the files that were read have changed since.
+//! Detects changes of the files that were read.
 
 use std::collections::BTreeMap;
 use std::time::SystemTime;
 
-/// When a file was last changed, and its size; nothing where it is not there.
+/// Time of the last change of a file, and its size; none if it does not exist.
 type State = Option<(SystemTime, u64)>;
 
 /// The files as they were when they were read.
@@ -13,7 +13,7 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// Watches these files from now on; those that are watched already stay as they were.
+    /// Watches these files; the state of those that are watched already is kept.
     pub(crate) fn files(&mut self, names: &[String]) {
         self.files.retain(|name, _| names.contains(name));
         for name in names {
@@ -21,13 +21,13 @@ impl Watch {
         }
     }
 
-    /// The first file that is not as it was.
+    /// The first file that has changed.
     pub(crate) fn changed(&self) -> Option<String> {
         self.files.iter().find(|(name, before)| state(name) != **before).map(|(name, _)| name.clone())
     }
 
-    /// Takes all files to be as they are.
-    pub(crate) fn seen(&mut self) {
+    /// Takes the current state of all files.
+    pub(crate) fn update(&mut self) {
         for (name, before) in &mut self.files {
             *before = state(name);
         }

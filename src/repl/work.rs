@@ -1,13 +1,12 @@
-//! Commands that take their time: meshes, fits, inspections, measurements of time.
+//! Long-running commands: meshes, fits, inspections, timing.
 
 use super::commands::no_model;
 use super::state::Repl;
 use crate::cli::{FitControls, InspectArgs, LimitArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
-use crate::measure::Settings;
 use crate::progress::TerminalProgress;
 use crate::script::{FileLoader, compile_options};
-use crate::{fit as fitting, inspect as inspecting, mesh as meshing};
+use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing};
 use clap::{CommandFactory, Parser};
 use gml_compiler::jit::Limits;
 use gml_compiler::program::Program;
@@ -54,7 +53,7 @@ struct InspectLine {
     variance: VarianceControls,
 }
 
-/// The options of a command, where it has any.
+/// The help of a command's options, if it has any.
 pub(crate) fn options_of(command: &str) -> Option<String> {
     let help = match command {
         "fit" => FitLine::command().render_help(),
@@ -69,16 +68,16 @@ pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     if repl.session.borrow().model().is_none() {
         return Err(no_model());
     }
-    // The model is at hand; what follows after the file's name are options of `gmlc mesh`.
+    // Options of `gmlc mesh` may follow the file's name.
     let mut words = words(rest)?;
     if words.is_empty() {
-        return Err(CommandError::usage("something is missing, as in :mesh cup.obj"));
+        return Err(CommandError::usage("an argument is missing, as in :mesh cup.obj"));
     }
     let model = script(repl).display().to_string();
     words.splice(0..0, [model, "-o".to_owned()]);
     let line: MeshLine = parsed(words)?;
     let (program, x) = program(repl)?;
-    meshing::write_model(&line.args, &program, (&x, &Motion::IDENTITY))
+    meshing::write_model(&line.args, &program, &x, &Motion::IDENTITY)
 }
 
 /// `:fit SCAN`.
@@ -99,7 +98,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     print!("{}", fitting::summary(&fitted));
     let values: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     repl.session.borrow_mut().set_all(&values)?;
-    println!("the parameters have these values now");
+    println!("the parameters are set to these values");
     Ok(())
 }
 
@@ -115,9 +114,9 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
         variance: line.variance,
         output: line.output,
     };
-    let settings = Settings::of(&args.variance)?;
+    let options = measure::options(&args.variance)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let result = inspecting::inspect(&program, &args, &settings, &progress);
+    let result = inspecting::inspect(&program, &args, &options, &progress);
     progress.finish();
     result
 }
@@ -127,33 +126,33 @@ pub(crate) fn time(repl: &mut Repl, text: &str) -> Result<(), CommandError> {
     let interrupt = repl.interrupt.clone();
     let mut session = repl.session.borrow_mut();
     let native = session.native(text, Limits::default(), &FileLoader)?;
-    let compile =
-        fastest(1, || session.native(text, Limits::default(), &FileLoader).is_ok()).ok_or_else(fitting::interrupted)?;
-    let stopped = |e| CommandError::Failed(format!("the evaluation does not end: {e:?}"));
+    let compile = fastest(1, || session.native(text, Limits::default(), &FileLoader).is_ok())
+        .ok_or_else(CommandError::interrupted)?;
+    let stopped = |e| CommandError::Failed(format!("the evaluation was stopped: {e:?}"));
     native.run().map_err(stopped)?;
-    // Short runs are timed many at a time, so that the clock does not show.
+    // Short runs are timed in batches, which hides the cost of the clock.
     let run = fastest(1000, || !interrupt.load(Ordering::Relaxed) && native.run().is_ok());
-    let run = run.ok_or_else(fitting::interrupted)?;
+    let run = run.ok_or_else(CommandError::interrupted)?;
     println!("compiled in {}, runs in {}", shown(compile), shown(run));
     Ok(())
 }
 
-/// The shortest time of one turn, in seconds; nothing where a turn fails.
-fn fastest(most_at_once: u32, mut turn: impl FnMut() -> bool) -> Option<f64> {
+/// The shortest time of one run, in seconds; none if a run fails. Batches have at most `largest_batch` runs.
+fn fastest(largest_batch: u32, mut run: impl FnMut() -> bool) -> Option<f64> {
     let begun = Instant::now();
     let mut best = f64::INFINITY;
-    let mut at_once = 1;
+    let mut batch = 1;
     while begun.elapsed() < REPEATED_FOR {
         let started = Instant::now();
-        for _ in 0..at_once {
-            if !turn() {
+        for _ in 0..batch {
+            if !run() {
                 return None;
             }
         }
         let elapsed = started.elapsed();
-        best = best.min(elapsed.as_secs_f64() / f64::from(at_once));
+        best = best.min(elapsed.as_secs_f64() / f64::from(batch));
         if elapsed < Duration::from_micros(100) {
-            at_once = (at_once * 2).min(most_at_once);
+            batch = (batch * 2).min(largest_batch);
         }
     }
     Some(best)
@@ -175,14 +174,14 @@ fn program(repl: &Repl) -> Result<(Program, Vec<f64>), CommandError> {
     Ok((session.compile(&compile_options())?.program, x))
 }
 
-/// The name of the script for results; the model's own where it was entered.
+/// The name of the script for results; the model's name if it was entered.
 fn script(repl: &Repl) -> PathBuf {
     let session = repl.session.borrow();
     let name = session.model_file().or_else(|| session.model().map(|m| m.name().to_owned()));
     PathBuf::from(name.unwrap_or_default())
 }
 
-/// What was set is where a fit begins, unless its options say otherwise.
+/// A fit starts from the values that were set, unless its options override them.
 fn controls(mut controls: FitControls, program: &Program, x: &[f64]) -> FitControls {
     let mut values: Vec<String> = Vec::new();
     for (p, value) in program.parameters().iter().zip(x) {
@@ -194,7 +193,7 @@ fn controls(mut controls: FitControls, program: &Program, x: &[f64]) -> FitContr
     FitControls { values, ..controls }
 }
 
-/// A line as the command line would have it.
+/// Parses words like a command line.
 fn parsed<L: Parser>(words: Vec<String>) -> Result<L, CommandError> {
     L::try_parse_from(words).map_err(|e| {
         let text = e.render().to_string();
@@ -202,7 +201,7 @@ fn parsed<L: Parser>(words: Vec<String>) -> Result<L, CommandError> {
     })
 }
 
-/// The words of a line; quotes hold together what has spaces.
+/// The words of a line; words with spaces are in quotes.
 fn words(line: &str) -> Result<Vec<String>, CommandError> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;
@@ -218,7 +217,7 @@ fn words(line: &str) -> Result<Vec<String>, CommandError> {
         }
     }
     if quoted {
-        return Err(CommandError::usage("a quote is not closed"));
+        return Err(CommandError::usage("a quotation mark is not closed"));
     }
     words.extend(word);
     Ok(words)

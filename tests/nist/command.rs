@@ -1,4 +1,5 @@
-//! `cargo run --release --example nist_strd -- NAME.gml NAME.dat ...`: how many digits of NIST's certified values fits find.
+//! `cargo run --release --example nist_strd -- NAME.gml NAME.dat ...`: how many digits of NIST's certified values fits
+//! find.
 
 #[path = "../suite/support/nist.rs"]
 mod nist;

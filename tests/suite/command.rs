@@ -124,7 +124,7 @@ fn formatting_reports_for_people_and_programs() {
     fails(folder.path(), &["fmt", "wrong.gml"], 1);
     assert_eq!(fs::read_to_string(folder.path().join("wrong.gml")).expect("a file"), "let a = (1\n");
     assert!(fails(folder.path(), &["fmt", "none.gml"], 1).contains("no such file"));
-    assert!(fails(folder.path(), &["fmt", "-", "all"], 2).contains("stands alone"));
+    assert!(fails(folder.path(), &["fmt", "-", "all"], 2).contains("cannot be combined"));
 }
 
 /// Mends are shown in the file that they are for.
@@ -324,8 +324,8 @@ fn a_reference_mesh_without_texture_coordinates_is_measured() {
     assert!(out.contains("positive: the scan lies outside"), "{out}");
     let report = json(&folder.path().join("out/variance.json"));
     let rms = report["rms"].as_f64().expect("a number");
-    // Noise along the view direction, seen along the normal and interpolated between points: below its own 0.2 mm, and more than
-    // a third of it.
+    // Noise along the view direction, seen along the normal and interpolated between points: below its own 0.2 mm, and
+    // more than a third of it.
     assert!((0.07..0.2).contains(&rms), "rms {rms}");
     assert!(report["signed"]["mean"].as_f64().expect("a number").abs() < 0.02);
     assert!(report["coverage"].as_f64().expect("a number") > 0.85);

@@ -1,9 +1,9 @@
-//! What `gmlc check` says of mistakes: the cases of `tests/diagnostics/*.gml`, each printed exactly as a user reads it, as
-//! snapshots beside them.
+//! What `gmlc check` says of mistakes: the cases of `tests/diagnostics/*.gml`, each printed exactly as a user reads it,
+//! as snapshots beside them.
 //!
-//! A case begins with a line `// --- what is wrong`, a further file of it with `// +++ its name`. Characters that an editor or
-//! git would not keep are written `{BOM}`, `{TAB}`, `{CR}` and `{NBSP}`; `{EOF}` ends a file without a line end. Every suggestion of every case is
-//! followed, and the finding must be gone.
+//! A case begins with a line `// --- what is wrong`, a further file of it with `// +++ its name`. Characters that an
+//! editor or git would not keep are written `{BOM}`, `{TAB}`, `{CR}` and `{NBSP}`; `{EOF}` ends a file without a line
+//! end. Every suggestion of every case is followed, and the finding must be gone.
 
 use crate::support::{gmlc_in, root, text};
 use gml_compiler::diagnostic::{Code, Severity};

@@ -1,5 +1,5 @@
-//! Every `gmlc` command in README.md, docs/ and the cup's README is run, in order, in a folder that has the examples and the scripts
-//! of the page. Those of the other examples are run by tests/suite/examples.rs.
+//! Every `gmlc` command in README.md, docs/ and the cup's README is run, in order, in a folder that has the examples
+//! and the scripts of the page. Those of the other examples are run by tests/suite/examples.rs.
 
 use crate::support::{Step, copy, gmlc_in, root, steps, text};
 use std::collections::BTreeSet;

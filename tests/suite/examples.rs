@@ -1,5 +1,5 @@
-//! The examples: the commands of their READMEs are run, which draw the picture, scan the model with other parameters than
-//! its defaults, and inspect the scan from the defaults. The fit must find the parameters of the scan.
+//! The examples: the commands of their READMEs are run, which draw the picture, scan the model with other parameters
+//! than its defaults, and inspect the scan from the defaults. The fit must find the parameters of the scan.
 
 use crate::support::{commands, copy, gmlc, gmlc_in, json, parameter, root, text};
 use gml_compiler::program::{Options, compile};
@@ -15,8 +15,8 @@ use tempfile::tempdir;
 /// All but the cup, whose README scans another model than it fits: tests/suite/inspect.rs compares those.
 const EXAMPLES: [&str; 9] = ["amphora", "bowl", "can", "column", "elbow", "flange", "mug", "planter", "tree"];
 
-/// How far from the truth a parameter may be found, as a fraction of how far the fit had to take it from its default. What the
-/// noise leaves open is less for every parameter of every example (by the standard deviations that the fits
+/// How far from the truth a parameter may be found, as a fraction of how far the fit had to take it from its default.
+/// What the noise leaves open is less for every parameter of every example (by the standard deviations that the fits
 /// state), and what is found by chance or not moved at all is more.
 const RECOVERED: f64 = 0.1;
 
@@ -82,7 +82,8 @@ fn recovers(name: &str) {
     }
     let variance = json(&folder.path().join(format!("out/{name}/variance.json")));
     let (noise, median) = (number(&truth["scanner"]["noise"]), number(&variance["median"]));
-    // Half of all normally distributed values are within 0.67 standard deviations; triangles between noisy points are nearer.
+    // Half of all normally distributed values are within 0.67 standard deviations; triangles between noisy points are
+    // nearer.
     assert!(median < noise, "half of the deviations are above {median} mm, with noise of {noise} mm\n{output}");
 }
 
@@ -160,10 +161,11 @@ fn every_example_is_tidy() {
     }
 }
 
-/// Along its normal, every surface goes from the inside of the solid to its outside: the winding number of the model about a
-/// point, which is its solid angle as seen from there over that of the whole sphere (Jacobson, Kavan and Sorkine-Hornung 2013),
-/// is a whole number where the surface is closed, falls by one across it, and is 0 outside where the normals point out. Where parts
-/// run into each other (a handle in a wall) one side is buried in the other, and it is 1 or more.
+/// Along its normal, every surface goes from the inside of the solid to its outside: the winding number of the model
+/// about a point, which is its solid angle as seen from there over that of the whole sphere (Jacobson, Kavan and
+/// Sorkine-Hornung 2013), is a whole number where the surface is closed, falls by one across it, and is 0 outside where
+/// the normals point out. Where parts run into each other (a handle in a wall) one side is buried in the other, and it
+/// is 1 or more.
 #[test]
 fn every_example_is_closed_and_faces_outwards() {
     for name in EXAMPLES.into_iter().chain(["cup"]) {
@@ -215,8 +217,8 @@ fn coarse(name: &str) -> TriangleMesh {
     Tessellation::new(&program, &*instance, fineness).expect("it can be evaluated").mesh
 }
 
-/// The winding number of a mesh about a point: the signed solid angles of its triangles (van Oosterom and Strackee 1983) over
-/// 4 pi; positive inside of a closed surface that faces outwards.
+/// The winding number of a mesh about a point: the signed solid angles of its triangles (van Oosterom and Strackee
+/// 1983) over 4 pi; positive inside of a closed surface that faces outwards.
 fn winding(mesh: &TriangleMesh, p: [f64; 3]) -> f64 {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let angle = |triangle: &[u32; 3]| {

@@ -97,8 +97,8 @@ fn the_reference_scan_of_the_cup() {
     }
 }
 
-/// A real scan, in metres. Its outer wall is within 0.12 mm of a cone, its lower inside has a false bulge of up to 20 mm
-/// where the scanner saw nothing.
+/// A real scan, in metres. Its outer wall is within 0.12 mm of a cone, its lower inside has a false bulge of up to 20
+/// mm where the scanner saw nothing.
 #[test]
 fn the_real_scan_of_a_mug() {
     let Some(data) = test_data() else { return };
@@ -139,9 +139,9 @@ fn what_the_model_lacks_is_listed() {
     let ball = 4.0 * std::f64::consts::PI * 64.0;
     assert!((figure("area") - ball).abs() < 0.1 * ball, "{}\n{out}", figure("area"));
     assert_eq!(unmatched["pieces"], 1, "{unmatched}");
-    let center = unmatched["largest"][0]["center"].as_array().expect("a point");
-    for (c, expected) in center.iter().zip([35.0, 0.0, 25.0]) {
-        assert!((c.as_f64().expect("a number") - expected).abs() < 1.0, "{center:?}");
+    let centre = unmatched["largest"][0]["centre"].as_array().expect("a point");
+    for (c, expected) in centre.iter().zip([35.0, 0.0, 25.0]) {
+        assert!((c.as_f64().expect("a number") - expected).abs() < 1.0, "{centre:?}");
     }
     assert!(out.contains("not explained by the model"), "{out}");
     let ply = std::fs::read(folder.path().join("out/unmatched.ply")).expect("a mesh");

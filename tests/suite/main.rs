@@ -13,3 +13,5 @@ mod repl;
 mod search;
 mod support;
 mod variance;
+#[path = "../viewers/scene.rs"]
+mod viewer_scene;

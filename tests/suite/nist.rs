@@ -1,4 +1,5 @@
-//! Fits against NIST's reference data: nonlinear regression (StRD), and least-squares surfaces (pairs of points and fits).
+//! Fits against NIST's reference data: nonlinear regression (StRD), and least-squares surfaces (pairs of points and
+//! fits).
 
 use crate::support::nist as strd;
 use crate::support::{root, test_data};
@@ -12,8 +13,8 @@ use gml_runtime::progress::Silent;
 use gml_runtime::scan::{Cleaning, Scan, ScanSource};
 use std::path::Path;
 
-/// Problems of the higher level of difficulty that the first start, far away, does not solve: from there the sum of squares has
-/// valleys that lead elsewhere (BoxBOD) or are followed for longer than the steps last (MGH10).
+/// Problems of the higher level of difficulty that the first start, far away, does not solve: from there the sum of
+/// squares has valleys that lead elsewhere (BoxBOD) or are followed for longer than the steps last (MGH10).
 const FAR: [&str; 2] = ["BoxBOD", "MGH10"];
 
 #[test]
@@ -28,8 +29,8 @@ fn regressions_have_the_certified_digits_from_both_starts() {
             continue;
         }
         for (start, d) in strd::compare(&script, &path).unwrap_or_else(|e| panic!("{e}")).into_iter().enumerate() {
-            // Eleven digits are certified, and the condition of the worst of these problems takes two or three of sixteen
-            // from the parameters, and twice as many from their deviations.
+            // Eleven digits are certified, and the condition of the worst of these problems takes two or three of
+            // sixteen from the parameters, and twice as many from their deviations.
             let far = start == 0 && FAR.contains(&name.as_str());
             let agrees = d.parameters >= 8.0 && d.deviations >= 6.0 && d.sum_of_squares >= 8.0;
             if !far && !agrees {

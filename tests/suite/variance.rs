@@ -18,8 +18,8 @@ fn number(value: &serde_json::Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-/// A can that is a millimetre wider and higher: the scan is a millimetre away everywhere, be it looked for along plain normals or along averaged
-/// ones, which at the rim turn to its corner.
+/// A can that is a millimetre wider and higher: the scan is a millimetre away everywhere, be it looked for along plain
+/// normals or along averaged ones, which at the rim turn to its corner.
 #[test]
 fn averaged_normals_forms_and_maps_of_a_can() {
     let folder = tempdir().expect("a folder");
@@ -92,7 +92,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
         (&["--resolution", "1e-4mm"][..], "at least"),
         (&["--resolution", "1000"], "power of two"),
         (&["--resolution", "0mm"], "is not positive"),
-        (&["--averaging-width", "1mm"], "only with --distance averaged-normal"),
+        (&["--averaging-width", "1mm"], "requires --distance averaged-normal"),
         (&["--distance", "averaged-normal", "--averaging-width", "30mm"], "a tenth of the model's size"),
         (&["--fill-holes", "3"], "has no unit"),
         (&["--fill-holes", "0mm"], "is not positive"),
@@ -150,7 +150,7 @@ fn small_holes_are_filled_and_not_measured() {
         let expected = 1600.0 - 9.0 - 144.0;
         assert!((number(&report["measured_area"]) - expected).abs() < 10.0, "{}", report["measured_area"]);
         assert!((number(&report["max"]) - 0.5).abs() < 1e-5);
-        assert!(text.contains("closed 1 holes"), "{text}");
+        assert!(text.contains("closed 1 hole of"), "{text}");
         assert!(folder.join(distance).join("filled.ply").exists());
     }
 }

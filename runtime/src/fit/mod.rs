@@ -18,20 +18,20 @@ mod register;
 mod regression;
 mod report;
 mod result;
+mod search;
 
 #[cfg(test)]
 mod tests;
 
 pub use function::ObjectiveFunction;
-pub use infer::compare::{Comparison, Rival, compare};
 pub use monitor::TracePoint;
 pub use options::{FitError, FitOptions};
 pub use problem::loss::LossKind;
-pub use problem::pose::pose_parameters;
 pub use regression::{Observation, Regression, regress};
 pub use result::{
     Bootstrap, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
 };
+pub use search::{Evidence, InputValues, SearchError, Selected, search};
 
 use crate::model::Model;
 use crate::progress::Progress;

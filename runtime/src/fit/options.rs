@@ -77,6 +77,14 @@ pub enum FitError {
     Evaluation(#[from] EvaluationError),
 }
 
+impl FitError {
+    /// Whether the options are wrong, rather than the scan or the model.
+    #[must_use]
+    pub fn is_about_options(&self) -> bool {
+        matches!(self, Self::UnknownParameter { .. } | Self::OutOfBounds { .. } | Self::Sigma(_) | Self::Equal(..))
+    }
+}
+
 impl FitOptions {
     /// The start vector, and which parameters are fixed or tied to others.
     pub(crate) fn resolve(&self, model: &dyn Model) -> Result<Start, FitError> {

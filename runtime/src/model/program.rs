@@ -26,6 +26,10 @@ impl Model for Program {
         Program::bounds(self, x)
     }
 
+    fn tolerances(&self, x: &[f64]) -> Result<Vec<Option<f64>>, EvaluationError> {
+        Ok(Program::tolerances(self, x)?)
+    }
+
     fn instantiate<'a>(&'a self, x: &[f64]) -> Result<Box<dyn Instance + 'a>, EvaluationError> {
         Ok(Box::new(Program::instantiate(self, x)?))
     }

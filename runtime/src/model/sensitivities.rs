@@ -58,10 +58,4 @@ impl Sensitivities {
         let parameters = model.parameters().iter().map(|p| (p.name.clone(), p.quantity)).collect();
         Ok(Sensitivities { parts, parameters })
     }
-
-    /// Turns the normals of some parts, named as in `texels`, whose texels were turned likewise.
-    pub fn turn(&mut self, texels: &Texels, parts: &[String]) {
-        let named = self.parts.iter_mut().zip(&texels.part_names).filter(|(_, name)| parts.contains(name));
-        named.flat_map(|(part, _)| &mut part.normals).for_each(|n| *n = n.map(|c| -c));
-    }
 }

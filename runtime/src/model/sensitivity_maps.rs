@@ -98,18 +98,6 @@ impl SensitivityMaps {
         let maps = named.collect();
         Ok(SensitivityMaps { step, texels: kept, maps })
     }
-
-    /// Turns the values of parts whose normals were turned since: those named.
-    pub fn turn(&mut self, texels: &Texels, parts: &[String]) {
-        let turned: Vec<bool> = texels.part_names.iter().map(|name| parts.contains(name)).collect();
-        for map in &mut self.maps {
-            for (value, i) in map.values.iter_mut().zip(&self.texels) {
-                if turned[texels.part[*i as usize] as usize] {
-                    *value = -*value;
-                }
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -132,7 +120,7 @@ mod tests {
             Motion { rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], translation: [5.0, 7.0, -3.0] };
         let before = texels.clone();
         motion.move_texels(&mut texels);
-        let mut maps = SensitivityMaps::new(&program, &*instance, &atlas, &texels, &motion).expect("it is smooth");
+        let maps = SensitivityMaps::new(&program, &*instance, &atlas, &texels, &motion).expect("it is smooth");
         assert_eq!(maps.maps.iter().map(|m| m.parameter.as_str()).collect::<Vec<_>>(), ["r", "h", "x"]);
         assert_eq!((maps.step, maps.texels.len()), (1, texels.len()));
         let expected = |map: usize, i: usize| match (map, texels.part[i]) {
@@ -145,9 +133,5 @@ mod tests {
                 assert!((value - expected(map, i)).abs() < 1e-6, "{map} {i} {value}");
             }
         }
-        let first = maps.maps[0].values[0];
-        let name = texels.part_names[texels.part[0] as usize].clone();
-        maps.turn(&texels, &[name]);
-        assert_eq!(maps.maps[0].values[0], -first);
     }
 }

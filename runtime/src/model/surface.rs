@@ -42,6 +42,15 @@ pub trait Model: Sync {
     fn parts(&self) -> &[Part];
     /// Bounds of every parameter at x (a bound may depend on earlier parameters); infinite where there is none.
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)>;
+    /// Tolerances of the parts at x, for those to which the model gives one: the largest magnitude of a deviation in
+    /// millimetres.
+    ///
+    /// # Errors
+    /// If a tolerance cannot be evaluated.
+    fn tolerances(&self, x: &[f64]) -> Result<Vec<Option<f64>>, EvaluationError> {
+        let _ = x;
+        Ok(vec![None; self.parts().len()])
+    }
     /// The model at x.
     ///
     /// # Errors

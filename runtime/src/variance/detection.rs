@@ -1,4 +1,4 @@
-//! From which size on a deviation is more than the uncertainty of the scan and of the fit.
+//! Levels of detection: above them a deviation is more than the uncertainty of the scan and of the fit.
 
 use super::Deviations;
 use crate::model::Sensitivities;
@@ -8,24 +8,24 @@ use serde::{Deserialize, Serialize};
 /// Two-sided 95 % of the normal distribution.
 const LEVEL: f64 = 1.959_964;
 
-/// What is known of the parameters from a fit: their covariance, by rows, in their units.
+/// Covariance of fitted parameters.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterCovariance<'a> {
-    /// Names.
+    /// Names of the parameters.
     pub parameters: &'a [String],
-    /// The matrix.
+    /// The matrix by rows, in the parameters' units.
     pub matrix: &'a [Vec<f64>],
 }
 
-/// The level of detection of a part, as M3C2 has it for pairs of scans (Lague, Brodu and Leroux, 'Accurate 3D comparison of
-/// complex topography with terrestrial laser scanner', 2013): a deviation above 1.96 sqrt(noise^2 + model^2) is not explained, at
-/// 95 % confidence, by the scan's noise and the fit's uncertainty.
+/// The level of detection of a part, as M3C2 defines it for pairs of scans (Lague, Brodu and Leroux, 'Accurate 3D
+/// comparison of complex topography with terrestrial laser scanner', 2013): at 95 % confidence, the scan's noise and
+/// the fit's uncertainty do not explain a deviation above 1.96 sqrt(noise^2 + model^2).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Detection {
     /// Standard deviation of a point of the scan along the normal. Millimetres.
     pub noise: f64,
-    /// Standard deviation of the model's surface along its normal, from the covariance of the fitted parameters: root mean square
-    /// over the part. Millimetres; 0 where no fit says it.
+    /// Standard deviation of the model's surface along its normal, from the covariance of the fitted parameters: root
+    /// mean square over the part. Millimetres; 0 without a fit.
     pub model: f64,
     /// The level. Millimetres.
     pub level: f64,
@@ -33,7 +33,7 @@ pub struct Detection {
     pub significant: f64,
 }
 
-/// The level of each part; with the scan's `noise`.
+/// The level of each part. `noise` is the scan's, in millimetres.
 #[must_use]
 pub fn detect(
     deviations: &Deviations,
@@ -66,28 +66,29 @@ pub fn detect(
     levels.into_iter().zip(areas).map(detection).collect()
 }
 
-/// Root mean square over a part's sampled texels of sqrt(s^T C s), s the parameters' effect along the normal.
+/// Root mean square over a part's sampled texels of sqrt(s^T C s), where s are the parameters' effects along the
+/// normal. Millimetres.
 fn surface_deviation(sensitivities: &Sensitivities, covariance: ParameterCovariance<'_>, part: usize) -> f64 {
-    let Some(own) = sensitivities.parts.get(part) else { return 0.0 };
-    let place = |p: &usize| {
+    let Some(part) = sensitivities.parts.get(part) else { return 0.0 };
+    let index = |p: &usize| {
         let (name, _) = sensitivities.parameters.get(*p)?;
-        covariance.parameters.iter().position(|known| known == name)
+        covariance.parameters.iter().position(|fitted| fitted == name)
     };
-    let places: Vec<Option<usize>> = own.active.iter().map(place).collect();
+    let indices: Vec<Option<usize>> = part.active.iter().map(index).collect();
     let entry = |a: usize, b: usize| covariance.matrix.get(a).and_then(|row| row.get(b)).copied().unwrap_or(0.0);
     let mut sum = 0.0;
-    for (k, normal) in own.normals.iter().enumerate() {
+    for (k, normal) in part.normals.iter().enumerate() {
         let normal = DVec3::from(*normal);
-        let effects: Vec<(usize, f64)> = own.derivatives[k * places.len()..(k + 1) * places.len()]
+        let effects: Vec<(usize, f64)> = part.derivatives[k * indices.len()..(k + 1) * indices.len()]
             .iter()
-            .zip(&places)
-            .filter_map(|(d, place)| Some(((*place)?, normal.dot(DVec3::from(*d)))))
+            .zip(&indices)
+            .filter_map(|(d, index)| Some(((*index)?, normal.dot(DVec3::from(*d)))))
             .collect();
         let variance: f64 =
             effects.iter().map(|(a, x)| effects.iter().map(|(b, y)| x * entry(*a, *b) * y).sum::<f64>()).sum();
         sum += variance.max(0.0);
     }
-    if own.texels.is_empty() { 0.0 } else { (sum / own.texels.len() as f64).sqrt() }
+    if part.texels.is_empty() { 0.0 } else { (sum / part.texels.len() as f64).sqrt() }
 }
 
 #[cfg(test)]

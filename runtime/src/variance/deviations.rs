@@ -1,4 +1,4 @@
-//! What casting rays from every texel found.
+//! Distances from the texels to the scan.
 
 use crate::model::Texels;
 
@@ -6,47 +6,48 @@ use crate::model::Texels;
 /// the model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Deviations {
-    /// From where; the arrays below have an entry for every texel, in its order.
+    /// The origins of the rays. The arrays below have an entry for every texel, in its order.
     pub texels: Texels,
-    /// How far rays went. Millimetres.
+    /// Length of the rays. Millimetres.
     pub max_distance: f64,
     /// Distance to the scan along +normal; NaN where the ray met nothing within `max_distance`.
     pub outward: Vec<f32>,
-    /// Distance to the scan along -normal, positive; NaN likewise.
+    /// Distance to the scan along -normal, positive; NaN if there is none.
     pub inward: Vec<f32>,
-    /// Whether what is nearest is a hole of the scan that was closed ([`FilledHoles`](super::FilledHoles)): such a texel has no distance, since nothing was
-    /// measured there. Empty where no holes were closed.
+    /// Whether a closed hole of the scan ([`FilledHoles`](super::FilledHoles)) is nearer than the scan: such a texel
+    /// has no distance, since nothing was measured there. Empty if no holes were closed.
     pub filled: Vec<bool>,
-    /// Cosine of the angle between the direction in which texel i looks and the surface's own normal there, where normals are averaged
-    /// ([`average_normals`](super::average_normals)); empty where texels look along the surface's normals.
+    /// Cosine of the angle between the direction of texel i's ray and the surface's own normal, if normals are averaged
+    /// ([`average_normals`](super::average_normals)); empty if rays follow the surface's normals.
     pub cosine: Vec<f32>,
 }
 
 impl Deviations {
-    /// Whether texel i looks at a hole of the scan that was closed.
+    /// Whether the ray of texel i meets a closed hole of the scan.
     #[must_use]
     pub fn is_filled(&self, i: usize) -> bool {
         self.filled.get(i).copied().unwrap_or(false)
     }
 
-    /// The deviation of texel i: the nearer of the two hits, positive outward; NaN where there is none ("no data"). Perpendicular to the
-    /// surface: what was found along an averaged normal counts as far as a scan parallel to the surface is away from it. All
-    /// figures are of these.
+    /// The deviation of texel i in millimetres, perpendicular to the surface: the nearer of the two hits, positive
+    /// outward; NaN if there is none ("no data"). A distance along an averaged normal is multiplied by the cosine,
+    /// which gives the distance of a scan that is parallel to the surface. All statistics are of these.
     #[must_use]
     pub fn signed(&self, i: usize) -> f32 {
         self.along(i) * self.cosine.get(i).copied().unwrap_or(1.0)
     }
 
-    /// Likewise the distance in the direction in which texel i looks, by which the surface is displaced to lie on the scan.
+    /// The signed distance of texel i along its ray in millimetres, by which the surface is displaced to lie on the
+    /// scan.
     #[must_use]
     pub fn along(&self, i: usize) -> f32 {
-        let (out, inw) = (self.outward[i], self.inward[i]);
-        match (out.is_nan(), inw.is_nan()) {
+        let (outward, inward) = (self.outward[i], self.inward[i]);
+        match (outward.is_nan(), inward.is_nan()) {
             (true, true) => f32::NAN,
-            (false, true) => out,
-            (true, false) => -inw,
-            (false, false) if out <= inw => out,
-            (false, false) => -inw,
+            (false, true) => outward,
+            (true, false) => -inward,
+            (false, false) if outward <= inward => outward,
+            (false, false) => -inward,
         }
     }
 }

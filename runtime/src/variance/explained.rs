@@ -1,4 +1,5 @@
-//! How much of a part's deviations changes of the parameters would explain, and what remains as form.
+//! The share of a part's deviations that changes of the parameters would explain, and the deviation of form that
+//! remains.
 
 use super::Deviations;
 use crate::model::{PartSensitivities, Sensitivities};
@@ -8,48 +9,48 @@ use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 
-/// Deviations this many robust standard deviations from the median are not explained, nor counted: edges of holes, clutter.
+/// Outliers (edges of holes, clutter) are this many robust standard deviations from the median; they are left out.
 const OUTLYING: f64 = 4.0;
 
-/// The part of a movement's square that is along the normal and yet counts as rounding.
+/// A movement whose square has at most this share along the normal is tangential, but for rounding.
 const TANGENTIAL: f64 = 1e-12;
 
-/// Directions in which all columns together are shorter than this of the longest say nothing (relative, squared).
+/// Eigenvalues below this share of the largest are singular.
 const SINGULAR: f64 = 1e-9;
 
-/// How a part's deviations follow from its parameters. With s_k = n . dS/dx_k the change of parameter k that explains most of the
-/// signed distances d is the one of least squares, each texel weighted by its area; its share is the part of the mean
-/// square of d that vanishes.
+/// How a part's deviations follow from its parameters. With s_k = n . dS/dx_k, the change of parameter k that explains
+/// most of the signed distances d is the least squares solution, each texel weighted by its area; its share is the part
+/// of the mean square of d that vanishes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Explanation {
-    /// How many texels this is estimated from.
+    /// Number of texels that this is estimated from.
     pub texels: usize,
     /// Root mean square of their deviations. Millimetres.
     pub rms: f64,
-    /// What each parameter alone would explain, the most first.
+    /// The effect of each parameter alone, the largest first.
     pub parameters: Vec<ParameterEffect>,
-    /// The share that all parameters of the part together explain.
+    /// The share that all parameters of the part explain together.
     pub all_parameters: f64,
-    /// The share that moving the part as a whole explains (three shifts, three small rotations).
+    /// The share that a rigid motion of the part explains (three shifts, three small rotations).
     pub position: f64,
-    /// What remains when both are taken away: the root mean square of the form's deviation, noise of the scan included. Millimetres.
+    /// The deviation of form: root mean square of what remains without both, noise of the scan included. Millimetres.
     pub form: f64,
 }
 
-/// What a parameter alone would explain.
+/// The effect of one parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEffect {
     /// Its name.
     pub name: String,
-    /// By how much it would have to change for this part.
+    /// The change of the parameter that explains the most of this part's deviations.
     pub change: f64,
     /// Unit of `change`: `mm`, `rad` or empty.
     pub unit: String,
-    /// The share of the mean square deviation that this explains, from 0 to 1.
+    /// The share of the mean square deviation that this change explains, from 0 to 1.
     pub share: f64,
 }
 
-/// The explanation of each part; none where too little was measured.
+/// The explanation of each part; none if too little was measured.
 #[must_use]
 pub fn explain(deviations: &Deviations, sensitivities: &Sensitivities) -> Vec<Option<Explanation>> {
     sensitivities.parts.iter().map(|part| explain_part(deviations, part, &sensitivities.parameters)).collect()
@@ -60,43 +61,43 @@ fn explain_part(
     part: &PartSensitivities,
     parameters: &[(String, Quantity)],
 ) -> Option<Explanation> {
-    let kept = kept(deviations, &part.texels);
-    let own = part.active.len();
-    // Fewer say nothing about so many unknowns.
-    if kept.len() < 3 * (own + 6) {
+    let inliers = inliers(deviations, &part.texels);
+    let active = part.active.len();
+    // Three equations for each unknown at least.
+    if inliers.len() < 3 * (active + 6) {
         return None;
     }
     let texels = &deviations.texels;
     let point = |k: &usize| DVec3::from(texels.position[part.texels[*k]]);
-    let center = kept.iter().map(&point).sum::<DVec3>() / kept.len() as f64;
-    let mut columns = DMatrix::zeros(kept.len(), own + 6);
-    let mut distances = DVector::zeros(kept.len());
-    for (row, k) in kept.iter().enumerate() {
+    let centre = inliers.iter().map(&point).sum::<DVec3>() / inliers.len() as f64;
+    let mut columns = DMatrix::zeros(inliers.len(), active + 6);
+    let mut distances = DVector::zeros(inliers.len());
+    for (row, k) in inliers.iter().enumerate() {
         let i = part.texels[*k];
         let normal = DVec3::from(part.normals[*k]);
         // Rows are scaled so that sums of squares are weighted by area.
         let weight = f64::from(texels.area[i]).max(0.0).sqrt();
         distances[row] = weight * f64::from(deviations.signed(i));
-        for (c, derivative) in part.derivatives[k * own..(k + 1) * own].iter().enumerate() {
+        for (c, derivative) in part.derivatives[k * active..(k + 1) * active].iter().enumerate() {
             columns[(row, c)] = weight * normal.dot(DVec3::from(*derivative));
         }
-        let turned = (point(k) - center).cross(normal);
+        let turned = (point(k) - centre).cross(normal);
         for (c, value) in normal.to_array().into_iter().chain(turned.to_array()).enumerate() {
-            columns[(row, own + c)] = weight * value;
+            columns[(row, active + c)] = weight * value;
         }
     }
-    for c in 0..own {
+    for c in 0..active {
         let all = |k: &usize| {
             let area = f64::from(texels.area[part.texels[*k]]).max(0.0);
-            area * DVec3::from(part.derivatives[k * own + c]).length_squared()
+            area * DVec3::from(part.derivatives[k * active + c]).length_squared()
         };
-        // What only moves the surface within itself does nothing but for rounding.
-        if columns.column(c).norm_squared() <= TANGENTIAL * kept.iter().map(all).sum::<f64>() {
+        // A movement of the surface within itself explains nothing but rounding.
+        if columns.column(c).norm_squared() <= TANGENTIAL * inliers.iter().map(all).sum::<f64>() {
             columns.column_mut(c).fill(0.0);
         }
     }
     let whole = distances.norm_squared();
-    let area: f64 = kept.iter().map(|k| f64::from(texels.area[part.texels[*k]]).max(0.0)).sum();
+    let area: f64 = inliers.iter().map(|k| f64::from(texels.area[part.texels[*k]]).max(0.0)).sum();
     if !(whole > 0.0 && area > 0.0 && columns.iter().all(|x| x.is_finite())) {
         return None;
     }
@@ -115,19 +116,19 @@ fn explain_part(
         })
         .collect();
     effects.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let remaining = (1.0 - share(0, own + 6)).max(0.0);
+    let remaining = (1.0 - share(0, active + 6)).max(0.0);
     Some(Explanation {
-        texels: kept.len(),
+        texels: inliers.len(),
         rms: (whole / area).sqrt(),
         parameters: effects,
-        all_parameters: share(0, own),
-        position: share(own, 6),
+        all_parameters: share(0, active),
+        position: share(active, 6),
         form: (remaining * whole / area).sqrt(),
     })
 }
 
-/// Places in the sample of those that have a distance which is not outlying.
-fn kept(deviations: &Deviations, texels: &[usize]) -> Vec<usize> {
+/// Indices into the sample of the texels that have a distance and are not outliers.
+fn inliers(deviations: &Deviations, texels: &[usize]) -> Vec<usize> {
     let signed = |k: usize| f64::from(deviations.signed(texels[k]));
     let measured: Vec<usize> = (0..texels.len()).filter(|k| !signed(*k).is_nan()).collect();
     let mut distances: Vec<f64> = measured.iter().map(|k| signed(*k)).collect();
@@ -136,12 +137,12 @@ fn kept(deviations: &Deviations, texels: &[usize]) -> Vec<usize> {
     measured.into_iter().filter(|k| (signed(*k) - middle).abs() <= limit).collect()
 }
 
-/// How much of the squared length of `distances` lies in the space of the columns.
+/// The squared length of the projection of `distances` onto the space of the columns.
 fn explained(columns: &DMatrix<f64>, distances: &DVector<f64>) -> f64 {
     if columns.ncols() == 0 {
         return 0.0;
     }
-    // Columns of different units are made alike first; those that are zero stay zero.
+    // Columns of different units are normalised first; those that are zero stay zero.
     let scaled = DMatrix::from_columns(
         &columns
             .column_iter()

@@ -1,18 +1,20 @@
-//! Whether a part's normals point out of the material, as the scan sees it.
+//! The orientation of the parts' normals, decided by the scan.
 
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
 
-/// Texels of a part that are asked.
+/// Sampled texels per part.
 const SAMPLES: usize = 2000;
 
-/// A script may parametrise a surface so that its normals point into the material, and a mesh from elsewhere may be wound
-/// the wrong way round. Signs of deviations would then be wrong and every triangle of the scan would seem to face away. Asks a sample of
-/// every part's texels for the closest point of the scan (at most `max_distance` away) and turns the normals of
-/// parts most of which see the scan's normal opposite to theirs; only the nearer half of the sample votes, so that neither the other
-/// side of a wall nor gross deviations decide. The model's `mesh` has a group a part, in the order of the texels' parts; its triangles
-/// and normals are turned alike. Returns the names of the parts that were turned.
+/// Turns the normals of parts that point into the material; returns the names of these parts.
+///
+/// A script may parametrise a surface so that its normals point into the material, and a mesh from elsewhere may be
+/// wound the wrong way round. Signs of deviations would then be wrong and every triangle of the scan would seem to face
+/// away. For a sample of every part's texels the closest point of the scan (at most `max_distance` away) is found; a
+/// part is turned if most of the scan's normals there are opposite to its own. Only the nearer half of the sample
+/// votes, so that neither the other side of a wall nor gross deviations decide. The model's `mesh` has one group per
+/// part, in the order of the texels' parts; its triangles and normals are turned likewise.
 pub fn agree_with_scan(
     texels: &mut Texels,
     mesh: &mut TriangleMesh,
@@ -39,7 +41,7 @@ fn points_inwards(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &
             let closest = bvh.closest_point(texels.position[i], max_distance)?;
             let normal = scan.triangle_normal(*scan.triangles.get(closest.triangle as usize)?)?;
             let cosine: f64 = (0..3).map(|k| normal[k] * f64::from(texels.normal[i][k])).sum();
-            // Edges and whatever stands across the surface have nothing to say.
+            // Edges, and whatever stands across the surface, do not vote.
             (cosine.abs() > 0.5).then_some((closest.distance, cosine.signum()))
         })
         .collect();
@@ -48,7 +50,7 @@ fn points_inwards(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &
     votes.iter().map(|v| v.1).sum::<f64>() < 0.0
 }
 
-/// Turns the triangles and the normals of some groups; vertices are not shared between groups.
+/// Turns the triangles and normals of some groups. Groups do not share vertices.
 fn turn_groups(mesh: &mut TriangleMesh, turned: &[bool]) {
     let mut vertices = vec![false; mesh.positions.len()];
     for (group, _) in mesh.groups.iter().zip(turned).filter(|(_, t)| **t) {

@@ -1,7 +1,7 @@
-//! The result of a variance analysis as it is written to variance.json.
+//! The result of a variance analysis: the content of variance.json.
 
 use super::moments::null_as_nan;
-use super::statistics::Samples;
+use super::statistics::PartTexels;
 use super::{
     Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Statistics, Tolerance,
     UnmatchedSummary,
@@ -12,22 +12,23 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What a signed distance's sign means.
+/// Meaning of a signed distance's sign.
 pub const SIGN_CONVENTION: &str = "positive: the scan lies outside the model, along its outward normal";
 
 /// The result of a variance analysis. The fields of `overall` stand at the top level in JSON.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VarianceReport {
-    /// What a signed distance's sign means.
+    /// Meaning of a signed distance's sign.
     pub sign_convention: String,
     /// Unit of all lengths; areas are in its square.
     pub unit: String,
-    /// Where distances are measured to: along the model's `normal`, along its `averaged-normal`, or to the `closest` point of the scan.
+    /// Where distances are measured to: along the model's `normal`, along its `averaged-normal`, or to the `closest`
+    /// point of the scan.
     pub distance: String,
-    /// Of averaged normals: within which distance of an edge they turn. Millimetres.
+    /// Width of the band beside an edge in which averaged normals turn. Millimetres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub averaging_width: Option<f64>,
-    /// How far rays went. Millimetres.
+    /// Length of the rays. Millimetres.
     pub max_distance: f64,
     /// What cast the rays: `cpu`, or `gpu: ` and the adapter's name.
     pub device: String,
@@ -36,28 +37,28 @@ pub struct VarianceReport {
     /// Mean width of a texel on the surface: the root of the area over the number of texels. Millimetres.
     #[serde(default, deserialize_with = "null_as_nan")]
     pub texel: f64,
-    /// Which share of the texture lies on the surface.
+    /// Share of the texture that lies on the surface.
     #[serde(default)]
     pub texture_used: f64,
     /// The scan.
     pub scan: ScanSource,
-    /// Over all parts.
+    /// Statistics of all parts together.
     #[serde(flatten)]
     pub overall: Statistics,
-    /// By part, in the model's order.
+    /// Statistics of each part, in the model's order.
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
     pub groups: Vec<PartStatistics>,
-    /// Which holes of the scan were closed, where that was asked for.
+    /// The holes of the scan that were closed, if that was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holes: Option<HoleSummary>,
-    /// How far the surface moves along its normal where a parameter changes, where that was asked for.
+    /// How far the surface moves along its normal where a parameter changes, if that was requested.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensitivities: Vec<SensitivityRange>,
-    /// What of the scan the model does not explain, where it was looked for.
+    /// The part of the scan that the model does not explain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unmatched: Option<UnmatchedSummary>,
-    /// How long it took.
+    /// Durations of the stages.
     pub seconds: VarianceSeconds,
     /// Sentences for the user.
     pub warnings: Vec<String>,
@@ -71,13 +72,13 @@ pub struct PartStatistics {
     /// Its statistics; their fields stand beside the name in JSON.
     #[serde(flatten)]
     pub statistics: Statistics,
-    /// How its deviations follow from its parameters, where the surface has any.
+    /// How its deviations follow from its parameters, if the surface has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explained: Option<Explanation>,
-    /// From which size on its deviations are more than noise and the fit's uncertainty.
+    /// The level above which its deviations are more than noise and the fit's uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detection: Option<Detection>,
-    /// How far it is from the form that its surface has, where it has one.
+    /// Its deviation of form, if its surface has a form.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form: Option<FormDeviation>,
 }
@@ -87,9 +88,9 @@ pub struct PartStatistics {
 pub struct SensitivityRange {
     /// Name of the parameter.
     pub parameter: String,
-    /// Unit of the figures: `mm/mm`, `mm/rad`, or `mm` where the parameter has none.
+    /// Unit of the figures: `mm/mm`, `mm/rad`, or `mm` if the parameter has none.
     pub unit: String,
-    /// The least: how far outwards the surface moves for a unit of the parameter.
+    /// The least: how far outwards the surface moves per unit of the parameter.
     pub min: f64,
     /// The greatest.
     pub max: f64,
@@ -100,14 +101,14 @@ pub struct SensitivityRange {
 }
 
 impl SensitivityRange {
-    /// Of a map at some of the texels; all zero where nothing depends on the parameter.
+    /// The range of a map, whose values are of the texels `indices`; all zero if nothing depends on the parameter.
     #[must_use]
-    pub fn of(map: &SensitivityMap, kept: &[u32], texels: &Texels) -> Self {
-        let (mut min, mut max, mut squares, mut whole) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0);
-        for (value, i) in map.values.iter().zip(kept).filter(|(value, _)| value.is_finite()) {
+    pub fn of(map: &SensitivityMap, indices: &[u32], texels: &Texels) -> Self {
+        let (mut min, mut max, mut squares, mut total) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0);
+        for (value, i) in map.values.iter().zip(indices).filter(|(value, _)| value.is_finite()) {
             let (value, area) = (f64::from(*value), f64::from(texels.area[*i as usize]).max(0.0));
             (min, max) = (min.min(value), max.max(value));
-            (squares, whole) = (squares + area * value * value, whole + area);
+            (squares, total) = (squares + area * value * value, total + area);
         }
         let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
         let unit = map.quantity.unit();
@@ -116,68 +117,53 @@ impl SensitivityRange {
             unit: if unit.is_empty() { "mm".to_owned() } else { format!("mm/{unit}") },
             min: finite(min),
             max: finite(max),
-            rms: if whole > 0.0 { (squares / whole).sqrt() } else { 0.0 },
+            rms: if total > 0.0 { (squares / total).sqrt() } else { 0.0 },
             picture: format!("sensitivity-{}.png", map.parameter),
         }
     }
 }
 
-/// How long the stages took.
+/// Durations of the stages in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct VarianceSeconds {
     /// Positions and normals of the texels.
     pub texels: f64,
-    /// Building the hierarchy over the scan.
+    /// The hierarchy over the scan.
     pub build: f64,
-    /// Casting the rays.
-    pub trace: f64,
+    /// Casting the rays; `trace` in JSON.
+    #[serde(rename = "trace")]
+    pub cast: f64,
     /// Statistics.
     pub statistics: f64,
-    /// What of the scan the model does not explain.
+    /// Finding what the model does not explain.
     #[serde(default)]
     pub unmatched: f64,
 }
 
 impl VarianceReport {
-    /// Computes all statistics. `device` as in [`Trace`](super::Trace); the time that the statistics take is added to
-    /// `seconds` by whoever measures it.
+    /// Computes all statistics. `device` is as in [`Cast`](super::Cast). `tolerances` are those of the parts, in their
+    /// order; the overall statistics and those of a group take together the parts that have one. The caller measures
+    /// `seconds`.
     #[must_use]
-    pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str) -> Self {
-        Self::with_tolerances(deviations, scan, device, &[])
-    }
-
-    /// As [`new`](Self::new), and says of every part that has a tolerance, by the parts' order, how it stands to it; and of
-    /// all these and of those of every group together.
-    #[must_use]
-    pub fn with_tolerances(
-        deviations: &Deviations,
-        scan: &ScanSource,
-        device: &str,
-        tolerances: &[Option<Tolerance>],
-    ) -> Self {
+    pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str, tolerances: &[Option<Tolerance>]) -> Self {
         let names = &deviations.texels.part_names;
-        let samples = Samples::of_parts(deviations);
+        let texels = PartTexels::by_part(deviations);
         let range = deviations.max_distance;
         let members = groups(names);
-        let named = |name: &str, statistics| {
+        let part_statistics = |name: &str, statistics| {
             let name = name.to_owned();
             PartStatistics { name, statistics, explained: None, detection: None, form: None }
         };
-        let part = |(k, (name, own)): (usize, (&String, &Samples))| {
-            let tolerance = tolerances.get(k).copied().flatten();
-            named(name, Statistics::of_samples(std::iter::once(own), range, tolerance))
+        let part = |(k, name): (usize, &String)| {
+            part_statistics(name, texels[k].statistics(range, tolerances.get(k).copied().flatten()))
         };
         let group = |(name, members): &(String, Vec<usize>)| {
-            named(name, Statistics::of_samples(members.iter().map(|m| &samples[*m]), range, None))
+            let texels = PartTexels::merge(members.iter().map(|m| &texels[*m]));
+            part_statistics(name, texels.statistics(range, None))
         };
         let (mut overall, (parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
-            || Statistics::of_samples(samples.iter(), range, None),
-            || {
-                (
-                    names.par_iter().zip(&samples).enumerate().map(part).collect(),
-                    members.par_iter().map(group).collect(),
-                )
-            },
+            || PartTexels::merge(texels.iter()).statistics(range, None),
+            || (names.par_iter().enumerate().map(part).collect(), members.par_iter().map(group).collect()),
         );
         let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
         overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
@@ -208,8 +194,8 @@ impl VarianceReport {
     }
 }
 
-/// Names without their indices, and which parts have them, in the order of each group's first part; only names that
-/// had an index.
+/// Names without their indices, with the parts that have them, in the order of each group's first part; only names with
+/// an index.
 fn groups(names: &[String]) -> Vec<(String, Vec<usize>)> {
     let mut members: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     for (i, name) in names.iter().enumerate().filter(|(_, name)| name.contains('[')) {

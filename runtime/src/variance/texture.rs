@@ -3,10 +3,10 @@
 use super::Deviations;
 use rayon::prelude::*;
 
-/// How far colours reach beyond the charts: more than the gutters between charts are wide.
+/// Texels by which colours reach beyond the charts: more than the width of the gutters between charts.
 const GUTTER: usize = 8;
 
-/// Texels of the texture that are coded at once.
+/// Texels of the texture per task.
 const BAND: usize = 1 << 16;
 
 /// Bit of the third channel: there is a hit along +normal.
@@ -15,13 +15,14 @@ const OUTWARD: u8 = 128;
 /// Bit of the third channel: there is a hit along -normal.
 const INWARD: u8 = 64;
 
-/// Bit of the third channel: there is no distance, since a hole of the scan was closed there.
+/// Bit of the third channel: there is no distance, since the ray meets a closed hole of the scan.
 const FILLED: u8 = 32;
 
 /// Distances as the paper codes them ([VA] sect. 6), three bytes a texel, row 0 at the top: the distance along +normal
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
-/// +normal plus 64 if there is one along -normal (or 32 alone where a hole of the scan was closed). Texels that no chart covers take the code of the nearest covered one
-/// if it is at most 8 texels away, so that no seam shows under filtering, else (0, 0, 0).
+/// +normal plus 64 if there is one along -normal (or 32 alone for a closed hole of the scan). Texels that no chart
+/// covers take the code of the nearest covered one if it is at most 8 texels away, so that no seam shows under
+/// filtering, otherwise (0, 0, 0).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceTexture {
     /// Columns.
@@ -59,8 +60,8 @@ impl DistanceTexture {
     }
 }
 
-/// The signed distance of every texel of the texture in the direction in which it looks, row by row from the top, in millimetres; NaN
-/// where there is no data and where no chart is. Nothing is rounded and nothing dilated.
+/// The signed distance of every texel of the texture along its ray, row by row from the top, in millimetres; NaN where
+/// there is no data or no chart. Nothing is rounded or dilated.
 #[must_use]
 pub fn signed_distances(deviations: &Deviations) -> Vec<f32> {
     let mut distances = vec![f32::NAN; deviations.texels.width as usize * deviations.texels.height as usize];
@@ -71,19 +72,19 @@ pub fn signed_distances(deviations: &Deviations) -> Vec<f32> {
 }
 
 fn code(outward: f32, inward: f32, max_distance: f64) -> [u8; 3] {
-    // Distances are not negative: half a step more, cut off, is the nearest.
+    // Distances are not negative: adding a half and truncating rounds to nearest.
     let byte = |d: f32| if d.is_nan() { 0 } else { (255.0 * f64::from(d) / max_distance + 0.5) as u8 };
     let flags = if outward.is_nan() { 0 } else { OUTWARD } | if inward.is_nan() { 0 } else { INWARD };
     [byte(outward), byte(inward), flags]
 }
 
-/// Gives texels that are not covered the value of their nearest covered one, ring by ring.
+/// Gives uncovered texels the value of the nearest covered one, ring by ring.
 fn dilate(values: &mut [[u8; 3]], covered: &mut [bool], width: usize) {
     if width == 0 {
         return;
     }
     let height = covered.len() / width;
-    // Beside before across; of equals always the first of this order.
+    // Direct neighbours before diagonal ones; the first in this order wins.
     const NEIGHBOURS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
     let around = |i: usize| {
         let (x, y) = (i % width, i / width);

@@ -1,32 +1,31 @@
-//! Tolerances: how far deviations may go.
+//! Tolerances, and whether deviations conform to them.
 
-use super::values::Summary;
 use serde::{Deserialize, Serialize};
 
-/// Signed distances that are allowed, in millimetres, both ends included.
+/// The allowed signed distances, in millimetres, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tolerance {
-    /// The least: how far the scan may lie inside the model, as a number that is rarely positive.
+    /// The least: how far the scan may lie inside the model; usually negative.
     pub lower: f64,
-    /// The greatest: how far it may lie outside.
+    /// The greatest: how far the scan may lie outside the model.
     pub upper: f64,
 }
 
-/// How deviations stand to a tolerance. What was not measured is neither in nor out.
+/// Whether deviations conform to a tolerance. Unmeasured texels are neither within nor beyond it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Conformance {
-    /// The tolerance; absent where parts with different ones are taken together.
+    /// The tolerance; absent if parts with different ones are taken together.
     #[serde(flatten)]
     pub tolerance: Option<Tolerance>,
-    /// Whether everything that was measured is within it.
+    /// Whether every measured texel is within it.
     pub within: bool,
     /// Measured area within it. Square millimetres.
     pub area_within: f64,
-    /// Measured area where the scan lies too far inside the model. Square millimetres.
+    /// Measured area below it, where the scan lies too far inside the model. Square millimetres.
     pub area_below: f64,
-    /// Measured area where the scan lies too far outside. Square millimetres.
+    /// Measured area above it, where the scan lies too far outside the model. Square millimetres.
     pub area_above: f64,
-    /// `area_within` of the measured area; 0 where there is none.
+    /// `area_within` divided by the measured area; 0 if there is none.
     pub share: f64,
     /// Texels within it.
     pub texels_within: usize,
@@ -37,7 +36,7 @@ pub struct Conformance {
 }
 
 impl Conformance {
-    /// Of several parts together, those that have a tolerance; none where no part has one.
+    /// The sum over the parts that have a tolerance; none if no part has one.
     pub(super) fn together<'a>(parts: impl Iterator<Item = &'a Conformance>) -> Option<Conformance> {
         let sum = parts.copied().reduce(|a, b| Conformance {
             tolerance: a.tolerance.filter(|_| a.tolerance == b.tolerance),
@@ -54,21 +53,19 @@ impl Conformance {
         Some(Conformance { share: if area > 0.0 { sum.area_within / area } else { 0.0 }, ..sum })
     }
 
-    /// Of what was counted with this tolerance.
-    pub(super) fn of(found: &Summary, tolerance: Tolerance) -> Self {
-        let [area_below, area_within, area_above] = found.conforming.map(|c| c[0]);
-        let [texels_below, texels_within, texels_above] = found.conforming.map(|c| c[1] as usize);
-        let area = found.weight[0];
+    /// From the numbers and areas of the texels below, within and above a tolerance.
+    pub(super) fn new(tolerance: Tolerance, [below, within, above]: [(usize, f64); 3]) -> Self {
+        let area = below.1 + within.1 + above.1;
         Self {
             tolerance: Some(tolerance),
-            within: texels_below == 0 && texels_above == 0,
-            area_within,
-            area_below,
-            area_above,
-            share: if area > 0.0 { area_within / area } else { 0.0 },
-            texels_within,
-            texels_below,
-            texels_above,
+            within: below.0 == 0 && above.0 == 0,
+            area_within: within.1,
+            area_below: below.1,
+            area_above: above.1,
+            share: if area > 0.0 { within.1 / area } else { 0.0 },
+            texels_within: within.0,
+            texels_below: below.0,
+            texels_above: above.0,
         }
     }
 }

@@ -1,5 +1,5 @@
-//! What of the scan the model does not explain: Schinko et al. cast rays from the model alone, so that what is far from it, or
-//! faces another way, would be lost without a word.
+//! The parts of the scan that the model does not explain: [VA] casts rays from the model only, so that whatever is far
+//! from it or faces another way would be lost without notice.
 
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::{Group, TriangleMesh};
@@ -8,58 +8,60 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// Vertices of a cell of space that are compared with each of those around it: bounds the work where many lie in one place.
+/// Vertices of a grid cell that are compared with each vertex around it: bounds the work where many lie in one place.
 const CROWD: usize = 64;
 
-/// How many pieces are listed.
+/// Number of pieces that are listed.
 const LISTED: usize = 10;
 
 /// The triangles of a scan that the model does not explain.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Unmatched {
-    /// They, with the vertices that they use; a group a piece, the largest first.
+    /// The triangles, with the vertices that they use; one group per piece, the largest first.
     pub mesh: TriangleMesh,
-    /// Their figures.
+    /// Its figures.
     pub summary: UnmatchedSummary,
 }
 
-/// How much of a scan the model does not explain.
+/// Figures of the part of a scan that the model does not explain.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct UnmatchedSummary {
-    /// Square millimetres.
+    /// Area of the unexplained triangles. Square millimetres.
     pub area: f64,
-    /// `area` of the scan's; 0 where it has none.
+    /// `area` divided by the scan's area; 0 if that is 0.
     pub share: f64,
-    /// How many triangles.
+    /// Number of triangles.
     pub triangles: usize,
-    /// How many pieces: triangles of one piece share vertices, or lie as close to each other as their corners do. (Scanners
-    /// leave slits between the views.)
+    /// Number of pieces. Triangles of one piece share vertices, or lie as close to each other as their corners do
+    /// (scanners leave slits between the views).
     pub pieces: usize,
     /// The largest pieces.
     pub largest: Vec<Piece>,
 }
 
-/// A piece.
+/// A connected piece of the scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Piece {
-    /// Square millimetres.
+    /// Area. Square millimetres.
     pub area: f64,
-    /// How many triangles.
+    /// Number of triangles.
     pub triangles: usize,
-    /// Centre of its area. Millimetres, in the scan's coordinates.
-    pub center: [f64; 3],
-    /// Least corner of the box around it.
+    /// Centre of gravity of the area, in the scan's coordinates. Millimetres.
+    #[serde(alias = "center")]
+    pub centre: [f64; 3],
+    /// Least corner of the bounding box. Millimetres.
     pub low: [f64; 3],
-    /// Greatest corner.
+    /// Greatest corner of the bounding box. Millimetres.
     pub high: [f64; 3],
 }
 
 impl Unmatched {
-    /// Those triangles whose centre of gravity has no point of `model` within `max_distance`; if `oriented`, of the parts of the model
-    /// that face as the triangle does (less than a right angle between the normals).
+    /// Finds the triangles whose centre of gravity has no point of `model` within `max_distance` millimetres. If
+    /// `oriented`, only triangles of the model count that face as the scan's triangle does (less than a right angle
+    /// between the normals).
     ///
     /// # Errors
-    /// As [`Bvh::build`], of the model.
+    /// As [`Bvh::build`] over the model.
     pub fn new(
         scan: &TriangleMesh,
         model: &TriangleMesh,
@@ -68,17 +70,17 @@ impl Unmatched {
     ) -> Result<Unmatched, BvhError> {
         let bvh = Bvh::build(model)?;
         let explained = |triangle: &[u32; 3]| {
-            let center = center(scan, *triangle).to_array();
-            let found = match scan.triangle_normal(*triangle).filter(|_| oriented) {
-                Some(normal) => bvh.closest_point_facing(center, max_distance, normal),
-                None => bvh.closest_point(center, max_distance),
+            let centre = centre(scan, *triangle).to_array();
+            let closest = match scan.triangle_normal(*triangle).filter(|_| oriented) {
+                Some(normal) => bvh.closest_point_facing(centre, max_distance, normal),
+                None => bvh.closest_point(centre, max_distance),
             };
-            found.is_some()
+            closest.is_some()
         };
         let left: Vec<[u32; 3]> = scan.triangles.par_iter().filter(|t| !explained(t)).copied().collect();
         let mut pieces: Vec<(Piece, Vec<[u32; 3]>)> =
             pieces(scan, &left).into_iter().map(|triangles| (piece(scan, &triangles), triangles)).collect();
-        // Stable: pieces of one size stay in the order of the scan.
+        // The sort is stable: pieces of one size stay in the order of the scan.
         pieces.sort_by(|a, b| b.0.area.total_cmp(&a.0.area));
         let area: f64 = pieces.iter().map(|(p, _)| p.area).sum();
         let whole: f64 = scan.triangles.iter().map(|t| scan.triangle_area(*t)).sum();
@@ -93,11 +95,11 @@ impl Unmatched {
     }
 }
 
-fn center(mesh: &TriangleMesh, triangle: [u32; 3]) -> DVec3 {
+fn centre(mesh: &TriangleMesh, triangle: [u32; 3]) -> DVec3 {
     triangle.iter().map(|i| DVec3::from(mesh.positions[*i as usize])).sum::<DVec3>() / 3.0
 }
 
-/// Triangles by the piece that they belong to, in the order of the pieces' first triangles.
+/// Groups triangles into pieces, in the order of the pieces' first triangles.
 fn pieces(scan: &TriangleMesh, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
     let mut parent: Vec<u32> = (0..scan.positions.len() as u32).collect();
     for [a, b, c] in triangles {
@@ -105,15 +107,15 @@ fn pieces(scan: &TriangleMesh, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
         join(&mut parent, *a, *c);
     }
     join_neighbours(scan, triangles, &mut parent);
-    let mut place = vec![usize::MAX; scan.positions.len()];
+    let mut piece_of = vec![usize::MAX; scan.positions.len()];
     let mut pieces: Vec<Vec<[u32; 3]>> = Vec::new();
     for triangle in triangles {
         let root = find(&mut parent, triangle[0]) as usize;
-        if place[root] == usize::MAX {
-            place[root] = pieces.len();
+        if piece_of[root] == usize::MAX {
+            piece_of[root] = pieces.len();
             pieces.push(Vec::new());
         }
-        pieces[place[root]].push(*triangle);
+        pieces[piece_of[root]].push(*triangle);
     }
     pieces
 }
@@ -141,7 +143,7 @@ fn join_neighbours(scan: &TriangleMesh, triangles: &[[u32; 3]], parent: &mut [u3
     for vertex in &vertices {
         let [x, y, z] = cell(at(*vertex));
         for near in (0..27).filter_map(|k| cells.get(&[x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1])) {
-            // A crowded cell is joined by its first few: the others are joined with those when it is their turn.
+            // Of a crowded cell only the first few are compared: the others are joined to these in their own turn.
             for other in near.iter().take(CROWD).filter(|other| at(**other).distance(at(*vertex)) <= reach) {
                 join(parent, *vertex, *other);
             }
@@ -154,7 +156,7 @@ fn join(parent: &mut [u32], a: u32, b: u32) {
     parent[b as usize] = a;
 }
 
-/// The root of a vertex's tree; halves the way there.
+/// The root of a vertex's tree; halves the path to it.
 fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
     while parent[vertex as usize] != vertex {
         parent[vertex as usize] = parent[parent[vertex as usize] as usize];
@@ -167,26 +169,26 @@ fn piece(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Piece {
     let (mut area, mut moment) = (0.0, DVec3::ZERO);
     let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for triangle in triangles {
-        let own = mesh.triangle_area(*triangle);
-        area += own;
-        moment += own * center(mesh, *triangle);
+        let triangle_area = mesh.triangle_area(*triangle);
+        area += triangle_area;
+        moment += triangle_area * centre(mesh, *triangle);
         for vertex in triangle {
             let p = DVec3::from(mesh.positions[*vertex as usize]);
             (low, high) = (low.min(p), high.max(p));
         }
     }
-    let center = if area > 0.0 { moment / area } else { (low + high) / 2.0 };
-    Piece { area, triangles: triangles.len(), center: center.into(), low: low.into(), high: high.into() }
+    let centre = if area > 0.0 { moment / area } else { (low + high) / 2.0 };
+    Piece { area, triangles: triangles.len(), centre: centre.into(), low: low.into(), high: high.into() }
 }
 
-/// A mesh of these triangles, a group a piece, with the vertices that they use.
+/// A mesh of some triangles with the vertices that they use, one group per piece.
 fn extract(scan: &TriangleMesh, pieces: impl Iterator<Item = Vec<[u32; 3]>>) -> TriangleMesh {
     let mut renumbered = vec![u32::MAX; scan.positions.len()];
     let mut mesh = TriangleMesh::default();
     for (k, triangles) in pieces.enumerate() {
         let start = mesh.triangles.len();
         for triangle in triangles {
-            let own = triangle.map(|old| {
+            let renumber = triangle.map(|old| {
                 let new = &mut renumbered[old as usize];
                 if *new == u32::MAX {
                     *new = mesh.positions.len() as u32;
@@ -195,7 +197,7 @@ fn extract(scan: &TriangleMesh, pieces: impl Iterator<Item = Vec<[u32; 3]>>) -> 
                 }
                 *new
             });
-            mesh.triangles.push(own);
+            mesh.triangles.push(renumber);
         }
         mesh.groups.push(Group { name: format!("piece{k}"), start, end: mesh.triangles.len() });
     }
@@ -249,7 +251,7 @@ mod tests {
         assert_eq!((found.summary.pieces, found.summary.triangles), (3, 70));
         assert_eq!(found.summary.area, 35.0);
         assert!((found.summary.share - 35.0 / 137.0).abs() < 1e-12);
-        assert_eq!(found.summary.largest[0].center, [2.0, 2.5, 3.0]);
+        assert_eq!(found.summary.largest[0].centre, [2.0, 2.5, 3.0]);
         assert_eq!((found.summary.largest[2].low, found.summary.largest[2].high), ([11.0, 0.0, 0.0], [14.0, 2.0, 0.0]));
         let mesh = &found.mesh;
         assert_eq!(mesh.groups.iter().map(|g| g.end - g.start).collect::<Vec<_>>(), [40, 18, 12]);

@@ -1,5 +1,6 @@
-//! NIST's Statistical Reference Datasets for nonlinear regression: a script with the model function (parameters b1, b2, ...;
-//! the z coordinate of its first part is the response at the predictors u and v) is fitted to a file with certified values.
+//! NIST's Statistical Reference Datasets for nonlinear regression: a script with the model function (parameters b1, b2,
+//! ...; the z coordinate of its first part is the response at the predictors u and v) is fitted to a file with
+//! certified values.
 
 #![allow(dead_code, reason = "the test and the command use different parts")]
 
@@ -19,7 +20,8 @@ pub(crate) struct Reference {
     pub(crate) observations: Vec<Observation>,
 }
 
-/// Correct significant digits of a fit: the least of all parameters, of their standard deviations, and of the residual sum.
+/// Correct significant digits of a fit: the least of all parameters, of their standard deviations, and of the residual
+/// sum.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Digits {
     pub(crate) parameters: f64,

@@ -268,7 +268,7 @@ fn left_over(unmatched: &UnmatchedSummary, out: &mut String) {
     for (k, piece) in unmatched.largest.iter().enumerate() {
         let _ = write!(out, "<tr><td>{k}</td><td>{}</td><td>{}</td>", number(piece.area), piece.triangles);
         let size = piece.high.iter().zip(piece.low).map(|(high, low)| high - low);
-        for figure in piece.center.into_iter().chain(size) {
+        for figure in piece.centre.into_iter().chain(size) {
             let _ = write!(out, "<td>{}</td>", number(figure));
         }
         out.push_str("</tr>\n");

@@ -86,7 +86,7 @@ fn fit() -> FitResult {
 fn page() -> String {
     let deviations = deviations();
     let scan = ScanSource { path: HOSTILE.to_owned(), ..ScanSource::default() };
-    let variance = VarianceReport::new(&deviations, &scan, "cpu");
+    let variance = VarianceReport::new(&deviations, &scan, "cpu", &[]);
     write(&Report {
         title: HOSTILE,
         model: HOSTILE,

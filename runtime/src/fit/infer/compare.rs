@@ -14,7 +14,7 @@ use crate::scan::Scan;
 
 /// A model and what its fit found.
 #[derive(Clone, Copy)]
-pub struct Rival<'a> {
+pub(crate) struct Rival<'a> {
     /// The model.
     pub model: &'a dyn Model,
     /// Its fit.
@@ -23,7 +23,7 @@ pub struct Rival<'a> {
 
 /// What `compare` says.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Comparison {
+pub(crate) struct Comparison {
     /// BIC of every rival; smaller is better.
     pub bic: Vec<f64>,
     /// Mean psi of every rival at the common scale.
@@ -41,7 +41,7 @@ pub struct Comparison {
 ///
 /// # Errors
 /// A scan without points, or a model that cannot be evaluated where its fit ended.
-pub fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitError> {
+pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitError> {
     let points = Points::of(scan);
     let radius = points.gyration();
     if points.len() == 0 || !(radius > 0.0) {

@@ -45,7 +45,7 @@ pub(crate) fn recognise(model: &dyn Model, x: &[f64], size: f64) -> Result<Rigid
 
 /// The names of the parameters that move the whole model rigidly: the pose that the script has of its own.
 #[must_use]
-pub fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
+pub(crate) fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
     let x: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
     let size = Points::of(scan).gyration().max(f64::MIN_POSITIVE);
     // A model that does not exist at its defaults is said to have none; whoever fits it is told so.

@@ -1,4 +1,4 @@
-//! Where patches meet.
+//! Creases: edges along which patches meet.
 
 use super::CANCELLED;
 use super::segments::Segment;
@@ -7,36 +7,36 @@ use crate::model::{SurfacePoint, Tessellation};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Places of one patch are on different sheets of it where their parameters differ by more than this.
+/// Points of one patch are on different sheets of it if their parameters differ by more than this.
 const APART: f64 = 0.25;
 
-/// ... or where the cosine of the angle between their normals is below this.
+/// ... or if the cosine of the angle between their normals is below this.
 const ALIKE: f64 = 0.9998;
 
-/// Corrections of normals below this are rounding: the patches go on smoothly.
+/// Smaller corrections are rounding: the patches are tangent.
 const SMOOTH: f64 = 1e-6;
 
-/// A patch near a place on an edge.
+/// A patch near a point of an edge.
 #[derive(Clone, Copy, Debug)]
 struct Sheet {
     patch: u32,
-    /// Where on it.
+    /// (u, v) of the nearest point.
     parameters: [f64; 2],
     point: DVec3,
     normal: DVec3,
     distance: f64,
 }
 
-/// A place on an edge: the sheets that meet there, and what is to be added to the normal of each.
-struct Place(Vec<(Sheet, DVec3)>);
+/// The sheets that meet at a point of an edge, with the corrections of their normals.
+struct Junction(Vec<(Sheet, DVec3)>);
 
 /// For every patch the segments along which it meets others, with the corrections of its normals. The tessellation
 /// has origins.
 pub(super) fn find(tessellation: &Tessellation, bvh: &Bvh, tolerance: f64) -> Vec<Vec<Segment>> {
     let mut creases = vec![Vec::new(); tessellation.mesh.groups.len()];
     for side in sides(&tessellation.origins) {
-        let places: Vec<Place> = side.iter().map(|i| place(tessellation, bvh, *i, tolerance)).collect();
-        for pair in places.windows(2) {
+        let junctions: Vec<Junction> = side.iter().map(|i| junction(tessellation, bvh, *i, tolerance)).collect();
+        for pair in junctions.windows(2) {
             for (patch, segment) in segments(&pair[0], &pair[1]) {
                 creases[patch as usize].push(segment);
             }
@@ -45,7 +45,7 @@ pub(super) fn find(tessellation: &Tessellation, bvh: &Bvh, tolerance: f64) -> Ve
     creases
 }
 
-/// The vertices on the four edges of every patch, edge by edge, in their order.
+/// The vertices on the four edges of every patch, edge by edge, in order.
 fn sides(origins: &[SurfacePoint]) -> Vec<Vec<usize>> {
     let mut sides = Vec::new();
     let mut first = 0;
@@ -59,13 +59,13 @@ fn sides(origins: &[SurfacePoint]) -> Vec<Vec<usize>> {
     sides
 }
 
-/// What meets at a vertex.
-fn place(tessellation: &Tessellation, bvh: &Bvh, vertex: usize, tolerance: f64) -> Place {
+/// The sheets that meet at a vertex.
+fn junction(tessellation: &Tessellation, bvh: &Bvh, vertex: usize, tolerance: f64) -> Junction {
     let mut sheets: Vec<Sheet> = Vec::new();
     bvh.all_within(tessellation.mesh.positions[vertex], tolerance, |found| {
         let Some(sheet) = sheet(tessellation, &found) else { return };
         match sheets.iter_mut().find(|s| same(s, &sheet)) {
-            // Of the triangles of one sheet the nearest says what the normal is.
+            // The nearest triangle of a sheet gives its normal.
             Some(known) if sheet.distance < known.distance => *known = sheet,
             Some(_) => {}
             None => sheets.push(sheet),
@@ -73,10 +73,10 @@ fn place(tessellation: &Tessellation, bvh: &Bvh, vertex: usize, tolerance: f64) 
     });
     let mean: DVec3 = sheets.iter().map(|s| angle(s.parameters) * s.normal).sum();
     if mean.length() < CANCELLED {
-        return Place(Vec::new());
+        return Junction(Vec::new());
     }
     let mean = mean.normalize();
-    Place(sheets.into_iter().map(|s| (s, mean - s.normal)).collect())
+    Junction(sheets.into_iter().map(|s| (s, mean - s.normal)).collect())
 }
 
 /// The sheet to which a point of a triangle belongs.
@@ -100,21 +100,21 @@ fn same(a: &Sheet, b: &Sheet) -> bool {
     a.patch == b.patch && near(0) && near(1) && a.normal.dot(b.normal) > ALIKE
 }
 
-/// The angle that a patch takes up around one of its points, as far as it is seen: a quarter turn at a corner, else half a turn.
+/// The angle of a patch at a point of its boundary, approximately: a quarter turn at a corner, otherwise half a turn.
 fn angle(parameters: [f64; 2]) -> f64 {
     let at_end = |t: f64| !(1e-6..=1.0 - 1e-6).contains(&t);
     if at_end(parameters[0]) && at_end(parameters[1]) { FRAC_PI_2 } else { PI }
 }
 
-/// From each sheet at a place to the same sheet at the next, where its normal is to be changed.
-fn segments<'a>(from: &'a Place, to: &'a Place) -> impl Iterator<Item = (u32, Segment)> + 'a {
+/// Segments from each sheet at a junction to the same sheet at the next, if its normal is corrected at both.
+fn segments<'a>(from: &'a Junction, to: &'a Junction) -> impl Iterator<Item = (u32, Segment)> + 'a {
     from.0.iter().filter_map(|(sheet, correction)| {
-        let away = |other: &Sheet| {
+        let difference = |other: &Sheet| {
             (0..2).map(|k| (other.parameters[k] - sheet.parameters[k]).abs()).sum::<f64>()
                 - other.normal.dot(sheet.normal)
         };
         let others = to.0.iter().filter(|(other, _)| other.patch == sheet.patch);
-        let (other, next) = others.min_by(|(a, _), (b, _)| away(a).total_cmp(&away(b)))?;
+        let (other, next) = others.min_by(|(a, _), (b, _)| difference(a).total_cmp(&difference(b)))?;
         let creased = correction.length() > SMOOTH && next.length() > SMOOTH;
         let segment = Segment { ends: [sheet.point, other.point], corrections: [*correction, *next] };
         creased.then_some((sheet.patch, segment))

@@ -1,29 +1,29 @@
-//! Pieces of edges with what is to be added to normals beside them.
+//! Segments of edges, with corrections of the normals beside them.
 
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// A piece of an edge on a patch.
+/// A segment of an edge of a patch.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Segment {
-    /// Millimetres.
+    /// Its ends. Millimetres.
     pub(super) ends: [DVec3; 2],
-    /// What is to be added to the patch's unit normal at each end; linear between.
+    /// Corrections that are added to the patch's unit normal at each end; linear between.
     pub(super) corrections: [DVec3; 2],
 }
 
-/// Those of one patch, to be found by place.
+/// The segments of one patch in a grid of cubic cells.
 pub(super) struct Segments {
     all: Vec<Segment>,
-    /// Which of them are within `width` of a cubic cell of that side.
+    /// The segments within `width` of each cell, whose side is `width`.
     cells: HashMap<[i64; 3], Vec<u32>>,
     width: f64,
-    /// What is no further from a segment is on it.
+    /// A point at this distance is on a segment.
     touching: f64,
 }
 
 impl Segments {
-    /// Corrections fade to nothing at a distance of `width`.
+    /// Corrections decrease to zero at a distance of `width`.
     pub(super) fn new(all: Vec<Segment>, width: f64, touching: f64) -> Segments {
         let mut segments = Segments { all, cells: HashMap::new(), width, touching };
         for (i, segment) in segments.all.iter().enumerate() {
@@ -41,9 +41,10 @@ impl Segments {
         segments
     }
 
-    /// What is to be added to the normal at a point; none far from all segments. Of several segments the mean, weighted by the
-    /// inverse squares of their distances (Shepard 1968) and, so that none begins to count all at once, by how far within
-    /// the band the point is; the whole falls linearly with the distance of the nearest.
+    /// The correction of the normal at a point; none far from all segments. The corrections of several segments are
+    /// averaged with the inverse squares of their distances as weights (Shepard 1968), times a factor that decreases to
+    /// zero at the end of the band, so that the average is continuous; the result decreases linearly with the distance
+    /// of the nearest.
     pub(super) fn correction(&self, point: DVec3) -> Option<DVec3> {
         let near = self.cells.get(&cell(point, self.width))?;
         let (mut sum, mut weights, mut least) = (DVec3::ZERO, 0.0, f64::INFINITY);
@@ -64,7 +65,7 @@ impl Segments {
 }
 
 impl Segment {
-    /// How far away the segment's nearest point is, and the correction there.
+    /// The distance of the segment's nearest point, and the correction there.
     fn nearest(&self, point: DVec3) -> (f64, DVec3) {
         let [a, b] = self.ends;
         let along = b - a;

@@ -3,9 +3,9 @@ use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
 use crate::scan::ScanSource;
-use crate::variance::trace::tests::gpu;
+use crate::variance::cast::tests::gpu;
 use crate::variance::{
-    Deviations, Device, Facing, Tolerance, VarianceReport, detect, explain, signed_distances, trace, trace_closest,
+    Deviations, Device, Facing, Tolerance, VarianceReport, cast, closest, detect, explain, signed_distances,
 };
 use glam::DVec3;
 use gml_compiler::program::{Options, Program, compile};
@@ -13,7 +13,8 @@ use gml_compiler::source::{NoFiles, SourceFile};
 
 const SIZE: u32 = 128;
 
-/// A can of three patches, whose radius is 20 and whose height is 50; the seam of its side and its rims are creases or none.
+/// A can of three patches, whose radius is 20 and whose height is 50; the seam of its side and its rims are creases or
+/// none.
 const CAN: &str = "use std.surface (cylinder, disc)\nmodel can { param r: length = 20mm; param h: length = 50mm\n\
     part side = cylinder(r, h)\n\
     part lid = |u, v| disc(r)(u, v) + (0mm, 0mm, h)\n\
@@ -36,7 +37,7 @@ fn surface(program: &Program, x: &[f64]) -> (Tessellation, Texels) {
 /// Vertices displaced by the texel in which they lie, as documents do it; none without data.
 fn displaced(tessellation: &Tessellation, texels: &Texels, scan: &TriangleMesh, device: Device) -> Vec<Option<DVec3>> {
     let bvh = Bvh::build(scan).expect("a mesh");
-    let found = trace(texels.clone(), &bvh, 5.0, Facing::SAME, device).expect("a distance").deviations;
+    let found = cast(texels.clone(), &bvh, 5.0, Facing::SAME, device).expect("a distance").deviations;
     let distances = signed_distances(&found);
     let mesh = &tessellation.mesh;
     let vertex = |(k, [s, t]): (usize, &[f64; 2])| {
@@ -54,8 +55,8 @@ fn displaced(tessellation: &Tessellation, texels: &Texels, scan: &TriangleMesh, 
     mesh.texcoords.iter().enumerate().map(vertex).collect()
 }
 
-/// The largest distance of a displaced vertex on the edge of a patch from the displaced vertices of another patch, among those that
-/// lay within half a millimetre of it.
+/// The largest distance of a displaced vertex on the edge of a patch from the displaced vertices of another patch,
+/// among those that lay within half a millimetre of it.
 fn gap(tessellation: &Tessellation, displaced: &[Option<DVec3>]) -> f64 {
     let (positions, origins) = (&tessellation.mesh.positions, &tessellation.origins);
     let rim: Vec<usize> = (0..positions.len())
@@ -73,8 +74,8 @@ fn gap(tessellation: &Tessellation, displaced: &[Option<DVec3>]) -> f64 {
     rim.iter().map(|&i| to_other(i)).fold(0.0, f64::max)
 }
 
-/// A can that is larger or smaller by an offset is reached from both sides of its rims in the same places; along plain normals
-/// they are an offset's diagonal apart.
+/// A can that is larger or smaller by an offset is reached from both sides of its rims in the same places; along plain
+/// normals they are an offset's diagonal apart.
 #[test]
 fn displaced_rims_of_a_can_coincide() {
     let program = program(CAN);
@@ -89,8 +90,8 @@ fn displaced_rims_of_a_can_coincide() {
         average_normals(&mut texels, &mut tessellation, 2.0).expect("a surface");
         let moved = displaced(&tessellation, &texels, &scan.mesh, Device::Cpu);
         let apart = gap(&tessellation, &moved);
-        // Texels of 0.7 mm, within which a normal turns by a third of 45 degrees; vertices up to 1 mm apart on either side, half of
-        // that from the nearest.
+        // Texels of 0.7 mm, within which a normal turns by a third of 45 degrees; vertices up to 1 mm apart on either
+        // side, half of that from the nearest.
         assert!(apart < 0.65, "{apart}");
         if gpu().is_some() {
             let on_gpu = displaced(&tessellation, &texels, &scan.mesh, Device::Gpu);
@@ -138,8 +139,8 @@ fn normals_turn_within_the_band_only() {
     }
 }
 
-/// A can that is 0.3 mm larger all around is so wherever and in whatever direction it is looked for: by statistics, tolerances, levels of
-/// detection and explanations. (Along averaged normals it is 0.42 mm away at the rims.)
+/// A can that is 0.3 mm larger all around is so wherever and in whatever direction it is looked for: by statistics,
+/// tolerances, levels of detection and explanations. (Along averaged normals it is 0.42 mm away at the rims.)
 #[test]
 fn figures_are_the_same_for_every_kind_of_distance() {
     const OFFSET: f64 = 0.3;
@@ -152,8 +153,8 @@ fn figures_are_the_same_for_every_kind_of_distance() {
     let atlas = Atlas::new(&program, &*instance, SIZE).expect("it fits");
     let sensitivities =
         Sensitivities::new(&program, &*instance, &atlas, &texels, &Motion::IDENTITY).expect("it is smooth");
-    let along = |texels: Texels| trace(texels, &bvh, 5.0, Facing::SAME, Device::Cpu).expect("a distance").deviations;
-    let closest = trace_closest(texels.clone(), &bvh, &scan.mesh, 5.0, Facing::SAME).expect("a distance").deviations;
+    let along = |texels: Texels| cast(texels, &bvh, 5.0, Facing::SAME, Device::Cpu).expect("a distance").deviations;
+    let nearest = closest(texels.clone(), &bvh, &scan.mesh, 5.0, Facing::SAME).expect("a distance").deviations;
     let mut turned = texels.clone();
     let cosine = average_normals(&mut turned, &mut tessellation, 2.0).expect("a surface");
     let averaged = Deviations { cosine, ..along(turned) };
@@ -161,9 +162,9 @@ fn figures_are_the_same_for_every_kind_of_distance() {
     assert!(furthest > 0.37, "{furthest}: no direction was turned");
     // Chords of the scan's circles are up to 0.006 mm inside of them, texels on the model's.
     let near = |a: f64, b: f64| (a - b).abs() < 0.008;
-    for (name, found) in [("normal", along(texels)), ("closest", closest), ("averaged", averaged)] {
+    for (name, found) in [("normal", along(texels)), ("closest", nearest), ("averaged", averaged)] {
         let tolerance = Some(Tolerance { lower: -0.1, upper: 0.32 });
-        let report = VarianceReport::with_tolerances(&found, &ScanSource::default(), "cpu", &[tolerance; 3]);
+        let report = VarianceReport::new(&found, &ScanSource::default(), "cpu", &[tolerance; 3]);
         let all = &report.overall;
         assert_eq!(all.measured_texels, all.texels, "{name}");
         for value in [all.weighted.mean, all.weighted.min, all.weighted.max, all.weighted.signed.median] {

@@ -1,11 +1,11 @@
-//! The linear approximation whose largest error is least.
+//! Chebyshev approximation: the linear fit with the least largest error.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Unknowns at most.
+/// The largest number of unknowns.
 pub(super) const MOST: usize = 6;
 
-/// One equation: the sum of `factors` times the unknowns should be `value`. Factors of unknowns that there are not are zero.
+/// An equation: the sum of `factors` times the unknowns should be `value`. Factors of unused unknowns are zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Row {
     pub(super) factors: [f64; MOST],
@@ -13,29 +13,29 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// What is left of the value; unknowns that are not given are zero.
+    /// The residual; missing unknowns are zero.
     pub(super) fn error(&self, unknowns: &[f64]) -> f64 {
         self.value - self.factors.iter().zip(unknowns).map(|(f, x)| f * x).sum::<f64>()
     }
 }
 
-/// Steps after which the best so far is taken: by far more than are ever needed, but rounding must not go on for ever.
+/// Largest number of simplex steps: far more than needed, but rounding must not cause an endless loop.
 const STEPS: usize = 500;
 
-/// A column of the dual problem.
+/// A column of the dual problem's basis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Entry {
-    /// Row i, with the sign of its error.
+    /// Row i with the sign of its error.
     Row(usize, f64),
-    /// Holds the place of an unknown that nothing has determined yet; always zero.
+    /// A placeholder for an unknown that no row has determined yet; always zero.
     Free(usize),
 }
 
-/// The unknowns, `count` of them, for which the largest |value - sum of factors times unknowns| is least.
+/// Minimises the largest |value - sum of factors times unknowns| over `count` unknowns.
 ///
-/// That is a linear programme with two constraints a row; its dual has one constraint an unknown and one more, so that the simplex
-/// method on the dual inverts matrices of at most seven rows however many points there are (Watson, 'Approximation Theory and
-/// Numerical Methods', 1980, sect. 2.3).
+/// This is a linear programme with two constraints per row; its dual has one constraint per unknown and one more, so
+/// that the simplex method on the dual inverts matrices of at most seven rows, however many points there are (Watson,
+/// 'Approximation Theory and Numerical Methods', 1980, sect. 2.3).
 pub(super) fn solve(rows: &[Row], count: usize) -> [f64; MOST] {
     let scale: [f64; MOST] = std::array::from_fn(|k| {
         let largest = rows.iter().map(|r| r.factors[k].abs()).fold(0.0, f64::max);
@@ -63,7 +63,7 @@ pub(super) fn solve(rows: &[Row], count: usize) -> [f64; MOST] {
         );
         let Some(prices) = matrix.transpose().lu().solve(&costs) else { break };
         unknowns = std::array::from_fn(|k| if k < count { prices[k] * scale[k] } else { 0.0 });
-        // The row whose error exceeds that of the basis most.
+        // The row with the largest error enters the basis.
         let worst = rows
             .iter()
             .map(|row| row.error(&unknowns))
@@ -83,7 +83,8 @@ pub(super) fn solve(rows: &[Row], count: usize) -> [f64; MOST] {
     unknowns
 }
 
-/// A row with both signs, and the places of all unknowns but one that it has; none where all factors are zero.
+/// The first basis: a row with both signs, and placeholders for all unknowns but one of its own; none if all factors
+/// are zero.
 fn start(rows: &[Row], count: usize, factor: &impl Fn(usize, usize) -> f64) -> Option<Vec<Entry>> {
     let (mut row, mut unknown, mut largest) = (0, 0, 0.0);
     for k in 0..count {
@@ -97,7 +98,7 @@ fn start(rows: &[Row], count: usize, factor: &impl Fn(usize, usize) -> f64) -> O
     (largest > 0.0).then(|| free.chain([Entry::Row(row, 1.0), Entry::Row(row, -1.0)]).collect())
 }
 
-/// The entry that becomes zero first; those that must stay zero leave as soon as they would change.
+/// The entry that becomes zero first. Placeholders leave as soon as they would change.
 fn leaving(basis: &[Entry], weights: &DVector<f64>, direction: &DVector<f64>) -> Option<usize> {
     let free = (0..basis.len()).filter(|r| matches!(basis[*r], Entry::Free(_)) && direction[*r].abs() > 1e-9);
     if let Some(r) = free.max_by(|a, b| direction[*a].abs().total_cmp(&direction[*b].abs())) {

@@ -1,4 +1,4 @@
-//! A surface of some form in some place, and how points lie to it.
+//! Datums: surfaces of a form in a position, and the distances of points to them.
 
 use super::chebyshev::{MOST, Row};
 use glam::DVec3;
@@ -7,13 +7,13 @@ use glam::DVec3;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Datum {
     kind: Kind,
-    /// A point of the plane or of the axis; the centre.
+    /// A point of the plane or of the axis; the centre of a sphere.
     origin: DVec3,
-    /// The normal, or the axis; of a sphere any direction.
+    /// The normal of a plane, or the axis; any direction for a sphere.
     axis: DVec3,
-    /// Half the angle of a cone, the radius growing along the axis; else zero.
+    /// Half the opening angle of a cone whose radius grows along the axis; zero for the others.
     angle: f64,
-    /// The radius; of a cone the distance of the origin from its sides; of a plane nothing.
+    /// The radius; the distance of the origin from the side of a cone; zero for a plane.
     size: f64,
 }
 
@@ -34,13 +34,13 @@ impl Datum {
         Datum { kind: Kind::Sphere, origin, axis: DVec3::Z, angle: 0.0, size }
     }
 
-    /// A cone, or a cylinder, whose angle is zero. `radius` is at the origin.
+    /// A cone, or a cylinder (`angle` is zero). `radius` is at the origin.
     pub(super) fn about(origin: DVec3, axis: DVec3, angle: f64, radius: f64, cone: bool) -> Datum {
         let kind = if cone { Kind::Cone } else { Kind::Cylinder };
         Datum { kind, origin, axis, angle, size: radius * angle.cos() }
     }
 
-    /// How many unknowns it has.
+    /// Number of unknowns.
     pub(super) fn unknowns(&self) -> usize {
         match self.kind {
             Kind::Plane => 3,
@@ -50,14 +50,14 @@ impl Datum {
         }
     }
 
-    /// Ready to say how points lie to it.
+    /// The datum with everything that its distances need.
     pub(super) fn placed(&self) -> Placed {
         let (x, y) = self.axis.any_orthonormal_pair();
         let (sin, cos) = self.angle.sin_cos();
         Placed { datum: *self, x, y, sin, cos }
     }
 
-    /// Changed by the unknowns.
+    /// The datum changed by the unknowns.
     pub(super) fn moved(&self, by: &[f64; MOST]) -> Datum {
         let (x, y) = self.axis.any_orthonormal_pair();
         let shifted = |right: f64, up: f64| self.origin + right * x + up * y;
@@ -79,20 +79,20 @@ impl Datum {
     }
 }
 
-/// A datum with what depends on it alone.
+/// A datum with everything that depends on it only.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed {
     datum: Datum,
     /// Two directions at right angles to the axis and to each other.
     x: DVec3,
     y: DVec3,
-    /// Of the angle.
+    /// Sine and cosine of the angle.
     sin: f64,
     cos: f64,
 }
 
 impl Placed {
-    /// How far outside of the surface a point is. Millimetres.
+    /// Signed distance of a point from the surface, positive outside. Millimetres.
     #[inline]
     pub(super) fn height(&self, point: DVec3) -> f64 {
         let q = point - self.datum.origin;
@@ -107,8 +107,8 @@ impl Placed {
         }
     }
 
-    /// That (`value`), and how much it lessens with each unknown: the size, two shifts, two tilts, the angle. Exact at zero, linear
-    /// about it.
+    /// The linearised equation of a point: its distance (`value`), and by how much each unknown decreases it (the size,
+    /// two shifts, two tilts, the angle).
     pub(super) fn row(&self, point: DVec3) -> Row {
         let q = point - self.datum.origin;
         let (x, y, z) = (q.dot(self.x), q.dot(self.y), q.dot(self.datum.axis));
@@ -123,7 +123,7 @@ impl Placed {
                 let far = (x * x + y * y).sqrt();
                 let along = 1.0 / far.max(f64::MIN_POSITIVE);
                 let (x, y) = (x * along, y * along);
-                // Along the side, from the point nearest to the origin: the arm of tilts and of the angle.
+                // The lever arm of tilts and of the angle: along the side, from the point nearest to the origin.
                 let arm = z * self.cos + far * self.sin;
                 row.factors = [1.0, self.cos * x, self.cos * y, arm * x, arm * y, arm];
                 if self.datum.kind == Kind::Cylinder {

@@ -1,8 +1,8 @@
-//! Deviations of form: how flat, how round, how cylindrical a part is, wherever and however large it is.
+//! Deviations of form: flatness, roundness, cylindricity and so on, independent of position and size.
 //!
-//! Which form a part has is seen from its exact surface ([`recognise`]). The measured points, each as far from its texel as the scan was
-//! found to be, are then held against the form in the place and of the size that suits them best: the least squares one, and the
-//! one that makes the zone as narrow as it can be (minimum zone, ISO 1101; Chebyshev's approximation).
+//! The form of a part is recognised from its exact surface ([`recognise`]). The measured points (texels displaced by
+//! their distances) are then compared with the form in the position and size that suit them best: by least squares, and
+//! by the narrowest zone (minimum zone, ISO 1101; Chebyshev approximation).
 
 mod chebyshev;
 mod datum;
@@ -19,57 +19,59 @@ use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Fewer points than this say nothing about a form.
+/// The smallest number of points for a form.
 const FEWEST: usize = 50;
 
-/// How far a part is from its form.
+/// The deviation of a part from its form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FormDeviation {
-    /// Which form its surface has.
+    /// The form of its surface.
     pub shape: Shape,
-    /// Its zone; none for general surfaces of revolution, which have only sections.
+    /// Its zone; none for general surfaces of revolution, which only have sections.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zone: Option<Zone>,
-    /// Of surfaces about an axis.
+    /// The roundness of surfaces about an axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roundness: Option<Roundness>,
 }
 
-/// Between which surfaces of one form the measured points lie.
+/// The zone between two surfaces of one form that contains the measured points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Zone {
-    /// What its width is called: flatness, cylindricity, conicity or sphericity.
+    /// Name of its width: flatness, cylindricity, conicity or sphericity.
     pub characteristic: String,
     /// Its width about the surface of least squares. Millimetres.
     pub least_squares: f64,
-    /// Its width where it is narrowest. Millimetres.
+    /// Width of the narrowest zone. Millimetres.
     pub minimum_zone: f64,
-    /// How many points these are of.
+    /// Number of points.
     pub points: usize,
-    /// How many were left out as outlying: more than four robust standard deviations from the surface of least squares.
+    /// Number of outliers that are left out: more than four robust standard deviations from the surface of least
+    /// squares.
     pub outlying: usize,
-    /// Both widths with those. Millimetres.
+    /// Both widths with the outliers. Millimetres.
     pub with_outlying: [f64; 2],
 }
 
-/// How round a part's sections at right angles to its axis are; the worst of them.
+/// Roundness of the sections at right angles to a part's axis: the worst of them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Roundness {
-    /// Width of the ring about the circle of least squares, perpendicular to the surface (on a cylinder that is in the section's plane). Millimetres.
+    /// Width of the ring about the circle of least squares, perpendicular to the surface (on a cylinder, in the
+    /// section's plane). Millimetres.
     pub least_squares: f64,
-    /// Width of the narrowest ring, likewise. Millimetres.
+    /// Width of the narrowest ring, perpendicular to the surface. Millimetres.
     pub minimum_zone: f64,
-    /// Both measured in the plane of that section (ISO 12181-1). Millimetres.
+    /// Both widths in the plane of that section (ISO 12181-1). Millimetres.
     pub in_plane: [f64; 2],
-    /// Where the worst section is: a point of the axis, in the scan's coordinates. Millimetres.
+    /// Position of the worst section: a point of the axis, in the scan's coordinates. Millimetres.
     pub at: [f64; 3],
-    /// How many sections had points all around.
+    /// Number of sections with points all around.
     pub sections: usize,
-    /// Median over the sections of the narrowest rings. Millimetres.
+    /// Median over the sections of the narrowest ring's width. Millimetres.
     pub median: f64,
 }
 
-/// The deviation of form of every part that has a form and enough points; `shapes` are the parts'.
+/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms.
 #[must_use]
 pub fn form_deviations(deviations: &Deviations, shapes: &[Option<Recognised>]) -> Vec<Option<FormDeviation>> {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); shapes.len()];
@@ -92,7 +94,7 @@ pub fn form_deviations(deviations: &Deviations, shapes: &[Option<Recognised>]) -
     shapes.par_iter().zip(members).map(of_part).collect()
 }
 
-/// Where the scan was found from texel i.
+/// The point of the scan that the ray of texel i meets.
 fn measured(deviations: &Deviations, i: usize) -> DVec3 {
     let normal = DVec3::from(deviations.texels.normal[i].map(f64::from));
     DVec3::from(deviations.texels.position[i]) + f64::from(deviations.along(i)) * normal

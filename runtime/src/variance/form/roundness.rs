@@ -1,9 +1,9 @@
-//! Sections at right angles to an axis.
+//! Roundness of sections at right angles to an axis.
 //!
-//! Points of a section are as far out of round as they are away from the surface, perpendicularly to it: ISO 1101 wants the direction said for
-//! surfaces that are neither cylinders nor spheres, and across a surface that is steep to its axis the scan's noise stays what it is.
-//! In the plane of the section, as ISO 12181-1 has its profile, the same deviations are longer by one over the
-//! cosine of the angle between normal and plane; both are given.
+//! The deviation of a point is its distance perpendicular to the surface: ISO 1101 requires the direction to be stated
+//! for surfaces that are neither cylinders nor spheres, and the scan's noise does not grow on a surface that is steep
+//! to its axis. In the plane of the section, as ISO 12181-1 defines its profile, the same deviations are longer by one
+//! over the cosine of the angle between normal and plane; both are computed.
 
 use super::chebyshev::{self, Row};
 use super::{FEWEST, Roundness};
@@ -15,49 +15,50 @@ use std::f64::consts::TAU;
 /// Sections along the axis.
 const SECTIONS: usize = 24;
 
-/// Sectors of a section, of which nearly all must hold points.
+/// Sectors of a section, nearly all of which must contain points.
 const SECTORS: usize = 36;
 const SECTORS_NEEDED: usize = 33;
 
-/// Normals must have at least this much of their length away from the axis: a disc has no sections.
+/// The least component of a unit normal away from the axis: a disc has no sections.
 const STEEP: f64 = 0.3;
 
-/// Deviations further from a section's circle than so many robust standard deviations are outlying.
+/// Outliers are this many robust standard deviations away from a section's circle.
 const OUTLYING: f64 = 4.0;
 
-/// ... and within the whole part, the shift of whose axis they contain besides.
+/// ... and this many within the whole part, whose deviations contain the shift of its axis besides.
 const OUTLYING_IN_PART: f64 = 8.0;
 
 /// Cosine of the largest angle by which an averaged normal counts as the surface's own.
-const OWN: f32 = 0.9999;
+const UNTURNED: f32 = 0.9999;
 
 /// A point of a section.
 #[derive(Clone, Copy)]
 struct Polar {
     /// The angle around the axis.
     angle: f64,
-    /// How far outside of the model's surface it is, perpendicularly.
+    /// Signed distance perpendicular to the model's surface. Millimetres.
     deviation: f64,
-    /// The part of the model's normal that points away from the axis.
+    /// The component of the model's normal away from the axis.
     outward: f64,
 }
 
 impl Polar {
-    /// Across the surface. A circle that is shifted a little has the deviation a + b cos t + c sin t (a limacon: exact but for the square of
-    /// the shift over twice the radius); of b and c the normal sees its part.
+    /// The equation perpendicular to the surface. A slightly shifted circle has the deviation a + b cos t + c sin t (a
+    /// limacon: exact but for the square of the shift over twice the radius); b and c count with the normal's
+    /// component.
     fn across(&self) -> Row {
         let (sin, cos) = self.angle.sin_cos();
         Row { factors: [1.0, self.outward * cos, self.outward * sin, 0.0, 0.0, 0.0], value: self.deviation }
     }
 
-    /// In the plane of the section.
+    /// The equation in the plane of the section.
     fn in_plane(&self) -> Row {
         let (sin, cos) = self.angle.sin_cos();
         Row { factors: [1.0, cos, sin, 0.0, 0.0, 0.0], value: self.deviation / self.outward }
     }
 }
 
-/// Of texels with a distance, about an axis: a point and a unit direction.
+/// The roundness of texels with a distance, about an axis (a point and a unit direction).
 pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DVec3, DVec3)) -> Option<Roundness> {
     let texels = &deviations.texels;
     let height = |i: usize| (DVec3::from(texels.position[i]) - origin).dot(axis);
@@ -71,10 +72,10 @@ pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DV
     let usual = usual(deviations, members)?;
     let (x, y) = axis.any_orthonormal_pair();
     let mut sections: Vec<Vec<Polar>> = vec![Vec::new(); SECTIONS];
-    // Where normals were averaged they are not the surface's.
-    let own = |i: usize| deviations.cosine.get(i).is_none_or(|c| *c >= OWN);
+    // Averaged normals are not the surface's.
+    let unturned = |i: usize| deviations.cosine.get(i).is_none_or(|c| *c >= UNTURNED);
     let usual = |i: usize| usual.contains(&f64::from(deviations.signed(i)));
-    for &i in members.iter().filter(|i| own(**i) && usual(**i)) {
+    for &i in members.iter().filter(|i| unturned(**i) && usual(**i)) {
         let across = (DVec3::from(texels.position[i]) - origin).reject_from_normalized(axis);
         let normal = DVec3::from(texels.normal[i].map(f64::from));
         let Some(outward) = across.try_normalize().map(|o| normal.dot(o)).filter(|o| o.abs() >= STEEP) else {
@@ -101,7 +102,7 @@ pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DV
     })
 }
 
-/// Deviations that are not outlying within the part.
+/// The range of deviations that are not outliers within the part.
 fn usual(deviations: &Deviations, members: &[usize]) -> Option<std::ops::RangeInclusive<f64>> {
     let mut distances: Vec<f64> = members.iter().map(|i| f64::from(deviations.signed(*i))).collect();
     let (middle, spread) = median_and_deviation(&mut distances)?;
@@ -109,13 +110,13 @@ fn usual(deviations: &Deviations, members: &[usize]) -> Option<std::ops::RangeIn
     Some(middle - reach..=middle + reach)
 }
 
-/// Widths of rings, each about the circle of least squares and about the best circle.
+/// Widths of rings about the circle of least squares and about the best circle.
 struct Rings {
     across: [f64; 2],
     in_plane: [f64; 2],
 }
 
-/// The rings of a section; none where it has not points all around.
+/// The rings of a section; none if it does not have points all around.
 fn rings(section: &[Polar]) -> Option<Rings> {
     let mut seen = [false; SECTORS];
     for point in section {
@@ -130,7 +131,7 @@ fn rings(section: &[Polar]) -> Option<Rings> {
         let error = |point: &Polar| point.across().error(&circle).abs();
         let limit = OUTLYING * MAD_TO_SD * median(&mut section.iter().map(error).collect::<Vec<f64>>())?;
         kept = section.iter().filter(|point| error(point) <= limit).copied().collect();
-        // Where half of a section is something else there is no saying what is round.
+        // If half of a section are outliers, it has no circle.
         if 2 * kept.len() < section.len() {
             return None;
         }

@@ -1,4 +1,4 @@
-//! Which form a surface has.
+//! Recognition of the form of a surface.
 
 use super::datum::Datum;
 use crate::model::Texels;
@@ -6,10 +6,11 @@ use glam::DVec3;
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 use serde::{Deserialize, Serialize};
 
-/// Texels of a part that are asked.
+/// Sampled texels per part.
 const SAMPLES: usize = 500;
 
-/// Normals and lengths relative to the part's size may be off by this much (root mean square): single precision of the normals is 1e-7.
+/// Tolerance of normals, and of lengths relative to the part's size (root mean square): single precision of the normals
+/// is 1e-7.
 const EXACT: f64 = 1e-5;
 
 /// A form of surfaces.
@@ -28,24 +29,24 @@ pub enum Shape {
     Revolution,
 }
 
-/// A form with its place.
+/// A form with its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recognised {
     /// The form.
     pub shape: Shape,
-    /// A point and the unit direction of its axis; of a plane and a sphere none.
+    /// A point and the unit direction of its axis; none for a plane or a sphere.
     pub axis: Option<(DVec3, DVec3)>,
     datum: Datum,
 }
 
 impl Recognised {
-    /// Where to begin looking for the surface that suits the points best; none for general surfaces of revolution.
+    /// The start of the fit to measured points; none for general surfaces of revolution.
     pub(super) fn datum(&self) -> Option<Datum> {
         (self.shape != Shape::Revolution).then_some(self.datum)
     }
 }
 
-/// The form of every part, from positions and exact normals of some of its texels; none where it has none of those.
+/// The form of every part, from positions and exact normals of some of its texels; none if it is not one of [`Shape`].
 #[must_use]
 pub fn recognise(texels: &Texels) -> Vec<Option<Recognised>> {
     texels.samples_of_parts(SAMPLES).iter().map(|sample| of_sample(texels, sample)).collect()
@@ -89,7 +90,7 @@ impl Sample {
         flat.then_some(Recognised { shape: Shape::Plane, axis: None, datum })
     }
 
-    /// Whether all normals meet in a point.
+    /// A sphere, if all normals meet in a point.
     fn sphere(&self) -> Option<Recognised> {
         let mut matrix = glam::DMat3::ZERO;
         let mut right = DVec3::ZERO;
@@ -110,9 +111,9 @@ impl Sample {
         round.then_some(Recognised { shape: Shape::Sphere, axis: None, datum })
     }
 
-    /// Surfaces that a rotation moves within themselves: with the velocity c' + c x p no point moves along its normal. These
-    /// velocities are the kernel of a matrix (Pottmann and Randrup, 'Rotational and helical surface approximation for reverse
-    /// engineering', 1998).
+    /// A surface that a rotation moves within itself: with the velocity c' + c x p no point moves along its normal.
+    /// These velocities are the kernel of a matrix (Pottmann and Randrup, 'Rotational and helical surface approximation
+    /// for reverse engineering', 1998).
     fn about_an_axis(&self) -> Option<Recognised> {
         let mut matrix = Matrix6::zeros();
         for (p, n) in self.points.iter().zip(&self.normals) {
@@ -126,7 +127,7 @@ impl Sample {
             let v = eigen.eigenvectors.column(k);
             (DVec3::new(v[0], v[1], v[2]), DVec3::new(v[3], v[4], v[5]))
         };
-        // A cylinder may also be shifted along its axis: that part of the velocity does not matter.
+        // A cylinder may also be shifted along its axis, which is irrelevant here.
         let turning = (0..6).filter(still).map(velocity);
         let count = (0..6).filter(still).count();
         let (turn, shift) = turning.max_by(|a, b| a.0.length().total_cmp(&b.0.length()))?;
@@ -141,7 +142,7 @@ impl Sample {
 
     fn of_revolution(&self, foot: DVec3, axis: DVec3) -> Option<Recognised> {
         let radial = |p: DVec3| (p - foot).reject_from_normalized(axis);
-        // The normal's slope against the axis, counted with a normal away from the axis.
+        // The sine of the normal's angle to the section's plane, for a normal that points away from the axis.
         let slope = |p: DVec3, n: DVec3| n.dot(axis) * n.dot(radial(p)).signum();
         let slopes: Vec<f64> = self.points.iter().zip(&self.normals).map(|(p, n)| slope(*p, *n)).collect();
         let mean = slopes.iter().sum::<f64>() / slopes.len() as f64;
@@ -153,7 +154,7 @@ impl Sample {
         };
         let angle = if shape == Shape::Cone { (-mean).clamp(-1.0, 1.0).asin() } else { 0.0 };
         let radius = self.points.iter().map(|p| radial(*p).length()).sum::<f64>() / self.points.len() as f64;
-        // From the foot of the sample's centre, which is the origin.
+        // From the foot of the sample's centre, which is the origin of the sample.
         let origin = self.center + self.size * (foot - foot.dot(axis) * axis);
         let datum = Datum::about(origin, axis, angle, self.size * radius, shape == Shape::Cone);
         Some(Recognised { shape, axis: Some((origin, axis)), datum })

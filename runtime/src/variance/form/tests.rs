@@ -90,7 +90,8 @@ fn place_and_size_are_no_form() {
     assert_eq!(found[5], None);
 }
 
-/// Texels leave out the last half texel before each edge: extremes there are missed by the deviation's slope times that.
+/// Texels leave out the last half texel before each edge: extremes there are missed by the deviation's slope times
+/// that.
 #[test]
 fn a_bent_plate_a_lobed_cylinder_and_a_lobed_cone() {
     let found = forms(|part, p| {
@@ -123,8 +124,9 @@ fn a_bent_plate_a_lobed_cylinder_and_a_lobed_cone() {
     assert!(ring(4).minimum_zone >= 0.16 - 1e-3 && ring(4).minimum_zone < 0.175, "{}", ring(4).minimum_zone);
 }
 
-/// A cone that opens by 65 degrees from its axis, with three lobes, shifted, and with noise: measured across the surface the width is that of lobes and noise;
-/// in the section's plane both are 2.4 times as wide. The least sine of the surface's slope is 7 / sqrt(7^2 + 15^2).
+/// A cone that opens by 65 degrees from its axis, with three lobes, shifted, and with noise: measured across the
+/// surface the width is that of lobes and noise; in the section's plane both are 2.4 times as wide. The least sine of
+/// the surface's slope is 7 / sqrt(7^2 + 15^2).
 #[test]
 fn noise_is_not_amplified_on_steep_surfaces() {
     let outward = 7.0 / 7f64.hypot(15.0);
@@ -151,7 +153,8 @@ fn noise_is_not_amplified_on_steep_surfaces() {
 /// Over a third-order bend the best plane is not that of least squares: 0.5 against 0.8 of the amplitude.
 #[test]
 fn the_minimum_zone_is_narrower_than_that_of_least_squares() {
-    // The last texels' centres, half a texel from the ends: both widths grow with the third power of how far they reach.
+    // The last texels' centres, half a texel from the ends: both widths grow with the third power of how far they
+    // reach.
     let reach = std::cell::Cell::new(0.0f64);
     let found = forms(|part, p| {
         if part != 0 {
@@ -162,7 +165,8 @@ fn the_minimum_zone_is_narrower_than_that_of_least_squares() {
     });
     let (least_squares, minimum_zone) = zone(&found, 0);
     let unit = 0.1 * (reach.get() / 20.0).powi(3);
-    // The slope of least squares is 3/5 of the ends' (20 mm); some 60 texels stand for an integral, and for the extremes between.
+    // The slope of least squares is 3/5 of the ends' (20 mm); some 60 texels stand for an integral, and for the
+    // extremes between.
     near(least_squares / unit, 2.0 * (1.0 - 0.6 * (20.0 / reach.get()).powi(2)), 0.004);
     near(minimum_zone / unit, 0.5, 0.004);
 }

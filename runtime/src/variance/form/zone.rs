@@ -1,4 +1,4 @@
-//! The zone within which the points lie.
+//! The zone that contains the points.
 
 use super::Zone;
 use super::chebyshev::{self, MOST, Row};
@@ -9,25 +9,25 @@ use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Least squares take at most so many points, evenly spread; the zones' widths are of all.
+/// Points of a least squares fit, evenly spread; the widths of the zones are of all points.
 const FITTED: usize = 20_000;
 
-/// ... and of those that tell what is outlying.
+/// Points of the least squares fits that decide on outliers.
 const TRIED: usize = 4_000;
 
-/// Least squares end when points move by less than this. Millimetres.
-const STILL: f64 = 1e-9;
+/// Least squares converge when points move by less than this. Millimetres.
+const CONVERGED: f64 = 1e-9;
 
-/// The minimum zone begins with so many points, and adds those outside of it until there are none.
+/// The minimum zone starts from this number of points, and adds points outside of it until there are none.
 const FIRST: usize = 600;
 
-/// Points from each of so many runs of points may be added at once.
+/// The extreme points of this number of runs are added at once.
 const RUNS: usize = 32;
 
-/// Points further from the surface of least squares than so many robust standard deviations are outlying.
+/// Outliers are this many robust standard deviations away from the surface of least squares.
 const OUTLYING: f64 = 4.0;
 
-/// The zone of points, from a first idea of where the surface is; none where they do not determine it.
+/// The zone of points, from a first guess of the surface; none if they do not determine it.
 pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
     let characteristic = match shape {
         Shape::Plane => "flatness",
@@ -37,7 +37,8 @@ pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
         Shape::Revolution => return None,
     };
     let mut kept = points.to_vec();
-    // What is outlying is told by a surface that is free of it: twice is enough, as the first is the model's own, shifted.
+    // Outliers are decided by a surface without them: a few rounds suffice, since the first is close to the model's
+    // own.
     for _ in 0..3 {
         let fitted = least_squares(&kept, datum, TRIED);
         kept = without_outlying(points, fitted)?;
@@ -49,12 +50,12 @@ pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
     Some(Zone { characteristic, least_squares, minimum_zone, points: kept.len(), outlying, with_outlying })
 }
 
-/// Of least squares and of the minimum zone.
+/// The widths of the zones of least squares and of the minimum zone.
 fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
     let fitted = least_squares(points, datum, FITTED);
     let width = width(&extremes(points, fitted));
     let least = minimum_zone(points, fitted).min(width);
-    // What is less than that is rounding.
+    // Smaller widths are rounding.
     let rounded = |x: f64| if x < 1e-9 { 0.0 } else { x };
     (width.is_finite() && least.is_finite()).then_some((rounded(width), rounded(least)))
 }
@@ -66,11 +67,11 @@ fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
     let limit = OUTLYING * MAD_TO_SD * spread;
     let kept = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
     let kept: Vec<DVec3> = points.par_iter().filter(kept).copied().collect();
-    // Where most points are in place to rounding, the rest is form and not noise.
+    // If most points lie on the surface up to rounding, the others are form and not noise.
     Some(if 2 * kept.len() > points.len() { kept } else { points.to_vec() })
 }
 
-/// By Gauss and Newton.
+/// Gauss-Newton.
 fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
     let step = points.len().div_ceil(most).max(1);
     let count = datum.unknowns();
@@ -86,7 +87,7 @@ fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
                 }
             }
         }
-        // Unknowns of different units are made alike.
+        // Unknowns of different units are scaled.
         let scale: Vec<f64> = (0..count).map(|i| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE)).collect();
         for i in 0..count {
             right[i] /= scale[i];
@@ -95,21 +96,21 @@ fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
                 normal[(k, i)] = normal[(i, k)];
             }
         }
-        // What points do not determine, as the tilt of a ring, stays.
+        // Unknowns that the points do not determine, such as the tilt of a ring, stay.
         let Ok(found) = normal.svd(true, true).solve(&right, 1e-10) else { return datum };
         let change: [f64; MOST] = std::array::from_fn(|k| if k < count { found[k] / scale[k] } else { 0.0 });
         if !change.iter().all(|x| x.is_finite()) {
             return datum;
         }
         datum = datum.moved(&change);
-        if found.norm() <= STILL * (points.len() as f64 / step as f64).sqrt() {
+        if found.norm() <= CONVERGED * (points.len() as f64 / step as f64).sqrt() {
             break;
         }
     }
     datum
 }
 
-/// The least width over all places of the surface.
+/// The least width over all positions of the surface.
 fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
     let mut chosen: Vec<usize> = (0..points.len()).step_by((points.len() / FIRST).max(1)).collect();
     chosen.extend(extremes(points, datum).iter().flatten().map(|e| e.1));
@@ -122,8 +123,8 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
             break;
         }
         datum = datum.moved(&change);
-        let own: Vec<DVec3> = chosen.iter().map(|i| points[*i]).collect();
-        let ((low, high), extremes) = (range(&own, datum), extremes(points, datum));
+        let sample: Vec<DVec3> = chosen.iter().map(|i| points[*i]).collect();
+        let ((low, high), extremes) = (range(&sample, datum), extremes(points, datum));
         let width = width(&extremes);
         let before = least;
         least = least.min(width);
@@ -144,7 +145,7 @@ fn range(points: &[DVec3], datum: Datum) -> (f64, f64) {
     distances.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), d| (l.min(d), h.max(d)))
 }
 
-/// The lowest and the highest point of every run of points: how far outside, and where.
+/// The lowest and the highest point of every run of points: distance and index.
 fn extremes(points: &[DVec3], datum: Datum) -> Vec<[(f64, usize); 2]> {
     let (run, placed) = (points.len().div_ceil(RUNS).max(1), datum.placed());
     let of_run = |(k, run_points): (usize, &[DVec3])| {
@@ -163,7 +164,7 @@ fn extremes(points: &[DVec3], datum: Datum) -> Vec<[(f64, usize); 2]> {
     points.par_chunks(run).enumerate().map(of_run).collect()
 }
 
-/// From the lowest to the highest.
+/// The distance between the lowest and the highest point.
 fn width(extremes: &[[(f64, usize); 2]]) -> f64 {
     let low = extremes.iter().map(|e| e[0].0).fold(f64::INFINITY, f64::min);
     let high = extremes.iter().map(|e| e[1].0).fold(f64::NEG_INFINITY, f64::max);

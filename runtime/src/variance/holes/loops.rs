@@ -1,21 +1,21 @@
-//! The rims of holes: closed chains of edges that one triangle has.
+//! The rims of holes: closed chains of edges that belong to a single triangle.
 
 use crate::mesh::TriangleMesh;
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// A chain of free edges that closes and meets no vertex twice. It runs against the triangles' edges, so that what closes it
-/// counter-clockwise is oriented as they are.
+/// A closed chain of boundary edges that meets no vertex twice. It runs against the triangles' edges, so that a
+/// counter-clockwise filling is oriented as they are.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Loop {
     /// Its vertices.
     pub(super) vertices: Vec<u32>,
-    /// The triangle that has the edge from each vertex to the next.
+    /// The triangle with the edge from each vertex to the next.
     pub(super) triangles: Vec<u32>,
 }
 
-/// All rims of a mesh, in an order that depends on the mesh alone. Where rims touch in a vertex they are told apart; edges that
-/// more than two triangles have, or two that run the same way, are no part of a rim.
+/// All rims of a mesh, in an order that depends on the mesh only. Rims that touch in a vertex are separated; edges of
+/// more than two triangles, or of two triangles with opposite orientations, do not belong to a rim.
 pub(super) fn of(mesh: &TriangleMesh) -> Vec<Loop> {
     let mut edges: Vec<(u32, u32, bool, u32)> = mesh
         .triangles
@@ -29,7 +29,7 @@ pub(super) fn of(mesh: &TriangleMesh) -> Vec<Loop> {
         })
         .collect();
     edges.par_sort_unstable();
-    // From the end of each free edge back to its start.
+    // From the end of each boundary edge back to its start.
     let mut back: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
     let mut starts = Vec::new();
     for run in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
@@ -48,7 +48,7 @@ pub(super) fn of(mesh: &TriangleMesh) -> Vec<Loop> {
     rims
 }
 
-/// Follows free edges from a vertex until there are none left; every time that the path meets itself a loop is taken off.
+/// Follows boundary edges from a vertex until none are left; whenever the path meets itself, a loop is removed from it.
 fn walk(start: u32, back: &mut HashMap<u32, Vec<(u32, u32)>>, rims: &mut Vec<Loop>) {
     let mut path: Vec<(u32, u32)> = Vec::new();
     let mut place: HashMap<u32, usize> = HashMap::from([(start, 0)]);

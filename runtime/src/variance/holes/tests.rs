@@ -2,7 +2,7 @@ use super::FilledHoles;
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
-use crate::variance::{Device, Facing, Statistics, Towards, hide_behind_filled, trace, trace_closest};
+use crate::variance::{Device, DistanceKind, Facing, Statistics, cast, closest, hide_behind_filled};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -92,9 +92,9 @@ fn texels_that_look_at_closed_holes_are_a_class_of_their_own() {
     let bvh = Bvh::build(&scan).expect("a mesh");
     let holes = FilledHoles::new(&scan, 8.0);
     // Without a side, and so far that rays through holes reach the other side of the sphere.
-    let before = trace(texels(19.5, 40_000), &bvh, 60.0, Facing::Any, Device::Cpu).expect("a distance").deviations;
+    let before = cast(texels(19.5, 40_000), &bvh, 60.0, Facing::Any, Device::Cpu).expect("a distance").deviations;
     let mut after = before.clone();
-    hide_behind_filled(&mut after, &holes, &bvh, Facing::Any, Towards::Normal).expect("a mesh");
+    hide_behind_filled(&mut after, &holes, &bvh, Facing::Any, DistanceKind::Normal).expect("a mesh");
     let (mut filled, mut beyond) = (0, 0);
     for i in 0..before.outward.len() {
         let direction = DVec3::from(before.texels.position[i]).normalize();
@@ -114,7 +114,7 @@ fn texels_that_look_at_closed_holes_are_a_class_of_their_own() {
             assert_eq!(before.outward[i], after.outward[i]);
         }
     }
-    let statistics = Statistics::of(&after);
+    let statistics = Statistics::new(&after);
     assert_eq!(statistics.filled_texels, filled);
     let each = 4.0 * PI * 19.5 * 19.5 / 40_000.0;
     let expected: f64 = SMALL.iter().map(|(_, angle)| TAU * 19.5 * 19.5 * (1.0 - angle.cos())).sum();
@@ -129,8 +129,8 @@ fn closest_points_on_closed_holes_are_not_measured() {
     let scan = punched(20.0, &SMALL);
     let bvh = Bvh::build(&scan).expect("a mesh");
     let holes = FilledHoles::new(&scan, 8.0);
-    let mut found = trace_closest(texels(19.9, 20_000), &bvh, &scan, 5.0, Facing::SAME).expect("a distance").deviations;
-    hide_behind_filled(&mut found, &holes, &bvh, Facing::SAME, Towards::Closest).expect("a mesh");
+    let mut found = closest(texels(19.9, 20_000), &bvh, &scan, 5.0, Facing::SAME).expect("a distance").deviations;
+    hide_behind_filled(&mut found, &holes, &bvh, Facing::SAME, DistanceKind::Closest).expect("a mesh");
     for i in 0..found.outward.len() {
         let direction = DVec3::from(found.texels.position[i]).normalize();
         let inside = SMALL.iter().any(|(d, angle)| direction.angle_between(*d) < angle - 0.04);
@@ -168,7 +168,8 @@ fn borders_are_not_closed() {
     assert_eq!(FilledHoles::new(&mesh, 2.8).summary.filled, 0, "the hole's diagonal is 2.83");
 }
 
-/// Two holes that touch in a vertex are two; a rim of a thousand vertices is closed, too, and what it encloses is covered once.
+/// Two holes that touch in a vertex are two; a rim of a thousand vertices is closed, too, and what it encloses is
+/// covered once.
 #[test]
 fn rims_that_touch_and_long_rims_are_closed() {
     let quad = |i: u32, j: u32| [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| 5 * j + i);

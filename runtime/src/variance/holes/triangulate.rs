@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-/// Loops of more points than this are first cut in two along a short chord: the best triangulation takes cubic time.
+/// Loops of more points are first split along a short chord: the best triangulation takes cubic time.
 const MOST: usize = 96;
 
-/// Triangles, as places of points, that close a loop: of all that use no other points those of the least area (Barequet and
-/// Sharir, 'Filling gaps in the boundary of a polyhedron', 1995), and of those, as where the loop is plane, the ones with short
-/// edges. They run around as the points do.
+/// Triangles, as indices of points, that close a loop: the triangulation without new vertices of the least area
+/// (Barequet and Sharir, 'Filling gaps in the boundary of a polyhedron', 1995), or if several are equal, as for a plane
+/// loop, the one with short edges. The triangles have the orientation of the loop.
 pub(super) fn fill(points: &[DVec3]) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(points.len().saturating_sub(2));
     let mut open: Vec<Vec<u32>> = vec![(0..points.len() as u32).collect()];
@@ -39,15 +39,15 @@ fn chord(points: &[DVec3], part: &[u32]) -> (usize, usize) {
     (best.0, best.1)
 }
 
-/// By dynamic programming over chords: what closes the points from i to j is a triangle on that chord and what closes both
-/// sides of it.
+/// Dynamic programming over chords: the filling from i to j is a triangle on that chord and the fillings of its two
+/// other sides.
 fn least_area(points: &[DVec3], part: &[u32], triangles: &mut Vec<[u32; 3]>) {
     let count = part.len();
     let at = |i: usize| points[part[i] as usize];
     let cost = |i: usize, k: usize, j: usize| {
         let (a, b, c) = (at(i), at(k), at(j));
         let edges = a.distance_squared(b) + b.distance_squared(c) + c.distance_squared(a);
-        // The edges decide where areas are equal, as of a plane loop, up to this share.
+        // The edges decide if areas are equal, as for a plane loop.
         (b - a).cross(c - a).length() + 1e-3 * edges
     };
     let mut least = vec![0.0; count * count];

@@ -35,7 +35,7 @@ fn close(a: f64, b: f64, tolerance: f64) {
 #[test]
 fn a_constant_offset() {
     let texels: Vec<_> = (0..1000).map(|i| (0.25, (f64::from(i) * 0.003).sin(), 0)).collect();
-    let s = Statistics::of(&deviations(&texels, &["ball"]));
+    let s = Statistics::new(&deviations(&texels, &["ball"]));
     close(s.coverage, 1.0, 1e-15);
     close(s.area, texels.iter().map(|t| t.1).sum(), 1e-4);
     for m in [&s.weighted, &s.per_texel] {
@@ -61,7 +61,7 @@ fn a_tilted_plane() {
     let (n, a) = (20_000, 1.5);
     let place = |i: i32| (f64::from(i) + 0.5) / f64::from(n) * 2.0 - 1.0;
     let texels: Vec<_> = (0..n).map(|i| (a * place(i), 0.1, 0)).collect();
-    let s = Statistics::of(&deviations(&texels, &["plate"]));
+    let s = Statistics::new(&deviations(&texels, &["plate"]));
     for m in [&s.weighted, &s.per_texel] {
         close(m.mean, a / 2.0, 1e-6);
         close(m.sd, a / 12f64.sqrt(), 1e-6);
@@ -85,7 +85,7 @@ fn a_tilted_plane() {
 #[test]
 fn areas_weigh() {
     let texels = [(1.0, 3.0, 0), (-2.0, 1.0, 0)];
-    let s = Statistics::of(&deviations(&texels, &["a"]));
+    let s = Statistics::new(&deviations(&texels, &["a"]));
     close(s.weighted.mean, (3.0 + 2.0) / 4.0, 1e-12);
     close(s.per_texel.mean, 1.5, 1e-12);
     close(s.weighted.signed.mean, (3.0 - 2.0) / 4.0, 1e-12);
@@ -98,7 +98,7 @@ fn tolerances_include_their_ends_and_leave_out_what_was_not_measured() {
     let texels = [(0.1, 2.0, 0), (-0.2, 1.0, 0), (0.11, 4.0, 1), (-0.3, 8.0, 1), (f64::NAN, 16.0, 1), (0.0, 0.5, 2)];
     let d = deviations(&texels, &["a", "b", "c"]);
     let tolerance = Some(Tolerance { lower: -0.2, upper: 0.1 });
-    let report = VarianceReport::with_tolerances(&d, &ScanSource::default(), "cpu", &[tolerance; 3]);
+    let report = VarianceReport::new(&d, &ScanSource::default(), "cpu", &[tolerance; 3]);
     let [a, b, c] = [0, 1, 2].map(|p| report.parts[p].statistics.tolerance.expect("asked for"));
     assert!(a.within && !b.within && c.within);
     assert_eq!((b.texels_below, b.texels_within, b.texels_above), (1, 0, 1));
@@ -108,11 +108,11 @@ fn tolerances_include_their_ends_and_leave_out_what_was_not_measured() {
     assert!(!all.within && all.tolerance == tolerance);
     // Each part by its own; one without does not count.
     let own = [tolerance, Some(Tolerance { lower: -1.0, upper: 1.0 }), None];
-    let report = VarianceReport::with_tolerances(&d, &ScanSource::default(), "cpu", &own);
+    let report = VarianceReport::new(&d, &ScanSource::default(), "cpu", &own);
     let all = report.overall.tolerance.expect("asked for");
     assert_eq!((all.tolerance, all.within, all.area_within, all.share), (None, true, 15.0, 1.0));
     assert!(report.parts[2].statistics.tolerance.is_none());
-    assert!(VarianceReport::new(&d, &ScanSource::default(), "cpu").overall.tolerance.is_none());
+    assert!(VarianceReport::new(&d, &ScanSource::default(), "cpu", &[]).overall.tolerance.is_none());
 }
 
 /// Against the definitions, written down plainly.
@@ -126,7 +126,7 @@ fn random_values_agree_with_the_definitions() {
             (f64::from(d as f32), f64::from(rng.random_range(0.0..2.0f32)), 0)
         })
         .collect();
-    let s = Statistics::of(&deviations(&texels, &["a"]));
+    let s = Statistics::new(&deviations(&texels, &["a"]));
     let measured: Vec<_> = texels.iter().filter(|t| !t.0.is_nan()).copied().collect();
     assert_eq!((s.texels, s.measured_texels), (3001, measured.len()));
     let total: f64 = texels.iter().map(|t| t.1).sum();
@@ -164,7 +164,7 @@ fn missing_data_is_never_zero() {
     let texels = [(f64::NAN, 1.0, 0), (0.5, 1.0, 1), (f64::NAN, 2.0, 1), (-0.5, 1.0, 2)];
     let mut d = deviations(&texels, &["gone", "hole[0]", "hole[1]"]);
     d.texels.area[3] = f32::NAN;
-    let report = VarianceReport::new(&d, &ScanSource::default(), "cpu");
+    let report = VarianceReport::new(&d, &ScanSource::default(), "cpu", &[]);
     let gone = &report.parts[0].statistics;
     assert_eq!((gone.texels, gone.measured_texels, gone.coverage), (1, 0, 0.0));
     assert!(gone.weighted.mean.is_nan() && gone.weighted.max.is_nan() && gone.per_texel.signed.median.is_nan());
@@ -182,7 +182,7 @@ fn missing_data_is_never_zero() {
 #[test]
 fn reports_survive_json() {
     let texels = [(f64::NAN, 1.0, 0), (0.5, 1.0, 1), (-1.0, 2.0, 1)];
-    let report = VarianceReport::new(&deviations(&texels, &["gone", "body"]), &ScanSource::default(), "cpu");
+    let report = VarianceReport::new(&deviations(&texels, &["gone", "body"]), &ScanSource::default(), "cpu", &[]);
     let json = serde_json::to_value(&report).unwrap();
     for field in ["mean", "max", "sd", "rms", "coverage", "median", "mad"] {
         assert!(json[field].is_number(), "{field} stands at the top");
@@ -204,7 +204,7 @@ fn statistics_do_not_depend_on_the_number_of_threads() {
     let d = deviations(&texels, &["a", "b", "c"]);
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| VarianceReport::new(&d, &ScanSource::default(), "cpu"))
+        pool.install(|| VarianceReport::new(&d, &ScanSource::default(), "cpu", &[]))
     };
     assert!(run(1) == run(3));
     let m: &Moments = &run(2).overall.weighted;

@@ -1,8 +1,8 @@
-//! Rays along normals that are averaged where patches meet.
+//! Normals that are averaged where patches meet.
 //!
-//! Along their own normals two patches part at an edge where the scan lies outside, and run through each other where it lies
-//! inside ([VA], conclusion). Here patches that meet take one normal at their common edge, and turn back to their own within a
-//! band beside it, so that the displaced surface is closed.
+//! If patches are displaced along their own normals, they separate at an edge where the scan lies outside, and
+//! intersect where it lies inside ([VA], conclusion). Here patches that meet have one normal at their common edge,
+//! which turns to their own within a band beside it, so that the displaced surface is closed.
 
 mod crease;
 mod segments;
@@ -15,43 +15,45 @@ use rayon::prelude::*;
 use segments::Segments;
 use std::collections::HashMap;
 
-/// Points of patches coincide up to this share of the model's size: chords of a tessellated edge leave it by less.
+/// Points of patches coincide up to this fraction of the model's diagonal: chords of a tessellated edge leave it by
+/// less.
 const COINCIDENT: f64 = 5e-4;
 
-/// How wide the band beside an edge is where nothing else is said: this share of the model's size.
+/// Default width of the band beside an edge, as a fraction of the model's diagonal.
 pub const DEFAULT_WIDTH: f64 = 0.02;
 
-/// The widest band: this share of the model's size.
+/// Largest width of the band beside an edge, as a fraction of the model's diagonal.
 pub const MAX_WIDTH: f64 = 0.1;
 
-/// Where the normals of patches that meet nearly cancel each other (two sides of a sheet), there is none between them.
+/// If the sum of the normals of patches that meet is shorter (two sides of a sheet), they have no average.
 const CANCELLED: f64 = 1e-3;
 
 /// Replaces the normals of texels and of vertices (which documents displace) by averaged ones.
 ///
-/// Of a model: where an edge of a patch lies on another patch, or on another edge of its own, they take the mean of their
-/// normals, weighted by the angles of the patches there; within `width` beside it normals turn linearly from that to their own.
-/// Of a mesh from elsewhere, which has no patches: normals of vertices at one place are averaged, weighted by the triangles' angles, and
-/// interpolated over the triangles; `width` plays no role.
+/// For a model: where an edge of a patch lies on another patch, or on another edge of its own, both have the mean of
+/// their normals, weighted by the angles of the patches there; within `width` millimetres beside it normals turn
+/// linearly to their own. For a reference mesh, which has no patches: normals of coincident vertices are averaged,
+/// weighted by the triangles' angles, and interpolated over the triangles; `width` is not used.
 ///
-/// Gives the cosine of the angle by which each texel's normal was turned ([`Deviations::cosine`](super::Deviations)).
+/// Returns the cosine of the angle by which each texel's normal was turned
+/// ([`Deviations::cosine`](super::Deviations::cosine)).
 ///
 /// # Errors
-/// As [`Bvh::build`], of the model's surface.
+/// As [`Bvh::build`] over the model's surface.
 pub fn average_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<Vec<f32>, BvhError> {
-    let own = texels.normal.clone();
+    let before = texels.normal.clone();
     turn_normals(texels, tessellation, width)?;
-    let cosine = |(own, turned): (&[f32; 3], &[f32; 3])| {
-        let [own, turned] = [own, turned].map(|n| DVec3::from(n.map(f64::from)));
-        // What was not turned looks along its own normal, to the last bit.
-        if own == turned { 1.0 } else { own.dot(turned) as f32 }
+    let cosine = |(before, after): (&[f32; 3], &[f32; 3])| {
+        let [before, after] = [before, after].map(|n| DVec3::from(n.map(f64::from)));
+        // A normal that was not turned has exactly 1.
+        if before == after { 1.0 } else { before.dot(after) as f32 }
     };
-    Ok(own.par_iter().zip(&texels.normal).map(cosine).collect())
+    Ok(before.par_iter().zip(&texels.normal).map(cosine).collect())
 }
 
 fn turn_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<(), BvhError> {
     let bvh = Bvh::build(&tessellation.mesh)?;
-    let tolerance = COINCIDENT * diagonal(&tessellation.mesh);
+    let tolerance = COINCIDENT * tessellation.mesh.diagonal();
     if tessellation.origins.len() != tessellation.mesh.positions.len() {
         average_vertices(&mut tessellation.mesh);
         interpolate(texels, &tessellation.mesh, &bvh, tolerance);
@@ -79,7 +81,7 @@ fn turn_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64
     Ok(())
 }
 
-/// Gives vertices at one place one normal: the mean of the triangles' around it, weighted by their angles.
+/// Gives coincident vertices one normal: the mean of the adjacent triangles', weighted by their angles.
 fn average_vertices(mesh: &mut TriangleMesh) {
     let key = |p: [f64; 3]| p.map(|x| (x + 0.0).to_bits());
     let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
@@ -101,23 +103,18 @@ fn average_vertices(mesh: &mut TriangleMesh) {
     }
 }
 
-/// Gives every texel the mesh's normals, interpolated over the triangle on which it lies.
+/// Gives every texel the mesh's normal, interpolated over the triangle on which it lies.
 fn interpolate(texels: &mut Texels, mesh: &TriangleMesh, bvh: &Bvh, tolerance: f64) {
     let texel = |(normal, position): (&mut [f32; 3], &[f64; 3])| {
-        let own = normal.map(f64::from);
-        let Some(found) = bvh.closest_point_facing(*position, tolerance, own) else { return };
-        let corners = mesh.triangles[found.triangle as usize].map(|i| DVec3::from(mesh.normals[i as usize]));
-        let sum: DVec3 = corners.iter().zip(found.weights).map(|(n, w)| *n * w).sum();
+        let facing = normal.map(f64::from);
+        let Some(closest) = bvh.closest_point_facing(*position, tolerance, facing) else { return };
+        let corners = mesh.triangles[closest.triangle as usize].map(|i| DVec3::from(mesh.normals[i as usize]));
+        let sum: DVec3 = corners.iter().zip(closest.weights).map(|(n, w)| *n * w).sum();
         if let Some(n) = sum.try_normalize() {
             *normal = n.as_vec3().to_array();
         }
     };
     texels.normal.par_iter_mut().zip(&texels.position).for_each(texel);
-}
-
-/// Diagonal of the box around a mesh.
-fn diagonal(mesh: &TriangleMesh) -> f64 {
-    mesh.bounds().map_or(0.0, |(low, high)| DVec3::from(low).distance(DVec3::from(high)))
 }
 
 #[cfg(test)]

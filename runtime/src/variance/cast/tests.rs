@@ -1,9 +1,9 @@
-use super::{Device, Facing, Rays, Trace, TraceError, trace, trace_closest};
+use super::gpu::{Gpu, GpuError};
+use super::{Cast, CastError, Device, Facing, Rays, cast as cast_rays, closest, cpu};
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
-use crate::variance::trace_gpu::{Gpu, GpuError};
-use crate::variance::{Deviations, trace_cpu};
+use crate::variance::Deviations;
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -56,8 +56,8 @@ fn star(
     TriangleMesh { positions, triangles, ..TriangleMesh::default() }
 }
 
-fn cast(points: &[(DVec3, DVec3)], scan: &TriangleMesh, max_distance: f64, device: Device) -> Trace {
-    trace(texels(points), &Bvh::build(scan).unwrap(), max_distance, Facing::Any, device).unwrap()
+fn cast(points: &[(DVec3, DVec3)], scan: &TriangleMesh, max_distance: f64, device: Device) -> Cast {
+    cast_rays(texels(points), &Bvh::build(scan).unwrap(), max_distance, Facing::Any, device).unwrap()
 }
 
 /// Every ray goes through a vertex of the scan; far from the origin of coordinates.
@@ -69,7 +69,7 @@ fn a_sphere_and_a_larger_one_differ_by_a_constant() {
     let points: Vec<_> = inner.into_iter().map(|d| (center + d * 40.0, d)).collect();
     for offset in [1.25, -0.75, 0.0] {
         let scan = star(50, 60, center, |_| 40.0 + offset, |_, _| true);
-        let Trace { deviations, device, notice } = cast(&points, &scan, 2.0, Device::Cpu);
+        let Cast { deviations, device, notice } = cast(&points, &scan, 2.0, Device::Cpu);
         assert_eq!((device.as_str(), notice), ("cpu", None));
         for i in 0..points.len() {
             // Positions of 1e6 mm have steps of 1e-10 mm; single precision within the scan of 4e-6.
@@ -131,8 +131,8 @@ fn texels_that_make_no_sense_have_no_data() {
 fn the_maximum_distance_must_be_positive() {
     let scan = Bvh::build(&TriangleMesh::default()).unwrap();
     for max_distance in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-60] {
-        let result = trace(Texels::default(), &scan, max_distance, Facing::SAME, Device::Cpu);
-        assert!(matches!(result, Err(TraceError::MaxDistance(_))));
+        let result = cast_rays(Texels::default(), &scan, max_distance, Facing::SAME, Device::Cpu);
+        assert!(matches!(result, Err(CastError::MaxDistance(_))));
     }
 }
 
@@ -191,8 +191,8 @@ fn the_shader_agrees_with_native_code() {
     points[17].0 = DVec3::NAN;
     let (texels, scan) = (texels(&points), Bvh::build(&scan).unwrap());
     let rays = Rays::new(&texels, &scan, 2.0, Facing::SAME).unwrap();
-    let native = trace_cpu::trace(&rays);
-    let shader = gpu.trace(&rays).unwrap();
+    let native = cpu::cast(&rays);
+    let shader = gpu.cast(&rays).unwrap();
     let missing = native.outward.iter().filter(|d| d.is_nan()).count();
     assert!((50_000..150_000).contains(&missing), "the scene has hits and misses, {missing} misses");
     let differing =
@@ -223,7 +223,7 @@ fn the_shader_agrees_on_a_real_scan() {
         .collect();
     let (texels, scan) = (texels(&points), Bvh::build(&mesh).unwrap());
     let rays = Rays::new(&texels, &scan, 3.0, Facing::SAME).unwrap();
-    let (native, shader) = (trace_cpu::trace(&rays), gpu.trace(&rays).unwrap());
+    let (native, shader) = (cpu::cast(&rays), gpu.cast(&rays).unwrap());
     let differing =
         disagreements(&native.outward, &shader.outward, 3.0).max(disagreements(&native.inward, &shader.inward, 3.0));
     println!("{}: {differing} of {} texels differ", gpu.name(), points.len());
@@ -239,16 +239,16 @@ fn a_scan_that_no_binding_holds_is_cut() {
     let (nodes, blocks) = scan.parts();
     let limit = (size_of_val(nodes).max(size_of_val(blocks)) / 3 + 1000) as u64;
     let rays = Rays::new(&texels, &scan, 2.0, Facing::SAME).unwrap();
-    let whole = gpu.trace(&rays).unwrap();
+    let whole = gpu.cast(&rays).unwrap();
     let gpu = gpu.with_limit(limit);
-    let cut = gpu.trace(&rays).unwrap();
+    let cut = gpu.cast(&rays).unwrap();
     let bits = |d: &[f32]| d.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     assert_eq!((bits(&cut.outward), bits(&cut.inward)), (bits(&whole.outward), bits(&whole.inward)));
-    let native = trace_cpu::trace(&rays);
+    let native = cpu::cast(&rays);
     assert!(disagreements(&native.outward, &cut.outward, 2.0) <= 1);
     assert!(native.outward.iter().filter(|d| !d.is_nan()).count() > 500);
     // So small that the device has not as many bindings.
-    let error = gpu.with_limit(64).trace(&rays).err();
+    let error = gpu.with_limit(64).cast(&rays).err();
     assert!(matches!(error, Some(GpuError::TooLarge { .. })), "{error:?}");
 }
 
@@ -266,8 +266,8 @@ fn the_shader_is_watertight_and_copes_with_small_scans() {
     for (n, scan) in scans.iter().enumerate() {
         let (texels, scan) = (texels(&points), Bvh::build(scan).unwrap());
         let rays = Rays::new(&texels, &scan, 30.0, Facing::Any).unwrap();
-        let native = trace_cpu::trace(&rays);
-        let shader = gpu.trace(&rays).unwrap();
+        let native = cpu::cast(&rays);
+        let shader = gpu.cast(&rays).unwrap();
         assert!(n != 0 || shader.outward[inner.clone()].iter().all(|d| (d - 1.0).abs() < 1e-4));
         // The rays of a regular grid may run exactly along open edges, where rounding decides.
         assert!(disagreements(&native.outward, &shader.outward, 30.0) <= 1);
@@ -275,8 +275,8 @@ fn the_shader_is_watertight_and_copes_with_small_scans() {
     }
 }
 
-/// A wall 2 mm thick that is bulged inwards by 5 mm on its inner side: the inner side's texels must see the bulge, and not
-/// the back of the outer side, which is nearer.
+/// A wall 2 mm thick that is bulged inwards by 5 mm on its inner side: the inner side's texels must see the bulge, and
+/// not the back of the outer side, which is nearer.
 #[test]
 fn the_other_side_of_a_thin_wall_is_not_measured() {
     let mut wall = star(50, 60, DVec3::ZERO, |_| 40.0, |_, _| true);
@@ -286,20 +286,20 @@ fn the_other_side_of_a_thin_wall_is_not_measured() {
     wall.triangles.extend(inner.triangles.iter().map(|t| [t[0] + first, t[2] + first, t[1] + first]));
     let points: Vec<_> = directions(50, 60)[60..49 * 60].iter().map(|&d| (d * 38.0, -d)).collect();
     let scan = Bvh::build(&wall).unwrap();
-    let same = trace(texels(&points), &scan, 20.0, Facing::SAME, Device::Cpu).unwrap().deviations;
+    let same = cast_rays(texels(&points), &scan, 20.0, Facing::SAME, Device::Cpu).unwrap().deviations;
     // Chords of 60 segments lie up to 40 (1 - cos 3 deg) = 0.06 mm below the sphere.
     assert!((0..points.len()).all(|i| (same.signed(i) - 5.0).abs() < 0.1), "{:?}", &same.outward[..5]);
-    let any = trace(texels(&points), &scan, 20.0, Facing::Any, Device::Cpu).unwrap().deviations;
+    let any = cast_rays(texels(&points), &scan, 20.0, Facing::Any, Device::Cpu).unwrap().deviations;
     assert!((0..points.len()).all(|i| (any.signed(i) + 2.0).abs() < 0.1), "{:?}", &any.inward[..5]);
 }
 
-/// Texels are cast in squares of a picture; what they find does not depend on which others are there. Rows of all lengths,
-/// gaps, a width that squares do not divide.
+/// Texels are cast in squares of a picture; what they find does not depend on which others are there. Rows of all
+/// lengths, gaps, a width that squares do not divide.
 #[test]
 fn a_texel_finds_the_same_in_any_picture() {
     let (points, scan) = rough_scene(1500);
     let scan = Bvh::build(&scan).unwrap();
-    let in_a_row = trace(texels(&points), &scan, 2.0, Facing::Any, Device::Cpu).unwrap().deviations;
+    let in_a_row = cast_rays(texels(&points), &scan, 2.0, Facing::Any, Device::Cpu).unwrap().deviations;
     assert!((200..1300).contains(&in_a_row.outward.iter().filter(|d| d.is_nan()).count()));
     let mut rng = ChaCha8Rng::seed_from_u64(14);
     for width in [1, 37, 1024] {
@@ -310,14 +310,15 @@ fn a_texel_finds_the_same_in_any_picture() {
             *index = next;
         }
         (picture.width, picture.height) = (width, next / width + 1);
-        let found = trace(picture, &scan, 2.0, Facing::Any, Device::Cpu).unwrap().deviations;
+        let found = cast_rays(picture, &scan, 2.0, Facing::Any, Device::Cpu).unwrap().deviations;
         let bits = |d: &[f32]| d.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(&found.outward), bits(&in_a_row.outward));
         assert_eq!(bits(&found.inward), bits(&in_a_row.inward));
     }
 }
 
-/// Planes at some angle to the texels' normals, turned about different axes and facing either way; they pass 1 mm above.
+/// Planes at some angle to the texels' normals, turned about different axes and facing either way; they pass 1 mm
+/// above.
 #[test]
 fn triangles_count_up_to_the_largest_angle() {
     let gpu = gpu();
@@ -343,15 +344,15 @@ fn triangles_count_up_to_the_largest_angle() {
                 let expected = if !turned && degrees <= limit { 1.0 } else { f32::NAN };
                 // Single precision, seen under five degrees from fifty millimetres off.
                 let agrees = |found: f32| found.is_nan() && expected.is_nan() || (found - expected).abs() < 1e-4;
-                let native = trace_cpu::trace(&rays).outward[0];
+                let native = cpu::cast(&rays).outward[0];
                 assert!(agrees(native), "{degrees} degrees, at most {limit}: {native}");
                 if let Some(gpu) = &gpu {
-                    let shader = gpu.trace(&rays).unwrap().outward[0];
+                    let shader = gpu.cast(&rays).unwrap().outward[0];
                     assert!(agrees(shader), "{degrees} degrees, at most {limit}: {shader} by the shader");
                 }
-                let closest = trace_closest(texels.clone(), &scan, &mesh, 2.0, facing).unwrap().deviations.outward[0];
+                let nearest = closest(texels.clone(), &scan, &mesh, 2.0, facing).unwrap().deviations.outward[0];
                 let expected = expected * f64::to_radians(degrees).cos() as f32;
-                assert!(closest.is_nan() && expected.is_nan() || (closest - expected).abs() < 1e-5, "{closest}");
+                assert!(nearest.is_nan() && expected.is_nan() || (nearest - expected).abs() < 1e-5, "{nearest}");
             }
         }
     }
@@ -379,7 +380,7 @@ fn closest_points_do_not_leak_from_free_edges() {
         (DVec3::new(10.5, 0.0, -0.5), up),
         (DVec3::new(-10.5, -10.5, 0.0), up),
     ];
-    let found = trace_closest(texels(&points), &scan, &mesh, 1.0, Facing::SAME).unwrap().deviations;
+    let found = closest(texels(&points), &scan, &mesh, 1.0, Facing::SAME).unwrap().deviations;
     let signed: Vec<f32> = (0..points.len()).map(|i| found.signed(i)).collect();
     let expected = [0.5, -0.25, 0.5, 0.5, 0.5, f32::NAN, f32::NAN, f32::NAN];
     for (k, (found, expected)) in signed.iter().zip(expected).enumerate() {
@@ -395,8 +396,7 @@ fn closest_points_of_a_sphere_are_radial() {
     let off = DVec3::new(0.6, -0.2, 0.3);
     let points: Vec<_> =
         directions(30, 40).into_iter().filter(|d| d.z.abs() < 0.9).map(|d| (center + off + d * 40.0, d)).collect();
-    let found =
-        trace_closest(texels(&points), &Bvh::build(&mesh).unwrap(), &mesh, 5.0, Facing::SAME).unwrap().deviations;
+    let found = closest(texels(&points), &Bvh::build(&mesh).unwrap(), &mesh, 5.0, Facing::SAME).unwrap().deviations;
     for (i, (p, _)) in points.iter().enumerate() {
         let expected = 41.0 - (*p - center).length();
         // The facets lie within the sphere by at most r (1 - cos(1 degree / sqrt 2)).

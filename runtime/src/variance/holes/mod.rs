@@ -1,4 +1,4 @@
-//! Small holes of a scan, closed so that no ray passes through them.
+//! Closes small holes of a scan, so that no ray passes through them.
 
 mod loops;
 mod triangulate;
@@ -15,29 +15,30 @@ const LONGEST: usize = 20_000;
 /// The closed holes of a scan.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FilledHoles {
-    /// The triangles that close them, with the vertices that they use; oriented as the scan around them.
+    /// The triangles that close the holes, with the vertices that they use; oriented like the scan around them.
     pub mesh: TriangleMesh,
-    /// Their figures.
+    /// Figures of the holes.
     pub summary: HoleSummary,
 }
 
-/// Which holes of a scan were closed.
+/// Figures of the holes of a scan.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HoleSummary {
-    /// Holes up to this far across were closed. Millimetres.
+    /// The largest size of a hole that was closed. Millimetres.
     pub size: f64,
-    /// How many were.
+    /// Number of holes that were closed.
     pub filled: usize,
     /// Area of the triangles that close them. Square millimetres.
     pub area: f64,
-    /// How many edges of the scan that run around something were left open: larger holes (or with rims of more than 20,000 vertices), and the outer borders
-    /// of sheets and of pieces.
+    /// Number of rims that were left open: larger holes (or rims of more than 20,000 vertices), and the outer
+    /// boundaries of sheets and of pieces.
     pub open: usize,
 }
 
 impl FilledHoles {
-    /// Closes every hole of a scan that is at most `size` millimetres across (the largest distance between two vertices of
-    /// its rim). The outer border of a piece is no hole, however small: what would close it faces away from the scan around it.
+    /// Closes every hole of a scan that is at most `size` millimetres across (the largest distance between two vertices
+    /// of its rim). The outer boundary of a piece is not a hole, however small: its filling would face away from the
+    /// scan around it.
     #[must_use]
     pub fn new(scan: &TriangleMesh, size: f64) -> FilledHoles {
         let rims = loops::of(scan);
@@ -45,13 +46,13 @@ impl FilledHoles {
         let mut renumbered = std::collections::HashMap::new();
         let mut mesh = TriangleMesh::default();
         for triangle in closed.iter().flatten().flatten() {
-            let own = triangle.map(|old| {
+            let triangle = triangle.map(|old| {
                 *renumbered.entry(old).or_insert_with(|| {
                     mesh.positions.push(scan.positions[old as usize]);
                     mesh.positions.len() as u32 - 1
                 })
             });
-            mesh.triangles.push(own);
+            mesh.triangles.push(triangle);
         }
         let filled = closed.iter().flatten().count();
         // The sum of nothing is -0.
@@ -60,14 +61,14 @@ impl FilledHoles {
     }
 }
 
-/// Triangles that close a rim; none where it is too large, or no hole.
+/// Triangles that close a rim; none if it is too large or not a hole.
 fn close(scan: &TriangleMesh, rim: &Loop, size: f64) -> Option<Vec<[u32; 3]>> {
     let points: Vec<DVec3> = rim.vertices.iter().map(|v| DVec3::from(scan.positions[*v as usize])).collect();
     if !is_within(&points, size) {
         return None;
     }
     let triangles: Vec<[u32; 3]> = triangulate::fill(&points);
-    // Edges of the rim with the normals of what closes it against those of the scan on their other side.
+    // Compares, along the rim, the normals of the filling with those of the scan on the other side.
     let mut agreement = 0.0;
     for t in &triangles {
         let across =
@@ -84,13 +85,13 @@ fn close(scan: &TriangleMesh, rim: &Loop, size: f64) -> Option<Vec<[u32; 3]>> {
     (agreement > 0.0).then(|| triangles.into_iter().map(|t| t.map(|i| rim.vertices[i as usize])).collect())
 }
 
-/// Whether no two points are further apart than `size`.
+/// Whether all points are within `size` of each other.
 fn is_within(points: &[DVec3], size: f64) -> bool {
     if points.len() > LONGEST {
         return false;
     }
     let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    // The diagonal of the box is at most sqrt(3) times the largest distance: this bounds what the loops below cost.
+    // The diagonal of the box is at most sqrt(3) times the largest distance: this bounds the cost of the loops below.
     if (high - low).max_element() > size {
         return false;
     }

@@ -1,18 +1,18 @@
-//! Writes documents whose appearance is known into a folder, for looking at in viewers (tests/viewers/README.md): a
-//! cylinder (radius 40, height 90) whose scan has, seen from the front, a red bump of 8 mm on the upper left, a blue
-//! dent of 6 mm on the lower right, a hole in the middle, and a lid that is 2 mm too high.
+//! Documents whose appearance is known, for looking at in viewers (tests/viewers/README.md): a cylinder (radius 40,
+//! height 90) whose scan has, seen from the front, a red bump of 8 mm on the upper left, a blue dent of 6 mm on the
+//! lower right, a hole in the middle, and a lid that is 2 mm too high.
 
 use gml_runtime::export::picture::{self, Picture};
-use gml_runtime::export::raster;
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
 use gml_runtime::export::report::{self, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
+use gml_runtime::export::{measurement, raster};
 use gml_runtime::mesh::{Group, TriangleMesh};
 use gml_runtime::model::{SurfacePoint, Tessellation, Texels};
 use gml_runtime::scan::ScanSource;
 use gml_runtime::variance::{Deviations, DistanceTexture, VarianceReport};
 use std::f64::consts::TAU;
-use std::path::Path;
+use std::path::PathBuf;
 
 const RADIUS: f64 = 40.0;
 const HEIGHT: f64 = 90.0;
@@ -20,20 +20,27 @@ const MAX_DISTANCE: f64 = 10.0;
 const COLOUR_RANGE: f64 = 8.0;
 const SIDE: usize = 512;
 
+/// Size of the views in pixels.
+const WIDTH: usize = 480;
+const HEIGHT_IN_PIXELS: usize = 360;
+
 const NAMES: [&str; 2] = ["wall", "lid \"<2>\" & 'more'"];
 
 /// Charts: x, y (from the top), width, height in texels.
 const WALL: [usize; 4] = [10, 10, 400, 240];
 const LID: [usize; 4] = [20, 300, 150, 150];
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = std::env::args().nth(1).ok_or("usage: viewer_scene FOLDER")?;
-    let folder = Path::new(&folder);
-    std::fs::create_dir_all(folder)?;
+/// Writes the documents into $GMLC_VIEWERS, or a temporary folder, and looks at the front view: the bump is red, the
+/// dent blue, the hole grey.
+#[test]
+fn a_scene_of_known_appearance() {
+    let temporary = tempfile::tempdir().expect("a folder");
+    let folder = std::env::var_os("GMLC_VIEWERS").map_or_else(|| temporary.path().to_owned(), PathBuf::from);
+    std::fs::create_dir_all(&folder).expect("a folder");
     let tessellation = tessellation();
     let deviations = deviations();
     let texture = DistanceTexture::new(&deviations);
-    let distance_png = raster::png_rgb(texture.width, texture.height, &texture.rgb, &[])?;
+    let distance_png = raster::png_rgb(texture.width, texture.height, &texture.rgb, &[]).expect("a picture");
     let scene = X3dScene {
         tessellation: &tessellation,
         texture_png: &distance_png,
@@ -44,14 +51,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         title: "A cylinder with a bump & a dent",
         metadata: &[MetadataGroup { name: "wall".into(), entries: vec![("mean".into(), "0.25 mm".into())] }],
     };
-    std::fs::write(folder.join("scene.x3d"), x3d::write(&scene)?)?;
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).expect("written");
+    write("scene.x3d", x3d::write(&scene).expect("a scene").as_bytes());
 
     let mut views = Vec::new();
     let colours = DeviationColours::new(&deviations, COLOUR_RANGE);
     let layer = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
     for (name, view) in [("front", View::FRONT), ("back", View::BACK), ("top", View::TOP), ("inside", View::INSIDE)] {
-        let png = encode(&render::render(&[layer], &view, 480, 360))?;
-        std::fs::write(folder.join(format!("{name}.png")), &png)?;
+        let picture = render::render(&[layer], &view, WIDTH, HEIGHT_IN_PIXELS);
+        if name == "front" {
+            looks_as_expected(&picture);
+        }
+        let png = measurement::png(&picture).expect("a picture");
+        write(&format!("{name}.png"), &png);
         views.push((name, png));
     }
     let scan = ScanSource { path: "bumpy.ply".into(), unit: "mm".into(), ..ScanSource::default() };
@@ -61,21 +73,32 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         date: "2024-05-06",
         tool: "gmlc",
         fit: None,
-        variance: &VarianceReport::new(&deviations, &scan, "cpu"),
+        variance: &VarianceReport::new(&deviations, &scan, "cpu", &[]),
         deviations: &deviations,
         tessellation: &tessellation,
         turned: render::IDENTITY,
         distance_png: &distance_png,
-        colour_png: &encode(&picture::deviation_picture(&deviations, COLOUR_RANGE))?,
+        colour_png: &measurement::png(&picture::deviation_picture(&deviations, COLOUR_RANGE)).expect("a picture"),
         colour_range: COLOUR_RANGE,
         pictures: &views.iter().map(|(name, png)| (*name, png.as_slice())).collect::<Vec<_>>(),
     });
-    std::fs::write(folder.join("report.html"), page)?;
-    Ok(())
+    write("report.html", page.as_bytes());
 }
 
-fn encode(picture: &Picture) -> Result<Vec<u8>, raster::RasterError> {
-    raster::png_rgb(picture.width as u32, picture.height as u32, picture.pixels.as_flattened(), &[])
+/// The wall is in the middle of the picture; the bump above the middle on the left, the dent below it on the right.
+fn looks_as_expected(front: &Picture) {
+    let at = |x: usize, y: usize| front.pixels[y * front.width + x].map(i32::from);
+    let middle = at(WIDTH / 2, HEIGHT_IN_PIXELS / 2);
+    assert!(middle.iter().all(|c| (c - middle[0]).abs() < 20), "the hole is not grey: {middle:?}");
+    let reddest = |pixels: &mut dyn Iterator<Item = (usize, usize)>, sign: i32| {
+        let redness = |(x, y): &(usize, usize)| sign * (at(*x, *y)[0] - at(*x, *y)[2]);
+        pixels.max_by_key(redness).map(|place| (place, redness(&place)))
+    };
+    let mut everywhere = (0..WIDTH).flat_map(|x| (0..HEIGHT_IN_PIXELS).map(move |y| (x, y)));
+    let ((x, y), red) = reddest(&mut everywhere.clone(), 1).expect("pixels");
+    assert!(x < WIDTH / 2 && y < HEIGHT_IN_PIXELS / 2 && red > 60, "the bump is at {x}, {y}");
+    let ((x, y), blue) = reddest(&mut everywhere, -1).expect("pixels");
+    assert!(x > WIDTH / 2 && y > HEIGHT_IN_PIXELS / 2 && blue > 60, "the dent is at {x}, {y}");
 }
 
 /// The deviation of the wall at (u, v), u once around from the back, v upwards; None in the hole.

@@ -1,35 +1,35 @@
-//! Arrays that are too large for one binding of a GPU, cut into several.
+//! Arrays that are too large for one binding of a GPU, split into several.
 
 use std::fmt::Write;
 
-/// How an array is cut: every binding but the last holds `each` of its elements.
+/// How an array is split: every binding but the last holds `each` of its elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Split {
     pub(super) each: usize,
     pub(super) bindings: usize,
 }
 
-/// The shader but for the scan's bindings.
-const SHADER: &str = include_str!("trace.wgsl");
+/// The shader without the scan's bindings.
+const SHADER: &str = include_str!("cast.wgsl");
 
 /// Bindings before those of the scan.
 pub(super) const FIRST: usize = 3;
 
 impl Split {
-    /// Of `count` elements of `size` bytes into bindings of at most `limit` bytes.
+    /// Splits `count` elements of `size` bytes into bindings of at most `limit` bytes.
     pub(super) fn new(count: usize, size: usize, limit: u64) -> Split {
         let each = usize::try_from(limit).unwrap_or(usize::MAX) / size;
         let each = each.clamp(1, count.max(1));
         Split { each, bindings: count.div_ceil(each).max(1) }
     }
 
-    /// The bytes of each binding, of an array of elements of `size` bytes.
+    /// The bytes of each binding of an array whose elements have `size` bytes.
     pub(super) fn pieces<'a>(&self, bytes: &'a [u8], size: usize) -> impl Iterator<Item = &'a [u8]> {
         bytes.chunks(self.each * size)
     }
 }
 
-/// The shader for so many bindings of nodes and of triangles: element i of an array is in the binding i / each.
+/// The shader for a number of bindings of nodes and of triangles: element i of an array is in binding i / each.
 pub(super) fn shader(nodes: usize, blocks: usize) -> String {
     let mut source = SHADER.to_owned();
     let mut binding = FIRST;

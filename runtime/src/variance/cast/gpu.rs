@@ -1,7 +1,7 @@
-//! Casting rays by a compute shader.
+//! Ray casting by a compute shader.
 
-use super::split::{self, Split};
-use super::trace::{Distances, Rays};
+use super::bindings::{self, Split};
+use super::{Distances, Rays};
 use crate::bvh::{Bvh2Node, TriangleBlock};
 use bytemuck::{Pod, Zeroable};
 use pollster::block_on;
@@ -10,31 +10,23 @@ use std::sync::{Arc, Mutex, PoisonError};
 use thiserror::Error;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-/// Rays a workgroup; the shader's `@workgroup_size`.
+/// Rays per workgroup; the shader's `@workgroup_size`.
 const WORKGROUP: usize = 64;
 
 /// Bytes of a node and of a block of triangles.
 const NODE: usize = size_of::<Bvh2Node>();
 const BLOCK: usize = size_of::<TriangleBlock>();
 
-/// Rays a dispatch, where the limits allow as many: enough to fill a GPU, little enough memory.
+/// Rays per dispatch, if the limits allow it: enough to fill a GPU, in little memory.
 const DISPATCH: usize = 1 << 20;
 
 /// Why a GPU did not cast the rays. Native code can, so that this becomes a notice.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum GpuError {
-    /// There is none, or only software that acts as one where a real one was wanted.
+    /// There is none, or only a software implementation where a real one is required.
     #[error("no Vulkan device was found")]
     NoAdapter,
-    /// It cannot be opened.
-    #[error("{adapter} cannot be opened: {message}")]
-    Open {
-        /// The device's name.
-        adapter: String,
-        /// What its driver says.
-        message: String,
-    },
-    /// The scan does not fit into what the device can address at once.
+    /// The scan does not fit into the memory that the device can address at once.
     #[error("the scan needs {bytes} bytes, but {adapter} addresses at most {limit} at once")]
     TooLarge {
         /// The device's name.
@@ -44,47 +36,31 @@ pub enum GpuError {
         /// Bytes possible.
         limit: u64,
     },
-    /// Its memory ran out.
-    #[error("the memory of {adapter} ran out")]
-    OutOfMemory {
-        /// The device's name.
-        adapter: String,
-    },
-    /// It was lost: switched off, reset, or its driver crashed.
-    #[error("{adapter} was lost: {message}")]
-    Lost {
-        /// The device's name.
-        adapter: String,
-        /// What its driver says.
-        message: String,
-    },
-    /// Anything else.
-    #[error("{adapter} failed: {message}")]
+    /// The device cannot be opened, its memory ran out, it was lost, or its driver reports an error.
+    #[error("{adapter}: {message}")]
     Failed {
         /// The device's name.
         adapter: String,
-        /// What it says.
+        /// The reason.
         message: String,
     },
 }
 
-/// An opened GPU with the compiled shader.
-pub(super) struct Gpu {
+/// An opened GPU.
+pub(in crate::variance) struct Gpu {
     name: String,
     device: wgpu::Device,
     queue: wgpu::Queue,
-    /// The shader for so many bindings of nodes and of triangles, as the last scan needed them.
-    pipeline: Mutex<Option<([usize; 2], wgpu::ComputePipeline)>>,
-    /// Bytes of a binding at most.
+    /// The largest binding in bytes.
     limit: u64,
     faults: Faults,
 }
 
-/// The first thing that went wrong on a device, whichever way it was reported.
+/// The first error of a device, whichever way it was reported.
 #[derive(Clone)]
 struct Faults {
     adapter: String,
-    first: Arc<Mutex<Option<GpuError>>>,
+    first: Arc<Mutex<Option<String>>>,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -118,16 +94,16 @@ struct Buffers {
     download: wgpu::Buffer,
     bindings: wgpu::BindGroup,
     pipeline: wgpu::ComputePipeline,
-    /// How the scan is cut.
+    /// How the scan's arrays are split.
     nodes_split: Split,
     blocks_split: Split,
-    /// Rays that fit.
+    /// Rays per dispatch.
     capacity: usize,
 }
 
 impl Gpu {
-    /// Opens the best Vulkan device; software that acts as one only with `or_software`.
-    pub(super) fn open(or_software: bool) -> Result<Self, GpuError> {
+    /// Opens the best Vulkan device; a software implementation only with `or_software`.
+    pub(in crate::variance) fn open(or_software: bool) -> Result<Self, GpuError> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: wgpu::Backends::VULKAN,
             ..wgpu::InstanceDescriptor::new_without_display_handle()
@@ -145,42 +121,35 @@ impl Gpu {
         let name = adapter.get_info().name;
         let descriptor = wgpu::DeviceDescriptor { required_limits: adapter.limits(), ..Default::default() };
         let (device, queue) = block_on(adapter.request_device(&descriptor))
-            .map_err(|e| GpuError::Open { adapter: name.clone(), message: e.to_string() })?;
+            .map_err(|e| GpuError::Failed { adapter: name.clone(), message: format!("cannot be opened: {e}") })?;
         let faults = Faults { adapter: name.clone(), first: Arc::default() };
         faults.listen(&device);
         let limits = device.limits();
         let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        Ok(Self { name, device, queue, pipeline: Mutex::default(), limit, faults })
+        Ok(Self { name, device, queue, limit, faults })
     }
 
-    /// As if no binding could hold more than so many bytes.
+    /// Pretends that no binding can hold more than `limit` bytes.
     #[cfg(test)]
     pub(super) fn with_limit(mut self, limit: u64) -> Self {
         self.limit = self.limit.min(limit);
         self
     }
 
-    /// The shader for so many bindings of nodes and of triangles.
-    fn pipeline(&self, bindings: [usize; 2]) -> Result<wgpu::ComputePipeline, GpuError> {
-        let mut kept = self.pipeline.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, pipeline)) = kept.as_ref().filter(|(known, _)| *known == bindings) {
-            return Ok(pipeline.clone());
-        }
-        let pipeline = self.faults.scope(&self.device, || {
-            let source = wgpu::ShaderSource::Wgsl(split::shader(bindings[0], bindings[1]).into());
-            let module =
-                self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("trace"), source });
+    /// The shader for a number of bindings of nodes and of triangles.
+    fn pipeline(&self, nodes: usize, blocks: usize) -> Result<wgpu::ComputePipeline, GpuError> {
+        self.faults.scope(&self.device, || {
+            let source = wgpu::ShaderSource::Wgsl(bindings::shader(nodes, blocks).into());
+            let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("cast"), source });
             self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("trace"),
+                label: Some("cast"),
                 layout: None,
                 module: &module,
                 entry_point: Some("main"),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             })
-        })?;
-        *kept = Some((bindings, pipeline.clone()));
-        Ok(pipeline)
+        })
     }
 
     /// The device's name.
@@ -189,22 +158,22 @@ impl Gpu {
     }
 
     /// Casts all rays.
-    pub(super) fn trace(&self, rays: &Rays) -> Result<Distances, GpuError> {
-        let mut found = Distances { outward: vec![f32::NAN; rays.len()], inward: vec![f32::NAN; rays.len()] };
+    pub(super) fn cast(&self, rays: &Rays) -> Result<Distances, GpuError> {
+        let mut distances = Distances { outward: vec![f32::NAN; rays.len()], inward: vec![f32::NAN; rays.len()] };
         if rays.scan.triangle_count() == 0 || rays.len() == 0 {
-            return Ok(found);
+            return Ok(distances);
         }
         let buffers = self.buffers(rays)?;
         for start in (0..rays.len()).step_by(buffers.capacity) {
             let end = rays.len().min(start + buffers.capacity);
             let upload: Vec<GpuRay> = (start..end).into_par_iter().map(|i| gpu_ray(rays, i)).collect();
-            let distances = self.dispatch(&buffers, &upload, rays)?;
-            for (i, [outward, inward]) in (start..end).zip(distances) {
+            let pairs = self.dispatch(&buffers, &upload, rays)?;
+            for (i, [outward, inward]) in (start..end).zip(pairs) {
                 let distance = |d: f32| if d >= 0.0 { d } else { f32::NAN };
-                (found.outward[i], found.inward[i]) = (distance(outward), distance(inward));
+                (distances.outward[i], distances.inward[i]) = (distance(outward), distance(inward));
             }
         }
-        Ok(found)
+        Ok(distances)
     }
 
     fn buffers(&self, rays: &Rays) -> Result<Buffers, GpuError> {
@@ -213,7 +182,7 @@ impl Gpu {
         let nodes_split = Split::new(nodes.len(), NODE, self.limit);
         let blocks_split = Split::new(blocks.len(), BLOCK, self.limit);
         let (nodes, blocks): (&[u8], &[u8]) = (bytemuck::cast_slice(nodes), bytemuck::cast_slice(blocks));
-        // Two are the rays' and their results'.
+        // Two bindings are for the rays and their distances.
         let most = (limits.max_storage_buffers_per_shader_stage as usize)
             .min(limits.max_bindings_per_bind_group as usize - 1)
             .saturating_sub(2);
@@ -221,7 +190,7 @@ impl Gpu {
             let (bytes, limit) = ((nodes.len() + blocks.len()) as u64, self.limit.saturating_mul(most as u64));
             return Err(GpuError::TooLarge { adapter: self.name.clone(), bytes, limit });
         }
-        let pipeline = self.pipeline([nodes_split.bindings, blocks_split.bindings])?;
+        let pipeline = self.pipeline(nodes_split.bindings, blocks_split.bindings)?;
         let workgroups = limits.max_compute_workgroups_per_dimension as usize;
         let fitting = usize::try_from(self.limit).unwrap_or(usize::MAX) / size_of::<GpuRay>();
         let capacity = DISPATCH.min(fitting).min(workgroups * WORKGROUP).min(rays.len()).max(1);
@@ -251,7 +220,7 @@ impl Gpu {
                 .map(|(buffer, binding)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
                 .collect();
             let bindings = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("trace"),
+                label: Some("cast"),
                 layout: &pipeline.get_bind_group_layout(0),
                 entries: &entries,
             });
@@ -259,7 +228,7 @@ impl Gpu {
         })
     }
 
-    /// Casts at most `buffers.capacity` rays and waits for the answers.
+    /// Casts at most `buffers.capacity` rays and waits for their distances.
     fn dispatch(&self, buffers: &Buffers, upload: &[GpuRay], rays: &Rays) -> Result<Vec<[f32; 2]>, GpuError> {
         let setup = Setup {
             half_extent: rays.scan.half_extent().to_array(),
@@ -313,20 +282,20 @@ fn gpu_ray(rays: &Rays, i: usize) -> GpuRay {
 }
 
 impl Faults {
-    /// Has everything reported here that no scope catches; unheard, it would be a panic.
+    /// Collects everything that no scope catches; otherwise wgpu would panic.
     fn listen(&self, device: &wgpu::Device) {
         let faults = self.clone();
-        device.on_uncaptured_error(Arc::new(move |error| faults.keep(faults.of(error))));
+        device.on_uncaptured_error(Arc::new(move |error| faults.report(error.to_string())));
         let faults = self.clone();
         device.set_device_lost_callback(move |reason, message| {
-            // Dropping the device at the end is reported, too.
+            // Dropping the device at the end is also reported.
             if reason != wgpu::DeviceLostReason::Destroyed {
-                faults.keep(GpuError::Lost { adapter: faults.adapter.clone(), message });
+                faults.report(format!("was lost: {message}"));
             }
         });
     }
 
-    /// Does `work` and gives its result, or the first thing that went wrong so far.
+    /// Runs `work` and returns its result, or the first error reported so far.
     fn scope<T>(&self, device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T, GpuError> {
         use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
         let [a, b, c] = [Validation, OutOfMemory, Internal].map(|filter| device.push_error_scope(filter));
@@ -334,31 +303,21 @@ impl Faults {
         // Scopes end in reverse order.
         for scope in [c, b, a] {
             if let Some(error) = block_on(scope.pop()) {
-                self.keep(self.of(error));
+                self.report(error.to_string());
             }
         }
         match &*self.first.lock().unwrap_or_else(PoisonError::into_inner) {
-            Some(error) => Err(error.clone()),
+            Some(message) => Err(self.failed(message.clone())),
             None => Ok(result),
         }
     }
 
+    /// Keeps the first message.
     fn report(&self, message: String) {
-        self.keep(self.failed(message));
+        self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
     }
 
     fn failed(&self, message: String) -> GpuError {
         GpuError::Failed { adapter: self.adapter.clone(), message }
-    }
-
-    fn of(&self, error: wgpu::Error) -> GpuError {
-        match error {
-            wgpu::Error::OutOfMemory { .. } => GpuError::OutOfMemory { adapter: self.adapter.clone() },
-            other => self.failed(other.to_string()),
-        }
-    }
-
-    fn keep(&self, error: GpuError) {
-        self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
     }
 }

@@ -1,15 +1,15 @@
-//! Casting rays in native code.
+//! Ray casting in native code.
 
-use super::trace::{Distances, Rays};
+use super::{Distances, Rays};
 use crate::bvh::{BothWays, Line, PACKET, Search};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Side of the squares of texels that are cast together: their rays run close to each other.
+/// Side of the squares of texels whose rays are cast as one packet, since they run close to each other.
 const TILE: usize = 4;
 
-/// Casts all rays, on rayon's threads.
-pub(super) fn trace(rays: &Rays) -> Distances {
+/// Casts all rays on rayon's threads.
+pub(super) fn cast(rays: &Rays) -> Distances {
     let mut outward = vec![f32::NAN; rays.len()];
     let mut inward = vec![f32::NAN; rays.len()];
     let (mut rest_outward, mut rest_inward) = (&mut outward[..], &mut inward[..]);
@@ -20,11 +20,11 @@ pub(super) fn trace(rays: &Rays) -> Distances {
         (band_inward, rest_inward) = rest_inward.split_at_mut(texels.len());
         tasks.push((texels, band_outward, band_inward));
     }
-    tasks.into_par_iter().for_each(|(texels, outward, inward)| trace_band(rays, texels, outward, inward));
+    tasks.into_par_iter().for_each(|(texels, outward, inward)| cast_band(rays, texels, outward, inward));
     Distances { outward, inward }
 }
 
-/// The texels in every run of `TILE` rows of the texture, given their ascending places on it.
+/// The texels in every `TILE` rows of the texture, given their ascending indices in it.
 fn bands(index: &[u32], width: usize) -> Vec<Range<usize>> {
     let mut bands = Vec::new();
     let mut start = 0;
@@ -37,13 +37,13 @@ fn bands(index: &[u32], width: usize) -> Vec<Range<usize>> {
     bands
 }
 
-/// One run of rows, tile by tile.
-fn trace_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &mut [f32]) {
+/// Casts the rays of `TILE` rows, tile by tile.
+fn cast_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &mut [f32]) {
     let width = (rays.texels.width as usize).max(1);
     let index = &rays.texels.index[texels.clone()];
     let first_row = index.first().map_or(0, |&i| i as usize / (TILE * width) * TILE);
     let column = |r: usize, i: usize| index[i] as usize - (first_row + r) * width;
-    // What is left of each row.
+    // The texels of each row that are still to be cast.
     let mut rows: [Range<usize>; TILE] = std::array::from_fn(|r| {
         let before = |row: usize| index.partition_point(|&i| (i as usize) < row * width);
         before(first_row + r)..before(first_row + r + 1)
@@ -51,8 +51,8 @@ fn trace_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &m
     let search =
         Search { reach: rays.max_distance, tolerance: rays.tolerance, facing: rays.facing, cosine: rays.cosine };
     loop {
-        let left = rows.iter().enumerate().filter(|(_, row)| row.start < row.end);
-        let next = left.map(|(r, row)| column(r, row.start)).min();
+        let remaining = rows.iter().enumerate().filter(|(_, row)| row.start < row.end);
+        let next = remaining.map(|(r, row)| column(r, row.start)).min();
         let Some(end) = next.map(|column| (column / TILE + 1) * TILE) else { return };
         let mut members = [0; PACKET];
         let mut lines = [Line::default(); PACKET];
@@ -66,11 +66,11 @@ fn trace_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &m
                 row.start += 1;
             }
         }
-        let mut found = [BothWays::NOTHING; PACKET];
-        rays.scan.cast_both_ways(&lines[..count], search, &mut found);
+        let mut hits = [BothWays::NOTHING; PACKET];
+        rays.scan.cast_both_ways(&lines[..count], search, &mut hits);
         let or_none = |t: f32| if t.is_finite() { t } else { f32::NAN };
-        for (&i, found) in members[..count].iter().zip(found) {
-            (outward[i], inward[i]) = (or_none(found.ahead), or_none(found.behind));
+        for (&i, hit) in members[..count].iter().zip(hits) {
+            (outward[i], inward[i]) = (or_none(hit.ahead), or_none(hit.behind));
         }
     }
 }

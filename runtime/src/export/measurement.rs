@@ -1,0 +1,98 @@
+//! The files of a measurement: textures, pictures, meshes and figures.
+
+use super::atomic::{self, WriteError};
+use super::picture::{self, Picture};
+use super::raster::{self, RasterError};
+use super::{json, ply};
+use crate::variance::{DistanceTexture, Measurement, SIGN_CONVENTION, signed_distances};
+use std::path::Path;
+use thiserror::Error;
+
+/// The file of the triangles of the scan that the model does not explain.
+pub const UNMATCHED: &str = "unmatched.ply";
+
+/// Why documents were not written.
+#[derive(Debug, Error)]
+pub enum DocumentError {
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A picture cannot be encoded.
+    #[error(transparent)]
+    Raster(#[from] RasterError),
+    /// The X3D scene cannot be written.
+    #[error(transparent)]
+    Scene(#[from] super::x3d::X3dError),
+    /// The user ended the work.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// PNG files of a measurement that other documents contain.
+#[derive(Clone, Debug)]
+pub struct Textures {
+    /// Width and height of the coded texture.
+    pub size: [u32; 2],
+    /// The distances as the paper codes them.
+    pub coded: Vec<u8>,
+    /// The texture in the colours of the deviations.
+    pub colours: Vec<u8>,
+    /// Deviation at which the colour scale ends. Millimetres.
+    pub colour_range: f64,
+}
+
+/// Writes variance.json, the distances (coded, lossless as TIFF and if `exr` as OpenEXR), pictures, and the meshes of
+/// what is unmatched and filled into a folder, which must exist. docs/output.md describes the files.
+///
+/// # Errors
+/// If a file cannot be written.
+pub fn write(folder: &Path, measurement: &Measurement, exr: bool) -> Result<Textures, DocumentError> {
+    let Measurement { deviations, report, .. } = measurement;
+    let texture = DistanceTexture::new(deviations);
+    let (width, height) = (texture.width, texture.height);
+    let colour_range = picture::scale_end(&report.overall, deviations.max_distance);
+    let description = format!("signed distance in mm; {SIGN_CONVENTION}");
+    let distances = signed_distances(deviations);
+    let notes = [(
+        "Comment",
+        "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -, 32 a filled hole",
+    )];
+    let coded = raster::png_rgb(width, height, &texture.rgb, &notes)?;
+    let colours = png(&picture::deviation_picture(deviations, colour_range))?;
+    let levels: Vec<f64> = report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
+    let significant = png(&picture::significance_picture(deviations, colour_range, &levels))?;
+    let tiff = raster::tiff_f32(width, height, &distances, &description)?;
+    let mut files = vec![
+        ("distance.png", &coded),
+        ("distance.tif", &tiff),
+        ("colours.png", &colours),
+        ("significant.png", &significant),
+    ];
+    let lossless = if exr { raster::exr_f32(width, height, &distances, &description)? } else { Vec::new() };
+    if exr {
+        files.push(("distance.exr", &lossless));
+    }
+    for (name, bytes) in files {
+        atomic::write(&folder.join(name), bytes)?;
+    }
+    ply::write(&folder.join(UNMATCHED), &measurement.unmatched, &[])?;
+    if let Some(filled) = &measurement.filled {
+        ply::write(&folder.join("filled.ply"), filled, &[])?;
+    }
+    if let Some(maps) = &measurement.sensitivity_maps {
+        for (map, range) in maps.maps.iter().zip(&report.sensitivities) {
+            let picture = png(&picture::sensitivity_picture(maps, map, range, &deviations.texels))?;
+            atomic::write(&folder.join(&range.picture), &picture)?;
+        }
+    }
+    json::write(&folder.join("variance.json"), report)?;
+    Ok(Textures { size: [width, height], coded, colours, colour_range })
+}
+
+/// A picture as a PNG file.
+///
+/// # Errors
+/// If the picture cannot be encoded.
+pub fn png(picture: &Picture) -> Result<Vec<u8>, RasterError> {
+    raster::png_rgb(picture.width as u32, picture.height as u32, picture.pixels.as_flattened(), &[])
+}

@@ -1,0 +1,211 @@
+//! The whole workflow of the paper: fit a model to a scan, measure the deviations, document both.
+
+use crate::export::measurement::{self, DocumentError, Textures, png};
+use crate::export::render::{self, DeviationColours, Layer, Paint, View};
+use crate::export::report::{self, Report};
+use crate::export::x3d::{self, MetadataGroup, X3dScene};
+use crate::export::{atomic, json, number};
+use crate::fit::{self, FitError, FitOptions, FitResult};
+use crate::model::{EvaluationError, Model, Motion, Tessellation};
+use crate::progress::Progress;
+use crate::scan::Scan;
+use crate::variance::{MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Statistics, measure};
+use std::path::Path;
+use thiserror::Error;
+
+/// Colour of the scan in pictures: clay.
+const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
+
+/// Colour of the triangles of the scan that the model does not explain: magenta.
+const UNMATCHED_COLOUR: [u8; 3] = [196, 60, 160];
+
+/// Side of one view in pixels.
+const VIEW_SIZE: usize = 480;
+
+/// A fit and the deviations from the fitted model.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Inspection {
+    /// The fit.
+    pub fit: FitResult,
+    /// The deviations.
+    pub measurement: Measurement,
+    /// The motion from the script's own position (its defaults, where z points up) to the scan, whether the pose is
+    /// among the script's parameters or was added.
+    pub upright: Motion,
+}
+
+/// Why a scan cannot be inspected.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum InspectError {
+    /// The model cannot be fitted.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// The deviations cannot be measured.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// The model cannot be evaluated.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+}
+
+/// Fits a model to a scan and measures the deviations from the fitted model.
+///
+/// # Errors
+/// If the model cannot be fitted or the deviations cannot be measured.
+pub fn inspect(
+    model: &dyn Model,
+    scan: &Scan,
+    fit_options: &FitOptions,
+    measure_options: &MeasureOptions,
+    progress: &dyn Progress,
+) -> Result<Inspection, InspectError> {
+    let fit = fit::fit(model, scan, fit_options, progress)?;
+    Inspection::of_fit(model, fit, scan, measure_options, progress)
+}
+
+/// What documents say of their origin.
+#[derive(Clone, Copy, Debug)]
+pub struct Origin<'a> {
+    /// Path of the script.
+    pub model: &'a str,
+    /// Date and time, as text.
+    pub date: &'a str,
+    /// The program and its version.
+    pub tool: &'a str,
+}
+
+impl Inspection {
+    /// Measures the deviations from a model that has been fitted.
+    ///
+    /// # Errors
+    /// If the deviations cannot be measured.
+    pub fn of_fit(
+        model: &dyn Model,
+        fit: FitResult,
+        scan: &Scan,
+        options: &MeasureOptions,
+        progress: &dyn Progress,
+    ) -> Result<Self, InspectError> {
+        let x: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
+        let motion = fit.pose.unwrap_or(Motion::IDENTITY);
+        let covariance = fit.covariance.as_ref();
+        let covariance = covariance.map(|c| ParameterCovariance { parameters: &c.parameters, matrix: &c.matrix });
+        let reference = Reference::Model { model, x: &x, motion };
+        let measurement = measure(reference, scan, covariance, options, progress)?;
+        let upright = upright(model, &x, &motion)?;
+        Ok(Self { fit, measurement, upright })
+    }
+
+    /// Writes all documents into a folder, which must exist: fit.json, those of
+    /// [`measurement::write`](crate::export::measurement::write()), views.png, model.x3d and report.html.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(
+        &self,
+        folder: &Path,
+        scan: &Scan,
+        origin: Origin<'_>,
+        exr: bool,
+        progress: &dyn Progress,
+    ) -> Result<(), DocumentError> {
+        json::write(&folder.join("fit.json"), &self.fit)?;
+        let textures = measurement::write(folder, &self.measurement, exr)?;
+        progress.report("drawing", f64::NAN, "views");
+        if progress.cancelled() {
+            return Err(DocumentError::Interrupted);
+        }
+        let views = self.views(scan, textures.colour_range)?;
+        progress.report("writing", f64::NAN, "model.x3d, report.html");
+        let title = format!("{} compared with {}", self.fit.model, scan.source.path);
+        let scene = self.scene(&title, &textures)?;
+        let report = self.report(&title, origin, &textures, &views);
+        atomic::write(&folder.join("views.png"), &views)?;
+        atomic::write(&folder.join("model.x3d"), scene.as_bytes())?;
+        atomic::write(&folder.join("report.html"), report.as_bytes())?;
+        Ok(())
+    }
+
+    /// A PNG file: the scan in the first row, with the triangles that the model does not explain in a colour of their
+    /// own, the model in the colours of its deviations in the second, both in the third.
+    fn views(&self, scan: &Scan, colour_range: f64) -> Result<Vec<u8>, DocumentError> {
+        let Measurement { tessellation, deviations, unmatched, .. } = &self.measurement;
+        let colours = DeviationColours::new(deviations, colour_range);
+        let model = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
+        let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
+        let unmatched = Layer { mesh: unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
+        let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
+        let views = [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|v| v.of_turned(&self.upright.rotation));
+        Ok(png(&render::sheet(&rows, &views, VIEW_SIZE))?)
+    }
+
+    fn scene(&self, title: &str, textures: &Textures) -> Result<String, DocumentError> {
+        Ok(x3d::write(&X3dScene {
+            tessellation: &self.measurement.tessellation,
+            texture_png: &textures.coded,
+            texture_size: textures.size,
+            max_distance: self.measurement.deviations.max_distance,
+            colour_range: textures.colour_range,
+            turned: self.upright.rotation,
+            title,
+            metadata: &self.metadata(),
+        })?)
+    }
+
+    fn report(&self, title: &str, origin: Origin<'_>, textures: &Textures, views: &[u8]) -> String {
+        report::write(&Report {
+            title,
+            model: origin.model,
+            date: origin.date,
+            tool: origin.tool,
+            fit: Some(&self.fit),
+            variance: &self.measurement.report,
+            deviations: &self.measurement.deviations,
+            tessellation: &self.measurement.tessellation,
+            turned: self.upright.rotation,
+            distance_png: &textures.coded,
+            colour_png: &textures.colours,
+            colour_range: textures.colour_range,
+            pictures: &[(
+                "The scan (in magenta what the model does not explain), the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
+                views,
+            )],
+        })
+    }
+
+    fn metadata(&self) -> Vec<MetadataGroup> {
+        let entry = |name: &str, value: String| (name.to_owned(), value);
+        let figures = |name: &str, s: &Statistics| MetadataGroup {
+            name: name.to_owned(),
+            entries: vec![
+                entry("coverage", number(s.coverage)),
+                entry("mean", number(s.weighted.mean)),
+                entry("sd", number(s.weighted.sd)),
+                entry("max", number(s.weighted.max)),
+                entry("signed mean", number(s.weighted.signed.mean)),
+                entry("rms", number(s.weighted.rms)),
+            ],
+        };
+        let parameters = self.fit.parameters.iter();
+        let parameters = MetadataGroup {
+            name: "parameters".to_owned(),
+            entries: parameters.map(|p| entry(&p.name, format!("{} {}", p.value, p.unit))).collect(),
+        };
+        let report = &self.measurement.report;
+        let mut groups = vec![parameters, figures("all", &report.overall)];
+        groups.extend(report.parts.iter().map(|p| figures(&p.name, &p.statistics)));
+        groups
+    }
+}
+
+/// The motion from the surface at the model's defaults to the moved surface at x.
+fn upright(model: &dyn Model, x: &[f64], motion: &Motion) -> Result<Motion, EvaluationError> {
+    let defaults: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
+    let points = |x: &[f64]| {
+        let instance = model.instantiate(x)?;
+        Ok::<_, EvaluationError>(Tessellation::uniform(model, &*instance, 12, 12)?.mesh.positions)
+    };
+    let fitted: Vec<[f64; 3]> = points(x)?.into_iter().map(|p| motion.point(p)).collect();
+    Ok(Motion::between(&points(&defaults)?, &fitted))
+}

@@ -1,0 +1,264 @@
+//! The whole measurement of a scan against a surface.
+
+use super::cast::{self, Cast};
+use super::surface::Surface;
+use super::{
+    CastError, Deviations, Device, DistanceKind, Facing, FilledHoles, ParameterCovariance, Reference, Resolution,
+    SensitivityRange, Tolerance, Unmatched, VarianceReport, agree_with_scan, averaging, detect, explain,
+    form_deviations, hide_behind_filled, recognise,
+};
+use crate::bvh::{Bvh, BvhError};
+use crate::mesh::TriangleMesh;
+use crate::model::{AtlasError, EvaluationError, ReferenceError, Sensitivities, SensitivityMaps, Tessellation, Texels};
+use crate::progress::Progress;
+use crate::scan::Scan;
+use std::time::Instant;
+use thiserror::Error;
+
+/// The maximum distance as a fraction of the model's diagonal, unless the options name one.
+const MAX_DISTANCE: f64 = 0.1;
+
+/// Options of [`measure`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct MeasureOptions {
+    /// How fine the texture is.
+    pub resolution: Resolution,
+    /// How far from the surface the scan is looked for, in millimetres; by default a tenth of the surface's diagonal.
+    pub max_distance: Option<f64>,
+    /// The largest angle between the normals of surface and scan, in radians; at most a right angle.
+    pub max_angle: f64,
+    /// Where distances are measured to.
+    pub distance: DistanceKind,
+    /// Width of the band beside an edge in which averaged normals turn back to the surface's own, in millimetres; by
+    /// default [`DEFAULT_WIDTH`](super::DEFAULT_WIDTH) of the surface's diagonal.
+    pub averaging_width: Option<f64>,
+    /// Holes of the scan up to this size are closed, in millimetres; by default none.
+    pub fill_holes: Option<f64>,
+    /// The tolerance of parts to which the model gives none.
+    pub tolerance: Option<Tolerance>,
+    /// What casts the rays.
+    pub device: Device,
+    /// Whether maps of sensitivities are computed.
+    pub sensitivity_maps: bool,
+}
+
+impl Default for MeasureOptions {
+    fn default() -> Self {
+        Self {
+            resolution: Resolution::default(),
+            max_distance: None,
+            max_angle: std::f64::consts::FRAC_PI_2,
+            distance: DistanceKind::Normal,
+            averaging_width: None,
+            fill_holes: None,
+            tolerance: None,
+            device: Device::Auto,
+            sensitivity_maps: false,
+        }
+    }
+}
+
+/// Deviations with everything that documents show of them.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Measurement {
+    /// The surface, in the scan's position.
+    pub tessellation: Tessellation,
+    /// The distances.
+    pub deviations: Deviations,
+    /// Statistics: the content of variance.json.
+    pub report: VarianceReport,
+    /// The triangles of the scan that the model does not explain.
+    pub unmatched: TriangleMesh,
+    /// The triangles that close holes of the scan, if that was requested.
+    pub filled: Option<TriangleMesh>,
+    /// How far the surface moves where parameters change, if that was requested.
+    pub sensitivity_maps: Option<SensitivityMaps>,
+}
+
+/// Why nothing could be measured.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum MeasureError {
+    /// The model cannot be evaluated.
+    #[error(transparent)]
+    Evaluation(#[from] EvaluationError),
+    /// The model has no texture.
+    #[error(transparent)]
+    Atlas(#[from] AtlasError),
+    /// The reference mesh has no texture.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// No rays can be cast.
+    #[error(transparent)]
+    Cast(#[from] CastError),
+    /// No hierarchy can be built over the scan.
+    #[error("{path}: {error}")]
+    Scan {
+        /// Path of the scan.
+        path: String,
+        /// The reason.
+        error: BvhError,
+    },
+    /// No hierarchy can be built over the surface.
+    #[error("the model's surface: {0}")]
+    Surface(BvhError),
+    /// The band beside edges is too wide.
+    #[error("{width} mm is more than a tenth of the model's size; at most {most:.3}mm here")]
+    AveragingWidth {
+        /// As requested. Millimetres.
+        width: f64,
+        /// The widest band. Millimetres.
+        most: f64,
+    },
+    /// The user ended the work.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Measures the deviations of a scan from a surface ([VA] sect. 5 and 6): casts rays from the texels of the surface,
+/// computes statistics, tolerances, levels of detection and deviations of form, and finds what the model does not
+/// explain. `covariance` is that of the fitted parameters, if the model was fitted.
+///
+/// # Errors
+/// If the surface cannot be evaluated or has no texture, no hierarchy can be built, or an option is out of range.
+pub fn measure(
+    reference: Reference<'_>,
+    scan: &Scan,
+    covariance: Option<ParameterCovariance<'_>>,
+    options: &MeasureOptions,
+    progress: &dyn Progress,
+) -> Result<Measurement, MeasureError> {
+    progress.report("sampling the surface", f64::NAN, "");
+    let mut surface = Surface::new(reference, options.resolution)?;
+    let max_distance = options.max_distance.unwrap_or_else(|| MAX_DISTANCE * surface.tessellation.mesh.diagonal());
+    progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
+    let started = Instant::now();
+    let bvh = Bvh::build(&scan.mesh).map_err(|error| MeasureError::Scan { path: scan.source.path.clone(), error })?;
+    let build = started.elapsed().as_secs_f64();
+
+    let mesh = &mut surface.tessellation.mesh;
+    let flipped = agree_with_scan(&mut surface.texels, mesh, &scan.mesh, &bvh, max_distance);
+    let sensitivities = surface.sensitivities()?;
+    let maps = if options.sensitivity_maps { surface.sensitivity_maps()? } else { None };
+    progress.report("casting rays", f64::NAN, &format!("{} texels", surface.texels.len()));
+    let started = Instant::now();
+    unless_cancelled(progress)?;
+    let Surface { mut tessellation, mut texels, tolerances, notices, seconds, .. } = surface;
+    // Forms are those of the surface itself, before normals are averaged.
+    let shapes = recognise(&texels);
+    let (averaging_width, cosine) = average_normals(&mut texels, &mut tessellation, options)?;
+    let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
+    deviations.cosine = cosine;
+    let holes = options.fill_holes.map(|size| FilledHoles::new(&scan.mesh, size));
+    if let Some(holes) = &holes {
+        hide_behind_filled(&mut deviations, holes, &bvh, facing(scan, options), options.distance)?;
+    }
+    unless_cancelled(progress)?;
+    let cast = started.elapsed().as_secs_f64();
+
+    let started = Instant::now();
+    let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|t| t.or(options.tolerance)).collect();
+    let mut report = VarianceReport::new(&deviations, &scan.source, &device, &tolerances);
+    assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), covariance);
+    let forms = form_deviations(&deviations, &shapes);
+    report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
+    if let Some(maps) = &maps {
+        let range = |map| SensitivityRange::of(map, &maps.texels, &deviations.texels);
+        report.sensitivities = maps.maps.iter().map(range).collect();
+    }
+    report.distance = options.distance.name().to_owned();
+    report.averaging_width = averaging_width;
+    report.holes = holes.as_ref().map(|h| h.summary.clone());
+    report.seconds.texels = seconds;
+    report.seconds.build = build;
+    report.seconds.cast = cast;
+    report.seconds.statistics = started.elapsed().as_secs_f64();
+    report.warnings.extend(notices);
+    report.warnings.extend(notice);
+    if (options.distance, options.device) == (DistanceKind::Closest, Device::Gpu) {
+        report.warnings.push("the GPU only casts rays: native code found the closest points".to_owned());
+    }
+    if !flipped.is_empty() {
+        let parts = flipped.join(", ");
+        report.warnings.push(format!(
+            "the script's normals of {parts} point into the material: they were turned to agree with the scan"
+        ));
+    }
+
+    progress.report("finding what the model does not explain", f64::NAN, "");
+    let started = Instant::now();
+    let unmatched = Unmatched::new(&scan.mesh, &tessellation.mesh, max_distance, scan.oriented);
+    let unmatched = unmatched.map_err(MeasureError::Surface)?;
+    report.unmatched = Some(unmatched.summary);
+    report.seconds.unmatched = started.elapsed().as_secs_f64();
+    Ok(Measurement {
+        tessellation,
+        deviations,
+        report,
+        unmatched: unmatched.mesh,
+        filled: holes.map(|h| h.mesh),
+        sensitivity_maps: maps,
+    })
+}
+
+fn unless_cancelled(progress: &dyn Progress) -> Result<(), MeasureError> {
+    if progress.cancelled() { Err(MeasureError::Interrupted) } else { Ok(()) }
+}
+
+/// Averages normals if the options say so. Returns the width of the bands in which they turn (none for a reference
+/// mesh), and the cosines of the angles by which the texels' normals turned.
+fn average_normals(
+    texels: &mut Texels,
+    tessellation: &mut Tessellation,
+    options: &MeasureOptions,
+) -> Result<(Option<f64>, Vec<f32>), MeasureError> {
+    if options.distance != DistanceKind::AveragedNormal {
+        return Ok((None, Vec::new()));
+    }
+    let size = tessellation.mesh.diagonal();
+    let width = options.averaging_width.unwrap_or(averaging::DEFAULT_WIDTH * size);
+    let most = averaging::MAX_WIDTH * size;
+    if width > most {
+        return Err(MeasureError::AveragingWidth { width, most });
+    }
+    let cosine = averaging::average_normals(texels, tessellation, width).map_err(MeasureError::Surface)?;
+    Ok(((!tessellation.origins.is_empty()).then_some(width), cosine))
+}
+
+fn facing(scan: &Scan, options: &MeasureOptions) -> Facing {
+    if scan.oriented { Facing::Within(options.max_angle) } else { Facing::Any }
+}
+
+fn cast_rays(
+    texels: Texels,
+    scan: &Scan,
+    bvh: &Bvh,
+    max_distance: f64,
+    options: &MeasureOptions,
+) -> Result<Cast, CastError> {
+    let facing = facing(scan, options);
+    match options.distance {
+        DistanceKind::Normal | DistanceKind::AveragedNormal => {
+            cast::cast(texels, bvh, max_distance, facing, options.device)
+        }
+        DistanceKind::Closest => cast::closest(texels, bvh, &scan.mesh, max_distance, facing),
+    }
+}
+
+/// Adds levels of detection, and what changes of the parameters would explain, to each part.
+fn assess_parts(
+    report: &mut VarianceReport,
+    deviations: &Deviations,
+    noise: f64,
+    sensitivities: Option<&Sensitivities>,
+    covariance: Option<ParameterCovariance<'_>>,
+) {
+    let detected = detect(deviations, noise, sensitivities.zip(covariance));
+    report.parts.iter_mut().zip(detected).for_each(|(part, detection)| part.detection = Some(detection));
+    if let Some(sensitivities) = sensitivities {
+        let explained = explain(deviations, sensitivities);
+        report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
+    }
+}

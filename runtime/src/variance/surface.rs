@@ -1,0 +1,133 @@
+//! The surface that a scan is measured from: a model at certain parameters, or a reference mesh.
+
+use super::{MeasureError, Tolerance};
+use crate::mesh::TriangleMesh;
+use crate::model::{
+    Atlas, AtlasError, Fineness, Instance, LARGEST, Model, Motion, ReferenceSurface, SMALLEST, Sensitivities,
+    SensitivityMaps, Tessellation, Texels,
+};
+use std::time::Instant;
+
+/// Longest edge of the tessellation, as a fraction of the model's diagonal: documents displace the vertices, so that
+/// detail needs them close together.
+const LONGEST_EDGE: f64 = 1.0 / 150.0;
+
+/// What a scan is measured from, in the scan's position.
+#[derive(Clone, Copy)]
+pub enum Reference<'a> {
+    /// A model.
+    Model {
+        /// The model.
+        model: &'a dyn Model,
+        /// Values of its parameters, in their order. Millimetres and radians.
+        x: &'a [f64],
+        /// Where the scan lies: a scanned point is this motion of a point of the model.
+        motion: Motion,
+    },
+    /// A mesh from elsewhere ([VA] sect. 6). Millimetres.
+    Mesh(&'a TriangleMesh),
+}
+
+/// How fine the texture is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Resolution {
+    /// Texels per side of the square texture; a power of two.
+    Side(u32),
+    /// Greatest mean width of a texel on the surface: the smallest texture with such texels. Millimetres.
+    Texel(f64),
+}
+
+impl Default for Resolution {
+    fn default() -> Self {
+        Self::Side(1024)
+    }
+}
+
+/// The surface with the origins of the rays.
+pub(super) struct Surface<'a> {
+    /// Triangles with texture coordinates.
+    pub(super) tessellation: Tessellation,
+    /// Origins and directions of the rays.
+    pub(super) texels: Texels,
+    /// Seconds that the texels took.
+    pub(super) seconds: f64,
+    /// The parts' own tolerances.
+    pub(super) tolerances: Vec<Option<Tolerance>>,
+    /// Sentences for the user.
+    pub(super) notices: Vec<String>,
+    /// What derivatives are computed from; none for a mesh.
+    parametrised: Option<Parametrised<'a>>,
+}
+
+struct Parametrised<'a> {
+    model: &'a dyn Model,
+    instance: Box<dyn Instance + 'a>,
+    atlas: Atlas,
+    motion: Motion,
+}
+
+impl<'a> Surface<'a> {
+    pub(super) fn new(reference: Reference<'a>, resolution: Resolution) -> Result<Self, MeasureError> {
+        match reference {
+            Reference::Model { model, x, motion } => Self::of_model(model, x, motion, resolution),
+            Reference::Mesh(mesh) => Self::of_mesh(mesh, resolution),
+        }
+    }
+
+    fn of_model(model: &'a dyn Model, x: &[f64], motion: Motion, resolution: Resolution) -> Result<Self, MeasureError> {
+        let started = Instant::now();
+        let instance = model.instantiate(x)?;
+        let atlas = match resolution {
+            Resolution::Side(size) => Atlas::new(model, &*instance, size),
+            Resolution::Texel(edge) => Atlas::with_texels_of(model, &*instance, edge),
+        }?;
+        let mut texels = Texels::of_model(model, &*instance, &atlas)?;
+        let seconds = started.elapsed().as_secs_f64();
+        let size = Tessellation::new(model, &*instance, Fineness::default())?.mesh.diagonal();
+        let edge = if size > 0.0 { LONGEST_EDGE * size } else { f64::INFINITY };
+        let fineness = Fineness { edge, ..Fineness::default() };
+        let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);
+        motion.move_texels(&mut texels);
+        motion.move_tessellation(&mut tessellation);
+        let tolerances = model.tolerances(x)?.into_iter();
+        let tolerances = tolerances.map(|t| t.map(|t| Tolerance { lower: -t, upper: t })).collect();
+        let parametrised = Some(Parametrised { model, instance, atlas, motion });
+        Ok(Self { tessellation, texels, seconds, tolerances, notices: Vec::new(), parametrised })
+    }
+
+    fn of_mesh(mesh: &TriangleMesh, resolution: Resolution) -> Result<Self, MeasureError> {
+        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        let (size, edge) = match resolution {
+            Resolution::Side(size) => (size, f64::INFINITY),
+            // At most the whole texture is used.
+            Resolution::Texel(edge) => ((area.sqrt() / edge).min(f64::from(LARGEST)) as u32, edge),
+        };
+        let mut size = size.next_power_of_two().clamp(SMALLEST, LARGEST);
+        let started = Instant::now();
+        loop {
+            let ReferenceSurface { tessellation, texels, notices } = ReferenceSurface::new(mesh, size)?;
+            let mean_width = (area / texels.len().max(1) as f64).sqrt();
+            if mean_width <= edge {
+                let tolerances = vec![None; texels.part_names.len()];
+                let seconds = started.elapsed().as_secs_f64();
+                return Ok(Self { tessellation, texels, seconds, tolerances, notices, parametrised: None });
+            }
+            if size == LARGEST {
+                return Err(AtlasError::TooFine { edge, least: mean_width }.into());
+            }
+            size *= 2;
+        }
+    }
+
+    /// How the surface moves where the parameters change; none for a mesh.
+    pub(super) fn sensitivities(&self) -> Result<Option<Sensitivities>, MeasureError> {
+        let Some(Parametrised { model, instance, atlas, motion }) = &self.parametrised else { return Ok(None) };
+        Ok(Some(Sensitivities::new(*model, &**instance, atlas, &self.texels, motion)?))
+    }
+
+    /// The same all over the texture.
+    pub(super) fn sensitivity_maps(&self) -> Result<Option<SensitivityMaps>, MeasureError> {
+        let Some(Parametrised { model, instance, atlas, motion }) = &self.parametrised else { return Ok(None) };
+        Ok(Some(SensitivityMaps::new(*model, &**instance, atlas, &self.texels, motion)?))
+    }
+}
