@@ -1,6 +1,6 @@
 //! `gmlc check`.
 
-use crate::cli::{CheckArgs, Format, ScriptArgs};
+use crate::cli::{CheckArgs, Format};
 use crate::error::{CommandError, ScriptErrors};
 use crate::{findings, script, table};
 use gml_compiler::check::lints;
@@ -9,20 +9,20 @@ use gml_compiler::program::{Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
 use serde_json::{Value, json};
+use std::path::Path;
 
 pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
     match (&args.explain, &args.model) {
         (Some(code), _) => explain(code),
         (None, Some(model)) => {
-            let (inputs, limits) = (args.inputs.clone(), args.limits.clone());
-            check(&ScriptArgs { model: model.clone(), inputs, limits }, args.format)
+            check(model, args)
         }
         (None, None) => Err(CommandError::usage("a script is required")),
     }
 }
 
-fn check(script: &ScriptArgs, format: Format) -> Result<(), CommandError> {
-    let mut checked = match script::compile_quietly(script) {
+fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
+    let mut checked = match script::compile_quietly(script, &args.compile) {
         Ok(c) => Checked { program: Some(c.program), diagnostics: c.warnings, sources: c.sources },
         Err(CommandError::Script(e)) => library(*e),
         Err(e) => return Err(e),
@@ -31,7 +31,7 @@ fn check(script: &ScriptArgs, format: Format) -> Result<(), CommandError> {
         checked.add_slow_warnings();
     }
     let failed = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
-    match format {
+    match args.format {
         Format::Json => println!("{:#}", document(&checked, !failed)),
         Format::Text if failed => {
             let Checked { diagnostics, sources, .. } = checked;

@@ -5,7 +5,7 @@ use crate::error::CommandError;
 use crate::{script, values};
 
 pub(crate) fn run(args: &DiffArgs) -> Result<(), CommandError> {
-    let program = script::compile(&args.script)?;
+    let program = script::compile(&args.script.model, &args.script.compile)?;
     if let Some(name) = &args.wrt {
         values::parameter("--wrt", name, program.parameters())?;
     }

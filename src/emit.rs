@@ -15,7 +15,7 @@ pub(crate) fn run(args: &EmitArgs) -> Result<(), CommandError> {
         Stage::Clif => EmitStage::Clif,
         Stage::Asm => EmitStage::Asm,
     };
-    print!("{}", script::compile(&args.script)?.emit(stage));
+    print!("{}", script::compile(&args.script.model, &args.script.compile)?.emit(stage));
     Ok(())
 }
 

@@ -3,7 +3,8 @@
 use crate::cli::{FitArgs, FitControls, Format, LossArg, NormalsArg, ScanArgs, ScriptArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
-use crate::{mesh, script, search, table, values};
+use crate::values::{self, Range};
+use crate::{mesh, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
@@ -14,11 +15,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// The largest number of scans that a bootstrap resamples.
-const MOST_SAMPLES: usize = 100_000;
-
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
-    let program = script::compile(&args.script)?;
+    let program = script::compile(&args.script.model, &args.script.compile)?;
     let options = options(&args.controls, &program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
@@ -41,7 +39,7 @@ pub(crate) struct Fitting<'a> {
     pub(crate) script: &'a ScriptArgs,
     pub(crate) controls: &'a FitControls,
     /// Ranges of inputs; empty for a single fit.
-    pub(crate) search: &'a [String],
+    pub(crate) search: &'a [Range],
     pub(crate) scan: &'a Scan,
 }
 
@@ -56,9 +54,10 @@ impl Fitting<'_> {
         if self.search.is_empty() {
             return Ok((None, run_fit(program, &self.script.model, self.scan, options, progress)?));
         }
-        let values = search::combinations(program, self.script, self.search)?;
+        let values = search::combinations(program, &self.script.compile, self.search)?;
         let prepare = |inputs: &InputValues| -> Result<(Program, FitOptions), CommandError> {
-            let program = script::compile_quietly(&search::with_inputs(self.script, inputs))?.program;
+            let args = search::with_inputs(&self.script.compile, inputs);
+            let program = script::compile_quietly(&self.script.model, &args)?.program;
             let options = self::options(self.controls, &program)?;
             Ok((program, options))
         };
@@ -113,23 +112,25 @@ pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(),
 
 /// Reads and cleans a scan.
 pub(crate) fn read_scan(args: &ScanArgs) -> Result<Scan, CommandError> {
-    let unit = args.unit.parse().map_err(|e| CommandError::usage(format!("--unit: {e}")))?;
-    scan::read(&args.scan, &ReadOptions { unit, ..ReadOptions::default() }).map_err(CommandError::failed)
+    scan::read(&args.scan, &ReadOptions { unit: args.unit, ..ReadOptions::default() }).map_err(CommandError::failed)
 }
 
 /// Options from the command line.
 pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOptions, CommandError> {
     let parameters = program.parameters();
     let mut options = FitOptions::default();
-    for (i, value) in values::parameters(&controls.values, parameters)? {
+    for (name, value) in &controls.values {
+        let (i, value) = values::parameter_value("-p", name, value, parameters)?;
         options.start.insert(parameters[i].name.clone(), value);
     }
     for given in &controls.fix {
-        let name = given.split('=').next().unwrap_or(given).trim();
-        let i = values::parameter("--fix", name, parameters)?;
-        if let Some((_, value)) = given.split_once('=') {
-            let value = values::parse(&format!("--fix {name}"), value, parameters[i].quantity)?;
-            options.start.insert(name.to_owned(), value);
+        let (name, value) = given.split_once('=').map_or((given.trim(), None), |(n, value)| (n.trim(), Some(value)));
+        match value {
+            Some(value) => {
+                let (_, value) = values::parameter_value("--fix", name, value, parameters)?;
+                options.start.insert(name.to_owned(), value);
+            }
+            None => _ = values::parameter("--fix", name, parameters)?,
         }
         options.fixed.push(name.to_owned());
     }
@@ -143,9 +144,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
         }
         options.equal.push(names.into_iter().map(str::to_owned).collect());
     }
-    if let Some(text) = &controls.sigma {
-        options.sigma = Some(values::positive_length("--sigma", text)?);
-    }
+    options.sigma = controls.sigma;
     options.loss = match controls.loss {
         LossArg::Welsch => LossKind::Welsch,
         LossArg::Squared => LossKind::Squared,
@@ -154,10 +153,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     };
     options.no_pose = controls.no_pose;
     options.ignore_normals = controls.normals == NormalsArg::Ignore;
-    if controls.bootstrap > MOST_SAMPLES {
-        return Err(CommandError::usage(format!("--bootstrap {}: must be at most {MOST_SAMPLES}", controls.bootstrap)));
-    }
-    options.bootstrap = controls.bootstrap;
+    options.bootstrap = controls.bootstrap as usize;
     options.coverage = controls.coverage;
     options.seed = controls.seed;
     Ok(options)

@@ -12,7 +12,7 @@ use gml_runtime::variance::MeasureOptions;
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     let options = measure::options(&args.variance)?;
-    let program = script::compile(&args.script)?;
+    let program = script::compile(&args.script.model, &args.script.compile)?;
     inspect(&program, args, &options, &TerminalProgress::until(fit::on_interrupt()?))
 }
 

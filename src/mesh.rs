@@ -2,8 +2,8 @@
 
 use crate::cli::MeshArgs;
 use crate::error::CommandError;
-use crate::picture::Framing;
-use crate::{script, values};
+use crate::picture::{self, Framing};
+use crate::script;
 use gml_compiler::program::Program;
 use gml_runtime::export::{obj, ply, stl};
 use gml_runtime::mesh::TriangleMesh;
@@ -17,24 +17,18 @@ const ATLAS: u32 = 1024;
 const CHORD: f64 = 0.02;
 
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
-    check_options(args)?;
-    let program = script::compile(&args.script)?;
+    // Errors in the command line are reported before any work is done.
+    framing(args)?;
+    let program = script::compile(&args.script.model, &args.script.compile)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
     write_model(args, &program, &x, &motion)
 }
 
-/// Reads the options, so that errors are reported before any work is done.
-fn check_options(args: &MeshArgs) -> Result<(Option<Framing>, Option<f64>), CommandError> {
-    let framing = framing(args)?;
-    let chord = args.chord.as_deref().map(|text| values::positive_length("--chord", text)).transpose()?;
-    Ok((framing, chord))
-}
-
 /// Writes the moved surface of a model at x.
 pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion: &Motion) -> Result<(), CommandError> {
-    let (framing, chord) = check_options(args)?;
+    let framing = framing(args)?;
     let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
-    let chord = match (chord, &framing) {
+    let chord = match (args.chord, &framing) {
         (Some(chord), _) => chord,
         (None, Some(framing)) => framing.chord(program, &*instance).map_err(CommandError::failed)?,
         (None, None) => CHORD,
@@ -64,11 +58,11 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
 
 /// The framing of a picture; none if the output is a mesh.
 fn framing(args: &MeshArgs) -> Result<Option<Framing>, CommandError> {
-    let (view, size) = (args.view.as_deref(), args.size.as_deref());
     if extension(&args.output) == "png" {
-        return Framing::new(view, size).map(Some);
+        let (width, height) = args.size.unwrap_or((640, 640));
+        return Ok(Some(Framing { view: args.view.unwrap_or_else(picture::corner), width, height }));
     }
-    if view.is_some() || size.is_some() {
+    if args.view.is_some() || args.size.is_some() {
         return Err(CommandError::usage("--view and --size require a picture: -o must end in .png"));
     }
     check_format(&args.output, ".obj, .ply, .stl or .png")?;

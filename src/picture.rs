@@ -33,12 +33,6 @@ pub(crate) struct Framing {
 }
 
 impl Framing {
-    /// Reads the options of the command line.
-    pub(crate) fn new(view: Option<&str>, size: Option<&str>) -> Result<Framing, CommandError> {
-        let (width, height) = size.map_or(Ok((640, 640)), parse_size)?;
-        Ok(Framing { view: parse_view(view.unwrap_or("corner"))?, width, height })
-    }
-
     /// An invisible distance between a chord and the surface, in millimetres: a fifth of a pixel.
     pub(crate) fn chord(&self, program: &Program, instance: &dyn Instance) -> Result<f64, EvaluationError> {
         let coarse = Tessellation::uniform(program, instance, 12, 12)?;
@@ -81,45 +75,38 @@ fn kind(name: &str) -> &str {
     last.split('[').next().unwrap_or_default()
 }
 
+/// The default view.
+pub(crate) fn corner() -> View {
+    View::from_angles(35.0, 28.0)
+}
+
 /// Parses the name of a view, or `AZIMUTH,ELEVATION` in degrees.
-fn parse_view(text: &str) -> Result<View, CommandError> {
-    let wrong = || {
-        CommandError::usage(format!(
-            "--view: '{text}' is not a view: expected corner, front, back, top, below, inside, or AZIMUTH,ELEVATION in degrees such as 35,25"
-        ))
-    };
+pub(crate) fn parse_view(text: &str) -> Result<View, String> {
     match text {
-        "corner" => Ok(View::from_angles(35.0, 28.0)),
-        "front" => Ok(View::FRONT),
-        "back" => Ok(View::BACK),
-        "top" => Ok(View::TOP),
-        "below" => Ok(View::from_angles(35.0, -35.0)),
-        "inside" => Ok(View::INSIDE),
-        _ => {
-            let (azimuth, elevation) = text.split_once(',').ok_or_else(wrong)?;
-            let degrees = |t: &str| t.trim().parse::<f64>().ok().filter(|a| a.abs() <= 360.0);
-            match (degrees(azimuth), degrees(elevation)) {
-                (Some(azimuth), Some(elevation)) if elevation.abs() <= 90.0 => {
-                    Ok(View::from_angles(azimuth, elevation))
-                }
-                _ => Err(wrong()),
-            }
-        }
+        "corner" => return Ok(corner()),
+        "front" => return Ok(View::FRONT),
+        "back" => return Ok(View::BACK),
+        "top" => return Ok(View::TOP),
+        "below" => return Ok(View::from_angles(35.0, -35.0)),
+        "inside" => return Ok(View::INSIDE),
+        _ => {}
+    }
+    let degrees = |t: &str| t.trim().parse::<f64>().ok().filter(|a| a.abs() <= 360.0);
+    let angles = text.split_once(',').and_then(|(azimuth, elevation)| Some((degrees(azimuth)?, degrees(elevation)?)));
+    match angles {
+        Some((azimuth, elevation)) if elevation.abs() <= 90.0 => Ok(View::from_angles(azimuth, elevation)),
+        _ => Err("is not a view: expected corner, front, back, top, below, inside, or AZIMUTH,ELEVATION in degrees such as 35,25".into()),
     }
 }
 
 /// Parses `640`, or `640x480`.
-fn parse_size(text: &str) -> Result<(usize, usize), CommandError> {
+pub(crate) fn parse_size(text: &str) -> Result<(usize, usize), String> {
     let (width, height) = text.split_once('x').unwrap_or((text, text));
     let side = |t: &str| t.trim().parse::<usize>().ok().filter(|s| SIDES.contains(s));
-    match (side(width), side(height)) {
-        (Some(width), Some(height)) => Ok((width, height)),
-        _ => Err(CommandError::usage(format!(
-            "--size: '{text}' is not a picture size: expected {} to {} pixels, such as 640 or 640x480",
-            SIDES.start(),
-            SIDES.end()
-        ))),
-    }
+    side(width).zip(side(height)).ok_or_else(|| {
+        let (least, most) = (SIDES.start(), SIDES.end());
+        format!("is not a picture size: expected {least} to {most} pixels, such as 640 or 640x480")
+    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use crate::cli::VirtualScanArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
-use crate::{mesh, script, values};
+use crate::{mesh, script};
 use gml_runtime::export::json;
 use gml_runtime::model::{Fineness, Model, Tessellation};
 use gml_runtime::simulate::{self, Scanner, Truth};
@@ -26,16 +26,16 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     mesh::check_format(&args.output, ".obj, .ply or .stl")?;
     let scanner = Scanner {
         views: args.views as usize,
-        spacing: values::positive_length("--spacing", &args.spacing)?,
-        noise: values::length("--noise", &args.noise)?,
-        outliers: values::fraction("--outliers", args.outliers)?,
-        dropouts: values::fraction("--dropouts", args.dropouts)?,
+        spacing: args.spacing,
+        noise: args.noise,
+        outliers: args.outliers,
+        dropouts: args.dropouts,
         holes: args.holes as usize,
         random_pose: !args.no_pose,
         seed: args.seed,
         ..Scanner::default()
     };
-    let program = script::compile(&args.script)?;
+    let program = script::compile(&args.script.model, &args.script.compile)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
     // Finer than the noise and the spacing, so that facets do not show in the scan.

@@ -1,15 +1,13 @@
 //! Scripts from files: loading, compiling, values of parameters.
 
-use crate::cli::{LimitArgs, ScriptArgs, ValueArgs};
+use crate::cli::{CompileArgs, ValueArgs};
 use crate::error::CommandError;
 use crate::values;
-use gml_compiler::check::InputValue;
 use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::{Loader, SourceFile};
 use gml_runtime::fit::FitResult;
 use gml_runtime::model::Motion;
 use gml_runtime::workers::workers;
-use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 /// The largest script in bytes: people write scripts, so that a larger file is probably not one.
@@ -75,20 +73,10 @@ pub(crate) fn reason(e: &std::io::Error) -> String {
 }
 
 /// Compiles a script and prints its warnings to standard error.
-pub(crate) fn compile(args: &ScriptArgs) -> Result<Program, CommandError> {
-    let compilation = compile_quietly(args)?;
+pub(crate) fn compile(script: &Path, args: &CompileArgs) -> Result<Program, CommandError> {
+    let compilation = compile_quietly(script, args)?;
     crate::diagnostics::print(&compilation.warnings, &compilation.sources);
     Ok(compilation.program)
-}
-
-/// Values of inputs from `--input` options.
-pub(crate) fn inputs(given: &[String]) -> Result<BTreeMap<String, InputValue>, CommandError> {
-    let mut inputs = BTreeMap::new();
-    for given in given {
-        let (name, value) = values::assignment("--input", given)?;
-        inputs.insert(name.to_owned(), values::input_value(name, value)?);
-    }
-    Ok(inputs)
 }
 
 /// The compiler's options with workers on all processors.
@@ -97,30 +85,19 @@ pub(crate) fn compile_options() -> Options {
 }
 
 /// Compiles a script and returns the warnings with it.
-pub(crate) fn compile_quietly(args: &ScriptArgs) -> Result<Compilation, CommandError> {
-    if let Some(format @ ("ply" | "obj" | "stl")) = args.model.extension().and_then(|e| e.to_str()) {
-        let shown = args.model.display();
+pub(crate) fn compile_quietly(script: &Path, args: &CompileArgs) -> Result<Compilation, CommandError> {
+    let shown = script.display();
+    if let Some(format @ ("ply" | "obj" | "stl")) = script.extension().and_then(|e| e.to_str()) {
         return Err(CommandError::Failed(format!(
             "{shown}: is a mesh or a scan (.{format}); the script (.gml) comes first"
         )));
     }
-    let text = read(&args.model)?;
-    let mut options = Options { inputs: inputs(&args.inputs)?, ..compile_options() };
-    set_limits(&mut options, &args.limits)?;
-    let file = SourceFile { name: args.model.display().to_string(), text };
-    program::compile(file, &FileLoader, &options).map_err(CommandError::from)
-}
-
-/// Sets limits from `--limit` options.
-fn set_limits(options: &mut Options, args: &LimitArgs) -> Result<(), CommandError> {
-    for given in &args.limits {
-        let (name, value) = values::assignment("--limit", given)?;
-        let value = value.parse().map_err(|_| {
-            CommandError::usage(format!("--limit {name}: '{value}' is not a whole number such as 100000"))
-        })?;
-        options.set_limit(name, value).map_err(|e| CommandError::usage(format!("--limit: {e}")))?;
+    let file = SourceFile { name: shown.to_string(), text: read(script)? };
+    let mut options = Options { inputs: args.inputs.iter().cloned().collect(), ..compile_options() };
+    for (name, value) in &args.limits {
+        options.set_limit(name, *value).map_err(|e| CommandError::Usage(format!("--limit: {e}")))?;
     }
-    Ok(())
+    program::compile(file, &FileLoader, &options).map_err(CommandError::from)
 }
 
 /// The parameters from defaults, a fit and `-p` options, with the pose that the fit added.
@@ -144,7 +121,8 @@ pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64
             motion = pose;
         }
     }
-    for (i, value) in values::parameters(&args.values, known)? {
+    for (name, value) in &args.values {
+        let (i, value) = values::parameter_value("-p", name, value, known)?;
         x[i] = value;
     }
     for (i, (low, high)) in program.bounds(&x).into_iter().enumerate() {

@@ -1,8 +1,10 @@
 //! `--search NAME=LOW..HIGH`: which values of discrete inputs are fitted, and a summary of the comparison.
 
-use crate::cli::ScriptArgs;
+use crate::cli::CompileArgs;
 use crate::error::CommandError;
 use crate::table;
+use crate::values::Range;
+use gml_compiler::check::InputValue;
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::fit::{Evidence, InputValues, Search};
 
@@ -12,55 +14,49 @@ const MOST_FITS: usize = 1000;
 /// Every combination of the requested values. `program` is the script compiled with its defaults.
 pub(crate) fn combinations(
     program: &Program,
-    args: &ScriptArgs,
-    searched: &[String],
+    args: &CompileArgs,
+    searched: &[Range],
 ) -> Result<Vec<InputValues>, CommandError> {
     let mut combinations = vec![InputValues::new()];
-    for given in searched {
-        let usage = |why: String| CommandError::usage(format!("--search {given}: {why}"));
-        let (name, range) = given.split_once('=').ok_or_else(|| usage("expected NAME=LOW..HIGH".into()))?;
-        let name = name.trim();
-        let Some(input) = program.inputs().iter().find(|i| i.name == name) else {
+    for Range { name, low, high } in searched {
+        let usage = |why: &str| CommandError::Usage(format!("--search {name}={low}..{high}: {why}"));
+        let Some(input) = program.inputs().iter().find(|i| i.name == *name) else {
             let names: Vec<&str> = program.inputs().iter().map(|i| i.name.as_str()).collect();
-            return Err(usage(match names.is_empty() {
-                true => "the model has no inputs".into(),
-                false => format!("the model has no input of that name; it has {}", names.join(", ")),
-            }));
+            return Err(match names.is_empty() {
+                true => usage("the model has no inputs"),
+                false => usage(&format!("the model has no input of that name; it has {}", names.join(", "))),
+            });
         };
         if input.quantity != Quantity::Int {
-            return Err(usage(format!("`{name}` is not a whole number")));
+            return Err(usage("the input is not a whole number"));
         }
-        if args.inputs.iter().any(|i| i.split('=').next().is_some_and(|n| n.trim() == name)) {
-            return Err(usage(format!("`{name}` is also set with --input")));
+        if args.inputs.iter().any(|(other, _)| other == name) {
+            return Err(usage("the input is also set with --input"));
         }
         if combinations.iter().any(|inputs| inputs.contains_key(name)) {
-            return Err(usage(format!("`{name}` is searched twice")));
+            return Err(usage("the input is searched twice"));
         }
-        let ends = range
-            .split_once("..")
-            .and_then(|(low, high)| Some((low.trim().parse::<i64>().ok()?, high.trim().parse::<i64>().ok()?)));
-        let (low, high) = ends.ok_or_else(|| usage("expected two whole numbers, such as 3..16".into()))?;
-        if (low as f64) < input.lower || (high as f64) > input.upper || low > high {
-            return Err(usage(format!("`{name}` goes from {} to {}", input.lower, input.upper)));
+        if (*low as f64) < input.lower || (*high as f64) > input.upper || low > high {
+            return Err(usage(&format!("the input goes from {} to {}", input.lower, input.upper)));
         }
-        let count = (high as i128 - low as i128 + 1) as usize;
+        let count = (i128::from(*high) - i128::from(*low) + 1) as usize;
         if count.saturating_mul(combinations.len()) > MOST_FITS {
-            return Err(usage(format!("more than {MOST_FITS} combinations")));
+            return Err(usage(&format!("more than {MOST_FITS} combinations")));
         }
         let with = |inputs: &InputValues, value| {
             let mut inputs = inputs.clone();
-            inputs.insert(name.to_owned(), value);
+            inputs.insert(name.clone(), value);
             inputs
         };
-        combinations = combinations.iter().flat_map(|inputs| (low..=high).map(move |v| with(inputs, v))).collect();
+        combinations = combinations.iter().flat_map(|inputs| (*low..=*high).map(move |v| with(inputs, v))).collect();
     }
     Ok(combinations)
 }
 
-/// The script with some more inputs.
-pub(crate) fn with_inputs(args: &ScriptArgs, inputs: &InputValues) -> ScriptArgs {
+/// The arguments with some more inputs.
+pub(crate) fn with_inputs(args: &CompileArgs, inputs: &InputValues) -> CompileArgs {
     let mut args = args.clone();
-    args.inputs.extend(inputs.iter().map(|(name, value)| format!("{name}={value}")));
+    args.inputs.extend(inputs.iter().map(|(name, value)| (name.clone(), InputValue::Int(*value))));
     args
 }
 

@@ -3,6 +3,8 @@
 use crate::error::CommandError;
 use gml_compiler::check::InputValue;
 use gml_compiler::program::{Parameter, Quantity};
+use gml_runtime::model::{LARGEST, SMALLEST};
+use gml_runtime::variance::{Resolution, Tolerance};
 
 /// Units of values, with their quantity and size in millimetres or radians.
 const UNITS: [(&str, Quantity, f64); 7] = [
@@ -15,16 +17,15 @@ const UNITS: [(&str, Quantity, f64); 7] = [
     ("turn", Quantity::Angle, std::f64::consts::TAU),
 ];
 
-/// Parses a value of the given quantity, in millimetres or radians. A length or an angle requires a unit, so that
-/// nobody takes `r=4` for 4 mm and somebody else for 4 cm.
-pub(crate) fn parse(what: &str, text: &str, quantity: Quantity) -> Result<f64, CommandError> {
+/// Parses a value of the given quantity, in millimetres or radians; the error is a predicate such as `is not positive`. A
+/// length or an angle requires a unit, so that nobody takes `r=4` for 4 mm and somebody else for 4 cm.
+pub(crate) fn parse(text: &str, quantity: Quantity) -> Result<f64, String> {
     let text = text.trim();
-    let wrong = |why: String| CommandError::usage(format!("{what}: '{text}' {why}"));
     if quantity == Quantity::Bool {
         return match text {
             "true" => Ok(1.0),
             "false" => Ok(0.0),
-            _ => Err(wrong("is neither true nor false".into())),
+            _ => Err("is neither true nor false".into()),
         };
     }
     let digits = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -35,125 +36,144 @@ pub(crate) fn parse(what: &str, text: &str, quantity: Quantity) -> Result<f64, C
         Quantity::Int => "a whole number such as 6",
         Quantity::Real | Quantity::Bool => "a number such as 1.5",
     };
-    let value: f64 = number.parse().map_err(|_| wrong(format!("is not {example}")))?;
+    let value: f64 = number.parse().map_err(|_| format!("is not {example}"))?;
     let scaled = match (unit, UNITS.iter().find(|u| u.0 == unit)) {
         ("", _) if matches!(quantity, Quantity::Real | Quantity::Int) || value == 0.0 => value,
-        ("", _) => return Err(wrong(format!("has no unit: expected {example}"))),
+        ("", _) => return Err(format!("has no unit: expected {example}")),
         (_, Some((_, measured, size))) if *measured == quantity => value * size,
-        (_, Some(_)) => return Err(wrong(format!("has the wrong unit: expected {example}"))),
+        (_, Some(_)) => return Err(format!("has the wrong unit: expected {example}")),
         (_, None) => {
             let known: Vec<&str> = UNITS.iter().map(|u| u.0).collect();
-            return Err(wrong(format!("has an unknown unit '{unit}' (known: {})", known.join(", "))));
+            return Err(format!("has an unknown unit '{unit}' (known: {})", known.join(", ")));
         }
     };
     if !scaled.is_finite() {
-        return Err(wrong("is not finite".into()));
+        return Err("is not finite".into());
     }
     if quantity == Quantity::Int && scaled.fract() != 0.0 {
-        return Err(wrong("is not a whole number".into()));
+        return Err("is not a whole number".into());
     }
     Ok(scaled)
 }
 
 /// Parses a positive length, in millimetres.
-pub(crate) fn positive_length(option: &str, text: &str) -> Result<f64, CommandError> {
-    let value = parse(option, text, Quantity::Length)?;
-    if value > 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is not positive"))) }
-}
-
-/// Parses an angle above zero and up to a right angle, in radians.
-pub(crate) fn acute_angle(option: &str, text: &str) -> Result<f64, CommandError> {
-    let value = parse(option, text, Quantity::Angle)?;
-    if value > 0.0 && value <= 1.0001 * std::f64::consts::FRAC_PI_2 {
-        return Ok(value);
-    }
-    Err(CommandError::usage(format!("{option}: '{text}' must be above 0deg and at most 90deg")))
+pub(crate) fn positive_length(text: &str) -> Result<f64, String> {
+    parse(text, Quantity::Length).and_then(|x| if x > 0.0 { Ok(x) } else { Err("is not positive".into()) })
 }
 
 /// Parses a length that is not negative, in millimetres.
-pub(crate) fn length(option: &str, text: &str) -> Result<f64, CommandError> {
-    let value = parse(option, text, Quantity::Length)?;
-    if value >= 0.0 { Ok(value) } else { Err(CommandError::usage(format!("{option}: '{text}' is negative"))) }
+pub(crate) fn length(text: &str) -> Result<f64, String> {
+    parse(text, Quantity::Length).and_then(|x| if x >= 0.0 { Ok(x) } else { Err("is negative".into()) })
 }
 
-/// Parses a tolerance: its ends in millimetres. `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either
-/// order; the last unit holds for both numbers.
-pub(crate) fn tolerance(option: &str, text: &str) -> Result<(f64, f64), CommandError> {
+/// Parses an angle above zero and up to a right angle, in radians.
+pub(crate) fn acute_angle(text: &str) -> Result<f64, String> {
+    let allowed = |x: &f64| *x > 0.0 && *x <= 1.0001 * std::f64::consts::FRAC_PI_2;
+    Some(parse(text, Quantity::Angle)?).filter(allowed).ok_or_else(|| "must be above 0deg and at most 90deg".into())
+}
+
+/// Parses a fraction.
+pub(crate) fn fraction(text: &str) -> Result<f64, String> {
+    let value = parse(text, Quantity::Real)?;
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("is not between 0 and 1".into()) }
+}
+
+/// Parses a tolerance: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either order; the last unit holds for
+/// both numbers.
+pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
     let Some((first, second)) = text.split_once('/') else {
-        return positive_length(option, text).map(|t| (-t, t));
+        return positive_length(text).map(|t| Tolerance { lower: -t, upper: t });
     };
     let second = second.trim();
     let unit = &second[second.trim_end_matches(|c: char| c.is_ascii_alphabetic()).len()..];
     let has_unit = first.trim_end().ends_with(|c: char| c.is_ascii_alphabetic());
     let first = if has_unit { first.to_owned() } else { format!("{}{unit}", first.trim_end()) };
-    let (a, b) = (parse(option, &first, Quantity::Length)?, parse(option, second, Quantity::Length)?);
+    let (a, b) = (parse(&first, Quantity::Length)?, parse(second, Quantity::Length)?);
     if a == b {
-        return Err(CommandError::usage(format!("{option}: '{text}' allows only one value: both ends are equal")));
+        return Err("allows only one value: both ends are equal".into());
     }
-    Ok((a.min(b), a.max(b)))
+    Ok(Tolerance { lower: a.min(b), upper: a.max(b) })
 }
 
-/// Checks that a fraction is between 0 and 1.
-pub(crate) fn fraction(option: &str, value: f64) -> Result<f64, CommandError> {
-    if (0.0..=1.0).contains(&value) {
-        Ok(value)
-    } else {
-        Err(CommandError::usage(format!("{option}: {value} is not between 0 and 1")))
+/// Parses a number of texels per side, which must be a power of two because X3D viewers resample other textures, or the width
+/// of a texel.
+pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
+    let Ok(size) = text.trim().parse::<u32>() else { return positive_length(text).map(Resolution::Texel) };
+    if size.is_power_of_two() && (SMALLEST..=LARGEST).contains(&size) {
+        return Ok(Resolution::Side(size));
     }
+    Err(format!("must be a power of two from {SMALLEST} to {LARGEST}, such as 1024, or a length such as 0.2mm"))
 }
 
 /// Splits `name=value`.
-pub(crate) fn assignment<'a>(option: &str, text: &'a str) -> Result<(&'a str, &'a str), CommandError> {
-    text.split_once('=')
-        .map(|(name, value)| (name.trim(), value.trim()))
-        .filter(|(name, _)| !name.is_empty())
-        .ok_or_else(|| {
-            let given = format!("{option} {text}");
-            CommandError::usage(format!("{}: expected NAME=VALUE, such as r=42mm", given.trim_end()))
-        })
+pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
+    let parts = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
+    parts.filter(|(name, _)| !name.is_empty()).ok_or_else(|| "expected NAME=VALUE, such as r=42mm".into())
 }
 
-/// The index of a parameter by its name.
+/// Parses `name=limit`.
+pub(crate) fn limit(text: &str) -> Result<(String, u64), String> {
+    let (name, value) = assignment(text)?;
+    let value = value.parse().map_err(|_| format!("'{value}' is not a whole number such as 100000"))?;
+    Ok((name, value))
+}
+
+/// A range of values of an input.
+#[derive(Clone, Debug)]
+pub(crate) struct Range {
+    pub(crate) name: String,
+    pub(crate) low: i64,
+    pub(crate) high: i64,
+}
+
+/// Parses `name=low..high`.
+pub(crate) fn range(text: &str) -> Result<Range, String> {
+    let (name, range) = assignment(text).map_err(|_| "expected NAME=LOW..HIGH")?;
+    let ends = range.split_once("..");
+    let ends = ends.and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
+    let (low, high) = ends.ok_or("expected two whole numbers, such as 3..16")?;
+    Ok(Range { name, low, high })
+}
+
+/// Parses `name=value` of an input: true or false, a whole number, or a number with an optional unit. The compiler checks it
+/// against the declaration.
+pub(crate) fn input(text: &str) -> Result<(String, InputValue), String> {
+    let (name, value) = assignment(text)?;
+    if let Ok(flag) = value.parse() {
+        return Ok((name, InputValue::Bool(flag)));
+    }
+    if let Ok(whole) = value.parse() {
+        return Ok((name, InputValue::Int(whole)));
+    }
+    if matches!(value.to_lowercase().as_str(), "yes" | "no" | "on" | "off" | "true" | "false") {
+        return Err(format!("'{value}' is not a value: write true or false"));
+    }
+    let quantity = UNITS.iter().filter(|u| value.ends_with(u.0)).map(|u| u.1).next_back();
+    let number = parse(&value, quantity.unwrap_or(Quantity::Real)).map_err(|why| format!("'{value}' {why}"))?;
+    Ok((name, InputValue::Real(number)))
+}
+
+/// The index of a parameter by its name. `option` is the option that names it.
 pub(crate) fn parameter(option: &str, name: &str, parameters: &[Parameter]) -> Result<usize, CommandError> {
-    let known = parameters.iter().map(|p| p.name.as_str());
-    known.clone().position(|p| p == name).ok_or_else(|| CommandError::usage(unknown(option, "parameter", name, known)))
-}
-
-/// Parameter values from `-p` options: indices and values.
-pub(crate) fn parameters(texts: &[String], known: &[Parameter]) -> Result<Vec<(usize, f64)>, CommandError> {
-    texts
-        .iter()
-        .map(|text| {
-            let (name, value) = assignment("-p", text)?;
-            let index = parameter("-p", name, known)?;
-            Ok((index, parse(&format!("-p {name}"), value, known[index].quantity)?))
+    parameters.iter().position(|p| p.name == name).ok_or_else(|| {
+        let names: Vec<&str> = parameters.iter().map(|p| p.name.as_str()).collect();
+        CommandError::Usage(match names.is_empty() {
+            true => format!("{option} {name}: the model has no parameters"),
+            false => format!("{option} {name}: the model has no parameter of that name; it has {}", names.join(", ")),
         })
-        .collect()
+    })
 }
 
-/// Parses the value of an input: true or false, a whole number, or a number with an optional unit. The compiler checks
-/// it against the declaration.
-pub(crate) fn input_value(name: &str, text: &str) -> Result<InputValue, CommandError> {
-    let what = format!("--input {name}");
-    if let Ok(flag) = text.parse() {
-        return Ok(InputValue::Bool(flag));
-    }
-    if let Ok(whole) = text.parse() {
-        return Ok(InputValue::Int(whole));
-    }
-    if matches!(text.to_lowercase().as_str(), "yes" | "no" | "on" | "off" | "true" | "false") {
-        return Err(CommandError::usage(format!("{what}: '{text}' is not a value: write true or false")));
-    }
-    let quantity = UNITS.iter().filter(|u| text.ends_with(u.0)).map(|u| u.1).next_back();
-    parse(&what, text, quantity.unwrap_or(Quantity::Real)).map(InputValue::Real)
-}
-
-fn unknown<'a>(option: &str, kind: &str, name: &str, known: impl Iterator<Item = &'a str>) -> String {
-    let names: Vec<&str> = known.collect();
-    if names.is_empty() {
-        return format!("{option} {name}: the model has no {kind}s");
-    }
-    format!("{option} {name}: the model has no {kind} of that name; it has {}", names.join(", "))
+/// The index and value of a parameter.
+pub(crate) fn parameter_value(
+    option: &str,
+    name: &str,
+    value: &str,
+    parameters: &[Parameter],
+) -> Result<(usize, f64), CommandError> {
+    let index = parameter(option, name, parameters)?;
+    let parsed = parse(value, parameters[index].quantity);
+    Ok((index, parsed.map_err(|why| CommandError::Usage(format!("{option} {name}: '{value}' {why}")))?))
 }
 
 #[cfg(test)]
@@ -162,12 +182,12 @@ mod tests {
 
     #[test]
     fn units_are_scaled_to_millimetres_and_radians() {
-        assert_eq!(parse("r", "42mm", Quantity::Length).ok(), Some(42.0));
-        assert_eq!(parse("r", "4.2 cm", Quantity::Length).ok(), Some(42.0));
-        assert_eq!(parse("r", "-1e-3m", Quantity::Length).ok(), Some(-1.0));
-        assert_eq!(parse("a", "0.5turn", Quantity::Angle).ok(), Some(std::f64::consts::PI));
-        assert_eq!(parse("s", "1e2", Quantity::Real).ok(), Some(100.0));
-        assert_eq!(parse("x", "0", Quantity::Length).ok(), Some(0.0), "zero is zero in any unit");
+        assert_eq!(parse("42mm", Quantity::Length).ok(), Some(42.0));
+        assert_eq!(parse("4.2 cm", Quantity::Length).ok(), Some(42.0));
+        assert_eq!(parse("-1e-3m", Quantity::Length).ok(), Some(-1.0));
+        assert_eq!(parse("0.5turn", Quantity::Angle).ok(), Some(std::f64::consts::PI));
+        assert_eq!(parse("1e2", Quantity::Real).ok(), Some(100.0));
+        assert_eq!(parse("0", Quantity::Length).ok(), Some(0.0), "zero is zero in any unit");
     }
 
     #[test]
@@ -178,11 +198,11 @@ mod tests {
             ("-0.1mm/+0.03cm", (-0.1, 0.3)),
             ("0/0.2 mm", (0.0, 0.2)),
         ] {
-            let (low, high) = tolerance("t", text).expect(text);
+            let Tolerance { lower: low, upper: high } = tolerance(text).expect(text);
             assert!((low - expected.0).abs() < 1e-15 && (high - expected.1).abs() < 1e-15, "{text}: {low} {high}");
         }
         for text in ["0.5", "0mm", "-1mm", "1mm/1mm", "+0.3/-0.1", "1mm/", "/", "1mm/2mm/3mm", "1deg/2mm"] {
-            assert!(matches!(tolerance("t", text), Err(CommandError::Usage(_))), "{text}");
+            assert!(tolerance(text).is_err(), "{text}");
         }
     }
 
@@ -199,8 +219,8 @@ mod tests {
             ("", Quantity::Length),
             ("yes", Quantity::Bool),
         ] {
-            let error = parse("it", text, quantity);
-            assert!(matches!(error, Err(CommandError::Usage(_))), "{text}: {error:?}");
+            let error = parse(text, quantity);
+            assert!(error.is_err(), "{text}: {error:?}");
         }
     }
 }

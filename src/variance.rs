@@ -1,6 +1,6 @@
 //! `gmlc variance`.
 
-use crate::cli::{ScriptArgs, VarianceArgs};
+use crate::cli::VarianceArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::{deviations, fit, measure, mesh, script};
@@ -12,14 +12,12 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
     let extension = args.reference.extension().unwrap_or_default();
     let measured = if extension.eq_ignore_ascii_case("gml") {
-        let script =
-            ScriptArgs { model: args.reference.clone(), inputs: args.inputs.clone(), limits: args.limits.clone() };
-        let program = script::compile(&script)?;
+        let program = script::compile(&args.reference, &args.compile)?;
         let (x, motion) = script::parameters(&program, &args.values)?;
         measure_from(Reference::Model { model: &program, x: &x, motion }, args, &options)
     } else {
         let shown = args.reference.display();
-        if args.values.params.is_some() || !args.values.values.is_empty() || !args.inputs.is_empty() {
+        if args.values.params.is_some() || !args.values.values.is_empty() || !args.compile.inputs.is_empty() {
             return Err(CommandError::usage(format!(
                 "{shown}: --params, -p and --input require a script (.gml); a reference mesh has no parameters"
             )));
@@ -29,8 +27,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
                 "{shown}: --sensitivities requires a script (.gml); a reference mesh has no parameters"
             )));
         }
-        let unit = args.reference_unit.parse().map_err(|e| CommandError::usage(format!("--reference-unit: {e}")))?;
-        let mesh = scan::read_mesh(&args.reference, unit).map_err(CommandError::failed)?;
+        let mesh = scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
         measure_from(Reference::Mesh(&mesh), args, &options)
     }?;
     mesh::make_folder(&args.output)?;

@@ -1,18 +1,63 @@
-//! What a compiled model is for: scans are read and made, the model is fitted to them, the deviations are measured
-//! and documented. No argument parsing, no printing.
+//! Fits generative models to laser scans and measures the deviations ([VA]: Schinko, Ullrich, Schiffer and Fellner,
+//! *Variance Analysis and Comparison in Computer-Aided Design*). Models are compiled by `gml_compiler`. This crate
+//! parses no arguments and prints nothing.
+//!
+//! # Example
+//!
+//! A script, a scan, and what [`inspect()`] finds: the parameters of the scanned can, and the deviations from the fitted
+//! model.
+//!
+//! ```
+//! use gml_compiler::program::{Options, compile};
+//! use gml_compiler::source::{NoFiles, SourceFile};
+//! use gml_runtime::{
+//!     Fineness, FitOptions, MeasureOptions, Model, Resolution, Scanner, Silent, Tessellation, inspect, scan, simulate,
+//! };
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let text = "
+//!     use std.surface (cylinder, disc)
+//!     model can {
+//!         param r: length in 15mm..25mm = 20mm
+//!         param h: length in 30mm..70mm = 50mm
+//!         part side = cylinder(r, h)
+//!         part lid = |u, v| disc(r)(u, v) + (0mm, 0mm, h)
+//!     }";
+//! let script = SourceFile { name: "can.gml".to_owned(), text: text.to_owned() };
+//! let program = compile(script, &NoFiles, &Options::default())?.program;
+//!
+//! // `scan::read` reads a file; here the virtual scanner scans a can with a radius of 21 mm and a height of 52 mm.
+//! let instance = Model::instantiate(&program, &[21.0, 52.0])?;
+//! let real = Tessellation::new(&program, &*instance, Fineness::default())?;
+//! let scanner = Scanner { spacing: 1.5, noise: 0.05, ..Scanner::default() };
+//! let scan = scan::from_mesh(simulate::scan(&real.mesh, &scanner, &Silent)?.mesh, "can.ply")?;
+//!
+//! let mut options = MeasureOptions::default();
+//! options.resolution = Resolution::Side(128);
+//! let inspection = inspect(&program, &scan, &FitOptions::default(), &options, &Silent)?;
+//! let [r, h] = [0, 1].map(|i| inspection.fit.parameters[i].value);
+//! assert!((r - 21.0).abs() < 0.05 && (h - 52.0).abs() < 0.1);
+//! let deviations = &inspection.measurement.report.overall;
+//! assert!(deviations.coverage > 0.9 && deviations.weighted.rms < 0.1);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Modules
 //!
 //! - [`mesh`]: triangle meshes, the plain data that stages exchange.
 //! - [`scan`]: reading and cleaning scans, normals, noise.
 //! - [`simulate`]: the virtual laser scanner.
 //! - [`model`]: a model as evaluable surface patches; tessellation, charts and texels.
 //! - [`bvh`]: nearest hits of rays and closest points on a triangle mesh.
-//! - [`fit`]: parameters and pose from a scan.
+//! - [`fit`]: parameters and pose from a scan; search over discrete inputs.
 //! - [`variance`]: distances from every texel of the model's surface to the scan; statistics.
 //! - [`export`]: the documents: X3D, pictures, meshes, report.
+//! - [`inspect`]: fit, measure and document.
 //! - [`workers`]: threads for the compiler's work.
 //!
 //! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `simulate` uses `bvh`; `export` reads all
-//! results.
+//! results; `inspect` calls `fit`, `variance` and `export`.
 
 pub mod bvh;
 pub mod export;
@@ -26,3 +71,11 @@ pub mod scan;
 pub mod simulate;
 pub mod variance;
 pub mod workers;
+
+pub use fit::{FitOptions, FitResult, fit};
+pub use inspect::{Inspection, inspect};
+pub use model::{Fineness, Model, Motion, Tessellation};
+pub use progress::{Progress, Silent};
+pub use scan::Scan;
+pub use simulate::Scanner;
+pub use variance::{MeasureOptions, Measurement, Reference, Resolution, measure};

@@ -1,7 +1,10 @@
 //! Arguments of the commands that compare a model with a scan.
 
-use super::{Format, LimitArgs, ScriptArgs, ValueArgs};
+use super::{CompileArgs, Format, ScriptArgs, ValueArgs};
+use crate::values::{self, Range};
 use clap::{Args, ValueEnum};
+use gml_runtime::scan::Unit;
+use gml_runtime::variance::{Resolution, Tolerance};
 use std::path::PathBuf;
 
 /// A scan and its unit.
@@ -12,15 +15,15 @@ pub(crate) struct ScanArgs {
     pub(crate) scan: PathBuf,
     /// Unit of the scan's coordinates: mm, cm, m or in
     #[arg(long, value_name = "UNIT", default_value = "mm")]
-    pub(crate) unit: String,
+    pub(crate) unit: Unit,
 }
 
 /// Options of a fit.
 #[derive(Debug, Args)]
 pub(crate) struct FitControls {
     /// Start a parameter at a value, such as r=42mm (may be repeated)
-    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
-    pub(crate) values: Vec<String>,
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = values::assignment)]
+    pub(crate) values: Vec<(String, String)>,
     /// Hold a parameter fixed: NAME at its start value, or NAME=VALUE, which is also tested against the scan (may be
     /// repeated)
     #[arg(long, value_name = "NAME[=VALUE]")]
@@ -29,8 +32,8 @@ pub(crate) struct FitControls {
     #[arg(long, value_name = "NAMES")]
     pub(crate) equal: Vec<String>,
     /// Scale of the loss at the end of the fit [default: from the scan's noise]
-    #[arg(long, value_name = "LENGTH")]
-    pub(crate) sigma: Option<String>,
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) sigma: Option<f64>,
     /// Loss function at the end of the fit
     #[arg(long, value_enum, default_value_t)]
     pub(crate) loss: LossArg,
@@ -45,8 +48,8 @@ pub(crate) struct FitControls {
     #[arg(long)]
     pub(crate) coverage: bool,
     /// Also fit N scans resampled from the scan, for confidence intervals with few assumptions
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(crate) bootstrap: usize,
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=100_000))]
+    pub(crate) bootstrap: u32,
     /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(crate) seed: u64,
@@ -93,8 +96,8 @@ pub(crate) struct FitArgs {
     #[command(flatten)]
     pub(crate) controls: FitControls,
     /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
-    #[arg(long, value_name = "NAME=LOW..HIGH")]
-    pub(crate) search: Vec<String>,
+    #[arg(long, value_name = "NAME=LOW..HIGH", value_parser = values::range)]
+    pub(crate) search: Vec<Range>,
     /// Where to write the result
     #[arg(short, long, value_name = "FIT.json")]
     pub(crate) output: Option<PathBuf>,
@@ -130,30 +133,30 @@ pub(crate) enum DistanceArg {
 #[derive(Debug, Args)]
 pub(crate) struct VarianceControls {
     /// How far from the model to look for the scan [default: a tenth of the model's size]
-    #[arg(long, value_name = "LENGTH")]
-    pub(crate) max_distance: Option<String>,
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) max_distance: Option<f64>,
     /// Where distances are measured to
     #[arg(long, value_enum, default_value_t)]
     pub(crate) distance: DistanceArg,
     /// With --distance averaged-normal: width of the band beside an edge in which normals turn from the average to the
     /// surface's own [default: a fiftieth of the model's size]
-    #[arg(long, value_name = "LENGTH")]
-    pub(crate) averaging_width: Option<String>,
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) averaging_width: Option<f64>,
     /// Close holes of the scan up to this size, such as 5mm: rays do not pass through them, and texels that look at
     /// them count as filled, not as measured
-    #[arg(long, value_name = "LENGTH")]
-    pub(crate) fill_holes: Option<String>,
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) fill_holes: Option<f64>,
     /// Largest angle between the normals of the model and of the scan
-    #[arg(long, value_name = "ANGLE", default_value = "90deg")]
-    pub(crate) max_angle: String,
+    #[arg(long, value_name = "ANGLE", default_value = "90deg", value_parser = values::acute_angle)]
+    pub(crate) max_angle: f64,
     /// Allowed deviations, such as 0.5mm (either way) or +0.3/-0.1mm, of parts to which the script gives no tolerance;
     /// the exit status is 3 if a deviation exceeds its tolerance
-    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
-    pub(crate) tolerance: Option<String>,
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true, value_parser = values::tolerance)]
+    pub(crate) tolerance: Option<Tolerance>,
     /// Texels per side of the distance texture, a power of two such as 2048, or the width of a texel, such as 0.2mm
     /// (the smallest texture whose texels are no wider on average)
-    #[arg(long, value_name = "N|LENGTH", default_value = "1024")]
-    pub(crate) resolution: String,
+    #[arg(long, value_name = "N|LENGTH", default_value = "1024", value_parser = values::resolution)]
+    pub(crate) resolution: Resolution,
     /// What casts the rays
     #[arg(long, value_enum, default_value_t)]
     pub(crate) device: DeviceArg,
@@ -174,18 +177,15 @@ pub(crate) struct VarianceArgs {
     /// A script (.gml, with --params) or a reference mesh (.obj, .stl, .ply) in the scan's position
     #[arg(value_name = "REFERENCE")]
     pub(crate) reference: PathBuf,
-    /// Set an input of the model, such as bolts=6 (may be repeated)
-    #[arg(long = "input", value_name = "NAME=VALUE")]
-    pub(crate) inputs: Vec<String>,
     #[command(flatten)]
-    pub(crate) limits: LimitArgs,
+    pub(crate) compile: CompileArgs,
     #[command(flatten)]
     pub(crate) values: ValueArgs,
     #[command(flatten)]
     pub(crate) scan: ScanArgs,
     /// Unit of the reference mesh's coordinates
     #[arg(long, value_name = "UNIT", default_value = "mm")]
-    pub(crate) reference_unit: String,
+    pub(crate) reference_unit: Unit,
     #[command(flatten)]
     pub(crate) controls: VarianceControls,
     /// Folder for the results
@@ -206,8 +206,8 @@ pub(crate) struct InspectArgs {
     #[command(flatten)]
     pub(crate) fit: FitControls,
     /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
-    #[arg(long, value_name = "NAME=LOW..HIGH")]
-    pub(crate) search: Vec<String>,
+    #[arg(long, value_name = "NAME=LOW..HIGH", value_parser = values::range)]
+    pub(crate) search: Vec<Range>,
     #[command(flatten)]
     pub(crate) variance: VarianceControls,
     /// Folder for the results

@@ -1,7 +1,11 @@
 //! Arguments of the commands that require a script and no scan.
 
-use super::{Format, LimitArgs, ScriptArgs, ValueArgs};
+use super::{CompileArgs, Format, ScriptArgs, ValueArgs};
+use crate::picture;
+use crate::values;
 use clap::{Args, ValueEnum};
+use gml_compiler::check::InputValue;
+use gml_runtime::export::render::View;
 use std::path::PathBuf;
 
 #[derive(Debug, Args)]
@@ -12,11 +16,8 @@ pub(crate) struct CheckArgs {
     /// The script (.gml)
     #[arg(value_name = "MODEL.gml", required_unless_present = "explain")]
     pub(crate) model: Option<PathBuf>,
-    /// Set an input of the model, such as bolts=6 (may be repeated)
-    #[arg(long = "input", value_name = "NAME=VALUE")]
-    pub(crate) inputs: Vec<String>,
     #[command(flatten)]
-    pub(crate) limits: LimitArgs,
+    pub(crate) compile: CompileArgs,
     /// Explain a diagnostic's code, with an example
     #[arg(long, value_name = "CODE")]
     pub(crate) explain: Option<String>,
@@ -39,15 +40,15 @@ pub(crate) struct MeshArgs {
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
     /// Largest distance between the mesh and the exact surface [default: 0.02mm, or a fifth of a pixel for a picture]
-    #[arg(long, value_name = "LENGTH")]
-    pub(crate) chord: Option<String>,
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) chord: Option<f64>,
     /// Viewpoint of a picture: corner, front, back, top, below, inside (cut open), or AZIMUTH,ELEVATION in degrees
     /// (from the front to the right, and upwards) [default: corner]
-    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
-    pub(crate) view: Option<String>,
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true, value_parser = picture::parse_view)]
+    pub(crate) view: Option<View>,
     /// Size of a picture in pixels: 640, or 640x480 [default: 640]
-    #[arg(long, value_name = "PIXELS")]
-    pub(crate) size: Option<String>,
+    #[arg(long, value_name = "PIXELS", value_parser = picture::parse_size)]
+    pub(crate) size: Option<(usize, usize)>,
 }
 
 #[derive(Debug, Args)]
@@ -137,19 +138,19 @@ pub(crate) struct VirtualScanArgs {
     #[arg(long, value_name = "FILE.json")]
     pub(crate) truth: Option<PathBuf>,
     /// Distance between neighbouring points on the object
-    #[arg(long, value_name = "LENGTH", default_value = "0.8mm")]
-    pub(crate) spacing: String,
+    #[arg(long, value_name = "LENGTH", default_value = "0.8mm", value_parser = values::positive_length)]
+    pub(crate) spacing: f64,
     /// Standard deviation of the range noise
-    #[arg(long, value_name = "LENGTH", default_value = "0.3mm")]
-    pub(crate) noise: String,
+    #[arg(long, value_name = "LENGTH", default_value = "0.3mm", value_parser = values::length)]
+    pub(crate) noise: f64,
     /// Number of view points
     #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=200))]
     pub(crate) views: u32,
     /// Fraction of points with a wrong range
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.001)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.001, value_parser = values::fraction)]
     pub(crate) outliers: f64,
     /// Fraction of points that are missing
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.01)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.01, value_parser = values::fraction)]
     pub(crate) dropouts: f64,
     /// Number of holes of a few millimetres
     #[arg(long, value_name = "N", default_value_t = 6)]
@@ -175,11 +176,11 @@ pub(crate) struct ReplArgs {
     #[arg(value_name = "MODEL.gml")]
     pub(crate) model: Option<PathBuf>,
     /// Set an input of the model, such as bolts=6 (may be repeated)
-    #[arg(long = "input", value_name = "NAME=VALUE")]
-    pub(crate) inputs: Vec<String>,
+    #[arg(long = "input", value_name = "NAME=VALUE", value_parser = values::input)]
+    pub(crate) inputs: Vec<(String, InputValue)>,
     /// Set a parameter, such as r=42mm (may be repeated)
-    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
-    pub(crate) values: Vec<String>,
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = values::assignment)]
+    pub(crate) values: Vec<(String, String)>,
     /// Do not load or save the history of lines
     #[arg(long)]
     pub(crate) no_history: bool,

@@ -11,7 +11,9 @@ pub(crate) use language::{
     CheckArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, MeshArgs, ReplArgs, Stage, VirtualScanArgs,
 };
 
+use crate::values;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use gml_compiler::check::InputValue;
 use std::path::PathBuf;
 
 /// Generative models, compiled and differentiated, fitted to laser scans and compared with them.
@@ -58,26 +60,26 @@ pub(crate) enum Command {
     Repl(ReplArgs),
 }
 
-/// A script and its inputs.
+/// A script and how it is compiled.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ScriptArgs {
     /// The script (.gml)
     #[arg(value_name = "MODEL.gml")]
     pub(crate) model: PathBuf,
-    /// Set an input of the model, such as bolts=6 (may be repeated)
-    #[arg(long = "input", value_name = "NAME=VALUE")]
-    pub(crate) inputs: Vec<String>,
     #[command(flatten)]
-    pub(crate) limits: LimitArgs,
+    pub(crate) compile: CompileArgs,
 }
 
-/// Limits on the work that a script may cause.
+/// Inputs of a script, and limits on the work that it may cause.
 #[derive(Clone, Debug, Default, Args)]
-pub(crate) struct LimitArgs {
+pub(crate) struct CompileArgs {
+    /// Set an input of the model, such as bolts=6 (may be repeated)
+    #[arg(long = "input", value_name = "NAME=VALUE", value_parser = values::input)]
+    pub(crate) inputs: Vec<(String, InputValue)>,
     /// Set a limit on the script's work: steps, depth, nesting, instances, turns, nodes or operations, such as
     /// steps=1000000 (may be repeated)
-    #[arg(long = "limit", value_name = "NAME=N")]
-    pub(crate) limits: Vec<String>,
+    #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
+    pub(crate) limits: Vec<(String, u64)>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -93,8 +95,8 @@ pub(crate) enum Format {
 #[derive(Debug, Args)]
 pub(crate) struct ValueArgs {
     /// Set a parameter, such as r=42mm, alpha=30deg or shape=4 (may be repeated)
-    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE")]
-    pub(crate) values: Vec<String>,
+    #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = values::assignment)]
+    pub(crate) values: Vec<(String, String)>,
     /// Take the parameters from a result of `gmlc fit`; -p overrides them
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,

@@ -266,8 +266,8 @@ fn reload(repl: &mut Repl) -> Result<Flow, CommandError> {
 
 fn set(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
     repl.refresh()?;
-    let (name, value) = values::assignment(":set", rest)?;
-    repl.session.borrow_mut().set(name, value, &FileLoader)?;
+    let (name, value) = values::assignment(rest).map_err(|why| CommandError::Usage(format!(":set {rest}: {why}")))?;
+    repl.session.borrow_mut().set(&name, &value, &FileLoader)?;
     Ok(Flow::Go)
 }
 

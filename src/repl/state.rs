@@ -6,11 +6,11 @@ use crate::cli::ReplArgs;
 use crate::diagnostics;
 use crate::error::CommandError;
 use crate::script::{self, FileLoader};
-use crate::values;
 use gml_compiler::ir::interpret::Limits;
 use gml_compiler::session::{Options, Session};
 use gml_compiler::source::SourceFile;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -40,7 +40,7 @@ impl Repl {
         let interrupt = Arc::new(AtomicBool::new(false));
         // A user at a terminal ends what takes too long; nobody does so for scripts.
         let limits = Limits { steps: if interactive { u64::MAX } else { 1_000_000_000 }, ..Limits::default() };
-        let inputs = script::inputs(&args.inputs)?;
+        let inputs: BTreeMap<_, _> = args.inputs.iter().cloned().collect();
         let options = Options { limits, inputs: inputs.clone(), interrupt: interrupt.clone(), ..Options::default() };
         let session = Rc::new(RefCell::new(Session::new(options)));
         let mut repl = Repl { session, interrupt, watch: Watch::default(), interactive, failed: false };
@@ -54,8 +54,7 @@ impl Repl {
         if let Some(name) = inputs.keys().find(|name| !known.contains(name)) {
             return Err(CommandError::usage(format!("--input {name}: the model has no input of that name")));
         }
-        for given in &args.values {
-            let (name, value) = values::assignment("-p", given)?;
+        for (name, value) in &args.values {
             repl.session.borrow_mut().set(name, value, &FileLoader)?;
         }
         Ok(repl)

@@ -2,7 +2,7 @@
 
 use super::commands::no_model;
 use super::state::Repl;
-use crate::cli::{FitControls, InspectArgs, LimitArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
+use crate::cli::{CompileArgs, FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{FileLoader, compile_options};
@@ -107,7 +107,7 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: InspectLine = parsed(words(rest)?)?;
     let (program, x) = program(repl)?;
     let args = InspectArgs {
-        script: ScriptArgs { model: script(repl), inputs: Vec::new(), limits: LimitArgs::default() },
+        script: ScriptArgs { model: script(repl), compile: CompileArgs::default() },
         scan: line.scan,
         fit: controls(line.fit, &program, &x),
         search: Vec::new(),
@@ -183,10 +183,10 @@ fn script(repl: &Repl) -> PathBuf {
 
 /// A fit starts from the values that were set, unless its options override them.
 fn controls(mut controls: FitControls, program: &Program, x: &[f64]) -> FitControls {
-    let mut values: Vec<String> = Vec::new();
+    let mut values: Vec<(String, String)> = Vec::new();
     for (p, value) in program.parameters().iter().zip(x) {
         if *value != p.default {
-            values.push(format!("{}={value}{}", p.name, p.quantity.unit()));
+            values.push((p.name.clone(), format!("{value}{}", p.quantity.unit())));
         }
     }
     values.append(&mut controls.values);

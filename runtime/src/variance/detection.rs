@@ -35,7 +35,7 @@ pub struct Detection {
 
 /// The level of each part. `noise` is the scan's, in millimetres.
 #[must_use]
-pub fn detect(
+pub(in crate::variance) fn detect(
     deviations: &Deviations,
     noise: f64,
     fit: Option<(&Sensitivities, ParameterCovariance<'_>)>,

@@ -52,7 +52,7 @@ pub struct ParameterEffect {
 
 /// The explanation of each part; none if too little was measured.
 #[must_use]
-pub fn explain(deviations: &Deviations, sensitivities: &Sensitivities) -> Vec<Option<Explanation>> {
+pub(in crate::variance) fn explain(deviations: &Deviations, sensitivities: &Sensitivities) -> Vec<Option<Explanation>> {
     sensitivities.parts.iter().map(|part| explain_part(deviations, part, &sensitivities.parameters)).collect()
 }
 

@@ -2,10 +2,17 @@
 
 use super::cast::{self, Cast};
 use super::surface::Surface;
+use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
+use super::cast::hide_behind_filled;
+use super::detection::detect;
+use super::explained::explain;
+use super::form::{form_deviations, recognise};
+use super::holes::FilledHoles;
+use super::orientation::agree_with_scan;
+use super::unmatched::Unmatched;
 use super::{
-    CastError, Deviations, Device, DistanceKind, Facing, FilledHoles, ParameterCovariance, Reference, Resolution,
-    SensitivityRange, Tolerance, Unmatched, VarianceReport, agree_with_scan, averaging, detect, explain,
-    form_deviations, hide_behind_filled, recognise,
+    CastError, Deviations, Device, DistanceKind, Facing, ParameterCovariance, Reference, Resolution, SensitivityRange,
+    Tolerance, VarianceReport,
 };
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
@@ -31,7 +38,7 @@ pub struct MeasureOptions {
     /// Where distances are measured to.
     pub distance: DistanceKind,
     /// Width of the band beside an edge in which averaged normals turn back to the surface's own, in millimetres; by
-    /// default [`DEFAULT_WIDTH`](super::DEFAULT_WIDTH) of the surface's diagonal.
+    /// default a fiftieth of the surface's diagonal, at most a tenth.
     pub averaging_width: Option<f64>,
     /// Holes of the scan up to this size are closed, in millimetres; by default none.
     pub fill_holes: Option<f64>,
@@ -148,7 +155,7 @@ pub fn measure(
     let Surface { mut tessellation, mut texels, tolerances, notices, seconds, .. } = surface;
     // Forms are those of the surface itself, before normals are averaged.
     let shapes = recognise(&texels);
-    let (averaging_width, cosine) = average_normals(&mut texels, &mut tessellation, options)?;
+    let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
     let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
     deviations.cosine = cosine;
     let holes = options.fill_holes.map(|size| FilledHoles::new(&scan.mesh, size));
@@ -209,7 +216,7 @@ fn unless_cancelled(progress: &dyn Progress) -> Result<(), MeasureError> {
 
 /// Averages normals if the options say so. Returns the width of the bands in which they turn (none for a reference
 /// mesh), and the cosines of the angles by which the texels' normals turned.
-fn average_normals(
+fn averaged(
     texels: &mut Texels,
     tessellation: &mut Tessellation,
     options: &MeasureOptions,
@@ -218,12 +225,12 @@ fn average_normals(
         return Ok((None, Vec::new()));
     }
     let size = tessellation.mesh.diagonal();
-    let width = options.averaging_width.unwrap_or(averaging::DEFAULT_WIDTH * size);
-    let most = averaging::MAX_WIDTH * size;
+    let width = options.averaging_width.unwrap_or(DEFAULT_WIDTH * size);
+    let most = MAX_WIDTH * size;
     if width > most {
         return Err(MeasureError::AveragingWidth { width, most });
     }
-    let cosine = averaging::average_normals(texels, tessellation, width).map_err(MeasureError::Surface)?;
+    let cosine = average_normals(texels, tessellation, width).map_err(MeasureError::Surface)?;
     Ok(((!tessellation.origins.is_empty()).then_some(width), cosine))
 }
 

@@ -15,7 +15,7 @@ const SAMPLES: usize = 2000;
 /// part is turned if most of the scan's normals there are opposite to its own. Only the nearer half of the sample
 /// votes, so that neither the other side of a wall nor gross deviations decide. The model's `mesh` has one group per
 /// part, in the order of the texels' parts; its triangles and normals are turned likewise.
-pub fn agree_with_scan(
+pub(in crate::variance) fn agree_with_scan(
     texels: &mut Texels,
     mesh: &mut TriangleMesh,
     scan: &TriangleMesh,

@@ -16,11 +16,11 @@ const LISTED: usize = 10;
 
 /// The triangles of a scan that the model does not explain.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Unmatched {
+pub(in crate::variance) struct Unmatched {
     /// The triangles, with the vertices that they use; one group per piece, the largest first.
-    pub mesh: TriangleMesh,
+    pub(in crate::variance) mesh: TriangleMesh,
     /// Its figures.
-    pub summary: UnmatchedSummary,
+    pub(in crate::variance) summary: UnmatchedSummary,
 }
 
 /// Figures of the part of a scan that the model does not explain.
@@ -62,7 +62,7 @@ impl Unmatched {
     ///
     /// # Errors
     /// As [`Bvh::build`] over the model.
-    pub fn new(
+    pub(in crate::variance) fn new(
         scan: &TriangleMesh,
         model: &TriangleMesh,
         max_distance: f64,

@@ -20,10 +20,10 @@ use std::collections::HashMap;
 const COINCIDENT: f64 = 5e-4;
 
 /// Default width of the band beside an edge, as a fraction of the model's diagonal.
-pub const DEFAULT_WIDTH: f64 = 0.02;
+pub(in crate::variance) const DEFAULT_WIDTH: f64 = 0.02;
 
 /// Largest width of the band beside an edge, as a fraction of the model's diagonal.
-pub const MAX_WIDTH: f64 = 0.1;
+pub(in crate::variance) const MAX_WIDTH: f64 = 0.1;
 
 /// If the sum of the normals of patches that meet is shorter (two sides of a sheet), they have no average.
 const CANCELLED: f64 = 1e-3;
@@ -40,7 +40,7 @@ const CANCELLED: f64 = 1e-3;
 ///
 /// # Errors
 /// As [`Bvh::build`] over the model's surface.
-pub fn average_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<Vec<f32>, BvhError> {
+pub(in crate::variance) fn average_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<Vec<f32>, BvhError> {
     let before = texels.normal.clone();
     turn_normals(texels, tessellation, width)?;
     let cosine = |(before, after): (&[f32; 3], &[f32; 3])| {

@@ -4,9 +4,10 @@ use crate::mesh::TriangleMesh;
 use crate::model::{Atlas, Fineness, Model, Motion, ReferenceSurface, Sensitivities, Tessellation, Texels};
 use crate::scan::ScanSource;
 use crate::variance::cast::tests::gpu;
-use crate::variance::{
-    Deviations, Device, Facing, Tolerance, VarianceReport, cast, closest, detect, explain, signed_distances,
-};
+use crate::variance::cast::closest;
+use crate::variance::detection::detect;
+use crate::variance::explained::explain;
+use crate::variance::{Deviations, Device, Facing, Tolerance, VarianceReport, cast, signed_distances};
 use glam::DVec3;
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};

@@ -22,7 +22,7 @@ const DISPATCH: usize = 1 << 20;
 
 /// Why a GPU did not cast the rays. Native code can, so that this becomes a notice.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-pub enum GpuError {
+pub(in crate::variance) enum GpuError {
     /// There is none, or only a software implementation where a real one is required.
     #[error("no Vulkan device was found")]
     NoAdapter,

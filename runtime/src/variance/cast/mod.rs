@@ -7,14 +7,13 @@ mod gpu;
 #[cfg(test)]
 pub(super) mod tests;
 
-pub use gpu::GpuError;
-
-use super::{Deviations, FilledHoles};
+use super::Deviations;
+use super::holes::FilledHoles;
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
 use glam::Vec3A;
-use gpu::Gpu;
+use gpu::{Gpu, GpuError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -109,7 +108,7 @@ pub fn cast(texels: Texels, scan: &Bvh, max_distance: f64, facing: Facing, devic
 ///
 /// # Errors
 /// As [`cast`].
-pub fn closest(
+pub(in crate::variance) fn closest(
     texels: Texels,
     scan: &Bvh,
     mesh: &TriangleMesh,
@@ -151,7 +150,7 @@ impl DistanceKind {
 ///
 /// # Errors
 /// As [`cast`], or if no hierarchy can be built over the holes.
-pub fn hide_behind_filled(
+pub(in crate::variance) fn hide_behind_filled(
     deviations: &mut Deviations,
     holes: &FilledHoles,
     scan: &Bvh,

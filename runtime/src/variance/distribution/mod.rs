@@ -16,7 +16,8 @@ pub(super) struct Sample(u64);
 impl Sample {
     /// `area` is finite and not negative; it is 0 for texels that count per texel only.
     pub(super) fn new(distance: f32, area: f32) -> Self {
-        let bits = distance.to_bits();
+        // -0 becomes 0, so that both are one value.
+        let bits = (distance + 0.0).to_bits();
         let order = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
         Self(u64::from(order) << 32 | u64::from(area.to_bits()))
     }

@@ -61,7 +61,7 @@ fn everything_agrees_with_the_definitions() {
         let grid = if round % 2 == 0 { 4.0 } else { 1e6 };
         let count = [400, 5000, 900, 20_000, 300, 72_000][round / 2 % 6] - rng.random_range(0..300);
         let signed: Vec<f32> =
-            (0..count).map(|_| (rng.random_range(-1.0..1.2f32).powi(3) * grid).round() / grid).collect();
+            (0..count).map(|_| (rng.random_range(-1.0..1.2f32).powi(3) * grid).round() / grid + 0.0).collect();
         let mut areas: Vec<f32> = (0..count).map(|_| rng.random_range(0..5) as f32).collect();
         if round % 5 == 0 {
             areas[count / 2] = 1e6;

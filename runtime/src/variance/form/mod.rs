@@ -12,7 +12,8 @@ mod shape;
 mod tests;
 mod zone;
 
-pub use shape::{Recognised, Shape, recognise};
+pub use shape::Shape;
+pub(super) use shape::{Recognised, recognise};
 
 use super::Deviations;
 use glam::DVec3;
@@ -73,7 +74,7 @@ pub struct Roundness {
 
 /// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms.
 #[must_use]
-pub fn form_deviations(deviations: &Deviations, shapes: &[Option<Recognised>]) -> Vec<Option<FormDeviation>> {
+pub(in crate::variance) fn form_deviations(deviations: &Deviations, shapes: &[Option<Recognised>]) -> Vec<Option<FormDeviation>> {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); shapes.len()];
     for (i, part) in deviations.texels.part.iter().enumerate() {
         let part = *part as usize;

@@ -31,11 +31,11 @@ pub enum Shape {
 
 /// A form with its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Recognised {
+pub(in crate::variance) struct Recognised {
     /// The form.
-    pub shape: Shape,
+    pub(in crate::variance) shape: Shape,
     /// A point and the unit direction of its axis; none for a plane or a sphere.
-    pub axis: Option<(DVec3, DVec3)>,
+    pub(in crate::variance) axis: Option<(DVec3, DVec3)>,
     datum: Datum,
 }
 
@@ -48,7 +48,7 @@ impl Recognised {
 
 /// The form of every part, from positions and exact normals of some of its texels; none if it is not one of [`Shape`].
 #[must_use]
-pub fn recognise(texels: &Texels) -> Vec<Option<Recognised>> {
+pub(in crate::variance) fn recognise(texels: &Texels) -> Vec<Option<Recognised>> {
     texels.samples_of_parts(SAMPLES).iter().map(|sample| of_sample(texels, sample)).collect()
 }
 

@@ -14,11 +14,11 @@ const LONGEST: usize = 20_000;
 
 /// The closed holes of a scan.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FilledHoles {
+pub(in crate::variance) struct FilledHoles {
     /// The triangles that close the holes, with the vertices that they use; oriented like the scan around them.
-    pub mesh: TriangleMesh,
+    pub(in crate::variance) mesh: TriangleMesh,
     /// Figures of the holes.
-    pub summary: HoleSummary,
+    pub(in crate::variance) summary: HoleSummary,
 }
 
 /// Figures of the holes of a scan.
@@ -40,7 +40,7 @@ impl FilledHoles {
     /// of its rim). The outer boundary of a piece is not a hole, however small: its filling would face away from the
     /// scan around it.
     #[must_use]
-    pub fn new(scan: &TriangleMesh, size: f64) -> FilledHoles {
+    pub(in crate::variance) fn new(scan: &TriangleMesh, size: f64) -> FilledHoles {
         let rims = loops::of(scan);
         let closed: Vec<Option<Vec<[u32; 3]>>> = rims.par_iter().map(|rim| close(scan, rim, size)).collect();
         let mut renumbered = std::collections::HashMap::new();

@@ -2,7 +2,9 @@ use super::FilledHoles;
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
-use crate::variance::{Device, DistanceKind, Facing, Statistics, cast, closest, hide_behind_filled};
+use crate::scan::ScanSource;
+use crate::variance::cast::{closest, hide_behind_filled};
+use crate::variance::{Device, DistanceKind, Facing, VarianceReport, cast};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
@@ -114,7 +116,7 @@ fn texels_that_look_at_closed_holes_are_a_class_of_their_own() {
             assert_eq!(before.outward[i], after.outward[i]);
         }
     }
-    let statistics = Statistics::new(&after);
+    let statistics = VarianceReport::new(&after, &ScanSource::default(), "cpu", &[]).overall;
     assert_eq!(statistics.filled_texels, filled);
     let each = 4.0 * PI * 19.5 * 19.5 / 40_000.0;
     let expected: f64 = SMALL.iter().map(|(_, angle)| TAU * 19.5 * 19.5 * (1.0 - angle.cos())).sum();

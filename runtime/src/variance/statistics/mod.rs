@@ -73,8 +73,7 @@ impl PartTexels {
             let area = if texels.area[i].is_finite() { texels.area[i].max(0.0) } else { 0.0 };
             let distance = deviations.signed(i);
             if !distance.is_nan() {
-                // -0 becomes 0, which is what is printed then.
-                measured[part].push(Sample::new(distance + 0.0, area));
+                measured[part].push(Sample::new(distance, area));
                 continue;
             }
             add(&mut parts[part].missing, (1, f64::from(area)));
@@ -121,14 +120,6 @@ impl PartTexels {
 /// Adds a number of texels and their area.
 fn add(sum: &mut (usize, f64), other: (usize, f64)) {
     *sum = (sum.0 + other.0, sum.1 + other.1);
-}
-
-impl Statistics {
-    /// Statistics of all texels. Areas that are negative or not finite count as zero.
-    #[must_use]
-    pub fn new(deviations: &Deviations) -> Self {
-        PartTexels::merge(PartTexels::by_part(deviations).iter()).statistics(deviations.max_distance, None)
-    }
 }
 
 #[cfg(test)]

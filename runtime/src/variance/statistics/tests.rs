@@ -27,6 +27,10 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
     }
 }
 
+fn statistics(deviations: &Deviations) -> Statistics {
+    VarianceReport::new(deviations, &ScanSource::default(), "cpu", &[]).overall
+}
+
 fn close(a: f64, b: f64, tolerance: f64) {
     assert!((a - b).abs() <= tolerance, "{a} is not {b}");
 }
@@ -35,7 +39,7 @@ fn close(a: f64, b: f64, tolerance: f64) {
 #[test]
 fn a_constant_offset() {
     let texels: Vec<_> = (0..1000).map(|i| (0.25, (f64::from(i) * 0.003).sin(), 0)).collect();
-    let s = Statistics::new(&deviations(&texels, &["ball"]));
+    let s = statistics(&deviations(&texels, &["ball"]));
     close(s.coverage, 1.0, 1e-15);
     close(s.area, texels.iter().map(|t| t.1).sum(), 1e-4);
     for m in [&s.weighted, &s.per_texel] {
@@ -61,7 +65,7 @@ fn a_tilted_plane() {
     let (n, a) = (20_000, 1.5);
     let place = |i: i32| (f64::from(i) + 0.5) / f64::from(n) * 2.0 - 1.0;
     let texels: Vec<_> = (0..n).map(|i| (a * place(i), 0.1, 0)).collect();
-    let s = Statistics::new(&deviations(&texels, &["plate"]));
+    let s = statistics(&deviations(&texels, &["plate"]));
     for m in [&s.weighted, &s.per_texel] {
         close(m.mean, a / 2.0, 1e-6);
         close(m.sd, a / 12f64.sqrt(), 1e-6);
@@ -85,7 +89,7 @@ fn a_tilted_plane() {
 #[test]
 fn areas_weigh() {
     let texels = [(1.0, 3.0, 0), (-2.0, 1.0, 0)];
-    let s = Statistics::new(&deviations(&texels, &["a"]));
+    let s = statistics(&deviations(&texels, &["a"]));
     close(s.weighted.mean, (3.0 + 2.0) / 4.0, 1e-12);
     close(s.per_texel.mean, 1.5, 1e-12);
     close(s.weighted.signed.mean, (3.0 - 2.0) / 4.0, 1e-12);
@@ -126,7 +130,7 @@ fn random_values_agree_with_the_definitions() {
             (f64::from(d as f32), f64::from(rng.random_range(0.0..2.0f32)), 0)
         })
         .collect();
-    let s = Statistics::new(&deviations(&texels, &["a"]));
+    let s = statistics(&deviations(&texels, &["a"]));
     let measured: Vec<_> = texels.iter().filter(|t| !t.0.is_nan()).copied().collect();
     assert_eq!((s.texels, s.measured_texels), (3001, measured.len()));
     let total: f64 = texels.iter().map(|t| t.1).sum();
