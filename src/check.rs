@@ -14,9 +14,7 @@ use std::path::Path;
 pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
     match (&args.explain, &args.model) {
         (Some(code), _) => explain(code),
-        (None, Some(model)) => {
-            check(model, args)
-        }
+        (None, Some(model)) => check(model, args),
         (None, None) => Err(CommandError::usage("a script is required")),
     }
 }

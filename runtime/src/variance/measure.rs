@@ -1,14 +1,14 @@
 //! The whole measurement of a scan against a surface.
 
-use super::cast::{self, Cast};
-use super::surface::Surface;
 use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
 use super::cast::hide_behind_filled;
+use super::cast::{self, Cast};
 use super::detection::detect;
 use super::explained::explain;
 use super::form::{form_deviations, recognise};
 use super::holes::FilledHoles;
 use super::orientation::agree_with_scan;
+use super::surface::Surface;
 use super::unmatched::Unmatched;
 use super::{
     CastError, Deviations, Device, DistanceKind, Facing, ParameterCovariance, Reference, Resolution, SensitivityRange,

@@ -40,7 +40,11 @@ const CANCELLED: f64 = 1e-3;
 ///
 /// # Errors
 /// As [`Bvh::build`] over the model's surface.
-pub(in crate::variance) fn average_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<Vec<f32>, BvhError> {
+pub(in crate::variance) fn average_normals(
+    texels: &mut Texels,
+    tessellation: &mut Tessellation,
+    width: f64,
+) -> Result<Vec<f32>, BvhError> {
     let before = texels.normal.clone();
     turn_normals(texels, tessellation, width)?;
     let cosine = |(before, after): (&[f32; 3], &[f32; 3])| {

@@ -74,7 +74,10 @@ pub struct Roundness {
 
 /// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms.
 #[must_use]
-pub(in crate::variance) fn form_deviations(deviations: &Deviations, shapes: &[Option<Recognised>]) -> Vec<Option<FormDeviation>> {
+pub(in crate::variance) fn form_deviations(
+    deviations: &Deviations,
+    shapes: &[Option<Recognised>],
+) -> Vec<Option<FormDeviation>> {
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); shapes.len()];
     for (i, part) in deviations.texels.part.iter().enumerate() {
         let part = *part as usize;
