@@ -1,8 +1,8 @@
-//! Which parameters a result depends on, as far as a derivative is concerned.
+//! Activity analysis: the parameters on which a result depends, as far as derivatives are concerned.
 
-use crate::ir::graph::References;
+use crate::ir::call_graph::CallGraph;
 use crate::ir::hash::HashMap;
-use crate::ir::{ByHand, Function, FunctionId, Module, Op, Type, Unary, Value};
+use crate::ir::{CustomDerivative, Function, FunctionId, Module, Op, Type, Unary, Value};
 use std::rc::Rc;
 
 /// A set of small numbers.
@@ -40,6 +40,14 @@ impl Set {
     }
 }
 
+impl FromIterator<usize> for Set {
+    fn from_iter<I: IntoIterator<Item = usize>>(numbers: I) -> Set {
+        let mut set = Set::default();
+        numbers.into_iter().for_each(|i| set.insert(i));
+        set
+    }
+}
+
 /// For the functions asked after so far, the parameters that each result depends on.
 #[derive(Debug, Default)]
 pub(super) struct Dependence {
@@ -47,23 +55,23 @@ pub(super) struct Dependence {
 }
 
 impl Dependence {
-    /// For each result of a function, the Real parameters that it depends on otherwise than in steps. A recursive
-    /// function's are the least sets that agree with themselves.
+    /// For each result of a function, the Real parameters on which it depends otherwise than in steps. The sets of a
+    /// recursive function are the least fixed point.
     pub(super) fn of(&mut self, module: &Module, function: FunctionId) -> Rc<Vec<Set>> {
         if let Some(known) = self.results.get(&function) {
             return known.clone();
         }
-        let references = References::new(module, &[function]);
-        let new: Vec<FunctionId> = references.order.iter().copied().filter(|f| !self.results.contains_key(f)).collect();
+        let graph = CallGraph::new(module, &[function]);
+        let new: Vec<FunctionId> = graph.order.iter().copied().filter(|f| !self.results.contains_key(f)).collect();
         for f in &new {
             self.results.insert(*f, Rc::new(vec![Set::default(); module.function(*f).results.len()]));
         }
-        let recursive = new.iter().any(|f| references.is_recursive(*f));
+        let recursive = new.iter().any(|f| graph.is_recursive(*f));
         loop {
             let mut changed = false;
             for f in &new {
-                let sets = match module.by_hand.get(f) {
-                    Some(by_hand) => self.by_hand(module.function(*f), by_hand),
+                let sets = match module.custom_derivatives.get(f) {
+                    Some(custom) => self.of_custom(module.function(*f), custom),
                     None => self.of_results(module, module.function(*f)),
                 };
                 changed |= *self.results[f] != sets;
@@ -76,17 +84,12 @@ impl Dependence {
         self.results[&function].clone()
     }
 
-    /// What the results of a function depend on by the derivative that was given.
-    fn by_hand(&mut self, function: &Function, by_hand: &ByHand) -> Vec<Set> {
-        let known = self.results.get(&by_hand.function).cloned().unwrap_or_default();
+    /// The dependence of a function's results according to its custom derivative.
+    fn of_custom(&self, function: &Function, custom: &CustomDerivative) -> Vec<Set> {
+        let sets = self.results.get(&custom.function).cloned().unwrap_or_default();
         let first = function.params.len();
-        let own = |set: &Set| {
-            let mut params = Set::default();
-            let tangents = set.iter().filter_map(|p| by_hand.tangents.get(p.checked_sub(first)?).copied().flatten());
-            tangents.for_each(|p| params.insert(p as usize));
-            params
-        };
-        known.iter().map(own).collect()
+        let param = |p: usize| custom.tangents.get(p.checked_sub(first)?).copied().flatten().map(|p| p as usize);
+        sets.iter().map(|set| set.iter().filter_map(param).collect()).collect()
     }
 
     fn of_results(&mut self, module: &Module, function: &Function) -> Vec<Set> {
@@ -94,13 +97,13 @@ impl Dependence {
         function.results.iter().map(|r| sets[r.0 as usize].clone()).collect()
     }
 
-    /// The same for every node of a function (nothing for a structured one: its projections have it).
+    /// The same for every node of a function; the sets of a structured node are those of its projections.
     pub(super) fn of_nodes(&mut self, module: &Module, function: &Function) -> Vec<Set> {
         let mut sets: Vec<Set> = Vec::with_capacity(function.nodes.len());
-        let mut turns: HashMap<Value, Vec<Set>> = HashMap::default();
+        let mut loops: HashMap<Value, Vec<Set>> = HashMap::default();
         for node in &function.nodes {
             let mut set = Set::default();
-            let of = |v: &Value| &sets[v.0 as usize];
+            let set_of = |v: &Value| &sets[v.0 as usize];
             match &node.op {
                 _ if node.ty != Type::Real => {}
                 Op::Param(i) => set.insert(*i as usize),
@@ -108,24 +111,25 @@ impl Dependence {
                 }
                 Op::Project(multi, k) => match function.op(*multi) {
                     Op::Loop { body, init, invariant, .. } => {
-                        let all = turns.entry(*multi).or_insert_with(|| {
+                        let all = loops.entry(*multi).or_insert_with(|| {
                             let body = self.of(module, *body);
-                            let init: Vec<&Set> = init.iter().map(of).collect();
-                            let invariant: Vec<&Set> = invariant.iter().map(of).collect();
-                            carried_sets(&body, &init, &invariant)
+                            let sets_of = |values: &[Value]| values.iter().map(set_of).cloned().collect::<Vec<_>>();
+                            carried_sets(&body, sets_of(init), &sets_of(invariant))
                         });
                         set = all[*k as usize].clone();
                     }
                     op => {
-                        let args: Vec<&Set> = args_of(op).iter().map(of).collect();
+                        // The condition of a branch comes before its arguments; the seeds of a tangent after them.
+                        let operands = op.operands();
+                        let args = &operands[usize::from(matches!(op, Op::If { .. }))..];
                         for callee in op.functions() {
                             for p in self.of(module, callee)[*k as usize].iter() {
-                                set.union(args[p]);
+                                set.union(set_of(&args[p]));
                             }
                         }
                     }
                 },
-                op => op.visit_operands(|v| set.union(of(&v))),
+                op => op.visit_operands(|v| set.union(set_of(&v))),
             }
             sets.push(set);
         }
@@ -133,24 +137,14 @@ impl Dependence {
     }
 }
 
-/// The arguments of a call, branch or tangent.
-fn args_of(op: &Op) -> &[Value] {
-    match op {
-        Op::If { args, .. } | Op::Call { args, .. } | Op::Tangent { args, .. } => args,
-        _ => &[],
-    }
-}
-
-/// What the carried values of a loop depend on in the end, given the sets of what goes in and the dependence of the
-/// body's results on its parameters.
-pub(super) fn carried_sets(body: &[Set], init: &[&Set], invariant: &[&Set]) -> Vec<Set> {
-    let mut carried: Vec<Set> = init.iter().map(|s| (*s).clone()).collect();
+/// The dependence of the carried values of a loop after its last iteration, given the sets of its operands and the
+/// dependence of the body's results on its parameters.
+pub(super) fn carried_sets(body: &[Set], mut carried: Vec<Set>, invariant: &[Set]) -> Vec<Set> {
     loop {
         let mut next = carried.clone();
         for (k, set) in next.iter_mut().enumerate() {
             for p in body[k].iter().filter(|p| *p > 0) {
-                let from = if p <= init.len() { &carried[p - 1] } else { invariant[p - 1 - init.len()] };
-                set.union(from);
+                set.union(carried.get(p - 1).unwrap_or_else(|| &invariant[p - 1 - carried.len()]));
             }
         }
         if next == carried {

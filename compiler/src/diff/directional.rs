@@ -1,28 +1,28 @@
-//! Derivatives in several directions at once, each of which moves some of a function's parameters at some rates.
+//! Jacobians in seed directions: each direction moves some of a function's parameters at some rates.
 
-use super::forward::{Forward, Tangents};
+use super::forward::{Tangents, forward};
 use super::{DiffError, Entry, clean, drop_zeros};
-use crate::ir::graph::References;
+use crate::ir::call_graph::CallGraph;
 use crate::ir::{FunctionBuilder, FunctionId, Module, Parameter, Value};
-use std::collections::BTreeMap;
 
-/// How the parameters p of a function follow from those of a function that is to be made, q, and how they move.
+/// Seed directions for the parameters p of a function, which follow from the parameters q of a function that is to be
+/// made.
 #[derive(Clone, Debug)]
 pub struct Directions {
     /// The parameters q.
     pub params: Vec<Parameter>,
-    /// Which q each p is.
+    /// For each p the index of the q that it is.
     pub args: Vec<u32>,
-    /// The rates of each p (none but where it is Real), by direction, ascending.
+    /// The rates of each p by direction, ascending; none unless p is Real.
     pub rates: Vec<Vec<(u32, Rate)>>,
 }
 
-/// How fast a parameter moves.
+/// The rate at which a direction moves a parameter: an entry of the seed matrix.
 #[derive(Clone, Copy, Debug)]
 pub enum Rate {
-    /// At any q.
+    /// A number.
     Constant(f64),
-    /// As the parameter q of that index says.
+    /// The parameter q of that index.
     Param(u32),
 }
 
@@ -35,12 +35,12 @@ impl Rate {
     }
 }
 
-/// The derivatives of a function's results in each direction: `(q..) -> entries..`; the second result says what each
-/// entry is, by result and then by direction (as `param`). What is always zero is left out.
+/// The derivatives of a function's results in each direction: `(q..) -> entries..`, with the derivative that each entry
+/// is, by result and then by direction (as `param`). Derivatives that are always zero are left out.
 ///
-/// Two ways lead there: values carry their tangents in all directions; or in the direction of every p, and these are
-/// combined in the end. The one with fewer operations is taken. The other stays in the module: functions that both
-/// reach may have been rewritten in terms of it.
+/// There are two ways: values carry their tangents in all directions, or they carry their tangents by every p, which
+/// the seed matrix combines in the end. The one with fewer operations is taken. The other stays in the module:
+/// functions that both reach may have been rewritten in terms of it.
 ///
 /// # Errors
 /// If the derivative would be too large.
@@ -54,25 +54,25 @@ pub fn directional(
     if size(module, by_tangents.0) <= size(module, by_params.0) { Ok(by_tangents) } else { Ok(by_params) }
 }
 
-/// Operations of a function and of all that it names.
+/// The number of operations of a function and of all that it names.
 fn size(module: &Module, id: FunctionId) -> usize {
-    References::new(module, &[id]).order.iter().map(|f| module.function(*f).nodes.len()).sum()
+    CallGraph::new(module, &[id]).order.iter().map(|f| module.function(*f).nodes.len()).sum()
 }
 
-/// By tangents in the directions.
+/// The derivatives by tangents in the directions.
 fn carried(
     module: &mut Module,
     function: FunctionId,
     directions: &Directions,
 ) -> Result<(FunctionId, Vec<Entry>), DiffError> {
     let mut builder = FunctionBuilder::new("jacobian", directions.params.clone());
-    let of = |rates: &Vec<(u32, Rate)>| rates.iter().map(|(d, rate)| (*d, rate.value(&mut builder))).collect();
-    let tangents: Vec<Tangents> = directions.rates.iter().map(of).collect();
+    let seeds = |rates: &Vec<(u32, Rate)>| rates.iter().map(|(d, rate)| (*d, rate.value(&mut builder))).collect();
+    let tangents: Vec<Tangents> = directions.rates.iter().map(seeds).collect();
     let results = differentiate(module, &mut builder, function, directions, &tangents)?;
     finish(module, builder, results)
 }
 
-/// By tangents in the directions of p.
+/// The derivatives by tangents in the directions of every p.
 fn combined(
     module: &mut Module,
     function: FunctionId,
@@ -82,10 +82,9 @@ fn combined(
     let one = builder.real(1.0);
     let unit = |(p, rates): (u32, &Vec<_>)| if rates.is_empty() { Tangents::new() } else { [(p, one)].into() };
     let tangents: Vec<Tangents> = (0..).zip(&directions.rates).map(unit).collect();
-    let by_params = differentiate(module, &mut builder, function, directions, &tangents)?;
     let mut results = Vec::new();
-    for by_param in by_params {
-        let mut sums: BTreeMap<u32, Value> = BTreeMap::new();
+    for by_param in differentiate(module, &mut builder, function, directions, &tangents)? {
+        let mut sums = Tangents::new();
         for (p, tangent) in by_param {
             for (direction, rate) in &directions.rates[p as usize] {
                 let rate = rate.value(&mut builder);
@@ -109,16 +108,13 @@ fn differentiate(
 ) -> Result<Vec<Tangents>, DiffError> {
     let old = module.function(function).clone();
     let args: Vec<Value> = directions.args.iter().map(|i| builder.param(*i as usize)).collect();
-    let mut forward = Forward::new(module, module.limits);
-    let (_, tangents) = forward.splice(builder, &old, &args, tangents)?;
-    forward.finish()?;
-    Ok(tangents)
+    Ok(forward(module, builder, &old, &args, tangents)?.1)
 }
 
 fn finish(
     module: &mut Module,
     builder: FunctionBuilder,
-    results: Vec<BTreeMap<u32, Value>>,
+    results: Vec<Tangents>,
 ) -> Result<(FunctionId, Vec<Entry>), DiffError> {
     let mut pattern = Vec::new();
     let mut named = Vec::new();

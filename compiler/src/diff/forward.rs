@@ -1,21 +1,21 @@
-//! Forward differentiation: every value carries its tangents.
+//! Forward mode: every value carries its tangents.
 
-use super::dependence::{Dependence, Set};
+use super::dependence::{Dependence, Set, carried_sets};
 use super::rules::{self, Factor, Rule};
+use super::worklist::Worklist;
 use super::{DiffError, check_size};
-use crate::ir::hash::HashMap;
-use crate::ir::inline::Limits;
+use crate::ir::scalar::Scalar;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::BTreeMap;
 
-/// The tangents of a value by direction; it does not change in a direction that is not there.
+/// The tangents of a value by direction; the value does not change in a direction that is missing.
 pub(super) type Tangents = BTreeMap<u32, Value>;
 
 /// The directions in which each of some values has a tangent, ascending.
 type Pattern = Vec<Vec<u32>>;
 
-/// A function to be differentiated as such: `(p.., dp.., q.., dq..) -> (r.., dr..)`, where p are its parameters before
-/// `split` and q the others.
+/// A callee to be differentiated: `(p.., dp.., q.., dq..) -> (r.., dr..)`, where p are its parameters before `split`
+/// and q the others.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Derived {
     function: FunctionId,
@@ -24,38 +24,46 @@ struct Derived {
     results: Pattern,
 }
 
+/// Puts a function's nodes and their tangents into a builder; returns its results and their tangents.
+///
+/// # Errors
+/// If the derivative would be too large.
+pub(super) fn forward(
+    module: &mut Module,
+    b: &mut FunctionBuilder,
+    function: &Function,
+    args: &[Value],
+    tangents: &[Tangents],
+) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
+    let mut forward = Forward::new(module);
+    let made = forward.splice(b, function, args, tangents)?;
+    forward.finish()?;
+    Ok(made)
+}
+
 /// Forward differentiation in a module.
 pub(super) struct Forward<'m> {
     module: &'m mut Module,
-    limit: usize,
     dependence: Dependence,
-    made: HashMap<Derived, FunctionId>,
-    /// Named already, but still to be made.
-    left: Vec<(Derived, FunctionId)>,
+    derived: Worklist<Derived>,
 }
 
-/// What a node has become.
+/// The values that a node has become, and their tangents.
 enum Node {
     One(Value, Tangents),
     Many(Vec<Value>, Vec<Tangents>),
 }
 
 impl<'m> Forward<'m> {
-    pub(super) fn new(module: &'m mut Module, limits: Limits) -> Forward<'m> {
-        Forward {
-            module,
-            limit: limits.nodes,
-            dependence: Dependence::default(),
-            made: HashMap::default(),
-            left: Vec::new(),
-        }
+    pub(super) fn new(module: &'m mut Module) -> Forward<'m> {
+        Forward { module, dependence: Dependence::default(), derived: Worklist::default() }
     }
 
     pub(super) fn function(&self, id: FunctionId) -> Function {
         self.module.function(id).clone()
     }
 
-    /// A function's results and their tangents: by its operations, or as a derivative by hand has them.
+    /// A function's results and their tangents: by its operations, or by its custom derivative.
     pub(super) fn differentiated(
         &mut self,
         b: &mut FunctionBuilder,
@@ -64,18 +72,18 @@ impl<'m> Forward<'m> {
         tangents: &[Tangents],
     ) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
         let function = self.function(id);
-        let Some(by_hand) = self.module.by_hand.get(&id).cloned() else {
+        let Some(custom) = self.module.custom_derivatives.get(&id).cloned() else {
             return self.splice(b, &function, args, tangents);
         };
         let results = b.call(id, args.to_vec(), &function.result_types());
         let zero = b.real(0.0);
         let mut derivatives = vec![Tangents::new(); results.len()];
-        let varied = by_hand.tangents.iter().flatten().map(|p| &tangents[*p as usize]);
+        let varied = custom.tangents.iter().flatten().map(|p| &tangents[*p as usize]);
         for d in varied.fold(Vec::new(), |all, t| union(&all, &t.keys().copied().collect::<Vec<_>>())) {
             let of = |p: u32| tangents[p as usize].get(&d).copied();
             let mut all = args.to_vec();
-            all.extend(by_hand.tangents.iter().map(|p| p.and_then(of).unwrap_or(zero)));
-            let made = b.call(by_hand.function, all, &vec![Type::Real; results.len()]);
+            all.extend(custom.tangents.iter().map(|p| p.and_then(of).unwrap_or(zero)));
+            let made = b.call(custom.function, all, &vec![Type::Real; results.len()]);
             for (tangents, made) in derivatives.iter_mut().zip(made) {
                 tangents.insert(d, made);
             }
@@ -83,9 +91,9 @@ impl<'m> Forward<'m> {
         Ok((results, derivatives))
     }
 
-    /// Makes the derived functions that what was spliced calls.
+    /// Makes the derivatives of the functions that the spliced ones call.
     pub(super) fn finish(mut self) -> Result<(), DiffError> {
-        while let Some((derived, id)) = self.left.pop() {
+        while let Some((derived, id)) = self.derived.next() {
             let function = self.derive(&derived)?;
             self.module.define(id, function);
         }
@@ -102,13 +110,13 @@ impl<'m> Forward<'m> {
     ) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
         let mut nodes: Vec<Node> = Vec::with_capacity(function.nodes.len());
         for node in &function.nodes {
-            check_size(b, &function.name, self.limit)?;
+            check_size(b, &function.name, self.module.limits.nodes)?;
             b.set_span(node.span);
             let made = match &node.op {
                 Op::Param(i) => Node::One(args[*i as usize], tangents[*i as usize].clone()),
                 Op::Project(multi, k) => match &nodes[multi.0 as usize] {
                     Node::Many(results, tangents) => Node::One(results[*k as usize], tangents[*k as usize].clone()),
-                    // Nothing is known of a tangent that is still to be expanded.
+                    // Of an `Op::Tangent`, which is still to be expanded.
                     Node::One(multi, _) => Node::One(b.project(*multi, *k, node.ty), Tangents::new()),
                 },
                 op => {
@@ -176,29 +184,19 @@ impl<'m> Forward<'m> {
         }
     }
 
-    /// The directions that the results have tangents in, given those of the parameters.
+    /// The directions in which the results have tangents, given those of the parameters.
     fn reached(&mut self, function: FunctionId, params: &Pattern) -> Pattern {
         let sets = self.dependence.of(self.module, function);
         sets.iter().map(|set| set.iter().fold(Vec::new(), |all, p| union(&all, &params[p]))).collect()
     }
 
-    /// The directions of what a loop carries, in every turn.
+    /// The directions of the carried values of a loop, in every iteration.
     fn carried(&mut self, body: FunctionId, init: &[Vec<u32>], invariant: &[Vec<u32>]) -> Pattern {
         let sets = self.dependence.of(self.module, body);
         let as_sets = |pattern: &[Vec<u32>]| -> Vec<Set> {
-            let set = |directions: &Vec<u32>| {
-                let mut set = Set::default();
-                directions.iter().for_each(|d| set.insert(*d as usize));
-                set
-            };
-            pattern.iter().map(set).collect()
+            pattern.iter().map(|directions| directions.iter().map(|d| *d as usize).collect()).collect()
         };
-        let (init, invariant) = (as_sets(init), as_sets(invariant));
-        let carried = super::dependence::carried_sets(
-            &sets,
-            &init.iter().collect::<Vec<_>>(),
-            &invariant.iter().collect::<Vec<_>>(),
-        );
+        let carried = carried_sets(&sets, as_sets(init), &as_sets(invariant));
         carried.iter().map(|set| set.iter().map(|d| d as u32).collect()).collect()
     }
 
@@ -208,19 +206,13 @@ impl<'m> Forward<'m> {
         types
     }
 
-    /// The id of a derived function, which will be made by [`Forward::finish`] if it is new.
+    /// The id of a derivative, which [`Forward::finish`] will make if it is new.
     fn derived(&mut self, function: FunctionId, split: usize, params: &Pattern, results: &Pattern) -> FunctionId {
         if params.iter().all(Vec::is_empty) {
             return function;
         }
         let derived = Derived { function, split, params: params.clone(), results: results.clone() };
-        if let Some(known) = self.made.get(&derived) {
-            return *known;
-        }
-        let id = self.module.reserve();
-        self.made.insert(derived.clone(), id);
-        self.left.push((derived, id));
-        id
+        self.derived.id(self.module, derived)
     }
 
     fn derive(&mut self, derived: &Derived) -> Result<Function, DiffError> {
@@ -232,12 +224,12 @@ impl<'m> Forward<'m> {
                 params.push(old.params[i].clone());
             }
             for i in range {
-                let mut own = Tangents::new();
+                let mut of_param = Tangents::new();
                 for d in &derived.params[i] {
-                    own.insert(*d, Value(params.len() as u32));
+                    of_param.insert(*d, Value(params.len() as u32));
                     params.push(Parameter::real(tangent_name(&old.params[i].name, *d)));
                 }
-                tangents.push(own);
+                tangents.push(of_param);
             }
         }
         let mut b = FunctionBuilder::new(format!("d{}", old.name), params);
@@ -262,7 +254,7 @@ fn value_of(nodes: &[Node], v: Value) -> Value {
     match &nodes[v.0 as usize] {
         Node::One(value, _) => *value,
         // Only projections use a structured node.
-        Node::Many(..) => Value(u32::MAX),
+        Node::Many(..) => Value::NONE,
     }
 }
 
@@ -292,7 +284,7 @@ fn simple(b: &mut FunctionBuilder, op: &Op, value: Value, tangents: &[&Tangents]
                 for (operand, factor) in factors {
                     total = match (of(*operand), factor) {
                         (None, _) => total,
-                        // Not by negation, which would hide that t is there already.
+                        // A difference, not a negation, which would hide that t exists already.
                         (Some(t), Factor::Minus) => b.sub(total, t),
                         (Some(t), factor) => {
                             let term = factor.apply(b, t, false);
@@ -330,7 +322,7 @@ fn with_tangents(args: &[Value], tangents: &[&Tangents]) -> Vec<Value> {
     args.iter().copied().chain(tangents.iter().flat_map(|t| t.values().copied())).collect()
 }
 
-/// Results of a derived function: those of the function, and the tangents by the directions' labels.
+/// The results of a derivative: those of the function, and their tangents by the labels of the directions.
 fn split_results(
     b: &FunctionBuilder,
     made: Vec<Value>,
@@ -338,15 +330,15 @@ fn split_results(
     labels: &[u32],
 ) -> (Vec<Value>, Vec<Tangents>) {
     let mut rest = made[pattern.len()..].iter();
-    let mut own = |directions: &Vec<u32>| -> Tangents {
+    let mut next = |directions: &Vec<u32>| -> Tangents {
         let labelled = directions.iter().map(|d| labels[*d as usize]).zip(rest.by_ref().copied());
-        labelled.filter(|(_, t)| b.constant(*t) != Some(crate::ir::scalar::Scalar::Real(0.0))).collect()
+        labelled.filter(|(_, t)| b.constant(*t) != Some(Scalar::Real(0.0))).collect()
     };
-    let tangents = pattern.iter().map(&mut own).collect();
+    let tangents = pattern.iter().map(&mut next).collect();
     (made[..pattern.len()].to_vec(), tangents)
 }
 
-/// Of two ascending lists.
+/// The union of two ascending lists.
 fn union(a: &[u32], b: &[u32]) -> Vec<u32> {
     let mut all = [a, b].concat();
     all.sort_unstable();

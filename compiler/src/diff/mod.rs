@@ -1,19 +1,19 @@
-//! Derivatives of IR functions, as IR functions: [`tangent`], [`jacobian`], [`pullback`]; and [`expand`], which
-//! replaces the derivatives that a script itself asks for.
+//! Derivatives of IR functions, as IR functions: [`tangent`], [`jacobian`], [`directional`], [`pullback`]; and
+//! [`expand`], which replaces the derivatives that a script itself asks for.
 //!
-//! All of them differentiate the program, operation by operation, by the rules of `rules`; what comes out is
-//! simplified, valid, and can be differentiated again. A function is best inlined before it is differentiated
-//! ([`inline`](crate::ir::inline())); what is left of calls (recursive ones), branches and loops is differentiated as
-//! such: a branch becomes a branch of the derivatives of its sides, a call becomes a call.
+//! This is algorithmic differentiation by source transformation (Griewank and Walther, Evaluating Derivatives, 2nd
+//! ed.): the program is differentiated operation by operation, by the rules of `rules`. The derivatives are simplified,
+//! valid, and can be differentiated again. A function is best inlined before it is differentiated
+//! ([`inline`](crate::ir::inline())). The calls (of recursive functions), branches and loops that are left are
+//! differentiated as such: a branch becomes a branch of the derivatives of its sides, a call becomes a call.
 //!
-//! - **Forward**, values carry tangents in several directions at once; a direction that a value does not depend on takes
-//!   nothing. A loop carries the tangents of what it carries.
-//! - **In reverse**, adjoints are summed from the results to the parameters. A loop's earlier states are needed last
-//!   first, and functions have no memory to store n of them: a loop of a small known count is unrolled; else it is
-//!   halved recursively (the state in the middle is computed, then the second half is reversed, then the first), which
-//!   takes about (n/2) log2(n) turns beside the n reversed ones, and log2(n) states at once. (Griewank and Walther,
-//!   Evaluating Derivatives, 2nd ed., chapter 12.) Transposing the forward derivative would take n turns for each
-//!   unknown.
+//! - **Forward mode**: values carry tangents in several seed directions at once (chapter 3); a value carries no tangent
+//!   in a direction on which it does not depend. A loop carries the tangents of its carried values.
+//! - **Reverse mode**: adjoints are summed from the results to the parameters. A loop's states are needed in reverse
+//!   order, and functions have no memory in which to store n of them: a loop of a small known count is unrolled, and
+//!   any other one is halved recursively (the state in the middle is computed, then the second half is reversed, then
+//!   the first). This binary checkpointing (chapter 12) takes about (n/2) log2(n) iterations beside the n reversed
+//!   ones, and log2(n) states at once. Transposing the forward derivative would take n iterations for each unknown.
 
 use crate::ir::inline::InlineError;
 use crate::ir::{self, FunctionBuilder, FunctionId, Module, Parameter, Type, Value};
@@ -28,13 +28,14 @@ mod reverse_loop;
 mod rules;
 #[cfg(test)]
 mod tests;
+mod worklist;
 
 pub use directional::{Directions, Rate, directional};
-pub use expand::{expand, expand_within};
-use forward::{Forward, Tangents};
+pub use expand::expand;
+use forward::{Tangents, forward};
 use reverse::Reverse;
 
-/// Why a derivative cannot be had.
+/// Why a function cannot be differentiated.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DiffError {
     /// The derivative would be too large a program.
@@ -45,13 +46,13 @@ pub enum DiffError {
     Recursive {
         /// The function.
         function: String,
-        /// Where the derivative is taken.
+        /// The place where the derivative is taken.
         span: Span,
     },
 }
 
 impl DiffError {
-    /// Where in the source.
+    /// The place in the source.
     #[must_use]
     pub fn span(&self) -> Span {
         match self {
@@ -85,10 +86,7 @@ pub fn tangent(module: &mut Module, function: FunctionId, active: &[u32]) -> Res
         tangents[*i as usize].insert(0, builder.param(old.params.len() + position));
     }
     let args = builder.params()[..old.params.len()].to_vec();
-    let limits = module.limits;
-    let mut forward = Forward::new(module, limits);
-    let (results, tangents) = forward.splice(&mut builder, &old, &args, &tangents)?;
-    forward.finish()?;
+    let (results, tangents) = forward(module, &mut builder, &old, &args, &tangents)?;
     let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
     for (k, name) in old.result_names.iter().enumerate() {
         if old.ty(old.results[k]) == Type::Real {
@@ -101,9 +99,8 @@ pub fn tangent(module: &mut Module, function: FunctionId, active: &[u32]) -> Res
     Ok(id)
 }
 
-/// The values and the sparse Jacobian: `(p..) -> (r.., entries..)`; the second result says which derivative each entry
-/// is, by result and then by parameter. Derivatives that are zero whatever the parameters are left out. The
-/// parameters `wrt` must be Real.
+/// The values and the sparse Jacobian: `(p..) -> (r.., entries..)`, with the derivative that each entry is, by result
+/// and then by parameter. Derivatives that are zero for all parameters are left out. The parameters `wrt` must be Real.
 ///
 /// # Errors
 /// If the derivative would be too large.
@@ -116,10 +113,7 @@ pub fn jacobian(module: &mut Module, function: FunctionId, wrt: &[u32]) -> Resul
         tangents[*i as usize].insert(*i, one);
     }
     let args = builder.params();
-    let limits = module.limits;
-    let mut forward = Forward::new(module, limits);
-    let (results, tangents) = forward.splice(&mut builder, &old, &args, &tangents)?;
-    forward.finish()?;
+    let (results, tangents) = forward(module, &mut builder, &old, &args, &tangents)?;
     let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
     let mut pattern = Vec::new();
     for (k, tangents) in tangents.iter().enumerate() {
@@ -137,15 +131,16 @@ pub fn jacobian(module: &mut Module, function: FunctionId, wrt: &[u32]) -> Resul
 /// Drops the entries that have turned out to be zero.
 fn drop_zeros(module: &mut Module, id: FunctionId, pattern: &mut Vec<Entry>) {
     let function = &mut module.functions[id.0 as usize];
-    let values = function.results.len() - pattern.len();
-    let zero = |r: Value| *function.op(r) == ir::Op::Real(0);
-    let kept: Vec<bool> = function.results.iter().enumerate().map(|(k, r)| k < values || !zero(*r)).collect();
-    let mut keep = kept.iter();
-    function.results.retain(|_| *keep.next().unwrap_or(&true));
-    let mut keep = kept.iter();
-    function.result_names.retain(|_| *keep.next().unwrap_or(&true));
-    let mut keep = kept[values..].iter();
-    pattern.retain(|_| *keep.next().unwrap_or(&true));
+    let first = function.results.len() - pattern.len();
+    let names = function.result_names.split_off(first);
+    let entries = function.results.split_off(first).into_iter().zip(names).zip(std::mem::take(pattern));
+    for ((result, name), entry) in entries {
+        if *function.op(result) != ir::Op::Real(0) {
+            function.results.push(result);
+            function.result_names.push(name);
+            pattern.push(entry);
+        }
+    }
     function.drop_unused();
 }
 
@@ -186,14 +181,14 @@ pub fn pullback(
     Ok(id)
 }
 
-/// Inlines and simplifies what was made.
+/// Inlines and simplifies a derivative.
 fn clean(module: &mut Module, id: FunctionId) -> Result<(), DiffError> {
-    ir::inline(module, &[id], module.limits)?;
+    ir::inline(module, &[id])?;
     ir::simplify(module, &[id]);
     Ok(())
 }
 
-/// An error if a function in the making has outgrown the limit.
+/// An error if a function under construction has outgrown the limit.
 fn check_size(builder: &FunctionBuilder, function: &str, limit: usize) -> Result<(), DiffError> {
     if builder.len() <= limit {
         return Ok(());

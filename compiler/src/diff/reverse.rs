@@ -1,12 +1,13 @@
-//! Reverse differentiation: adjoints are summed from the results back to the parameters.
+//! Reverse mode: adjoints are summed from the results back to the parameters.
 
 use super::dependence::{Dependence, Set};
 use super::rules::{self, Rule};
+use super::worklist::Worklist;
 use super::{DiffError, check_size};
 use crate::ir::hash::HashMap;
-use crate::ir::{ByHand, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
+use crate::ir::{CustomDerivative, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 
-/// The derivative of what is differentiated by a value.
+/// The derivative of the differentiated function by a value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Adjoint {
     pub(super) value: Value,
@@ -27,15 +28,13 @@ pub(super) struct Derived {
 pub(super) struct Reverse<'m> {
     pub(super) module: &'m mut Module,
     pub(super) dependence: Dependence,
-    made: HashMap<Derived, FunctionId>,
-    /// Named already, but still to be made.
-    left: Vec<(Derived, FunctionId)>,
+    derived: Worklist<Derived>,
 }
 
-/// The adjoints of the nodes of a function, on the way back.
+/// The adjoints of the nodes of a function, as far as the sweep has summed them.
 pub(super) struct Adjoints {
-    pub(super) of: Vec<Option<Adjoint>>,
-    /// Which nodes depend on what the derivative is taken by; the others' adjoints are not wanted.
+    sums: Vec<Option<Adjoint>>,
+    /// For each node, whether it depends on a parameter by which the derivative is taken; others need no adjoint.
     active: Vec<bool>,
 }
 
@@ -44,7 +43,7 @@ impl Adjoints {
         if !self.is_active(node) {
             return;
         }
-        let slot = &mut self.of[node.0 as usize];
+        let slot = &mut self.sums[node.0 as usize];
         *slot = Some(match *slot {
             None => more,
             Some(sum) => Adjoint { value: b.add(sum.value, more.value), masked: sum.masked && more.masked },
@@ -58,12 +57,12 @@ impl Adjoints {
 
 impl<'m> Reverse<'m> {
     pub(super) fn new(module: &'m mut Module) -> Reverse<'m> {
-        Reverse { module, dependence: Dependence::default(), made: HashMap::default(), left: Vec::new() }
+        Reverse { module, dependence: Dependence::default(), derived: Worklist::default() }
     }
 
-    /// Makes the pullbacks that what was spliced calls.
+    /// Makes the pullbacks of the functions that the spliced ones call.
     pub(super) fn finish(mut self) -> Result<(), DiffError> {
-        while let Some((derived, id)) = self.left.pop() {
+        while let Some((derived, id)) = self.derived.next() {
             let function = self.derive(&derived)?;
             self.module.define(id, function);
         }
@@ -71,7 +70,7 @@ impl<'m> Reverse<'m> {
     }
 
     /// Puts a function's nodes and then its reverse sweep into a builder; returns its results, and the adjoints of
-    /// the parameters `wrt` for the given adjoints of its results. Nothing stands for zero.
+    /// the parameters `wrt` for the given adjoints of its results. `None` stands for zero.
     pub(super) fn splice(
         &mut self,
         b: &mut FunctionBuilder,
@@ -80,12 +79,12 @@ impl<'m> Reverse<'m> {
         adjoints: &[Option<Adjoint>],
         wrt: &[u32],
     ) -> Result<(Vec<Value>, Vec<Option<Value>>), DiffError> {
-        let values = primal(b, function, args);
-        let mut wanted = Set::default();
-        wrt.iter().for_each(|i| wanted.insert(*i as usize));
+        let primal = b.splice_with(function, args, |_, _| None);
+        let values: Vec<Value> = function.values().map(|v| primal.value(v)).collect();
+        let wrt_set: Set = wrt.iter().map(|i| *i as usize).collect();
         let sets = self.dependence.of_nodes(self.module, function);
-        let active = sets.iter().map(|set| set.meets(&wanted)).collect();
-        let mut sums = Adjoints { of: vec![None; function.nodes.len()], active };
+        let active = sets.iter().map(|set| set.meets(&wrt_set)).collect();
+        let mut sums = Adjoints { sums: vec![None; function.nodes.len()], active };
         for (result, adjoint) in function.results.iter().zip(adjoints) {
             if let Some(adjoint) = adjoint {
                 sums.add(b, *result, *adjoint);
@@ -102,16 +101,15 @@ impl<'m> Reverse<'m> {
                 self.structured(b, function, op, &values, &results, &mut sums)?;
                 continue;
             }
-            let Some(adjoint) = sums.of[node.0 as usize] else { continue };
+            let Some(adjoint) = sums.sums[node.0 as usize] else { continue };
             if let Op::Project(multi, k) = op {
                 several.entry(*multi).or_default().push((*k, adjoint));
             } else {
                 simple(b, op, &values, node, adjoint, &mut sums);
             }
         }
-        let results = function.results.iter().map(|r| values[r.0 as usize]).collect();
-        let own = |i: &u32| sums.of[*i as usize].map(|a| a.value);
-        Ok((results, wrt.iter().map(own).collect()))
+        let adjoint = |i: &u32| sums.sums[*i as usize].map(|a| a.value);
+        Ok((primal.results(), wrt.iter().map(adjoint).collect()))
     }
 
     fn structured(
@@ -125,18 +123,18 @@ impl<'m> Reverse<'m> {
     ) -> Result<(), DiffError> {
         let value = |v: &Value| values[v.0 as usize];
         let masked = results.iter().any(|(_, a)| a.masked);
-        let wanted: Vec<u32> = results.iter().map(|(k, _)| *k).collect();
+        let varied: Vec<u32> = results.iter().map(|(k, _)| *k).collect();
         let (args, made) = match op {
             Op::Call { function: callee, args } => {
-                let params = self.reached(&[*callee], &wanted, args, sums);
-                let pullback = self.derived(*callee, params.clone(), wanted, masked);
+                let params = self.reached(&[*callee], &varied, args, sums);
+                let pullback = self.derived(*callee, params.clone(), varied, masked);
                 let types = vec![Type::Real; params.len()];
                 let made = b.call(pullback, with_adjoints(args.iter().map(value), results), &types);
                 (args, params.into_iter().zip(made).collect::<Vec<_>>())
             }
             Op::If { condition, then, otherwise, args } => {
-                let params = self.reached(&[*then, *otherwise], &wanted, args, sums);
-                let sides = [*then, *otherwise].map(|side| self.derived(side, params.clone(), wanted.clone(), masked));
+                let params = self.reached(&[*then, *otherwise], &varied, args, sums);
+                let sides = [*then, *otherwise].map(|side| self.derived(side, params.clone(), varied.clone(), masked));
                 let types = vec![Type::Real; params.len()];
                 let all = with_adjoints(args.iter().map(value), results);
                 let made = b.if_(value(condition), sides[0], sides[1], all, &types);
@@ -154,7 +152,7 @@ impl<'m> Reverse<'m> {
         Ok(())
     }
 
-    /// The parameters by which the wanted results of any of some functions have a derivative that is wanted.
+    /// The active parameters on which the given results of any of some functions depend.
     fn reached(&mut self, functions: &[FunctionId], results: &[u32], args: &[Value], sums: &Adjoints) -> Vec<u32> {
         let mut reached = Set::default();
         for function in functions {
@@ -164,7 +162,7 @@ impl<'m> Reverse<'m> {
         reached.iter().filter(|p| sums.is_active(args[*p])).map(|p| p as u32).collect()
     }
 
-    /// The id of a pullback, which will be made by [`Reverse::finish`] if it is new.
+    /// The id of a pullback, which [`Reverse::finish`] will make if it is new.
     pub(super) fn derived(
         &mut self,
         function: FunctionId,
@@ -172,35 +170,28 @@ impl<'m> Reverse<'m> {
         results: Vec<u32>,
         masked: bool,
     ) -> FunctionId {
-        let derived = Derived { function, params, results, masked };
-        if let Some(known) = self.made.get(&derived) {
-            return *known;
-        }
-        let id = self.module.reserve();
-        self.made.insert(derived.clone(), id);
-        self.left.push((derived, id));
-        id
+        self.derived.id(self.module, Derived { function, params, results, masked })
     }
 
-    /// The adjoints of a function whose derivative is given. That is linear in the tangents: its own pullback by them,
-    /// which does not depend on what they are, is its transpose.
+    /// The adjoints of a function with a custom derivative. This is linear in the tangents: its pullback by them, which
+    /// does not depend on their values, is its transpose.
     fn transposed(
         &mut self,
         b: &mut FunctionBuilder,
         derived: &Derived,
-        by_hand: &ByHand,
+        custom: &CustomDerivative,
         args: &[Value],
     ) -> Vec<Option<Value>> {
-        let wanted = |t: &usize| by_hand.tangents[*t].is_some_and(|p| derived.params.contains(&p));
-        let tangents: Vec<usize> = (0..by_hand.tangents.len()).filter(wanted).collect();
+        let active = |t: &usize| custom.tangents[*t].is_some_and(|p| derived.params.contains(&p));
+        let tangents: Vec<usize> = (0..custom.tangents.len()).filter(active).collect();
         let params = tangents.iter().map(|t| (args.len() + t) as u32).collect();
-        let pullback = self.derived(by_hand.function, params, derived.results.clone(), derived.masked);
+        let pullback = self.derived(custom.function, params, derived.results.clone(), derived.masked);
         let mut all = args.to_vec();
-        all.extend(by_hand.tangents.iter().map(|_| b.real(0.0)));
+        all.extend(custom.tangents.iter().map(|_| b.real(0.0)));
         all.extend((0..derived.results.len()).map(|k| b.param(args.len() + k)));
         let made = b.call(pullback, all, &vec![Type::Real; tangents.len()]);
-        let of = |p: &u32| tangents.iter().position(|t| by_hand.tangents[*t] == Some(*p)).map(|k| made[k]);
-        derived.params.iter().map(of).collect()
+        let adjoint = |p: &u32| tangents.iter().position(|t| custom.tangents[*t] == Some(*p)).map(|k| made[k]);
+        derived.params.iter().map(adjoint).collect()
     }
 
     fn derive(&mut self, derived: &Derived) -> Result<Function, DiffError> {
@@ -214,8 +205,8 @@ impl<'m> Reverse<'m> {
             let value = b.param(args.len() + position);
             adjoints[*k as usize] = Some(Adjoint { value, masked: derived.masked });
         }
-        let adjoints = match self.module.by_hand.get(&derived.function).cloned() {
-            Some(by_hand) => self.transposed(&mut b, derived, &by_hand, &args),
+        let adjoints = match self.module.custom_derivatives.get(&derived.function).cloned() {
+            Some(custom) => self.transposed(&mut b, derived, &custom, &args),
             None => self.splice(&mut b, &old, &args, &adjoints, &derived.params)?.1,
         };
         let zero = b.real(0.0);
@@ -227,21 +218,6 @@ impl<'m> Reverse<'m> {
 /// The parameter that hands in the adjoint of a result.
 pub(super) fn bar(name: &str) -> Parameter {
     Parameter::real(format!("{name}_bar"))
-}
-
-/// The values of a function's nodes in a builder.
-fn primal(b: &mut FunctionBuilder, function: &Function, args: &[Value]) -> Vec<Value> {
-    let mut values: Vec<Value> = Vec::with_capacity(function.nodes.len());
-    for node in &function.nodes {
-        let value = if let Op::Param(i) = node.op {
-            args[i as usize]
-        } else {
-            b.set_span(node.span);
-            b.emit(&node.op.map_operands(|v| values[v.0 as usize]), node.ty)
-        };
-        values.push(value);
-    }
-    values
 }
 
 fn with_adjoints(args: impl Iterator<Item = Value>, results: &[(u32, Adjoint)]) -> Vec<Value> {
@@ -275,9 +251,9 @@ fn simple(b: &mut FunctionBuilder, op: &Op, values: &[Value], node: Value, adjoi
         Rule::Extreme(first, second) => {
             let (zero, half) = (b.real(0.0), b.real(0.5));
             let tie = b.mul(half, t);
-            for (operand, own, other) in [(0, first, second), (1, second, first)] {
+            for (operand, mine, other) in [(0, first, second), (1, second, first)] {
                 let rest = b.select(other, zero, tie);
-                let value = b.select(own, t, rest);
+                let value = b.select(mine, t, rest);
                 sums.add(b, operands[operand], Adjoint { value, masked: true });
             }
         }

@@ -1,4 +1,4 @@
-//! Loops in reverse.
+//! Reverse mode of loops.
 
 use super::DiffError;
 use super::dependence::{Set, carried_sets};
@@ -6,19 +6,20 @@ use super::reverse::{Adjoint, Adjoints, Reverse, bar};
 use crate::ir::scalar::Scalar;
 use crate::ir::{Binary, Compare, Function, FunctionBuilder, FunctionId, Op, Parameter, Type, Value};
 
-/// A loop of a known count is unrolled where its turns have at most so many nodes in all.
+/// A loop of a known count is unrolled where its iterations have at most this many nodes in all.
 const UNROLLED_NODES: i64 = 4096;
 
-/// A loop whose derivative is wanted, by the indices of what matters.
-struct Turns {
+/// A loop that is differentiated, and the indices of its active values.
+struct ActiveLoop {
     body: FunctionId,
-    /// How many values it carries.
+    /// The number of values that it carries.
     width: usize,
-    /// The carried values whose adjoints are not zero and are wanted.
+    /// The carried values that are active and whose adjoints are not zero.
     carried: Vec<u32>,
     /// The invariant ones likewise.
     invariant: Vec<u32>,
-    /// `(i, carried.., invariant.., adjoints of carried..) -> (adjoints of carried.., of invariant..)` of one turn.
+    /// `(i, carried.., invariant.., adjoints of carried..) -> (adjoints of carried.., of invariant..)` of one
+    /// iteration.
     pullback: FunctionId,
 }
 
@@ -32,9 +33,9 @@ impl Reverse<'_> {
         sums: &mut Adjoints,
     ) -> Result<(), DiffError> {
         let Op::Loop { count, body, init, invariant } = op else { return Ok(()) };
-        let turns = self.turns(*body, init, invariant, results, sums);
+        let active = self.active_loop(*body, init, invariant, results, sums);
         let zero = b.real(0.0);
-        let seeds: Vec<Value> = (turns.carried.iter())
+        let seeds: Vec<Value> = (active.carried.iter())
             .map(|k| results.iter().find(|(r, _)| r == k).map_or(zero, |(_, a)| a.value))
             .collect();
         let value = |v: &Value| values[v.0 as usize];
@@ -43,40 +44,32 @@ impl Reverse<'_> {
         let size = self.module.function(*body).nodes.len() as i64;
         let made = match b.constant(value(count)) {
             Some(Scalar::Int(n)) if n.max(0).saturating_mul(size) <= UNROLLED_NODES => {
-                self.unrolled(b, &turns, n, first, &fixed, seeds)
+                self.unrolled(b, &active, n, first, &fixed, seeds)
             }
-            _ => self.halved(b, &turns, value(count), &first, &fixed, seeds),
+            _ => self.halved(b, &active, value(count), &first, &fixed, seeds),
         };
-        let into = turns.carried.iter().map(|k| init[*k as usize]);
-        let into = into.chain(turns.invariant.iter().map(|k| invariant[*k as usize]));
+        let into = active.carried.iter().map(|k| init[*k as usize]);
+        let into = into.chain(active.invariant.iter().map(|k| invariant[*k as usize]));
         for (operand, adjoint) in into.zip(made) {
             sums.add(b, operand, Adjoint { value: adjoint, masked: true });
         }
         Ok(())
     }
 
-    fn turns(
+    fn active_loop(
         &mut self,
         body: FunctionId,
         init: &[Value],
         invariant: &[Value],
         results: &[(u32, Adjoint)],
         sums: &Adjoints,
-    ) -> Turns {
+    ) -> ActiveLoop {
         let sets = self.dependence.of(self.module, body);
-        // What is carried that depends on anything of interest.
-        let flag = |v: &Value| {
-            let mut set = Set::default();
-            if sums.is_active(*v) {
-                set.insert(0);
-            }
-            set
-        };
-        let (from_init, from_invariant): (Vec<Set>, Vec<Set>) =
-            (init.iter().map(flag).collect(), invariant.iter().map(flag).collect());
+        // The carried values that depend on an active operand.
+        let flag = |v: &Value| sums.is_active(*v).then_some(0).into_iter().collect::<Set>();
         let depends =
-            carried_sets(&sets, &from_init.iter().collect::<Vec<_>>(), &from_invariant.iter().collect::<Vec<_>>());
-        // Of that, what the results with adjoints depend on.
+            carried_sets(&sets, init.iter().map(flag).collect(), &invariant.iter().map(flag).collect::<Vec<_>>());
+        // Those among them on which the results with adjoints depend.
         let mut matters = vec![false; init.len() + invariant.len()];
         let mut left: Vec<usize> = results.iter().map(|(k, _)| *k as usize).collect();
         while let Some(k) = left.pop() {
@@ -89,61 +82,61 @@ impl Reverse<'_> {
             }
         }
         let carried: Vec<u32> = (0..init.len()).filter(|k| matters[*k]).map(|k| k as u32).collect();
-        let of_interest = |k: &usize| matters[init.len() + k] && sums.is_active(invariant[*k]);
-        let invariant: Vec<u32> = (0..invariant.len()).filter(of_interest).map(|k| k as u32).collect();
+        let is_active = |k: &usize| matters[init.len() + k] && sums.is_active(invariant[*k]);
+        let invariant: Vec<u32> = (0..invariant.len()).filter(is_active).map(|k| k as u32).collect();
         let params = carried.iter().map(|k| k + 1).chain(invariant.iter().map(|k| k + 1 + init.len() as u32));
         let pullback = self.derived(body, params.collect(), carried.clone(), true);
-        Turns { body, width: init.len(), carried, invariant, pullback }
+        ActiveLoop { body, width: init.len(), carried, invariant, pullback }
     }
 
-    /// Every turn's state is kept; then the turns are gone through backwards.
+    /// Keeps the states of all iterations, and then goes through these backwards.
     fn unrolled(
         &mut self,
         b: &mut FunctionBuilder,
-        turns: &Turns,
+        active: &ActiveLoop,
         count: i64,
         first: Vec<Value>,
         fixed: &[Value],
         seeds: Vec<Value>,
     ) -> Vec<Value> {
-        let types = self.module.function(turns.body).result_types();
+        let types = self.module.function(active.body).result_types();
         let mut states = vec![first];
         for i in 0..count {
             let i = b.int(i);
             let state = &states[states.len() - 1];
             let args = [&[i], &state[..], fixed].concat();
-            states.push(b.call(turns.body, args, &types));
+            states.push(b.call(active.body, args, &types));
         }
         let zero = b.real(0.0);
-        let (mut adjoints, mut of_fixed) = (seeds, vec![zero; turns.invariant.len()]);
-        let types = vec![Type::Real; adjoints.len() + of_fixed.len()];
+        let (mut adjoints, mut fixed_adjoints) = (seeds, vec![zero; active.invariant.len()]);
+        let types = vec![Type::Real; adjoints.len() + fixed_adjoints.len()];
         for i in (0..count).rev() {
-            let turn = b.int(i);
-            let args = [&[turn], &states[i as usize][..], fixed, &adjoints].concat();
-            let made = b.call(turns.pullback, args, &types);
+            let index = b.int(i);
+            let args = [&[index], &states[i as usize][..], fixed, &adjoints].concat();
+            let made = b.call(active.pullback, args, &types);
             adjoints = made[..adjoints.len()].to_vec();
-            for (sum, more) in of_fixed.iter_mut().zip(&made[adjoints.len()..]) {
+            for (sum, more) in fixed_adjoints.iter_mut().zip(&made[adjoints.len()..]) {
                 *sum = b.add(*sum, *more);
             }
         }
-        [adjoints, of_fixed].concat()
+        [adjoints, fixed_adjoints].concat()
     }
 
-    /// By recursive halving, as the page of this module says.
+    /// Halves the loop recursively ([`super`]).
     fn halved(
         &mut self,
         b: &mut FunctionBuilder,
-        turns: &Turns,
+        active: &ActiveLoop,
         count: Value,
         first: &[Value],
         fixed: &[Value],
         seeds: Vec<Value>,
     ) -> Vec<Value> {
         let back = self.module.reserve();
-        let shape = Shape::of(self.module.function(turns.body), turns);
-        let none = self.module.add(shape.no_turn());
-        let single = self.module.add(shape.one_turn(turns));
-        let shifted = self.module.add(shape.shifted(turns.body));
+        let shape = Shape::of(self.module.function(active.body), active);
+        let none = self.module.add(shape.no_iteration());
+        let single = self.module.add(shape.one_iteration(active));
+        let shifted = self.module.add(shape.shifted(active.body));
         let halves = self.module.add(shape.halves(shifted, back));
         self.module.define(back, shape.back(single, halves));
         let zero = b.int(0);
@@ -153,9 +146,9 @@ impl Reverse<'_> {
     }
 }
 
-/// The functions of a reversed loop all take `(lo: Int, n: Int, carried.., invariant.., adjoints of carried..)`: the state
-/// before turn `lo`, and the adjoints after turn `lo + n - 1`. They return the adjoints before turn `lo`, and what
-/// the n turns add to those of the invariant values.
+/// The signature of the functions of a reversed loop: `(lo: Int, n: Int, carried.., invariant.., adjoints of
+/// carried..)` with the state before iteration `lo` and the adjoints after iteration `lo + n - 1`. They return the
+/// adjoints before iteration `lo`, and what the n iterations add to the adjoints of the invariant values.
 struct Shape {
     params: Vec<Parameter>,
     carried: Vec<Type>,
@@ -168,27 +161,27 @@ struct Shape {
 }
 
 impl Shape {
-    fn of(body: &Function, turns: &Turns) -> Shape {
+    fn of(body: &Function, active: &ActiveLoop) -> Shape {
         let mut params = vec![Parameter::new("lo", Type::Int), Parameter::new("n", Type::Int)];
         params.extend(body.params[1..].iter().cloned());
-        params.extend(turns.carried.iter().map(|k| bar(&body.result_names[*k as usize])));
-        let carried = turns.carried.iter().map(|k| &body.params[*k as usize + 1]);
-        let fixed = turns.invariant.iter().map(|k| &body.params[*k as usize + 1 + turns.width]);
+        params.extend(active.carried.iter().map(|k| bar(&body.result_names[*k as usize])));
+        let carried = active.carried.iter().map(|k| &body.params[*k as usize + 1]);
+        let fixed = active.invariant.iter().map(|k| &body.params[*k as usize + 1 + active.width]);
         let names: Vec<String> = carried.chain(fixed).map(|p| bar(&p.name).name).collect();
         Shape {
             params,
             carried: body.result_types(),
-            width: turns.width,
-            fixed: body.params.len() - 1 - turns.width,
-            adjoints: turns.carried.len(),
+            width: active.width,
+            fixed: body.params.len() - 1 - active.width,
+            adjoints: active.carried.len(),
             results: vec![Type::Real; names.len()],
             names,
             name: body.name.clone(),
         }
     }
 
-    fn start(&self, what: &str) -> FunctionBuilder {
-        FunctionBuilder::new(format!("{what}_{}", self.name), self.params.clone())
+    fn start(&self, prefix: &str) -> FunctionBuilder {
+        FunctionBuilder::new(format!("{prefix}_{}", self.name), self.params.clone())
     }
 
     fn finish(&self, b: FunctionBuilder, results: Vec<Value>) -> Function {
@@ -203,23 +196,23 @@ impl Shape {
         [carried.to_vec(), fixed.to_vec(), adjoints.to_vec()]
     }
 
-    fn no_turn(&self) -> Function {
-        let mut b = self.start("no_turn_of");
+    fn no_iteration(&self) -> Function {
+        let mut b = self.start("no_iteration_of");
         let zero = b.real(0.0);
         let [_, _, mut results] = self.groups(&b);
         results.resize(self.names.len(), zero);
         self.finish(b, results)
     }
 
-    fn one_turn(&self, turns: &Turns) -> Function {
-        let mut b = self.start("turn_back");
+    fn one_iteration(&self, active: &ActiveLoop) -> Function {
+        let mut b = self.start("iteration_back");
         let [carried, fixed, adjoints] = self.groups(&b);
         let args = [&[b.param(0)][..], &carried, &fixed, &adjoints].concat();
-        let results = b.call(turns.pullback, args, &self.results);
+        let results = b.call(active.pullback, args, &self.results);
         self.finish(b, results)
     }
 
-    /// `(i, carried.., lo, invariant..) -> carried..`: turn lo + i.
+    /// `(i, carried.., lo, invariant..) -> carried..`: iteration lo + i.
     fn shifted(&self, body: FunctionId) -> Function {
         let mut params = vec![Parameter::new("i", Type::Int)];
         params.extend(self.params[2..2 + self.width].iter().cloned());
@@ -227,8 +220,8 @@ impl Shape {
         params.extend(self.params[2 + self.width..2 + self.width + self.fixed].iter().cloned());
         let mut b = FunctionBuilder::new(format!("shifted_{}", self.name), params);
         let all = b.params();
-        let turn = b.add(all[0], all[1 + self.width]);
-        let args = [&[turn], &all[1..=self.width], &all[2 + self.width..]].concat();
+        let index = b.add(all[0], all[1 + self.width]);
+        let args = [&[index], &all[1..=self.width], &all[2 + self.width..]].concat();
         let results = b.call(body, args, &self.carried);
         let names = self.params[2..].iter().map(|p| p.name.clone());
         b.finish(names.zip(results))

@@ -10,10 +10,10 @@
 
 use crate::ir::{Binary, Compare, FunctionBuilder, Op, Unary, Value};
 
-/// What an operand's tangent is multiplied with.
+/// The partial derivative by an operand, as the factor of its tangent t.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Factor {
-    /// Itself.
+    /// t.
     One,
     /// -t.
     Minus,
@@ -23,18 +23,18 @@ pub(super) enum Factor {
     TimesOrZero(Value),
     /// t / v, but 0 where t is.
     Over(Value),
-    /// v * t, but 0 where v is: of an operation that is itself 0 there whatever its other operand.
+    /// v * t, but 0 where v is: for an operation that is itself 0 there whatever its other operand.
     Scaling(Value),
 }
 
-/// How an operation is differentiated.
+/// The rule by which an operation is differentiated.
 #[derive(Clone, Debug)]
 pub(super) enum Rule {
-    /// By factors of its operands, by their position.
+    /// By a factor for each operand, with its position.
     Linear(Vec<(usize, Factor)>),
-    /// As the operand 1 where the condition holds, else as operand 2.
+    /// Like operand 1 where the condition holds, else like operand 2.
     Select(Value),
-    /// As operand 0 where the first condition holds, as operand 1 where the second does, else half of each.
+    /// Like operand 0 where the first condition holds, like operand 1 where the second does, else half of each.
     Extreme(Value, Value),
 }
 
@@ -61,8 +61,8 @@ impl Factor {
     }
 }
 
-/// The rule of an operation that runs no function. `result` is its value; `needed` says which operands' factors are
-/// wanted (a rule may leave out the others).
+/// The rule of an operation that runs no function. `result` is its value; `needed` says for which operands a factor is
+/// needed (a rule may leave out the others).
 pub(super) fn rule(b: &mut FunctionBuilder, op: &Op, result: Value, needed: &[bool]) -> Rule {
     match *op {
         Op::Unary(op, x) => Rule::Linear(unary(b, op, x, result).map(|f| (0, f)).into_iter().collect()),
@@ -84,8 +84,8 @@ pub(super) fn rule(b: &mut FunctionBuilder, op: &Op, result: Value, needed: &[bo
         Op::PowInt(x, n) => {
             let power = b.pow_int(x, n - 1);
             let n_real = b.real(f64::from(n));
-            let slope = b.mul(n_real, power);
-            let factor = if n < 1 { Factor::TimesOrZero(slope) } else { Factor::Times(slope) };
+            let partial = b.mul(n_real, power);
+            let factor = if n < 1 { Factor::TimesOrZero(partial) } else { Factor::Times(partial) };
             Rule::Linear(vec![(0, factor)])
         }
         Op::Select(condition, ..) => Rule::Select(condition),
@@ -182,7 +182,7 @@ fn binary(b: &mut FunctionBuilder, op: Binary, [x, y]: [Value; 2], result: Value
             let ln = b.unary(Unary::Ln, x);
             Factor::TimesOrZero(b.binary(Binary::MulOrZero, result, ln))
         }
-        // Of atan2(y, x): dy x / (x^2 + y^2) - dx y / (x^2 + y^2); here x is its first argument.
+        // d atan2(y, x) = dy x / (x^2 + y^2) - dx y / (x^2 + y^2); here x is the first argument.
         Binary::Atan2 => {
             let (xx, yy) = (b.pow_int(x, 2), b.pow_int(y, 2));
             let square = b.add(xx, yy);

@@ -1,8 +1,8 @@
-//! What the operations compute, bit for bit.
+//! The results of the operations, bit for bit.
 //!
-//! The interpreter, constant folding and the native code's host functions all come here, so that they cannot differ
-//! (but for the payload of a NaN, which nothing may depend on). Sine, cosine, exponential function and powers are
-//! [`elementary`]'s; the other elementary functions are the platform's, through the standard library.
+//! The interpreter, constant folding and the host functions of native code all call these functions, so that they
+//! cannot differ (except in the payload of a NaN, on which nothing may depend). Sine, cosine, exponential function and
+//! powers are those of [`elementary`]; the other elementary functions are the platform's, through the standard library.
 
 use super::{Binary, Unary, elementary};
 
@@ -84,7 +84,7 @@ pub fn binary_int(op: Binary, a: i64, b: i64) -> Option<i64> {
     })
 }
 
-/// x^n by repeated squaring; x^-n is 1 / x^n, and 0^0 is 1. [`pow_int_steps`] is its order of multiplications.
+/// x^n by repeated squaring; x^-n is 1 / x^n, and 0^0 is 1. The multiplications are those of [`pow_int_steps`].
 #[must_use]
 pub fn pow_int(x: f64, n: i32) -> f64 {
     let power = pow_int_steps(&mut |a, b| a * b, x, n.unsigned_abs()).unwrap_or(1.0);

@@ -1,17 +1,22 @@
 //! The intermediate representation: pure scalar functions in SSA form with structured control flow.
 //!
-//! A function is a list of nodes in which operands come before their uses. Nothing has a side effect, so a node
-//! may be merged with an equal one, moved or dropped. Branches and loops are nodes that name *functions* for their
-//! bodies (the values that a body uses from outside are handed in as arguments); every transformation therefore
-//! works on functions only. Points, arrays, tuples and closures were split into scalars by the lowering.
+//! A function is a list of nodes in which operands come before their uses. Nodes have no side effects, so a node may be
+//! merged with an equal one, moved or dropped. Branches and loops are nodes that name *functions* for their bodies: the
+//! values that a body uses from outside are arguments, like those of the blocks in SSA with block arguments, and every
+//! pass is written for functions only. The lowering has split points, arrays, tuples and closures into scalars.
 
-use super::inline::Limits;
+use super::inline::SizeLimits;
 use crate::source::Span;
 use std::collections::BTreeMap;
 
-/// A value: the index of the node that makes it.
+/// A value: the index of the node that computes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Value(pub u32);
+
+impl Value {
+    /// Stands for the image of a node that a pass leaves out; no node of a finished function uses it.
+    pub const NONE: Value = Value(u32::MAX);
+}
 
 /// Index of a function in its [`Module`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -39,28 +44,29 @@ pub enum Type {
 pub struct Module {
     /// A function names only functions of its module; recursion goes through [`Op::Call`] alone.
     pub functions: Vec<Function>,
-    /// What [`Op::Guard`] may report.
+    /// The failures that [`Op::Guard`] may report.
     pub failures: Vec<Failure>,
-    /// Functions whose derivative is not that of their operations. They are not inlined, or it would be.
-    pub by_hand: BTreeMap<FunctionId, ByHand>,
-    /// How large it may grow by inlining and differentiation.
-    pub limits: Limits,
+    /// Functions whose derivative is given and not that of their operations. They are never inlined: their operations
+    /// would be differentiated.
+    pub custom_derivatives: BTreeMap<FunctionId, CustomDerivative>,
+    /// Bounds on its growth by inlining and differentiation.
+    pub limits: SizeLimits,
 }
 
 /// A derivative that a script gives for a function f(p..) -> r..: a function `(p.., tangents..) -> dr..`, linear in the
-/// tangents. All results are Real.
+/// tangents. All results are Real. (The custom JVP rule of other systems; the VJP is its transpose.)
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ByHand {
+pub struct CustomDerivative {
     /// The function.
     pub function: FunctionId,
-    /// For each tangent which parameter of f it belongs to; nothing for one that is always zero.
+    /// For each tangent the parameter of f to which it belongs; `None` for a tangent that is always zero.
     pub tangents: Vec<Option<u32>>,
 }
 
-/// What to say where a guard fails.
+/// The report of a guard that fails.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failure {
-    /// Where in the source.
+    /// The place in the source.
     pub span: Span,
     /// A sentence in the user's words, without a full stop.
     pub message: String,
@@ -75,7 +81,7 @@ pub struct Function {
     pub params: Vec<Parameter>,
     /// The nodes; an operand's index is lower than its user's.
     pub nodes: Vec<Node>,
-    /// What it returns.
+    /// The values that it returns.
     pub results: Vec<Value>,
     /// Names of the results, for people; as many as results.
     pub result_names: Vec<String>,
@@ -93,11 +99,11 @@ pub struct Parameter {
 /// A node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// What it computes.
+    /// The operation that computes it.
     pub op: Op,
     /// The type of its value.
     pub ty: Type,
-    /// Where in the source it comes from; merged nodes keep the first.
+    /// The place in the source that it comes from; merged nodes keep the first one.
     pub span: Span,
 }
 
@@ -124,29 +130,29 @@ pub enum Op {
     Select(Value, Value, Value),
     /// Runs one of two functions on the same arguments; they return the same types.
     If {
-        /// Which.
+        /// Decides which one runs.
         condition: Value,
-        /// Run where it holds.
+        /// Runs where the condition holds.
         then: FunctionId,
-        /// Run where it does not.
+        /// Runs where the condition does not hold.
         otherwise: FunctionId,
-        /// Handed to either.
+        /// The arguments of either.
         args: Vec<Value>,
     },
     /// `carried = init; for i in 0..count { carried = body(i, carried.., invariant..) }`; none where count <= 0.
     Loop {
-        /// How often; Int.
+        /// The number of iterations; Int.
         count: Value,
         /// `(i: Int, carried.., invariant..) -> carried..`
         body: FunctionId,
-        /// First values of what is carried.
+        /// The first values of what is carried.
         init: Vec<Value>,
-        /// Handed to every turn.
+        /// Arguments that are the same in every iteration.
         invariant: Vec<Value>,
     },
     /// Runs a function.
     Call {
-        /// Which.
+        /// The callee.
         function: FunctionId,
         /// Its arguments.
         args: Vec<Value>,
@@ -155,9 +161,9 @@ pub enum Op {
     /// parameters, at `args`. All of its results are Real: one for each result of the function, 0 for those that are
     /// not. From the `'` of the language; `diff` replaces it before anything is run.
     Tangent {
-        /// Which function.
+        /// The function that is differentiated.
         function: FunctionId,
-        /// Where.
+        /// The point at which it is differentiated.
         args: Vec<Value>,
         /// Parameter indices, ascending, with the tangent of each; the others' are zero.
         seeds: Vec<(u32, Value)>,
@@ -166,11 +172,11 @@ pub enum Op {
     Project(Value, u32),
     /// The value, where the condition holds; else the evaluation ends with the failure.
     Guard {
-        /// Returned.
+        /// The value that is returned.
         value: Value,
-        /// Must hold.
+        /// The condition that must hold.
         condition: Value,
-        /// Else this is reported.
+        /// The failure that is reported otherwise.
         failure: FailureId,
     },
 }
@@ -199,7 +205,7 @@ pub enum Unary {
     Ceil,
     /// Half away from zero.
     Round,
-    /// Real unchanged, derivative zero: `stop(x)`.
+    /// Stop-gradient: Real unchanged, derivative zero; `stop(x)`.
     Stop,
     Not,
     /// Int to Real.

@@ -1,7 +1,7 @@
-//! Hash tables of the stages after the check, which look up every operation that they make.
+//! Hash tables for the stages after the check, which look up every operation that they make.
 //!
-//! Hashing takes a fraction of what the standard library's does. It is seeded at random: a script cannot choose constants
-//! that collide.
+//! Hashing takes a fraction of what the standard library's does. It is seeded at random: a script cannot choose
+//! constants that collide.
 
 use foldhash::fast::RandomState;
 

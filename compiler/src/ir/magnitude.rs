@@ -1,12 +1,12 @@
-//! Bounds of values from bounds of arguments.
+//! Bounds on the magnitudes of values, from bounds on the magnitudes of arguments (interval arithmetic).
 
 use super::{Binary, Function, Op, Type, Unary};
 
 /// Values below this are far from overflow, whatever rounding did to the bound.
 pub(super) const SAFE: f64 = 1e300;
 
-/// Whether [`stays_finite`] can say something of a function: it has only operations that take finite values to finite
-/// ones but for overflow.
+/// Whether [`stays_finite`] applies to a function: its operations take finite values to finite ones except for
+/// overflow.
 #[must_use]
 pub fn is_bounded(function: &Function) -> bool {
     function.nodes.iter().all(|node| match &node.op {
@@ -30,18 +30,18 @@ pub fn is_bounded(function: &Function) -> bool {
 pub fn stays_finite(function: &Function, arguments: &[f64]) -> bool {
     let mut bounds: Vec<f64> = Vec::with_capacity(function.nodes.len());
     for node in &function.nodes {
-        let of = |v: &super::Value| bounds[v.0 as usize];
+        let bound_of = |v: &super::Value| bounds[v.0 as usize];
         let bound = match &node.op {
             Op::Param(i) => arguments[*i as usize].abs(),
             Op::Real(bits) => f64::from_bits(*bits).abs(),
             Op::Unary(Unary::Sin | Unary::Cos | Unary::Sign, _) => 1.0,
-            Op::Unary(Unary::Floor | Unary::Ceil | Unary::Round, a) => of(a) + 1.0,
-            Op::Unary(_, a) => of(a),
-            Op::Binary(Binary::Add | Binary::Sub, a, b) => of(a) + of(b),
-            Op::Binary(Binary::Mul | Binary::MulOrZero, a, b) => of(a) * of(b),
-            Op::Binary(_, a, b) | Op::Select(_, a, b) => of(a).max(of(b)),
-            Op::PowInt(a, n) => of(a).max(1.0).powi(*n),
-            Op::Guard { value, .. } => of(value),
+            Op::Unary(Unary::Floor | Unary::Ceil | Unary::Round, a) => bound_of(a) + 1.0,
+            Op::Unary(_, a) => bound_of(a),
+            Op::Binary(Binary::Add | Binary::Sub, a, b) => bound_of(a) + bound_of(b),
+            Op::Binary(Binary::Mul | Binary::MulOrZero, a, b) => bound_of(a) * bound_of(b),
+            Op::Binary(_, a, b) | Op::Select(_, a, b) => bound_of(a).max(bound_of(b)),
+            Op::PowInt(a, n) => bound_of(a).max(1.0).powi(*n),
+            Op::Guard { value, .. } => bound_of(value),
             _ => 0.0,
         };
         if !(bound < SAFE) {
@@ -55,7 +55,7 @@ pub fn stays_finite(function: &Function, arguments: &[f64]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ir::testing::function_of;
+    use crate::ir::tests::function_of;
 
     #[test]
     fn sums_and_products_are_bounded_by_their_magnitudes() {

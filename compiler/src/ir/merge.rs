@@ -1,35 +1,34 @@
-//! Equal functions become one; bodies that differ in constants become one that captures them.
+//! Merging of equal functions, and of bodies that differ only in constants, which they capture then.
 //!
-//! The parts of a loop differ in what they capture and in constants that follow from the loop's variable. They are then
-//! differentiated and compiled once.
+//! The parts of a loop differ in what they capture and in constants that follow from the loop's variable. Merged, they
+//! are differentiated and compiled once.
 
-use super::graph::References;
-use super::hash::HashMap;
-use super::split::Split;
+use super::call_graph::CallGraph;
+use super::hash::{HashMap, HashSet};
+use super::hoist::prelude::Split;
 use super::{FailureId, Function, FunctionBuilder, FunctionId, Module, Node, Op, Parameter, Type, Value};
 use crate::source::Span;
 use foldhash::fast::RandomState;
 use std::hash::{BuildHasher, Hash, Hasher};
 
-/// For each root the function that stands for it: of functions that are equal, places in the source included, but for
-/// names, the first. So are the functions that they name.
-#[must_use]
-pub fn merge_equal(module: &mut Module, roots: &[FunctionId]) -> Vec<FunctionId> {
+/// For each root the function that stands for it: the first of those that are equal except for names. Places in the
+/// source count, and the functions that they name are merged likewise.
+fn merge_equal(module: &mut Module, roots: &[FunctionId]) -> Vec<FunctionId> {
     let failures = equal_failures(module);
-    let references = References::new(module, roots);
+    let graph = CallGraph::new(module, roots);
     let state = RandomState::default();
     let mut known: HashMap<u64, Vec<FunctionId>> = HashMap::default();
     let mut merged: HashMap<FunctionId, FunctionId> = HashMap::default();
-    for id in &references.order {
+    for id in &graph.order {
         for node in &mut module.functions[id.0 as usize].nodes {
             if let Op::Guard { failure, .. } = &mut node.op {
                 *failure = failures[failure.0 as usize];
-            } else if !node.op.functions().is_empty() {
-                node.op = node.op.map_functions(|f| merged.get(&f).copied().unwrap_or(f));
+            } else {
+                node.op.replace_functions(|f| merged.get(&f).copied().unwrap_or(f));
             }
         }
-        // Functions may be equal, and only one of them differentiated by hand.
-        if module.by_hand.contains_key(id) {
+        // Functions may be equal although only one of them has a custom derivative.
+        if module.custom_derivatives.contains_key(id) {
             continue;
         }
         let function = module.function(*id);
@@ -42,15 +41,15 @@ pub fn merge_equal(module: &mut Module, roots: &[FunctionId]) -> Vec<FunctionId>
     roots.iter().map(|id| merged.get(id).copied().unwrap_or(*id)).collect()
 }
 
-/// Merges the bodies of a split that are equal but for the values of real constants: constants that differ become captures,
-/// after the others, and results of the prelude.
+/// Merges the bodies of a split that are equal except for the values of real constants: constants that differ become
+/// captures, after the others, and results of the prelude.
 pub fn merge_bodies(module: &mut Module, split: &mut Split) {
     let roots: Vec<FunctionId> = split.bodies.iter().map(|b| b.function).collect();
     let merged = merge_equal(module, &roots);
     let state = RandomState::default();
     let mut known: HashMap<u64, Vec<Vec<FunctionId>>> = HashMap::default();
-    let mut seen: HashMap<FunctionId, ()> = HashMap::default();
-    for id in merged.iter().filter(|id| seen.insert(**id, ()).is_none()) {
+    let mut seen: HashSet<FunctionId> = HashSet::default();
+    for id in merged.iter().filter(|id| seen.insert(**id)) {
         let function = module.function(*id);
         let groups = known.entry(hash(&state, function, false)).or_default();
         match groups.iter_mut().find(|group| is_equal(module.function(group[0]), function, false)) {
@@ -60,21 +59,18 @@ pub fn merge_bodies(module: &mut Module, split: &mut Split) {
     }
     let mut groups: Vec<Vec<FunctionId>> = known.into_values().flatten().filter(|g| g.len() > 1).collect();
     groups.sort_unstable();
-    let mut constants = Constants { indices: HashMap::default() };
+    let mut indices: HashMap<u64, u32> = HashMap::default();
     let mut replaced: HashMap<FunctionId, (FunctionId, Vec<u32>)> = HashMap::default();
     for group in groups {
         let differing = differing_constants(module, &group);
-        let captured = group.iter().map(|id| {
-            let bits = differing.iter().map(|v| real_bits(module.function(*id), *v)).collect::<Vec<_>>();
-            (*id, bits)
-        });
-        let captured: Vec<(FunctionId, Vec<u64>)> = captured.collect();
         let function = with_captures(module.function(group[0]), &differing);
         let function = module.add(function);
-        let prelude = &mut module.functions[split.prelude.0 as usize];
-        for (id, bits) in captured {
-            let captures = bits.into_iter().map(|bits| constants.capture(prelude, bits)).collect();
-            replaced.insert(id, (function, captures));
+        for id in group {
+            let bits: Vec<u64> = differing.iter().map(|v| real_bits(module.function(id), *v)).collect();
+            let prelude = &mut module.functions[split.prelude.0 as usize];
+            let captures =
+                bits.into_iter().map(|bits| *indices.entry(bits).or_insert_with(|| add_constant(prelude, bits)));
+            replaced.insert(id, (function, captures.collect()));
         }
     }
     for (body, function) in split.bodies.iter_mut().zip(merged) {
@@ -88,24 +84,16 @@ pub fn merge_bodies(module: &mut Module, split: &mut Split) {
     super::validate::after_pass(module, "merge");
 }
 
-/// The constants that a prelude returns.
-struct Constants {
-    indices: HashMap<u64, u32>,
+/// Adds a constant to the results of a prelude; returns its index.
+fn add_constant(prelude: &mut Function, bits: u64) -> u32 {
+    let index = prelude.results.len() as u32;
+    prelude.results.push(Value(prelude.nodes.len() as u32));
+    prelude.nodes.push(Node { op: Op::Real(bits), ty: Type::Real, span: Span::default() });
+    prelude.result_names.push(format!("c{index}"));
+    index
 }
 
-impl Constants {
-    fn capture(&mut self, prelude: &mut Function, bits: u64) -> u32 {
-        *self.indices.entry(bits).or_insert_with(|| {
-            let value = Value(prelude.nodes.len() as u32);
-            prelude.nodes.push(Node { op: Op::Real(bits), ty: Type::Real, span: Span::default() });
-            prelude.results.push(value);
-            prelude.result_names.push(format!("c{}", prelude.results.len() - 1));
-            prelude.results.len() as u32 - 1
-        })
-    }
-}
-
-/// The constants in which functions that are equal otherwise differ.
+/// The constants in which functions differ that are equal otherwise.
 fn differing_constants(module: &Module, group: &[FunctionId]) -> Vec<Value> {
     let first = module.function(group[0]);
     let differs = |v: &Value| {
@@ -125,22 +113,15 @@ fn with_captures(body: &Function, constants: &[Value]) -> Function {
     params.extend((0..constants.len()).map(|k| Parameter::real(format!("k{k}"))));
     params.extend_from_slice(&body.params[uv..]);
     let mut builder = FunctionBuilder::new(body.name.clone(), params);
-    let mut values: Vec<Value> = Vec::with_capacity(body.nodes.len());
-    for (node, v) in body.nodes.iter().zip(body.values()) {
-        builder.set_span(node.span);
-        let value = match (&node.op, constants.binary_search(&v)) {
-            (Op::Param(i), _) if (*i as usize) < uv => Value(*i),
-            (Op::Param(i), _) => Value(*i + constants.len() as u32),
-            (_, Ok(k)) => builder.param(uv + k),
-            (op, Err(_)) => builder.emit(&op.map_operands(|v| values[v.0 as usize]), node.ty),
-        };
-        values.push(value);
-    }
-    let results: Vec<Value> = body.results.iter().map(|r| values[r.0 as usize]).collect();
-    builder.finish(body.result_names.iter().cloned().zip(results))
+    let added = uv..uv + constants.len();
+    let args: Vec<Value> = builder.params().into_iter().filter(|v| !added.contains(&(v.0 as usize))).collect();
+    let rebuild =
+        builder.splice_with(body, &args, |builder, v| constants.binary_search(&v).ok().map(|k| builder.param(uv + k)));
+    let results = rebuild.results();
+    builder.finish_like(body, results)
 }
 
-/// For each failure the first that says the same of the same place.
+/// For each failure the first one with the same message and place.
 fn equal_failures(module: &Module) -> Vec<FailureId> {
     let mut first: HashMap<(Span, &str), FailureId> = HashMap::default();
     let failures = (0..).map(FailureId).zip(&module.failures);
@@ -160,7 +141,7 @@ fn hash(state: &RandomState, function: &Function, constants: bool) -> u64 {
     hasher.finish()
 }
 
-/// Whether functions are equal; the values of real constants count where `constants`.
+/// Whether functions are equal; with `constants` also in the values of real constants.
 fn is_equal(a: &Function, b: &Function, constants: bool) -> bool {
     let alike = |(a, b): (&Node, &Node)| {
         let masked = !constants && matches!((&a.op, &b.op), (Op::Real(_), Op::Real(_)));

@@ -1,46 +1,49 @@
 //! Scalar functions in SSA form with structured control flow.
 //!
-//! [`FunctionBuilder`] makes functions and simplifies while it does so; the passes ([`inline()`],
-//! [`simplify()`]) rebuild functions through it. [`validate()`] says whether a module is well formed; [`interpret`] is the
-//! oracle that every other way of running a function must agree with; [`print`] shows functions.
+//! [`lower`] makes them from the typed tree. [`FunctionBuilder`] builds functions and simplifies on the way; every pass
+//! rebuilds functions through it:
+//!
+//! | pass | purpose |
+//! |---|---|
+//! | [`inline()`] | replaces calls by the functions called |
+//! | [`simplify()`] | value numbering, algebraic rules, specialised branches and loops, dead code |
+//! | [`reassociate`] | combines operands first that depend on the same coordinates |
+//! | [`separable`] | points as sums of products of a value of the row and a value of the column |
+//! | [`hoist`] | moves invariant values out of loops: to the prelude, to rows and columns, before loops |
+//! | [`merge`] | makes one of equal functions and of bodies that differ in constants |
+//!
+//! [`validate()`] says whether a module is well formed; [`interpret`] is the oracle with which every other way of
+//! running a function must agree; [`print`] shows functions.
 
 pub mod arithmetic;
 pub mod builder;
+pub mod call_graph;
 pub mod elementary;
 pub mod function;
-pub mod graph;
+pub mod hoist;
 pub mod inline;
 pub mod interpret;
 pub mod lower;
-pub mod lowered;
 pub mod magnitude;
 pub mod merge;
 pub mod operands;
 pub mod print;
 pub mod products;
-pub mod regroup;
+pub mod reassociate;
 pub mod scalar;
-pub mod separate;
+pub mod separable;
 pub mod simplify;
-pub mod split;
-pub mod stages;
 pub mod validate;
 
-mod algebra;
 mod dce;
-mod facts;
 pub(crate) mod hash;
-mod logic;
-mod powers;
 
 #[cfg(test)]
-pub(crate) mod testing;
-#[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 pub use builder::FunctionBuilder;
 pub use function::*;
 pub use inline::inline;
-pub use lowered::{LoweredModel, LoweredPart, LoweredRequire};
+pub use lower::model::{LoweredModel, LoweredPart, LoweredRequire};
 pub use simplify::simplify;
 pub use validate::validate;

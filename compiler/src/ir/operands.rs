@@ -1,6 +1,39 @@
-//! What an operation uses: values, functions; and the tables of a module.
+//! Operands and callees of operations; access to functions and to the tables of a module.
 
 use super::{Failure, FailureId, Function, FunctionId, Module, Op, Parameter, Type, Value};
+
+/// Hands every operand of an operation to a closure, in order: as `&Value` or as `&mut Value`, like the operation.
+macro_rules! for_each_operand {
+    ($op:expr, $f:expr) => {{
+        let mut f = $f;
+        match $op {
+            Op::Param(_) | Op::Real(_) | Op::Int(_) | Op::Bool(_) => {}
+            Op::Unary(_, a) | Op::PowInt(a, _) | Op::Project(a, _) => f(a),
+            Op::Binary(_, a, b) | Op::Compare(_, a, b) | Op::Guard { value: a, condition: b, .. } => {
+                f(a);
+                f(b);
+            }
+            Op::Select(c, a, b) => {
+                f(c);
+                f(a);
+                f(b);
+            }
+            Op::If { condition, args, .. } => {
+                f(condition);
+                args.into_iter().for_each(f);
+            }
+            Op::Loop { count, init, invariant, .. } => {
+                f(count);
+                init.into_iter().chain(invariant).for_each(f);
+            }
+            Op::Call { args, .. } => args.into_iter().for_each(f),
+            Op::Tangent { args, seeds, .. } => {
+                args.into_iter().for_each(&mut f);
+                seeds.into_iter().for_each(|(_, v)| f(v));
+            }
+        }
+    }};
+}
 
 impl Op {
     /// The values that it uses, in order; a value used twice comes twice.
@@ -13,63 +46,40 @@ impl Op {
 
     /// Hands every operand to `f`, in order.
     pub fn visit_operands(&self, mut f: impl FnMut(Value)) {
-        match self {
-            Op::Param(_) | Op::Real(_) | Op::Int(_) | Op::Bool(_) => {}
-            Op::Unary(_, a) | Op::PowInt(a, _) | Op::Project(a, _) => f(*a),
-            Op::Binary(_, a, b) | Op::Compare(_, a, b) => [a, b].into_iter().for_each(|v| f(*v)),
-            Op::Select(c, a, b) => [c, a, b].into_iter().for_each(|v| f(*v)),
-            Op::If { condition, args, .. } => std::iter::once(condition).chain(args).for_each(|v| f(*v)),
-            Op::Loop { count, init, invariant, .. } => {
-                std::iter::once(count).chain(init).chain(invariant).for_each(|v| f(*v));
-            }
-            Op::Call { args, .. } => args.iter().for_each(|v| f(*v)),
-            Op::Tangent { args, seeds, .. } => {
-                args.iter().chain(seeds.iter().map(|(_, v)| v)).for_each(|v| f(*v));
-            }
-            Op::Guard { value, condition, .. } => [value, condition].into_iter().for_each(|v| f(*v)),
-        }
+        for_each_operand!(self, |v: &Value| f(*v));
+    }
+
+    /// Whether all operands satisfy a predicate.
+    #[must_use]
+    pub fn all_operands(&self, mut predicate: impl FnMut(Value) -> bool) -> bool {
+        let mut all = true;
+        self.visit_operands(|v| all &= predicate(v));
+        all
     }
 
     /// The same operation on other values.
     #[must_use]
-    pub fn map_operands(&self, mut map: impl FnMut(Value) -> Value) -> Op {
+    pub fn map_operands(&self, map: impl FnMut(Value) -> Value) -> Op {
         let mut op = self.clone();
-        op.for_each_operand(|v| *v = map(*v));
+        op.replace_operands(map);
         op
     }
 
-    /// Hands every operand to `f`, in order, to be replaced.
-    pub(super) fn for_each_operand(&mut self, mut f: impl FnMut(&mut Value)) {
-        match self {
-            Op::Param(_) | Op::Real(_) | Op::Int(_) | Op::Bool(_) => {}
-            Op::Unary(_, a) | Op::PowInt(a, _) | Op::Project(a, _) => f(a),
-            Op::Binary(_, a, b) | Op::Compare(_, a, b) => {
-                f(a);
-                f(b);
-            }
-            Op::Select(c, a, b) => {
-                f(c);
-                f(a);
-                f(b);
-            }
-            Op::If { condition, args, .. } => {
-                f(condition);
-                args.iter_mut().for_each(f);
-            }
-            Op::Loop { count, init, invariant, .. } => {
-                f(count);
-                init.iter_mut().chain(invariant).for_each(f);
-            }
-            Op::Call { args, .. } => args.iter_mut().for_each(f),
-            Op::Tangent { args, seeds, .. } => {
-                args.iter_mut().for_each(&mut f);
-                seeds.iter_mut().for_each(|(_, v)| f(v));
-            }
-            Op::Guard { value, condition, .. } => {
-                f(value);
-                f(condition);
-            }
-        }
+    /// Replaces every operand, in order.
+    pub(super) fn replace_operands(&mut self, mut map: impl FnMut(Value) -> Value) {
+        for_each_operand!(self, |v: &mut Value| *v = map(*v));
+    }
+
+    /// Whether it is a constant.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Op::Real(_) | Op::Int(_) | Op::Bool(_))
+    }
+
+    /// Whether it runs functions and so has several results, which [`Op::Project`] takes apart.
+    #[must_use]
+    pub fn is_structured(&self) -> bool {
+        matches!(self, Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Tangent { .. })
     }
 
     /// The functions that it names.
@@ -83,19 +93,13 @@ impl Op {
         }
     }
 
-    /// The same operation naming other functions.
-    #[must_use]
-    pub fn map_functions(&self, mut map: impl FnMut(FunctionId) -> FunctionId) -> Op {
-        let mut op = self.clone();
-        match &mut op {
-            Op::If { then, otherwise, .. } => {
-                *then = map(*then);
-                *otherwise = map(*otherwise);
-            }
+    /// Replaces every function that it names.
+    pub(super) fn replace_functions(&mut self, map: impl Fn(FunctionId) -> FunctionId) {
+        match self {
+            Op::If { then, otherwise, .. } => (*then, *otherwise) = (map(*then), map(*otherwise)),
             Op::Loop { body: f, .. } | Op::Call { function: f, .. } | Op::Tangent { function: f, .. } => *f = map(*f),
             _ => {}
         }
-        op
     }
 }
 
@@ -160,7 +164,7 @@ impl Module {
         &self.functions[id.0 as usize]
     }
 
-    /// Adds a failure for [`Op::Guard`] to report.
+    /// Adds a failure that an [`Op::Guard`] can report.
     pub fn fail(&mut self, failure: Failure) -> FailureId {
         self.failures.push(failure);
         FailureId(u32::try_from(self.failures.len() - 1).expect("fewer than 2^32 failures"))

@@ -7,8 +7,8 @@ use crate::source::Span;
 /// Terms beside the constant one at most.
 pub const MOST_TERMS: usize = 4;
 
-/// Three coordinates, each `((column_0 row_0 + column_1 row_1) + ..) + constant`, in the same columns; products are rounded before
-/// they are added, from left to right.
+/// Three coordinates, each `((column_0 row_0 + column_1 row_1) + ..) + constant`, in the same columns; products are
+/// rounded before they are added, from left to right.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Products {
     /// Which values of the column, and by what they are multiplied; at most [`MOST_TERMS`].
@@ -69,7 +69,8 @@ impl Products {
         Some(Products { terms, constant })
     }
 
-    /// `(uniforms.., u, v) -> factors..`, three of every term and of the constant, from the function that gives the values of rows.
+    /// `(uniforms.., u, v) -> factors..`, three of every term and of the constant, from the function that gives the
+    /// values of rows.
     #[must_use]
     pub fn factors(&self, rows: &Function) -> Function {
         let mut made = Function { results: Vec::new(), result_names: Vec::new(), ..rows.clone() };
@@ -181,7 +182,7 @@ impl Reader<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ir::testing::reals;
+    use crate::ir::tests::reals;
     use crate::ir::{Function, FunctionBuilder};
 
     /// A function of a uniform a, two values of the row and two of the column.

@@ -37,7 +37,7 @@ impl Scalar {
     }
 }
 
-/// Applies a unary operation; nothing where the operand has the wrong type.
+/// Applies a unary operation; `None` where the operand has the wrong type.
 #[must_use]
 pub fn unary(op: Unary, a: Scalar) -> Option<Scalar> {
     Some(match (op, a) {
@@ -50,7 +50,7 @@ pub fn unary(op: Unary, a: Scalar) -> Option<Scalar> {
     })
 }
 
-/// Applies a binary operation; nothing where an operand has the wrong type.
+/// Applies a binary operation; `None` where an operand has the wrong type.
 #[must_use]
 pub fn binary(op: Binary, a: Scalar, b: Scalar) -> Option<Scalar> {
     Some(match (a, b) {
@@ -65,7 +65,7 @@ pub fn binary(op: Binary, a: Scalar, b: Scalar) -> Option<Scalar> {
     })
 }
 
-/// Compares; nothing where the operands are not both Real or both Int.
+/// Compares; `None` where the operands are not both Real or both Int.
 #[must_use]
 pub fn compare(op: Compare, a: Scalar, b: Scalar) -> Option<bool> {
     fn holds<T: PartialOrd>(op: Compare, a: T, b: T) -> bool {

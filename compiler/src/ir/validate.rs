@@ -1,9 +1,9 @@
-//! Whether a module is well formed.
+//! Checks that a module is well formed.
 
-use super::graph::References;
-use super::{Binary, ByHand, Function, FunctionId, Module, Node, Op, Type, Unary, Value};
+use super::call_graph::CallGraph;
+use super::{Binary, CustomDerivative, Function, FunctionId, Module, Node, Op, Type, Unary, Value};
 
-/// What is wrong with a module.
+/// The first mistake in a module.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("function {function} ('{name}'){}: {problem}", node.map_or(String::new(), |n| format!(", node {n}")))]
 pub struct Invalid {
@@ -11,19 +11,19 @@ pub struct Invalid {
     pub function: u32,
     /// Its name.
     pub name: String,
-    /// Index of the node, if it is a node's fault.
+    /// Index of the node, if the mistake is in a node.
     pub node: Option<u32>,
-    /// What it is.
+    /// The kind of mistake.
     pub problem: Problem,
 }
 
-/// A way in which a function can be malformed.
+/// The ways in which a function can be malformed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// Node i is not `Param(i)` for every parameter, or there is another `Param`.
     #[error("the parameters are not the first nodes")]
     Parameters,
-    /// An operand is not made before its use.
+    /// An operand is not computed before its use.
     #[error("an operand does not come before its use")]
     Order,
     /// An operand or the node itself has the wrong type.
@@ -35,7 +35,8 @@ pub enum Problem {
     /// A function, failure or result is named that does not exist.
     #[error("it names something that does not exist")]
     Reference,
-    /// Arguments do not fit the parameters, or branches or turns of a loop do not fit one another.
+    /// Arguments do not fit the parameters, or the sides of a branch or the iterations of a loop do not fit one
+    /// another.
     #[error("the signatures do not fit")]
     Signature,
     /// A body of a branch, a loop or a tangent runs itself without a call.
@@ -46,45 +47,36 @@ pub enum Problem {
 /// Checks a whole module.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// The first mistake.
 pub fn validate(module: &Module) -> Result<(), Invalid> {
-    for (i, function) in module.functions.iter().enumerate() {
-        let invalid = |node, problem| Invalid { function: i as u32, name: function.name.clone(), node, problem };
-        check_shape(function).map_err(|(node, problem)| invalid(node, problem))?;
+    let invalid = |f: FunctionId, node: Option<u32>, problem| Invalid {
+        function: f.0,
+        name: module.functions.get(f.0 as usize).map_or(String::new(), |f| f.name.clone()),
+        node,
+        problem,
+    };
+    let all: Vec<FunctionId> = (0..module.functions.len() as u32).map(FunctionId).collect();
+    for id in &all {
+        check_shape(module.function(*id)).map_err(|(node, problem)| invalid(*id, node, problem))?;
     }
-    // Types of results are known to exist only now.
-    for (i, function) in module.functions.iter().enumerate() {
-        for (k, node) in function.nodes.iter().enumerate() {
-            check_node(module, function, node).map_err(|problem| Invalid {
-                function: i as u32,
-                name: function.name.clone(),
-                node: Some(k as u32),
-                problem,
-            })?;
+    // Only now is it known that every result has a type.
+    for id in &all {
+        let function = module.function(*id);
+        for (k, node) in (0..).zip(&function.nodes) {
+            check_node(module, function, node).map_err(|problem| invalid(*id, Some(k), problem))?;
         }
     }
-    for (f, by_hand) in &module.by_hand {
-        check_by_hand(module, *f, by_hand).map_err(|problem| Invalid {
-            function: f.0,
-            name: module.functions.get(f.0 as usize).map_or(String::new(), |f| f.name.clone()),
-            node: None,
-            problem,
-        })?;
+    for (id, custom) in &module.custom_derivatives {
+        check_custom_derivative(module, *id, custom).map_err(|problem| invalid(*id, None, problem))?;
     }
-    let all: Vec<FunctionId> = (0..module.functions.len() as u32).map(FunctionId).collect();
-    let bodies = References::along(module, &all, |op| !matches!(op, Op::Call { .. }));
+    let bodies = CallGraph::along(module, &all, |op| !matches!(op, Op::Call { .. }));
     match all.iter().find(|f| bodies.is_recursive(**f)) {
-        Some(f) => Err(Invalid {
-            function: f.0,
-            name: module.function(*f).name.clone(),
-            node: None,
-            problem: Problem::Recursion,
-        }),
+        Some(f) => Err(invalid(*f, None, Problem::Recursion)),
         None => Ok(()),
     }
 }
 
-/// Checks a module after a pass, in debug builds and tests: a failure is a mistake in that pass.
+/// Checks a module after a pass in debug builds and unit tests: a mistake is one of that pass.
 pub(crate) fn after_pass(module: &Module, pass: &str) {
     if cfg!(any(test, debug_assertions))
         && let Err(invalid) = validate(module)
@@ -109,9 +101,7 @@ fn check_shape(function: &Function) -> Result<(), (Option<u32>, Problem)> {
         if !fits {
             return Err((at, Problem::Parameters));
         }
-        let mut ordered = true;
-        node.op.visit_operands(|v| ordered &= (v.0 as usize) < i);
-        if !ordered {
+        if !node.op.all_operands(|v| (v.0 as usize) < i) {
             return Err((at, Problem::Order));
         }
     }
@@ -120,17 +110,17 @@ fn check_shape(function: &Function) -> Result<(), (Option<u32>, Problem)> {
     if named && function.results.iter().all(real) { Ok(()) } else { Err((None, Problem::Results)) }
 }
 
-/// A derivative by hand takes the function's parameters and Real tangents, and gives a Real for every result.
-fn check_by_hand(module: &Module, f: FunctionId, by_hand: &ByHand) -> Result<(), Problem> {
+/// A custom derivative takes the function's parameters and Real tangents, and returns a Real for every result.
+fn check_custom_derivative(module: &Module, f: FunctionId, custom: &CustomDerivative) -> Result<(), Problem> {
     let get = |id: FunctionId| module.functions.get(id.0 as usize).ok_or(Problem::Reference);
-    let (f, derivative) = (get(f)?, get(by_hand.function)?);
-    let tangents = by_hand.tangents.iter().map(|_| Type::Real);
+    let (f, derivative) = (get(f)?, get(custom.function)?);
+    let tangents = custom.tangents.iter().map(|_| Type::Real);
     let params = f.params.iter().map(|p| p.ty).chain(tangents);
     require(derivative.params.iter().map(|p| p.ty).eq(params), Problem::Signature)?;
     require(derivative.results.len() == f.results.len(), Problem::Signature)?;
     require(derivative.result_types().iter().all(|t| *t == Type::Real), Problem::Types)?;
     let known = |i: &u32| f.params.get(*i as usize).is_some_and(|p| p.ty == Type::Real);
-    require(by_hand.tangents.iter().flatten().all(known), Problem::Reference)
+    require(custom.tangents.iter().flatten().all(known), Problem::Reference)
 }
 
 fn require(condition: bool, problem: Problem) -> Result<(), Problem> {
@@ -147,11 +137,9 @@ fn check_node(module: &Module, function: &Function, node: &Node) -> Result<(), P
             require(*result == node.ty, Problem::Types)
         }
         op => {
-            let mut scalar = true;
-            op.visit_operands(|v| scalar &= ty(v) != Type::Multi);
-            require(scalar, Problem::Types)?;
+            require(op.all_operands(|v| ty(v) != Type::Multi), Problem::Types)?;
             match op {
-                Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Tangent { .. } => {
+                op if op.is_structured() => {
                     require(node.ty == Type::Multi, Problem::Types)?;
                     check_structured(module, function, op)
                 }
@@ -162,11 +150,12 @@ fn check_node(module: &Module, function: &Function, node: &Node) -> Result<(), P
     }
 }
 
-/// The type of a simple operation; nothing where its operands' types do not fit. `own` is that of the node.
-fn simple_type(op: &Op, ty: impl Fn(Value) -> Type, own: Type) -> Option<Type> {
+/// The type of an operation that runs no function; `None` where its operands' types do not fit. `declared` is the type
+/// of the node.
+fn simple_type(op: &Op, ty: impl Fn(Value) -> Type, declared: Type) -> Option<Type> {
     let number = |t: Type| matches!(t, Type::Real | Type::Int);
     let (fits, result) = match *op {
-        Op::Param(_) => (true, own),
+        Op::Param(_) => (true, declared),
         Op::Real(_) => (true, Type::Real),
         Op::Int(_) => (true, Type::Int),
         Op::Bool(_) => (true, Type::Bool),

@@ -8,7 +8,7 @@ use super::{Part, Program};
 use crate::check::{self, CheckOptions, InputValue, typed};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::diff::DiffError;
-use crate::ir::inline::{self, InlineError};
+use crate::ir::inline::{InlineError, SizeLimits};
 use crate::ir::lower;
 use crate::jit::{JitError, Limits};
 use crate::source::{Loader, SourceFile, Sources, Span};
@@ -38,7 +38,7 @@ impl Default for Options {
             check: CheckOptions::default(),
             limits: Limits::default(),
             workers: Workers::default(),
-            operations: inline::Limits::default().nodes,
+            operations: SizeLimits::default().nodes,
         }
     }
 }
@@ -184,7 +184,7 @@ fn build(
     options: &Options,
     done: &mut dyn FnMut(Stage),
 ) -> Result<Program, NotBuilt> {
-    let limits = inline::Limits { nodes: options.operations, ..inline::Limits::default() };
+    let limits = SizeLimits { nodes: options.operations, ..SizeLimits::default() };
     let mut lowered = lower::lower_within(&typed, limits).map_err(NotBuilt::Lower)?;
     done(Stage::Lower);
     let functions = ModelFunctions::new(&mut lowered, options.workers).map_err(NotBuilt::Build)?;

@@ -4,10 +4,10 @@ use super::compile::BuildError;
 use super::jacobians::{self, Jacobian};
 use crate::diff::{self, Entry};
 use crate::ir::hash::HashMap;
+use crate::ir::hoist::prelude::{Body, Whole, split_all};
 use crate::ir::merge::merge_bodies;
-use crate::ir::regroup::regroup;
-use crate::ir::separate::separated;
-use crate::ir::split::{Body, Whole, split_all};
+use crate::ir::reassociate::reassociate;
+use crate::ir::separable::decompose;
 use crate::ir::{self, Function, FunctionId, LoweredModel, LoweredRequire, Module, Node, Op, Parameter, Type, Value};
 use crate::workers::Workers;
 
@@ -90,17 +90,16 @@ impl ModelFunctions {
         let tolerances: Vec<Option<FunctionId>> = lowered.parts.iter().map(|p| p.tolerance).collect();
         roots.extend(tolerances.iter().flatten());
         diff::expand(&mut module, &roots)?;
-        let limits = module.limits;
-        ir::inline(&mut module, &roots, limits)?;
+        ir::inline(&mut module, &roots)?;
         ir::simplify(&mut module, &roots);
         for surface in &surfaces {
-            regroup(&mut module, surface.function, surface.uniform.len());
+            reassociate(&mut module, surface.function, surface.uniform.len());
         }
         let params = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
         let wholes = for_grids(&mut module, &surfaces);
         let mut split = split_all(&mut module, params, &wholes);
         merge_bodies(&mut module, &mut split);
-        separate_bodies(&mut module, &mut split.bodies);
+        decompose_bodies(&mut module, &mut split.bodies);
         let wrt: Vec<u32> = (0..lowered.params.len() as u32).collect();
         let (jacobian, pattern) = diff::jacobian(&mut module, split.prelude, &wrt)?;
         let (slopes, table) = slopes(&mut module, jacobian, &pattern);
@@ -136,16 +135,16 @@ impl ModelFunctions {
 
 /// Surfaces as they are best evaluated: those that people read stay as they are.
 fn for_grids(module: &mut Module, surfaces: &[Whole]) -> Vec<Whole> {
-    let separated = |s: &Whole| Whole { function: separated(module, s.function, s.uniform.len()), ..s.clone() };
-    surfaces.iter().map(separated).collect()
+    let decomposed = |s: &Whole| Whole { function: decompose(module, s.function, s.uniform.len()), ..s.clone() };
+    surfaces.iter().map(decomposed).collect()
 }
 
 /// Again, as constants were not captured and came back to the points.
-fn separate_bodies(module: &mut Module, bodies: &mut [Body]) {
+fn decompose_bodies(module: &mut Module, bodies: &mut [Body]) {
     let mut known: HashMap<FunctionId, FunctionId> = HashMap::default();
     for body in bodies {
         let uniforms = body.captures.len();
-        body.function = *known.entry(body.function).or_insert_with(|| separated(module, body.function, uniforms));
+        body.function = *known.entry(body.function).or_insert_with(|| decompose(module, body.function, uniforms));
     }
 }
 

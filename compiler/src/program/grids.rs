@@ -6,9 +6,9 @@ use super::kernels::OPTIONS;
 use super::on_demand::{Derivative, OnDemand};
 use crate::diff;
 use crate::ir::hash::HashMap;
+use crate::ir::hoist::grid::{GridSplit, split_grid};
 use crate::ir::magnitude::is_bounded;
 use crate::ir::products::Products;
-use crate::ir::stages::{Stages, stages};
 use crate::ir::{Function, FunctionId, Module, Op, Value};
 use crate::jit::{Code, Compiler, GridKernel, GridShape, Kernel, KernelShape, Listing, Options, Output};
 use std::sync::{Arc, Mutex, OnceLock};
@@ -142,7 +142,7 @@ type Whole = (FunctionId, usize);
 /// The functions that a function of points is divided into.
 struct Staged {
     uniforms: usize,
-    stages: Stages,
+    stages: GridSplit,
     /// Of points that are sums of products: these, and the function of their factors.
     products: Option<(Products, FunctionId)>,
     /// Of a pullback.
@@ -157,7 +157,7 @@ fn staged(
     let (mut module, wholes, of_part) = wholes(functions, derived, what)?;
     let mut all = Vec::new();
     for (i, (function, uniforms)) in wholes.into_iter().enumerate() {
-        let stages = stages(&mut module, function, uniforms);
+        let stages = split_grid(&mut module, function, uniforms);
         let pulled = match what {
             OnGrid::Pullback => Some(pull_back(&mut module, stages, uniforms, functions.bodies[i].varied)?),
             OnGrid::Points | OnGrid::Partials | OnGrid::Jacobian => None,
@@ -276,7 +276,7 @@ struct Pulled {
 }
 
 /// The pullbacks of stages to the first captures.
-fn pull_back(module: &mut Module, stages: Stages, captures: usize, varied: usize) -> Result<Pulled, BuildError> {
+fn pull_back(module: &mut Module, stages: GridSplit, captures: usize, varied: usize) -> Result<Pulled, BuildError> {
     let depends = |module: &Module, f: FunctionId, first: usize| -> Vec<usize> {
         let depends = depends_on(module.function(f), varied).into_iter().enumerate();
         depends.filter(|(_, yes)| *yes).map(|(k, _)| first + k).collect()
@@ -336,7 +336,7 @@ fn compile(compiler: &mut Compiler<'_>, staged: Staged) -> Result<GridKernels, B
     let shape = GridShape { function: of_rows, uniforms, row_values: 1, column_values: 1, row_sums: None };
     let rows = compiler.grid(shape)?;
     let of_rows = compiler.function(of_rows).results.len();
-    let Stages { row_values, column_values, .. } = stages;
+    let GridSplit { row_values, column_values, .. } = stages;
     let function = pulled.as_ref().map_or(stages.inner, |p| p.inner);
     let row_sums = pulled.as_ref().map(|p| p.captures.len() + p.rows.map_or(0, |(n, _)| n));
     let results = compiler.function(function).results.len();

@@ -7,7 +7,7 @@ use super::kernels::Kernels;
 use super::on_demand::Derivative;
 use crate::check;
 use crate::diff;
-use crate::ir::graph::References;
+use crate::ir::call_graph::CallGraph;
 use crate::ir::print::gml;
 use crate::ir::{FunctionId, Module};
 use crate::jit::Listing;
@@ -123,7 +123,7 @@ impl Program {
 /// A function with those that it uses.
 fn write_function(text: &mut String, title: &str, module: &Module, root: FunctionId) {
     let _ = writeln!(text, "; {title}");
-    for id in References::new(module, &[root]).order {
+    for id in CallGraph::new(module, &[root]).order {
         let _ = writeln!(text, "{id} = {}", module.function(id));
     }
 }

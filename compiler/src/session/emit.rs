@@ -4,7 +4,7 @@ use super::{Session, evaluate};
 use crate::check;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::diff;
-use crate::ir::graph::References;
+use crate::ir::call_graph::CallGraph;
 use crate::ir::print::gml;
 use crate::ir::{self, FunctionId, Module};
 use crate::jit::{self, Compiler};
@@ -94,8 +94,7 @@ fn inlined(checked: &check::scope::Checked) -> Result<(Module, FunctionId), Vec<
     let evaluate::Lowered { mut module, functions } = evaluate::lower_asked(checked)?;
     let function = functions[functions.len() - 1];
     let wrong = |e: ir::inline::InlineError| vec![derivative_error(&e.into())];
-    let limits = module.limits;
-    ir::inline(&mut module, &[function], limits).map_err(wrong)?;
+    ir::inline(&mut module, &[function]).map_err(wrong)?;
     ir::simplify(&mut module, &[function]);
     for name in module.functions[function.0 as usize].result_names.iter_mut().filter(|n| n.is_empty()) {
         name.push_str("value");
@@ -105,7 +104,7 @@ fn inlined(checked: &check::scope::Checked) -> Result<(Module, FunctionId), Vec<
 
 fn listing(module: &Module, function: FunctionId) -> String {
     let mut text = String::new();
-    for id in References::new(module, &[function]).order {
+    for id in CallGraph::new(module, &[function]).order {
         let _ = writeln!(text, "{id} = {}", module.function(id));
     }
     text

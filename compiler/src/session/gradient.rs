@@ -60,8 +60,7 @@ impl Session {
             let function = functions[functions.len() - 1];
             let wrt: Vec<u32> = (0..model.parameters().len() as u32).collect();
             let wrong = |e: &diff::DiffError| vec![crate::program::derivative_error(e)];
-            let limits = module.limits;
-            ir::inline(&mut module, &[function], limits).map_err(|e| wrong(&e.into()))?;
+            ir::inline(&mut module, &[function]).map_err(|e| wrong(&e.into()))?;
             ir::simplify(&mut module, &[function]);
             let (jacobian, entries) = diff::jacobian(&mut module, function, &wrt).map_err(|e| wrong(&e))?;
             let results = evaluate::run(s, &module, jacobian).map_err(|e| vec![of_derivative(e)])?;

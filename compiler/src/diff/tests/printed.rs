@@ -1,9 +1,8 @@
 //! Derivative programs as people read them.
 
 use super::super::*;
-use crate::ir::inline::Limits;
 use crate::ir::print::gml;
-use crate::ir::testing::{function_of, reals};
+use crate::ir::tests::{function_of, reals};
 use crate::ir::{Unary, inline};
 
 fn jacobian_text(module: &mut Module, f: FunctionId, wrt: &[u32]) -> String {
@@ -89,7 +88,7 @@ fn a_loop_and_a_branch() {
     let c = b.compare(ir::Compare::Lt, s, one);
     let r = b.if_(c, sides[0], sides[1], vec![s], &[Type::Real])[0];
     let f = module.add(b.finish([("r".to_owned(), r)]));
-    inline(&mut module, &[f], Limits::default()).unwrap();
+    inline(&mut module, &[f]).unwrap();
     insta::assert_snapshot!(jacobian_text(&mut module, f, &[1]));
     let back = pullback(&mut module, f, &[1], true).unwrap();
     insta::assert_snapshot!(gml(&module, back));

@@ -1,10 +1,10 @@
 //! Random functions: derivatives against differences, and against one another.
 
 use super::super::*;
-use crate::ir::inline::Limits;
-use crate::ir::testing::random::random_function;
-use crate::ir::testing::run_with;
-use crate::ir::{Op, inline, simplify, split};
+use crate::ir::hoist::prelude::{Whole, split_all};
+use crate::ir::tests::random::random_function;
+use crate::ir::tests::run_with;
+use crate::ir::{Op, inline, simplify};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 
@@ -29,8 +29,8 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
     a == b || (a - b).abs() <= tolerance * (1.0 + a.abs() + b.abs())
 }
 
-/// The derivative of `f` along a line by central differences of fourth order (error h^4 / 30 f^(5), rounding 1e-16 / h),
-/// if two step sizes agree: they do not where a kink or a jump is near.
+/// The derivative of `f` along a line by central differences of fourth order (error h^4 / 30 f^(5), rounding 1e-16 /
+/// h), if two step sizes agree: they do not where a kink or a jump is near.
 fn difference(f: impl Fn(f64) -> Vec<f64>) -> Vec<Option<f64>> {
     let stencil = |h: f64| -> Vec<f64> {
         let at = [f(-2.0 * h), f(-h), f(h), f(2.0 * h)];
@@ -80,7 +80,7 @@ proptest! {
     fn simplifying_keeps_values((bytes, n, x, ..) in case()) {
         let (mut module, f) = random_function(&bytes, PARAMS, RESULTS);
         let before = run_with(&module, f, n, &x);
-        inline(&mut module, &[f], Limits::default()).unwrap();
+        inline(&mut module, &[f]).unwrap();
         let inlined = run_with(&module, f, n, &x);
         simplify(&mut module, &[f]);
         let simplified = run_with(&module, f, n, &x);
@@ -102,17 +102,17 @@ proptest! {
     fn splitting_keeps_values((bytes, n, x, ..) in case()) {
         let (mut module, f) = random_function(&bytes, PARAMS, RESULTS);
         let expected = run_with(&module, f, n, &x);
-        inline(&mut module, &[f], Limits::default()).unwrap();
+        inline(&mut module, &[f]).unwrap();
         simplify(&mut module, &[f]);
-        let whole = split::Whole { function: f, uniform: vec![0, 1] };
+        let whole = Whole { function: f, uniform: vec![0, 1] };
         let params = module.function(f).params[..2].to_vec();
-        let split = split::split_all(&mut module, params, &[whole.clone(), whole]);
+        let split = split_all(&mut module, params, &[whole.clone(), whole]);
         let captures = run_with(&module, split.prelude, n, &x[..1]);
         prop_assert_eq!(&split.bodies[0].captures, &split.bodies[1].captures);
         let body = &split.bodies[1];
         let mut args: Vec<f64> = body.captures.iter().map(|c| captures[*c as usize]).collect();
         args.extend(&x[1..]);
-        let results = crate::ir::testing::run(&module, body.function, &args);
+        let results = crate::ir::tests::run(&module, body.function, &args);
         for k in 0..RESULTS {
             prop_assert!(close(expected[k], results[k], 1e-9), "{} became {}", expected[k], results[k]);
         }
@@ -154,7 +154,7 @@ proptest! {
     #[test]
     fn second_derivatives_agree((bytes, n, x, v, w) in case()) {
         let (mut module, f) = random_function(&bytes, PARAMS, RESULTS);
-        inline(&mut module, &[f], Limits::default()).unwrap();
+        inline(&mut module, &[f]).unwrap();
         simplify(&mut module, &[f]);
         // Forward over forward, along the same direction.
         let first = tangent(&mut module, f, &WRT).unwrap();

@@ -1,8 +1,8 @@
 //! The special points, as LANGUAGE fixes them: a tangent that is zero stays zero, any other is not hidden.
 
 use super::super::*;
-use crate::ir::inline::Limits;
-use crate::ir::testing::{function_of, run};
+use crate::ir::inline::SizeLimits;
+use crate::ir::tests::{function_of, run};
 use crate::ir::{Binary, Compare, Unary};
 
 type Make<'a> = &'a dyn Fn(&mut FunctionBuilder, &[Value]) -> Value;
@@ -185,9 +185,9 @@ fn a_long_loop_in_reverse_is_halved() {
     let back = pullback(&mut module, f, &[1, 2], false).unwrap();
     let there = tangent(&mut module, f, &[1, 2]).unwrap();
     for n in [-1, 0, 1, 2, 3, 7, 8, 1000] {
-        let back = crate::ir::testing::run_with(&module, back, n, &[0.3, 0.7, 1.0]);
+        let back = crate::ir::tests::run_with(&module, back, n, &[0.3, 0.7, 1.0]);
         for (k, v) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
-            let there = crate::ir::testing::run_with(&module, there, n, &[0.3, 0.7, v[0], v[1]])[1];
+            let there = crate::ir::tests::run_with(&module, there, n, &[0.3, 0.7, v[0], v[1]])[1];
             assert!((there - back[k]).abs() <= 1e-13 * (1.0 + there.abs()), "{n} turns: {there}, {}", back[k]);
         }
     }
@@ -247,6 +247,6 @@ fn derivatives_without_end_meet_the_limit() {
         let r = b.tangent(f, vec![x], vec![(0, one)], 1)[0];
         f = module.add(b.finish([("r".to_owned(), r)]));
     }
-    let limits = Limits { nodes: 10_000, ..Limits::default() };
-    assert!(matches!(expand_within(&mut module, &[f], limits), Err(DiffError::Size(_))));
+    module.limits = SizeLimits { nodes: 10_000, ..SizeLimits::default() };
+    assert!(matches!(expand(&mut module, &[f]), Err(DiffError::Size(_))));
 }

@@ -1,5 +1,6 @@
-//! Exponential function and powers, by tables of 128 powers of 2 and logarithms (after Tang, Table-driven implementation of the
-//! exponential function in IEEE floating-point arithmetic, 1989, and the same of the logarithm, 1990).
+//! Exponential function and powers, by tables of 128 powers of 2 and logarithms (after Tang, Table-driven
+//! implementation of the exponential function in IEEE floating-point arithmetic, 1989, and the same of the logarithm,
+//! 1990).
 
 use super::Lanes;
 use super::tables::{ENTRIES, LN_2, LN_2_IN_FEW, LOG_ORIGIN, LOGARITHMS, POWERS, ROUND};
@@ -33,8 +34,8 @@ pub(super) fn times_ln<L: Lanes>(x: L, y: L) -> [L; 2] {
     [product, y.times_plus(low, y.times_plus(high, product.negated()))]
 }
 
-/// The logarithm in two parts: x = 2^k z with z from 0.69 to 1.37, ln x = k ln 2 - ln c + ln(1 + r), where c from the table is nearly 1 / z
-/// and of so few bits that r = c z - 1 is exact.
+/// The logarithm in two parts: x = 2^k z with z from 0.69 to 1.37, ln x = k ln 2 - ln c + ln(1 + r), where c from the
+/// table is nearly 1 / z and of so few bits that r = c z - 1 is exact.
 #[inline(always)]
 fn ln<L: Lanes>(x: L) -> [L; 2] {
     let offset = x.plus_bits(L::all_bits(1.0f64.to_bits() - LOG_ORIGIN));

@@ -1,70 +1,70 @@
-//! Numbers side by side.
+//! Lanes: one double or several side by side.
 
 use std::ops::{Add, Mul, Sub};
 
-/// One or more doubles on which the same is done. A mask has all bits of a lane set, or none.
+/// One or more doubles that undergo the same operations. In a mask all bits of a lane are set, or none.
 pub(crate) trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    /// The same number in all.
+    /// The same number in all lanes.
     fn all(x: f64) -> Self;
 
     /// self * b + c, rounded once.
     fn times_plus(self, b: Self, c: Self) -> Self;
 
-    /// Bits that both have.
+    /// Bitwise and.
     fn and(self, other: Self) -> Self;
 
-    /// Bits that either has.
+    /// Bitwise or.
     fn or(self, other: Self) -> Self;
 
-    /// Bits that one of them has.
+    /// Bitwise exclusive or.
     fn xor(self, other: Self) -> Self;
 
-    /// Sum of the bits as integers, which wraps.
+    /// Wrapping sum of the bits as integers.
     fn plus_bits(self, other: Self) -> Self;
 
-    /// Difference of the bits as integers, which wraps.
+    /// Wrapping difference of the bits as integers.
     fn minus_bits(self, other: Self) -> Self;
 
-    /// Bits moved up.
+    /// Bits shifted up.
     fn up<const N: i32>(self) -> Self;
 
-    /// Bits moved down; zeros come in.
+    /// Bits shifted down, with zeros from above.
     fn down<const N: i32>(self) -> Self;
 
-    /// The mask of where this is less; not where either is NaN.
+    /// The mask of the lanes in which this is less than the other; not where either is NaN.
     fn below(self, other: Self) -> Self;
 
     /// Whether a mask holds in all lanes.
     fn everywhere(self) -> bool;
 
-    /// Entries of a table at the lowest bits of an index; N is a power of two.
+    /// Gathers entries of a table at the lowest bits of an index; N is a power of two.
     fn entries<const W: usize, const N: usize>(table: &[[f64; W]; N], index: Self) -> [Self; W];
 
-    /// Does this lane by lane.
+    /// Applies a function lane by lane.
     fn each(self, f: fn(f64) -> f64) -> Self;
 
-    /// Does this lane by lane, with another operand.
+    /// Applies a function of two operands lane by lane.
     fn each_with(self, other: Self, f: fn(f64, f64) -> f64) -> Self;
 
-    /// The same bits in all.
+    /// The same bits in all lanes.
     #[inline(always)]
     fn all_bits(bits: u64) -> Self {
         Self::all(f64::from_bits(bits))
     }
 
-    /// Without its sign.
+    /// The absolute value.
     #[inline(always)]
     fn magnitude(self) -> Self {
         self.and(Self::all_bits(!(1 << 63)))
     }
 
-    /// With the other sign.
+    /// The negative.
     #[inline(always)]
     fn negated(self) -> Self {
         self.xor(Self::all_bits(1 << 63))
     }
 
-    /// One or the other by a mask.
+    /// a in the lanes of a mask, b in the others.
     #[inline(always)]
     fn chosen(mask: Self, a: Self, b: Self) -> Self {
         b.xor(mask.and(a.xor(b)))

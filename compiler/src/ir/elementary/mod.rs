@@ -1,9 +1,10 @@
-//! Elementary functions that are made of IEEE operations alone: the same bits on every machine, one at a time and in lanes.
+//! Elementary functions made of IEEE operations alone: the same bits on every machine, for one number and for several
+//! in lanes.
 //!
-//! They are written once, over [`Lanes`]: a number, or several side by side. Additions, multiplications and fused
-//! multiplications and additions are rounded as IEEE 754 says wherever they run, so that the interpreter, native code that takes
-//! one point and native code that takes two compute the same. Outside of the ranges below, where values overflow, do
-//! not exist or need a much longer reduction, all of them ask the platform.
+//! They are written once, over [`Lanes`]: one number, or several side by side. IEEE 754 defines the rounding of
+//! additions, multiplications and fused multiply-adds, so that the interpreter, native code for one point and native
+//! code for two compute the same. Outside of the ranges below, where values overflow, do not exist or need a much
+//! longer reduction, all of them call the platform's functions.
 //!
 //! | | range | largest error found |
 //! |---|---|---|
@@ -11,32 +12,32 @@
 //! | [`exp`] | up to 708 in magnitude | 0.51 |
 //! | [`pow`] | normal positive x; up to 700 in magnitude of y ln x | 0.52 |
 //!
-//! Errors are measured against arithmetic of 113 bits, at random arguments of many magnitudes and beside multiples of half
-//! a right angle; the tests measure again in double-double arithmetic.
+//! Errors are measured against arithmetic of 113 bits, at random arguments of many magnitudes and beside multiples of
+//! half a right angle; the tests measure again in double-double arithmetic.
 
-mod circular;
 mod exponential;
 mod lanes;
+mod sin_cos;
 mod tables;
 #[cfg(test)]
 mod tests;
 
 pub(crate) use lanes::Lanes;
 
-/// Arguments of sine and cosine below this are reduced here.
-const MOST_TURNED: f64 = 1600.0;
+/// Sine and cosine reduce arguments below this magnitude; larger ones go to the platform.
+const MOST_REDUCED: f64 = 1600.0;
 
-/// Exponents of e below this are raised here: results are normal numbers.
-const MOST_RAISED: f64 = 708.0;
+/// Magnitude of an exponent of e below which the result is a normal number.
+const MOST_EXPONENT: f64 = 708.0;
 
-/// Likewise the exponents of e of powers.
+/// The same for the exponent y ln x of x^y.
 const MOST_POWER: f64 = 700.0;
 
 /// Sine and cosine.
 #[inline(always)]
 pub(crate) fn sin_cos_of<L: Lanes>(x: L) -> [L; 2] {
-    if x.magnitude().below(L::all(MOST_TURNED)).everywhere() {
-        return circular::sin_cos(x);
+    if x.magnitude().below(L::all(MOST_REDUCED)).everywhere() {
+        return sin_cos::sin_cos(x);
     }
     [x.each(sin), x.each(cos)]
 }
@@ -44,7 +45,7 @@ pub(crate) fn sin_cos_of<L: Lanes>(x: L) -> [L; 2] {
 /// e^x.
 #[inline(always)]
 pub(crate) fn exp_of<L: Lanes>(x: L) -> L {
-    if x.magnitude().below(L::all(MOST_RAISED)).everywhere() {
+    if x.magnitude().below(L::all(MOST_EXPONENT)).everywhere() {
         return exponential::exp(x, L::all(0.0));
     }
     x.each(exp)
@@ -64,19 +65,19 @@ pub(crate) fn pow_of<L: Lanes>(x: L, y: L) -> L {
 /// Sine.
 #[must_use]
 pub fn sin(x: f64) -> f64 {
-    if x.abs() < MOST_TURNED { circular::sin_cos(x)[0] } else { x.sin() }
+    if x.abs() < MOST_REDUCED { sin_cos::sin_cos(x)[0] } else { x.sin() }
 }
 
 /// Cosine.
 #[must_use]
 pub fn cos(x: f64) -> f64 {
-    if x.abs() < MOST_TURNED { circular::sin_cos(x)[1] } else { x.cos() }
+    if x.abs() < MOST_REDUCED { sin_cos::sin_cos(x)[1] } else { x.cos() }
 }
 
 /// e^x.
 #[must_use]
 pub fn exp(x: f64) -> f64 {
-    if x.abs() < MOST_RAISED { exponential::exp(x, 0.0) } else { x.exp() }
+    if x.abs() < MOST_EXPONENT { exponential::exp(x, 0.0) } else { x.exp() }
 }
 
 /// x^y.

@@ -1,5 +1,5 @@
-//! Tables and constants, computed by the compiler in double-double arithmetic (Dekker, A floating-point technique for extending the
-//! available precision, 1971): numbers as sums of two doubles, to about 2^-104.
+//! Tables and constants, computed by the compiler in double-double arithmetic (Dekker, A floating-point technique for
+//! extending the available precision, 1971): numbers as sums of two doubles, to about 2^-104.
 
 /// Entries of each table.
 pub(super) const ENTRIES: usize = 128;
@@ -32,8 +32,8 @@ pub(super) static POWERS: [[f64; 2]; ENTRIES] = {
     table
 };
 
-/// For intervals of z from 0.69 to 1.37: c near 1 / z, a multiple of 2^-7 below 1 and of 2^-8 above, and -ln c as a multiple of
-/// 2^-42 and the rest. Where z is about 1, c is.
+/// For intervals of z from 0.69 to 1.37: c near 1 / z, a multiple of 2^-7 below 1 and of 2^-8 above, and -ln c as a
+/// multiple of 2^-42 and the rest. Where z is about 1, c is.
 pub(super) static LOGARITHMS: [[f64; 3]; ENTRIES] = {
     let mut table = [[0.0; 3]; ENTRIES];
     let mut i = 0;

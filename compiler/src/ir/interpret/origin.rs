@@ -1,23 +1,25 @@
-//! Following a non-finite result back to where it arises.
+//! The origin of a non-finite result.
 
-use super::super::scalar::Scalar;
-use super::super::{FunctionId, Op, Value};
 use super::{Computed, Interpreter, RunError, STACK_LEFT, STACK_MORE, one};
+use crate::ir::scalar::Scalar;
+use crate::ir::{FunctionId, Op, Value};
 use crate::source::Span;
 
-/// Where a non-finite result comes from.
+/// The origin of a non-finite result.
 pub(super) enum Origin {
     /// An operation whose operands were finite.
     Node(Span),
-    /// A parameter, first used there.
+    /// A parameter, with the place of its first use.
     Param(usize, Span),
 }
 
-/// Where to look next.
+/// The next step of the search.
 enum Next {
-    Here,
+    /// The node itself is the origin.
+    Node,
     Operand(Value),
-    Found(Span),
+    /// The origin lies in a function that the node runs.
+    Inner(Span),
 }
 
 impl Interpreter<'_> {
@@ -44,7 +46,7 @@ impl Interpreter<'_> {
                 }
                 op => {
                     let bad = |v: &Value| one(&values, *v).is_some_and(|x| !x.is_finite());
-                    op.operands().into_iter().find(bad).map_or(Next::Here, Next::Operand)
+                    op.operands().into_iter().find(bad).map_or(Next::Node, Next::Operand)
                 }
             };
             match next {
@@ -52,8 +54,8 @@ impl Interpreter<'_> {
                     used = node.span;
                     at = operand;
                 }
-                Next::Here => break Origin::Node(node.span),
-                Next::Found(span) => break Origin::Node(span),
+                Next::Node => break Origin::Node(node.span),
+                Next::Inner(span) => break Origin::Node(span),
             }
         };
         self.depth += 1;
@@ -61,7 +63,7 @@ impl Interpreter<'_> {
         Ok(origin)
     }
 
-    /// Into result `k` of a branch, a loop or a call.
+    /// Follows result `k` of a branch, a loop or a call into the functions that it runs.
     fn origin_inside(&mut self, values: &[Computed], op: &Op, k: usize, span: Span) -> Result<Next, RunError> {
         let get = |v: &Value| one(values, *v).ok_or(RunError::Malformed(span));
         let all = |vs: &[Value]| vs.iter().map(get).collect::<Result<Vec<_>, _>>();
@@ -72,9 +74,9 @@ impl Interpreter<'_> {
             Op::Call { function, args } => (*function, args),
             Op::Loop { count, body, init, invariant } => {
                 let Scalar::Int(count) = get(count)? else { return Err(RunError::Malformed(span)) };
-                let turns = Turns { body: *body, init: all(init)?, invariant: all(invariant)?, span };
-                return Ok(match self.origin_in_turns(&turns, count, k)? {
-                    Origin::Node(span) => Next::Found(span),
+                let iterations = Iterations { body: *body, init: all(init)?, invariant: all(invariant)?, span };
+                return Ok(match self.origin_in_loop(&iterations, count, k)? {
+                    Origin::Node(span) => Next::Inner(span),
                     Origin::Param(i, _) => {
                         Next::Operand(if i < init.len() { init[i] } else { invariant[i - init.len()] })
                     }
@@ -82,21 +84,22 @@ impl Interpreter<'_> {
             }
             _ => return Err(RunError::Malformed(span)),
         };
-        let operands_now = all(operands)?;
-        let origin = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || self.origin(function, &operands_now, k, span))?;
+        let args = all(operands)?;
+        let origin = stacker::maybe_grow(STACK_LEFT, STACK_MORE, || self.origin(function, &args, k, span))?;
         Ok(match origin {
-            Origin::Node(span) => Next::Found(span),
+            Origin::Node(span) => Next::Inner(span),
             Origin::Param(i, _) => Next::Operand(operands[i]),
         })
     }
 
-    /// Backwards through the turns of a loop. A parameter counts what is carried, then what is invariant.
-    fn origin_in_turns(&mut self, turns: &Turns, count: i64, mut k: usize) -> Result<Origin, RunError> {
-        let Turns { body, init, invariant, span } = turns;
+    /// Follows carried value `k` backwards through the iterations of a loop. The index of a parameter counts the
+    /// carried values, then the invariant ones.
+    fn origin_in_loop(&mut self, iterations: &Iterations, count: i64, mut k: usize) -> Result<Origin, RunError> {
+        let Iterations { body, init, invariant, span } = iterations;
         let mut states = vec![init.clone()];
         for i in 0..count {
             self.memory = self.memory.checked_sub(init.len()).ok_or(RunError::Memory(*span))?;
-            let next = self.turn(*body, i, &states[i as usize], invariant, *span)?;
+            let next = self.iteration(*body, i, &states[i as usize], invariant, *span)?;
             states.push(next);
         }
         let mut origin = Origin::Param(k, *span);
@@ -104,7 +107,7 @@ impl Interpreter<'_> {
             let args = [&[Scalar::Int(i)], &states[i as usize][..], invariant].concat();
             origin = match self.origin(*body, &args, k, *span)? {
                 Origin::Param(p, span) if p > 0 => Origin::Param(p - 1, span),
-                found => found,
+                origin => origin,
             };
             match origin {
                 Origin::Param(carried, _) if carried < init.len() => k = carried,
@@ -116,7 +119,7 @@ impl Interpreter<'_> {
     }
 }
 
-struct Turns {
+struct Iterations {
     body: FunctionId,
     init: Vec<Scalar>,
     invariant: Vec<Scalar>,

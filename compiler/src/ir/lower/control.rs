@@ -7,7 +7,7 @@ use crate::ir::scalar::Scalar;
 use crate::ir::{self, Failure, FunctionId, Value};
 use std::ops::Range;
 
-/// The greatest number of operations in a side of an `if` that is computed whether it is taken or not.
+/// Most operations in the two sides of an `if` that are computed whether they are taken or not.
 const CHEAP: usize = 12;
 
 impl<'m> Frame<'_, 'm> {
@@ -62,8 +62,8 @@ impl<'m> Frame<'_, 'm> {
         Ok(self.b.loop_(count, body, init, invariant))
     }
 
-    /// Element of an array at an int that is not known while compiling: halves of the array are told apart by
-    /// comparing, which costs one selection an element and logarithmic depth.
+    /// The element of an array at an int that is not known at compile time, by binary search with selections: one
+    /// selection an element, at logarithmic depth.
     pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, TooLarge> {
         let (values, index) = (self.expr(array)?, self.scalar(index)?);
         self.b.set_span(expr.span);
@@ -114,8 +114,8 @@ impl<'m> Frame<'_, 'm> {
         types.into_iter().map(zero).collect()
     }
 
-    /// What expressions use from outside: the locals whose scalars are all constants, which a function for them
-    /// binds by itself; the others; and the scalars of the others.
+    /// The locals that expressions use from outside: those whose scalars are all constants, which a function for the
+    /// expressions binds by itself; the others; and the scalars of the others.
     fn outside(&self, exprs: &[&Expr], bound: &[LocalId]) -> (Constants, Vec<LocalId>, Vec<Value>) {
         let (mut constants, mut passed, mut args) = (Vec::new(), Vec::new(), Vec::new());
         for local in Free::of(exprs, bound) {
@@ -159,43 +159,24 @@ impl<'m> Frame<'_, 'm> {
 /// Locals whose scalars are constants.
 type Constants = Vec<(LocalId, Vec<Scalar>)>;
 
-/// Whether an expression may be computed where it is not wanted: it has few operations, and all of them have finite
-/// results and derivatives wherever their operands are finite. Each operation is taken off the budget.
+/// Whether an expression may be computed where its value is not needed: it has few operations, and all of them have
+/// finite results and derivatives wherever their operands are finite. Each operation is taken off the budget.
 fn is_cheap(expr: &Expr, budget: &mut usize) -> bool {
-    let free = matches!(
-        expr.kind,
-        ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_)
-    );
-    if free {
-        return true;
-    }
+    let cost = match &expr.kind {
+        ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_) => {
+            return true;
+        }
+        ExprKind::Convert(_) | ExprKind::Element(..) | ExprKind::Aggregate(_) => 0,
+        ExprKind::Block(statements, _) if statements.iter().all(|s| matches!(s, Statement::Let(..))) => 0,
+        ExprKind::Unary(Unary::Neg | Unary::Abs | Unary::Sign | Unary::Stop | Unary::Not, _) | ExprKind::If(..) => 1,
+        ExprKind::Binary(op, ..) if !matches!(op, Binary::Div | Binary::Rem | Binary::Pow | Binary::Atan2) => 1,
+        _ => return false,
+    };
     if *budget == 0 {
         return false;
     }
-    match &expr.kind {
-        ExprKind::Convert(a) | ExprKind::Element(a, _) => is_cheap(a, budget),
-        ExprKind::Aggregate(items) => items.iter().all(|e| is_cheap(e, budget)),
-        ExprKind::Unary(op, a) => {
-            *budget -= 1;
-            matches!(op, Unary::Neg | Unary::Abs | Unary::Sign | Unary::Stop | Unary::Not) && is_cheap(a, budget)
-        }
-        ExprKind::Binary(op, a, b) => {
-            *budget -= 1;
-            !matches!(op, Binary::Div | Binary::Rem | Binary::Pow | Binary::Atan2)
-                && is_cheap(a, budget)
-                && is_cheap(b, budget)
-        }
-        ExprKind::If(c, a, b) => {
-            *budget -= 1;
-            [c, a, b].into_iter().all(|e| is_cheap(e, budget))
-        }
-        ExprKind::Block(statements, value) => {
-            let cheap = statements.iter().all(|s| match s {
-                Statement::Let(_, value) => is_cheap(value, budget),
-                Statement::Require { .. } => false,
-            });
-            cheap && is_cheap(value, budget)
-        }
-        _ => false,
-    }
+    *budget -= cost;
+    let mut cheap = true;
+    expr.for_each_child(&mut |e| cheap = cheap && is_cheap(e, budget));
+    cheap
 }

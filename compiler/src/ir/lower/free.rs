@@ -1,21 +1,21 @@
-//! Which locals an expression uses, in the order of their first use.
+//! Free variables: the locals that an expression uses from outside, in the order of their first use.
 
-use crate::check::typed::{Call, Expr, ExprKind, LocalId, Statement};
+use crate::check::typed::{Expr, ExprKind, LocalId, Statement};
 use crate::ir::hash::HashSet;
 
-/// The locals used so far. Locals are unique in a model, so that those bound inside can be told from those used from
-/// outside by having been bound.
+/// The locals used so far. Locals are unique in a model: one that is bound inside of the expressions is never used
+/// outside.
 #[derive(Default)]
 pub(super) struct Free {
     /// Used and not bound inside.
     pub(super) locals: HashSet<LocalId>,
     /// The same, in order.
-    pub(super) order: Vec<LocalId>,
+    order: Vec<LocalId>,
     bound: HashSet<LocalId>,
 }
 
 impl Free {
-    /// The locals that an expression uses from outside.
+    /// The locals that expressions use from outside, except those that the caller binds.
     pub(super) fn of(exprs: &[&Expr], bound: &[LocalId]) -> Vec<LocalId> {
         let mut free = Free { bound: bound.iter().copied().collect(), ..Free::default() };
         exprs.iter().for_each(|e| free.expr(e));
@@ -24,42 +24,18 @@ impl Free {
 
     pub(super) fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
-            ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) => {}
             ExprKind::Local(local) => {
                 if !self.bound.contains(local) && self.locals.insert(*local) {
                     self.order.push(*local);
                 }
             }
-            ExprKind::Convert(a) | ExprKind::Unary(_, a) | ExprKind::Element(a, _) => self.expr(a),
-            ExprKind::Binary(_, a, b) | ExprKind::Index(a, b) => {
-                self.expr(a);
-                self.expr(b);
-            }
-            ExprKind::If(c, a, b) => [c, a, b].into_iter().for_each(|e| self.expr(e)),
-            ExprKind::Aggregate(items) => items.iter().for_each(|e| self.expr(e)),
-            ExprKind::Block(statements, value) => {
-                for statement in statements {
-                    match statement {
-                        Statement::Let(local, value) => {
-                            self.expr(value);
-                            self.bound.insert(*local);
-                        }
-                        Statement::Require { condition, .. } => self.expr(condition),
-                    }
-                }
-                self.expr(value);
-            }
-            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => self.call(call),
-            ExprKind::Fold { from, to, init, index, accumulator, body } => {
-                [from, to, init].into_iter().for_each(|e| self.expr(e));
-                self.bound.extend([*index, *accumulator]);
-                self.expr(body);
-            }
+            ExprKind::Block(statements, _) => self.bound.extend(statements.iter().filter_map(|s| match s {
+                Statement::Let(local, _) => Some(*local),
+                Statement::Require { .. } => None,
+            })),
+            ExprKind::Fold { index, accumulator, .. } => self.bound.extend([*index, *accumulator]),
+            _ => {}
         }
-    }
-
-    fn call(&mut self, call: &Call) {
-        call.closure.iter().for_each(|e| self.expr(e));
-        call.args.iter().for_each(|e| self.expr(e));
+        expr.for_each_child(&mut |e| self.expr(e));
     }
 }

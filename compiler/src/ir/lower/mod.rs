@@ -1,23 +1,27 @@
-//! The typed tree to scalar functions.
+//! Lowering: the typed tree becomes scalar functions.
 //!
 //! Tuples, arrays, records and closures become their scalars, in order. Every function instance becomes one function
 //! of its flattened captures and arguments; a call is [`Op::Call`](super::Op::Call) (inlining is a pass of its own),
 //! a derivative is [`Op::Tangent`](super::Op::Tangent) of the function called. The sides of an `if` that may fail or
-//! cost much, and the bodies of folds, become functions of what they use from outside.
+//! cost much, and the bodies of folds, become functions of the locals that they use from outside (lambda lifting).
 //!
-//! Each of the model's functions ([`LoweredModel`]) computes from the parameters what it needs of the model's body.
+//! Each of the model's functions ([`LoweredModel`]) computes from the parameters the part of the model's body that it
+//! needs.
 
 mod control;
 mod expr;
 mod free;
+pub mod model;
 mod operators;
 mod shape;
 
 #[cfg(test)]
 mod tests;
 
-use super::inline::Limits;
-use super::{ByHand, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value};
+use super::inline::SizeLimits;
+use super::{
+    CustomDerivative, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value,
+};
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::hash::HashMap;
@@ -29,9 +33,9 @@ use free::Free;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the model is too large: its program would take more than {limit} operations")]
 pub struct TooLarge {
-    /// How many nodes a model's functions may have together.
+    /// Most nodes that a model's functions may have together.
     pub limit: usize,
-    /// What could not be lowered any more.
+    /// The expression at which the limit was exceeded.
     pub span: Span,
 }
 
@@ -47,21 +51,21 @@ impl TooLarge {
 /// Lowers a model.
 ///
 /// # Errors
-/// Where the model would become too large.
+/// If the model would become too large.
 pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
-    lower_within(model, Limits::default())
+    lower_within(model, SizeLimits::default())
 }
 
 /// [`lower`] with limits of one's own, which the module keeps.
 ///
 /// # Errors
-/// Where the model would become too large.
-pub fn lower_within(model: &typed::Model, limits: Limits) -> Result<LoweredModel, TooLarge> {
+/// If the model would become too large.
+pub fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<LoweredModel, TooLarge> {
     let mut lowerer = Lowerer::new(model, limits);
     for index in 0..model.functions.len() {
         lowerer.function(index)?;
     }
-    lowerer.derivatives_by_hand();
+    lowerer.custom_derivatives();
     let bounds = lowerer.bounds()?;
     let requires = lowerer.requires()?;
     let parts = model.parts.iter().map(|part| lowerer.part(part)).collect::<Result<_, _>>()?;
@@ -80,13 +84,13 @@ pub fn lower_within(model: &typed::Model, limits: Limits) -> Result<LoweredModel
 /// Lowers single values that the model's body binds: a function of the parameters for each.
 ///
 /// # Errors
-/// Where they would become too large.
+/// If they would become too large.
 pub fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(Module, Vec<FunctionId>), TooLarge> {
-    let mut lowerer = Lowerer::new(model, Limits::default());
+    let mut lowerer = Lowerer::new(model, SizeLimits::default());
     for index in 0..model.functions.len() {
         lowerer.function(index)?;
     }
-    lowerer.derivatives_by_hand();
+    lowerer.custom_derivatives();
     let mut functions = Vec::new();
     for id in values {
         let local = &model.locals[id.0 as usize];
@@ -119,17 +123,17 @@ fn input(input: &typed::Input) -> program::Input {
     }
 }
 
-/// What is made so far.
+/// The functions made so far.
 struct Lowerer<'m> {
     model: &'m typed::Model,
     module: Module,
     /// The function of each function instance.
     instances: Vec<FunctionId>,
-    /// How many nodes the functions have that are done.
+    /// The number of nodes of the functions that are complete.
     nodes: usize,
 }
 
-/// A function in the making, and the scalars of the locals that are bound in it.
+/// A function under construction, and the scalars of the locals that are bound in it.
 struct Frame<'l, 'm> {
     lowerer: &'l mut Lowerer<'m>,
     b: FunctionBuilder,
@@ -137,13 +141,13 @@ struct Frame<'l, 'm> {
 }
 
 impl<'m> Lowerer<'m> {
-    fn new(model: &'m typed::Model, limits: Limits) -> Lowerer<'m> {
+    fn new(model: &'m typed::Model, limits: SizeLimits) -> Lowerer<'m> {
         let mut module = Module { limits, ..Module::default() };
         let instances = model.functions.iter().map(|_| module.reserve()).collect();
         Lowerer { model, module, instances, nodes: 0 }
     }
 
-    /// Starts a function of these locals' scalars and, where it has a name, an int after them.
+    /// Starts a function of the scalars of some locals, followed by an int of that name, if there is one.
     fn frame(&mut self, name: &str, locals: &[LocalId], int: Option<&str>) -> Frame<'_, 'm> {
         let mut params = Vec::new();
         let mut counts = Vec::new();
@@ -183,8 +187,8 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Which scalar each tangent of a derivative by hand belongs to.
-    fn derivatives_by_hand(&mut self) {
+    /// Finds the scalar to which each tangent of a custom derivative belongs.
+    fn custom_derivatives(&mut self) {
         let model = self.model;
         for (index, function) in model.functions.iter().enumerate() {
             let Some(by_hand) = &function.by_hand else { continue };
@@ -193,11 +197,11 @@ impl<'m> Lowerer<'m> {
             let mut tangents = Vec::new();
             for param in &by_hand.params {
                 let start = captures + function.params[..*param].iter().map(|l| types(l).len()).sum::<usize>();
-                let own = types(&function.params[*param]).into_iter().zip(start as u32..);
-                tangents.extend(own.map(|(ty, i)| (ty == super::Type::Real).then_some(i)));
+                let scalars = types(&function.params[*param]).into_iter().zip(start as u32..);
+                tangents.extend(scalars.map(|(ty, i)| (ty == super::Type::Real).then_some(i)));
             }
-            let derivative = ByHand { function: self.instances[by_hand.function.0 as usize], tangents };
-            self.module.by_hand.insert(self.instances[index], derivative);
+            let derivative = CustomDerivative { function: self.instances[by_hand.function.0 as usize], tangents };
+            self.module.custom_derivatives.insert(self.instances[index], derivative);
         }
     }
 
@@ -271,7 +275,7 @@ impl<'m> Lowerer<'m> {
     }
 }
 
-/// What some expressions need of the `let`s of the model's body, in their order; and all locals that these and the
+/// The `let`s of the model's body that some expressions need, in their order; and all locals that these and the
 /// expressions use.
 fn lets_for<'m, 'e>(
     model: &'m typed::Model,
@@ -293,7 +297,7 @@ fn lets_for<'m, 'e>(
 }
 
 impl Frame<'_, '_> {
-    /// Binds what the expressions need of the `let`s of the model's body.
+    /// Binds the `let`s of the model's body that the expressions need.
     fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), TooLarge> {
         self.bind(&lets_for(self.lowerer.model, exprs).1)
     }
@@ -306,7 +310,7 @@ impl Frame<'_, '_> {
         Ok(())
     }
 
-    /// Ends a function whose result is the expression's value.
+    /// Completes a function whose result is the expression's value.
     fn finish(self, expr: &Expr, results: Vec<Value>) -> super::Function {
         self.lowerer.nodes += self.b.len();
         let mut names = Vec::new();
@@ -314,9 +318,9 @@ impl Frame<'_, '_> {
         self.b.finish(names.into_iter().zip(results))
     }
 
-    /// Whether there is room for what is made here.
+    /// An error if the functions have outgrown the limit.
     fn check_size(&self, span: Span) -> Result<(), TooLarge> {
-        // Inlining drops what is not used: there may be more before it.
+        // Inlining drops unused nodes: before it there may be more.
         let limit = self.lowerer.module.limits.nodes / 2 * 5;
         if self.lowerer.nodes + self.b.len() <= limit {
             return Ok(());

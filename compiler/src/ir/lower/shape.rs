@@ -1,11 +1,11 @@
-//! How values are laid out as scalars.
+//! The layout of values as scalars.
 
 use crate::check::typed::{self, Type};
 use crate::ir;
 
 impl typed::Model {
-    /// Calls `f` with the name and type of every scalar of a value of that name and type, in order. The name is for
-    /// people: `p.x`, `xs[2]`, `c.radius`.
+    /// Calls `f` with the name and type of every scalar of a value of that name and type, in order. Names are like
+    /// `p.x`, `xs[2]`, `c.radius`.
     pub(super) fn name_scalars(&self, name: &str, ty: &Type, f: &mut impl FnMut(String, ir::Type)) {
         match ty {
             Type::Real(_) => f(name.to_owned(), ir::Type::Real),

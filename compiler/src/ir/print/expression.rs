@@ -1,10 +1,10 @@
 //! Text of one expression, with as few parentheses as the language needs.
 
-use super::super::{Binary, Compare, Unary};
 use super::product::Product;
+use crate::ir::{Binary, Compare, Unary};
 use std::f64::consts::PI;
 
-/// How tightly an expression's outermost operator binds, loosest first.
+/// The precedence of an expression's outermost operator, loosest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Level {
     If,
@@ -37,7 +37,7 @@ impl Text {
         Text { text, level, product: None }
     }
 
-    /// What it is the negative of.
+    /// The expression of which it is the negative.
     fn positive(&self) -> Option<Text> {
         let product = self.product.as_ref().filter(|p| p.negative)?;
         Some((**product).clone().negated().text())
@@ -61,7 +61,7 @@ pub(super) fn number(x: f64) -> Text {
     Text::atom(if x.fract() == 0.0 && x < 1e15 { format!("{x:.0}") } else { format!("{x:?}") })
 }
 
-/// The fraction of pi that a number is: to the bit, as a script's angle becomes one.
+/// A number as a fraction of pi, if it is one to the bit, as the angles of scripts are.
 fn of_pi(x: f64) -> Option<(f64, f64)> {
     [1.0, 2.0, 3.0, 4.0, 6.0, 12.0, 180.0].into_iter().find_map(|below| {
         let above = (x / PI * below).round();
@@ -110,7 +110,7 @@ pub(super) fn binary(op: Binary, a: &Text, b: &Text) -> Text {
     let infix =
         |sign: &str, level: Level, right: Level| Text::new(format!("{} {sign} {}", a.at(level), b.at(right)), level);
     match op {
-        // A sum within a sum is written without parentheses on the right as well.
+        // A sum on the right of a sum needs no parentheses either.
         Binary::Add => match (a.positive(), b.positive()) {
             (_, Some(b)) => difference(a, &b),
             (Some(a), None) => difference(b, &a),

@@ -1,18 +1,18 @@
-//! Products as people write them: one sign, numbers first, and all that is divided by at the end.
+//! Products as people write them: one sign, numbers first, all divisors at the end.
 
 use super::expression::{Level, Text};
 
-/// Factors and what they are divided by.
+/// Factors and divisors.
 #[derive(Clone, Debug)]
 pub(super) struct Product {
     pub(super) negative: bool,
-    /// No product is among them.
+    /// None of them is a product.
     above: Vec<Text>,
     below: Vec<Text>,
 }
 
 impl Product {
-    /// An expression as a product of what it is made of.
+    /// An expression as a product of its factors.
     pub(super) fn of(text: &Text) -> Product {
         match &text.product {
             Some(product) => (**product).clone(),
@@ -41,7 +41,7 @@ impl Product {
         let is_one = |t: &Text| t.text == "1";
         self.above.retain(|t| !is_one(t));
         self.below.retain(|t| !is_one(t));
-        // Stable: what is no number keeps its place.
+        // The sort is stable: other factors than numbers keep their order.
         self.above.sort_by_key(|t| !t.text.starts_with(|c: char| c.is_ascii_digit()));
         let joined =
             |factors: &[Text]| -> String { factors.iter().map(|f| f.at(Level::Power)).collect::<Vec<_>>().join(" * ") };

@@ -1,19 +1,19 @@
 //! Functions as text that reads like the language.
 
-use super::super::{Binary, Function, FunctionId, Module, Op, Type, Value};
 use super::expression::{self, Text};
+use crate::ir::{Binary, Function, FunctionId, Module, Op, Type, Value};
 use std::collections::BTreeSet;
 
 /// An expression longer than this gets a name, even if it is used once.
 const LONGEST_EXPRESSION: usize = 90;
 
-/// A function as text that reads like the language: what is used more than once is named by `let`, what is used once
-/// stands where it is used; branches are `if`, loops are `fold`. Functions that it calls by name (recursive ones)
-/// follow it.
+/// A function as text that reads like the language: a value that is used more than once is named by `let`, any other
+/// stands at the place of its use; branches are `if`, loops are `fold`. Functions that it calls by name (recursive
+/// ones) follow it.
 ///
-/// The text says what is computed, but for the order of products and quotients, which is that in which a person writes
-/// them, and for one thing that a remark then mentions: products and quotients that are zero where their first operand
-/// is, even at a pole, are written with the ordinary signs.
+/// The text is exact with two exceptions: products and quotients are written in the order in which people write them;
+/// and those that are zero where their first operand is, even at a pole, are written with the ordinary signs, which a
+/// remark then mentions.
 #[must_use]
 pub fn gml(module: &Module, function: FunctionId) -> String {
     let mut text = String::new();
@@ -49,7 +49,7 @@ struct Printer<'m> {
     or_zero: bool,
 }
 
-/// What a node is written as.
+/// The text of a node.
 enum Written {
     One(Text),
     Many(Vec<Text>),
@@ -91,13 +91,13 @@ impl Printer<'_> {
         let mut lines = Vec::new();
         let mut written: Vec<Written> = Vec::with_capacity(function.nodes.len());
         for (i, node) in function.nodes.iter().enumerate() {
-            if matches!(node.op, Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Tangent { .. }) {
+            if node.op.is_structured() {
                 let many = self.structured(function, &node.op, &written, &mut lines);
                 written.push(Written::Many(many));
                 continue;
             }
             let text = self.simple(&node.op, &written, args);
-            let trivial = matches!(node.op, Op::Param(_) | Op::Real(_) | Op::Int(_) | Op::Bool(_) | Op::Project(..));
+            let trivial = node.op.is_constant() || matches!(node.op, Op::Param(_) | Op::Project(..));
             let named = !trivial && (uses[i] > 1 || text.text.chars().count() > LONGEST_EXPRESSION);
             written.push(Written::One(if named {
                 let name = self.name();
@@ -228,18 +228,18 @@ fn tuple(texts: &[Text]) -> String {
     }
 }
 
-/// How often the text of every node would be written.
+/// The number of times that the text of every node would be written.
 fn count_uses(function: &Function) -> Vec<usize> {
     let mut uses = vec![0; function.nodes.len()];
     let mut count = |v: Value, times: usize| uses[v.0 as usize] += times;
     for node in &function.nodes {
-        // What a body is handed stands wherever the body uses it.
-        let handed: &[Value] = match &node.op {
+        // An argument stands wherever the body uses it.
+        let passed: &[Value] = match &node.op {
             Op::If { args, .. } => args,
             Op::Loop { invariant, .. } => invariant,
             _ => &[],
         };
-        handed.iter().for_each(|v| count(*v, 1));
+        passed.iter().for_each(|v| count(*v, 1));
         node.op.visit_operands(|v| count(v, 1));
     }
     function.results.iter().for_each(|r| count(*r, 1));

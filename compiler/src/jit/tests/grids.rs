@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::diff;
-use crate::ir::stages::stages;
+use crate::ir::hoist::grid::{GridSplit, split_grid};
 use crate::ir::{Binary, Compare, Failure, Unary, arithmetic, interpret};
 use crate::jit::{GridShape, GridTables};
 
@@ -46,7 +46,7 @@ const UNIFORMS: [f64; 2] = [0.7, 0.3];
 /// Runs the stages of a function over the grid above; `row_sums` as in the shape.
 fn run(
     module: &Module,
-    stages: crate::ir::stages::Stages,
+    stages: GridSplit,
     function: FunctionId,
     row_sums: Option<usize>,
     options: Options,
@@ -87,7 +87,7 @@ fn run(
 #[test]
 fn two_at_once_are_the_same_as_one() {
     let (mut module, id) = plain();
-    let stages = stages(&mut module, id, 2);
+    let stages = split_grid(&mut module, id, 2);
     let (wide, pairs, _) = run(&module, stages, stages.inner, None, OPTIONS);
     let (narrow, single, _) = run(&module, stages, stages.inner, None, Options { narrow: true, ..OPTIONS });
     assert!(wide && !narrow);
@@ -104,7 +104,7 @@ fn two_at_once_are_the_same_as_one() {
 #[test]
 fn sums_do_not_depend_on_the_width() {
     let (mut module, id) = plain();
-    let stages = stages(&mut module, id, 2);
+    let stages = split_grid(&mut module, id, 2);
     let wrt: Vec<u32> = (0..(2 + stages.row_values + stages.column_values) as u32).collect();
     let pullback = diff::pullback(&mut module, stages.inner, &wrt, false).unwrap();
     let row_sums = Some(2 + stages.row_values);
@@ -128,7 +128,7 @@ fn integers_are_narrow() {
     let sin = raw.real(Op::Unary(Unary::Sin, product));
     let sum = raw.real(Op::Binary(Binary::Add, back, sin));
     let id = module.add(raw.returns(&[sum]));
-    let stages = stages(&mut module, id, 2);
+    let stages = split_grid(&mut module, id, 2);
     let (wide, out, _) = run(&module, stages, stages.inner, None, OPTIONS);
     assert!(!wide);
     let value = |x: f64| x.trunc() + arithmetic::unary(Unary::Sin, x).unwrap();
@@ -157,7 +157,7 @@ fn elementary_functions_of_pairs() {
         results.push(raw.real(Op::Binary(Pow, u, x)));
         let count = results.len();
         let id = module.add(raw.returns(&results));
-        let stages = stages(&mut module, id, 2);
+        let stages = split_grid(&mut module, id, 2);
         let (wide, pairs, _) = run(&module, stages, stages.inner, None, OPTIONS);
         let (_, single, _) = run(&module, stages, stages.inner, None, Options { narrow: true, ..OPTIONS });
         assert!(wide);

@@ -3,7 +3,7 @@
 use super::*;
 use crate::diff;
 use crate::ir::interpret;
-use crate::ir::testing::random::random_function;
+use crate::ir::tests::random::random_function;
 use proptest::prelude::*;
 
 fn agree(module: &Module, id: FunctionId, args: &[Scalar]) -> Result<(), TestCaseError> {

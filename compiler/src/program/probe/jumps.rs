@@ -5,7 +5,7 @@ use super::shown;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::interpret::{self, Limits};
 use crate::ir::scalar::Scalar;
-use crate::ir::{FunctionId, Module, Op, graph::References};
+use crate::ir::{FunctionId, Module, Op, call_graph::CallGraph};
 use crate::source::Span;
 use std::collections::HashSet;
 
@@ -32,7 +32,7 @@ pub(super) fn probe(program: &Program) -> Vec<Diagnostic> {
 
 /// Whether anything is compared in a function or in those that it names.
 fn decides(module: &Module, function: FunctionId) -> bool {
-    let all = References::new(module, &[function]).order;
+    let all = CallGraph::new(module, &[function]).order;
     all.iter().any(|f| module.function(*f).nodes.iter().any(|n| matches!(n.op, Op::Compare(..))))
 }
 

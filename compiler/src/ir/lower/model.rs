@@ -1,12 +1,12 @@
-//! A model as scalar functions: what the lowering hands to everything after it.
+//! A model as scalar functions: the result of the lowering.
 
-use super::{FunctionId, Module};
+use crate::ir::{FunctionId, Module};
 use crate::program::{Input, Parameter};
 use crate::source::Span;
 
 /// A model as functions of its parameters' values (all Real, millimetres and radians, in order).
 ///
-/// Calls are not inlined yet, and `'` is still [`Op::Tangent`](super::Op::Tangent).
+/// Calls are not inlined yet, and `'` is still [`Op::Tangent`](crate::ir::Op::Tangent).
 #[derive(Clone, Debug, Default)]
 pub struct LoweredModel {
     /// Its name.
@@ -23,7 +23,7 @@ pub struct LoweredModel {
     pub parts: Vec<LoweredPart>,
     /// `(params..) -> (lower, upper) of each parameter in order`; infinite constants where there is no bound.
     pub bounds: FunctionId,
-    /// What must hold of the parameters, in order; to be tried before the parts are evaluated.
+    /// The conditions on the parameters, in order; they are checked before the parts are evaluated.
     pub requires: Vec<LoweredRequire>,
 }
 
@@ -36,14 +36,14 @@ pub struct LoweredPart {
     pub group: String,
     /// Its doc comment.
     pub doc: String,
-    /// `(the parameters that it uses.., u, v) -> (x, y, z)`. (If every part took all of them, large models would take time
-    /// with the square of their size.)
+    /// `(the parameters that it uses.., u, v) -> (x, y, z)`. (If every part took all of them, the time for a model
+    /// would grow with the square of its size.)
     pub surface: FunctionId,
-    /// Which parameters `surface` takes, ascending.
+    /// The indices of the parameters that `surface` takes, ascending.
     pub params: Vec<u32>,
     /// `(params..) -> length`, where the part has a tolerance of its own.
     pub tolerance: Option<FunctionId>,
-    /// Where it is declared.
+    /// The place of its declaration.
     pub span: Span,
 }
 
@@ -68,10 +68,10 @@ impl LoweredPart {
 pub struct LoweredRequire {
     /// `(the parameters that it uses..) -> Bool`.
     pub function: FunctionId,
-    /// Which parameters `function` takes, ascending.
+    /// The indices of the parameters that `function` takes, ascending.
     pub params: Vec<u32>,
-    /// What is said where it does not hold.
+    /// The message where it does not hold.
     pub message: String,
-    /// Where it is written.
+    /// Its place in the source.
     pub span: Span,
 }

@@ -1,13 +1,11 @@
 //! Tests of the builder and the passes.
 
-use super::interpret::{self, Limits, RunError};
-use super::scalar::Scalar;
-use super::*;
+use super::reals;
+use crate::ir::inline::{InlineError, SizeLimits};
+use crate::ir::interpret::{self, Limits, RunError};
+use crate::ir::scalar::Scalar;
+use crate::ir::*;
 use crate::source::Span;
-
-fn reals(names: &[&str]) -> Vec<Parameter> {
-    names.iter().map(|n| Parameter::real(*n)).collect()
-}
 
 fn single(make: impl FnOnce(&mut FunctionBuilder, &[Value]) -> Value) -> String {
     let mut b = FunctionBuilder::new("f", reals(&["x", "y", "z"]));
@@ -154,7 +152,7 @@ fn recursion_is_bounded_and_calls_are_inlined() {
     let n = b.param(0);
     let r = b.call(twice, vec![n], &[Type::Int])[0];
     let root = module.add(b.finish([("r".into(), r)]));
-    inline(&mut module, &[root], inline::Limits::default()).unwrap();
+    inline(&mut module, &[root]).unwrap();
     simplify(&mut module, &[root]);
     let calls = module.function(root).nodes.iter().filter(|n| matches!(n.op, Op::Call { .. })).count();
     assert_eq!(calls, 1, "only the recursive call is left");
@@ -188,9 +186,9 @@ fn inlining_stops_at_the_limit() {
         let r = b.add(twice, other);
         f = module.add(b.finish([("r".into(), r)]));
     }
-    let limits = inline::Limits { nodes: 10_000, ..inline::Limits::default() };
-    let error = inline(&mut module, &[f], limits).unwrap_err();
-    assert!(matches!(error, inline::InlineError::TooLarge { .. }), "{error}");
+    module.limits = SizeLimits { nodes: 10_000, ..SizeLimits::default() };
+    let error = inline(&mut module, &[f]).unwrap_err();
+    assert!(matches!(error, InlineError::TooLarge { .. }), "{error}");
     validate(&module).unwrap();
 }
 

@@ -1,9 +1,11 @@
-//! What tests of IR functions share: random functions, and running them.
+//! Tests of the builder and the passes; random functions and ways to run functions, which the tests of other stages use
+//! too.
 
 use super::interpret::{self, Limits};
 use super::scalar::Scalar;
 use super::*;
 
+mod passes;
 pub(crate) mod random;
 
 /// Runs a function on reals; panics if it fails.

@@ -1,7 +1,7 @@
 //! Rules for truth values, comparisons and selection.
 
-use super::scalar::Scalar;
-use super::{Binary, Compare, FunctionBuilder, Op, Type, Unary, Value};
+use crate::ir::scalar::Scalar;
+use crate::ir::{Binary, Compare, FunctionBuilder, Op, Type, Unary, Value};
 
 impl FunctionBuilder {
     pub(super) fn simpler_logic(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
@@ -48,7 +48,7 @@ impl FunctionBuilder {
             Compare::Eq | Compare::Ne if b < a => (op, b, a),
             _ => (op, a, b),
         };
-        self.raw_compare(op, a, b)
+        self.node(Op::Compare(op, a, b), Type::Bool)
     }
 
     pub(super) fn simpler_select(&mut self, condition: Value, a: Value, b: Value) -> Option<Value> {

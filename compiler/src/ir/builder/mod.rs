@@ -1,48 +1,74 @@
-//! Makes functions, simplifying as it goes.
+//! Builds functions and simplifies them on the way.
 //!
-//! Equal operations become one node. Constants are folded (but never into an infinity or NaN: such an operation
-//! stays, so that it can be reported where it happens), and the algebraic rules of `algebra`, `powers` and `logic`
-//! are applied. **They assume that values are finite and take no care of the sign of zero**: `x - x` and `0 * x` are 0,
-//! `sqrt(x)^2` is x, `(x + 1) + 2` is `x + 3` with another rounding. What a rule may not do is make a value that was
-//! finite into one that is not.
+//! Equal operations become one node (global value numbering by hash-consing, since nodes have no side effects).
+//! Constants are folded (but never into an infinity or NaN: such an operation stays, so that it can be reported where
+//! it happens), and the algebraic rules of `algebra`, `powers` and `logic` are applied. **The rules assume that values
+//! are finite, and ignore the sign of zero**: `x - x` and `0 * x` are 0, `sqrt(x)^2` is x, `(x + 1) + 2` is `x + 3`
+//! with another rounding. A rule must never turn a finite value into one that is not finite.
 
-use super::facts::Facts;
 use super::scalar::{self, Scalar};
 use super::{Binary, Compare, FailureId, Function, FunctionId, Node, Op, Parameter, Type, Unary, Value, arithmetic};
 use crate::ir::hash::HashMap;
 use crate::source::Span;
 use std::collections::hash_map::Entry;
+use value_analysis::Properties;
 
-/// A function in the making.
+mod algebra;
+mod logic;
+mod powers;
+mod rebuild;
+mod value_analysis;
+
+pub(crate) use rebuild::{Image, Rebuild};
+
+/// A function under construction.
 #[derive(Debug)]
 pub struct FunctionBuilder {
     function: Function,
-    facts: Vec<Facts>,
+    properties: Vec<Properties>,
     interned: HashMap<Op, Value>,
     span: Span,
 }
 
 impl FunctionBuilder {
-    /// Starts a function of these parameters.
+    /// Starts a function with the given parameters.
     #[must_use]
     pub fn new(name: impl Into<String>, params: Vec<Parameter>) -> FunctionBuilder {
         let types: Vec<Type> = params.iter().map(|p| p.ty).collect();
         let function = Function { name: name.into(), params, ..Function::default() };
         let mut builder =
-            FunctionBuilder { function, facts: Vec::new(), interned: HashMap::default(), span: Span::default() };
+            FunctionBuilder { function, properties: Vec::new(), interned: HashMap::default(), span: Span::default() };
         for (i, ty) in types.into_iter().enumerate() {
             builder.node(Op::Param(i as u32), ty);
         }
         builder
     }
 
-    /// Ends the function; nodes that no result needs are dropped.
+    /// Starts a function with the name and the parameters of another.
     #[must_use]
-    pub fn finish(mut self, results: impl IntoIterator<Item = (String, Value)>) -> Function {
+    pub(crate) fn like(function: &Function) -> FunctionBuilder {
+        FunctionBuilder::new(function.name.clone(), function.params.clone())
+    }
+
+    /// Completes the function; nodes that no result needs are dropped.
+    #[must_use]
+    pub fn finish(self, results: impl IntoIterator<Item = (String, Value)>) -> Function {
+        let mut function = self.finish_unsimplified(results);
+        function.reverse_negated_differences();
+        function
+    }
+
+    /// Completes the function without a change to the operations that remain.
+    pub(super) fn finish_unsimplified(mut self, results: impl IntoIterator<Item = (String, Value)>) -> Function {
         (self.function.result_names, self.function.results) = results.into_iter().unzip();
         self.function.drop_unused();
-        self.function.turn_differences();
         self.function
+    }
+
+    /// Completes the function with results that have the names of another function's results.
+    #[must_use]
+    pub(crate) fn finish_like(self, function: &Function, results: Vec<Value>) -> Function {
+        self.finish(function.result_names.iter().cloned().zip(results))
     }
 
     /// Parameter i.
@@ -70,27 +96,21 @@ impl FunctionBuilder {
         &self.function.params[i].name
     }
 
-    /// The span of the nodes made from here on.
+    /// Sets the span of the nodes that are made from here on.
     pub fn set_span(&mut self, span: Span) {
         self.span = span;
     }
 
-    /// The span of the nodes made at present.
+    /// The span of the nodes that are made at present.
     #[must_use]
     pub fn span(&self) -> Span {
         self.span
     }
 
-    /// How many nodes there are, for limits on size.
+    /// The number of nodes so far, for limits on size.
     #[must_use]
     pub fn len(&self) -> usize {
         self.function.nodes.len()
-    }
-
-    /// True before the first node.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.function.nodes.is_empty()
     }
 
     /// The operation that makes a value.
@@ -141,8 +161,8 @@ impl FunctionBuilder {
         self.node(Op::Bool(b), Type::Bool)
     }
 
-    /// An operation of one operand. Those of an Int are made of the operations of two, so that nobody else
-    /// need know them.
+    /// An operation with one operand. On an Int it is expressed by operations with two operands, so that later stages
+    /// need not know it.
     pub fn unary(&mut self, op: Unary, a: Value) -> Value {
         if let Some(x) = self.constant(a)
             && let Some(y) = scalar::unary(op, x)
@@ -164,7 +184,7 @@ impl FunctionBuilder {
         self.node(Op::Unary(op, a), ty)
     }
 
-    /// An operation of two operands.
+    /// An operation with two operands.
     pub fn binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
         if let (Some(x), Some(y)) = (self.constant(a), self.constant(b))
             && let Some(z) = scalar::binary(op, x, y)
@@ -241,7 +261,7 @@ impl FunctionBuilder {
         }
     }
 
-    /// Runs one of two functions; `results` are the types of what either returns.
+    /// Runs one of two functions; `results` are the types of the results of either.
     pub fn if_(
         &mut self,
         condition: Value,
@@ -258,7 +278,7 @@ impl FunctionBuilder {
         self.multi(op, results)
     }
 
-    /// Runs a loop; returns what was carried out of it.
+    /// Runs a loop; returns the carried values after the last iteration.
     pub fn loop_(&mut self, count: Value, body: FunctionId, init: Vec<Value>, invariant: Vec<Value>) -> Vec<Value> {
         if let Some(Scalar::Int(n)) = self.constant(count)
             && n <= 0
@@ -269,7 +289,7 @@ impl FunctionBuilder {
         self.multi(Op::Loop { count, body, init, invariant }, &types)
     }
 
-    /// Runs a function; `results` are the types of what it returns.
+    /// Runs a function; `results` are the types of its results.
     pub fn call(&mut self, function: FunctionId, args: Vec<Value>, results: &[Type]) -> Vec<Value> {
         self.multi(Op::Call { function, args }, results)
     }
@@ -292,13 +312,13 @@ impl FunctionBuilder {
         (0..).zip(results).map(|(k, ty)| self.project(node, k, *ty)).collect()
     }
 
-    /// Result k of an `If`, `Loop`, `Call` or `Tangent` node. The methods that make those give their results
-    /// already; passes that go node by node need this.
+    /// Result k of an `If`, `Loop`, `Call` or `Tangent` node. (The methods that make such nodes return their
+    /// projections; only passes that go node by node need this.)
     pub fn project(&mut self, multi: Value, k: u32, ty: Type) -> Value {
         self.node(Op::Project(multi, k), ty)
     }
 
-    /// The value, where the condition holds; else the failure.
+    /// The value where the condition holds; otherwise the evaluation ends with the failure.
     pub fn guard(&mut self, value: Value, condition: Value, failure: FailureId) -> Value {
         if self.constant(condition) == Some(Scalar::Bool(true)) {
             return value;
@@ -310,8 +330,8 @@ impl FunctionBuilder {
         self.node(guard, self.ty(value))
     }
 
-    /// Makes an operation whose operands are values of this function, through the simplifying methods above.
-    /// A parameter is the parameter of that index of this function. `Multi` operations stay as they are.
+    /// Makes an operation whose operands are values of this function, by the simplifying method for it. `Param(i)` is
+    /// parameter i of this function. Structured operations stay as they are.
     pub fn emit(&mut self, op: &Op, ty: Type) -> Value {
         match *op {
             Op::Param(i) => Value(i),
@@ -342,73 +362,77 @@ impl FunctionBuilder {
                 let below_one = self.binary(Binary::Min, a, one);
                 self.binary(Binary::Max, below_one, minus_one)
             }
-            // Whole already (what else there is takes no Int, which `validate` says).
+            // Rounding an integer changes nothing; `validate` rejects the other operations on one.
             _ => a,
         }
     }
 
-    /// The node of an operation, if there is one.
-    pub(super) fn known(&self, op: &Op) -> Option<Value> {
+    /// A value as a Real: an integer by its value (exact up to 2^53), a truth value as 0 or 1.
+    pub(crate) fn encode_real(&mut self, value: Value) -> Value {
+        match self.ty(value) {
+            Type::Int => self.unary(Unary::ToReal, value),
+            Type::Bool => {
+                let (one, zero) = (self.real(1.0), self.real(0.0));
+                self.select(value, one, zero)
+            }
+            Type::Real | Type::Multi => value,
+        }
+    }
+
+    /// The value of a type of which [`FunctionBuilder::encode_real`] made a Real.
+    pub(crate) fn decode_real(&mut self, real: Value, ty: Type) -> Value {
+        match ty {
+            Type::Int => self.unary(Unary::ToInt, real),
+            Type::Bool => {
+                let half = self.real(0.5);
+                self.compare(Compare::Lt, half, real)
+            }
+            Type::Real | Type::Multi => real,
+        }
+    }
+
+    /// The node that already computes an operation.
+    fn existing(&self, op: &Op) -> Option<Value> {
         self.interned.get(op).copied()
     }
 
-    /// The operation of two reals as it is: the rules would bring constants out of sums and products.
-    pub(super) fn raw_binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
+    /// An operation with two Real operands without the rules, which would bring constants out of sums and products.
+    pub(super) fn unsimplified_binary(&mut self, op: Binary, a: Value, b: Value) -> Value {
         let (a, b) = self.ordered(op, a, b);
         self.node(Op::Binary(op, a, b), Type::Real)
     }
 
-    /// The comparison as it is.
-    pub(super) fn raw_compare(&mut self, op: Compare, a: Value, b: Value) -> Value {
-        self.node(Op::Compare(op, a, b), Type::Bool)
+    /// The properties of a value that are proved.
+    fn properties(&self, value: Value) -> Properties {
+        self.properties[value.0 as usize]
     }
 
-    /// Puts the nodes of a function here, in the place of a call of it; returns its results.
-    pub fn splice(&mut self, function: &Function, args: &[Value]) -> Vec<Value> {
-        let mut values: Vec<Value> = Vec::with_capacity(function.nodes.len());
-        for node in &function.nodes {
-            let value = if let Op::Param(i) = node.op {
-                args[i as usize]
-            } else {
-                self.span = node.span;
-                self.emit(&node.op.map_operands(|v| values[v.0 as usize]), node.ty)
-            };
-            values.push(value);
-        }
-        function.results.iter().map(|r| values[r.0 as usize]).collect()
-    }
-
-    /// What is known of a value.
-    pub(super) fn facts(&self, value: Value) -> Facts {
-        self.facts[value.0 as usize]
-    }
-
-    /// The constant, where it is a real one.
+    /// The value as a constant Real.
     pub(super) fn real_constant(&self, value: Value) -> Option<f64> {
         self.constant(value).and_then(Scalar::real)
     }
 
     /// The operand of a negation.
-    pub(super) fn negated(&self, value: Value) -> Option<Value> {
+    fn negated(&self, value: Value) -> Option<Value> {
         if let Op::Unary(Unary::Neg, a) = *self.op(value) { Some(a) } else { None }
     }
 
-    /// The node as it is, or the equal one that there already was.
-    fn node(&mut self, op: Op, ty: Type) -> Value {
+    /// The equal node that already exists, or a new one; without the rules.
+    pub(super) fn node(&mut self, op: Op, ty: Type) -> Value {
         let vacant = match self.interned.entry(op) {
-            Entry::Occupied(known) => return *known.get(),
+            Entry::Occupied(equal) => return *equal.get(),
             Entry::Vacant(vacant) => vacant,
         };
         let op = vacant.key().clone();
-        let of = |v: Value| self.facts[v.0 as usize];
-        let facts = if ty == Type::Real { Facts::of(&op, of) } else { Facts::default() };
+        let operand = |v: Value| self.properties[v.0 as usize];
+        let properties = if ty == Type::Real { Properties::of(&op, operand) } else { Properties::default() };
         let value = Value(u32::try_from(self.function.nodes.len()).expect("fewer than 2^32 nodes"));
         self.function.nodes.push(Node { op, ty, span: self.span });
-        self.facts.push(facts);
+        self.properties.push(properties);
         *vacant.insert(value)
     }
 
-    /// Commutative operands in one order: constants last (first in a product), then as they were made.
+    /// Commutative operands in canonical order: constants last (first in a product), then by their index.
     fn ordered(&self, op: Binary, a: Value, b: Value) -> (Value, Value) {
         let swap = match op {
             Binary::Mul => self.constant(b).is_some() || (self.constant(a).is_none() && b < a),

@@ -1,9 +1,9 @@
-//! Rules for powers, roots and functions of one operand. See [`builder`](super::builder) for what they assume.
+//! Rules for powers, roots and functions of one operand. See [`super`] for their assumptions.
 
-use super::{Binary, FunctionBuilder, Op, Type, Unary, Value};
+use crate::ir::{Binary, FunctionBuilder, Op, Type, Unary, Value};
 
-/// The largest exponent that a real power with a constant whole exponent is given to [`Op::PowInt`]: repeated squaring
-/// of more loses digits that `pow` keeps.
+/// The largest constant whole exponent with which a power becomes [`Op::PowInt`]: repeated squaring for larger ones
+/// loses digits that `pow` keeps.
 const MAX_WHOLE_EXPONENT: f64 = 64.0;
 
 impl FunctionBuilder {
@@ -41,7 +41,7 @@ impl FunctionBuilder {
         }
     }
 
-    /// x^m * x^n, where that is a power of x and x being zero makes no difference.
+    /// x^m * x^n as a power of x, where this also holds if x is 0.
     pub(super) fn product_of_powers(&mut self, a: Value, b: Value) -> Option<Value> {
         let power = |v| if let Op::PowInt(x, n) = *self.op(v) { (x, n) } else { (v, 1) };
         let ((x, m), (y, n)) = (power(a), power(b));
@@ -49,7 +49,7 @@ impl FunctionBuilder {
             let sum = m.checked_add(n)?;
             return Some(self.pow_int(x, sum));
         }
-        // As when a square root is multiplied by itself.
+        // sqrt(x) * sqrt(x).
         match (self.op(a), self.op(b)) {
             (Op::Unary(Unary::Sqrt, x), Op::Unary(Unary::Sqrt, y)) if x == y => Some(*x),
             _ => None,
@@ -86,9 +86,9 @@ impl FunctionBuilder {
         }
         let negated = self.negated(a);
         match op {
-            Unary::Abs if self.facts(a).nonnegative => Some(a),
+            Unary::Abs if self.properties(a).nonnegative => Some(a),
             Unary::Abs | Unary::Cos | Unary::Cosh => negated.map(|x| self.unary(op, x)),
-            Unary::Sign if self.facts(a).nonnegative && self.facts(a).nonzero => Some(self.real(1.0)),
+            Unary::Sign if self.properties(a).nonnegative && self.properties(a).nonzero => Some(self.real(1.0)),
             Unary::Sign
             | Unary::Sin
             | Unary::Tan
@@ -119,7 +119,7 @@ impl FunctionBuilder {
     fn simpler_neg(&mut self, a: Value) -> Option<Value> {
         match *self.op(a) {
             Op::Unary(Unary::Neg, x) => Some(x),
-            Op::Binary(Binary::Sub, x, y) => self.known(&Op::Binary(Binary::Sub, y, x)),
+            Op::Binary(Binary::Sub, x, y) => self.existing(&Op::Binary(Binary::Sub, y, x)),
             Op::Binary(Binary::Mul, c, x) => {
                 let c = self.real_constant(c)?;
                 Some(self.scaled(-c, x))

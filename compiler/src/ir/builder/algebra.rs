@@ -1,7 +1,7 @@
-//! Rules for sums, products and quotients. See [`builder`](super::builder) for what they assume.
+//! Rules for sums, products and quotients. See [`super`] for their assumptions.
 
-use super::scalar::Scalar;
-use super::{Binary, FunctionBuilder, Op, Type, Unary, Value};
+use crate::ir::scalar::Scalar;
+use crate::ir::{Binary, FunctionBuilder, Op, Type, Unary, Value};
 
 impl FunctionBuilder {
     pub(super) fn simpler_binary(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
@@ -62,7 +62,7 @@ impl FunctionBuilder {
 
     fn simpler_add(&mut self, a: Value, b: Value) -> Option<Value> {
         if let Some(c) = self.real_constant(a) {
-            // The constant last; both constant means that their sum is not finite.
+            // The constant goes last. Two constants are left only where their sum is not finite.
             return if c == 0.0 { Some(b) } else { self.constant(b).is_none().then(|| self.add(b, a)) };
         }
         if let Some(c) = self.real_constant(b) {
@@ -106,25 +106,26 @@ impl FunctionBuilder {
         base(a, f).is_some_and(|x| base(b, g) == Some(x))
     }
 
-    /// a + c, c not zero.
-    fn add_constant(&mut self, a: Value, c: f64) -> Option<Value> {
-        match *self.op(a) {
-            Op::Binary(Binary::Add, x, d) => {
-                let sum = self.real_constant(d)? + c;
-                let sum = sum.is_finite().then(|| self.real(sum))?;
-                Some(self.add(x, sum))
-            }
-            Op::Binary(Binary::Sub, d, x) => {
-                let sum = self.real_constant(d)? + c;
-                let sum = sum.is_finite().then(|| self.real(sum))?;
-                Some(self.sub(sum, x))
-            }
-            Op::Unary(Unary::Neg, x) => {
-                let c = self.real(c);
-                Some(self.sub(c, x))
-            }
+    /// A value as a constant and a term, which is subtracted where the flag is true: `x + d`, `d - x` and `-x`.
+    fn constant_term(&self, v: Value) -> Option<(f64, Value, bool)> {
+        match *self.op(v) {
+            Op::Binary(Binary::Add, x, d) => Some((self.real_constant(d)?, x, false)),
+            Op::Binary(Binary::Sub, d, x) => Some((self.real_constant(d)?, x, true)),
+            Op::Unary(Unary::Neg, x) => Some((0.0, x, true)),
             _ => None,
         }
+    }
+
+    /// c + x, or c - x where x is subtracted.
+    fn constant_plus(&mut self, c: f64, x: Value, subtracted: bool) -> Option<Value> {
+        let c = c.is_finite().then(|| self.real(c))?;
+        Some(if subtracted { self.sub(c, x) } else { self.add(x, c) })
+    }
+
+    /// a + c, c not zero.
+    fn add_constant(&mut self, a: Value, c: f64) -> Option<Value> {
+        let (d, x, subtracted) = self.constant_term(a)?;
+        self.constant_plus(d + c, x, subtracted)
     }
 
     fn simpler_sub(&mut self, a: Value, b: Value) -> Option<Value> {
@@ -150,8 +151,8 @@ impl FunctionBuilder {
             let y = self.scaled(-q, y);
             return Some(self.add(a, y));
         }
-        if self.known(&Op::Binary(Binary::Sub, b, a)).is_some() {
-            // The negative of what there is already.
+        if self.existing(&Op::Binary(Binary::Sub, b, a)).is_some() {
+            // The opposite difference exists already.
             let opposite = self.sub(b, a);
             return Some(self.neg(opposite));
         }
@@ -164,28 +165,15 @@ impl FunctionBuilder {
 
     /// c - b, c not zero.
     fn subtract_from_constant(&mut self, c: f64, b: Value) -> Option<Value> {
-        match *self.op(b) {
-            Op::Binary(Binary::Add, x, d) => {
-                let difference = c - self.real_constant(d)?;
-                let difference = difference.is_finite().then(|| self.real(difference))?;
-                Some(self.sub(difference, x))
-            }
-            Op::Binary(Binary::Sub, d, x) => {
-                let difference = c - self.real_constant(d)?;
-                let difference = difference.is_finite().then(|| self.real(difference))?;
-                Some(self.add(x, difference))
-            }
-            Op::Unary(Unary::Neg, x) => {
-                let c = self.real(c);
-                Some(self.add(x, c))
-            }
-            Op::Binary(Binary::Mul, d, x) => {
-                let d = self.real_constant(d).filter(|d| *d < 0.0)?;
-                let (x, c) = (self.scaled(-d, x), self.real(c));
-                Some(self.add(x, c))
-            }
-            _ => None,
+        if let Some((d, x, subtracted)) = self.constant_term(b) {
+            return self.constant_plus(c - d, x, !subtracted);
         }
+        let (d, x) = self.coefficient(b);
+        if !(d < 0.0) {
+            return None;
+        }
+        let (x, c) = (self.scaled(-d, x), self.real(c));
+        Some(self.add(x, c))
     }
 
     fn simpler_mul(&mut self, a: Value, b: Value) -> Option<Value> {
@@ -203,7 +191,7 @@ impl FunctionBuilder {
         if let Some(power) = self.product_of_powers(a, b) {
             return Some(power);
         }
-        // a * (c / b) is c * a / b: so that 1 / b as a factor becomes a division.
+        // a * (c / b) becomes c * a / b, so that a factor 1 / b becomes a division.
         let divides = matches!(self.op(b), Op::Binary(Binary::Div | Binary::DivOrZero, ..));
         let (whole, quotient) = if divides { (a, b) } else { (b, a) };
         if let Op::Binary(Binary::Div | Binary::DivOrZero, numerator, denominator) = *self.op(quotient)
@@ -228,7 +216,7 @@ impl FunctionBuilder {
             return Some(x);
         }
         if self.constant(x).is_some() {
-            // The product is not finite: it stays.
+            // A product of constants that is not finite stays.
             return None;
         }
         match *self.op(x) {
@@ -253,14 +241,14 @@ impl FunctionBuilder {
         if let Some(cancelled) = self.cancelled(a, b) {
             return Some(cancelled);
         }
-        // A power, whose derivative is simpler than a quotient's.
+        // The derivative of a power is simpler than that of a quotient.
         if let (Some(c), &Op::PowInt(x, n @ 1..)) = (self.real_constant(a), self.op(b)) {
             let power = self.pow_int(x, -n);
             return Some(self.scaled(c, power));
         }
         let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
         if (p, q) != (1.0, 1.0) {
-            // Constants come out, so that they can meet others.
+            // Constants are moved out, so that they can meet others.
             let quotient = self.div(x, y);
             return (p / q).is_finite().then(|| self.scaled(p / q, quotient));
         }
@@ -306,7 +294,7 @@ impl FunctionBuilder {
         if self.real_constant(a) == Some(0.0) || self.real_constant(b) == Some(0.0) {
             return Some(self.real(0.0));
         }
-        if self.facts(a).nonzero || self.facts(b).finite {
+        if self.properties(a).nonzero || self.properties(b).finite {
             return Some(self.mul(a, b));
         }
         let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));
@@ -329,7 +317,7 @@ impl FunctionBuilder {
         if self.real_constant(a) == Some(0.0) {
             return Some(a);
         }
-        if self.facts(a).nonzero || self.facts(b).nonzero {
+        if self.properties(a).nonzero || self.properties(b).nonzero {
             return Some(self.div(a, b));
         }
         let ((p, x), (q, y)) = (self.coefficient(a), self.coefficient(b));

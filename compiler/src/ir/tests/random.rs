@@ -1,7 +1,7 @@
 //! Random functions made from bytes, so that shrinking the bytes shrinks the function. Values stay moderate and
 //! derivatives exist almost everywhere: poles are kept away from (`a / (1 + b^2)`), growth is tamed by sines.
 
-use super::super::*;
+use crate::ir::*;
 
 /// A source of choices; zero when it is used up.
 pub(crate) struct Choices<'a>(pub(crate) &'a [u8]);

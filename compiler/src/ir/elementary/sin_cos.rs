@@ -11,8 +11,8 @@ const QUARTER: [f64; 3] = [
     f64::from_bits(0x3a71_701b_839a_2520),
 ];
 
-/// Polynomials for sine and cosine up to an eighth of a turn, of FreeBSD's `k_sin.c` and `k_cos.c` (Sun Microsystems 1993): x + x^3 (S0 +
-/// S1 x^2 + ..) and 1 - x^2 / 2 + x^4 (C0 + C1 x^2 + ..), to 2^-58 of the result.
+/// Polynomials for sine and cosine up to an eighth of a turn, of FreeBSD's `k_sin.c` and `k_cos.c` (Sun Microsystems
+/// 1993): x + x^3 (S0 + S1 x^2 + ..) and 1 - x^2 / 2 + x^4 (C0 + C1 x^2 + ..), to 2^-58 of the result.
 const SINE: [f64; 6] = [
     -0.166_666_666_666_666_32,
     0.008_333_333_333_322_49,
@@ -30,13 +30,14 @@ const COSINE: [f64; 6] = [
     -1.135_964_755_778_819_5e-11,
 ];
 
-/// Of magnitudes below this the sine is the number itself, to 2^-56.
+/// Below this magnitude the sine is the number itself, to 2^-56.
 const SMALL: f64 = 1.0 / (1u64 << 28) as f64;
 
 /// Sine and cosine for magnitudes below 1600.
 ///
-/// x = n pi/2 + r + s with |r| up to pi/4 and s its rounding error: n times the first part of pi/2 is subtracted exactly, as the difference
-/// is small; the second part's error is known, and the third reaches beyond what is left where x is next to a multiple.
+/// x = n pi/2 + r + s with |r| up to pi/4 and s its rounding error (Cody and Waite's reduction): n times the first part
+/// of pi/2 is subtracted exactly, as the difference is small; the error of the second part is computed; the third part
+/// is finer than the difference of any double to its nearest multiple.
 #[inline(always)]
 pub(super) fn sin_cos<L: Lanes>(x: L) -> [L; 2] {
     let shifted = x.times_plus(L::all(FRAC_2_PI), L::all(ROUND));
@@ -53,7 +54,7 @@ pub(super) fn sin_cos<L: Lanes>(x: L) -> [L; 2] {
     let (of_sine, of_cosine) = (L::chosen(odd, cosine, sine), L::chosen(odd, sine, cosine));
     let sign = |n: L| n.down::<1>().up::<63>();
     let sine = of_sine.xor(sign(shifted));
-    // -0 among them.
+    // This also keeps -0.
     let sine = L::chosen(x.magnitude().below(L::all(SMALL)), x, sine);
     [sine, of_cosine.xor(sign(shifted.plus_bits(L::all_bits(1))))]
 }

@@ -1,5 +1,5 @@
-//! Shows functions: as an exact listing, node by node (`Display` of [`Module`] and [`Function`]), and as text that reads
-//! like the language ([`gml`]).
+//! Shows functions: as an exact listing, node by node (`Display` of [`Module`] and [`Function`]), and as text that
+//! reads like the language ([`gml`]).
 
 use super::{Function, FunctionId, Module, Op, Type, Value};
 use std::fmt::{Display, Formatter, Result};

@@ -1,5 +1,5 @@
-//! Runs functions node by node: slow, bounded, and the oracle that native code is tested against. It also finds where
-//! a non-finite result came from.
+//! The interpreter: runs functions node by node, slowly and within limits. It is the oracle against which native code
+//! is tested, and it traces a non-finite result back to its origin.
 
 use super::scalar::{self, Scalar};
 use super::{FailureId, Function, FunctionId, Module, Op, Value, arithmetic};
@@ -9,21 +9,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 mod origin;
 use origin::Origin;
 
-/// Bounds on a run.
+/// Limits of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Nodes evaluated.
+    /// Most nodes that are evaluated.
     pub steps: u64,
-    /// Functions running at once; more than 1000 are never allowed.
+    /// Most functions that run at once; never more than 1000.
     pub depth: usize,
-    /// Values held at once.
+    /// Most values that are held at once.
     pub memory: usize,
 }
 
-/// More than a script's author means to have.
+/// The deepest recursion that any limit allows: deeper than a script's author intends.
 const MOST_DEPTH: usize = 1000;
 
-/// Stack that must be left before a function is run, and how much is added where it is not.
+/// Bytes of stack that must be left before a function is run; otherwise [`STACK_MORE`] are added.
 const STACK_LEFT: usize = 128 << 10;
 const STACK_MORE: usize = 2 << 20;
 
@@ -36,19 +36,19 @@ impl Default for Limits {
 /// Why a run ended without results.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RunError {
-    /// A guard's condition did not hold; the module's `failures` has its sentence.
+    /// A guard's condition did not hold; the module's `failures` has the message.
     #[error("a guard failed")]
     Failed(FailureId),
-    /// More nodes than the limit.
+    /// More nodes were evaluated than the limit.
     #[error("the evaluation takes too many steps")]
     Steps(Span),
-    /// More functions running at once than the limit.
+    /// More functions ran at once than the limit.
     #[error("the recursion is too deep")]
     Depth(Span),
-    /// More values at once than the limit.
+    /// More values were held at once than the limit.
     #[error("the evaluation takes too much memory")]
     Memory(Span),
-    /// Whoever waited for it does not any longer.
+    /// The caller set the flag that interrupts the run.
     #[error("interrupted")]
     Interrupted(Span),
     /// The function is not valid, or has tangents that were not expanded, or the arguments do not fit it.
@@ -57,7 +57,7 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Where in the source.
+    /// The place in the source.
     #[must_use]
     pub fn span(&self, module: &Module) -> Span {
         match self {
@@ -71,14 +71,14 @@ impl RunError {
 /// The results of a function for these arguments.
 ///
 /// # Errors
-/// If a guard fails or a limit is met.
+/// If a guard fails or a limit is exceeded.
 pub fn run(module: &Module, function: FunctionId, args: &[Scalar], limits: Limits) -> Result<Vec<Scalar>, RunError> {
     let mut interpreter = Interpreter::new(module, limits);
     interpreter.check(function, args)?;
     interpreter.run(function, args.to_vec(), Span::default())
 }
 
-/// [`run`] until the flag is set from elsewhere.
+/// [`run`], which ends early once another thread sets the flag.
 ///
 /// # Errors
 /// As [`run`]; `Interrupted` once the flag is set.
@@ -104,8 +104,8 @@ pub fn run_real(module: &Module, function: FunctionId, args: &[f64], limits: Lim
     results.into_iter().map(Scalar::real).collect::<Option<_>>().ok_or(RunError::Malformed(Span::default()))
 }
 
-/// The outcomes of all comparisons of a run with where they are written, in the order in which they are made, and how many nodes it
-/// evaluates.
+/// The outcomes of all comparisons of a run, with their places in the source, in the order in which they are made; and
+/// the number of nodes that it evaluates.
 ///
 /// # Errors
 /// As [`run`].
@@ -121,9 +121,9 @@ pub fn outcomes(
     Ok((interpreter.outcomes.unwrap_or_default(), limits.steps - interpreter.steps))
 }
 
-/// Where the first infinity or NaN arises among those that the first non-finite result was computed from;
-/// nothing where all results are finite. Arms that were not selected are left out of account. A non-finite
-/// argument is no operation's fault: the span of its first use is given.
+/// The place in the source where the first infinity or NaN arises among the values from which the first non-finite
+/// result was computed; `None` where all results are finite. Arms that were not selected do not count. If it is an
+/// argument that is not finite, the place is that of its first use.
 ///
 /// # Errors
 /// As [`run`].
@@ -145,17 +145,17 @@ pub fn non_finite(
 
 struct Interpreter<'m> {
     module: &'m Module,
-    /// What is left of each limit.
+    /// The rest of each limit.
     steps: u64,
     depth: usize,
     memory: usize,
-    /// Ends the run where it is set.
+    /// Ends the run once it is set.
     interrupt: Option<&'m AtomicBool>,
-    /// The outcomes of comparisons, where they are wanted.
+    /// The outcomes of comparisons, if the caller asked for them.
     outcomes: Option<Vec<(Span, bool)>>,
 }
 
-/// What a node computed.
+/// The value of a node.
 enum Computed {
     One(Scalar),
     Many(Vec<Scalar>),
@@ -190,7 +190,7 @@ impl<'m> Interpreter<'m> {
         results
     }
 
-    /// Every node's value. The memory that they take is the caller's to give back.
+    /// The values of all nodes. The caller gives back the memory that they take.
     fn evaluate(&mut self, function: &Function, args: &[Scalar], span: Span) -> Result<Vec<Computed>, RunError> {
         self.depth = self.depth.checked_sub(1).ok_or(RunError::Depth(span))?;
         self.memory = self.memory.checked_sub(function.nodes.len()).ok_or(RunError::Memory(span))?;
@@ -201,9 +201,7 @@ impl<'m> Interpreter<'m> {
         for node in &function.nodes {
             self.steps = self.steps.checked_sub(1).ok_or(RunError::Steps(node.span))?;
             let value = match &node.op {
-                Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Tangent { .. } => {
-                    Computed::Many(self.structured(&values, &node.op, node.span)?)
-                }
+                op if op.is_structured() => Computed::Many(self.structured(&values, op, node.span)?),
                 Op::Project(multi, k) => match &values[multi.0 as usize] {
                     Computed::Many(results) => {
                         Computed::One(*results.get(*k as usize).ok_or(RunError::Malformed(node.span))?)
@@ -239,7 +237,7 @@ impl<'m> Interpreter<'m> {
                 let Scalar::Int(count) = get(count)? else { return Err(RunError::Malformed(span)) };
                 let (mut carried, invariant) = (all(init)?, all(invariant)?);
                 for i in 0..count {
-                    carried = self.turn(*body, i, &carried, &invariant, span)?;
+                    carried = self.iteration(*body, i, &carried, &invariant, span)?;
                 }
                 Ok(carried)
             }
@@ -247,7 +245,7 @@ impl<'m> Interpreter<'m> {
         }
     }
 
-    fn turn(
+    fn iteration(
         &mut self,
         body: FunctionId,
         i: i64,
@@ -255,7 +253,7 @@ impl<'m> Interpreter<'m> {
         invariant: &[Scalar],
         span: Span,
     ) -> Result<Vec<Scalar>, RunError> {
-        // A turn costs something even where the body is empty.
+        // An iteration is a step even where the body is empty.
         self.steps = self.steps.checked_sub(1).ok_or(RunError::Steps(span))?;
         let args = [&[Scalar::Int(i)], carried, invariant].concat();
         self.run(body, args, span)
@@ -269,7 +267,7 @@ fn one(values: &[Computed], v: Value) -> Option<Scalar> {
     }
 }
 
-/// An operation that runs no function; nothing where a type does not fit.
+/// The value of an operation that runs no function; `None` where a type does not fit.
 fn simple(op: &Op, args: &[Scalar], get: impl Fn(Value) -> Option<Scalar>) -> Option<Scalar> {
     match *op {
         Op::Param(i) => args.get(i as usize).copied(),

@@ -1,0 +1,140 @@
+//! The split of the parts' functions into one prelude, which is computed once for the parameters, and a body for each,
+//! which is computed at every point.
+
+use super::{hoist, visit_frontier};
+use crate::ir::hash::HashMap;
+use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, Value, simplify};
+
+/// Functions that were split into one prelude and a body each.
+#[derive(Clone, Debug)]
+pub struct Split {
+    /// `(uniform parameters..) -> captures..`, all captures Real.
+    pub prelude: FunctionId,
+    /// One for each function, in order.
+    pub bodies: Vec<Body>,
+}
+
+/// A function to be split: `(uniform parameters.., varying parameters..) -> results..`.
+#[derive(Clone, Debug)]
+pub struct Whole {
+    /// The function.
+    pub function: FunctionId,
+    /// The parameter of the prelude that each of its uniform parameters is.
+    pub uniform: Vec<u32>,
+}
+
+impl Whole {
+    /// The arguments of `function` at the parameters x of the prelude.
+    #[must_use]
+    pub fn arguments<T: Copy>(&self, x: &[T], uv: [T; 2]) -> Vec<T> {
+        self.uniform.iter().map(|i| x[*i as usize]).chain(uv).collect()
+    }
+}
+
+/// The body of a function that was split.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// `(its captures.., varying parameters..) -> results..`.
+    pub function: FunctionId,
+    /// The results of the prelude that it takes, in the order of their first use: bodies that differ only in what they
+    /// capture are equal.
+    pub captures: Vec<u32>,
+    /// The number of captures, the last ones, that are constants
+    /// ([`merge_bodies`](crate::ir::merge::merge_bodies)).
+    pub constants: usize,
+}
+
+/// Splits functions of some of the prelude's parameters: everything that does not depend on the varying ones goes to
+/// the prelude, and the bodies capture its outermost values. Values that several bodies capture are computed once. A
+/// truth value is captured as 0 or 1, an integer as a Real (exact up to 2^53).
+///
+/// Inline and simplify the functions before: calls and branches go to the prelude only as a whole.
+#[must_use]
+pub fn split_all(module: &mut Module, params: Vec<Parameter>, functions: &[Whole]) -> Split {
+    let mut prelude = Prelude {
+        params: params.len(),
+        builder: FunctionBuilder::new("prelude", params),
+        captures: Vec::new(),
+        indices: HashMap::default(),
+    };
+    let mut bodies = Vec::new();
+    for whole in functions {
+        let function = module.function(whole.function).clone();
+        let (body, captures) = split(&mut prelude, &function, &whole.uniform);
+        bodies.push(Body { function: module.add(body), captures, constants: 0 });
+    }
+    let Prelude { builder, captures, .. } = prelude;
+    let prelude = module.add(builder.finish(captures.into_iter().map(|(p, v)| (p.name, v))));
+    let mut all: Vec<FunctionId> = bodies.iter().map(|b| b.function).collect();
+    all.push(prelude);
+    simplify(module, &all);
+    Split { prelude, bodies }
+}
+
+struct Prelude {
+    params: usize,
+    builder: FunctionBuilder,
+    /// Captured values (all Real), and the parameters of bodies that stand for them.
+    captures: Vec<(Parameter, Value)>,
+    indices: HashMap<Value, u32>,
+}
+
+impl Prelude {
+    /// The index of the capture for a value of the prelude.
+    fn capture(&mut self, value: Value) -> u32 {
+        let real = self.builder.encode_real(value);
+        if let Some(index) = self.indices.get(&real) {
+            return *index;
+        }
+        let index = self.captures.len() as u32;
+        let param = real.0 as usize;
+        let name = if param < self.params { self.builder.param_name(param).to_owned() } else { format!("c{index}") };
+        self.captures.push((Parameter::real(name), real));
+        self.indices.insert(real, index);
+        index
+    }
+}
+
+/// The body of a function, and the captures that it takes.
+fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Function, Vec<u32>) {
+    let mut params: Vec<Option<Value>> = vec![None; function.params.len()];
+    for (param, index) in params.iter_mut().zip(uniform) {
+        *param = Some(prelude.builder.param(*index as usize));
+    }
+    let outer = hoist(&mut prelude.builder, function, &params, |_| true);
+    let constant = |prelude: &Prelude, v: Value| outer[v.0 as usize].and_then(|v| prelude.builder.constant(v));
+    // The position of the capture of each captured node among those of the body.
+    let mut captured: HashMap<Value, usize> = HashMap::default();
+    let (mut positions, mut captures) = (HashMap::default(), Vec::new());
+    visit_frontier(
+        function,
+        |v| outer[v.0 as usize].is_some(),
+        |v| {
+            if let Some(value) = outer[v.0 as usize]
+                && prelude.builder.constant(value).is_none()
+            {
+                let position = *positions.entry(prelude.capture(value)).or_insert_with_key(|capture| {
+                    captures.push(*capture);
+                    captures.len() - 1
+                });
+                captured.insert(v, position);
+            }
+        },
+    );
+    let mut params: Vec<Parameter> = captures.iter().map(|c| prelude.captures[*c as usize].0.clone()).collect();
+    params.extend_from_slice(&function.params[uniform.len()..]);
+    let mut b = FunctionBuilder::new(function.name.clone(), params);
+    let capture = |b: &mut FunctionBuilder, v: Value| {
+        captured.get(&v).map(|position| b.decode_real(b.param(*position), function.ty(v)))
+    };
+    let mut args: Vec<Value> =
+        (0..uniform.len() as u32).map(|i| capture(&mut b, Value(i)).unwrap_or(Value::NONE)).collect();
+    args.extend_from_slice(&b.params()[captures.len()..]);
+    let rebuild = b.splice_with(function, &args, |b, v| {
+        capture(b, v)
+            .or_else(|| constant(prelude, v).map(|constant| b.scalar(constant)))
+            .or_else(|| outer[v.0 as usize].map(|_| Value::NONE))
+    });
+    let results = rebuild.results();
+    (b.finish_like(function, results), captures)
+}
