@@ -7,14 +7,13 @@
 //! Where GMLC_PEER_PYTHON names a Python with numpy, scipy and open3d, benches/peers/fit_scipy.py fits from the same near
 //! starts.
 //!
-//! A fit counts where its objective is that of the best one known (to 0.2 %) and the shape parameters are the same. Then the
-//! time of one objective with its gradient over all points.
+//! A fit counts where its objective is that of the best one known (to 0.2 %) and the shape parameters are the same.
 
 use crate::matrix::{about, euler, multiply, turn, unit};
 use crate::{median, program, seconds};
 use cpu_time::ProcessTime;
 use gml_compiler::program::{Program, Quantity};
-use gml_runtime::fit::{FitOptions, FitResult, ObjectiveFunction, fit};
+use gml_runtime::fit::{FitOptions, FitResult, fit};
 use gml_runtime::progress::Silent;
 use gml_runtime::scan::{self, ReadOptions, Scan};
 use rand::{RngExt, SeedableRng};
@@ -23,7 +22,6 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Instant;
 
 /// The cup's pose: x, y, z, alpha, beta, gamma.
 const POSE: usize = 6;
@@ -35,7 +33,6 @@ pub(crate) fn run(data: &str, starts: usize, first: usize, wanted: &[String]) {
     let scan = scan::read(Path::new(&path), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
     let best = fit(&program, &scan, &FitOptions::default(), &Silent).unwrap_or_else(|e| panic!("{e}"));
     println!("best known: objective {:.6}, sigma {:.3} mm, {:.2} s", best.objective, best.sigma, seconds(&best));
-    evaluation(&program, &scan, &best);
     for kind in [Kind::Near, Kind::Nothing, Kind::Defaults] {
         if !wanted.is_empty() && !wanted.contains(&kind.name()) {
             continue;
@@ -89,27 +86,6 @@ enum Kind {
 impl Kind {
     fn name(self) -> String {
         format!("{self:?}").to_lowercase()
-    }
-}
-
-/// The least time of some evaluations of the objective and its gradient.
-fn evaluation(program: &Program, scan: &Scan, best: &FitResult) {
-    let x: Vec<f64> = best.parameters.iter().map(|p| p.value).collect();
-    for sigma in [best.sigma, 2.0, 10.0] {
-        let function = ObjectiveFunction::new(program, scan, &x, sigma).unwrap_or_else(|e| panic!("{e}"));
-        let mut least = f64::INFINITY;
-        let cpu = ProcessTime::now();
-        for _ in 0..20 {
-            let clock = Instant::now();
-            let _ = std::hint::black_box(function.value_and_gradient(&x));
-            least = least.min(clock.elapsed().as_secs_f64());
-        }
-        let cpu = cpu.elapsed().as_secs_f64() / 20.0;
-        println!(
-            "objective and gradient, sigma {sigma:.2} mm: {:.1} ms at the least, {:.1} ms of processor time",
-            least * 1e3,
-            cpu * 1e3
-        );
     }
 }
 

@@ -2,7 +2,7 @@
 //! `GMLC_TEST_DATA=... cargo bench --bench fit -- [WHAT [COUNT [FIRST]]]`, where WHAT is one of
 //!
 //! - `success` (also without any word): the cup from COUNT random starts of three kinds (see `cup`; `near`, `nothing` or `defaults`
-//!   behind the counts chooses some), with the time of one objective;
+//!   behind the counts chooses some);
 //! - `examples [SEEDS [NAME]]`: every example, or one, against virtual scans of it (needs no data);
 //! - `scans`: the four real scans of the data;
 //! - `coverage [SCANS]`: how often the 95 % intervals of the cup's parameters hold the truth, for white noise and for noise whose

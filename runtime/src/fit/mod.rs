@@ -8,14 +8,12 @@
 //! - `infer`: standard deviations, tests, comparisons.
 
 mod correspond;
-mod function;
 mod infer;
 mod monitor;
 mod options;
 mod problem;
 mod refine;
 mod register;
-mod regression;
 mod report;
 mod result;
 mod search;
@@ -23,11 +21,9 @@ mod search;
 #[cfg(test)]
 mod tests;
 
-pub use function::ObjectiveFunction;
 pub use monitor::TracePoint;
 pub use options::{FitError, FitOptions};
 pub use problem::loss::LossKind;
-pub use regression::{Observation, Regression, regress};
 pub use result::{
     Bootstrap, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
 };

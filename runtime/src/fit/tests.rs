@@ -8,4 +8,5 @@ mod number;
 pub(crate) mod shapes;
 mod statistics;
 mod success;
+mod timing;
 mod trouble;

@@ -6,8 +6,11 @@
 
 use gml_compiler::program::{Options, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
-use gml_runtime::fit::{Observation, regress};
+use regression::{Observation, regress};
 use std::path::Path;
+
+#[path = "regression.rs"]
+mod regression;
 
 /// A data set with its certified values.
 #[derive(Clone, Debug, Default, PartialEq)]

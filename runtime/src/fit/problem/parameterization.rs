@@ -97,16 +97,6 @@ impl<'a> Parameterization<'a> {
         Self { model, base, free, ties, rules, dependent, varies, moving, centre, scale, radius: 1.0 }
     }
 
-    /// The space of all parameters without bounds and without a motion: its coordinates are the parameters themselves.
-    pub(crate) fn unbounded(model: &'a dyn Model, x: &[f64]) -> Self {
-        let n = x.len();
-        let rule = Rule::Plain { low: f64::NEG_INFINITY, high: f64::INFINITY };
-        let (base, free) = (x.to_vec(), (0..n).collect());
-        let (rules, scale) = (vec![rule; n], vec![1.0; n]);
-        let (ties, varies, centre) = (Vec::new(), vec![true; n], DVec3::ZERO);
-        Self { model, base, free, ties, rules, dependent: false, varies, moving: false, centre, scale, radius: 1.0 }
-    }
-
     /// Coordinates in all.
     pub(crate) fn dim(&self) -> usize {
         self.free.len() + if self.moving { 6 } else { 0 }

@@ -1,33 +1,33 @@
-//! Curves through measured values: nonlinear least squares of a script's function, to full precision. The distances here are
-//! those of the response, not of the surface.
+//! Curves through measured values: nonlinear least squares of a script's function, to full precision, by its exact Jacobian. The
+//! residuals are those of the response, not distances from the surface.
 
-use crate::model::Model;
+use gml_runtime::model::Model;
 use nalgebra::{DMatrix, DVector};
 
 /// A measurement: the response at one or two predictors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Observation {
+pub(crate) struct Observation {
     /// The first predictor, passed to the part's surface as u. Any number: it need not lie in [0, 1].
-    pub u: f64,
+    pub(crate) u: f64,
     /// The second predictor, passed as v.
-    pub v: f64,
+    pub(crate) v: f64,
     /// The response; the model's is the z coordinate of its first part, in millimetres.
-    pub response: f64,
+    pub(crate) response: f64,
 }
 
 /// What a regression found.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Regression {
+pub(crate) struct Regression {
     /// The model's parameters in its order.
-    pub x: Vec<f64>,
+    pub(crate) x: Vec<f64>,
     /// Their standard deviations: the residual standard deviation times the roots of the diagonal of (J^T J)^-1.
-    pub sd: Vec<f64>,
+    pub(crate) sd: Vec<f64>,
     /// The sum of squared residuals.
-    pub sum_of_squares: f64,
+    pub(crate) sum_of_squares: f64,
     /// Steps that were tried.
-    pub iterations: usize,
+    pub(crate) iterations: usize,
     /// Whether steps have become as small as rounding.
-    pub converged: bool,
+    pub(crate) converged: bool,
 }
 
 /// Steps at most.
@@ -44,7 +44,7 @@ struct Linear {
 /// Levenberg-Marquardt with orthogonal factorisations and columns scaled by their largest norms so far (More 1978), which does
 /// not square the condition of the Jacobian. Bounds are not looked at. None where the model cannot be evaluated at
 /// the start, has no part, or there are not more observations than parameters.
-pub fn regress(model: &dyn Model, observations: &[Observation], start: &[f64]) -> Option<Regression> {
+pub(crate) fn regress(model: &dyn Model, observations: &[Observation], start: &[f64]) -> Option<Regression> {
     let n = start.len();
     if model.parts().is_empty() || observations.len() <= n || n == 0 {
         return None;
