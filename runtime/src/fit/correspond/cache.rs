@@ -72,7 +72,7 @@ impl FootCache {
     /// without.
     pub(crate) fn follow(&self, facets: &Facets, motion: &Isometry) -> Option<MutexGuard<'_, CacheState>> {
         let mut state = self.0.try_lock().ok()?;
-        let corners: Vec<DVec3> = facets.corners().map(|p| motion.apply(p)).collect();
+        let corners: Vec<DVec3> = facets.vertices().map(|p| motion.apply(p)).collect();
         let farthest = if corners.len() == state.corners.len() {
             corners.iter().zip(&state.corners).map(|(a, b)| distance(*a, *b)).fold(0.0, f64::max)
         } else {

@@ -6,5 +6,5 @@ mod facet_block;
 pub(crate) mod facets;
 pub(crate) mod foot;
 pub(crate) mod layout;
-pub(crate) mod slack;
+pub(crate) mod nearest;
 mod tree;

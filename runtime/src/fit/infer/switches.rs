@@ -62,15 +62,14 @@ fn of_chunk(
     chain: &DMatrix<f64>,
 ) -> Vec<Switch> {
     let start = range.start;
-    let mut own = objective.search(placed, &at.motion, range, Some(part));
+    let mut own = objective.correspondences(placed, &at.motion, range, Some(part));
     // Where the cache knows that nothing else is near there is nothing to look for.
     own.retain(|f| part.known[f.index - start].until - part.travelled < 0.49 * reach);
     let (mut both, mut others) = (Vec::new(), Vec::new());
-    for these in own.chunk_by(|a, b| a.patch == b.patch) {
-        let Some(feet) = objective.feet_on_patch(placed, these) else { continue };
-        for (found, foot) in these.iter().zip(&feet) {
-            if let Some(other) = objective.elsewhere(placed, found, foot.d2.sqrt() + reach) {
-                both.push(Correspondence { uv: foot.uv, ..*found });
+    for matched in objective.with_feet(placed, &own) {
+        for (point, foot) in matched.points.iter().zip(&matched.feet) {
+            if let Some(other) = objective.elsewhere(placed, point, foot.d2.sqrt() + reach) {
+                both.push(Correspondence { uv: foot.uv, ..*point });
                 others.push(other);
             }
         }
@@ -93,13 +92,12 @@ fn of_chunk(
 }
 
 /// What points count at the patches that they are given to, with their indices.
-fn pulls(objective: &Objective, placed: &Placed, found: &[Correspondence]) -> Vec<(usize, Pull)> {
+fn pulls(objective: &Objective, placed: &Placed, points: &[Correspondence]) -> Vec<(usize, Pull)> {
     let half = 0.5 * objective.loss.sigma * objective.loss.sigma;
-    let mut all = Vec::with_capacity(found.len());
-    for these in found.chunk_by(|a, b| a.patch == b.patch) {
-        let Some(feet) = objective.feet_on_patch(placed, these) else { continue };
-        let counted = objective.counted(&feet);
-        let Some(rows) = objective.rows(&*placed.instance, these, &feet, &counted) else { continue };
+    let mut all = Vec::with_capacity(points.len());
+    for matched in objective.with_feet(placed, points) {
+        let counted = objective.counted(&matched.feet);
+        let Some(rows) = objective.rows(&*placed.instance, &matched, &counted) else { continue };
         all.extend(rows.iter().zip(&counted).map(|((point, row), counted)| {
             let pull = point.weight * point.distance;
             let slopes = row.iter().map(|r| pull * r).collect();

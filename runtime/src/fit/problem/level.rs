@@ -39,7 +39,7 @@ impl<'a> Level<'a> {
         let x = space.x(&at.z).unwrap_or_else(|| problem.start.x.clone());
         let instance = model.instantiate(&x)?;
         let layout = Layout::new(model, &*instance, tolerance, 2.0 * problem.radius);
-        let (centre, _, gyration) = layout.facets(&*instance).moments();
+        let (centre, gyration) = layout.facets(&*instance).moments();
         let field = VelocityField::sample(model, &*instance)?;
         let sizes: Vec<f64> = (0..x.len()).map(|i| field.size(i)).collect();
         space.set_scale(at, &sizes, centre, gyration.max(1e-6 * problem.radius));

@@ -5,11 +5,11 @@ use super::loss::{Counted, Loss};
 use super::parameterization::{Estimate, Parameterization};
 use super::points::Points;
 use super::sums::{PatchSum, Sums};
-use crate::fit::correspond::cache::{CacheSlice, FootCache, NOWHERE};
+use crate::fit::correspond::cache::{CacheSlice, CachedFoot, FootCache, NOWHERE};
 use crate::fit::correspond::facets::{Facets, Facing};
 use crate::fit::correspond::foot::{Foot, refine};
 use crate::fit::correspond::layout::Layout;
-use crate::fit::correspond::slack::Query;
+use crate::fit::correspond::nearest::{NO_HINT, Query};
 use crate::fit::monitor::{Monitor, TracePoint};
 use crate::fit::refine::coverage::Coverage;
 use crate::model::{EvaluationError, Instance};
@@ -93,7 +93,7 @@ impl Evaluation {
 
 /// Hints for points of which nothing is known yet.
 pub(crate) fn no_hints(points: &Points) -> Arc<Vec<AtomicU32>> {
-    Arc::new((0..points.len()).map(|_| AtomicU32::new(u32::MAX)).collect())
+    Arc::new((0..points.len()).map(|_| AtomicU32::new(NO_HINT)).collect())
 }
 
 /// A model at certain parameters with its facets.
@@ -222,18 +222,9 @@ impl Objective<'_> {
 
     /// The foot points of the points within the cut-off, with the points' indices.
     pub(crate) fn feet(&self, placed: &Placed, motion: &Isometry) -> Vec<(usize, Foot)> {
-        let of_chunk = |range: Range<usize>| {
-            let found = self.search(placed, motion, range, None);
-            let mut all = Vec::with_capacity(found.len());
-            for these in found.chunk_by(|a, b| a.patch == b.patch) {
-                if let Some(feet) = self.feet_on_patch(placed, these) {
-                    all.extend(these.iter().map(|f| f.index).zip(feet));
-                }
-            }
-            all
-        };
-        let chunks: Vec<Vec<(usize, Foot)>> = self.chunks().into_par_iter().map(of_chunk).collect();
-        chunks.concat()
+        let chunks = self.chunks().into_par_iter();
+        let matched = chunks.flat_map_iter(|range| self.matched(placed, motion, range, None));
+        matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
     }
 
     /// psi of every point: 1 of those without a foot.
@@ -243,13 +234,6 @@ impl Objective<'_> {
             psi[i] = self.loss.psi(foot.d2);
         }
         psi
-    }
-
-    /// The exact feet of points that are nearest to one patch; None where that cannot be evaluated.
-    pub(crate) fn feet_on_patch(&self, placed: &Placed, found: &[Correspondence]) -> Option<Vec<Foot>> {
-        let patch = found[0].patch as usize;
-        let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = found.iter().map(|f| (f.q, f.uv)).unzip();
-        refine(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance).ok()
     }
 
     /// What points with these feet count.
@@ -282,17 +266,44 @@ impl Objective<'_> {
         if self.cancelled() {
             return sums;
         }
-        let start = range.start;
-        let found = self.search(placed, motion, range, cache.as_deref_mut());
-        for these in found.chunk_by(|a, b| a.patch == b.patch) {
-            let feet = self.add_patch(placed, these, order, &mut sums);
-            remember(cache.as_deref_mut(), start, these, &feet);
+        for matched in self.matched(placed, motion, range, cache) {
+            self.add_patch(&*placed.instance, &matched, order, &mut sums);
         }
         sums
     }
 
+    /// The points of a chunk that have a foot within the cut-off, patch by patch.
+    pub(crate) fn matched(
+        &self,
+        placed: &Placed,
+        motion: &Isometry,
+        range: Range<usize>,
+        mut cache: Option<&mut CacheSlice>,
+    ) -> Vec<Matched> {
+        let start = range.start;
+        let correspondences = self.correspondences(placed, motion, range, cache.as_deref_mut());
+        let matched = self.with_feet(placed, &correspondences);
+        if let Some(cache) = cache {
+            for (point, foot) in matched.iter().flat_map(|m| m.points.iter().zip(&m.feet)) {
+                cache.known[point.index - start].uv = foot.uv;
+            }
+        }
+        matched
+    }
+
+    /// Correspondences, ordered by patch, with their exact feet. Patches that cannot be evaluated are left out.
+    pub(crate) fn with_feet(&self, placed: &Placed, correspondences: &[Correspondence]) -> Vec<Matched> {
+        let of_patch = |points: &[Correspondence]| {
+            let patch = points[0].patch as usize;
+            let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = points.iter().map(|p| (p.q, p.uv)).unzip();
+            let feet = refine(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance).ok()?;
+            Some(Matched { patch, points: points.to_vec(), feet })
+        };
+        correspondences.chunk_by(|a, b| a.patch == b.patch).filter_map(of_patch).collect()
+    }
+
     /// The points of a chunk that have a facet within the cut-off, by patch.
-    pub(crate) fn search(
+    pub(crate) fn correspondences(
         &self,
         placed: &Placed,
         motion: &Isometry,
@@ -301,92 +312,90 @@ impl Objective<'_> {
     ) -> Vec<Correspondence> {
         let inverse = motion.rotation.inverse();
         let cutoff = self.loss.cutoff();
-        let mut found = Vec::with_capacity(range.len());
+        let mut all = Vec::with_capacity(range.len());
         // Points stand beside their neighbours in space: the last one's facet is a good guess for one that has none.
-        let mut last = u32::MAX;
+        let mut last = NO_HINT;
         for (k, i) in range.enumerate() {
             let q = inverse * (self.points.position[i] - motion.translation);
-            let normal = self.points.normal.get(i).map(|n| inverse * *n);
-            let at = |patch, uv| Correspondence { index: i, patch, uv, q, normal: normal.unwrap_or(DVec3::ZERO) };
-            if let Some(part) = &cache
-                && part.travelled < part.known[k].until
+            let normal = self.points.normal.get(i).map_or(DVec3::ZERO, |n| inverse * *n);
+            let at = |patch, uv| Correspondence { index: i, patch, uv, q, normal };
+            if let Some(slice) = &cache
+                && slice.travelled < slice.known[k].until
             {
-                if part.known[k].patch != NOWHERE {
-                    found.push(at(part.known[k].patch, part.known[k].uv));
-                }
+                let CachedFoot { patch, uv, .. } = slice.known[k];
+                all.extend((patch != NOWHERE).then(|| at(patch, uv)));
                 continue;
             }
-            let facing = match (self.signs, normal) {
-                (Some(signs), Some(normal)) => Some(Facing { normal, signs }),
-                _ => None,
-            };
             let hint = match self.hints[i].load(Ordering::Relaxed) {
-                u32::MAX => last,
+                NO_HINT => last,
                 hint => hint,
             };
+            let query = Query { facing: self.facing(normal), hint, ..Query::new(q, cutoff) };
             let nearest = match &mut cache {
-                Some(part) => {
-                    let query = Query { q, cutoff, facing, hint, reach: part.reach };
-                    let (nearest, slack) = placed.facets.nearest_and_slack(query);
-                    part.known[k].patch = nearest.map_or(NOWHERE, |n| n.patch);
-                    part.known[k].until = part.travelled + slack;
+                Some(slice) => {
+                    let (nearest, slack) = placed.facets.nearest_and_slack(Query { reach: slice.reach, ..query });
+                    slice.known[k].patch = nearest.map_or(NOWHERE, |n| n.patch);
+                    slice.known[k].until = slice.travelled + slack;
                     nearest
                 }
-                None => placed.facets.nearest(q, cutoff, facing, hint),
+                None => placed.facets.nearest(query),
             };
             if let Some(nearest) = nearest {
                 self.hints[i].store(nearest.quad, Ordering::Relaxed);
                 last = nearest.quad;
-                found.push(at(nearest.patch, nearest.uv));
+                all.push(at(nearest.patch, nearest.uv));
             }
         }
-        by_patch(&found, self.space.model.parts().len())
+        by_patch(&all, self.space.model.parts().len())
     }
-}
 
-impl Objective<'_> {
+    /// How facets must face to belong to a point with this normal; None where normals do not matter.
+    fn facing(&self, normal: DVec3) -> Option<Facing<'_>> {
+        let signs = self.signs.filter(|_| !self.points.normal.is_empty())?;
+        Some(Facing { normal, signs })
+    }
+
     /// The same point with the nearest other patch, if there is one within `limit`.
-    pub(crate) fn elsewhere(&self, placed: &Placed, found: &Correspondence, limit: f64) -> Option<Correspondence> {
-        let facing = match (self.signs, self.points.normal.is_empty()) {
-            (Some(signs), false) => Some(Facing { normal: found.normal, signs }),
-            _ => None,
-        };
-        let nearest = placed.facets.nearest_but(found.q, limit, facing, found.patch)?;
-        Some(Correspondence { patch: nearest.patch, uv: nearest.uv, ..*found })
+    pub(crate) fn elsewhere(&self, placed: &Placed, point: &Correspondence, limit: f64) -> Option<Correspondence> {
+        let Correspondence { q, normal, patch, .. } = *point;
+        let query = Query { facing: self.facing(normal), except: Some(patch), ..Query::new(q, limit) };
+        let nearest = placed.facets.nearest(query)?;
+        Some(Correspondence { patch: nearest.patch, uv: nearest.uv, ..*point })
     }
 }
 
-/// The same, sorted by patch, of which there are so many; those of one patch stay in order.
-fn by_patch(found: &[Correspondence], patches: usize) -> Vec<Correspondence> {
-    let mut next = vec![0; patches + 1];
-    found.iter().for_each(|f| next[f.patch as usize + 1] += 1);
-    for patch in 1..=patches {
-        next[patch] += next[patch - 1];
-    }
-    let mut sorted = found.to_vec();
-    for f in found {
-        let slot = &mut next[f.patch as usize];
-        sorted[*slot] = *f;
-        *slot += 1;
-    }
-    sorted
-}
-
-/// Writes feet down for the next evaluation.
-pub(crate) fn remember(cache: Option<&mut CacheSlice>, start: usize, found: &[Correspondence], feet: &[Foot]) {
-    let Some(part) = cache else { return };
-    for (found, foot) in found.iter().zip(feet) {
-        part.known[found.index - start].uv = foot.uv;
-    }
-}
-
-/// A point with the facet that it is nearest to.
+/// A point of the scan with the facet that it is nearest to.
 #[derive(Clone, Copy)]
 pub(crate) struct Correspondence {
+    /// Which of the objective's points.
     pub(crate) index: usize,
     pub(crate) patch: u32,
     pub(crate) uv: [f64; 2],
-    /// The point in the model's frame.
+    /// The point in the model's frame. Millimetres.
     pub(crate) q: DVec3,
+    /// Its normal, likewise; zero where there is none.
     pub(crate) normal: DVec3,
+}
+
+/// Points of the scan that belong to one patch, with their feet on it.
+pub(crate) struct Matched {
+    pub(crate) patch: usize,
+    pub(crate) points: Vec<Correspondence>,
+    pub(crate) feet: Vec<Foot>,
+}
+
+/// A counting sort by patch, stable.
+fn by_patch(correspondences: &[Correspondence], patches: usize) -> Vec<Correspondence> {
+    let mut next = vec![0; patches + 1];
+    correspondences.iter().for_each(|c| next[c.patch as usize + 1] += 1);
+    for patch in 1..=patches {
+        next[patch] += next[patch - 1];
+    }
+    let mut sorted = correspondences.to_vec();
+    for c in correspondences {
+        let slot = &mut next[c.patch as usize];
+        sorted[*slot] = *c;
+        *slot += 1;
+    }
+    sorted
 }

@@ -1,7 +1,7 @@
 //! What every single point says: its residual with a row of the Jacobian, for the Gauss-Newton matrix and for the uncertainties.
 
 use super::loss::Counted;
-use super::objective::{Correspondence, Objective, Placed, remember};
+use super::objective::{Matched, Objective, Placed};
 use super::parameterization::Estimate;
 use crate::fit::correspond::cache::CacheSlice;
 use crate::fit::correspond::foot::Foot;
@@ -117,32 +117,19 @@ impl Objective<'_> {
         placed: &Placed,
         at: &Estimate,
         range: Range<usize>,
-        mut cache: Option<&mut CacheSlice>,
+        cache: Option<&mut CacheSlice>,
     ) -> Vec<Rows> {
-        let start = range.start;
-        let found = self.search(placed, &at.motion, range, cache.as_deref_mut());
-        let mut all = Vec::new();
-        for these in found.chunk_by(|a, b| a.patch == b.patch) {
-            let Some(feet) = self.feet_on_patch(placed, these) else { continue };
-            remember(cache.as_deref_mut(), start, these, &feet);
-            all.extend(self.rows(&*placed.instance, these, &feet, &self.counted(&feet)));
-        }
-        all
+        let matched = self.matched(placed, &at.motion, range, cache);
+        matched.iter().filter_map(|m| self.rows(&*placed.instance, m, &self.counted(&m.feet))).collect()
     }
 
     /// The rows of points that have their feet on one patch; None where that cannot be evaluated.
-    pub(crate) fn rows(
-        &self,
-        instance: &dyn Instance,
-        found: &[Correspondence],
-        feet: &[Foot],
-        counted: &[Counted],
-    ) -> Option<Rows> {
-        let patch = found[0].patch;
-        let active = &self.space.model.parts()[patch as usize].active;
+    pub(crate) fn rows(&self, instance: &dyn Instance, matched: &Matched, counted: &[Counted]) -> Option<Rows> {
+        let Matched { patch, points: matches, feet } = matched;
+        let active = &self.space.model.parts()[*patch].active;
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let mut slopes = vec![0.0; feet.len() * active.len() * 3];
-        instance.jacobian(patch as usize, &u, &v, &mut slopes).ok()?;
+        instance.jacobian(*patch, &u, &v, &mut slopes).ok()?;
         // Columns that nothing varies by would be summed in vain.
         let varied: Vec<usize> = (0..active.len()).filter(|a| self.space.varies(active[*a] as usize)).collect();
         let n = self.space.model.parameters().len();
@@ -150,10 +137,10 @@ impl Objective<'_> {
         let columns: Vec<usize> = varied.iter().map(|a| active[*a] as usize).chain(motion).collect();
         let mut jacobian = Vec::with_capacity(feet.len() * columns.len());
         let mut points = Vec::with_capacity(feet.len());
-        for (i, ((foot, found), counted)) in feet.iter().zip(found).zip(counted).enumerate() {
-            let (away, distance) = self.away(foot, found.q);
+        for (i, ((foot, point), counted)) in feet.iter().zip(matches).zip(counted).enumerate() {
+            let (away, distance) = self.away(foot, point.q);
             let Counted { weight, curvature, .. } = *counted;
-            points.push(RowPoint { index: found.index as u32, distance, weight, curvature });
+            points.push(RowPoint { index: point.index as u32, distance, weight, curvature });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
             // The surface moving outwards brings it nearer to a point outside.
             jacobian.extend(varied.iter().map(|a| -away.dot(DVec3::from_slice(&slopes[3 * a..]))));
@@ -162,7 +149,7 @@ impl Objective<'_> {
                 jacobian.extend([-away.x, -away.y, -away.z, -turn.x, -turn.y, -turn.z]);
             }
         }
-        Some(Rows { patch, columns, points, jacobian })
+        Some(Rows { patch: *patch as u32, columns, points, jacobian })
     }
 
     /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero the

@@ -1,7 +1,7 @@
 //! What a chunk of points adds to the objective, its gradient and its Gauss-Newton matrix.
 
 use super::loss::Counted;
-use super::objective::{Correspondence, Evaluation, Objective, Order, Placed};
+use super::objective::{Correspondence, Evaluation, Matched, Objective, Order};
 use super::parameterization::{Estimate, Parameterization};
 use super::rows::Rows;
 use crate::fit::correspond::foot::Foot;
@@ -88,22 +88,12 @@ impl Objective<'_> {
         Evaluation { value, gradient, normal, patches, absent }
     }
 
-    /// Adds the points of one patch. A patch that fails here counts as absent: its points keep psi = 1.
-    /// Returns the feet; none where the patch fails.
-    pub(crate) fn add_patch(
-        &self,
-        placed: &Placed,
-        found: &[Correspondence],
-        order: Order,
-        sums: &mut Sums,
-    ) -> Vec<Foot> {
-        let patch = found[0].patch as usize;
-        let instance = &*placed.instance;
-        let Some(feet) = self.feet_on_patch(placed, found) else { return Vec::new() };
+    /// Adds the points of one patch.
+    pub(crate) fn add_patch(&self, instance: &dyn Instance, matched: &Matched, order: Order, sums: &mut Sums) {
         let half2 = self.loss.half().powi(2);
-        let counted = self.counted(&feet);
-        let part = &mut sums.patches[patch];
-        for ((foot, found), Counted { psi, weight, .. }) in feet.iter().zip(found).zip(&counted) {
+        let counted = self.counted(&matched.feet);
+        let part = &mut sums.patches[matched.patch];
+        for ((foot, point), Counted { psi, weight, .. }) in matched.feet.iter().zip(&matched.points).zip(&counted) {
             sums.psi += psi - 1.0;
             if foot.d2 < half2 {
                 part.inliers += 1.0;
@@ -111,60 +101,55 @@ impl Objective<'_> {
             }
             part.weight += weight;
             part.weighted_d2 += weight * foot.d2;
-            part.facing += weight * foot.normal.normalize_or_zero().dot(found.normal);
+            part.facing += weight * foot.normal.normalize_or_zero().dot(point.normal);
         }
-        self.add_derivatives(instance, found, &feet, &counted, order, sums);
-        feet
+        self.add_derivatives(instance, matched, &counted, order, sums);
     }
 
-    /// Adds the derivatives of what points of one patch count.
+    /// Adds the derivatives of the loss of points of one patch.
     pub(crate) fn add_derivatives(
         &self,
         instance: &dyn Instance,
-        found: &[Correspondence],
-        feet: &[Foot],
+        matched: &Matched,
         counted: &[Counted],
         order: Order,
         sums: &mut Sums,
     ) {
-        match order {
-            Order::Value => {}
-            Order::Gradient => self.add_gradient(instance, found, feet, counted, sums),
-            Order::Normal => match self.rows(instance, found, feet, counted) {
-                Some(rows) => self.add_normal(&rows, sums),
-                None => sums.gradient.fill(f64::NAN),
-            },
+        let added = match order {
+            Order::Value => Some(()),
+            Order::Gradient => self.add_gradient(instance, matched, counted, sums),
+            Order::Normal => self.rows(instance, matched, counted).map(|rows| self.add_normal(&rows, sums)),
+        };
+        if added.is_none() {
+            sums.gradient.fill(f64::NAN);
         }
     }
 
     fn add_gradient(
         &self,
         instance: &dyn Instance,
-        found: &[Correspondence],
-        feet: &[Foot],
+        matched: &Matched,
         counted: &[Counted],
         sums: &mut Sums,
-    ) {
+    ) -> Option<()> {
+        let Matched { patch, points, feet } = matched;
         let n = self.space.model.parameters().len();
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let force =
-            |((foot, found), counted): ((&Foot, &Correspondence), &Counted)| (foot.point - found.q) * counted.weight;
-        let forces: Vec<DVec3> = feet.iter().zip(found).zip(counted).map(force).collect();
+            |((foot, point), counted): ((&Foot, &Correspondence), &Counted)| (foot.point - point.q) * counted.weight;
+        let forces: Vec<DVec3> = feet.iter().zip(points).zip(counted).map(force).collect();
         let w: Vec<[f64; 3]> = forces.iter().map(|f| f.to_array()).collect();
-        if instance.pullback(found[0].patch as usize, &u, &v, &w, &mut sums.gradient[..n]).is_err() {
-            sums.gradient.fill(f64::NAN);
-            return;
-        }
-        if !self.space.moving {
-            return;
-        }
-        for (foot, force) in feet.iter().zip(&forces) {
-            let torque = (foot.point - self.space.centre).cross(*force);
-            for k in 0..3 {
-                sums.gradient[n + k] += force[k];
-                sums.gradient[n + 3 + k] += torque[k];
+        instance.pullback(*patch, &u, &v, &w, &mut sums.gradient[..n]).ok()?;
+        if self.space.moving {
+            for (foot, force) in feet.iter().zip(&forces) {
+                let torque = (foot.point - self.space.centre).cross(*force);
+                for k in 0..3 {
+                    sums.gradient[n + k] += force[k];
+                    sums.gradient[n + 3 + k] += torque[k];
+                }
             }
         }
+        Some(())
     }
 
     fn add_normal(&self, rows: &Rows, sums: &mut Sums) {

@@ -109,7 +109,7 @@ fn orientations(level: &Level, shape: &Estimate) -> Vec<Candidate> {
     let objective = level.objective(&points, loss);
     let Ok(placed) = objective.place(shape) else { return Vec::new() };
     let Some(field) = DistanceField::new(&placed.facets, 0.5 * level.problem.radius) else { return Vec::new() };
-    let (centre, ..) = placed.facets.moments();
+    let (centre, _) = placed.facets.moments();
     let target = points.centre();
     let turn = random_rotation(level.problem.options.seed);
     let mut motions = vec![shape.motion];

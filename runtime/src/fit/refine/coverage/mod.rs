@@ -10,7 +10,7 @@ mod visible;
 use crate::fit::correspond::foot::Foot;
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::loss::{Counted, Loss};
-use crate::fit::problem::objective::{Correspondence, Evaluation, Objective, Order, Placed};
+use crate::fit::problem::objective::{Correspondence, Evaluation, Matched, Objective, Order, Placed};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::sums::{Sums, add_scaled};
 use crate::model::{Instance, Partials};
@@ -49,10 +49,8 @@ pub(crate) struct Information {
 
 /// Some places of one patch that lie beyond the scan, as feet of points that they ought to be at.
 struct Stretch {
-    /// Indices among the patch's places.
-    index: Vec<usize>,
-    found: Vec<Correspondence>,
-    feet: Vec<Foot>,
+    /// Indices of the points are those among the patch's places.
+    matched: Matched,
     counted: Vec<Counted>,
     elements: Vec<u32>,
     /// Places of this chunk that nothing of the scan is near.
@@ -83,9 +81,14 @@ impl<'a> Coverage<'a> {
                 match self.stretch(&*placed.instance, &at.motion, places, range.clone()) {
                     Some(stretch) => {
                         sums.psi += stretch.lost + stretch.counted.iter().map(|c| c.psi).sum::<f64>();
-                        let Stretch { found, feet, counted, .. } = &stretch;
-                        if !found.is_empty() {
-                            own.add_derivatives(&*placed.instance, found, feet, counted, order, &mut sums);
+                        if !stretch.counted.is_empty() {
+                            own.add_derivatives(
+                                &*placed.instance,
+                                &stretch.matched,
+                                &stretch.counted,
+                                order,
+                                &mut sums,
+                            );
                         }
                     }
                     None => sums.psi += places.area[range].iter().sum::<f64>() / self.mean_area,
@@ -108,10 +111,10 @@ impl<'a> Coverage<'a> {
         let mut pulls: BTreeMap<u32, DVector<f64>> = BTreeMap::new();
         for (places, range) in self.chunks() {
             let stretch = self.stretch(&*placed.instance, &at.motion, places, range)?;
-            if stretch.found.is_empty() {
+            if stretch.counted.is_empty() {
                 continue;
             }
-            let rows = own.rows(&*placed.instance, &stretch.found, &stretch.feet, &stretch.counted)?;
+            let rows = own.rows(&*placed.instance, &stretch.matched, &stretch.counted)?;
             for ((point, row), element) in rows.iter().zip(&stretch.elements) {
                 let mut whole = DVector::zeros(total);
                 rows.columns.iter().zip(row).for_each(|(i, r)| whole[*i] += r);
@@ -133,7 +136,7 @@ impl<'a> Coverage<'a> {
         for (places, range) in self.chunks() {
             let area = &places.area[range.clone()];
             let stretch = self.stretch(instance, motion, places, range)?;
-            beyond += stretch.lost * self.mean_area + stretch.index.iter().map(|i| area[*i]).sum::<f64>();
+            beyond += stretch.lost * self.mean_area + stretch.matched.points.iter().map(|p| area[p.index]).sum::<f64>();
         }
         Some(1.0 - beyond / (self.mean_area * self.count))
     }
@@ -157,7 +160,7 @@ impl<'a> Coverage<'a> {
         let (u, v, area) = (&places.u[range.clone()], &places.v[range.clone()], &places.area[range]);
         let mut partials = vec![Partials::default(); u.len()];
         instance.partials(places.patch, u, v, &mut partials).ok()?;
-        let (mut index, mut found, mut feet) = (Vec::new(), Vec::new(), Vec::new());
+        let mut matched = Matched { patch: places.patch, points: Vec::new(), feet: Vec::new() };
         let (mut counted, mut elements) = (Vec::new(), Vec::new());
         let mut lost = 0.0;
         for (i, p) in partials.iter().enumerate() {
@@ -176,13 +179,12 @@ impl<'a> Coverage<'a> {
             let back = motion.rotation.inverse() * direction * distance;
             let uv = [u[i], v[i]];
             let Counted { psi, weight, curvature } = self.loss.count(distance * distance);
-            index.push(i);
-            found.push(Correspondence { index: i, patch: places.patch as u32, uv, q: point - back, normal });
-            feet.push(Foot { uv, point, normal, d2: distance * distance });
+            matched.points.push(Correspondence { index: i, patch: places.patch as u32, uv, q: point - back, normal });
+            matched.feet.push(Foot { uv, point, normal, d2: distance * distance });
             counted.push(Counted { psi: share * psi, weight: share * weight, curvature: share * curvature });
             elements.push(element);
         }
-        Some(Stretch { index, found, feet, counted, elements, lost })
+        Some(Stretch { matched, counted, elements, lost })
     }
 }
 
