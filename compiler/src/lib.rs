@@ -25,7 +25,7 @@ pub mod program;
 pub mod reference;
 pub mod session;
 pub mod source;
-mod suggest;
+pub mod suggest;
 pub mod syntax;
 mod workers;
 

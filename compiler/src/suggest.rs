@@ -38,8 +38,8 @@ pub(crate) fn nearest_of<'c>(name: &str, kinds: &[&[&'c str]]) -> Option<&'c str
     best.map(|(_, candidate)| candidate).or_else(|| beginning(&folded, kinds))
 }
 
-/// The candidate that was most likely meant, of one kind.
-pub(crate) fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
+/// The candidate that was most likely meant, of one kind; None where no candidate is near.
+pub fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) -> Option<&'c str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     nearest_of(name, &[&candidates])
 }

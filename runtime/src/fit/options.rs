@@ -1,46 +1,47 @@
-//! What a fit is told, and why it may be refused.
+//! Options of a fit, and the reasons for which there is none.
 
 use crate::fit::problem::loss::LossKind;
 use crate::model::{EvaluationError, Model};
+use gml_compiler::suggest;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// What the user may say about a fit; the defaults say nothing.
+/// How a fit is to be done. The defaults fit all parameters and, where the script has no pose of its own, a pose beside them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitOptions {
     /// Start values by parameter, in millimetres and radians; the script's defaults hold for the others. A start value
-    /// of a parameter of the script's pose is taken as a pose to begin from, and orientations are not screened.
+    /// of a pose parameter of the script is taken as a pose to begin from, and orientations are not screened.
     pub start: BTreeMap<String, f64>,
     /// Parameters that keep their start value. Where that was given in `start`, the result says whether the scan contradicts it.
     pub fixed: Vec<String>,
     /// Groups of parameters that have one value.
     pub equal: Vec<Vec<String>>,
-    /// Do not add or search a pose: the scan already lies where the script puts the model, but for what the script's own
-    /// parameters do.
+    /// Neither adds nor searches a pose: the scan already lies where the script puts the model, except for the motion by the
+    /// script's own parameters.
     pub no_pose: bool,
-    /// The scale of psi at the end, in millimetres; from the scan where absent.
+    /// The final scale of the loss, in millimetres; estimated from the scan where absent.
     pub sigma: Option<f64>,
-    /// Do not use the scan's normals.
+    /// Ignores the scan's normals.
     pub ignore_normals: bool,
-    /// The loss at the end; before that, while the place is still sought, it is always Welsch's.
+    /// The loss at the end. Before that, while the place is still sought, it is always Welsch's.
     pub loss: LossKind,
-    /// Hold the model's ends to the scan: what could be seen of the model's surface and lies beyond the scan counts as well. For
+    /// Holds the model's ends to the scan: surface of the model that could be seen and lies beyond the scan counts as well. For
     /// scans that show the ends.
     pub coverage: bool,
-    /// How many scans are drawn from the scan, block by block with repetitions, and fitted again from where the fit ended; 0
-    /// for none.
+    /// Number of bootstrap samples: scans drawn from the scan, block by block with repetitions, and fitted again from where the
+    /// fit ended. 0 for none.
     pub bootstrap: usize,
-    /// Turns the orientations that are tried first, and draws the samples of a bootstrap. 0 is as good as any.
+    /// Seed of the orientations that are screened and of the bootstrap. 0 is as good as any.
     pub seed: u64,
 }
 
-/// Why there is no fit.
+/// A reason for which there is no fit.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum FitError {
-    /// A start value or a fixed name for a parameter that the model does not have.
+    /// A start value for a parameter that the model does not have, or such a parameter held or tied.
     #[error("the model has no parameter `{name}`{}", .nearest.as_ref().map(|n| format!("; did you mean `{n}`?")).unwrap_or_default())]
     UnknownParameter {
-        /// As given.
+        /// The name as given.
         name: String,
         /// The parameter with the most similar name.
         nearest: Option<String>,
@@ -51,9 +52,9 @@ pub enum FitError {
     /// A start value outside the parameter's bounds, or not finite.
     #[error("the start value {value} of `{name}` is not within its bounds {low} to {high}")]
     OutOfBounds {
-        /// The parameter.
+        /// The parameter's name.
         name: String,
-        /// As given.
+        /// The value as given. Millimetres or radians.
         value: f64,
         /// Lower bound.
         low: f64,
@@ -66,7 +67,7 @@ pub enum FitError {
     /// The scan has too few points to determine anything, or they coincide.
     #[error("the scan has {points} points, too few or too close to one another to fit a model")]
     EmptyScan {
-        /// Its points.
+        /// The scan's number of points.
         points: usize,
     },
     /// The model has no surface.
@@ -86,7 +87,10 @@ impl FitError {
 }
 
 impl FitOptions {
-    /// The start vector, and which parameters are fixed or tied to others.
+    /// The options in terms of the model's parameters.
+    ///
+    /// # Errors
+    /// Names that the model does not have, start values outside of their bounds, and parameters that cannot be tied.
     pub(crate) fn resolve(&self, model: &dyn Model) -> Result<Start, FitError> {
         if let Some(sigma) = self.sigma
             && !(sigma > 0.0 && sigma.is_finite())
@@ -97,7 +101,7 @@ impl FitOptions {
         let index = |name: &String| {
             parameters.iter().position(|p| p.name == *name).ok_or_else(|| FitError::UnknownParameter {
                 name: name.clone(),
-                nearest: nearest(name, parameters.iter().map(|p| p.name.as_str())),
+                nearest: suggest::nearest(name, parameters.iter().map(|p| p.name.as_str())).map(str::to_owned),
             })
         };
         let mut x: Vec<f64> = parameters.iter().map(|p| p.default).collect();
@@ -130,8 +134,8 @@ impl FitOptions {
                 if parameters[*leader].quantity != parameters[*follower].quantity {
                     return Err(refuse("they measure different things"));
                 }
-                let known = |i: &usize| fixed[*i] || ties.iter().any(|(a, b)| a == i || b == i);
-                if leader == follower || known(follower) || (fixed[*leader]) {
+                let taken = |i: &usize| fixed[*i] || ties.iter().any(|(a, b)| a == i || b == i);
+                if leader == follower || taken(follower) || (fixed[*leader]) {
                     return Err(refuse("one of them is fixed or tied already"));
                 }
                 let (low, high) = bounds[*follower];
@@ -146,11 +150,12 @@ impl FitOptions {
     }
 }
 
-/// Where a fit begins, and what it leaves alone.
+/// The start vector, and which parameters do not vary by themselves.
 pub(crate) struct Start {
+    /// All parameters in the model's order. Millimetres and radians.
     pub(crate) x: Vec<f64>,
     pub(crate) fixed: Vec<bool>,
-    /// Pairs: the second follows the first.
+    /// Pairs of a leader and its follower, which has the leader's value.
     pub(crate) ties: Vec<(usize, usize)>,
 }
 
@@ -164,29 +169,4 @@ impl Start {
     pub(crate) fn is_tied(&self, i: usize) -> bool {
         self.ties.iter().any(|(leader, follower)| *leader == i || *follower == i)
     }
-}
-
-/// The name at the smallest edit distance, if it is near at all.
-fn nearest<'n>(name: &str, names: impl Iterator<Item = &'n str>) -> Option<String> {
-    names
-        .map(|n| (edits(name, n), n))
-        .min()
-        .filter(|(distance, n)| *distance <= 1 + n.len() / 3)
-        .map(|(_, n)| n.to_owned())
-}
-
-/// Levenshtein's distance.
-fn edits(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, ca) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, cb) in b.iter().enumerate() {
-            let substituted = diagonal + usize::from(ca != *cb);
-            diagonal = row[j + 1];
-            row[j + 1] = substituted.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
 }

@@ -1,4 +1,4 @@
-//! What a fit found, as written to fit.json (docs/output.md describes every field).
+//! The result of a fit, as written to fit.json (docs/output.md describes every field).
 
 use crate::fit::monitor::TracePoint;
 use crate::fit::problem::loss::LossKind;
@@ -8,7 +8,7 @@ use gml_compiler::program::Quantity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What a fit found.
+/// The result of a fit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FitResult {
     /// The model's name.
@@ -19,17 +19,17 @@ pub struct FitResult {
     pub scan: ScanSource,
     /// The script's parameters in its order.
     pub parameters: Vec<FittedParameter>,
-    /// The pose that was added because the script has none: where a model's point lies in the scan. Absent where the
+    /// The pose that was added because the script has none: it takes the model's points to the scan's frame. Absent where the
     /// script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pose: Option<Motion>,
-    /// Mean of psi over the scan's points ([VA] eq. 1): between 0 and 1.
+    /// Mean loss over the scan's points ([VA] eq. 1, where the loss is psi): between 0 and 1 for bounded losses.
     pub objective: f64,
-    /// The scale of psi at the end. Millimetres.
+    /// The final scale of the loss. Millimetres.
     pub sigma: f64,
     /// The scan's noise (standard deviation). Millimetres.
     pub noise: f64,
-    /// Fraction of the points with psi below 1/2.
+    /// Fraction of the points with a loss below 1/2.
     pub inliers: f64,
     /// Root mean square distance of the inliers. Millimetres.
     pub rms: f64,
@@ -37,27 +37,27 @@ pub struct FitResult {
     pub iterations: u64,
     /// Evaluations of the objective, over all points or some.
     pub evaluations: u64,
-    /// The loss.
+    /// The kind of the loss.
     #[serde(default)]
     pub loss: LossKind,
-    /// The user ended the work before it was done: this is the best that was found until then.
+    /// The user ended the fit before it was done: this is the best that was found until then.
     #[serde(default)]
     pub interrupted: bool,
     /// Whether the last stage met its criterion.
     pub converged: bool,
-    /// How well the parameters are known together; of those that are free and determined.
+    /// The covariance of the parameters that are free and determined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
-    /// Whether the scan contradicts values at which parameters were held.
+    /// Tests of values at which parameters were held.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<HypothesisTest>,
-    /// What fits of resampled scans say of the uncertainty, where they were asked for.
+    /// The spread of fits to resampled scans, where it was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bootstrap: Option<Bootstrap>,
-    /// How much of the model was scanned, where its ends were held to the scan.
+    /// The share of the model that was scanned, where its ends were held to the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<Covered>,
-    /// What a search over discrete inputs compared, if there was one: this is the fit of its winner.
+    /// The candidates of a search over discrete inputs, if there was one: this is the fit of the best one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
     /// Seconds by stage.
@@ -74,17 +74,17 @@ pub struct FitResult {
 pub struct FittedParameter {
     /// Its name.
     pub name: String,
-    /// Its value in `unit`.
+    /// Its value, in `unit`.
     pub value: f64,
     /// `mm`, `rad` or empty.
     pub unit: String,
-    /// What it measures.
+    /// Whether it is a length, an angle or a plain number.
     pub quantity: Quantity,
-    /// Held at its value by the user.
+    /// The user held it at its value.
     pub fixed: bool,
-    /// Ended at one of its bounds.
+    /// It ended at one of its bounds.
     pub at_bound: bool,
-    /// Standard deviation, where it was estimated. In `unit`.
+    /// Standard deviation, where it was estimated, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sd: Option<f64>,
 }
@@ -92,16 +92,16 @@ pub struct FittedParameter {
 /// The covariance of the parameters that have a standard deviation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Covariance {
-    /// Their names, in the script's order.
+    /// The parameters' names, in the script's order.
     pub parameters: Vec<String>,
     /// The matrix, by rows; in the parameters' units.
     pub matrix: Vec<Vec<f64>>,
-    /// Divided by the standard deviations.
+    /// The matrix divided by the standard deviations of its rows and columns.
     pub correlations: Vec<Vec<f64>>,
     /// Standard deviations that take the residuals for independent of each other and all alike: for comparison.
     #[serde(default)]
     pub naive: Vec<f64>,
-    /// How many independent points would say as much as the scan's points that lie near the model.
+    /// The number of independent points that would determine as much as the scan's points near the model.
     pub effective_points: f64,
     /// Edge of the blocks within which residuals were found to depend on each other. Millimetres; absent where they do not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -111,19 +111,19 @@ pub struct Covariance {
 /// Wald's test of values at which parameters were held.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct HypothesisTest {
-    /// Names.
+    /// The parameters' names.
     pub parameters: Vec<String>,
     /// The values at which they were held. Millimetres and radians.
     pub held: Vec<f64>,
-    /// What they become when released.
+    /// The values that they take when released.
     pub free: Vec<f64>,
-    /// Their standard deviations then.
+    /// The standard deviations of these.
     pub sd: Vec<f64>,
     /// Squared distance between the two in standard deviations (of correlated values: Mahalanobis').
     pub statistic: f64,
     /// Degrees of freedom of the chi-squared distribution that it has if the held values are true.
     pub degrees: usize,
-    /// The probability of such a statistic, or a larger one, if they are.
+    /// The probability of such a statistic, or a larger one, if the held values are true.
     pub p: f64,
 }
 
@@ -132,12 +132,12 @@ pub struct HypothesisTest {
 pub struct Search {
     /// Best first; those without a fit last.
     pub candidates: Vec<SearchCandidate>,
-    /// By how much the runner-up's BIC is larger than the winner's; absent where nothing else could be fitted.
+    /// The difference of BIC between the second best and the best; absent where nothing else could be fitted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub margin: Option<f64>,
-    /// The scale of psi at which all were compared. Millimetres.
+    /// The scale of the loss at which all were compared. Millimetres.
     pub sigma: f64,
-    /// How many independent points that was based on.
+    /// The number of independent points on which the BIC is based.
     pub effective_points: f64,
 }
 
@@ -149,27 +149,27 @@ pub struct SearchCandidate {
     /// Schwarz's criterion: smaller is better.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bic: Option<f64>,
-    /// Mean psi at the common scale.
+    /// Mean loss at the common scale.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub objective: Option<f64>,
-    /// Why there is no fit.
+    /// The reason for which there is no fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,
 }
 
-/// How much of what could be seen of the model was scanned.
+/// The part of the model's visible surface that was scanned.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Covered {
-    /// The share of its area.
+    /// Its share of the visible area, between 0 and 1.
     pub share: f64,
-    /// The scale of psi for what lies beyond the scan. Millimetres.
+    /// The scale of the loss for distances beyond the scan. Millimetres.
     pub sigma: f64,
 }
 
 /// Fits of scans that are drawn from the scan itself, block by block with repetitions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Bootstrap {
-    /// Scans that were drawn and fitted.
+    /// Number of scans that were drawn and fitted.
     pub samples: usize,
     /// Edge of the blocks. Millimetres; absent where single points were drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -16,16 +16,15 @@ pub(crate) struct Foot {
     pub(crate) d2: f64,
 }
 
-/// Newton evaluations a foot point is given at most; four suffice but for the start across a sharp bend.
+/// Limit of Newton evaluations of a foot point; four suffice except across a sharp bend.
 const EVALUATIONS: usize = 16;
 
-/// How much larger than one of second order a derivative of third order may be: of a sine whose period is the patch it is 2 pi
-/// times as large.
+/// Assumed ratio of third to second derivatives: for a sine whose period is the patch it is 2 pi.
 const GROWTH: f64 = 16.0;
-/// Newton steps on a Taylor polynomial.
+/// Limit of Newton steps on a Taylor polynomial.
 const TAYLOR_STEPS: usize = 4;
 
-/// A foot point on its way.
+/// The iteration of one foot point.
 #[derive(Clone, Copy)]
 struct Search {
     /// Index of the point.
@@ -76,7 +75,7 @@ pub(crate) fn refine(
     Ok(feet)
 }
 
-/// Takes a trial in if it is nearer and chooses the next one; false when the search is over.
+/// Accepts a trial if it is nearer and chooses the next one; false when the iteration is over.
 fn advance(
     search: &mut Search,
     foot: &mut Foot,
@@ -93,7 +92,7 @@ fn advance(
         let second = [s.duu, s.duv, s.dvv].map(|d| r.dot(DVec3::from_array(d)));
         let (step, gain) =
             newton(search.trial, closed, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
-        // `gain` is what the step would take from d^2; below rounding there is nothing to be had.
+        // `gain` is the predicted decrease of d^2; below rounding nothing is gained.
         if gain <= (tolerance * tolerance).max(1e-16 * d2) {
             return false;
         }

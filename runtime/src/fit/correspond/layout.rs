@@ -1,4 +1,4 @@
-//! How the model's patches are divided into facets: a grid of quadrilaterals a patch, in a tree of boxes that is built once a
+//! The division of the model's patches into facets: a grid of quadrilaterals per patch, in a tree of boxes that is built once a
 //! level and refitted at every evaluation.
 
 use super::facets::Facets;
@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Vertices of the grids in (u, v), and the quadrilaterals between them. Does not depend on the parameters.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Layout {
-    /// One a patch.
+    /// One per patch.
     pub(super) grids: Vec<Grid>,
     /// (u, v) of every vertex.
     pub(super) uv: Vec<[f64; 2]>,
@@ -23,7 +23,7 @@ pub(crate) struct Layout {
 pub(super) struct Grid {
     /// Its first vertex.
     pub(super) first: usize,
-    /// The columns, and the rows; none where the patch is left out.
+    /// u of the columns and v of the rows; none where the patch is left out.
     u: Vec<f64>,
     v: Vec<f64>,
     /// Whether the patch closes in u, and in v, so that a foot point may cross the seam.
@@ -41,7 +41,7 @@ pub(super) struct Quad {
     place: [u16; 2],
 }
 
-/// Samples each way when a patch is gauged.
+/// Cells each way of the grid on which a patch's curvature is measured.
 const GAUGE: usize = 12;
 /// Limits of a grid's cells each way.
 const CELLS: (usize, usize) = (1, 48);
@@ -58,7 +58,7 @@ impl Layout {
         Self::of_patches(model, instance, tolerance, size, |_| true)
     }
 
-    /// As `new`, of some patches; the others are never found.
+    /// As `new`, of the chosen patches; the others have no facets.
     pub(crate) fn of_patches(
         model: &dyn Model,
         instance: &dyn Instance,
@@ -102,7 +102,7 @@ impl Layout {
         self.grids.push(Grid { first, u, v, closed: gauge.closed, cells: gauge.cells });
     }
 
-    /// Evaluates every vertex; a patch that fails is left NaN. Returns how many failed.
+    /// Evaluates every vertex; those of a patch that fails are NaN. Returns the number of patches that failed.
     fn place(&self, instance: &dyn Instance, positions: &mut [[f64; 3]]) -> usize {
         let mut absent = 0;
         for (patch, grid) in self.grids.iter().enumerate() {
@@ -166,7 +166,7 @@ fn centre(quad: &Quad, positions: &[[f64; 3]]) -> DVec3 {
     sum / 4.0
 }
 
-/// How finely a patch must be divided, and whether it closes.
+/// The resolution that a patch needs, and whether it closes.
 struct Gauge {
     cells: [usize; 2],
     closed: [bool; 2],

@@ -10,11 +10,11 @@ use glam::{DVec3, Vec3, Vec4};
 pub(crate) struct Tree {
     nodes: Vec<Node>,
     blocks: Vec<Block>,
-    /// What the boxes' coordinates are relative to.
+    /// Coordinates of boxes and blocks are relative to this. Millimetres.
     origin: DVec3,
 }
 
-/// The boxes of four children. They are in single precision, a little larger than what they hold, so that no rounding hides an item.
+/// The boxes of four children. They are in single precision and enlarged, so that no rounding hides a facet.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     low: [Vec4; 3],
@@ -31,7 +31,7 @@ const DEPTH: usize = 64;
 impl Node {
     const EMPTY: Self = Self { low: [Vec4::INFINITY; 3], high: [Vec4::NEG_INFINITY; 3], child: [NONE; WIDTH] };
 
-    /// Of every child, the squared distance that `q` has from its box at least; infinite for an empty one.
+    /// Lower bounds of the squared distances from `q` to the children's boxes; infinite for an empty box.
     fn distances(&self, q: Lanes) -> Vec4 {
         let off = |k: usize, q: Vec4| (self.low[k] - q).max(q - self.high[k]).max(Vec4::ZERO);
         let (x, y, z) = (off(0, q.x), off(1, q.y), off(2, q.z));
@@ -40,8 +40,8 @@ impl Node {
 }
 
 impl Tree {
-    /// A tree over facets with these centres, and the order in which it wants them: the i-th facet of the tree is facet
-    /// `order[i]`. There is nothing in it until `refit`.
+    /// A tree over facets with these centres, and the order in which it holds them: the i-th facet of the tree is facet
+    /// `order[i]`. Its boxes are empty until `refit`.
     pub(crate) fn build(centres: &[DVec3]) -> (Self, Vec<u32>) {
         let mut order: Vec<u32> = (0..centres.len() as u32).collect();
         let mut tree = Self::default();
@@ -77,7 +77,7 @@ impl Tree {
         let empty = !low.cmple(high).all();
         self.origin = if empty { DVec3::ZERO } else { 0.5 * (low + high) };
         let size = if empty { 0.0 } else { (high - low).max_element() };
-        // Rounding to single precision, of the box and of whoever asks, moves a coordinate by less than 1e-7 of its size.
+        // Rounding of a box and of a point to single precision moves a coordinate by less than 1e-7 of its size.
         let margin = Vec3::splat((4e-7 * size) as f32);
         self.blocks.clear();
         let mut boxes = Vec::with_capacity(count.div_ceil(WIDTH));
@@ -116,13 +116,13 @@ impl Tree {
         (p - self.origin).as_vec3()
     }
 
-    /// A point as blocks are asked about it: for facets that look no farther away from its normal than `across`.
+    /// A point as blocks take it: for facets whose cosine with its normal (see `Facing`) is not below `across`.
     pub(crate) fn asked<'a>(&self, q: DVec3, facing: Option<Facing<'a>>, across: f64) -> Asked<'a> {
         Asked::new(self.local(q), facing, across)
     }
 
-    /// Visits facets near a point, nearest boxes first. `item` gets a facet, a squared distance that it has at least and the one that
-    /// it must beat, and returns the one to beat from then on.
+    /// Visits facets near a point, nearest boxes first. `item` gets a facet, a lower bound of its squared distance and the squared
+    /// limit, and returns the limit from then on.
     pub(crate) fn visit(&self, asked: &Asked, limit: f64, mut item: impl FnMut(usize, f64, f64) -> f64) {
         if self.nodes.is_empty() {
             return;
@@ -176,7 +176,7 @@ impl Tree {
     }
 }
 
-/// A mask of the lanes that are below a limit, and perhaps of some that are equal to it but for rounding.
+/// A mask of the lanes that are below a limit, or equal to it within rounding.
 fn below(lanes: Vec4, limit: f64) -> u32 {
     lanes.cmplt(Vec4::splat((limit as f32).next_up())).bitmask()
 }

@@ -47,7 +47,7 @@ pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Optio
     let reach = REACH * objective.loss.sigma;
     let switches: Vec<Vec<Switch>> = chunks
         .into_par_iter()
-        .zip(cache.parts(objective.chunk_size()))
+        .zip(cache.slices(objective.chunk_size()))
         .map(|(range, mut part)| of_chunk(objective, (&placed, at), range, &mut part, reach, &chain))
         .collect();
     Some(switches.into_iter().flatten().collect())

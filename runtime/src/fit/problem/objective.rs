@@ -201,7 +201,7 @@ impl Objective<'_> {
         let sums: Vec<Sums> = match &mut cache {
             Some(cache) => chunks
                 .into_par_iter()
-                .zip(cache.parts(self.chunk_size()))
+                .zip(cache.slices(self.chunk_size()))
                 .map(|(range, mut part)| self.chunk(placed, &at.motion, range, Some(&mut part), order))
                 .collect(),
             None => chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, None, order)).collect(),

@@ -98,7 +98,7 @@ impl<'o> AllRows<'o> {
         let chunks = objective.chunks();
         let mut cache = objective.cache.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
         let mut parts: Vec<Option<CacheSlice>> = match &mut cache {
-            Some(cache) => cache.parts(objective.chunk_size()).into_iter().map(Some).collect(),
+            Some(cache) => cache.slices(objective.chunk_size()).into_iter().map(Some).collect(),
             None => chunks.iter().map(|_| None).collect(),
         };
         for (some, parts) in chunks.chunks(AT_ONCE).zip(parts.chunks_mut(AT_ONCE)) {
