@@ -259,7 +259,7 @@ impl Objective<'_> {
         placed: &Placed,
         motion: &Isometry,
         range: Range<usize>,
-        mut cache: Option<&mut CacheSlice>,
+        cache: Option<&mut CacheSlice>,
         order: Order,
     ) -> Sums {
         let mut sums = Sums::none(self.space, range.len(), order);
