@@ -85,7 +85,12 @@ impl Evaluation {
         }
     }
 
-    /// Points with psi below 1/2.
+    /// The decrease of the value that the quadratic model predicts for a step.
+    pub(crate) fn predicted_gain(&self, step: &DVector<f64>) -> f64 {
+        -(self.gradient.dot(step) + 0.5 * step.dot(&(&self.normal * step)))
+    }
+
+    /// Points with a loss below 1/2.
     pub(crate) fn inliers(&self) -> f64 {
         self.patches.iter().map(|p| p.inliers).sum()
     }

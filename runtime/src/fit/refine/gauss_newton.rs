@@ -4,24 +4,23 @@ use crate::fit::problem::objective::{Evaluation, Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use nalgebra::{DMatrix, DVector};
 
-/// When to stop.
+/// The criterion by which a minimisation ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stop {
-    /// Steps at most.
+    /// Limit of steps.
     pub(crate) iterations: u32,
-    /// Enough once a step moves the surface by less (root mean square over what each parameter moves). Millimetres.
+    /// A step is the last one if it moves the surface by less (root mean square over what each parameter moves). Millimetres.
     pub(crate) step: f64,
 }
 
-/// The longest step of a scaled coordinate, in sigma.
+/// Limit of a step in each scaled coordinate, in sigma.
 const REACH: f64 = 2.0;
-
-/// Steps of scaled coordinates below this, in sigma, are the last ones.
-const LAST: f64 = 2e-3;
-/// By how much, relatively, an objective may be off: feet are found to a finite precision.
+/// A step shorter than this in every scaled coordinate, in sigma, gains less than the objective is rounded by.
+const ROUNDED_STEP: f64 = 2e-3;
+/// Relative error of the objective: feet are found to a finite precision.
 const ROUNDING: f64 = 1e-7;
 
-/// Where an optimiser ended.
+/// The end of a minimisation.
 pub(crate) struct Minimum {
     pub(crate) estimate: Estimate,
     pub(crate) evaluation: Evaluation,
@@ -29,12 +28,45 @@ pub(crate) struct Minimum {
     pub(crate) converged: bool,
 }
 
+/// Levenberg and Marquardt's damping, relative to the diagonal of the Gauss-Newton matrix.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Damping(f64);
+
+impl Damping {
+    /// The damping of a first step.
+    pub(crate) const START: Self = Self(1e-4);
+
+    /// Adapts to a step that gained `ratio` times as much as the quadratic model predicted.
+    pub(crate) fn accept(&mut self, ratio: f64) {
+        if ratio > 0.75 {
+            self.0 = (self.0 * 0.2).max(1e-9);
+        } else if !(ratio > 0.25) {
+            self.0 *= 3.0;
+        }
+    }
+
+    /// Adapts to a step that gained nothing; false where no damping helps.
+    pub(crate) fn reject(&mut self) -> bool {
+        self.raise(8.0)
+    }
+
+    /// Adapts to a matrix that is singular in spite of the damping; false where no damping helps.
+    pub(crate) fn singular(&mut self) -> bool {
+        self.raise(100.0)
+    }
+
+    fn raise(&mut self, factor: f64) -> bool {
+        self.0 = (self.0 * factor).max(1e-6);
+        self.0 <= 1e8
+    }
+}
+
 /// Minimises from `start`; None where the model does not exist there.
 pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
     let evaluation = objective.evaluate(&start, Order::Normal)?;
     let mut at = Minimum { estimate: start, evaluation, iterations: 0, converged: false };
     objective.note(&at.evaluation);
-    let mut damping = 1e-4;
+    let mut damping = Damping::START;
     while at.iterations < stop.iterations {
         at.iterations += 1;
         // The linear model holds for about sigma; longer steps jump over valleys (and onto bounds).
@@ -42,50 +74,38 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
         let room: Vec<(f64, f64)> =
             objective.space.room(&at.estimate).iter().map(|(low, high)| (low.max(-reach), high.min(reach))).collect();
         let Some(step) = damped_step(&at.evaluation, &room, damping) else {
-            damping = (damping * 100.0).max(1e-6);
-            if damping > 1e8 {
-                break;
+            if damping.singular() {
+                continue;
             }
-            continue;
+            break;
         };
         if step.amax() <= stop.step {
             at.converged = true;
             break;
         }
-        let predicted = -(at.evaluation.gradient.dot(&step) + 0.5 * step.dot(&(&at.evaluation.normal * &step)));
+        let predicted = at.evaluation.predicted_gain(&step);
         let estimate = objective.space.retract(&at.estimate, step.as_slice());
         let trial = objective.evaluate(&estimate, Order::Normal);
         let gain = trial.as_ref().map_or(f64::NEG_INFINITY, |t| at.evaluation.value - t.value);
         // The last steps gain less than the objective is rounded by: there the gradient judges.
-        let last = step.amax() < LAST * objective.loss.sigma;
-        let calmer = |t: &Evaluation| pull(t, &room) < pull(&at.evaluation, &room);
+        let rounded = step.amax() < ROUNDED_STEP * objective.loss.sigma;
+        let settles = |t: &Evaluation| {
+            rounded && gain > -ROUNDING * t.value && free_gradient(t, &room) < free_gradient(&at.evaluation, &room)
+        };
+        let settled = trial.as_ref().is_some_and(settles);
         match trial {
-            Some(trial) if last && gain > -ROUNDING * trial.value && calmer(&trial) => {
-                at.estimate = estimate;
-                at.evaluation = trial;
-                objective.note(&at.evaluation);
-            }
-            Some(trial) if gain > 0.0 => {
-                let ratio = gain / predicted.max(f64::MIN_POSITIVE);
-                damping = if ratio > 0.75 {
-                    (damping * 0.2).max(1e-9)
-                } else if ratio > 0.25 {
-                    damping
-                } else {
-                    damping * 3.0
-                };
+            Some(trial) if settled || gain > 0.0 => {
+                if !settled {
+                    damping.accept(gain / predicted.max(f64::MIN_POSITIVE));
+                }
                 at.estimate = estimate;
                 at.evaluation = trial;
                 objective.note(&at.evaluation);
             }
             _ => {
                 // Below the rounding of the objective no step can be told from another.
-                if predicted < 1e-13 * at.evaluation.value.max(1e-3) {
-                    at.converged = true;
-                    break;
-                }
-                damping = (damping * 8.0).max(1e-6);
-                if damping > 1e8 {
+                at.converged = predicted < 1e-13 * at.evaluation.value.max(1e-3);
+                if at.converged || !damping.reject() {
                     break;
                 }
             }
@@ -94,26 +114,24 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
     Some(at)
 }
 
+/// Whether a coordinate stands at a bound and the gradient pushes it against it. `room` is how far it may go.
+pub(crate) fn pushed(gradient: f64, room: (f64, f64)) -> bool {
+    (room.0 >= 0.0 && gradient > 0.0) || (room.1 <= 0.0 && gradient < 0.0)
+}
+
 /// The largest component of the gradient that no bound holds.
-fn pull(at: &Evaluation, room: &[(f64, f64)]) -> f64 {
+fn free_gradient(at: &Evaluation, room: &[(f64, f64)]) -> f64 {
     let components = at.gradient.iter().zip(room);
-    let free = components.filter(|(g, (low, high))| !((*low >= 0.0 && **g > 0.0) || (*high <= 0.0 && **g < 0.0)));
-    free.map(|(g, _)| g.abs()).fold(0.0, f64::max)
+    components.filter(|(g, room)| !pushed(**g, **room)).map(|(g, _)| g.abs()).fold(0.0, f64::max)
 }
 
 /// The step that minimises the damped quadratic model inside the bounds. Coordinates that stand at a bound and are pushed
 /// against it stay; those that would cross one stop there, and the rest is solved again. None where the model is singular in
 /// spite of the damping.
-pub(crate) fn damped_step(at: &Evaluation, room: &[(f64, f64)], damping: f64) -> Option<DVector<f64>> {
+pub(crate) fn damped_step(at: &Evaluation, room: &[(f64, f64)], Damping(damping): Damping) -> Option<DVector<f64>> {
     let n = at.gradient.len();
     let largest = at.normal.diagonal().amax();
-    let mut held: Vec<Option<f64>> = (0..n)
-        .map(|k| {
-            let (low, high) = room[k];
-            let pushed = (low >= 0.0 && at.gradient[k] > 0.0) || (high <= 0.0 && at.gradient[k] < 0.0);
-            pushed.then_some(0.0)
-        })
-        .collect();
+    let mut held: Vec<Option<f64>> = (0..n).map(|k| pushed(at.gradient[k], room[k]).then_some(0.0)).collect();
     loop {
         let free: Vec<usize> = (0..n).filter(|k| held[*k].is_none()).collect();
         let mut step = DVector::from_iterator(n, held.iter().map(|h| h.unwrap_or(0.0)));

@@ -1,6 +1,6 @@
 //! L-BFGS (argmin) on the full objective, inside the bounds.
 
-use super::gauss_newton::Minimum;
+use super::gauss_newton::{Minimum, pushed};
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
@@ -9,14 +9,14 @@ use argmin::solver::quasinewton::LBFGS;
 use nalgebra::DVector;
 use std::cell::RefCell;
 
-/// Pairs of steps and gradient changes that are remembered.
+/// Pairs of steps and changes of the gradient that approximate the Hessian.
 const MEMORY: usize = 8;
-/// Rounds in which the set of coordinates at bounds settles.
+/// Limit of rounds, in which the set of coordinates at bounds settles.
 const ROUNDS: u32 = 6;
 
 /// Minimises from `start` with at most `iterations` iterations; None where the model does not exist there.
 ///
-/// argmin knows no bounds: coordinates that stand at a bound and are pushed against it are held while it runs on the
+/// argmin has no bounds: coordinates that stand at a bound and are pushed against it are held while it runs on the
 /// others, and what it tries beyond a bound is moved back to the bound. When that stops it, or a held coordinate is
 /// pushed inwards again, a new round begins; a round that changes neither ends the minimisation.
 pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, gradient: f64) -> Option<Minimum> {
@@ -33,8 +33,7 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, 
         }
         round(objective, &mut at, &held, iterations, gradient);
         if !(before - at.evaluation.value > 1e-9 * before) {
-            // No progress although the gradient is not small: the objective's own kinks (switches of the nearest
-            // facet) end it here, and Gauss-Newton goes on.
+            // No progress although the gradient is not small: kinks of the objective, where correspondences switch, end it here.
             at.converged = true;
             break;
         }
@@ -42,12 +41,10 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, 
     Some(at)
 }
 
+/// By coordinate, whether it stands at a bound and is pushed against it.
 fn held(at: &Minimum, objective: &Objective) -> Vec<bool> {
     let room = objective.space.room(&at.estimate);
-    room.iter()
-        .zip(at.evaluation.gradient.iter())
-        .map(|((low, high), g)| (*low >= 0.0 && *g > 0.0) || (*high <= 0.0 && *g < 0.0))
-        .collect()
+    room.iter().zip(at.evaluation.gradient.iter()).map(|(room, g)| pushed(*g, *room)).collect()
 }
 
 /// One run of argmin from `at`, over the coordinates that are not held.
@@ -96,17 +93,17 @@ fn expand(p: &[f64], held: &[bool], stretch: f64) -> Vec<f64> {
     held.iter().map(|h| if *h { 0.0 } else { values.next().map_or(0.0, |p| p * stretch) }).collect()
 }
 
-/// Where, value and gradient.
+/// A point with its value and gradient.
 type Evaluated = (Vec<f64>, f64, Vec<f64>);
 
-/// The objective over some of its coordinates, in argmin's terms.
+/// The objective over some of its coordinates, as argmin takes it.
 struct Restricted<'o, 's> {
     objective: &'o Objective<'s>,
     from: Estimate,
     free: Vec<usize>,
     stretch: f64,
     dim: usize,
-    /// The last point with its value and gradient: argmin asks for them one after the other.
+    /// The last evaluation: argmin asks for the value and the gradient one after the other.
     last: RefCell<Option<Evaluated>>,
 }
 

@@ -1,8 +1,10 @@
 //! The motion that was found, written into the script's own pose parameters.
 
+use super::gauss_newton::{Damping, damped_step};
 use super::schedule::{Guess, POLISH, Solution, polish};
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
+use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::parameterization::Parameterization;
 use crate::fit::problem::pose::VelocityField;
 use crate::model::{EvaluationError, Model};
@@ -100,53 +102,44 @@ fn follow(
     rounds: u32,
 ) -> Result<f64, EvaluationError> {
     let sample = |x: &[f64]| model.instantiate(x).and_then(|instance| VelocityField::sample(model, &*instance));
-    let error =
-        |field: &VelocityField| field.points.iter().zip(target).map(|(p, t)| p.distance_squared(*t)).sum::<f64>();
+    let room = vec![(f64::NEG_INFINITY, f64::INFINITY); indices.len()];
     let mut field = sample(x)?;
-    let mut damping = 1e-12;
+    let mut at = squared_distances(&field, indices, target);
+    let mut damping = Damping::START;
     for _ in 0..rounds {
-        let now = error(&field);
-        let n = indices.len();
-        let mut normal = DMatrix::zeros(n, n);
-        let mut rhs = DVector::zeros(n);
-        for (a, i) in indices.iter().enumerate() {
-            for (p, t, v) in moves(&field, target, *i) {
-                rhs[a] += v.dot(t - p);
+        let Some(step) = damped_step(&at, &room, damping) else {
+            if damping.singular() {
+                continue;
             }
-            for (b, j) in indices.iter().enumerate() {
-                normal[(a, b)] = field.velocity[*i].iter().zip(&field.velocity[*j]).map(|(v, w)| v.dot(*w)).sum();
-            }
-        }
-        for a in 0..n {
-            normal[(a, a)] *= 1.0 + damping;
-            normal[(a, a)] += f64::MIN_POSITIVE;
-        }
-        let Some(factor) = normal.cholesky() else {
-            damping = (damping * 10.0_f64).max(1e-9);
-            continue;
+            break;
         };
-        let step = factor.solve(&rhs);
         let mut trial = x.clone();
-        for (i, s) in indices.iter().zip(step.iter()) {
-            trial[*i] += s;
-        }
-        match sample(&trial) {
-            Ok(there) if error(&there) < now => {
-                *x = trial;
-                field = there;
-                damping = (damping * 0.1).max(1e-12);
+        indices.iter().zip(step.iter()).for_each(|(i, s)| trial[*i] += s);
+        let there = sample(&trial).ok().map(|field| (squared_distances(&field, indices, target), field));
+        match there {
+            Some((evaluation, moved)) if evaluation.value < at.value => {
+                damping.accept((at.value - evaluation.value) / at.predicted_gain(&step).max(f64::MIN_POSITIVE));
+                (*x, field, at) = (trial, moved, evaluation);
             }
-            _ if damping > 1e3 || now == 0.0 => break,
-            _ => damping = (damping * 100.0).max(1e-9),
+            _ if at.value == 0.0 || !damping.reject() => break,
+            _ => {}
         }
     }
     Ok(field.points.iter().zip(target).map(|(p, t)| p.distance(*t)).fold(0.0, f64::max))
 }
 
-fn moves<'f>(
-    field: &'f VelocityField,
-    target: &'f [DVec3],
-    i: usize,
-) -> impl Iterator<Item = (DVec3, DVec3, DVec3)> + 'f {
-    field.points.iter().zip(target).zip(&field.velocity[i]).map(|((p, t), v)| (*p, *t, *v))
+/// The sum of squared distances between the sampled points and their targets, with its gradient and Gauss-Newton matrix by the
+/// parameters `indices`.
+fn squared_distances(field: &VelocityField, indices: &[usize], target: &[DVec3]) -> Evaluation {
+    let off: Vec<DVec3> = field.points.iter().zip(target).map(|(p, t)| *p - *t).collect();
+    let product = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+    let velocity = |k: usize| &field.velocity[indices[k]];
+    let n = indices.len();
+    Evaluation {
+        value: product(&off, &off),
+        gradient: DVector::from_fn(n, |a, _| 2.0 * product(velocity(a), &off)),
+        normal: DMatrix::from_fn(n, n, |a, b| 2.0 * product(velocity(a), velocity(b))),
+        patches: Vec::new(),
+        absent: 0,
+    }
 }
