@@ -46,7 +46,7 @@ pub struct Sources {
     library: BTreeMap<u32, SourceFile>,
 }
 
-/// Ids from here on are of the library's files, whatever else takes part: their trees are read once in a process.
+/// The library's files have ids from here on, whatever other files take part: their trees are read once in a process.
 const LIBRARY: u32 = 1 << 31;
 
 impl FileId {
@@ -98,7 +98,7 @@ impl Sources {
         (line, column)
     }
 
-    /// How many files there are, but for the library's.
+    /// The number of files that are not of the library.
     pub(crate) fn len(&self) -> usize {
         self.files.len()
     }
@@ -115,17 +115,17 @@ impl Sources {
     }
 }
 
-/// Gives the compiler the text of files that a script names in `use`; the caller decides how.
-/// The standard library needs none: it is part of the compiler.
+/// Gives the compiler the text of files that a script names in `use`. The standard library needs no loader: it is part
+/// of the compiler.
 pub trait Loader {
     /// The text of `path` (as written, relative to the file `from`) with the name to show for it.
     ///
     /// # Errors
-    /// A sentence that says why the file cannot be had.
+    /// A sentence that says why the file cannot be read.
     fn load(&self, path: &str, from: &str) -> Result<SourceFile, String>;
 }
 
-/// A loader for scripts that use nothing but the standard library.
+/// A loader for scripts that use only the standard library.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 

@@ -1,21 +1,21 @@
-//! The nearest name to one that is not known.
+//! The known name that is nearest to an unknown one.
 
 use std::cmp::Reverse;
 
-/// How well a candidate fits, less is better: slips, whether more than doubled letters differ, the common beginning, the
-/// kind, the difference in length.
-type Misfit = (usize, bool, Reverse<usize>, usize, usize);
+/// The distance of a candidate from the name, the most important first: edits, whether they differ in more than doubled
+/// letters, length of the common prefix (longer is nearer), kind, difference in length.
+type Distance = (usize, bool, Reverse<usize>, usize, usize);
 
-/// The candidate that a slip of the finger most likely meant, of several kinds of which the first are the likeliest.
+/// The candidate that was most likely meant, of several kinds, the likeliest kind first.
 ///
-/// A candidate is within as many slips (Damerau and Levenshtein: insert, leave out, replace, swap neighbours) as the name has thirds, one at
-/// least. Among the nearest the one goes first that has but a letter doubled, then the one that begins most like the name, then the likeliest kind, then the one of the
-/// most similar length. A name that is only the beginning of one candidate means that.
+/// A candidate is at most a third of the name's length away in edits (optimal string alignment: insertion, deletion,
+/// substitution, transposition), but one edit always counts as near. If there is none, a name of three letters or more
+/// stands for the only candidate that begins with it.
 pub(crate) fn nearest_of<'c>(name: &str, kinds: &[&[&'c str]]) -> Option<&'c str> {
     let folded = fold(name);
     let length = folded.chars().count();
     let limit = (length / 3).max(1);
-    let mut best: Option<(Misfit, &'c str)> = None;
+    let mut best: Option<(Distance, &'c str)> = None;
     for (kind, candidates) in kinds.iter().enumerate() {
         for candidate in candidates.iter().filter(|c| **c != name) {
             let other = fold(candidate);
@@ -29,9 +29,9 @@ pub(crate) fn nearest_of<'c>(name: &str, kinds: &[&[&'c str]]) -> Option<&'c str
             }
             let shared = folded.chars().zip(other.chars()).take_while(|(a, b)| a == b).count();
             let differ = without_doubles(&folded) != without_doubles(&other);
-            let misfit = (distance, differ, Reverse(shared), kind, count.abs_diff(length));
-            if best.is_none_or(|(m, c)| (misfit, *candidate) < (m, c)) {
-                best = Some((misfit, candidate));
+            let nearness = (distance, differ, Reverse(shared), kind, count.abs_diff(length));
+            if best.is_none_or(|(m, c)| (nearness, *candidate) < (m, c)) {
+                best = Some((nearness, candidate));
             }
         }
     }
@@ -44,14 +44,14 @@ pub fn nearest<'c>(name: &str, candidates: impl IntoIterator<Item = &'c str>) ->
     nearest_of(name, &[&candidates])
 }
 
-/// The only candidate that begins with the whole name.
+/// The only candidate that begins with the whole name, if the name is long enough.
 fn beginning<'c>(folded: &str, kinds: &[&[&'c str]]) -> Option<&'c str> {
     if folded.chars().count() < 3 {
         return None;
     }
-    let mut found = kinds.iter().flat_map(|k| k.iter()).filter(|c| fold(c).starts_with(folded));
-    let first = found.next()?;
-    found.all(|other| other == first).then_some(*first)
+    let mut candidates = kinds.iter().flat_map(|k| k.iter()).filter(|c| fold(c).starts_with(folded));
+    let first = candidates.next()?;
+    candidates.all(|other| other == first).then_some(*first)
 }
 
 fn without_doubles(name: &str) -> Vec<char> {
@@ -60,7 +60,7 @@ fn without_doubles(name: &str) -> Vec<char> {
     letters
 }
 
-/// Case counts for nothing, and what is very long is no slip.
+/// Lower case; bounded, because the search takes quadratic time.
 fn fold(name: &str) -> String {
     name.chars().take(64).flat_map(char::to_lowercase).collect()
 }

@@ -19,17 +19,17 @@ model m {
 }
 
 // --- conditions of the wrong kind
-// Error: 28-29 a condition must be a truth value, and this is a bare number
-// Hint: compare it with something
+// Error: 28-29 a condition must be a truth value, but this is a bare number
+// Hint: write a comparison, such as x > 0
 fn f(x: real) -> real = if x { 1 } else { 2 }
-// Error: 47-50 the sides of this 'if' differ: a whole number and a length
+// Error: 47-50 the branches of this 'if' differ: a whole number and a length
 // Hint: did you mean 1mm?
 fn g(x: real) -> real = if x > 0 { 1 } else { 1mm }
 // Error: 25-39 this 'if' has no 'else', so it has no value where the condition fails
 // Hint: add `else { ... }`
 fn h(x: real) -> real = if x > 0 { 1 }
-// Error: 25-26 a condition must be a truth value, and this is a bare number
-// Hint: compare it with something
+// Error: 25-26 a condition must be a truth value, but this is a bare number
+// Hint: write a comparison, such as x > 0
 fn k(x: real) -> bool = x and true
 
 // --- blocks
@@ -47,8 +47,8 @@ let xs = [1, 2, 3]
 let a = xs[3]
 // Error: 12-14 there is no element -1: the array has 3, counted from 0
 let b = xs[-1]
-// Error: 12-15 an index must be a whole number, and this is a bare number
-// Hint: floor(...) makes one of a number
+// Error: 12-15 an index must be a whole number, but this is a bare number
+// Hint: floor(...) makes a whole number
 let c = xs[0.5]
 
 // --- requirements
@@ -79,8 +79,8 @@ model m {
 // --- how many parts there are cannot depend on a parameter
 model m {
   param a: real = 3
-  // Error: 12-23 how many turns this has is known only at run time, and an array's length must be known before
-  // Hint: run over a range whose bounds are literals or inputs, or use fold
+  // Error: 12-23 the length of this array is known only at run time; it must be known at compile time
+  // Hint: loop over a range whose bounds are literals or inputs, or use fold
   for i in 0..floor(a) { part p = cylinder(1mm, 1mm) }
 }
 
@@ -95,7 +95,7 @@ model m {
 }
 
 // --- how often a loop turns
-// Error: 17-20 how often a loop turns is a whole number, and this is a bare number
+// Error: 17-20 the number of iterations must be a whole number, but this is a bare number
 let a = loop(0, 2.5, |acc, i| acc + i)
 // Error: 9-38 a loop's accumulator must stay of one kind: it starts as a whole number and becomes a vector of 2 bare numbers
 let b = loop(0, 3, |acc, i| (acc, i))

@@ -21,14 +21,14 @@ model m {
 
 // --- wrong primes
 fn f(u: real, v: real) -> real = u * v
-// Error: 9-11 'f' has 2 arguments: say in which one to derive
+// Error: 9-11 'f' has 2 arguments: name the one to differentiate by
 // Hint: name it after the prime, as in f'u
 let a = f'(1, 2)
-// Error: 11-12 'f' has no argument 'w' to derive in
+// Error: 11-12 'f' has no argument 'w' to differentiate by
 // Hint: its arguments are u, v
 let b = f'w(1, 2)
 // Error: 12-13 a prime must directly follow what it differentiates, as in f' or s'u
-// Hint: texts are written in double quotes
+// Hint: a text is written in double quotes
 let c = 3.0'
 // Error: 23-24 the result of 'g' must be a whole number, but this is a bare number
 fn g(n: int) -> int = n
@@ -136,8 +136,8 @@ deriv g(x, y; dx) = y * dx
 fn h(x: real) -> real = x
 // Error: 7-8 this names 2 of the arguments of 'h', which has 1
 deriv h(x, y; dx) = dx
-// Error: 7-9 there is no function 'hh' here that this could be the derivative of
-// Hint: a derivative stands beside its function, in the same block or file
+// Error: 7-9 there is no function 'hh' here for this derivative
+// Hint: a derivative must be in the same block or file as its function
 deriv hh(x; dx) = dx
 fn k(x: real) -> bool = x > 0
 // Error: 7-8 only numbers have derivatives, and 'k' gives a truth value

@@ -12,7 +12,7 @@ let d = 1 / 3mm - 2
 let e = 3mm < 2
 
 // --- angles
-// Error: 13-15 'sin' wants an angle, and this is a bare number
+// Error: 13-15 'sin' expects an angle, but this is a bare number
 // Hint: did you mean 30deg?
 let a = sin(30)
 let b = sin(30deg) + cos(1turn / 3)
@@ -23,7 +23,7 @@ let d = 2 * pi * 0.5 + 10deg
 let e = asin(0.5) + 3
 
 // --- powers
-// Error: 42-43 a length takes only a constant exponent, or its dimension would not be known
+// Error: 42-43 the exponent of a length must be a constant, or the dimension would not be known
 // Hint: divide the base by a length first, such as (r / 1mm) ^ n
 fn f(x: length, n: real) -> length = x ^ n
 fn g(x: length) -> volume = x ^ 3

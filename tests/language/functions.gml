@@ -10,9 +10,9 @@ model m {
 
 // --- wrong arguments
 fn f(a: real, b: real = 2) -> real = a + b
-// Error: 9-12 this call of 'f' lacks 'a'
+// Error: 9-12 this call of 'f' is missing 'a'
 let x = f()
-// Error: 17-18 'f' takes 2 arguments, and this is one more
+// Error: 17-18 'f' takes 2 arguments, but this is one more
 let y = f(1, 2, 3)
 // Error: 14-15 'f' has no parameter 'd'
 // Hint: its parameters are a, b

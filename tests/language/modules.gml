@@ -79,9 +79,9 @@ let a = half(3)
 
 // --- a name from two places
 use "bracket.gml" (bracket)
-// Error: 18-25 'bracket' is brought from two files
+// Error: 18-25 'bracket' is imported from two files
 // Hint: `use` one of them whole, without names in parentheses, and write its name before a dot
 use "other.gml" (bracket)
-// Error: 20-29 'thickness' is brought from another file, and defined here too
+// Error: 20-29 'thickness' is imported from another file and also defined here
 use "bracket.gml" (thickness)
 fn thickness() = 3

@@ -27,9 +27,9 @@ model table {
 
 // --- what is no surface
 model m {
-  // Error: 12-15 a part must be a surface (a function of u and v), and this is a length
+  // Error: 12-15 a part must be a surface (a function of u and v), but this is a length
   part a = 3mm
-  // Error: 12-35 a part must be a surface (a function of u and v), and this is a function of one argument
+  // Error: 12-35 a part must be a surface (a function of u and v), but this is a function of one argument
   // Hint: make a surface of the curve: revolve(curve), or tube(curve, radius: 5mm)
   part b = |t| (t * 1mm, 0mm, 0mm)
   // Error: 12-37 the surface 'c' must give points in space, but it gives a point in the plane
@@ -63,14 +63,14 @@ model m {
 // --- bounds name earlier parameters only
 model m {
   // Error: 27-28 there is no 'b' here
-  // Hint: it is defined further down: move its definition up, before this line
+  // Hint: it is defined below: move its definition before this line
   param a: length in 0mm..b = 1mm
   param b: length in 0mm..10mm = 5mm
   // Error: 21-22 the lower bound must be an angle, but this is a whole number
   // Hint: did you mean 0deg?
   param c: angle in 0..10deg = 1deg
-  // Error: 12-15 a param must be real, length or angle, and this is a whole number
-  // Hint: what is not fitted is an 'input'
+  // Error: 12-15 a param must be real, length or angle, but this is a whole number
+  // Hint: a value that is not fitted is an 'input'
   param d: int = 3
   part p = disc(a + b + 1mm * d * c)
 }

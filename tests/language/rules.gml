@@ -118,7 +118,7 @@ model m {
   require (|x| stop(x) * x)'(a) == a and (|x| stop(x ^ 2))'(a) == 0 and p * q == 7.5mm, "has no derivative"
   part r = disc(1mm * k)
   // Error: 23-31 a value that depends on the parameter 'a' is rounded here and loses its derivative
-  // Hint: if that is meant, say so with stop(...) around what is rounded
+  // Hint: if this is intended, write stop(...) around the rounded value
   part s = disc(1mm * floor(a))
 }
 

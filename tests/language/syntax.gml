@@ -16,7 +16,7 @@ fn f(x) {
 let c = (1 + 2
 
 // --- a misspelt keyword
-// Error: 1-6 'modle' is no word of the language
+// Error: 1-6 'modle' is not a keyword
 // Hint: did you mean 'model'?
 modle m {
   param r: length = 3mm
@@ -24,7 +24,7 @@ modle m {
 
 // --- shapes need names
 model m {
-  // Error: 3-11 a shape must be given a name
+  // Error: 3-11 a shape needs a name
   // Hint: write 'part NAME = ...'
   cylinder(3mm, 4mm)
 }
@@ -32,54 +32,54 @@ model m {
 // --- values need let
 model m {
   // Error: 3-4 'r' is not declared
-  // Hint: 'let r = ...' names a value
+  // Hint: write 'let r = ...' to define it
   r = 3mm
   part p = cylinder(3mm, 4mm)
 }
 
 // --- units are glued to numbers
-// Error: 9-13 a unit is glued to its number
+// Error: 9-13 a unit must directly follow its number
 // Hint: write '3mm'
 let a = 3 mm
-// Error: 9-12 'kg' is no unit
-// Hint: the units are mm, cm, m, in, deg, rad and turn; a product is written '3 * kg'
+// Error: 9-12 'kg' is not a unit
+// Hint: the units are mm, cm, m, in, deg, rad and turn; for a product write '3 * kg'
 let b = 3kg
-// Error: 9-15 a unit is glued to its number
+// Error: 9-15 a unit must directly follow its number
 // Hint: write '30deg'
 let c = 30 deg
 let d = 1.5in + 2e-3m
 
-// --- comparisons do not chain
-// Error: 30-39 comparisons do not chain
+// --- comparisons cannot be chained
+// Error: 30-39 comparisons cannot be chained
 // Hint: write '0 < x and x < 1'
 fn inside(x: real) -> bool = 0 < x < 1
 
 // --- words of other languages
-// Error: 40-42 '&&' means nothing here
+// Error: 40-42 unexpected '&&'
 // Hint: conditions are joined with 'and'
 fn f(x: real, y: real) -> bool = x > 0 && y > 0
 // Error: 40-42 there is no operator '||'
 // Hint: conditions are joined with 'or'
 fn g(x: real, y: real) -> bool = x > 0 || y > 0
-// Error: 25-26 '!' means nothing here
+// Error: 25-26 unexpected '!'
 // Hint: a condition is negated with 'not'
 fn h(x: real) -> bool = !(x > 0)
 // Error: 27-29 there is no operator '**'
 // Hint: a power is written 'a ^ b'
 fn k(x: real) -> real = x ** 2
-// Error: 30-31 '=' names a value; it does not compare
-// Hint: two values are compared with '=='
+// Error: 30-31 '=' gives a value a name; it does not compare
+// Hint: write '==' to compare two values
 fn l(x: real) -> real = if x = 0 { 1 } else { 2 }
 
 // --- a prime stands at what it differentiates
-// Error: 9-15 texts are written in double quotes
+// Error: 9-15 a text is written in double quotes
 // Hint: use double quotes
 let a = 'text'
 
 // --- brackets
 // Error: 25-26 '(' is never closed
 fn f(x: real) -> real = (x + 1
-// Error: 30-31 ')' closes nothing
+// Error: 30-31 ')' has no opening bracket
 // Hint: leave it out
 fn g(x: real) -> real = x + 1)
 

@@ -246,7 +246,7 @@ model m {
         ("depth=5", "nested deeper than 5 (see --limit depth)"),
         ("nesting=10", "calls are nested more than 10 deep"),
         ("instances=15", "functions are instantiated more than 15 times"),
-        ("turns=30", "this has 40 turns, and at most 30 are written out"),
+        ("turns=30", "this loop has 40 iterations, but at most 30 can be unrolled"),
         ("nodes=100", "the script grows beyond 100 nodes"),
         ("operations=20", "operations"),
     ];

@@ -194,7 +194,7 @@ fn every_code_is_explained_by_an_example_that_is_diagnosed_so() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The second half of docs/diagnostics.md repeats the explanations that the compiler has; `GMLC_WRITE_DOCS=1` in the
+/// The second half of docs/diagnostics.md repeats the explanations that the compiler has; `GMLC_UPDATE=1` in the
 /// environment writes it anew.
 #[test]
 fn the_page_of_diagnostics_has_all_explanations() {
@@ -208,10 +208,10 @@ fn the_page_of_diagnostics_has_all_explanations() {
             let _ = write!(expected, "\n### {code}\n\n{}", code.explanation());
         }
     }
-    if std::env::var_os("GMLC_WRITE_DOCS").is_some() {
+    if std::env::var_os("GMLC_UPDATE").is_some() {
         fs::write(&path, expected).expect("written");
     } else {
-        assert!(page == expected, "docs/diagnostics.md is old: run this test once with GMLC_WRITE_DOCS=1");
+        assert!(page == expected, "docs/diagnostics.md is old: run this test once with GMLC_UPDATE=1");
     }
 }
 

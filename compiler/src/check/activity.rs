@@ -173,7 +173,7 @@ impl<'m> Analysis<'m, '_, '_> {
                     );
                     self.checker.report(
                         Diagnostic::new(Code::LostDerivative, e.span, message)
-                            .hint("if that is meant, say so with stop(...) around what is rounded"),
+                            .hint("if this is intended, write stop(...) around the rounded value"),
                     );
                 }
                 NONE

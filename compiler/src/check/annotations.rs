@@ -107,10 +107,10 @@ impl Checker<'_> {
                             error.suggest("a bare number is 'real'", [Edit::replace(ty.span, "real")])
                         }
                         (_, "mm" | "cm" | "m" | "in") => {
-                            error.suggest("what is measured so is a 'length'", [Edit::replace(ty.span, "length")])
+                            error.suggest("the type of such values is 'length'", [Edit::replace(ty.span, "length")])
                         }
                         (_, "deg" | "rad" | "turn" | "degrees") => {
-                            error.suggest("what is measured so is an 'angle'", [Edit::replace(ty.span, "angle")])
+                            error.suggest("the type of such values is 'angle'", [Edit::replace(ty.span, "angle")])
                         }
                         (_, "string" | "str" | "text") => error.hint("texts are for messages and file names only"),
                         (Some(near), _) => error.did_you_mean(ty.span, near),
@@ -135,7 +135,7 @@ impl Checker<'_> {
                     }
                 }
                 other => {
-                    let message = format!("only a length has powers, and this is {}", other.describe());
+                    let message = format!("only a length has powers, but this is {}", other.describe());
                     self.report(Diagnostic::new(Code::InvalidType, ty.span, message));
                     Wanted::Any
                 }

@@ -141,7 +141,7 @@ impl<'a> Checker<'a> {
                     1 => "one argument".to_owned(),
                     n => format!("{n} arguments: {}", params.join(", ")),
                 };
-                let message = format!("'{name}' takes {wanted}, and here it is given {count}");
+                let message = format!("'{name}' takes {wanted}, but it is given {count}");
                 self.report(Diagnostic::new(Code::Arguments, span, message));
                 None
             }
@@ -228,7 +228,7 @@ impl<'a> Checker<'a> {
         if d.is_none() || d.angle {
             return Some(x);
         }
-        let message = format!("'{}' wants a bare number, and this is {d}", builtin.entry().0);
+        let message = format!("'{}' expects a bare number, but this is {d}", builtin.entry().0);
         let diagnostic = Diagnostic::new(Code::DimensionMismatch, x.span, message);
         let length = d == Dimension::LENGTH;
         self.report(if length {
@@ -251,7 +251,7 @@ impl<'a> Checker<'a> {
         if d.angle {
             return unary(op, x, Type::REAL, span);
         }
-        let message = format!("'{}' wants an angle, and this is {d}", builtin.entry().0);
+        let message = format!("'{}' expects an angle, but this is {d}", builtin.entry().0);
         let diagnostic = Diagnostic::new(Code::DimensionMismatch, x.span, message);
         let suggestion = if d.is_none() { self.unit_advice(&x, Dimension::ANGLE) } else { None };
         self.fail(diagnostic.suggestion(suggestion))
@@ -280,7 +280,7 @@ impl<'a> Checker<'a> {
             Type::Tuple(types) => int(types.len() as i64, span),
             Type::Range(Some(a), Some(b)) => int(b.saturating_sub(*a).max(0), span),
             other => {
-                let message = format!("'len' wants an array, and this is {}", self.describe(other));
+                let message = format!("'len' expects an array, but this is {}", self.describe(other));
                 self.fail(Diagnostic::new(Code::TypeMismatch, x.span, message))
             }
         }
@@ -295,7 +295,7 @@ impl<'a> Checker<'a> {
                 unary(Unary::Stop, x, real, span)
             }
             None => {
-                let message = format!("'stop' wants a number or a vector, and this is {}", self.describe(&x.ty));
+                let message = format!("'stop' expects a number or a vector, but this is {}", self.describe(&x.ty));
                 self.fail(Diagnostic::new(Code::TypeMismatch, x.span, message))
             }
         }
@@ -309,7 +309,7 @@ impl<'a> Checker<'a> {
         if common(dy, dx).is_some() {
             return binary(Binary::Atan2, y, x, Type::ANGLE, span);
         }
-        let message = format!("'atan2' wants two of one kind, and these are {dy} and {dx}");
+        let message = format!("'atan2' expects two numbers of one kind, but these are {dy} and {dx}");
         let diagnostic = Diagnostic::new(Code::DimensionMismatch, span, message);
         let suggestion = if dx.is_none() { self.unit_advice(&x, dy) } else { self.unit_advice(&y, dx) };
         self.fail(diagnostic.suggestion(suggestion))
@@ -327,7 +327,7 @@ impl<'a> Checker<'a> {
                 return self.fail(Diagnostic::new(
                     Code::Arguments,
                     span,
-                    "an empty array has no least or greatest element",
+                    "an empty array has no smallest or largest element",
                 ));
             }
             best = rest.remove(0);
@@ -356,7 +356,8 @@ impl<'a> Checker<'a> {
         match common(da, db) {
             Some(d) => binary(op, a, b, Type::Real(d), span),
             None => {
-                let message = format!("'{}' wants numbers of one kind, and these are {da} and {db}", builtin.entry().0);
+                let message =
+                    format!("'{}' expects numbers of one kind, but these are {da} and {db}", builtin.entry().0);
                 let diagnostic = Diagnostic::new(Code::DimensionMismatch, span, message);
                 let suggestion = if db.is_none() { self.unit_advice(&b, da) } else { self.unit_advice(&a, db) };
                 self.fail(diagnostic.suggestion(suggestion))

@@ -28,11 +28,11 @@ pub(super) fn pair(items: &[Item]) -> (Vec<(&FunctionDecl, &DerivativeDecl)>, Ve
         let ItemKind::Derivative(decl) = &item.kind else { continue };
         let name = &decl.function;
         let Some(function) = functions().find(|f| f.name.text == name.text) else {
-            let message = format!("there is no function '{}' here that this could be the derivative of", name.text);
+            let message = format!("there is no function '{}' here for this derivative", name.text);
             let error = Diagnostic::new(Code::UnknownName, name.span, message);
             diagnostics.push(match nearest(&name.text, functions().map(|f| f.name.text.as_str())) {
                 Some(near) => error.hint(format!("did you mean '{near}'?")),
-                None => error.hint("a derivative stands beside its function, in the same block or file"),
+                None => error.hint("a derivative must be in the same block or file as its function"),
             });
             continue;
         };

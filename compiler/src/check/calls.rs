@@ -139,7 +139,7 @@ impl<'a> Checker<'a> {
             return error(span);
         }
         let Type::Closure(id) = f.ty else {
-            let message = format!("only a function can be called, and this is {}", self.describe(&f.ty));
+            let message = format!("only a function can be called, but this is {}", self.describe(&f.ty));
             let diagnostic = Diagnostic::new(Code::NotAFunction, f.span, message);
             return self.fail(match f.ty {
                 Type::Int(_) | Type::Real(_) => diagnostic.suggest("write * to multiply", [Edit::after(f.span, " * ")]),
@@ -270,8 +270,8 @@ impl<'a> Checker<'a> {
         let name = self.called(id);
         let message = match count {
             0 => format!("{name} takes no arguments"),
-            1 => format!("{name} takes one argument, and this is one more"),
-            n => format!("{name} takes {n} arguments, and this is one more"),
+            1 => format!("{name} takes one argument, but this is one more"),
+            n => format!("{name} takes {n} arguments, but this is one more"),
         };
         let mut diagnostic = Diagnostic::new(Code::Arguments, value.span, message);
         let point = |e: &Expr| matches!(e.ty, Type::Tuple(_));
@@ -293,7 +293,7 @@ impl<'a> Checker<'a> {
         }
         let (name, list) = (self.called(id), missing.join(" and "));
         let message = if name.starts_with('\'') {
-            format!("this call of {name} lacks {list}")
+            format!("this call of {name} is missing {list}")
         } else {
             format!("a function is called here without {list}")
         };

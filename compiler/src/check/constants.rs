@@ -12,7 +12,7 @@ pub(super) fn int_binary(op: BinaryOp, a: i64, b: i64) -> Result<Option<Type>, &
         BinaryOp::Add => a.checked_add(b).ok_or(LARGE)?,
         BinaryOp::Sub => a.checked_sub(b).ok_or(LARGE)?,
         BinaryOp::Mul => a.checked_mul(b).ok_or(LARGE)?,
-        BinaryOp::Rem if b == 0 => return Err("there is no remainder of a division by 0"),
+        BinaryOp::Rem if b == 0 => return Err("the remainder of a division by 0 is not defined"),
         // With the divisor's sign, as for reals.
         BinaryOp::Rem => match a.checked_rem(b).unwrap_or(0) {
             r if r != 0 && (r < 0) != (b < 0) => r + b,

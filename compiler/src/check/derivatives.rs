@@ -15,9 +15,10 @@ impl<'a> Checker<'a> {
             Type::Closure(id) => id,
             Type::Error => return error(span),
             _ => {
-                let message = format!("only functions have derivatives, and this is {}", self.describe(&f.ty));
+                let message = format!("only functions have derivatives, but this is {}", self.describe(&f.ty));
                 let diagnostic = Diagnostic::new(Code::NoDerivative, f.span, message);
-                return self.fail(diagnostic.hint("make it a function of what it is to be derived by: (|t| ...)'"));
+                return self
+                    .fail(diagnostic.hint("make it a function of the variable to differentiate by: (|t| ...)'"));
             }
         };
         match self.argument_index(id, argument, span) {
@@ -39,7 +40,7 @@ impl<'a> Checker<'a> {
             if self.arity(id) == 1 || params.len() == 1 {
                 return Some(0);
             }
-            let message = format!("{name} has {} arguments: say in which one to derive", params.len());
+            let message = format!("{name} has {} arguments: name the one to differentiate by", params.len());
             let diagnostic = Diagnostic::new(Code::NoDerivative, span, message);
             let first = params.first().map(|p| Suggestion {
                 message: format!("name it after the prime, as in f'{}", p.name),
@@ -56,7 +57,7 @@ impl<'a> Checker<'a> {
             });
         if position.is_none() {
             let names: Vec<&str> = params.iter().map(|p| p.name).collect();
-            let message = format!("{name} has no argument '{}' to derive in", argument.text);
+            let message = format!("{name} has no argument '{}' to differentiate by", argument.text);
             let diagnostic = Diagnostic::new(Code::UnknownLabel, argument.span, message);
             self.report(diagnostic.hint(format!("its arguments are {}", names.join(", "))));
         }

@@ -89,7 +89,7 @@ impl<'a> Checker<'a> {
             return error(span);
         }
         if items.len() > self.options.turns {
-            let message = format!("an array may have {} elements, and this has {}", self.options.turns, items.len());
+            let message = format!("an array can have {} elements, but this has {}", self.options.turns, items.len());
             return self.fail(Diagnostic::new(Code::TooLarge, span, message).hint(TURNS_HINT));
         }
         let Some(first) = items.first() else {
@@ -169,7 +169,8 @@ impl<'a> Checker<'a> {
             (a, b) if a.is_error() || b.is_error() => error(span),
             _ => {
                 let wrong = if matches!(a.ty, Type::Int(_)) { &b } else { &a };
-                let message = format!("a range runs over whole numbers, and this is {}", self.describe(&wrong.ty));
+                let message =
+                    format!("the bounds of a range must be whole numbers, but this is {}", self.describe(&wrong.ty));
                 let diagnostic = Diagnostic::new(Code::TypeMismatch, wrong.span, message)
                     .hint("a count is a literal or an 'input n: int'; for n steps over 0..1 write: for i in 0..n { ... i / n ... }");
                 self.fail(diagnostic)
@@ -213,8 +214,10 @@ impl<'a> Checker<'a> {
 
     pub(super) fn condition_error(&mut self, condition: &Expr) {
         if !condition.ty.is_error() {
-            let message = format!("a condition must be a truth value, and this is {}", self.describe(&condition.ty));
-            self.report(Diagnostic::new(Code::TypeMismatch, condition.span, message).hint("compare it with something"));
+            let message = format!("a condition must be a truth value, but this is {}", self.describe(&condition.ty));
+            self.report(
+                Diagnostic::new(Code::TypeMismatch, condition.span, message).hint("write a comparison, such as x > 0"),
+            );
         }
     }
 
@@ -236,7 +239,7 @@ impl<'a> Checker<'a> {
                 let error = Diagnostic::new(
                     Code::BranchesDiffer,
                     b.span,
-                    format!("the sides of this 'if' differ: {first} and {second}"),
+                    format!("the branches of this 'if' differ: {first} and {second}"),
                 )
                 .related(a.span, first);
                 let advice = match (&a.ty, &b.ty) {

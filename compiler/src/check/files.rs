@@ -224,10 +224,8 @@ impl Reader<'_> {
                 if target == file {
                     let name = &self.files.loaded[file].name;
                     self.diagnostics.push(
-                        Diagnostic::new(Code::UseCycle, span, format!("'{name}' uses itself")).suggest(
-                            "what a file defines is known in all of it: leave the 'use' out",
-                            [Edit::remove(span)],
-                        ),
+                        Diagnostic::new(Code::UseCycle, span, format!("'{name}' uses itself"))
+                            .suggest("remove the 'use': a file knows all of its own names", [Edit::remove(span)]),
                     );
                     continue;
                 }

@@ -47,11 +47,11 @@ pub(super) fn meaning(name: &str) -> Option<Foreign> {
         "return" => Hint("the last line of a block is its value; no `return` is needed"),
         "self" | "this" => Hint("there are no methods: a.f(b) is another way to write f(a, b)"),
         "print" | "println" | "printf" | "echo" => {
-            Hint("a script prints nothing; `gmlc repl` shows the values of expressions")
+            Hint("a script cannot print; use `gmlc repl` to see the values of expressions")
         }
         "cube" => Hint("the surfaces are in std.surface; a box is made of parts"),
         "union" | "difference" | "intersection" | "hull" | "minkowski" => {
-            Hint("a model is a set of surfaces, its parts; solids are not combined")
+            Hint("a model is a set of surfaces, its parts; solids cannot be combined")
         }
         "linear_extrude" => Name("extrude"),
         _ => return None,

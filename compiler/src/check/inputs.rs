@@ -25,7 +25,7 @@ impl<'a> Checker<'a> {
             Wanted::Any => return None,
             _ => {
                 let message =
-                    format!("an input must be int, bool, real, length or angle, and this is {}", wanted.describe());
+                    format!("an input must be int, bool, real, length or angle, but this is {}", wanted.describe());
                 self.report(Diagnostic::new(Code::InvalidType, decl.ty.span, message));
                 Quantity::Real
             }

@@ -55,22 +55,21 @@ impl<'a> Checker<'a> {
                 return Some((from..from + count).map(|i| int(i, span)).collect());
             }
             Type::Range(..) => {
-                let message =
-                    "how many turns this has is known only at run time, and an array's length must be known before";
+                let message = "the length of this array is known only at run time; it must be known at compile time";
                 self.report(
                     Diagnostic::new(Code::UnknownLength, span, message)
-                        .hint("run over a range whose bounds are literals or inputs, or use fold"),
+                        .hint("loop over a range whose bounds are literals or inputs, or use fold"),
                 );
                 return None;
             }
             Type::Array(_, n) => *n,
             Type::Tuple(types) => types.len(),
             other => {
-                let message = format!("'{what}' runs over a range or an array, and this is {}", self.describe(other));
+                let message = format!("'{what}' loops over a range or an array, but this is {}", self.describe(other));
                 let diagnostic = Diagnostic::new(Code::TypeMismatch, span, message);
                 self.report(match (what, other) {
                     ("for" | "sum", Type::Int(_)) => {
-                        diagnostic.suggest("for n turns write 0..n", [Edit::before(span, "0..")])
+                        diagnostic.suggest("to repeat n times, write 0..n", [Edit::before(span, "0..")])
                     }
                     ("fold", _) => diagnostic.hint("the order is fold(init, xs, |so_far, x| ...)"),
                     ("min" | "max", _) => {
@@ -93,7 +92,7 @@ impl<'a> Checker<'a> {
         if usize::try_from(count).is_ok_and(|n| n <= limit) {
             return true;
         }
-        let message = format!("this has {count} turns, and at most {limit} are written out");
+        let message = format!("this loop has {count} iterations, but at most {limit} can be unrolled");
         self.report(Diagnostic::new(Code::TooLarge, span, message).hint(TURNS_HINT));
         false
     }
@@ -132,17 +131,18 @@ impl<'a> Checker<'a> {
         let message = match f.ty {
             Type::Error => return true,
             Type::Closure(id) if self.accepts(id, 2) => return true,
-            _ => format!("a function of two arguments is needed here, and this is {}", self.describe(&f.ty)),
+            _ => format!("a function of two arguments is needed here, but this is {}", self.describe(&f.ty)),
         };
         let error = Diagnostic::new(Code::Arguments, f.span, message);
-        self.report(error.hint("it gets what has come about so far, and the next element: |so_far, x| ..."));
+        self.report(error.hint("it is given the result so far and the next element: |so_far, x| ..."));
         false
     }
 
     /// `loop(init, count, f)`: as `fold(init, 0..count, f)`, and never written out, so that a long f stays one.
     pub(super) fn fold_count(&mut self, init: Expr, count: Expr, f: Expr, span: Span) -> Expr {
         let Type::Int(n) = count.ty else {
-            let message = format!("how often a loop turns is a whole number, and this is {}", self.describe(&count.ty));
+            let message =
+                format!("the number of iterations must be a whole number, but this is {}", self.describe(&count.ty));
             return self.fail(Diagnostic::new(Code::TypeMismatch, count.span, message));
         };
         if !self.takes_so_far_and_next(&f) {
@@ -260,15 +260,15 @@ impl<'a> Checker<'a> {
             return error(span);
         }
         let Type::Int(at) = index.ty else {
-            let message = format!("an index must be a whole number, and this is {}", self.describe(&index.ty));
+            let message = format!("an index must be a whole number, but this is {}", self.describe(&index.ty));
             let diagnostic = Diagnostic::new(Code::TypeMismatch, index.span, message);
-            return self.fail(diagnostic.hint("floor(...) makes one of a number"));
+            return self.fail(diagnostic.hint("floor(...) makes a whole number"));
         };
         let count = match &value.ty {
             Type::Array(_, n) => *n,
             Type::Tuple(types) => types.len(),
             other => {
-                let message = format!("only arrays and tuples have elements, and this is {}", self.describe(other));
+                let message = format!("only arrays and tuples have elements, but this is {}", self.describe(other));
                 return self.fail(Diagnostic::new(Code::TypeMismatch, value.span, message));
             }
         };

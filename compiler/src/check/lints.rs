@@ -72,13 +72,13 @@ impl<'a> Walk<'a> {
                 Kind::Silent => continue,
                 Kind::Let | Kind::Function => format!("'{}' is not used", name.text),
                 Kind::Input => format!("the input '{}' is not used", name.text),
-                Kind::Use => format!("'{}' is brought here and not used", name.text),
+                Kind::Use => format!("'{}' is imported but not used", name.text),
             };
             let warning = Diagnostic::new(Code::UnusedName, name.span, what);
             self.warnings.push(match name.kind {
-                Kind::Use => warning.hint("leave it out"),
+                Kind::Use => warning.hint("remove it"),
                 _ => {
-                    let question = format!("if that is meant, write '_{}'", name.text);
+                    let question = format!("if this is intended, rename it to '_{}'", name.text);
                     warning.suggest(question, [Edit::before(name.span, "_")])
                 }
             });

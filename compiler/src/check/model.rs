@@ -183,8 +183,10 @@ impl<'a> Checker<'a> {
         for item in items {
             match &item.kind {
                 ItemKind::Param(decl) | ItemKind::Input(decl) if body.loops + body.conditions > 0 => {
-                    let message =
-                        format!("'{}' must stand directly in its model, not in a loop or condition", decl.name.text);
+                    let message = format!(
+                        "'{}' must be declared directly in its model, not in a loop or condition",
+                        decl.name.text
+                    );
                     self.report(Diagnostic::new(Code::Misplaced, item.span, message));
                     let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
                     self.env.names.push((&decl.name.text, Binding::Local(unknown)));
@@ -226,8 +228,7 @@ impl<'a> Checker<'a> {
             Type::Bool(Some(true)) => &decl.then,
             Type::Bool(Some(false)) => &decl.otherwise,
             Type::Bool(None) => {
-                let message =
-                    "which parts a model has must be known before its parameters are, and this condition is not";
+                let message = "the condition of an 'if' around parts must be known at compile time";
                 self.report(
                     Diagnostic::new(Code::UnknownCondition, condition.span, message)
                         .hint("let the condition depend on inputs only"),

@@ -171,11 +171,11 @@ pub(super) fn private_name(name: &str, definition: Definition<'_>, span: Span) -
 /// A name that stands for something else in the file already.
 fn colliding_import(name: &Ident, target: usize, module: &Module<'_>) -> Option<Diagnostic> {
     if let Some(own) = module.definitions.get(name.text.as_str()) {
-        let message = format!("'{}' is brought from another file, and defined here too", name.text);
+        let message = format!("'{}' is imported from another file and also defined here", name.text);
         return Some(Diagnostic::new(Code::DuplicateName, name.span, message).related(own.span(), "defined here"));
     }
     module.imports.get(name.text.as_str()).filter(|before| **before != target)?;
-    let message = format!("'{}' is brought from two files", name.text);
+    let message = format!("'{}' is imported from two files", name.text);
     let error = Diagnostic::new(Code::DuplicateName, name.span, message);
     Some(error.hint("`use` one of them whole, without names in parentheses, and write its name before a dot"))
 }

@@ -172,16 +172,16 @@ impl<'a> Checker<'a> {
         }
         if self.is_of_lambda_beside(name) {
             return error.hint(format!(
-                "'{name}' is known only in the function before the comma; a point stands in parentheses: |{name}| (x, y)"
+                "'{name}' is known only in the function before the comma; write a point in parentheses: |{name}| (x, y)"
             ));
         }
         match self.defined_in_model(name, span) {
             Some((_, true)) => {
-                return error.hint("it is defined further down: move its definition up, before this line");
+                return error.hint("it is defined below: move its definition before this line");
             }
             Some((model, false)) => {
                 return error
-                    .hint(format!("it belongs to the model '{model}', and functions outside get it as an argument"));
+                    .hint(format!("it belongs to the model '{model}'; pass it to this function as an argument"));
             }
             None => {}
         }

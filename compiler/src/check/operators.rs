@@ -90,7 +90,7 @@ impl<'a> Checker<'a> {
     }
 
     fn no_number(&mut self, e: &Expr, what: &str) -> Expr {
-        let message = format!("{what} wants a number, and this is {}", self.describe(&e.ty));
+        let message = format!("{what} needs a number, but this is {}", self.describe(&e.ty));
         self.fail(Diagnostic::new(Code::TypeMismatch, e.span, message))
     }
 
@@ -160,7 +160,7 @@ impl<'a> Checker<'a> {
         let message = match op {
             BinaryOp::Add => format!("{second} cannot be added to {first}"),
             BinaryOp::Sub => format!("{second} cannot be subtracted from {first}"),
-            BinaryOp::Rem => format!("there is no remainder of {first} by {second}"),
+            BinaryOp::Rem => format!("the remainder of {first} by {second} is not defined"),
             _ => format!("{first} cannot be compared with {second}"),
         };
         let numbers = |ty: &Type| matches!(ty, Type::Int(_) | Type::Real(_) | Type::Tuple(_));
@@ -180,7 +180,7 @@ impl<'a> Checker<'a> {
             }
             (Type::Closure(f), Type::Closure(g)) => {
                 return diagnostic.hint(if self.arity(*f) == 2 && self.arity(*g) == 2 {
-                    "surfaces are not combined: every one is a part of its own"
+                    "surfaces cannot be combined: make each a part of its own"
                 } else {
                     "add what they give: |t| a(t) + b(t)"
                 });
@@ -287,7 +287,7 @@ impl<'a> Checker<'a> {
         let constant = exponent_of(&b);
         let Some((b, db)) = self.number(b, "an exponent") else { return error(span) };
         if !db.is_none() && !db.angle {
-            let message = format!("an exponent must be a bare number, and this is {db}");
+            let message = format!("an exponent must be a bare number, but this is {db}");
             let diagnostic = Diagnostic::new(Code::DimensionMismatch, b.span, message);
             return self.fail(if db == Dimension::LENGTH {
                 diagnostic.suggest(
@@ -302,7 +302,7 @@ impl<'a> Checker<'a> {
             Dimension::NONE
         } else {
             let Some(exponent) = constant else {
-                let message = format!("{da} takes only a constant exponent, or its dimension would not be known");
+                let message = format!("the exponent of {da} must be a constant, or the dimension would not be known");
                 let diagnostic =
                     Diagnostic::new(Code::VariableExponent, b.span, message).related(a.span, da.to_string());
                 return self.fail(diagnostic.hint("divide the base by a length first, such as (r / 1mm) ^ n"));

@@ -66,13 +66,12 @@ impl<'a> Checker<'a> {
             // Its type was reported.
             Wanted::Any => return None,
             _ => {
-                let message = format!("a param must be real, length or angle, and this is {}", wanted.describe());
+                let message = format!("a param must be real, length or angle, but this is {}", wanted.describe());
                 let diagnostic = Diagnostic::new(Code::InvalidType, decl.ty.span, message);
                 let keyword = Span { end: item.span.start + "param".len() as u32, ..item.span };
                 self.report(match wanted {
-                    Wanted::Int | Wanted::Bool => {
-                        diagnostic.suggest("what is not fitted is an 'input'", [Edit::replace(keyword, "input")])
-                    }
+                    Wanted::Int | Wanted::Bool => diagnostic
+                        .suggest("a value that is not fitted is an 'input'", [Edit::replace(keyword, "input")]),
                     Wanted::Tuple(_) | Wanted::Point => {
                         diagnostic.hint("declare its coordinates, and write (x, y, z) for the point")
                     }

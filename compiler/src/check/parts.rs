@@ -74,7 +74,7 @@ impl<'a> Checker<'a> {
             }
             other => {
                 let message =
-                    format!("a part must be a surface (a function of u and v), and this is {}", self.describe(&other));
+                    format!("a part must be a surface (a function of u and v), but this is {}", self.describe(&other));
                 let diagnostic = Diagnostic::new(Code::NotASurface, shape.span, message);
                 let curve = matches!(other, Type::Closure(id) if self.accepts(id, 1));
                 self.report(if curve {

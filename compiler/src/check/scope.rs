@@ -221,9 +221,9 @@ impl Scope {
             Entry::Item(item) if !inner => return self.take_item(item, group),
             Entry::Item(item) => (line_of(&item)?, item),
             Entry::Expression(value) => {
-                let span = value.span;
+                let (span, depth) = (value.span, value.depth + 1);
                 let decl = Let { pattern: Pattern::Tuple(Vec::new(), span), ty: None, value };
-                (Line::Value, Item { doc: String::new(), span, kind: ItemKind::Let(decl) })
+                (Line::Value, Item { doc: String::new(), span, kind: ItemKind::Let(decl), depth })
             }
         };
         let (span, index) = (item.span, group.loaded.inner.len());

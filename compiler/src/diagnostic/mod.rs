@@ -27,7 +27,7 @@ pub struct Diagnostic {
     pub code: Code,
     /// One sentence in the user's words, without a full stop.
     pub message: String,
-    /// What to underline.
+    /// The place to underline.
     pub span: Span,
     /// A short text beside the underlined source; may be empty.
     pub label: String,
@@ -35,7 +35,7 @@ pub struct Diagnostic {
     pub related: Vec<(Span, String)>,
     /// The calls that led there, the innermost first: each with the name of what was called.
     pub call_stack: Vec<(Span, String)>,
-    /// How to correct it.
+    /// The way to correct it.
     pub hint: Option<String>,
     /// Corrections that replace text; the first is that of the hint, if there is any.
     pub suggestions: Vec<Suggestion>,
@@ -44,18 +44,18 @@ pub struct Diagnostic {
 /// A correction that an editor can make.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Suggestion {
-    /// What it does, or the question whether that was meant.
+    /// The change in words, or the question whether it was meant.
     pub message: String,
-    /// What to replace, in the order of the text and without overlap.
+    /// The edits, in the order of the text and without overlap.
     pub edits: Vec<Edit>,
 }
 
 /// Text in the place of other text.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Edit {
-    /// What is replaced; empty where something is inserted.
+    /// The replaced text; empty for an insertion.
     pub span: Span,
-    /// What comes there.
+    /// The new text.
     pub replacement: String,
 }
 

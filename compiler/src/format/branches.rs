@@ -6,7 +6,7 @@ use super::writer::Writer;
 use crate::syntax::ast::{Expr, ExprKind};
 use crate::syntax::token::Token;
 
-/// What stands before each block (`if c `, `else if c `, `else `), and the block.
+/// The blocks of an `if`, each with its head (`if c `, `else if c `, `else `).
 #[derive(Default)]
 pub(super) struct Branches {
     branches: Vec<(DocId, Block)>,
@@ -28,7 +28,7 @@ pub(super) struct Layouts {
 }
 
 impl Layouts {
-    /// The document that begins right here.
+    /// The document in the middle of a line.
     pub(super) fn here(&self, docs: &mut Docs) -> DocId {
         let mut layouts = Vec::new();
         layouts.extend(self.flat.map(|d| (Fit::Flat, d)));
@@ -36,7 +36,7 @@ impl Layouts {
         self.choice(layouts, docs, self.open)
     }
 
-    /// The document after `=` or `|x|`: a chain begins on the line below.
+    /// The document after `=` or `|x|`: a chain begins on the next line.
     pub(super) fn after(&self, docs: &mut Docs) -> DocId {
         let mut layouts = Vec::new();
         if let Some(flat) = self.flat {
@@ -61,7 +61,7 @@ impl Layouts {
 }
 
 impl Writer<'_> {
-    /// `if condition `, with what stands before it.
+    /// `if condition `, after `else ` if there is one.
     pub(super) fn if_head(&mut self, word: Option<DocId>, condition: &Expr) -> DocId {
         let mut docs: Vec<DocId> = word.into_iter().collect();
         docs.push(self.token_between("", " "));

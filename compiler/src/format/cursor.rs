@@ -18,7 +18,7 @@ pub(super) fn comments(text: &str) -> impl Iterator<Item = Comment<'_>> {
     raw.map(|(_, range)| Comment { start: range.start as u32, text: text[range].trim_end() })
 }
 
-/// What of a file has not been taken yet.
+/// The tokens and comments of a file that have not been taken yet.
 #[derive(Debug)]
 pub(super) struct Cursor<'t> {
     pub(super) text: &'t str,
@@ -46,12 +46,12 @@ impl<'t> Cursor<'t> {
         self.peek(0).is_some_and(|l| l.token == token)
     }
 
-    /// Where the next token begins; the end of the file after the last.
+    /// The start of the next token; the end of the file after the last.
     pub(super) fn start(&self) -> u32 {
         self.peek(0).map_or(self.text.len() as u32, |l| l.start)
     }
 
-    /// Where the token before the next ends; 0 before the first.
+    /// The end of the token before the next; 0 before the first.
     pub(super) fn end(&self) -> u32 {
         self.next_token.checked_sub(1).map_or(0, |i| self.tokens[i].end)
     }
@@ -79,7 +79,7 @@ impl<'t> Cursor<'t> {
         same_line.then_some(comment)
     }
 
-    /// Whether the lines of two places differ.
+    /// Whether two places are on different lines.
     pub(super) fn line_ends(&self, from: u32, to: u32) -> bool {
         self.text[from as usize..to as usize].contains('\n')
     }

@@ -12,7 +12,7 @@ pub(super) struct DocId(u32);
 pub(super) enum Fit {
     /// All of it fits on the line.
     Flat,
-    /// Broken as it says, and with nothing within it broken further, every line fits.
+    /// Every line fits, if all within it is flat but its own line breaks.
     Whole,
     /// Its first line fits.
     First,
@@ -35,7 +35,7 @@ pub(super) enum Doc<'t> {
     Blank,
     /// Text only where it is broken.
     WhenBroken(&'static str),
-    /// Nothing, but whatever is around it is broken.
+    /// Nothing, but all groups around it are broken.
     Force,
     /// A comment at the end of a line.
     TrailingComment(&'t str),

@@ -2,6 +2,7 @@
 
 use super::document::{DocId, Fit};
 use super::lists::Spread;
+use super::postfix::operand;
 use super::writer::{Piece, Writer};
 use crate::syntax::ast::*;
 use crate::syntax::token::Token;
@@ -14,16 +15,16 @@ impl Writer<'_> {
         self.expr_at(expr, true)
     }
 
-    /// An expression; where it is broken at its operators, the lines after the first are `indented`.
+    /// An expression. If it is broken at its operators, `indented` says whether the lines after the first are indented.
     fn expr_at(&mut self, expr: &Expr, indented: bool) -> Piece {
-        // A tree is as deep as the text nests, and the stack may be small.
+        // The recursion is as deep as the tree, and the stack may be small.
         stacker::maybe_grow(128 << 10, 1 << 20, || match self.parentheses(expr) {
             0 => self.bare(expr, indented),
             n => self.parenthesised(expr, n),
         })
     }
 
-    /// How many parentheses are around the expression that begins here.
+    /// The number of parentheses around the expression that begins here.
     fn parentheses(&self, expr: &Expr) -> usize {
         let (limit, own) = match &expr.kind {
             ExprKind::Tuple(items) => (items.first().map_or(u32::MAX, |e| e.span.start), 1),
@@ -135,7 +136,7 @@ impl Writer<'_> {
         self.docs.concat(docs)
     }
 
-    /// What follows `=` or `|x|`, with the space or line end before it.
+    /// The expression after `=` or `|x|`, with the space or line end before it.
     pub(super) fn after(&mut self, expr: &Expr) -> DocId {
         if let ExprKind::If(condition, then, otherwise) = &expr.kind
             && self.cursor.at(Token::If)
@@ -143,7 +144,7 @@ impl Writer<'_> {
             let layouts = self.if_expr(condition, then, otherwise.as_deref());
             return layouts.after(&mut self.docs);
         }
-        // What opens a bracket soon enough stays on the line, and breaks within.
+        // An expression that begins with a bracket stays on the line, and is broken within.
         let bracketed = matches!(expr.kind, ExprKind::Tuple(_) | ExprKind::Array(_) | ExprKind::Record(_))
             || matches!(expr.kind, ExprKind::Lambda(..) | ExprKind::For(..) | ExprKind::Block(..));
         let called = matches!(expr.kind, ExprKind::Call(..) | ExprKind::Method(..));
@@ -161,7 +162,7 @@ impl Writer<'_> {
         self.docs.choice(layouts)
     }
 
-    /// Operators of one precedence: a line each where they do not fit on one.
+    /// Operators of one precedence: a line each if they do not fit on one.
     fn operators(&mut self, expr: &Expr, indented: bool) -> DocId {
         let ExprKind::Binary(op, a, b) = &expr.kind else { return self.expr(expr).doc };
         if *op == BinaryOp::Pow || is_ratio(expr) {
@@ -201,23 +202,12 @@ impl Writer<'_> {
 /// The expression that an expression begins with.
 fn first(expr: &Expr) -> Option<&Expr> {
     match &expr.kind {
-        ExprKind::Binary(_, a, _) | ExprKind::Range(a, _) | ExprKind::Call(a, _) | ExprKind::Method(a, ..) => Some(a),
-        ExprKind::Field(a, _) | ExprKind::Index(a, _) | ExprKind::Prime(a, _) => Some(a),
-        _ => None,
+        ExprKind::Binary(_, a, _) | ExprKind::Range(a, _) => Some(a),
+        _ => operand(expr),
     }
 }
 
-/// What an expression applies a call, a field, an index or a prime to, unless it stands in parentheses.
-pub(super) fn receiver(expr: &Expr) -> Option<&Expr> {
-    let receiver = match &expr.kind {
-        ExprKind::Call(a, _) | ExprKind::Method(a, ..) | ExprKind::Field(a, _) => a,
-        ExprKind::Index(a, _) | ExprKind::Prime(a, _) => a,
-        _ => return None,
-    };
-    (expr.span.start == receiver.span.start).then_some(receiver)
-}
-
-/// A whole number by a whole number.
+/// The ratio of two whole numbers.
 fn is_ratio(expr: &Expr) -> bool {
     let is_int = |e: &Expr| matches!(e.kind, ExprKind::Int(_));
     matches!(&expr.kind, ExprKind::Binary(BinaryOp::Div, a, b) if is_int(a) && is_int(b))

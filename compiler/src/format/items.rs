@@ -1,4 +1,4 @@
-//! What begins with a keyword.
+//! Items.
 
 use super::branches::Branches;
 use super::document::DocId;
@@ -14,7 +14,7 @@ impl Writer<'_> {
             ItemKind::Function(decl) => self.function(decl),
             ItemKind::Derivative(decl) => {
                 let keyword = self.token_between("", " ");
-                // Up to and with the parenthesis after the tangents.
+                // Up to the parenthesis after the tangents.
                 let last = decl.tangents.last().map_or(0, |t| t.span.end);
                 let header = self.plain(last);
                 let comma = if self.cursor.at(Token::Comma) { self.plain(self.cursor.start() + 1) } else { header };
@@ -187,7 +187,7 @@ pub(super) fn pattern_end(pattern: &Pattern) -> u32 {
     }
 }
 
-/// Where a parameter of a function ends.
+/// The end of a function's parameter.
 pub(super) fn param_end(param: &FnParam) -> u32 {
     let ty = param.ty.as_ref().map(|t| t.span.end);
     param.default.as_ref().map(|e| e.span.end).or(ty).unwrap_or_else(|| pattern_end(&param.pattern))

@@ -1,17 +1,17 @@
-//! Lists in brackets, their elements with commas between.
+//! Lists in brackets.
 
 use super::document::{DocId, Fit};
 use super::writer::{Piece, Writer};
 use crate::syntax::token::Token;
 
-/// How a list that does not fit on its line is broken.
+/// The way to break a list that does not fit on its line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Spread {
-    /// Within the one argument that is long for its brackets, else one a line.
+    /// Within its one argument that has brackets, or else one argument a line.
     Arguments,
-    /// One a line.
+    /// One element a line.
     Listed,
-    /// As many a line as fit.
+    /// As many elements a line as fit.
     Filled,
 }
 
@@ -20,9 +20,9 @@ pub(super) enum Spread {
 struct Elements {
     /// Each without its comma.
     pieces: Vec<Piece>,
-    /// What is between the brackets where the list is broken.
+    /// The content of the brackets if the list is broken.
     within: Vec<DocId>,
-    /// There are comments between the elements, or a comma after the last.
+    /// The list must be broken: it has comments between the elements, or a comma after the last.
     forced: bool,
     /// A filled list ends with a comma where it is broken.
     comma_after: bool,
@@ -58,7 +58,7 @@ impl Writer<'_> {
     /// The line end before an element and the comments above it; those of a filled list are returned.
     fn separate(&mut self, index: usize, spread: Spread, elements: &mut Elements) -> Vec<DocId> {
         let mut lines = Vec::new();
-        let end = self.own_elements(index == 0, &mut lines);
+        let end = self.comments_above(index == 0, &mut lines);
         elements.forced |= !lines.is_empty();
         if spread == Spread::Filled {
             return lines;
@@ -70,8 +70,8 @@ impl Writer<'_> {
         Vec::new()
     }
 
-    /// The comments above an element or closing bracket; returns where the last thing before that ends.
-    fn own_elements(&mut self, first: bool, lines: &mut Vec<DocId>) -> u32 {
+    /// The comments above an element or closing bracket; returns the end of the last token or comment before it.
+    fn comments_above(&mut self, first: bool, lines: &mut Vec<DocId>) -> u32 {
         let (mut end, mut first) = (self.cursor.end(), first);
         while let Some(comment) = self.cursor.comment_before() {
             if !first && self.cursor.blank_between(end, comment.start) {
@@ -87,14 +87,14 @@ impl Writer<'_> {
     fn comma(&mut self, above: Vec<DocId>, piece: Piece, last: bool, spread: Spread, elements: &mut Elements) {
         let mut comments: Vec<DocId> = self.comment_after().into_iter().collect();
         if self.cursor.at(Token::Comma) {
-            self.own_elements(false, &mut comments);
+            self.comments_above(false, &mut comments);
             self.cursor.take();
             comments.extend(self.comment_after());
             // A comma after the last element asks for one element a line.
             elements.forced |= last && spread != Spread::Filled;
         }
         if last {
-            self.own_elements(false, &mut comments);
+            self.comments_above(false, &mut comments);
         }
         elements.forced |= !comments.is_empty();
         // The elements of a filled list are flat: its last comma stands behind them, unless a comment does.
@@ -146,7 +146,7 @@ impl Writer<'_> {
         Piece { doc: self.docs.choice(layouts), strong }
     }
 
-    /// Which argument is broken in place of the list: the only one that is broken at its brackets, or the only one.
+    /// The argument that is broken in place of the list: the only one with brackets, or the only one.
     fn hugged(&self, pieces: &[Piece]) -> Option<usize> {
         let strong: Vec<usize> = (0..pieces.len()).filter(|i| pieces[*i].strong).collect();
         let index = match strong.as_slice() {
@@ -158,7 +158,7 @@ impl Writer<'_> {
         (!others_forced).then_some(index)
     }
 
-    /// The list with nothing broken but one element.
+    /// The list with one broken element.
     fn hug(&mut self, open: DocId, pieces: &[Piece], index: usize, close: DocId) -> DocId {
         let comma = self.docs.text(", ");
         let mut docs = vec![open];

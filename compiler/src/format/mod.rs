@@ -1,13 +1,14 @@
-//! The one way to lay out a script: text in, text out.
+//! The formatter: every script has one layout.
 //!
-//! [`format`] changes only where lines end, spaces, commas before closing brackets and semicolons at line ends. It
-//! builds a document (`document`) from the tree, whose leaves are the tokens and comments of the text in their order
-//! (`cursor`), and decides where its lines break (`render`): `statements` does blocks and models, `items` what begins with a
-//! keyword, `expressions` and `lists` the rest. At last the tokens and comments of the result are compared with those of the text.
+//! [`format`] changes only line ends, spaces, commas before closing brackets and semicolons at line ends. It builds a
+//! document (`document`) from the tree, whose leaves are the tokens and comments of the text in their order (`cursor`),
+//! and breaks its lines (`render`). Documents of blocks and models are made in `statements`, those of items in `items`,
+//! those of expressions in `expressions`, `postfix`, `branches` and `lists`. At the end the tokens and comments of the
+//! result are compared with those of the text.
 //!
-//! Where several layouts are good the author decides: an empty line stays (one of several), statements joined by `;` stay
-//! joined while they fit, a block whose first line ends after its brace stays open, a list with a comma before its closing
-//! bracket stays one element a line.
+//! The author chooses between layouts that are equally good: an empty line stays (one of several), statements joined by
+//! `;` stay joined while they fit, a block whose first line ends after its brace stays open, and a list with a comma
+//! before its closing bracket has one element a line.
 
 mod branches;
 mod cursor;
@@ -39,7 +40,7 @@ const INDENT: usize = 2;
 /// The greatest indentation.
 const INDENT_LIMIT: usize = 60;
 
-/// Why a text is not formatted.
+/// The reason why a text is not formatted.
 #[derive(Clone, Debug, Error)]
 pub enum FormatError {
     /// It cannot be read.
@@ -48,7 +49,7 @@ pub enum FormatError {
     /// The result would be longer than a script may be.
     #[error("the formatted script would be longer than {} MiB", LENGTH_LIMIT >> 20)]
     TooLong,
-    /// The result would not say the same. This is a defect of the formatter, which says so instead of doing harm.
+    /// The result would have other tokens or comments. This is a defect of the formatter.
     #[error("the formatted script would not mean the same: this is a defect of gmlc; the script is left as it is")]
     Unfaithful,
 }
@@ -61,7 +62,7 @@ pub fn format(file: FileId, text: &str) -> Result<String, FormatError> {
     format_within(file, text, WIDTH)
 }
 
-/// The same for another width.
+/// The text in its one layout for another width.
 fn format_within(file: FileId, text: &str, width: usize) -> Result<String, FormatError> {
     let (tree, diagnostics) = syntax::parse(file, text);
     if !diagnostics.is_empty() {
@@ -74,17 +75,17 @@ fn format_within(file: FileId, text: &str, width: usize) -> Result<String, Forma
     if essence(file, text) == essence(file, &formatted) { Ok(formatted) } else { Err(FormatError::Unfaithful) }
 }
 
-/// The tokens that matter with their texts, and the comments: what must not change. The parser sees nothing else.
+/// The tokens with their texts, and the comments: formatting must not change them.
 fn essence(file: FileId, text: &str) -> (Vec<(Token, Cow<'_, str>)>, Vec<&str>) {
     let (lexemes, _) = layout::layout(file, text, true);
     let mut tokens: Vec<(Token, Cow<'_, str>)> = Vec::with_capacity(lexemes.len());
     for lexeme in &lexemes {
         if lexeme.token.is_closer() || lexeme.token == Token::Bar || lexeme.token == Token::Semicolon {
-            // The comma after the last element.
+            // The comma after the last element is optional.
             tokens.pop_if(|(token, _)| *token == Token::Comma);
         }
         if lexeme.token == Token::BraceOpen {
-            // The brace may begin a line after what it belongs to.
+            // The brace may be on a line of its own.
             tokens.pop_if(|(token, _)| *token == Token::Separator);
         }
         let written = &text[lexeme.start as usize..lexeme.end as usize];

@@ -1,24 +1,23 @@
 //! Calls, methods, fields, indices and primes.
 
 use super::document::{DocId, Fit};
-use super::expressions::receiver;
 use super::lists::Spread;
 use super::writer::{Piece, Writer};
 use crate::syntax::ast::*;
 
 impl Writer<'_> {
-    /// What is applied to an expression, one after the other: a line for each method where there are several and they do not
-    /// fit on one.
+    /// An expression with calls, fields, indices and primes after it: a line for each method, if there are several that
+    /// do not fit on one line.
     pub(super) fn postfix(&mut self, expr: &Expr) -> Piece {
         // From the last application to the first; the outermost may itself stand in parentheses, which were written.
         let mut applied = vec![expr];
-        let mut head = applied_to(expr);
-        while receiver(head).is_some() {
+        let mut head = operand(expr).unwrap_or(expr);
+        while let Some(inner) = operand(head).filter(|inner| inner.span.start == head.span.start) {
             applied.push(head);
-            head = applied_to(head);
+            head = inner;
         }
         let mut plain = vec![self.expr(head).doc];
-        // Where methods begin in `plain`.
+        // The places of the methods in `plain`.
         let mut methods = Vec::new();
         let mut last = Piece::weak(plain[0]);
         for expr in applied.into_iter().rev() {
@@ -94,10 +93,11 @@ impl Writer<'_> {
     }
 }
 
-fn applied_to(expr: &Expr) -> &Expr {
+/// The operand of a call, method, field, index or prime.
+pub(super) fn operand(expr: &Expr) -> Option<&Expr> {
     match &expr.kind {
-        ExprKind::Call(a, _) | ExprKind::Method(a, ..) | ExprKind::Field(a, _) => a,
-        ExprKind::Index(a, _) | ExprKind::Prime(a, _) => a,
-        _ => expr,
+        ExprKind::Call(a, _) | ExprKind::Method(a, ..) | ExprKind::Field(a, _) => Some(a),
+        ExprKind::Index(a, _) | ExprKind::Prime(a, _) => Some(a),
+        _ => None,
     }
 }

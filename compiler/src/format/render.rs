@@ -1,4 +1,4 @@
-//! Documents to text: decides where lines are broken.
+//! Documents to text: chooses the line breaks.
 
 use super::document::{Doc, DocId, Docs, Fit};
 use super::{INDENT, INDENT_LIMIT};
@@ -21,7 +21,7 @@ enum Mode {
     Broken,
 }
 
-/// A document still to be written: of a sequence, from an element on.
+/// A document that is still to be written; a sequence from an element on.
 #[derive(Clone, Copy)]
 struct Todo {
     indent: usize,
@@ -43,7 +43,7 @@ struct Renderer<'d, 't> {
     column: usize,
     /// Nothing but indentation is on this line.
     fresh: bool,
-    /// A comment ends this line: what comes next must begin another.
+    /// A comment ends this line: the next text begins another.
     owed: bool,
 }
 
@@ -94,7 +94,7 @@ impl Renderer<'_, '_> {
         }
     }
 
-    /// A document that is to be broken; of a group, what is in it.
+    /// A document that is to be broken; of a group, its content.
     fn broken(&self, todo: Todo, doc: DocId) -> Todo {
         match self.docs.get(doc) {
             Doc::Group(inner) => todo.with(Mode::Broken, *inner),
@@ -122,8 +122,8 @@ impl Renderer<'_, '_> {
         chosen
     }
 
-    /// Whether a document fits on this line, up to the first line end in it or, where it is `whole`, with each of its lines, and up to
-    /// the first line end in what follows it.
+    /// Whether a document fits: its text up to the first line end on this line or, if `whole`, each of its lines; and the
+    /// text after it up to the next line end.
     fn fits(&self, start: Todo, rest: &[Todo], before: usize, whole: bool) -> bool {
         let mut room =
             self.width.saturating_sub(if self.fresh || self.owed { start.indent } else { self.column } + before);
@@ -184,7 +184,7 @@ impl Renderer<'_, '_> {
                     ""
                 }
                 Doc::Choice(layouts) => {
-                    // Flat it has its first layout; where it may be broken, the last one breaks the earliest.
+                    // If flat, it has its first layout; if not, the last layout has the earliest line break.
                     let chosen = if whole || flat { layouts.first() } else { layouts.last() };
                     let mode = if whole { Mode::Flat } else { todo.mode };
                     stack.extend(chosen.map(|(_, doc)| todo.with(mode, *doc)));
@@ -247,7 +247,7 @@ impl Renderer<'_, '_> {
     }
 }
 
-/// One level more. Text that is nested very deep is indented no further, or it would be mostly indentation.
+/// One level more, up to a limit: deeply nested text would consist mostly of indentation.
 fn deeper(indent: usize) -> usize {
     (indent + INDENT).min(INDENT_LIMIT)
 }

@@ -37,7 +37,7 @@ impl Writer<'_> {
         let open = self.token();
         let lines: Vec<Statement> =
             items.iter().map(Statement::Item).chain(value.into_iter().map(Statement::Value)).collect();
-        // Where the author ended the line after the brace, the block stays open.
+        // A block stays open if the author ended the line after its brace.
         let opened = !lines.is_empty() && self.cursor.line_ends(brace, self.cursor.start());
         let mut within = Vec::new();
         if opened {
@@ -59,11 +59,11 @@ impl Writer<'_> {
     /// Statements up to the end of their block or file, with the comments between and after them.
     pub(super) fn statements(&mut self, statements: &[Statement]) -> Vec<DocId> {
         let mut lines = Vec::new();
-        // What stands on one line, joined by semicolons.
+        // The statements of one line, joined by semicolons.
         let mut run = Vec::new();
         for (i, statement) in statements.iter().enumerate() {
             let joined = i > 0 && !self.cursor.line_ends(self.cursor.end(), self.cursor.start());
-            // Without a semicolon before it a line that begins with a minus continues the one before.
+            // Without a semicolon, a line that begins with a minus would continue the one before.
             let negative = self.cursor.at(Token::Minus);
             if joined {
                 run.push(if negative { self.docs.line(" ") } else { self.docs.line("; ") });
@@ -102,7 +102,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The comments above the next token, each on a line of its own; returns where the last thing before the token ends.
+    /// The comments above the next token, each on its line; returns the end of the last token or comment before it.
     fn own_lines(&mut self, lines: &mut Vec<DocId>, first: bool) -> u32 {
         let mut end = self.cursor.end();
         let mut first = first;

@@ -1,4 +1,4 @@
-//! What everything that makes documents shares: tokens and comments become documents in the order of the text.
+//! The writer: tokens and comments become documents in the order of the text.
 
 use super::cursor::Cursor;
 use super::document::{DocId, Docs};
@@ -25,7 +25,7 @@ impl Piece {
 pub(super) struct Writer<'t> {
     pub(super) cursor: Cursor<'t>,
     pub(super) docs: Docs<'t>,
-    /// Where the statement or element that is being written ends: the comment after it is not its own.
+    /// The ends of the statements and elements that are being written: a comment after such an end belongs to the list.
     pub(super) ends: Vec<u32>,
 }
 
@@ -80,7 +80,7 @@ impl<'t> Writer<'t> {
         Some(self.docs.trailing_comment(comment.text))
     }
 
-    /// Tokens up to a place, of types, patterns and paths, which are never broken.
+    /// The tokens up to a place: types, patterns and paths, which are never broken.
     pub(super) fn plain(&mut self, end: u32) -> DocId {
         let mut docs = Vec::new();
         while self.cursor.start() < end {
@@ -89,7 +89,7 @@ impl<'t> Writer<'t> {
             let last = matches!(next, Some(Token::ParenClose | Token::BracketClose | Token::Semicolon | Token::Bar));
             match token {
                 Some(Token::Comma) if last => {
-                    // A comma after the last element is of no use here.
+                    // A comma after the last element is left out.
                     docs.append(&mut self.comments_before());
                     self.cursor.take();
                 }

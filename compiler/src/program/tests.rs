@@ -191,5 +191,5 @@ fn tolerances_follow_the_parameters() {
     );
     assert_eq!(program.tolerances(&[40.0]), Ok(vec![Some(0.5), None, Some(0.5), Some(1.0), Some(10.0)]));
     let error = program.tolerances(&[20.0]).unwrap_err();
-    assert_eq!(error.message, "test.gml:11:29: a tolerance must not be negative, and this is -10 mm (in part odd)");
+    assert_eq!(error.message, "test.gml:11:29: a tolerance must not be negative, but this is -10 mm (in part odd)");
 }

@@ -23,7 +23,7 @@ impl Program {
             let value = interpret::run_real(module, *function, x, self.replay_limits());
             match value.as_deref() {
                 Ok([value]) if *value >= 0.0 && value.is_finite() => Ok(Some(*value)),
-                Ok([value, ..]) => Err(wrong(format!("a tolerance must not be negative, and this is {value} mm"))),
+                Ok([value, ..]) => Err(wrong(format!("a tolerance must not be negative, but this is {value} mm"))),
                 Ok([]) => Ok(None),
                 Err(e) => Err(wrong(format!("the tolerance cannot be computed: {e}"))),
             }

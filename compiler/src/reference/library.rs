@@ -19,7 +19,7 @@ pub fn library() -> Vec<Document> {
 struct Module {
     name: &'static str,
     text: &'static str,
-    /// What is public.
+    /// The public items.
     items: Vec<Item>,
 }
 

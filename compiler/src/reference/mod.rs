@@ -1,8 +1,8 @@
 //! Reference pages in Markdown, from doc comments.
 //!
-//! [`script`] describes what a script declares: models with their parameters, inputs, requirements, parts and functions,
-//! everything as it is written. [`library`] describes the standard library, a page a module. What begins with `_` is private
-//! and left out.
+//! [`script`] describes the declarations of a script: models with their parameters, inputs, requirements, parts and
+//! functions, everything as it is written. [`library`] describes the standard library, one page a module. Names that
+//! begin with `_` are private and left out.
 
 mod library;
 mod model;
@@ -30,7 +30,7 @@ pub struct Document {
 /// The page of a script, under a title such as the name of its file.
 ///
 /// # Errors
-/// What keeps the script from being read.
+/// The syntax errors of the script.
 pub fn script(title: &str, file: FileId, text: &str) -> Result<String, Vec<Diagnostic>> {
     let (tree, diagnostics) = syntax::parse(file, text);
     if !diagnostics.is_empty() {

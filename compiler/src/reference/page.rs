@@ -1,10 +1,10 @@
-//! What all pages are made of.
+//! A page under construction: headings, paragraphs, tables, definitions.
 
 use crate::source::Span;
 use crate::syntax::ast::{FunctionDecl, Item, ItemKind, Pattern};
 use std::fmt::Write;
 
-/// A page under way, and the script that it describes.
+/// The page so far, and the script that it describes.
 pub(super) struct Page<'t> {
     text: &'t str,
     out: String,
@@ -36,13 +36,13 @@ impl<'t> Page<'t> {
         self.paragraph(&text);
     }
 
-    /// What is written there, on one line.
+    /// The text of a span on one line.
     pub(super) fn written(&self, span: Span) -> String {
         let text = self.text.get(span.start as usize..span.end as usize).unwrap_or("");
         text.lines().map(str::trim).collect::<Vec<_>>().join(" ")
     }
 
-    /// The same as code; nothing where nothing is written.
+    /// The text of a span as code; empty without a span.
     pub(super) fn code(&self, span: Option<Span>) -> String {
         span.map(|s| format!("`{}`", self.written(s))).unwrap_or_default()
     }
@@ -84,7 +84,7 @@ impl<'t> Page<'t> {
         }
     }
 
-    /// A constant or function: its name, how it is called, its doc comment.
+    /// A constant or function: its name, its header, its doc comment.
     pub(super) fn definition(&mut self, level: usize, item: &Item) {
         let Some(name) = public_name(item) else { return };
         self.heading(level, name);
@@ -132,7 +132,7 @@ fn is_function(item: &Item) -> bool {
     matches!(item.kind, ItemKind::Function(_)) && public_name(item).is_some()
 }
 
-/// Values without a doc comment are steps on the way to others.
+/// A value without a doc comment is an intermediate result.
 fn is_constant(item: &Item) -> bool {
     matches!(item.kind, ItemKind::Let(_)) && public_name(item).is_some() && !item.doc.is_empty()
 }
@@ -143,7 +143,7 @@ pub(super) fn summary(doc: &str) -> String {
     let text = paragraph.join(" ");
     let end = text.match_indices(['.', ':']).map(|(i, _)| i).find(|i| {
         let rest = &text[i + 1..];
-        // Within a name, a number or a pair of brackets nothing ends.
+        // A point within a name, a number or a pair of brackets ends no sentence.
         let open = text[..*i].matches('(').count() > text[..*i].matches(')').count();
         (rest.is_empty() || rest.starts_with(' ')) && !open
     });

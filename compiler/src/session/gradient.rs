@@ -44,11 +44,11 @@ impl Session {
             let Some(asked) = checked.answers.last().and_then(|a| a.value.as_ref()) else { return Err(Vec::new()) };
             let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
             let Some(model) = &s.model else {
-                let message = "there is no model whose parameters this could be derived by";
+                let message = "there is no model with parameters to differentiate by";
                 return Err(vec![Diagnostic::new(Code::NoModel, span, message)]);
             };
             let numbers = numbers_of(&asked.ty).ok_or_else(|| {
-                let message = format!("only numbers have derivatives, and this is {}", asked.words);
+                let message = format!("only numbers have derivatives, but this is {}", asked.words);
                 vec![Diagnostic::new(Code::NoDerivative, span, message).hint("call the function, or take a component")]
             })?;
             let losses = s.scope.losses(checked, &s.options.check);

@@ -157,16 +157,12 @@ impl Session {
             let file = s.add_text(text);
             let whole = Span { file, start: 0, end: text.len() as u32 };
             let Some(model) = &s.model else {
-                return Err(vec![Diagnostic::new(
-                    Code::NoModel,
-                    whole,
-                    "there is no model whose parameters could be set",
-                )]);
+                return Err(vec![Diagnostic::new(Code::NoModel, whole, "there is no model with parameters to set")]);
             };
             let data = value.as_ref().map(|v| &v.data);
             let wrong = |quantity| {
                 let have = value.as_ref().map_or("nothing", |v| v.ty.as_str());
-                let message = format!("'{name}' is {}, and this is {have}", noun(quantity));
+                let message = format!("'{name}' is {}, but this is {have}", noun(quantity));
                 vec![Diagnostic::new(Code::DimensionMismatch, whole, message)]
             };
             if let Some(i) = model.parameters().iter().position(|p| p.name == name) {

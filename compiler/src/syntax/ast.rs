@@ -1,4 +1,4 @@
-//! The syntax tree: what was written, with spans, and nothing of what it means.
+//! The syntax tree: the text as written, with spans. Names and types are not resolved.
 
 use crate::source::Span;
 
@@ -7,7 +7,7 @@ use crate::source::Span;
 pub struct Ident {
     /// The text.
     pub text: String,
-    /// Where it stands.
+    /// Its place.
     pub span: Span,
 }
 
@@ -16,7 +16,7 @@ pub struct Ident {
 pub struct File {
     /// Top-level items in the order in which they are written.
     pub items: Vec<Item>,
-    /// Names that statements which could not be read most likely declare: nothing is to be said of their absence.
+    /// Names that unreadable statements most likely declare: uses of them are not reported as unknown.
     pub unread: Vec<String>,
 }
 
@@ -27,11 +27,20 @@ pub struct Item {
     pub doc: String,
     /// From its first keyword to its end, without the doc comment.
     pub span: Span,
-    /// What it is.
+    /// Its kind, with the parts.
     pub kind: ItemKind,
+    /// Levels of the tree from here down.
+    pub(crate) depth: u32,
 }
 
-/// The kinds of item. At the top level stand `use`, `fn`, `deriv`, `let` and `model`; in a model all but `use` and `model`.
+impl Item {
+    /// An item that could not be parsed.
+    pub(super) fn error(span: Span) -> Self {
+        Self { doc: String::new(), span, kind: ItemKind::Error, depth: 1 }
+    }
+}
+
+/// The kinds of item. The top level has `use`, `fn`, `deriv`, `let` and `model`; a model has all but `use` and `model`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ItemKind {
     /// `use std.curve (bezier, line)`, `use std.curve`, `use "other.gml" (name)`.
@@ -56,11 +65,11 @@ pub enum ItemKind {
     For(ForItems),
     /// `if condition { items } else { items }` in a model's body.
     If(IfItems),
-    /// Something that could not be parsed; a diagnostic says why.
+    /// An item that could not be parsed; a diagnostic says why.
     Error,
 }
 
-/// What a `use` brings in.
+/// A `use`: a module, or names of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Use {
     /// The module.
@@ -102,7 +111,7 @@ pub struct FnParam {
     pub default: Option<Expr>,
 }
 
-/// What binds names.
+/// The left side of a binding.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pattern {
     /// One name; `_` binds nothing.
@@ -111,7 +120,7 @@ pub enum Pattern {
     Tuple(Vec<Pattern>, Span),
 }
 
-/// A derivative given by hand: `deriv norm(v; dv) { ... }`.
+/// A custom derivative: `deriv norm(v; dv) { ... }`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DerivativeDecl {
     /// The function that it belongs to.
@@ -171,9 +180,9 @@ pub struct PartDecl {
 /// A `require`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Require {
-    /// What must hold.
+    /// The condition that must hold.
     pub condition: Expr,
-    /// What to say where it does not.
+    /// The message for the case that it does not hold.
     pub message: Option<String>,
 }
 
@@ -184,7 +193,7 @@ pub struct ForItems {
     pub pattern: Pattern,
     /// A range or an array.
     pub iterable: Expr,
-    /// What is repeated.
+    /// The repeated items.
     pub items: Vec<Item>,
 }
 
@@ -193,22 +202,24 @@ pub struct ForItems {
 pub struct IfItems {
     /// Known at compile time (it depends on inputs only).
     pub condition: Expr,
-    /// Where it holds.
+    /// The items if it holds.
     pub then: Vec<Item>,
-    /// Where it does not.
+    /// The items if it does not.
     pub otherwise: Vec<Item>,
 }
 
-/// A type as written.
+/// A type annotation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TypeExpr {
-    /// Where it stands.
+    /// Its place.
     pub span: Span,
-    /// What it is.
+    /// Its kind, with the parts.
     pub kind: TypeKind,
+    /// Levels of the tree from here down.
+    pub(crate) depth: u32,
 }
 
-/// The kinds of written type.
+/// The kinds of type annotation.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TypeKind {
     /// `real`, `length`, `point3`, `surface`, ...
@@ -228,10 +239,19 @@ pub enum TypeKind {
 /// An expression.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expr {
-    /// Where it stands.
+    /// Its place.
     pub span: Span,
-    /// What it is.
+    /// Its kind, with the parts.
     pub kind: ExprKind,
+    /// Levels of the tree from here down.
+    pub(crate) depth: u32,
+}
+
+impl Expr {
+    /// An expression that could not be parsed.
+    pub(super) fn error(span: Span) -> Self {
+        Self { span, kind: ExprKind::Error, depth: 1 }
+    }
 }
 
 /// A unit written after a number.

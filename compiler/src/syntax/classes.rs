@@ -1,10 +1,10 @@
-//! What the pieces of a text are, for highlighting.
+//! The classes of the tokens of a text, for highlighting.
 
 use super::token::Token;
 use logos::Logos;
 use std::ops::Range;
 
-/// What a piece of text is.
+/// The class of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
     /// A word of the language.
@@ -19,11 +19,11 @@ pub enum Class {
     Comment,
     /// An operator, a bracket or another sign.
     Sign,
-    /// What means nothing.
+    /// Characters without a meaning.
     Wrong,
 }
 
-/// The pieces of a text with their bytes; white space is left out.
+/// The tokens of a text with their bytes and classes; white space is left out.
 pub fn classes(text: &str) -> impl Iterator<Item = (Range<usize>, Class)> {
     Token::lexer(text).spanned().filter_map(|(token, range)| {
         use Token::*;

@@ -1,10 +1,10 @@
-//! Text to the tokens that the grammar reads: brackets are matched, line ends become separators where they end a
-//! statement, and what depends on more than one token of look-ahead is decided.
+//! Text to the tokens of the grammar: brackets are matched, line ends become separators where they end a statement, and
+//! choices that need more than one token of look-ahead are made.
 //!
-//! What leaves this pass has only matched brackets, at most [`NESTING_LIMIT`] deep; a bracket that had to be made up
-//! to that end has an empty span.
+//! All brackets of the result match, and are nested at most [`NESTING_LIMIT`] deep. A bracket that was added for that
+//! has an empty span.
 
-use super::scan::scan;
+use super::lexer::lex;
 use super::token::Token;
 use super::{NESTING_LIMIT, spanned};
 use crate::diagnostic::{Code, Diagnostic, Edit};
@@ -18,14 +18,14 @@ pub(crate) struct Lexeme {
     pub(crate) end: u32,
 }
 
-/// The tokens of a file. With `statements` false the text is one expression, and line ends mean nothing outside
+/// The tokens of a file. If `statements` is false, the text is one expression, and line ends have no meaning outside of
 /// blocks.
 pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
-    let (raw, mut diagnostics) = scan(file, text);
+    let (raw, mut diagnostics) = lex(file, text);
     let mut layout = Layout::new(file, text, statements);
     let fits = layout.run(&raw);
     if fits && !layout.open.is_empty() {
-        // A brace was forgotten somewhere: where the lines are indented, they tell where.
+        // A closing brace is missing somewhere: the indentation of the lines may tell where.
         let mut indented = Layout { by_indentation: true, ..Layout::new(file, text, statements) };
         let fits = indented.run(&raw);
         indented.close_all(text.len() as u32);
@@ -34,7 +34,7 @@ pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>
         }
     }
     if !fits {
-        // Brackets nested beyond the limit: what follows would only be misread.
+        // Brackets are nested beyond the limit: the rest would only be misread.
         return (Vec::new(), [diagnostics, layout.diagnostics].concat());
     }
     layout.close_all(text.len() as u32);
@@ -42,19 +42,19 @@ pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>
     (layout.out, diagnostics)
 }
 
-/// How a text of statements ends.
+/// The state at the end of a text of statements.
 pub(super) struct End {
     /// A bracket is open.
     pub(super) open: bool,
-    /// A doc comment waits for what it describes.
+    /// The last line is a doc comment, which needs an item.
     pub(super) doc: bool,
-    /// There are characters or brackets that cannot be right however it goes on.
+    /// There are characters or brackets that are wrong whatever follows.
     pub(super) wrong: bool,
 }
 
-/// How a text of statements ends.
+/// The state at the end of a text of statements.
 pub(super) fn end(text: &str) -> End {
-    let (raw, wrong) = scan(FileId::default(), text);
+    let (raw, wrong) = lex(FileId::default(), text);
     let mut layout = Layout::new(FileId::default(), text, true);
     let fits = layout.run(&raw);
     let wrong = !fits || !wrong.is_empty() || !layout.diagnostics.is_empty();
@@ -95,12 +95,12 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// Takes all raw tokens. False where brackets are nested too deep.
+    /// Takes all raw tokens. False if brackets are nested too deep.
     fn run(&mut self, raw: &[Lexeme]) -> bool {
         raw.iter().enumerate().all(|(i, lexeme)| self.step(*lexeme, &raw[i + 1..]))
     }
 
-    /// Takes one raw token; `rest` are those after it. False where brackets are nested too deep.
+    /// Takes one raw token; `rest` are those after it. False if brackets are nested too deep.
     fn step(&mut self, lexeme: Lexeme, rest: &[Lexeme]) -> bool {
         match lexeme.token {
             Token::Newline => self.line_end = true,
@@ -133,8 +133,8 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// A line that begins with a keyword of an item cannot lie within brackets other than braces: a bracket before it
-    /// was forgotten.
+    /// A line that begins with a keyword of an item cannot lie within parentheses or brackets: the closing one is
+    /// missing.
     fn recover_unclosed(&mut self, lexeme: Lexeme) {
         if !self.line_end {
             return;
@@ -155,7 +155,7 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// How far the line with that byte is indented.
+    /// The indentation of the line with that byte, in characters.
     fn indentation(&self, at: u32) -> usize {
         let start = self.text[..at as usize].rfind('\n').map_or(0, |n| n + 1);
         self.text[start..].chars().take_while(|c| matches!(c, ' ' | '\t')).count()
@@ -167,7 +167,7 @@ impl<'t> Layout<'t> {
         if !self.in_statements() || begins || lexeme.token == Token::BraceClose {
             return;
         }
-        // After an operator an item cannot go on; the statement was left unfinished.
+        // An item cannot follow an operator: the statement before it is unfinished.
         let goes_on = last.token.continues_after() && !lexeme.token.begins_item();
         let line_end = self.line_end && !goes_on && !lexeme.token.continues_before();
         if self.semicolon || line_end {
@@ -175,7 +175,7 @@ impl<'t> Layout<'t> {
         }
     }
 
-    /// A doc comment counts where an item follows; elsewhere it is a comment.
+    /// A doc comment before an item becomes a token; any other is a comment.
     fn emit_doc(&mut self, next: Lexeme) {
         let at_start = self.out.last().is_none_or(|l| matches!(l.token, Token::Separator | Token::BraceOpen));
         if let Some(doc) = self.doc
@@ -228,8 +228,8 @@ impl<'t> Layout<'t> {
                 return;
             }
             self.diagnostics.push(
-                Diagnostic::new(Code::UnmatchedBracket, span, format!("'{text}' closes nothing"))
-                    .suggest("leave it out", [Edit::remove(span)]),
+                Diagnostic::new(Code::UnmatchedBracket, span, format!("'{text}' has no opening bracket"))
+                    .suggest("remove it", [Edit::remove(span)]),
             );
             self.out.push(Lexeme { token: Token::Error, ..lexeme });
             return;
@@ -241,7 +241,7 @@ impl<'t> Layout<'t> {
         self.out.push(lexeme);
     }
 
-    /// Takes a closing bracket of the wrong kind for the one that was meant, on the line of the opening one.
+    /// The right closing bracket in place of a wrong one on the line of the opening bracket.
     fn mistaken(&mut self, lexeme: Lexeme) -> Option<Token> {
         let bracket = *self.open.last()?;
         let meant = bracket.token.closer()?;
@@ -257,7 +257,7 @@ impl<'t> Layout<'t> {
             _ => "}",
         };
         self.diagnostics.push(
-            Diagnostic::new(Code::UnmatchedBracket, spans[1], format!("'{opening}' is not closed by '{closing}'"))
+            Diagnostic::new(Code::UnmatchedBracket, spans[1], format!("'{closing}' does not close '{opening}'"))
                 .related(spans[0], "opened here")
                 .suggest(format!("did you mean '{ours}'?"), [Edit::replace(spans[1], ours)]),
         );
@@ -282,14 +282,15 @@ impl<'t> Layout<'t> {
     }
 }
 
-/// `{` opens a record where a name and a colon follow.
+/// `{` opens a record if a name and a colon follow.
 fn opens_record(rest: &[Lexeme]) -> bool {
     let mut tokens = rest.iter().map(|l| l.token).filter(|t| !matches!(t, Token::Newline | Token::Comment));
     tokens.next() == Some(Token::Name) && tokens.next() == Some(Token::Colon)
 }
 
-/// The message for a tree that would be too deep to walk.
+/// The diagnostic for a tree that would be too deep to walk.
 pub(super) fn too_deep(file: FileId, start: u32, end: u32) -> Diagnostic {
-    let message = format!("this is nested more than {NESTING_LIMIT} deep");
-    Diagnostic::new(Code::TooDeep, spanned(file, start, end), message).hint("name its parts with 'let'")
+    let message = format!("this is nested more than {NESTING_LIMIT} levels deep");
+    Diagnostic::new(Code::TooDeep, spanned(file, start, end), message)
+        .hint("split it up: give its parts names with 'let'")
 }

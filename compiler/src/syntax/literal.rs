@@ -1,10 +1,10 @@
-//! Numbers, texts and doc comments: from their spelling to their value.
+//! The values of numbers, texts and doc comments.
 
 use super::ast::{ExprKind, Unit};
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 
-/// The value of a number with what is glued to it.
+/// The value of a number with its unit.
 pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Box<Diagnostic>> {
     let (number, suffix) = split_number(text);
     let unit = match suffix {
@@ -14,7 +14,7 @@ pub(super) fn number(span: Span, text: &str) -> Result<ExprKind, Box<Diagnostic>
     let digits = number.replace('_', "");
     if unit.is_none() && digits.bytes().all(|c| c.is_ascii_digit()) {
         return digits.parse().map(ExprKind::Int).map_err(|_| {
-            let hint = format!("as a real number it is written '{digits}.0'");
+            let hint = format!("write '{digits}.0' for a real number");
             let error = Diagnostic::new(Code::BadNumber, span, "this whole number is too large");
             Box::new(error.suggest(hint, [Edit::after(span, ".0")]))
         });
@@ -45,20 +45,12 @@ fn split_number(text: &str) -> (&str, &str) {
 }
 
 fn unit(suffix: &str) -> Option<Unit> {
-    Some(match suffix {
-        "mm" => Unit::Mm,
-        "cm" => Unit::Cm,
-        "m" => Unit::M,
-        "in" => Unit::In,
-        "deg" => Unit::Deg,
-        "rad" => Unit::Rad,
-        "turn" => Unit::Turn,
-        _ => return None,
-    })
+    use Unit::*;
+    [Mm, Cm, M, In, Deg, Rad, Turn].into_iter().find(|unit| unit.name() == suffix)
 }
 
 fn unknown_unit(span: Span, number: &str, suffix: &str) -> Box<Diagnostic> {
-    let error = Diagnostic::new(Code::UnknownUnit, span, format!("'{suffix}' is no unit"));
+    let error = Diagnostic::new(Code::UnknownUnit, span, format!("'{suffix}' is not a unit"));
     let meant = match suffix {
         "°" | "degree" | "degrees" | "grad" | "degs" => Some(("deg", "degrees are written 'deg'")),
         "inch" | "inches" | "ins" => Some(("in", "inches are written 'in'")),
@@ -76,9 +68,8 @@ fn unknown_unit(span: Span, number: &str, suffix: &str) -> Box<Diagnostic> {
         Some((ours, why)) if !(ours.starts_with('e') && number.contains(['e', 'E'])) => {
             error.suggest(why, [Edit::replace(unit, ours)])
         }
-        _ => error.hint(format!(
-            "the units are mm, cm, m, in, deg, rad and turn; a product is written '{number} * {suffix}'"
-        )),
+        _ => error
+            .hint(format!("the units are mm, cm, m, in, deg, rad and turn; for a product write '{number} * {suffix}'")),
     })
 }
 
@@ -125,14 +116,14 @@ pub(super) fn text(span: Span, quoted: &str, diagnostics: &mut Vec<Diagnostic>) 
         let shown = &quoted[at..at + (first.end - first.start) as usize];
         let edits = wrong.iter().map(|s| Edit::before(*s, "\\"));
         diagnostics.push(
-            Diagnostic::new(Code::UnknownEscape, *first, format!("'{shown}' means nothing in a text"))
-                .suggest(r"a backslash is written '\\' (and a path is better written with '/')", edits),
+            Diagnostic::new(Code::UnknownEscape, *first, format!("'{shown}' is not an escape sequence"))
+                .suggest(r"write '\\' for a backslash; in a path, '/' works everywhere", edits),
         );
     }
     out
 }
 
-/// The text of `///` lines (and whatever lies between them) without the slashes and the space after them.
+/// The text of `///` lines without the slashes and the space after them.
 pub(crate) fn doc(text: &str) -> String {
     // A semicolon may stand before a comment.
     let begins = |c: char| c == ';' || c.is_whitespace();

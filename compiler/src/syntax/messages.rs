@@ -1,4 +1,4 @@
-//! What to say where the grammar did not expect a token: in the user's words, with the mend where it can be guessed.
+//! The message for a token that the grammar did not expect, with a suggestion where the intention can be guessed.
 
 use super::foreign::{alias, foreign};
 use super::layout::Lexeme;
@@ -8,7 +8,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::source::{FileId, Span};
 use crate::suggest::nearest;
 
-/// Where the grammar stopped: the tokens of the file and the index of the one that it did not expect.
+/// The place at which the grammar stopped: the tokens of the file and the index of the unexpected one.
 pub(super) struct Place<'t> {
     pub(super) file: FileId,
     pub(super) text: &'t str,
@@ -19,7 +19,7 @@ pub(super) struct Place<'t> {
     pub(super) end: u32,
 }
 
-/// The diagnostic; `expected` are terminals as the grammar names them.
+/// The diagnostic for an unexpected token.
 pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
     let expected = Expected(expected);
     let found = place.found();
@@ -27,7 +27,7 @@ pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
         && expected.has("name")
         && !expected.value()
     {
-        let message = format!("'{keyword}' is a word of the language and cannot be a name");
+        let message = format!("'{keyword}' is a keyword and cannot be a name");
         return Diagnostic::new(Code::ReservedWord, place.span(), message);
     }
     if let Some(diagnostic) = foreign(place, &expected) {
@@ -35,7 +35,7 @@ pub(super) fn unexpected(place: &Place<'_>, expected: &[String]) -> Diagnostic {
     }
     let wanted = expected.describe();
     let message =
-        if wanted.is_empty() { format!("did not expect {found}") } else { format!("expected {wanted}, found {found}") };
+        if wanted.is_empty() { format!("unexpected {found}") } else { format!("expected {wanted}, found {found}") };
     let diagnostic = Diagnostic::new(Code::Syntax, place.span(), message);
     match hint(place, &expected) {
         Some(hint) => diagnostic.hint(hint),
@@ -56,10 +56,10 @@ impl Place<'_> {
         self.tokens.get(index).map_or("", |l| &self.text[l.start as usize..l.end as usize])
     }
 
-    /// What to underline: the token, or where it would be for one that cannot be seen.
+    /// The place to underline: the token, or the end of the one before it if the token is invisible.
     fn span(&self) -> Span {
         match self.token() {
-            // A line end is underlined as the place after the last token.
+            // A line end.
             Some(Token::Separator) | None => {
                 let last = self.index.checked_sub(1).map_or(0, |i| self.tokens[i].end);
                 spanned(self.file, last, last)
@@ -94,7 +94,7 @@ const KEYWORDS: [&str; 18] = [
     "false", "and", "or", "not",
 ];
 
-/// The terminals that would have been right.
+/// The terminals that the grammar would have accepted, by their names in the grammar.
 pub(super) struct Expected<'e>(&'e [String]);
 
 impl Expected<'_> {
@@ -129,7 +129,7 @@ impl Expected<'_> {
         if self.has("text") && !self.value() {
             wanted.push("a text in double quotes".to_owned());
         }
-        // Where values or types go on, so do brackets and signs that begin them.
+        // If a value or type is expected, the brackets and signs that begin one are expected with it.
         let begins = self.value() || self.has("name");
         for punctuation in ["(", ",", ":", "in", "=", "->", "..", ";", "|", ")", "]"] {
             let of_operand = match punctuation {
@@ -174,7 +174,7 @@ fn hint(place: &Place<'_>, expected: &Expected<'_>) -> Option<String> {
     }
 }
 
-/// The word of the language that was probably meant.
+/// The keyword that was probably meant.
 pub(super) fn nearest_keyword(word: &str) -> Option<&'static str> {
     alias(word).or_else(|| nearest(word, KEYWORDS.into_iter().filter(|k| k.len() > 2)))
 }

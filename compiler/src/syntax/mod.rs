@@ -1,22 +1,24 @@
-//! Text to tree. Knows no types and no names.
+//! Text to tree, without types or the meaning of names.
 //!
-//! [`parse`] never fails: it returns a tree and what is wrong with it, several findings a file. The text passes
-//! through the lexer (`scan`), a pass that gives line ends their meaning and matches brackets (`layout`), and the
-//! grammar (`grammar.lalrpop`), whose actions build the tree (`builder`). A statement that the grammar rejects is
-//! reported, taken out whole and stands in the tree as an error node; then the file is parsed anew (`recover`).
+//! [`parse`] never fails: it returns a tree, and several diagnostics a file. The text passes through the lexer
+//! (`lexer`), a pass that gives line ends their meaning and matches brackets (`layout`), and the grammar
+//! (`grammar.lalrpop`), whose actions build the tree (`builder`). A statement that the grammar rejects is reported and
+//! replaced by an error node; then the file is parsed again (`recover`). The messages say what was expected
+//! (`messages`), or what to write instead of a construct of another language (`foreign`).
 //!
 //! No tree is deeper than [`NESTING_LIMIT`], so that everything that walks one may recurse.
 
 pub mod ast;
 mod builder;
 mod classes;
+mod depth;
 mod foreign;
 pub(crate) mod layout;
+mod lexer;
 pub(crate) mod literal;
 mod messages;
 mod print;
 mod recover;
-mod scan;
 mod statements;
 pub(crate) mod token;
 

@@ -1,9 +1,9 @@
-//! Drives the grammar over a file, statement by statement where there are errors.
+//! Runs the grammar over a file; broken statements are taken out one by one.
 
 use super::LENGTH_LIMIT;
-use super::ast::{Expr, ExprKind, File};
-use super::builder::Builder;
-use super::grammar::{ExpressionParser, FileParser};
+use super::ast::{Expr, File, Item};
+use super::builder::{Builder, Input};
+use super::grammar::InputParser;
 use super::layout::{Lexeme, layout};
 use super::messages::{Place, unexpected};
 use super::spanned;
@@ -11,15 +11,16 @@ use super::token::Token;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::FileId;
 use lalrpop_util::ParseError;
+use std::iter;
+use std::ops::Range;
 
-/// After so many broken statements the rest of a file is taken as read wrongly.
+/// Broken statements after which the rest of a file is not read: most likely it would be misread.
 const ERROR_LIMIT: usize = 20;
 
-/// How many bytes are parsed in all because of broken statements, but for the first two passes.
+/// Bytes that are parsed again because of broken statements, in all, after the first two passes.
 const PASSED_BYTES: usize = 8 << 20;
 
-/// The tree of a file, and what is wrong with it in the order of the text. What could not be parsed stands in the
-/// tree as error nodes.
+/// The tree of a file, and its diagnostics in the order of the text. Statements that could not be parsed are error nodes.
 #[must_use]
 pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
     if let Some(diagnostic) = too_long(file, text) {
@@ -42,28 +43,32 @@ pub(super) fn parse_tokens(
     let mut unread = Vec::new();
     for _ in 0..passes {
         let mut builder = Builder::new(file, text);
-        match FileParser::new().parse(&mut builder, triples(&tokens)) {
-            Ok(tree) => {
+        match read_file(&mut builder, &tokens) {
+            Ok(items) => {
                 diagnostics.append(&mut builder.diagnostics);
-                return File { unread, ..tree };
+                return File { items, unread };
             }
             Err(error) => {
-                let failure = Failure::new(error, &tokens, text);
-                diagnostics.extend(failure.diagnostic(file, text, &tokens));
-                let cut = cut_statement(&mut tokens, failure.index);
+                let stop = Stop::new(error, &tokens, text);
+                diagnostics.extend(stop.diagnostic(file, text, &tokens));
+                let cut = cut_statement(&mut tokens, stop.index);
                 unread.extend(declared(&cut).map(|l| text[l.start as usize..l.end as usize].to_owned()));
             }
         }
     }
     let end = text.len() as u32;
-    diagnostics.push(Diagnostic::new(Code::TooManyErrors, spanned(file, end, end), "too many errors to go on reading"));
+    diagnostics.push(Diagnostic::new(
+        Code::TooManyErrors,
+        spanned(file, end, end),
+        "too many syntax errors: the rest of the file was not read",
+    ));
     File::default()
 }
 
 /// The tree of one expression, such as a value given on the command line.
 #[must_use]
 pub fn parse_expression(file: FileId, text: &str) -> (Expr, Vec<Diagnostic>) {
-    let failed = Expr { span: spanned(file, 0, text.len() as u32), kind: ExprKind::Error };
+    let failed = Expr::error(spanned(file, 0, text.len() as u32));
     if let Some(diagnostic) = too_long(file, text) {
         return (failed, vec![diagnostic]);
     }
@@ -71,16 +76,29 @@ pub fn parse_expression(file: FileId, text: &str) -> (Expr, Vec<Diagnostic>) {
     if tokens.is_empty() && !diagnostics.is_empty() {
         return (failed, diagnostics);
     }
+    let expr = parse_range(file, text, &tokens, 0..tokens.len(), &mut diagnostics);
+    (expr.unwrap_or(failed), sorted(diagnostics))
+}
+
+/// The expression of a range of tokens; `None`, with a diagnostic, if there is none.
+pub(super) fn parse_range(
+    file: FileId,
+    text: &str,
+    tokens: &[Lexeme],
+    range: Range<usize>,
+    diagnostics: &mut Vec<Diagnostic>,
+) -> Option<Expr> {
     let mut builder = Builder::new(file, text);
-    match ExpressionParser::new().parse(&mut builder, triples(&tokens)) {
+    match read_expression(&mut builder, &tokens[range.clone()]) {
         Ok(expr) => {
             diagnostics.append(&mut builder.diagnostics);
-            (expr, sorted(diagnostics))
+            Some(expr)
         }
         Err(error) => {
-            let failure = Failure::new(error, &tokens, text);
-            diagnostics.extend(failure.diagnostic(file, text, &tokens));
-            (failed, sorted(diagnostics))
+            let mut stop = Stop::new(error, &tokens[range.clone()], text);
+            stop.index += range.start;
+            diagnostics.extend(stop.diagnostic(file, text, tokens));
+            None
         }
     }
 }
@@ -90,8 +108,25 @@ pub(super) fn too_long(file: FileId, text: &str) -> Option<Diagnostic> {
     (text.len() > LENGTH_LIMIT).then(|| Diagnostic::new(Code::TooLong, spanned(file, 0, 0), message))
 }
 
-pub(super) fn triples(tokens: &[Lexeme]) -> impl Iterator<Item = Result<(u32, Token, u32), ()>> {
-    tokens.iter().map(|l| Ok((l.start, l.token, l.end)))
+pub(super) type ReadError = ParseError<u32, Token, ()>;
+
+pub(super) fn read_file(builder: &mut Builder<'_>, tokens: &[Lexeme]) -> Result<Vec<Item>, ReadError> {
+    match read(builder, Token::FileStart, tokens)? {
+        Input::File(items) => Ok(items),
+        Input::Expression(_) => unreachable!("the first token is that of a file"),
+    }
+}
+
+pub(super) fn read_expression(builder: &mut Builder<'_>, tokens: &[Lexeme]) -> Result<Expr, ReadError> {
+    match read(builder, Token::ExpressionStart, tokens)? {
+        Input::Expression(expr) => Ok(expr),
+        Input::File(_) => unreachable!("the first token is that of an expression"),
+    }
+}
+
+fn read(builder: &mut Builder<'_>, first: Token, tokens: &[Lexeme]) -> Result<Input, ReadError> {
+    let first = Lexeme { token: first, start: 0, end: 0 };
+    InputParser::new().parse(builder, iter::once(&first).chain(tokens).map(|l| Ok((l.start, l.token, l.end))))
 }
 
 fn sorted(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
@@ -99,17 +134,17 @@ fn sorted(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Where and why the grammar stopped.
-pub(super) struct Failure {
+/// The place at which the grammar stopped, and the terminals that it expected there.
+struct Stop {
     /// The index of the token that it did not expect; the number of tokens at the end of the file.
-    pub(super) index: usize,
+    index: usize,
     start: u32,
     end: u32,
     expected: Vec<String>,
 }
 
-impl Failure {
-    pub(super) fn new(error: ParseError<u32, Token, ()>, tokens: &[Lexeme], text: &str) -> Failure {
+impl Stop {
+    fn new(error: ReadError, tokens: &[Lexeme], text: &str) -> Self {
         let eof = text.trim_end().len() as u32;
         let (start, end, expected) = match error {
             ParseError::UnrecognizedToken { token: (start, _, end), expected } => (start, end, expected),
@@ -119,22 +154,20 @@ impl Failure {
         };
         // Several tokens may begin where an empty one does; all but the last of them are empty.
         let index = tokens.partition_point(|t| (t.start, t.end) < (start, end));
-        Failure { index, start: start.min(eof), end, expected }
+        Self { index, start: start.min(eof), end, expected }
     }
 
-    /// What to say; nothing where the token itself is the trace of an error that was reported.
-    pub(super) fn diagnostic(&self, file: FileId, text: &str, tokens: &[Lexeme]) -> Option<Diagnostic> {
-        let found = tokens.get(self.index).map(|l| l.token);
-        let made_up = found.is_some() && self.start == self.end;
-        if made_up || matches!(found, Some(Token::Error | Token::BadStatement)) {
+    /// The diagnostic; `None` if the token or its statement contains an error that was reported already.
+    fn diagnostic(&self, file: FileId, text: &str, tokens: &[Lexeme]) -> Option<Diagnostic> {
+        let token = tokens.get(self.index).map(|l| l.token);
+        let made_up = token.is_some() && self.start == self.end;
+        if made_up || matches!(token, Some(Token::Error | Token::BadStatement)) {
             return None;
         }
-        // What follows something that was reported is most likely misread.
+        // Tokens after a reported error are most likely misread.
         let statement = statement_around(tokens, self.index);
-        if tokens[statement.from..self.index]
-            .iter()
-            .any(|l| l.token == Token::Error || (l.start == l.end && l.token.is_closer()))
-        {
+        let reported = |l: &Lexeme| l.token == Token::Error || (l.start == l.end && l.token.is_closer());
+        if tokens[statement.from..self.index].iter().any(reported) {
             return None;
         }
         let place = Place { file, text, tokens, index: self.index, start: self.start, end: self.end };
@@ -142,9 +175,8 @@ impl Failure {
     }
 }
 
-/// Replaces the innermost statement around a token by one that stands for a broken one. Where nothing is left to
-/// replace there, the statement around it is taken.
-/// Its tokens come back.
+/// Replaces the innermost statement around a token by a broken statement, or the one around that if nothing is left of
+/// it. Returns the replaced tokens.
 fn cut_statement(tokens: &mut Vec<Lexeme>, mut index: usize) -> Vec<Lexeme> {
     loop {
         let Statement { from, to, opener } = statement_around(tokens, index);
@@ -160,7 +192,7 @@ fn cut_statement(tokens: &mut Vec<Lexeme>, mut index: usize) -> Vec<Lexeme> {
     }
 }
 
-/// The names that a broken statement most likely declares: those before its first `=`, and those after a word that declares.
+/// The names that a broken statement most likely declares: those before its first `=`, and those after a keyword.
 fn declared(tokens: &[Lexeme]) -> impl Iterator<Item = &Lexeme> {
     let first = tokens.iter().position(|l| l.token == Token::Equals).unwrap_or(tokens.len());
     tokens.iter().enumerate().filter_map(move |(i, lexeme)| {
@@ -176,7 +208,7 @@ pub(super) struct Statement {
     opener: Option<usize>,
 }
 
-/// The innermost statement that contains the token; where the token ends a statement, that statement.
+/// The innermost statement that contains the token, or that ends with it.
 pub(super) fn statement_around(tokens: &[Lexeme], index: usize) -> Statement {
     let (mut from, mut depth, mut crossed, mut opener) = (index, 0, 0, None);
     while from > 0 {

@@ -1,25 +1,24 @@
-//! Text as it is entered into a session: items and expressions, each on lines of its own.
+//! Text that is entered into a session: items and expressions, each on lines of its own.
 
 use super::ast::{Expr, ExprKind, Item};
 use super::builder::Builder;
-use super::grammar::{ExpressionParser, FileParser};
 use super::layout::{self, Lexeme};
-use super::recover::{Failure, parse_tokens, too_long, triples};
+use super::recover::{parse_range, parse_tokens, read_expression, read_file, too_long};
 use super::token::Token;
 use crate::diagnostic::Diagnostic;
 use crate::source::FileId;
 use lalrpop_util::ParseError;
 
-/// A line, or several that belong together.
+/// An item or expression of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Entry {
     /// A declaration.
     Item(Item),
-    /// An expression whose value is asked for.
+    /// An expression, whose value is to be shown.
     Expression(Expr),
 }
 
-/// The items and expressions of a text, and what is wrong with it. What could not be parsed is left out.
+/// The items and expressions of a text, and its diagnostics. Statements that could not be parsed are left out.
 #[must_use]
 pub fn parse_entries(file: FileId, text: &str) -> (Vec<Entry>, Vec<Diagnostic>) {
     if let Some(diagnostic) = too_long(file, text) {
@@ -33,23 +32,15 @@ pub fn parse_entries(file: FileId, text: &str) -> (Vec<Entry>, Vec<Diagnostic>) 
             entries.extend(tree.items.into_iter().map(Entry::Item));
             continue;
         }
-        let mut builder = Builder::new(file, text);
-        match ExpressionParser::new().parse(&mut builder, triples(&tokens[from..to])) {
-            Ok(deep) => entries.push(Entry::Expression(deep)),
-            Err(error) => {
-                let mut failure = Failure::new(error, &tokens[from..to], text);
-                failure.index += from;
-                diagnostics.extend(failure.diagnostic(file, text, &tokens));
-            }
-        }
-        diagnostics.append(&mut builder.diagnostics);
+        let expr = parse_range(file, text, &tokens, from..to, &mut diagnostics);
+        entries.extend(expr.map(Entry::Expression));
     }
     diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
     (entries, diagnostics)
 }
 
-/// Whether a text is the beginning of a longer one: a bracket is open, the last line ends where it must go on, or a
-/// declaration wants its rest. What is wrong in itself is complete.
+/// Whether a text needs more lines: a bracket is open, the last line ends with an operator, or a declaration is
+/// unfinished. A text with an error is complete.
 #[must_use]
 pub fn is_incomplete(text: &str) -> bool {
     let file = FileId::default();
@@ -71,20 +62,20 @@ pub fn is_incomplete(text: &str) -> bool {
     let last = &tokens[from..to];
     let mut builder = Builder::new(file, text);
     if is_item(last) {
-        return matches!(FileParser::new().parse(&mut builder, triples(last)), Err(ParseError::UnrecognizedEof { .. }));
+        return matches!(read_file(&mut builder, last), Err(ParseError::UnrecognizedEof { .. }));
     }
-    match ExpressionParser::new().parse(&mut builder, triples(last)) {
+    match read_expression(&mut builder, last) {
         Ok(expr) => wants_else(&expr),
         Err(error) => matches!(error, ParseError::UnrecognizedEof { .. }),
     }
 }
 
-/// `||` and the like are wrong, and no line that goes on.
+/// `||` at the end is an error, not a line that continues.
 fn ends_lambda(tokens: &[Lexeme]) -> bool {
     matches!(tokens, [.., Lexeme { token: Token::Bar, .. }, Lexeme { token: Token::Bar, .. }])
 }
 
-/// An `if` that has no value without its other side.
+/// An `if` expression without `else`.
 fn wants_else(expr: &Expr) -> bool {
     match &expr.kind {
         ExprKind::If(_, _, None) => true,

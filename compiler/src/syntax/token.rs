@@ -1,8 +1,8 @@
-//! Tokens: what the text is made of, before line ends are given their meaning.
+//! Tokens of the text, before line ends are given their meaning.
 
 use logos::Logos;
 
-/// The kind of a token; its text is what stands under its span.
+/// The kind of a token; the text is that of its span.
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[logos(skip r"[ \t\r\u{c}\u{a0}\u{feff}]+")]
 pub(crate) enum Token {
@@ -45,7 +45,7 @@ pub(crate) enum Token {
 
     #[regex(r"[\p{XID_Start}_]\p{XID_Continue}*")]
     Name,
-    /// A number with whatever letters are glued to it: `3`, `0.5`, `1e-3m`; the unit is judged later.
+    /// A number with the letters that directly follow it: `3`, `0.5`, `1e-3m`; the unit is checked later.
     #[regex(r"[0-9][0-9_]*(\.[0-9][0-9_]*)?([eE][+\-]?[0-9]+)?([\p{XID_Start}_]\p{XID_Continue}*)?")]
     Number,
     #[regex(r#""([^"\\\n]|\\[^\n])*""#)]
@@ -115,7 +115,7 @@ pub(crate) enum Token {
     #[regex(r"//[^\n]*", allow_greedy = true)]
     Comment,
 
-    // The rest is made from these by the layout pass.
+    // The layout pass makes the others from these.
     /// The end of a statement.
     Separator,
     /// The `{` of a record.
@@ -124,19 +124,23 @@ pub(crate) enum Token {
     Tolerance,
     /// One or more lines of `///`.
     Doc,
-    /// What is no token; a diagnostic was given.
+    /// Characters that are no token; a diagnostic was given.
     Error,
     /// A statement that could not be parsed; a diagnostic was given.
     BadStatement,
+    /// Stands before the first token of a file.
+    FileStart,
+    /// Stands before the first token of a lone expression.
+    ExpressionStart,
 }
 
 impl Token {
-    /// Whether a line that ends with this token goes on in the next.
+    /// Whether a line that ends with this token continues on the next one.
     pub(super) fn continues_after(self) -> bool {
         self.is_operator() || matches!(self, Token::Comma | Token::Colon | Token::Bar | Token::Not | Token::Else)
     }
 
-    /// Whether a line that begins with this token belongs to the one before.
+    /// Whether a line that begins with this token continues the one before.
     pub(super) fn continues_before(self) -> bool {
         self.is_operator() || matches!(self, Token::Comma | Token::Else)
     }
@@ -149,7 +153,7 @@ impl Token {
         ) || matches!(self, DotDot | Dot | Equals | Arrow | And | Or | In)
     }
 
-    /// Whether it begins an item, and nothing else.
+    /// Whether this token begins an item and nothing else.
     pub(super) fn begins_item(self) -> bool {
         use Token::*;
         matches!(self, Use | Fn | Deriv | Let | Model | Param | Input | Part | Require)

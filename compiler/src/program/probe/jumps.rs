@@ -175,7 +175,7 @@ impl Probe<'_> {
         let name = &self.program.parts[part].name;
         if jumps {
             let message = format!("the part '{name}' jumps by {} where {place}", length(jump));
-            let hint = "let both sides have the same value there: a fit cannot follow a jump";
+            let hint = "make both sides equal there: a fit cannot follow a jump";
             return Some(self.warning(Code::ValueJump, change.span, part, message).hint(hint));
         }
         let worst = (0..active.len()).max_by(|a, b| {
@@ -184,8 +184,9 @@ impl Probe<'_> {
         })?;
         let by = &self.program.parameters[active[worst] as usize].name;
         kink.then(|| {
-            let message =
-                format!("the derivative of the part '{name}' by '{by}' jumps where {place}; its value does not");
+            let message = format!(
+                "the derivative of the part '{name}' with respect to '{by}' jumps where {place}; its value does not"
+            );
             let hint = "a smooth transition, such as smoothstep(from, to, x), helps a fit past this place";
             self.warning(Code::DerivativeJump, change.span, part, message).hint(hint)
         })

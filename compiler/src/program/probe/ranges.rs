@@ -165,10 +165,11 @@ fn unreachable(program: &Program, i: usize, require: usize, bound: Span, side: &
     let p = &program.parameters[i];
     let (low, high) = program.range(&program.defaults(), i);
     let limit = rounded(program, i, low + (high - low) * position);
-    let message = format!("values of '{}' {side} about {limit} are never accepted, whatever the others are", p.name);
+    let message =
+        format!("values of '{}' {side} about {limit} are never accepted, whatever the other parameters are", p.name);
     Diagnostic::new(Code::UnreachableBound, bound, message)
         .label("this bound is never reached")
-        .related(program.functions.requires[require].span, "this refuses them")
+        .related(program.functions.requires[require].span, "this rejects them")
 }
 
 /// A value of a parameter to what was found by trying: three digits.

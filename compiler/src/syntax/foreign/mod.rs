@@ -1,5 +1,5 @@
-//! What other languages write otherwise, and common slips: recognised where the grammar stops, and answered with what to
-//! write instead.
+//! Constructs of other languages, and common slips: they are recognised where the grammar stops, and the message says
+//! what to write instead.
 
 mod shapes;
 mod signs;
@@ -12,7 +12,7 @@ use super::token::Token;
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 
-/// What to say instead of what was expected and found; nothing where it is no known slip.
+/// The message for a known slip; it goes before that of the expected terminals.
 pub(super) fn foreign(place: &Place<'_>, expected: &Expected<'_>) -> Option<Diagnostic> {
     let found = place.token();
     let start = statement_around(place.tokens, place.index.min(place.tokens.len())).from;
@@ -46,7 +46,7 @@ struct Slip<'p, 'e> {
     start: usize,
 }
 
-/// Words of other languages for ours, where the rest is alike.
+/// Words of other languages and the keywords with the same use.
 const ALIASES: [(&str, &str); 17] = [
     ("module", "model"),
     ("function", "fn"),
@@ -67,7 +67,7 @@ const ALIASES: [(&str, &str); 17] = [
     ("class", "model"),
 ];
 
-/// The word of the language for one of another.
+/// The keyword for a word of another language.
 pub(super) fn alias(word: &str) -> Option<&'static str> {
     ALIASES.iter().find(|(alias, _)| *alias == word).map(|(_, ours)| *ours)
 }
@@ -94,7 +94,7 @@ impl Slip<'_, '_> {
         self.span(from).to(self.span(to))
     }
 
-    /// The index of the token so many places before the one that was found.
+    /// The index of the token `count` places before the unexpected one.
     fn back(&self, count: usize) -> Option<usize> {
         self.place.index.checked_sub(count)
     }
@@ -107,7 +107,7 @@ impl Slip<'_, '_> {
         self.place.index
     }
 
-    /// Whether the token directly follows the one before.
+    /// Whether a token directly follows the one before it.
     fn glued(&self, index: usize) -> bool {
         match (index.checked_sub(1).and_then(|i| self.lexeme(i)), self.lexeme(index)) {
             (Some(a), Some(b)) => a.end == b.start,
@@ -159,10 +159,10 @@ impl Slip<'_, '_> {
             return None;
         }
         Some(if self.token(chosen) == Some(Token::If) {
-            self.error(self.span(self.here()), "what an 'if' chooses from stands in braces")
+            self.error(self.span(self.here()), "the branches of an 'if' must be in braces")
                 .hint("write 'if c { a } else { b }'")
         } else {
-            self.error(self.span(self.here()), "what a 'for' makes stands in braces")
+            self.error(self.span(self.here()), "the body of a 'for' must be in braces")
                 .hint("write 'for x in xs { ... }'")
         })
     }
@@ -176,6 +176,6 @@ impl Slip<'_, '_> {
         }
         let span = self.span(self.here() - 1);
         let diagnostic = self.error(self.span(self.here()), "a comma is missing before this");
-        Some(diagnostic.suggest("put a comma between the two", [Edit::after(span, ",")]))
+        Some(diagnostic.suggest("add a comma", [Edit::after(span, ",")]))
     }
 }

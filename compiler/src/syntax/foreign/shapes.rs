@@ -1,11 +1,11 @@
-//! Shapes as other languages put them together: moved by what stands before them, combined as solids.
+//! Shapes as OpenSCAD and Python build them: moved by a word before them, combined as solids.
 
 use super::super::token::Token;
 use super::Slip;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// What moves a shape, in OpenSCAD before it and here after it.
+/// Transformations of shapes: OpenSCAD writes them before a shape, this language as methods after it.
 const MOVES: [&str; 6] = ["translate", "rotate", "scale", "mirror", "transform", "resize"];
 
 impl Slip<'_, '_> {
@@ -15,34 +15,33 @@ impl Slip<'_, '_> {
         let moved = self.text(self.opening(before)?.checked_sub(1)?);
         let two = self.expected.operator() && self.token(self.here() + 1) == Some(Token::ParenOpen);
         (two && MOVES.contains(&moved)).then(|| {
-            self.error(span, "a shape is moved by what stands after it")
-                .hint(format!("write '{word}(...).{moved}(...)'"))
+            self.error(span, "a shape is moved by a method after it").hint(format!("write '{word}(...).{moved}(...)'"))
         })
     }
 
-    /// A call that begins a statement, of what OpenSCAD or Python have for it.
+    /// A statement that begins with a call of OpenSCAD or Python.
     pub(super) fn shape_of_another_language(&self, word: &str, span: Span) -> Option<Diagnostic> {
         let called = self.token(self.here() + 1) == Some(Token::ParenOpen);
         Some(match word {
             "union" | "difference" | "intersection" | "hull" | "minkowski" if called => {
                 let message =
-                    format!("there is no '{word}': a model is a set of surfaces, and solids are not combined");
+                    format!("there is no '{word}': a model is a set of surfaces, and solids cannot be combined");
                 self.error(span, message).hint("make every surface a part of its own: 'part NAME = ...'")
             }
-            "echo" | "print" | "println" if called => self
-                .error(span, "a script prints nothing")
-                .hint("`gmlc repl` shows the values of expressions, and 'require' refuses those that make no sense"),
+            "echo" | "print" | "println" if called => self.error(span, "a script cannot print").hint(
+                "use `gmlc repl` to see the values of expressions, and 'require' to reject values that make no sense",
+            ),
             _ if called && MOVES.contains(&word) => self
-                .error(span, "a shape must be given a name, and is moved by what stands after it")
+                .error(span, "a shape needs a name, and is moved by a method after it")
                 .hint(format!("write 'part NAME = sphere(3mm).{word}(...)'")),
             "with" => self
-                .error(span, "'with' is no word of the language")
+                .error(span, "'with' is not a keyword")
                 .hint("a model is written 'model NAME { ... }', and its surfaces 'part NAME = ...'"),
             _ => return None,
         })
     }
 
-    /// Whether the statement stands within a model or block.
+    /// Whether the statement is in a model or block.
     pub(super) fn in_braces(&self) -> bool {
         let depth = (0..self.start).fold(0_i64, |depth, i| match self.token(i) {
             Some(Token::BraceOpen) => depth + 1,

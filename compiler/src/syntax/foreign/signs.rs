@@ -1,4 +1,4 @@
-//! Signs where the grammar does not expect them: those of other languages, and ours in the wrong place.
+//! Unexpected operators and punctuation: those of other languages, and those of this one in a wrong place.
 
 use super::super::token::Token;
 use super::Slip;
@@ -43,8 +43,8 @@ impl Slip<'_, '_> {
         }
         if !self.expected.value() && (self.expected.has("{") || self.in_condition()) {
             let span = self.span(here);
-            let diagnostic = self.error(span, "'=' names a value; it does not compare");
-            return Some(diagnostic.suggest("two values are compared with '=='", [Edit::replace(span, "==")]));
+            let diagnostic = self.error(span, "'=' gives a value a name; it does not compare");
+            return Some(diagnostic.suggest("write '==' to compare two values", [Edit::replace(span, "==")]));
         }
         None
     }
@@ -56,11 +56,11 @@ impl Slip<'_, '_> {
         });
         let (message, question) = if declared {
             (
-                format!("nothing changes its value, and '{name}' has one"),
-                format!("'let {name} = ...' makes a new value of that name"),
+                format!("'{name}' already has a value, and values cannot be changed"),
+                format!("write 'let {name} = ...' for a new value of that name"),
             )
         } else {
-            (format!("'{name}' is not declared"), format!("'let {name} = ...' names a value"))
+            (format!("'{name}' is not declared"), format!("write 'let {name} = ...' to define it"))
         };
         self.error(span, message).suggest(question, [Edit::before(span, "let ")])
     }
@@ -83,7 +83,7 @@ impl Slip<'_, '_> {
         let last = self.here() + 1;
         Some(match self.text(last).parse::<i64>() {
             Ok(n) => diagnostic.suggest(
-                format!("up to {n} and with it is '..{}'", n + 1),
+                format!("write '..{}' to include {n}", n + 1),
                 [Edit::replace(self.spans(self.here(), last), (n + 1).to_string())],
             ),
             Err(_) => diagnostic.hint("add 1 to the upper bound: 'a..b + 1'"),
@@ -94,7 +94,7 @@ impl Slip<'_, '_> {
         let close = self.here() - 1;
         let open = self.opening(close)?;
         let commas: Vec<usize> = (open..close).filter(|i| self.token(*i) == Some(Token::Comma)).collect();
-        let diagnostic = self.error(self.spans(open, close), "bounds are written with two points, without brackets");
+        let diagnostic = self.error(self.spans(open, close), "bounds are written with two dots, without brackets");
         let [comma] = commas[..] else { return Some(diagnostic.hint("write 'in low..high'")) };
         let gap = Span { end: self.span(comma + 1).start, ..self.span(comma) };
         let edits = [Edit::remove(self.span(open)), Edit::replace(gap, ".."), Edit::remove(self.span(close))];
@@ -118,7 +118,7 @@ impl Slip<'_, '_> {
 
     pub(super) fn lambda(&self, from: usize, to: usize, parameters: &str) -> Diagnostic {
         let span = self.spans(from, to);
-        self.error(span, "a function without a name is written with bars")
+        self.error(span, "the parameters of an anonymous function stand between bars")
             .suggest(format!("write '|{parameters}| ...'"), [Edit::replace(span, format!("|{parameters}|"))])
     }
 
@@ -143,7 +143,7 @@ impl Slip<'_, '_> {
             return None;
         }
         let arrow = self.spans(self.here() - 1, self.here());
-        let diagnostic = self.error(arrow, "a function's value is given with '='");
+        let diagnostic = self.error(arrow, "a function's value follows '='");
         Some(diagnostic.suggest("write '= ...'", [Edit::replace(arrow, "=")]))
     }
 
@@ -152,8 +152,8 @@ impl Slip<'_, '_> {
             return None;
         }
         let span = self.span(self.here());
-        let diagnostic = self.error(span, "'==' compares; it does not name a value");
-        Some(diagnostic.suggest("a value is named with '='", [Edit::replace(span, "=")]))
+        let diagnostic = self.error(span, "'==' compares; it does not give a value a name");
+        Some(diagnostic.suggest("write '=' to give a value a name", [Edit::replace(span, "=")]))
     }
 
     pub(super) fn range_in_the_wrong_place(&self) -> Option<Diagnostic> {
@@ -163,13 +163,13 @@ impl Slip<'_, '_> {
             let open = here - 2;
             let close = (here..self.place.tokens.len())
                 .find(|i| self.token(*i) == Some(Token::ParenClose) && self.opening(*i) == Some(open))?;
-            let diagnostic = self.error(self.span(open), "a 'for' has no parentheses");
+            let diagnostic = self.error(self.span(open), "a 'for' is written without parentheses");
             let edits = [Edit::remove(self.span(open)), Edit::remove(self.span(close))];
             return Some(diagnostic.suggest("write 'for i in 0..n { ... }'", edits));
         }
         if !matches!(self.token(self.start), Some(Token::Param | Token::Input)) {
             return self.expected.operator().then(|| {
-                self.error(span, "'in' stands before bounds and in loops; it does not compare")
+                self.error(span, "'in' is for bounds and loops; it does not compare")
                     .hint("write 'low <= x and x <= high'")
             });
         }
@@ -199,7 +199,7 @@ impl Slip<'_, '_> {
         let block = self.expected.has("{")
             && (self.start..self.here()).any(|i| self.token(i).is_some_and(|t| words.contains(&t)));
         block.then(|| {
-            self.error(span, "a block stands in braces, not after a colon").hint("write 'if c { a } else { b }'")
+            self.error(span, "a block is written in braces, not after a colon").hint("write 'if c { a } else { b }'")
         })
     }
 
@@ -218,13 +218,13 @@ impl Slip<'_, '_> {
             self.before(1) == Some(Token::Number) && number(here + 1) && self.glued(here) && self.glued(here + 1);
         glued.then(|| {
             let span = self.span(here);
-            let diagnostic = self.error(span, "the decimal sign of a number is a point");
+            let diagnostic = self.error(span, "a decimal number is written with a point, not a comma");
             diagnostic.suggest("write a point", [Edit::replace(span, ".")])
         })
     }
 
     pub(super) fn foreign_loop(&self) -> Diagnostic {
-        self.error(self.span(self.here() - 2), "a 'for' runs over a range or an array, without parentheses")
+        self.error(self.span(self.here() - 2), "a 'for' loops over a range or an array, without parentheses")
             .hint("write 'for i in 0..n { ... }'")
     }
 
@@ -236,17 +236,17 @@ impl Slip<'_, '_> {
             let of_a_value =
                 self.glued(open) && !matches!(self.token(open - 1), Some(Token::ParenOpen | Token::Equals));
             return Some(if of_a_value {
-                self.error(span, "an index is one number").hint("a part of an array is had by slice(xs, from, to)")
+                self.error(span, "an index must be one number").hint("for a part of an array, use slice(xs, from, to)")
             } else {
-                self.error(span, "a range is written with two points, and without brackets")
-                    .hint("write 'a..b': from a up to but without b")
+                self.error(span, "a range is written with two dots and without brackets")
+                    .hint("write 'a..b' for a up to, but not including, b")
             });
         }
         let range =
             self.before(2) == Some(Token::In) && self.before(1) == Some(Token::Number) && number(self.here() + 1);
         range.then(|| {
-            self.error(span, "a range is written with two points")
-                .suggest("write 'a..b': from a up to but without b", [Edit::replace(span, "..")])
+            self.error(span, "a range is written with two dots")
+                .suggest("write 'a..b' for a up to, but not including, b", [Edit::replace(span, "..")])
         })
     }
 
@@ -261,7 +261,7 @@ impl Slip<'_, '_> {
             let span = self.span(here);
             let gap =
                 if self.token(here + 1).is_some() { Span { end: self.span(here + 1).start, ..span } } else { span };
-            self.error(span, "bounds are written with two points")
+            self.error(span, "bounds are written with two dots")
                 .suggest("write 'in low..high'", [Edit::replace(gap, "..")])
         })
     }
@@ -277,8 +277,8 @@ impl Slip<'_, '_> {
             && matches!(self.token(here + 2), Some(Token::Colon | Token::Equals));
         (self.expected.has("separator") && next).then(|| {
             let gap = Span { end: self.span(here + 1).start, ..self.span(here) };
-            self.error(self.span(here), format!("every '{word}' declares one name"))
-                .suggest(format!("begin the next with '{word}'"), [Edit::replace(gap, format!("; {word} "))])
+            self.error(self.span(here), format!("each '{word}' declares one name"))
+                .suggest(format!("write '{word}' before the next one"), [Edit::replace(gap, format!("; {word} "))])
         })
     }
 
@@ -287,7 +287,7 @@ impl Slip<'_, '_> {
         let here = self.here();
         (self.before(1) == Some(Token::Plus) && self.glued(here)).then(|| {
             self.error(self.spans(here - 1, here), "there is no operator '++'")
-                .hint("arrays are joined by concat(a, b); nothing changes its value, so nothing is counted up")
+                .hint("to join arrays, use concat(a, b); values cannot be changed, so there is no increment")
         })
     }
     /// `{radius = 2mm, height = 3mm}`, the first name at an index: the fields of a record. The grammar takes it for a block.
@@ -319,7 +319,7 @@ impl Slip<'_, '_> {
                 edits.push(Edit::replace(gap, if self.glued(i + 2) { ": " } else { ":" }));
             }
         }
-        let diagnostic = self.error(self.span(at), "the fields of a record are named with ':', not '='");
+        let diagnostic = self.error(self.span(at), "the name of a field is followed by ':', not '='");
         (!edits.is_empty()).then(|| diagnostic.suggest("write '{name: value}'", edits))
     }
 
@@ -329,10 +329,11 @@ impl Slip<'_, '_> {
         let gap = Span { start: self.span(self.back(1)?).end, ..span };
         match (self.before(2)?, self.before(1)?) {
             (Token::Model, Token::Name) => Some(
-                self.error(span, "a model's braces follow its name").suggest("leave the '=' out", [Edit::remove(gap)]),
+                self.error(span, "a model's name is followed by its body in braces")
+                    .suggest("remove the '='", [Edit::remove(gap)]),
             ),
             (Token::Fn, Token::Name) => Some(
-                self.error(span, "a function has its parameters in parentheses, also where there are none")
+                self.error(span, "a function needs parentheses, even without parameters")
                     .suggest("write '()'", [Edit::after(self.span(self.here() - 1), "()")]),
             ),
             _ => None,
@@ -345,8 +346,8 @@ impl Slip<'_, '_> {
         let of_function = self.token(self.start) == Some(Token::Fn) && self.expected.has("=") && self.expected.has("{");
         of_function.then(|| {
             let span = self.span(arrow);
-            self.error(span, "after '->' stands the type of the result")
-                .suggest("a function's value is given with '='", [Edit::replace(span, "=")])
+            self.error(span, "'->' is followed by the type of the result")
+                .suggest("a function's value follows '='", [Edit::replace(span, "=")])
         })
     }
 
@@ -355,15 +356,15 @@ impl Slip<'_, '_> {
         let lacking = self.token(self.start) == Some(Token::Deriv) && self.expected.has(";");
         lacking.then(|| {
             self.error(self.span(self.here()), "the names of the tangents are missing")
-                .hint("they follow the arguments after a ';': 'deriv f(x; dx) = ...'")
+                .hint("write them after the arguments and a ';': 'deriv f(x; dx) = ...'")
         })
     }
 
     /// `model leg(r: length) { ... }`.
     pub(super) fn parameters_of_model(&self) -> Option<Diagnostic> {
         (self.before(2) == Some(Token::Model)).then(|| {
-            self.error(self.span(self.here()), "a model's parameters stand within it")
-                .hint("write 'model NAME { param r: length = 3mm; ... }'; others set them by 'NAME(r: 5mm)'")
+            self.error(self.span(self.here()), "a model's parameters are declared in its body")
+                .hint("write 'model NAME { param r: length = 3mm; ... }'; a call sets them: 'NAME(r: 5mm)'")
         })
     }
 
@@ -376,16 +377,16 @@ impl Slip<'_, '_> {
             && matches!(self.token(here + 2), Some(Token::In | Token::Equals));
         of_pattern.then(|| {
             let names = self.spans(here - 1, here + 1);
-            self.error(names, "several names stand in parentheses")
+            self.error(names, "several names must be in parentheses")
                 .suggest("put them in parentheses", [Edit::before(names, "("), Edit::after(names, ")")])
         })
     }
 
     /// `0..10..2`.
     pub(super) fn step_of_range(&self) -> Option<Diagnostic> {
-        self.expected.operator().then(|| {
+        (self.expected.operator() || self.before(2) == Some(Token::DotDot)).then(|| {
             self.error(self.span(self.here()), "a range has no step")
-                .hint("let a number count the steps: 'for i in 0..5 { ... 2 * i ... }', or steps(from, to, count)")
+                .hint("count the steps and multiply: 'for i in 0..5 { ... 2 * i ... }', or use steps(from, to, count)")
         })
     }
 
@@ -395,6 +396,6 @@ impl Slip<'_, '_> {
         let begins =
             matches!(self.before(1), Some(Token::Equals | Token::ParenOpen | Token::Comma | Token::BracketOpen));
         (self.expected.value() && begins)
-            .then(|| self.error(span, "a number has no sign '+'").suggest("leave it out", [Edit::remove(span)]))
+            .then(|| self.error(span, "a number is written without a '+'").suggest("remove it", [Edit::remove(span)]))
     }
 }

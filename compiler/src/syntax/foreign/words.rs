@@ -1,4 +1,4 @@
-//! Words where the grammar does not expect them.
+//! Unexpected words.
 
 use super::super::recover::statement_around;
 use super::super::token::Token;
@@ -28,22 +28,22 @@ impl Slip<'_, '_> {
                 Some(diagnostic.suggest("write 'else if'", [Edit::replace(span, "else if")]))
             }
             (_, "then") => Some(
-                self.error(span, "there is no 'then': what an 'if' chooses from stands in braces")
+                self.error(span, "there is no 'then': the branches of an 'if' must be in braces")
                     .hint("write 'if c { a } else { b }'"),
             ),
             ("mut" | "var" | "const", _) if self.before(2) == Some(Token::Let) => {
                 let gap = Span { end: span.start, ..self.span(previous) };
-                let message = format!("there is no '{before}': nothing changes its value");
-                Some(self.error(self.span(previous), message).suggest("leave it out", [Edit::remove(gap)]))
+                let message = format!("there is no '{before}': values cannot be changed");
+                Some(self.error(self.span(previous), message).suggest("remove it", [Edit::remove(gap)]))
             }
             ("lambda", _) if self.token(here + 1) == Some(Token::Colon) => Some(self.lambda(previous, here + 1, word)),
             (_, "as") if self.token(self.start) == Some(Token::Use) => Some(
                 self.error(span, "there is no 'as'")
-                    .hint("without names in parentheses, what a file 'sizes.gml' defines is written 'sizes.NAME'"),
+                    .hint("'use \"sizes.gml\"' without names makes what the file defines known as 'sizes.NAME'"),
             ),
             _ if self.token(self.start) == Some(Token::Use) && self.expected.has("(") => {
                 let end = statement_around(self.place.tokens, here).to - 1;
-                let diagnostic = self.error(span, "the names that 'use' brings stand in parentheses");
+                let diagnostic = self.error(span, "the names after 'use' must be in parentheses");
                 let edits = [Edit::before(span, "("), Edit::after(self.span(end), ")")];
                 Some(diagnostic.suggest("put them in parentheses", edits))
             }
@@ -62,8 +62,8 @@ impl Slip<'_, '_> {
     }
 
     pub(super) fn no_while(&self, at: usize) -> Diagnostic {
-        self.error(self.span(at), "there is no 'while': nothing changes its value")
-            .hint("to repeat, there are 'for', fold(init, xs, f), and functions that call themselves")
+        self.error(self.span(at), "there is no 'while': values cannot be changed")
+            .hint("to repeat something, use 'for', fold(init, xs, f) or a function that calls itself")
     }
 
     /// `3 mm`, `2 x`.
@@ -74,7 +74,7 @@ impl Slip<'_, '_> {
         let bare = digits.ends_with(|c: char| c.is_ascii_digit());
         if bare && matches!(word, "mm" | "cm" | "m" | "deg" | "rad" | "turn") {
             let both = self.spans(number, self.here());
-            let diagnostic = self.error(both, "a unit is glued to its number");
+            let diagnostic = self.error(both, "a unit must directly follow its number");
             return Some(diagnostic.suggest(format!("write '{digits}{word}'"), [Edit::remove(gap)]));
         }
         if !self.expected.operator()
@@ -84,11 +84,11 @@ impl Slip<'_, '_> {
         {
             return None;
         }
-        let diagnostic = self.error(span, "a product needs its sign");
+        let diagnostic = self.error(span, "a product needs '*'");
         Some(diagnostic.suggest(format!("write '{digits} * {word}'"), [Edit::replace(gap, " * ")]))
     }
 
-    /// A word that begins a statement and is none of the language's.
+    /// A word at the beginning of a statement that is not a keyword.
     pub(super) fn statement_word(&self, word: &str, span: Span) -> Option<Diagnostic> {
         let here = self.here();
         let next = self.token(here + 1);
@@ -103,16 +103,18 @@ impl Slip<'_, '_> {
         }
         if next == Some(Token::Equals) {
             let diagnostic = self.error(span, format!("'{word}' is not declared"));
-            return Some(diagnostic.suggest(format!("'let {word} = ...' names a value"), [Edit::before(span, "let ")]));
+            return Some(
+                diagnostic.suggest(format!("write 'let {word} = ...' to define it"), [Edit::before(span, "let ")]),
+            );
         }
         if let Some(diagnostic) = self.shape_of_another_language(word, span) {
             return Some(diagnostic);
         }
-        let message = format!("'{word}' is no word of the language");
+        let message = format!("'{word}' is not a keyword");
         if let Some(ours) = alias(word) {
             return Some(self.aliased(word, ours, self.error(span, message), span));
         }
-        // What follows tells which declarations it may be.
+        // The tokens after it tell which declarations are possible.
         let of_shape: &[&str] = match (next, self.token(here + 2)) {
             (Some(Token::Name), Some(Token::Colon)) => &["param", "input", "let"],
             (Some(Token::Name), Some(Token::Equals)) => &["let", "part"],
@@ -126,21 +128,20 @@ impl Slip<'_, '_> {
         }
         Some(match next {
             Some(Token::ParenOpen | Token::Dot) => {
-                self.error(span, "a shape must be given a name").hint("write 'part NAME = ...'")
+                self.error(span, "a shape needs a name").hint("write 'part NAME = ...'")
             }
             Some(Token::Separator | Token::BraceClose) if self.in_braces() => self
-                .error(span, "a value alone is no declaration")
-                .hint(format!("'part NAME = {word}' makes a surface a part of the model")),
-            _ => self.error(span, "a declaration must stand here: 'let', 'param', 'part', 'fn', ..."),
+                .error(span, "a value alone is not a declaration")
+                .hint(format!("write 'part NAME = {word}' to make a surface a part of the model")),
+            _ => self.error(span, "expected a declaration: 'let', 'param', 'part', 'fn', ..."),
         })
     }
 
     pub(super) fn aliased(&self, word: &str, ours: &str, diagnostic: Diagnostic, span: Span) -> Diagnostic {
         let after_name = self.token(self.here() + 2);
         match ours {
-            "model" if after_name == Some(Token::ParenOpen) => {
-                diagnostic.hint("write 'model NAME { ... }'; its parameters stand within, as 'param r: length = 3mm'")
-            }
+            "model" if after_name == Some(Token::ParenOpen) => diagnostic
+                .hint("write 'model NAME { ... }'; its parameters are declared inside, as 'param r: length = 3mm'"),
             "fn" if word == "def" => diagnostic.hint("write 'fn f(x) = ...', or the body in braces"),
             "use" if self.token(self.here() + 1) == Some(Token::Less) => {
                 diagnostic.hint("write 'use \"file.gml\" (name)'")
@@ -153,22 +154,22 @@ impl Slip<'_, '_> {
     pub(super) fn import_of_another_language(&self, span: Span) -> Diagnostic {
         let end = statement_around(self.place.tokens, self.here()).to;
         let import = (self.here()..end).find(|i| self.text(*i) == "import");
-        let diagnostic = self.error(span, "'from' is no word of the language");
+        let diagnostic = self.error(span, "'from' is not a keyword");
         match import.filter(|i| *i + 1 < end && self.token(*i + 1) == Some(Token::Name)) {
             Some(import) => {
                 let gap = Span { end: self.span(import + 1).start, ..self.span(import) };
                 let edits = [Edit::replace(span, "use"), Edit::replace(gap, "("), Edit::after(self.span(end - 1), ")")];
                 diagnostic.suggest("write 'use std.module (name)'", edits)
             }
-            None => diagnostic.hint("write 'use std.module (name)'; the library's names are known without it, too"),
+            None => diagnostic.hint("write 'use std.module (name)'; the library's names are known without it"),
         }
     }
 
     pub(super) fn comprehension_at_the_end(&self) -> Option<Diagnostic> {
         let inside = self.expected.has("]");
         inside.then(|| {
-            self.error(self.span(self.here()), "a 'for' comes before what it makes")
-                .hint("an array is made with 'for i in 0..n { ... }', without brackets")
+            self.error(self.span(self.here()), "'for' comes first, and its body after it")
+                .hint("write 'for i in 0..n { ... }' without brackets: it makes an array")
         })
     }
 
@@ -182,7 +183,7 @@ impl Slip<'_, '_> {
         let span = self.span(self.start);
         let rest = Span { end: self.span(self.here()).start, ..span };
         let diagnostic = self.error(span, "there is no 'return': the last line of a block is its value");
-        Some(diagnostic.suggest("leave it out", [Edit::remove(rest)]))
+        Some(diagnostic.suggest("remove it", [Edit::remove(rest)]))
     }
 
     pub(super) fn part_without_shape(&self) -> Option<Diagnostic> {
@@ -200,7 +201,7 @@ impl Slip<'_, '_> {
         let of_bounds = matches!(self.token(self.start), Some(Token::Param | Token::Input));
         if of_bounds && self.expected.has("in") && matches!(word, "min" | "max" | "from" | "between" | "range") {
             return Some(
-                self.error(span, format!("there is no '{word}' here")).hint("bounds are written 'in low..high'"),
+                self.error(span, format!("there is no '{word}' here")).hint("write the bounds as 'in low..high'"),
             );
         }
         if !self.expected.operator() {
@@ -213,15 +214,16 @@ impl Slip<'_, '_> {
         Some(match word {
             "mod" => error("there is no 'mod'").suggest("a remainder is written 'a % b'", [Edit::replace(span, "%")]),
             "div" => error("there is no 'div'").hint("a whole quotient is written 'floor(a / b)'"),
-            "is" => error("there is no 'is'").suggest("two values are compared with '=='", [Edit::replace(span, "==")]),
+            "is" => error("there is no 'is'").suggest("write '==' to compare two values", [Edit::replace(span, "==")]),
             "to" | "until" if of_bounds || looped => {
                 let gap = Span { end: self.span(self.here() + 1).start, ..gap };
-                error("a range is written with two points").suggest("write 'a..b'", [Edit::replace(gap, "..")])
+                error("a range is written with two dots").suggest("write 'a..b'", [Edit::replace(gap, "..")])
             }
-            "mm" | "cm" | "m" | "deg" | "rad" | "turn" if value => error("a unit stands directly at a number").suggest(
-                format!("multiply by '1{word}'"),
-                [Edit::replace(Span { end: span.end, ..gap }, format!(" * 1{word}"))],
-            ),
+            "mm" | "cm" | "m" | "deg" | "rad" | "turn" if value => error("a unit must directly follow a number")
+                .suggest(
+                    format!("multiply by '1{word}'"),
+                    [Edit::replace(Span { end: span.end, ..gap }, format!(" * 1{word}"))],
+                ),
             "tolerance" if self.token(self.start) == Some(Token::Part) => {
                 error("the tolerance comes before the shape").hint("the order is 'part name tolerance 0.1mm = shape'")
             }
@@ -234,9 +236,9 @@ impl Slip<'_, '_> {
         let next = self.here() + 1;
         let letters = self.token(next) == Some(Token::Text) && self.glued(next) && word.len() <= 2;
         letters.then(|| {
-            self.error(span, "nothing is put into a text: it stands as it is")
+            self.error(span, "values cannot be inserted into a text")
                 .hint("the values of the parameters are shown with the message")
-                .suggest("leave the letter out", [Edit::remove(span)])
+                .suggest("remove the letter", [Edit::remove(span)])
         })
     }
 
@@ -253,7 +255,7 @@ impl Slip<'_, '_> {
         Some(if usable {
             error.suggest(format!("write '{name}'"), [Edit::replace(span, name)])
         } else {
-            error.hint("it begins with a letter, and has letters, digits and '_'")
+            error.hint("a name begins with a letter and consists of letters, digits and '_'")
         })
     }
 }

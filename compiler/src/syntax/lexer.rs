@@ -1,5 +1,5 @@
-//! Text to raw tokens. What the lexer rejects, and what other languages write that means nothing here, is reported, and
-//! replaced by what was meant where that is clear, so that one slip gives one message.
+//! Text to raw tokens. Characters that are no token, and operators of other languages, are reported, and replaced by the
+//! token that was meant where that is clear, so that one slip gives one message.
 
 use super::layout::Lexeme;
 use super::spanned;
@@ -8,41 +8,41 @@ use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::{FileId, Span};
 use logos::Logos;
 
-/// The tokens of a text, white space left out.
-pub(super) fn scan(file: FileId, text: &str) -> (Vec<Lexeme>, Vec<Diagnostic>) {
-    let mut scan = Scan { file, text, raw: Vec::new(), diagnostics: Vec::new(), rubbish: None, next: 0 };
+/// The tokens of a text; white space is left out.
+pub(super) fn lex(file: FileId, text: &str) -> (Vec<Lexeme>, Vec<Diagnostic>) {
+    let mut lexer = Lexer { file, text, raw: Vec::new(), diagnostics: Vec::new(), unknown: None, next: 0 };
     for (result, range) in Token::lexer(text).spanned() {
         let lexeme = Lexeme { token: result.unwrap_or(Token::Error), start: range.start as u32, end: range.end as u32 };
-        if lexeme.start < scan.next {
+        if lexeme.start < lexer.next {
             continue;
         }
         if lexeme.token == Token::Error {
-            scan.reject(lexeme);
+            lexer.reject(lexeme);
         } else {
-            scan.report_rubbish();
-            scan.take(lexeme);
+            lexer.report_unknown();
+            lexer.take(lexeme);
         }
     }
-    scan.report_rubbish();
-    (scan.raw, scan.diagnostics)
+    lexer.report_unknown();
+    (lexer.raw, lexer.diagnostics)
 }
 
-struct Scan<'t> {
+struct Lexer<'t> {
     file: FileId,
     text: &'t str,
     raw: Vec<Lexeme>,
     diagnostics: Vec<Diagnostic>,
-    /// Characters that the lexer rejected, up to here.
-    rubbish: Option<Lexeme>,
-    /// What lies before was dealt with.
+    /// The run of unknown characters that ends here; not reported yet.
+    unknown: Option<Lexeme>,
+    /// Tokens that begin before this byte are part of something that was reported.
     next: u32,
 }
 
-/// How many bytes of a line are searched for what belongs to a slip.
+/// Bytes of a line that are searched for the end of a slip: the time per slip is bounded.
 const WINDOW: usize = 4096;
 
-/// Characters that stand for operators, and the operators.
-const SIGNS: [(&str, &str, Token, &str); 14] = [
+/// Unknown characters that stand for an operator: how it is written here, its token, and the help.
+const CHARACTERS: [(&str, &str, Token, &str); 14] = [
     ("×", "*", Token::Star, "a product is written with '*'"),
     ("·", "*", Token::Star, "a product is written with '*'"),
     ("÷", "/", Token::Slash, "a quotient is written with '/'"),
@@ -59,7 +59,16 @@ const SIGNS: [(&str, &str, Token, &str); 14] = [
     ("!", "not ", Token::Not, "a condition is negated with 'not'"),
 ];
 
-impl<'t> Scan<'t> {
+/// Operators of other languages that begin with a token of this one, likewise.
+const OPERATORS: [(&str, &str, Token, &str); 5] = [
+    ("**", "^", Token::Caret, "a power is written 'a ^ b'"),
+    ("||", "or", Token::Or, "conditions are joined with 'or'"),
+    (":=", "=", Token::Equals, "write '=' to give a value a name"),
+    ("===", "==", Token::EqEq, "write '==' to compare two values"),
+    ("<>", "!=", Token::NotEq, "'not equal' is written '!='"),
+];
+
+impl<'t> Lexer<'t> {
     fn span(&self, start: u32, end: u32) -> Span {
         spanned(self.file, start, end)
     }
@@ -68,7 +77,7 @@ impl<'t> Scan<'t> {
         self.text.get(start as usize..end as usize).unwrap_or("")
     }
 
-    /// The rest of the line from there, as far as anything is looked for in it.
+    /// The rest of the line from this byte, at most [`WINDOW`] bytes.
     fn line_from(&self, start: u32) -> &'t str {
         let rest = &self.text[start as usize..];
         rest[..rest.floor_char_boundary(WINDOW)].lines().next().unwrap_or("")
@@ -78,23 +87,24 @@ impl<'t> Scan<'t> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Stands for something that was reported.
+    /// A token that stands for something that was reported.
     fn push_error(&mut self, start: u32, end: u32) {
         self.raw.push(Lexeme { token: Token::Error, start, end });
         self.next = self.next.max(end);
     }
 
-    /// What the lexer rejects: quotes and comments of other languages at once, other characters when their run ends.
+    /// Characters that are no token: quotes and comments of other languages are reported at once, others when their run
+    /// ends.
     fn reject(&mut self, lexeme: Lexeme) {
         let rest = self.line_from(lexeme.start);
         match rest.chars().next() {
             Some('"') => self.unclosed_text(lexeme),
-            Some('#') if self.rubbish.is_none_or(|r| r.end < lexeme.start) => {
-                self.report_rubbish();
+            Some('#') if self.unknown.is_none_or(|r| r.end < lexeme.start) => {
+                self.report_unknown();
                 let end = lexeme.start + rest.trim_end().len() as u32;
                 let sign = self.span(lexeme.start, lexeme.start + 1);
                 self.report(
-                    Diagnostic::new(Code::UnknownCharacter, sign, "'#' means nothing here")
+                    Diagnostic::new(Code::UnknownCharacter, sign, "'#' does not begin a comment")
                         .suggest("a comment begins with '//'", [Edit::replace(sign, "//")]),
                 );
                 self.next = end;
@@ -106,35 +116,37 @@ impl<'t> Scan<'t> {
                     number.end = lexeme.end;
                 }
             }
-            _ => match &mut self.rubbish {
-                Some(rubbish) if rubbish.end == lexeme.start => rubbish.end = lexeme.end,
+            _ => match &mut self.unknown {
+                Some(run) if run.end == lexeme.start => run.end = lexeme.end,
                 _ => {
-                    self.report_rubbish();
-                    self.rubbish = Some(lexeme);
+                    self.report_unknown();
+                    self.unknown = Some(lexeme);
                 }
             },
         }
     }
 
-    fn report_rubbish(&mut self) {
-        let Some(Lexeme { start, end, .. }) = self.rubbish.take() else { return };
+    fn report_unknown(&mut self) {
+        let Some(Lexeme { start, end, .. }) = self.unknown.take() else { return };
         let (span, text) = (self.span(start, end), self.slice(start, end));
         let after_value = self.raw.last().is_some_and(|l| l.end == start && ends_a_value(*l));
-        let sign = SIGNS.iter().filter(|(sign, ..)| !(*sign == "!" && after_value)).find(|(sign, ..)| *sign == text);
+        let sign =
+            CHARACTERS.iter().filter(|(sign, ..)| !(*sign == "!" && after_value)).find(|(sign, ..)| *sign == text);
         if let Some((_, ours, token, hint)) = sign {
             let spaced = ours.chars().all(char::is_alphabetic) && !self.text[end as usize..].starts_with(' ');
             let replacement = if spaced { format!("{ours} ") } else { (*ours).to_owned() };
             self.report(
-                Diagnostic::new(Code::UnknownCharacter, span, format!("'{text}' means nothing here"))
+                Diagnostic::new(Code::UnknownCharacter, span, format!("unexpected '{text}'"))
                     .suggest(*hint, [Edit::replace(span, replacement)]),
             );
             self.raw.push(Lexeme { token: *token, start, end });
             return;
         }
-        let shown: String = text.chars().take(8).flat_map(char::escape_debug).collect();
-        let shown =
-            if text.chars().all(|c| !c.is_control() && c != '\\') { text.chars().take(8).collect() } else { shown };
-        let diagnostic = Diagnostic::new(Code::UnknownCharacter, span, format!("'{shown}' means nothing here"));
+        let mut shown = String::new();
+        for c in text.chars().take(8) {
+            if c.is_control() { shown.extend(c.escape_unicode()) } else { shown.push(c) }
+        }
+        let diagnostic = Diagnostic::new(Code::UnknownCharacter, span, format!("unexpected '{shown}'"));
         let power = match text {
             "²" => Some("^ 2"),
             "³" => Some("^ 3"),
@@ -144,14 +156,13 @@ impl<'t> Scan<'t> {
         self.report(match (text.chars().next(), power) {
             (_, Some(power)) => diagnostic
                 .suggest(format!("a power is written 'a {power}'"), [Edit::replace(span, format!(" {power}"))]),
-            (Some('?'), _) => diagnostic.hint("a value is chosen with 'if c { a } else { b }'"),
+            (Some('?'), _) => diagnostic.hint("to choose between values, write 'if c { a } else { b }'"),
             (Some('$'), _) if self.text[end as usize..].starts_with('f') => {
-                diagnostic.hint("surfaces are exact; how finely they are drawn is an option: gmlc mesh --chord 0.1mm")
+                diagnostic.hint("surfaces are exact; the fineness of a mesh is an option: gmlc mesh --chord 0.1mm")
             }
             (Some('√'), _) => diagnostic.hint("a square root is written 'sqrt(x)'"),
-            (Some('\\'), _) if at_end => {
-                diagnostic.suggest("a line that ends with an operator goes on by itself", [Edit::remove(span)])
-            }
+            (Some('\\'), _) if at_end => diagnostic
+                .suggest("remove it: a line that ends with an operator continues on the next", [Edit::remove(span)]),
             _ => diagnostic,
         });
         if !(text == "\\" && at_end) {
@@ -159,9 +170,9 @@ impl<'t> Scan<'t> {
         }
     }
 
-    /// A text without its end. Where its end lies some lines below, all up to there belongs to it.
+    /// A text without a closing quote on its line. If there is one a few lines below, the text goes up to that.
     fn unclosed_text(&mut self, lexeme: Lexeme) {
-        self.report_rubbish();
+        self.report_unknown();
         let line = self.line_from(lexeme.start).trim_end();
         let end = lexeme.start + line.len() as u32;
         let span = self.span(lexeme.start, end);
@@ -171,36 +182,34 @@ impl<'t> Scan<'t> {
             if line.matches('"').count() % 2 == 1 {
                 let last = end + (offset + line.find('"').unwrap_or(0)) as u32 + 1;
                 let message = "a text must end on the line on which it begins";
-                self.report(
-                    Diagnostic::new(Code::UnclosedText, span, message).hint(r"write \n for a line end within it"),
-                );
+                self.report(Diagnostic::new(Code::UnclosedText, span, message).hint(r"write \n for a line break"));
                 return self.push_error(lexeme.start, last);
             }
             offset += line.len() + 1;
         }
-        // Paths end with their ending; other texts most likely with the line.
+        // The missing quote most likely belongs after the ending of a path, or else at the end of the line.
         let length = line.find(".gml").map_or(line.len(), |at| at + 4) as u32;
         let place = self.span(lexeme.start, lexeme.start + length);
-        let error = Diagnostic::new(Code::UnclosedText, span, "this text is not closed on its line");
+        let error = Diagnostic::new(Code::UnclosedText, span, "this text has no closing quote");
         let number = self.raw.last().filter(|l| l.token == Token::Number && l.end == lexeme.start);
         self.report(match number {
             Some(_) => error
                 .suggest("inches are written '3in'", [Edit::replace(self.span(lexeme.start, lexeme.start + 1), "in")]),
-            None => error.suggest("end it with a double quote", [Edit::after(place, "\"")]),
+            None => error.suggest("add the closing quote", [Edit::after(place, "\"")]),
         });
         self.push_error(lexeme.start, end);
     }
 
-    /// A text in quotes of print.
+    /// A text in typographic quotes.
     fn smart_quotes(&mut self, start: u32, quote: char) {
-        self.report_rubbish();
+        self.report_unknown();
         let line = self.line_from(start);
         let first = quote.len_utf8();
         let close = line[first..].find(['”', '“', '’', '»', '"']).map(|at| at + first);
         let length = close.map_or(first, |at| at + line[at..].chars().next().map_or(0, char::len_utf8));
         let end = start + length as u32;
         let span = self.span(start, end);
-        let diagnostic = Diagnostic::new(Code::UnknownCharacter, span, "texts are written in straight double quotes");
+        let diagnostic = Diagnostic::new(Code::UnknownCharacter, span, "a text is written in straight double quotes");
         let opening = self.span(start, start + first as u32);
         self.report(match close {
             Some(at) => {
@@ -213,66 +222,45 @@ impl<'t> Scan<'t> {
         self.push_error(start, end);
     }
 
-    /// A token of the language; some sequences of them are operators elsewhere and mean nothing here.
+    /// A token of the language, unless it begins an operator or a comment of another one.
     fn take(&mut self, mut lexeme: Lexeme) {
-        use Token::{Bar, Caret, Colon, Dot, Equals, Number, Prime, PrimeName, Slash, Star};
-        let rest = &self.text[lexeme.end as usize..];
+        let (here, rest) = (&self.text[lexeme.start as usize..], &self.text[lexeme.end as usize..]);
         let last = self.raw.last().copied();
         let adjacent = last.filter(|l| l.end == lexeme.start);
+        let is_foreign = |theirs: &str| here.starts_with(theirs) && (theirs != "||" || last.is_some_and(ends_a_value));
+        if let Some((theirs, ours, token, hint)) = OPERATORS.iter().find(|(theirs, ..)| is_foreign(theirs)) {
+            lexeme = Lexeme { token: *token, end: lexeme.start + theirs.len() as u32, ..lexeme };
+            let span = self.span(lexeme.start, lexeme.end);
+            let message = format!("there is no operator '{theirs}'");
+            self.report(Diagnostic::new(Code::Syntax, span, message).suggest(*hint, [Edit::replace(span, *ours)]));
+        }
+        let span = self.span(lexeme.start, lexeme.end);
         match lexeme.token {
-            Prime | PrimeName if !adjacent.is_some_and(can_be_primed) => return self.stray_prime(lexeme),
-            Slash if rest.starts_with('*') => return self.block_comment(lexeme.start),
-            Star if rest.starts_with('*') => {
-                lexeme.end += 1;
-                self.operator(lexeme, "^", "a power is written 'a ^ b'");
-                lexeme.token = Caret;
+            Token::Prime | Token::PrimeName if !adjacent.is_some_and(can_be_primed) => return self.stray_prime(lexeme),
+            Token::Slash if rest.starts_with('*') => return self.block_comment(lexeme.start),
+            Token::Dot if adjacent.is_some_and(|l| l.token == Token::DotDot) => {
+                let diagnostic = Diagnostic::new(Code::Syntax, span, "a range is written with two dots");
+                return self.report(diagnostic.suggest("remove the third dot", [Edit::remove(span)]));
             }
-            Bar if rest.starts_with('|') && last.is_some_and(ends_a_value) => {
-                lexeme.end += 1;
-                self.operator(lexeme, "or", "conditions are joined with 'or'");
-                lexeme.token = Token::Or;
+            Token::Dot if rest.starts_with(|c: char| c.is_ascii_digit()) && !adjacent.is_some_and(ends_a_value) => {
+                let diagnostic = Diagnostic::new(Code::BadNumber, span, "a number must begin with a digit");
+                return self.report(diagnostic.suggest("write a 0 before the point", [Edit::before(span, "0")]));
             }
-            Colon if rest.starts_with('=') => {
-                lexeme.end += 1;
-                self.operator(lexeme, "=", "a value is named with '=' alone");
-                lexeme.token = Equals;
-            }
-            Token::EqEq if rest.starts_with('=') => {
-                lexeme.end += 1;
-                self.operator(lexeme, "==", "two values are compared with '=='");
-            }
-            Token::Less if rest.starts_with('>') => {
-                lexeme.end += 1;
-                self.operator(lexeme, "!=", "'not equal' is written '!='");
-                lexeme.token = Token::NotEq;
-            }
-            Dot if adjacent.is_some_and(|l| l.token == Token::DotDot) => {
-                let span = self.span(lexeme.start, lexeme.end);
-                let diagnostic = Diagnostic::new(Code::Syntax, span, "a range has two points");
-                self.report(diagnostic.suggest("leave the third out", [Edit::remove(span)]));
-                return;
-            }
-            Dot if rest.starts_with(|c: char| c.is_ascii_digit()) && !adjacent.is_some_and(ends_a_value) => {
-                let span = self.span(lexeme.start, lexeme.end);
-                let message = "a number begins with a digit";
-                let diagnostic = Diagnostic::new(Code::BadNumber, span, message);
-                self.report(diagnostic.suggest("put a 0 before the point", [Edit::before(span, "0")]));
-                return;
-            }
-            Dot if adjacent.is_some_and(|l| l.token == Number)
-                && !rest.trim_start().starts_with(|c: char| c.is_alphabetic() || c == '_') =>
+            Token::Dot
+                if adjacent.is_some_and(|l| l.token == Token::Number)
+                    && !rest.trim_start().starts_with(|c: char| c.is_alphabetic() || c == '_') =>
             {
-                let span = self.span(lexeme.start, lexeme.end);
-                let diagnostic = Diagnostic::new(Code::BadNumber, span, "a number does not end with its point");
-                self.report(diagnostic.suggest("leave the point out, or put a 0 after it", [Edit::after(span, "0")]));
-                return;
+                let diagnostic = Diagnostic::new(Code::BadNumber, span, "a number cannot end with a point");
+                let hint = "write a 0 after the point, or remove the point";
+                return self.report(diagnostic.suggest(hint, [Edit::after(span, "0")]));
             }
-            Token::Plus | Token::Minus | Star | Slash if rest.starts_with('=') && !rest.starts_with("==") => {
+            Token::Plus | Token::Minus | Token::Star | Token::Slash
+                if rest.starts_with('=') && !rest.starts_with("==") =>
+            {
                 let (start, end) = (lexeme.start, lexeme.end + 1);
-                let (span, sign) = (self.span(start, end), self.slice(start, end).to_owned());
-                let message = format!("there is no '{sign}': nothing changes its value");
-                let hint = "name the new value with 'let'; to add up, there are sum(xs) and fold(init, xs, f)";
-                self.report(Diagnostic::new(Code::Syntax, span, message).hint(hint));
+                let message = format!("there is no '{}': values cannot be changed", self.slice(start, end));
+                let hint = "give the new value a name with 'let'; to add values up, use sum(xs) or fold(init, xs, f)";
+                self.report(Diagnostic::new(Code::Syntax, self.span(start, end), message).hint(hint));
                 return self.push_error(start, end);
             }
             _ => {}
@@ -281,37 +269,31 @@ impl<'t> Scan<'t> {
         self.raw.push(lexeme);
     }
 
-    /// An operator of other languages.
-    fn operator(&mut self, lexeme: Lexeme, ours: &str, hint: &str) {
-        let span = self.span(lexeme.start, lexeme.end);
-        let message = format!("there is no operator '{}'", self.slice(lexeme.start, lexeme.end));
-        self.report(Diagnostic::new(Code::Syntax, span, message).suggest(hint, [Edit::replace(span, ours)]));
-    }
-
     fn stray_prime(&mut self, lexeme: Lexeme) {
         let line = self.line_from(lexeme.start);
         if let Some(close) = line[1..].find('\'').map(|at| at as u32 + 1) {
             let (start, end) = (lexeme.start, lexeme.start + close + 1);
             let quotes = [self.span(start, start + 1), self.span(end - 1, end)].map(|s| Edit::replace(s, "\""));
-            let message = "texts are written in double quotes";
+            let message = "a text is written in double quotes";
             let diagnostic = Diagnostic::new(Code::StrayPrime, self.span(start, end), message);
             self.report(diagnostic.suggest("use double quotes", quotes));
             return self.push_error(start, end);
         }
         let message = "a prime must directly follow what it differentiates, as in f' or s'u";
-        let hint = "texts are written in double quotes";
+        let hint = "a text is written in double quotes";
         self.report(Diagnostic::new(Code::StrayPrime, self.span(lexeme.start, lexeme.end), message).hint(hint));
         self.push_error(lexeme.start, lexeme.end);
     }
 
-    /// A comment as in C is left out.
+    /// A comment as in C: reported, and skipped.
     fn block_comment(&mut self, start: u32) {
         let rest = &self.text[start as usize..];
         let end = rest.find("*/").map_or(rest.len(), |at| at + 2);
         let span = self.span(start, start + rest.lines().next().unwrap_or("").len().min(end) as u32);
-        let message = "there are no comments between '/*' and '*/'";
+        let message = "'/*' does not begin a comment";
         self.report(
-            Diagnostic::new(Code::Syntax, span, message).hint("a comment begins with '//' and ends with its line"),
+            Diagnostic::new(Code::Syntax, span, message)
+                .hint("a comment begins with '//' and ends at the end of its line"),
         );
         self.next = start + end as u32;
     }
