@@ -1,4 +1,4 @@
-//! How a fit is watched while it runs: progress, warnings, times, and the trace of its steps.
+//! Observation of a running fit: progress, warnings, times, and the trace of its steps.
 
 use crate::progress::{Progress, Silent};
 use serde::Serialize;
@@ -14,7 +14,7 @@ pub struct TracePoint {
     pub stage: &'static str,
     /// Evaluations of the objective so far, in all stages.
     pub evaluations: u64,
-    /// How many of the scan's points took part.
+    /// Number of points that took part.
     pub points: usize,
     /// The scale of the loss. Millimetres.
     pub sigma: f64,
@@ -24,7 +24,7 @@ pub struct TracePoint {
     pub inliers: f64,
 }
 
-/// Takes down what a fit does. Nothing of it decides anything but `cancelled`.
+/// Records of a fit. Nothing in it affects the fit but `cancelled`.
 pub(crate) struct Monitor<'a> {
     pub(crate) progress: &'a dyn Progress,
     /// Evaluations of the objective.
@@ -78,7 +78,7 @@ impl<'a> Monitor<'a> {
         lock(&self.trace).push(point);
     }
 
-    /// How often the objective was evaluated so far.
+    /// Number of evaluations of the objective so far.
     pub(crate) fn evaluations(&self) -> u64 {
         self.evaluations.load(Ordering::Relaxed)
     }

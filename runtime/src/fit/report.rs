@@ -80,7 +80,7 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         script: String::new(),
         scan: problem.scan.source.clone(),
         parameters,
-        pose: problem.frame.report_pose.then(|| solution.estimate.motion.into()),
+        pose: problem.pose.report_pose.then(|| solution.estimate.motion.into()),
         objective: solution.evaluation.value,
         sigma: solution.loss.sigma,
         noise: problem.scan.noise,
@@ -149,7 +149,7 @@ fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     }
 }
 
-/// Residuals of so many times the noise, and of this fraction of the scan's radius, are not the scanner's.
+/// Residuals above this multiple of the noise and this fraction of the scan's radius are not due to the scanner.
 const FOREIGN: (f64, f64) = (5.0, 0.015);
 /// Correlations beyond this are worth a warning.
 const INSEPARABLE: f64 = 0.999;

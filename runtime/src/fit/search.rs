@@ -4,7 +4,7 @@
 use super::fit;
 use super::infer::compare::{Rival, compare};
 use super::options::{FitError, FitOptions};
-use super::problem::pose::pose_parameters;
+use super::problem::rigid::pose_parameters;
 use super::result::{FitResult, Search, SearchCandidate};
 use crate::model::Model;
 use crate::progress::Progress;

@@ -1,5 +1,5 @@
-//! Four facets at a time, in single precision: how near a point can be to them at the least. What that rules out needs no look in
-//! double precision, and it rules out nearly everything.
+//! Lower bounds of the distances from a point to four facets at a time, in single precision. They rule out nearly all facets
+//! before distances in double precision are computed.
 
 use super::facets::Facing;
 use glam::{DVec3, Vec3, Vec4};
@@ -36,36 +36,36 @@ pub(super) struct Block {
     second: Plane,
     /// 1 / |edge|^2 of ab, bc, ac, cd, ad; 0 for an edge without length.
     inverse: [Vec4; 5],
-    /// `1 - PART`, or 0 for facets of which nothing is to be said.
+    /// `1 - PART`, or 0 for facets whose bounds are not reliable.
     trust: Vec4,
-    /// What is taken from every squared distance.
+    /// Margin that is subtracted from every squared distance. Square millimetres.
     less: f32,
     patches: [u32; WIDTH],
 }
 
-/// A point as blocks are asked about it.
+/// A point as blocks take it.
 #[derive(Clone, Copy)]
 pub(crate) struct Asked<'a> {
     pub(super) place: Lanes,
     facing: Option<(Lanes, Facing<'a>)>,
-    /// Facets whose cosine (see `Facing`) is below this are not asked for.
+    /// Facets whose cosine (see `Facing`) is below this do not count.
     across: f32,
 }
 
 impl<'a> Asked<'a> {
-    /// The point `place`, about the tree's origin, for facets that look no farther away from the point's normal than `across`.
+    /// The point `place`, about the tree's origin, for facets whose cosine with the point's normal is not below `across`.
     pub(super) fn new(place: Vec3, facing: Option<Facing<'a>>, across: f64) -> Self {
         let facing = facing.map(|f| (Lanes::splat(f.normal.as_vec3()), f));
         Self { place: Lanes::splat(place), facing, across: across as f32 - ANGULAR }
     }
 }
 
-/// The inner of a triangle with the edges e and f at its first corner.
+/// The interior of a triangle with the edges e and f at its first corner.
 #[derive(Clone, Debug)]
 struct Plane {
     /// Unit normal.
     normal: Lanes,
-    /// e^2, e f, f^2 and the determinant of these; the latter negative where there is no inner.
+    /// e^2, e f, f^2 and the determinant of these, which is negative for a triangle without interior.
     ee: Vec4,
     ef: Vec4,
     ff: Vec4,
@@ -111,8 +111,8 @@ impl Sub for Lanes {
 }
 
 impl Block {
-    /// Up to four facets by their corners and patches; `size` is that of all of them together. Facets that are not there, or
-    /// not finite, are infinitely far from everything.
+    /// Up to four facets by their corners and patches; `size` (millimetres) is that of the whole model. Missing facets, and those
+    /// that are not finite, are infinitely far from everything.
     pub(super) fn new(corners: &[[DVec3; 4]], patches: [u32; WIDTH], origin: DVec3, size: f64) -> Self {
         let corner = |k: usize| {
             Lanes::of([0, 1, 2, 3].map(|lane| {
@@ -132,7 +132,7 @@ impl Block {
         Self { a, ab, ac, ad, first, second, inverse, trust, less: (error * error / f64::from(PART)) as f32, patches }
     }
 
-    /// Of every facet, a squared distance that a point has from it at least; infinite for those that are not asked for.
+    /// Lower bounds of the squared distances from a point to the facets; infinite for facets that face away.
     pub(super) fn lower_bounds(&self, asked: &Asked) -> Vec4 {
         let lower = self.distances(asked.place);
         let Some((normal, facing)) = asked.facing else { return lower };
@@ -166,7 +166,7 @@ impl Block {
 }
 
 impl Plane {
-    /// The triangle, and of which lanes it says something reliable.
+    /// The triangle, and the lanes in which it is reliable.
     fn new(e: Lanes, f: Lanes) -> (Self, glam::BVec4A) {
         let (ee, ef, ff, normal) = (e.dot(e), e.dot(f), f.dot(f), e.cross(f));
         let square = normal.dot(normal);

@@ -6,7 +6,7 @@ use glam::DVec3;
 /// The point of a patch nearest to a given one.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Foot {
-    /// Where on the patch, in [0, 1]^2.
+    /// The place on the patch, in [0, 1]^2.
     pub(crate) uv: [f64; 2],
     /// S(u, v). Millimetres.
     pub(crate) point: DVec3,
@@ -171,7 +171,7 @@ fn finish(
 fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: [f64; 3]) -> ([f64; 2], f64) {
     let blocked = |k: usize| !closed[k] && ((uv[k] <= 0.0 && g[k] > 0.0) || (uv[k] >= 1.0 && g[k] < 0.0));
     let free = [!blocked(0), !blocked(1)];
-    // Where the full Hessian is not safely positive (the point lies beyond a centre of curvature), the metric alone
+    // If the full Hessian is not safely positive (the point lies beyond a centre of curvature), the metric alone
     // (Gauss-Newton) still gives a descent direction.
     let mut h = [metric[0] + bend[0], metric[1] + bend[1], metric[2] + bend[2]];
     let positive = |k: usize| h[2 * k] > 1e-3 * metric[2 * k];

@@ -82,17 +82,17 @@ impl Tree {
         self.blocks.clear();
         let mut boxes = Vec::with_capacity(count.div_ceil(WIDTH));
         for first in (0..count).step_by(WIDTH) {
-            let (mut these, mut patches) = ([[DVec3::NAN; 4]; WIDTH], [0; WIDTH]);
+            let (mut corners, mut patches) = ([[DVec3::NAN; 4]; WIDTH], [0; WIDTH]);
             let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            for ((i, these), patch) in (first..count).zip(&mut these).zip(&mut patches) {
-                (*these, *patch) = facet(i);
-                if these.iter().all(|c| c.is_finite()) {
-                    for c in these.map(|c| self.local(c)) {
+            for ((i, corners), patch) in (first..count).zip(&mut corners).zip(&mut patches) {
+                (*corners, *patch) = facet(i);
+                if corners.iter().all(|c| c.is_finite()) {
+                    for c in corners.map(|c| self.local(c)) {
                         (low, high) = (low.min(c - margin), high.max(c + margin));
                     }
                 }
             }
-            self.blocks.push(Block::new(&these, patches, self.origin, size));
+            self.blocks.push(Block::new(&corners, patches, self.origin, size));
             boxes.push((low, high));
         }
         for i in (0..self.nodes.len()).rev() {

@@ -5,7 +5,7 @@ use super::loss::Loss;
 use super::objective::Objective;
 use super::parameterization::{Estimate, Parameterization};
 use super::points::Points;
-use super::pose::VelocityField;
+use super::rigid::VelocityField;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::refine::coverage::Coverage;
 use crate::model::EvaluationError;
@@ -17,9 +17,9 @@ pub(crate) struct Level<'a> {
     pub(crate) problem: &'a Problem<'a>,
     /// Coordinates of estimates, scaled so that all of them move the surface by about as much.
     pub(crate) space: Parameterization<'a>,
-    /// How patches are divided into facets.
+    /// The division of patches into facets.
     pub(crate) layout: Layout,
-    /// The term that looks from the model to the scan, in the last stages and where it was asked for.
+    /// The coverage term, in the last stages and where it was asked for.
     pub(crate) coverage: Option<Arc<Coverage<'a>>>,
 }
 

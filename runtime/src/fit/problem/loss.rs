@@ -1,15 +1,15 @@
-//! The loss psi of a distance ([VA] eq. 2 and others), and how its scale follows from residuals.
+//! The loss of a distance ([VA] eq. 2, where it is called psi, and others), and its scale from residuals.
 
 use crate::robust::{MAD_TO_SD, median};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::LN_2;
 
-/// How a distance is counted. All agree with d^2 / sigma^2 for distances much smaller than sigma.
+/// A robust loss of a distance d with the scale sigma. All agree with d^2 / sigma^2 for distances much smaller than sigma.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LossKind {
-    /// psi(d) = 1 - exp(-d^2 / sigma^2) ([VA] eq. 2): quadratic for small distances, constant for large ones, so that what
-    /// the model does not explain does not pull it.
+    /// 1 - exp(-d^2 / sigma^2) ([VA] eq. 2): quadratic for small distances, constant for large ones, so that points that
+    /// the model does not explain do not pull it.
     #[default]
     Welsch,
     /// d^2 / sigma^2: least squares, for scans without anything foreign. Sigma only scales it.
@@ -28,7 +28,7 @@ pub(crate) struct Loss {
     pub(crate) sigma: f64,
 }
 
-/// What a point counts. See `Loss`.
+/// The loss of a point with its derivatives. See `Loss`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counted {
     pub(crate) psi: f64,
@@ -70,7 +70,7 @@ impl Loss {
         }
     }
 
-    /// What a point at a squared distance counts, for the price of one of the three.
+    /// The loss, the weight and the curvature at a squared distance, for the price of one of the three.
     pub(crate) fn count(self, d2: f64) -> Counted {
         match self.kind {
             LossKind::Welsch => {
@@ -82,7 +82,7 @@ impl Loss {
         }
     }
 
-    /// psi''(d) sigma^2 / 2: how fast the pull weight * d changes with d.
+    /// psi''(d) sigma^2 / 2: the derivative of the score weight * d by d.
     pub(crate) fn curvature(self, d2: f64) -> f64 {
         let t = d2 / (self.sigma * self.sigma);
         match self.kind {
@@ -121,7 +121,7 @@ impl Loss {
     }
 }
 
-/// How many robust standard deviations of the residuals d + eps stands for in [VA] sect. 3. At 3 the estimator is 97 %
+/// The inlier distance d + eps of [VA] sect. 3 in robust standard deviations of the residuals. At 3 the estimator is 97 %
 /// as efficient as least squares on Gaussian residuals.
 pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
 

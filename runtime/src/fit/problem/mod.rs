@@ -1,14 +1,14 @@
 //! The problem that a fit solves: a model, a scan and its noise, the parameterization of estimates, and the objective.
 
 mod bounds;
-pub(crate) mod frame;
 pub(crate) mod isometry;
 pub(crate) mod level;
 pub(crate) mod loss;
 pub(crate) mod objective;
 pub(crate) mod parameterization;
 pub(crate) mod points;
-pub(crate) mod pose;
+pub(crate) mod pose_treatment;
+pub(crate) mod rigid;
 pub(crate) mod rows;
 pub(crate) mod sums;
 
@@ -16,19 +16,19 @@ use super::monitor::Monitor;
 use super::options::{FitError, FitOptions, Start};
 use crate::model::Model;
 use crate::scan::Scan;
-use frame::Frame;
 use isometry::Isometry;
 use level::Level;
 use objective::Evaluation;
 use parameterization::Parameterization;
 use points::Points;
-use pose::RigidParameters;
+use pose_treatment::PoseTreatment;
+use rigid::{RigidParameters, recognise};
 use sums::PatchSum;
 
 /// Points of the levels between the registration and the last one, which has all.
 pub(crate) const MIDDLE: usize = 6000;
 
-/// What a fit is to solve. It does not change while the fit goes on.
+/// A model to be fitted to a scan. It does not change during the fit.
 pub(crate) struct Problem<'a> {
     pub(crate) model: &'a dyn Model,
     pub(crate) scan: &'a Scan,
@@ -45,8 +45,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) oriented: bool,
     /// The script's own pose parameters.
     pub(crate) rigid: RigidParameters,
-    /// How the pose is treated.
-    pub(crate) frame: Frame,
+    /// The treatment of the pose.
+    pub(crate) pose: PoseTreatment,
     pub(crate) monitor: &'a Monitor<'a>,
 }
 
@@ -67,7 +67,7 @@ impl<'a> Problem<'a> {
         }
         monitor.progress.report("preparing", f64::NAN, "");
         let points = Points::of(scan);
-        // Clutter has no say in where the object is and how large.
+        // Outliers must not decide on the place and the size of the object.
         let surfaces = points.on_surfaces(scan);
         let radius = surfaces.gyration();
         if points.len() < 4 || !(radius > 0.0) {
@@ -75,10 +75,10 @@ impl<'a> Problem<'a> {
         }
         let thin = surfaces.sample(MIDDLE);
         drop(surfaces);
-        let rigid = pose::recognise(model, &start.x, radius)?;
-        let frame = Frame::choose(model, options, &rigid, &start, monitor);
+        let rigid = recognise(model, &start.x, radius)?;
+        let pose = PoseTreatment::choose(model, options, &rigid, &start, monitor);
         let oriented = !points.normal.is_empty() && scan.oriented && !options.ignore_normals;
-        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, frame, monitor })
+        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, pose, monitor })
     }
 
     /// The level of the registration: about the start values, with coarse facets.
@@ -87,7 +87,7 @@ impl<'a> Problem<'a> {
     /// The model cannot be evaluated at the start.
     pub(crate) fn start_level(&'a self) -> Result<Level<'a>, FitError> {
         let Start { x, ties, .. } = &self.start;
-        let space = Parameterization::new(self.model, x, self.frame.free(&self.start), self.frame.moving, ties);
+        let space = Parameterization::new(self.model, x, self.pose.free(&self.start), self.pose.moving, ties);
         let at = space.estimate(x, Isometry::IDENTITY);
         Ok(Level::new(self, space, &at, 0.01 * self.radius)?)
     }

@@ -32,9 +32,9 @@ pub(crate) struct Objective<'s> {
     pub(crate) tolerance: f64,
     /// By point, the facet that was the nearest one the last time.
     pub(crate) hints: Arc<Vec<AtomicU32>>,
-    /// What is known of the points' feet, where that is worth its time: in evaluations close to one another.
+    /// The feet of the points at the last evaluation, where evaluations are close to one another.
     pub(crate) cache: Option<Arc<FootCache>>,
-    /// What looks from the model to the scan, if anything does.
+    /// The coverage term, if it takes part.
     pub(crate) coverage: Option<Arc<Coverage<'s>>>,
     /// The matrix of `Order::Normal` is nearer to the Hessian: psi'' takes the place of the weights where it is positive.
     pub(crate) curved: bool,
@@ -42,11 +42,11 @@ pub(crate) struct Objective<'s> {
     pub(crate) stage: Option<&'static str>,
     /// Counts evaluations, takes down steps, and says when nobody waits for the result any longer.
     pub(crate) monitor: &'s Monitor<'s>,
-    /// There is no evaluation once the fit is cancelled, so that whoever minimises ends soon.
+    /// Evaluations fail once the fit is cancelled, so that minimisations end soon.
     pub(crate) cancellable: bool,
 }
 
-/// How much is computed.
+/// The derivatives that an evaluation computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
     /// The value and the patches' sums.
@@ -73,7 +73,7 @@ pub(crate) struct Evaluation {
 }
 
 impl Evaluation {
-    /// What stands for the evaluation of a model that does not exist.
+    /// A stand-in for the evaluation of a model that does not exist.
     pub(crate) fn absent(space: &Parameterization) -> Self {
         let (dim, parts) = (space.dim(), space.model.parts().len());
         Self {
@@ -107,9 +107,9 @@ pub(crate) struct Placed<'s> {
     pub(crate) facets: Facets<'s>,
 }
 
-/// Points a chunk: sums do not depend on the number of threads because chunks do not.
+/// Points per chunk. Sums do not depend on the number of threads because chunks do not.
 const CHUNK: usize = 512;
-/// Where there are few points they still make so many chunks, if these have not fewer than the least.
+/// Few points make this number of chunks all the same, as long as a chunk has `LEAST` points.
 const CHUNKS: usize = 16;
 const LEAST: usize = 96;
 
@@ -165,7 +165,7 @@ impl Objective<'_> {
         });
     }
 
-    /// How many points are taken at a time, but for the last ones. Does not depend on the number of threads.
+    /// Points per chunk, except for the last one. Does not depend on the number of threads.
     pub(crate) fn chunk_size(&self) -> usize {
         (self.points.len() / CHUNKS).clamp(LEAST, CHUNK)
     }
@@ -195,7 +195,7 @@ impl Objective<'_> {
         self.evaluate_placed(&placed, at, order)
     }
 
-    /// As `evaluate`, for a model that is already placed at these parameters: only the motion may differ.
+    /// As `evaluate`, for a model that is already placed at these parameters; its motion may differ.
     pub(crate) fn evaluate_placed(&self, placed: &Placed, at: &Estimate, order: Order) -> Option<Evaluation> {
         if self.cancelled() {
             return None;
@@ -232,7 +232,7 @@ impl Objective<'_> {
         matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
     }
 
-    /// psi of every point: 1 of those without a foot.
+    /// The loss of every point: 1 for those without a foot.
     pub(crate) fn psi_of_points(&self, placed: &Placed, motion: &Isometry) -> Vec<f64> {
         let mut psi = vec![1.0; self.points.len()];
         for (i, foot) in self.feet(placed, motion) {
@@ -241,12 +241,12 @@ impl Objective<'_> {
         psi
     }
 
-    /// What points with these feet count.
+    /// The losses of points with these feet.
     pub(crate) fn counted(&self, feet: &[Foot]) -> Vec<Counted> {
         feet.iter().map(|f| self.loss.count(f.d2)).collect()
     }
 
-    /// The mean psi of the distances to the facets: fast, and good enough to tell places apart that are much worse than others.
+    /// The mean loss of the distances to the facets: fast, and exact enough to rule out places that are much worse than others.
     pub(crate) fn rough_value(&self, placed: &Placed, motion: &Isometry) -> f64 {
         self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
         let inverse = motion.rotation.inverse();
@@ -354,7 +354,7 @@ impl Objective<'_> {
         by_patch(&all, self.space.model.parts().len())
     }
 
-    /// How facets must face to belong to a point with this normal; None where normals do not matter.
+    /// The orientation of facets that may belong to a point with this normal; None where normals are not used.
     fn facing(&self, normal: DVec3) -> Option<Facing<'_>> {
         let signs = self.signs.filter(|_| !self.points.normal.is_empty())?;
         Some(Facing { normal, signs })

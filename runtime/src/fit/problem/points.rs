@@ -13,22 +13,22 @@ pub(crate) struct Points {
     pub(crate) position: Vec<DVec3>,
     /// Unit normals, as many as positions, or none.
     pub(crate) normal: Vec<DVec3>,
-    /// Where in the scan each of them stands.
+    /// The index of each of them in the scan.
     pub(crate) index: Vec<u32>,
-    /// Some of them lie on no surface, where they are sparse: evenly in space, they would be many.
+    /// Many outliers, which are sparse, are among them: a sample even in space would consist of these.
     cluttered: bool,
 }
 
-/// Cells with less than this share of the points that cells have in the median count as empty.
+/// Cells with less than this share of the median number of points per cell count as empty.
 const EMPTY: f64 = 0.05;
-/// A cloud of which less than this share is left without its strays has more of them beside its surfaces.
+/// A cloud of which less than this share remains after the removal of outliers has more of them.
 const CLEAN: f64 = 0.95;
-/// How often strays are looked for: without the sparsest ones the next are.
-const SIFTED: usize = 2;
-/// Points whose distance to the next one is looked at.
+/// Passes of the statistical removal of outliers: without the sparsest ones the next are found.
+const PASSES: usize = 2;
+/// Points whose distance to the next one is measured.
 const SPACINGS: usize = 2000;
-/// Points of a cloud that are looked at for strays.
-const LOOKED_AT: usize = 30_000;
+/// Points of a cloud among which outliers are searched for.
+const CANDIDATES: usize = 30_000;
 
 impl Points {
     /// All points of a scan, in the order of a walk through cells of space, so that neighbours in the list are
@@ -57,21 +57,21 @@ impl Points {
         all.pick(order.iter().map(|(_, i)| *i as usize))
     }
 
-    /// The points that lie on some surface, of a large cloud a part of them. A mesh's points all do.
+    /// The points without outliers; of a large cloud only some of them. The points of a mesh all lie on surfaces.
     pub(crate) fn on_surfaces(&self, scan: &Scan) -> Cow<'_, Self> {
         if !scan.mesh.triangles.is_empty() {
             return Cow::Borrowed(self);
         }
-        let all = self.every(LOOKED_AT);
-        let mut kept = all.clone();
-        for _ in 0..SIFTED {
-            let positions: Vec<[f64; 3]> = kept.position.iter().map(|p| p.to_array()).collect();
-            let which: Vec<u32> = (0..kept.len() as u32).collect();
+        let all = self.every(CANDIDATES);
+        let mut inliers = all.clone();
+        for _ in 0..PASSES {
+            let positions: Vec<[f64; 3]> = inliers.position.iter().map(|p| p.to_array()).collect();
+            let which: Vec<u32> = (0..inliers.len() as u32).collect();
             let strays = strays(&Neighbours::new(&positions), &positions, &which);
-            kept = kept.pick((0..kept.len()).filter(|i| !strays[*i]));
+            inliers = inliers.pick((0..inliers.len()).filter(|i| !strays[*i]));
         }
-        kept.cluttered = (kept.len() as f64) < CLEAN * all.len() as f64;
-        Cow::Owned(kept)
+        inliers.cluttered = (inliers.len() as f64) < CLEAN * all.len() as f64;
+        Cow::Owned(inliers)
     }
 
     /// The points at some indices.
@@ -84,12 +84,12 @@ impl Points {
         }
     }
 
-    /// How many there are.
+    /// The number of points.
     pub(crate) fn len(&self) -> usize {
         self.position.len()
     }
 
-    /// How far it is to the next one in the list, in the median.
+    /// The median distance from a point to the next one in the list. Millimetres.
     pub(crate) fn spacing(&self) -> f64 {
         let step = (self.len() / SPACINGS).max(1);
         let apart = |i: usize| self.position[i].distance(self.position[i + 1]);
@@ -115,9 +115,10 @@ impl Points {
         (sum / self.len().max(1) as f64).sqrt()
     }
 
-    /// About `count` points, one a cell of a cubic grid, the one nearest to the cell's middle: even in space, whatever
-    /// the scan's density; a cluttered cloud's where they are dense. Cells with hardly any points are left out: in a dense scan every outlier has a cell of its own, and
-    /// a thousandth of the points would be a fifth of the sample. All points where there are not more.
+    /// About `count` points, one per cell of a cubic grid, the one nearest to the cell's centre: even in space, whatever
+    /// the scan's density, except for a cluttered cloud, which is sampled by density. Cells with hardly any points are left out:
+    /// in a dense scan every outlier has a cell of its own, and a thousandth of the points would be a fifth of the sample. All
+    /// points where there are not more.
     pub(crate) fn sample(&self, count: usize) -> Self {
         if self.len() <= count {
             return self.clone();

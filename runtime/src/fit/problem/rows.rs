@@ -1,4 +1,4 @@
-//! What every single point says: its residual with a row of the Jacobian, for the Gauss-Newton matrix and for the uncertainties.
+//! The residual of every point with its row of the Jacobian, for the Gauss-Newton matrix and for the covariance.
 
 use super::loss::Counted;
 use super::objective::{Matched, Objective, Placed};
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Points of one patch that have a foot.
 pub(crate) struct Rows {
     pub(crate) patch: u32,
-    /// What the columns are derivatives by: the parameters' indices, then, if the motion varies, shift and turn behind them.
+    /// The variables of the columns: indices of parameters, then, if the motion varies, its shift and its turn.
     pub(crate) columns: Vec<usize>,
     pub(crate) points: Vec<RowPoint>,
     /// d(signed distance)/d(column), row after row.
@@ -35,13 +35,13 @@ pub(crate) struct RowPoint {
 
 /// Chunks that are computed at a time: memory does not grow with the scan.
 const AT_ONCE: usize = 64;
-/// Rows are kept of so many points at most: of a model with a hundred parameters they take 160 MB.
+/// Rows of more points are computed anew in each pass: for a model with a hundred parameters this many take 160 MB.
 const KEPT: usize = 200_000;
 
 impl Rows {
     /// Every point with its row.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&RowPoint, &[f64])> {
-        // Where nothing varies rows are empty.
+        // Rows are empty if no parameter varies.
         let width = self.columns.len();
         self.points.iter().enumerate().map(move |(i, point)| (point, &self.jacobian[i * width..(i + 1) * width]))
     }
@@ -52,7 +52,7 @@ pub(crate) struct AllRows<'o> {
     objective: &'o Objective<'o>,
     at: &'o Estimate,
     placed: Placed<'o>,
-    /// By chunk; none of scans for which there is no room: theirs are computed anew each time.
+    /// By chunk; None for scans with more than `KEPT` points.
     kept: Option<Vec<Vec<Rows>>>,
 }
 
@@ -130,7 +130,7 @@ impl Objective<'_> {
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let mut slopes = vec![0.0; feet.len() * active.len() * 3];
         instance.jacobian(*patch, &u, &v, &mut slopes).ok()?;
-        // Columns that nothing varies by would be summed in vain.
+        // Columns of parameters that do not vary would be summed in vain.
         let varied: Vec<usize> = (0..active.len()).filter(|a| self.space.varies(active[*a] as usize)).collect();
         let n = self.space.model.parameters().len();
         let motion = if self.space.moving { n..n + 6 } else { n..n };

@@ -1,4 +1,4 @@
-//! What a chunk of points adds to the objective, its gradient and its Gauss-Newton matrix.
+//! Sums over a chunk of points: the objective, its gradient and its Gauss-Newton matrix.
 
 use super::loss::Counted;
 use super::objective::{Correspondence, Evaluation, Matched, Objective, Order};
@@ -9,10 +9,10 @@ use crate::model::Instance;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-/// What belongs to one patch.
+/// Sums over the points of one patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PatchSum {
-    /// Points with psi below 1/2.
+    /// Points with a loss below 1/2.
     pub(crate) inliers: f64,
     /// Sum of their squared distances.
     pub(crate) d2: f64,
@@ -34,7 +34,7 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// Those of `points` points that are far from everything.
+    /// The sums of `points` points that are beyond the cut-off.
     pub(crate) fn none(space: &Parameterization, points: usize, order: Order) -> Self {
         let n = space.model.parameters().len() + 6;
         Self {
@@ -47,7 +47,7 @@ impl Sums {
 }
 
 impl Objective<'_> {
-    /// The evaluation that follows from the sums of all chunks of so many points.
+    /// The evaluation from the sums of all chunks, which have `points` points in all.
     pub(crate) fn total(&self, sums: &[Sums], points: f64, at: &Estimate, order: Order, absent: usize) -> Evaluation {
         let n = self.space.model.parameters().len() + 6;
         let mut gradient = DVector::zeros(n);

@@ -29,7 +29,7 @@ pub(crate) struct Guess {
     pub(crate) iterations: u32,
 }
 
-/// Where a stage ended: an optimum with the level on which it was found and what it was judged by.
+/// The end of a stage: an optimum with the level on which it was found and the loss by which it is judged.
 pub(crate) struct Solution<'a> {
     pub(crate) level: Level<'a>,
     pub(crate) estimate: Estimate,
@@ -58,8 +58,8 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let Candidate { estimate, mut signs, .. } = candidate;
     // A model that cannot be evaluated where it has come to keeps its facets.
     let level = Level::new(problem, level.space.clone(), &estimate, 0.002 * problem.radius).unwrap_or(level);
-    // Here nearly every point is nearest to its own patch, whichever way that faces: what was learnt wrongly from farther off
-    // is corrected.
+    // Here nearly every point is nearest to its own patch, whichever way that faces: signs that were estimated wrongly from
+    // farther off are corrected.
     let wide = Loss::welsch(0.05 * problem.radius);
     if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
         signs = problem.facing(&unsided, &signs);
@@ -84,7 +84,7 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     // still to be put into the script's parameters, they wait for that.
     let some = problem.points.every(MIDDLE);
     let near = polish(level, &some, guess, Some(POLISH));
-    if problem.frame.write_back || some.len() == problem.points.len() {
+    if problem.pose.write_back || some.len() == problem.points.len() {
         return near;
     }
     let (level, guess) = near.into_guess();

@@ -1,4 +1,4 @@
-//! The motion that was found, written into the script's own pose parameters.
+//! The motion written back into the script's own pose parameters.
 
 use super::gauss_newton::{Damping, damped_step};
 use super::schedule::{Guess, POLISH, Solution, polish};
@@ -6,7 +6,7 @@ use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::parameterization::Parameterization;
-use crate::fit::problem::pose::VelocityField;
+use crate::fit::problem::rigid::VelocityField;
 use crate::model::{EvaluationError, Model};
 use glam::{DQuat, DVec3};
 use gml_compiler::program::Quantity;
@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 pub(crate) fn write_back(solution: Solution) -> Solution {
     let problem = solution.level.problem;
     let x = solution.level.space.x(&solution.estimate.z);
-    let Some(x) = x.filter(|_| problem.frame.write_back) else { return solution };
+    let Some(x) = x.filter(|_| problem.pose.write_back) else { return solution };
     let (level, guess) = solution.into_guess();
     let (level, guess) = in_own_coordinates(level, guess, &x);
     polish(level, &problem.points, guess, Some(POLISH))

@@ -42,7 +42,7 @@ pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>,
     let names = problem.model.parameters();
     let given = |i: &usize| problem.options.start.contains_key(&names[*i].name);
     let near = problem.options.no_pose || problem.rigid.indices.iter().any(given);
-    let (candidate, reference) = begin(&level, &start, near, problem.frame.moving);
+    let (candidate, reference) = begin(&level, &start, near, problem.pose.moving);
     Ok(Registration { level, candidate, seeds: Seeds { start, reference } })
 }
 

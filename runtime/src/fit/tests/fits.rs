@@ -6,7 +6,7 @@ use crate::fit::monitor::Monitor;
 use crate::fit::problem::Problem;
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::loss::Loss;
-use crate::fit::problem::pose::recognise;
+use crate::fit::problem::rigid::recognise;
 use crate::fit::refine::write_back::parameters_at;
 use crate::fit::register::group::{groups, unexplained};
 use crate::fit::{FitError, FitOptions, fit};

@@ -36,14 +36,13 @@ pub(crate) struct Coverage<'a> {
 /// Places at a time.
 const CHUNK: usize = 512;
 
-/// What the term says of the uncertainty, in the units of the points' sums (see `uncertainty`), by the parameters, shift and
-/// turn.
+/// The term's part of the sandwich, in the units of the sums over points (see `sandwich`), by the parameters, shift and turn.
 pub(crate) struct Information {
     /// Sum of psi'' J J^T.
     pub(crate) bread: DMatrix<f64>,
     /// Sum of weight J J^T.
     pub(crate) weighted: DMatrix<f64>,
-    /// Sum over the scan's elements of (sum of pulls J) (sum of pulls J)^T: places beside the same element depend on each other.
+    /// Sum over the scan's elements of (sum of score contributions) (sum of score contributions)^T: places beside the same element depend on each other.
     pub(crate) filling: DMatrix<f64>,
 }
 
@@ -72,7 +71,7 @@ impl<'a> Coverage<'a> {
 
     /// The term and its derivatives by the scaled local coordinates.
     pub(crate) fn evaluate(&self, objective: &Objective, placed: &Placed, at: &Estimate, order: Order) -> Evaluation {
-        let own = objective.with_loss(self.loss);
+        let objective = &objective.with_loss(self.loss);
         let sums: Vec<Sums> = self
             .chunks()
             .into_par_iter()
@@ -82,7 +81,7 @@ impl<'a> Coverage<'a> {
                     Some(stretch) => {
                         sums.psi += stretch.lost + stretch.counted.iter().map(|c| c.psi).sum::<f64>();
                         if !stretch.counted.is_empty() {
-                            own.add_derivatives(
+                            objective.add_derivatives(
                                 &*placed.instance,
                                 &stretch.matched,
                                 &stretch.counted,
@@ -96,16 +95,16 @@ impl<'a> Coverage<'a> {
                 sums
             })
             .collect();
-        own.total(&sums, self.count, at, order, 0)
+        objective.total(&sums, self.count, at, order, 0)
     }
 
-    /// What the term adds to the sums over points from which uncertainties follow. None where the model does not exist.
+    /// The term's part of the sandwich. None where the model does not exist.
     pub(crate) fn information(&self, objective: &Objective, at: &Estimate) -> Option<Information> {
         let placed = objective.place(at).ok()?;
-        let own = objective.with_loss(self.loss);
         let total = objective.space.model.parameters().len() + 6;
         // A point's share in the objective is 2 / (sigma^2 N).
         let ratio = (objective.loss.sigma / self.loss.sigma).powi(2) * objective.points.len() as f64 / self.count;
+        let objective = objective.with_loss(self.loss);
         let zero = || DMatrix::zeros(total, total);
         let mut information = Information { bread: zero(), weighted: zero(), filling: zero() };
         let mut pulls: BTreeMap<u32, DVector<f64>> = BTreeMap::new();
@@ -114,7 +113,7 @@ impl<'a> Coverage<'a> {
             if stretch.counted.is_empty() {
                 continue;
             }
-            let rows = own.rows(&*placed.instance, &stretch.matched, &stretch.counted)?;
+            let rows = objective.rows(&*placed.instance, &stretch.matched, &stretch.counted)?;
             for ((point, row), element) in rows.iter().zip(&stretch.elements) {
                 let mut whole = DVector::zeros(total);
                 rows.columns.iter().zip(row).for_each(|(i, r)| whole[*i] += r);

@@ -1,16 +1,16 @@
-//! Which place of the scan a place of the model has beside it, and how far it lies beyond what was scanned.
+//! The distance by which a place of the model lies beyond the scan.
 
 use crate::bvh::{Bvh, BvhError};
 use crate::scan::{Neighbours, Scan};
 use glam::DVec3;
 
-/// What was scanned: the surface of a mesh, or the points of a cloud.
+/// The scan: the surface of a mesh, or the points of a cloud.
 pub(crate) struct Scanned<'a> {
     scan: &'a Scan,
     shape: Shape<'a>,
     /// Whether the scan's normals tell the sides of a wall from each other.
     oriented: bool,
-    /// What lies beyond by less is no end but noise. Millimetres.
+    /// Places that lie beyond by less do so by noise. Millimetres.
     slack: f64,
 }
 
@@ -22,7 +22,7 @@ enum Shape<'a> {
 /// A place of the model that the scan does not reach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Beyond {
-    /// How far beyond, along the model's surface. Millimetres.
+    /// The distance beyond the scan, along the model's surface. Millimetres.
     pub(crate) distance: f64,
     /// The unit direction from the scan to the place, in the model's tangent plane.
     pub(crate) direction: DVec3,
@@ -41,8 +41,8 @@ pub(crate) enum Place {
     Nowhere,
 }
 
-/// Neighbours in a cloud that say on which sides of a place there are points, and those that are looked at for as many that
-/// face the same way.
+/// Neighbours in a cloud by whose sides a place is judged, and the nearest points among which those are searched that face the
+/// same way.
 const NEIGHBOURS: usize = 12;
 const NEAREST: usize = 24;
 /// Nearest places of a mesh are off by less than this, relatively.
@@ -62,8 +62,8 @@ impl<'a> Scanned<'a> {
         Ok(Self { scan, shape, oriented, slack: scan.noise.max(ROUNDING * radius) })
     }
 
-    /// Where a place of the model stands to the scan: its position and its unit normal (outward), in the scan's frame. What
-    /// is more than `limit` (millimetres) beyond the scan is nowhere.
+    /// Compares a place of the model, by its position and its unit normal (outward) in the scan's frame, with the scan. A place
+    /// that is more than `limit` (millimetres) beyond the scan is nowhere.
     pub(crate) fn place(&self, p: DVec3, normal: DVec3, limit: f64) -> Place {
         let found = match &self.shape {
             Shape::Surface(bvh) => self.beside_surface(bvh, p, normal, limit),
@@ -71,15 +71,15 @@ impl<'a> Scanned<'a> {
         };
         match found {
             None => Place::Nowhere,
-            // Noise lets the surface's own waves look like its end.
+            // Noise makes waves of the surface resemble its end.
             Some(beyond) if !(beyond.distance > self.slack) => Place::Scanned,
             Some(beyond) if beyond.distance > limit => Place::Nowhere,
             Some(beyond) => Place::Beyond(Beyond { distance: beyond.distance - self.slack, ..beyond }),
         }
     }
 
-    /// How far a place lies beyond the nearest one of a mesh, in the model's tangent plane: what lies across is the other term's,
-    /// a model beside the scan is not beyond it.
+    /// The distance of a place beyond the nearest one of a mesh, in the model's tangent plane: the component across it belongs to
+    /// the other term, as a model beside the scan is not beyond it.
     fn beside_surface(&self, bvh: &Bvh, p: DVec3, normal: DVec3, limit: f64) -> Option<Beyond> {
         let cosine = self.oriented.then_some(0.0);
         let found = bvh.closest_point_within(p.to_array(), limit + self.slack, normal.to_array(), cosine)?;
@@ -88,13 +88,13 @@ impl<'a> Scanned<'a> {
         Some(Beyond { distance: along.length(), direction, element: found.triangle })
     }
 
-    /// How far a place lies beyond the line that supports its neighbours in a cloud: negative where they surround it. The line
+    /// The distance of a place beyond the line that supports its neighbours in a cloud: negative where they surround it. The line
     /// is the one across the mean direction from them to the place.
     fn beside_cloud(&self, tree: &Neighbours, p: DVec3, normal: DVec3) -> Option<Beyond> {
         let mesh = &self.scan.mesh;
         let faces = |i: &u32| {
-            let own = mesh.normals.get(*i as usize).map(|n| DVec3::from_array(*n));
-            !self.oriented || own.is_none_or(|own| own.dot(normal) > 0.0)
+            let other = mesh.normals.get(*i as usize).map(|n| DVec3::from_array(*n));
+            !self.oriented || other.is_none_or(|other| other.dot(normal) > 0.0)
         };
         let near = tree.nearest(p.to_array(), NEAREST).into_iter().filter(faces).take(NEIGHBOURS);
         let offsets: Vec<(u32, DVec3)> =

@@ -51,7 +51,7 @@ impl<'a> Coverage<'a> {
     }
 }
 
-/// How much of the model was scanned, where the term took part.
+/// The share of the model that was scanned; None where the term took no part.
 pub(crate) fn covered(solution: &Solution) -> Option<Covered> {
     let Level { problem, space, coverage, .. } = &solution.level;
     let coverage = coverage.as_ref()?;

@@ -24,7 +24,7 @@ const MOST: usize = 400;
 const GAUGE: usize = 8;
 /// Directions in which a place may be seen.
 const DIRECTIONS: usize = 48;
-/// Whatever is seen at a more grazing angle than this (its cosine) is not.
+/// Places seen at a more grazing angle than this (its cosine) do not count as seen.
 const GRAZING: f64 = 0.15;
 
 /// Places on every patch that can be evaluated. `radius` is the scale of lengths.
@@ -47,7 +47,7 @@ pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) ->
     Ok(found.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
 }
 
-/// How large a patch is.
+/// The size of a patch.
 struct Gauge {
     /// Mean lengths along u and v. Millimetres.
     sides: [f64; 2],
@@ -66,7 +66,7 @@ impl Gauge {
     }
 }
 
-/// The middles of so many cells each way.
+/// The centres of the cells of a grid.
 fn middles([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
     let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
     let every = (0..nu * nv).map(|k| (middle(k % nu, nu), middle(k / nu, nv)));
@@ -88,7 +88,7 @@ fn grid(instance: &dyn Instance, patch: usize, cells: [usize; 2]) -> Option<Cell
     Some(([u, v], partials))
 }
 
-/// The cells that something outside can look at.
+/// The cells that are visible from outside.
 fn visible(bvh: &Bvh, patch: usize, ([u, v], partials): Cells, above: f64) -> Places {
     let mut places = Places { patch, ..Places::default() };
     let count = partials.len() as f64;

@@ -48,17 +48,17 @@ pub(crate) fn recognise(model: &dyn Model, x: &[f64], size: f64) -> Result<Rigid
 pub(crate) fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
     let x: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
     let size = Points::of(scan).gyration().max(f64::MIN_POSITIVE);
-    // A model that does not exist at its defaults is said to have none; whoever fits it is told so.
+    // A model that does not exist at its defaults is taken to have none; a fit of it fails with the reason.
     let found = recognise(model, &x, size).map(|rigid| rigid.indices).unwrap_or_default();
     found.into_iter().map(|i| model.parameters()[i].name.clone()).collect()
 }
 
-/// What `recognise` found.
+/// The parameters that move the whole model rigidly.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RigidParameters {
     /// Parameters that move the whole model rigidly.
     pub(crate) indices: Vec<usize>,
-    /// How many of the six directions they span.
+    /// Dimension of the space of rigid motions that they span, at most 6.
     pub(crate) rank: usize,
     /// Parameters on which nothing depends here.
     pub(crate) without_influence: Vec<usize>,

@@ -1,12 +1,12 @@
-//! How the pose is treated: by the script's own parameters, or by a motion beside them.
+//! The treatment of the pose: by the script's own parameters, or by a motion beside them.
 
-use super::pose::RigidParameters;
+use super::rigid::RigidParameters;
 use crate::fit::monitor::Monitor;
 use crate::fit::options::{FitOptions, Start};
 use crate::model::Model;
 
-/// How the pose is treated.
-pub(crate) struct Frame {
+/// The treatment of the pose.
+pub(crate) struct PoseTreatment {
     /// The motion is a variable.
     pub(crate) moving: bool,
     /// Parameters that the motion stands for.
@@ -17,8 +17,8 @@ pub(crate) struct Frame {
     pub(crate) report_pose: bool,
 }
 
-impl Frame {
-    /// How the pose of `model` is treated, with a warning where that is not how a user may expect it.
+impl PoseTreatment {
+    /// Chooses the treatment, with a warning where a user may not expect it.
     pub(crate) fn choose(
         model: &dyn Model,
         options: &FitOptions,
