@@ -38,13 +38,13 @@ use refine::coverage::stage::cover;
 use refine::schedule::refine;
 use refine::write_back::write_back;
 
-/// Fits a model to a scan. The scan's frame is the script's: a script with pose parameters gets them, one without gets a
-/// pose beside its parameters.
+/// Fits a model to a scan. The scan's frame is the script's: a script with pose parameters gets them, one without gets
+/// a pose beside its parameters.
 ///
 /// # Errors
-/// Options that name what is not there, a scan or a model with nothing in it, or a model that cannot be evaluated where the
-/// fit begins. A fit that finds nothing convincing is not an error: `inliers`, `converged` and `warnings` say so. One that
-/// `progress` cancels ends soon with the best so far, marked as `interrupted`.
+/// Options that name what is not there, a scan or a model with nothing in it, or a model that cannot be evaluated where
+/// the fit begins. A fit that finds nothing convincing is not an error: `inliers`, `converged` and `warnings` say so.
+/// One that `progress` cancels ends soon with the best so far, marked as `interrupted`.
 pub fn fit(
     model: &dyn Model,
     scan: &Scan,

@@ -6,18 +6,20 @@ use gml_compiler::suggest;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// How a fit is to be done. The defaults fit all parameters and, where the script has no pose of its own, a pose beside them.
+/// How a fit is to be done. The defaults fit all parameters and, where the script has no pose of its own, a pose beside
+/// them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FitOptions {
     /// Start values by parameter, in millimetres and radians; the script's defaults hold for the others. A start value
     /// of a pose parameter of the script is taken as a pose to begin from, and orientations are not screened.
     pub start: BTreeMap<String, f64>,
-    /// Parameters that keep their start value. Where that was given in `start`, the result says whether the scan contradicts it.
+    /// Parameters that keep their start value. Where that was given in `start`, the result says whether the scan
+    /// contradicts it.
     pub fixed: Vec<String>,
     /// Groups of parameters that have one value.
     pub equal: Vec<Vec<String>>,
-    /// Neither adds nor searches a pose: the scan already lies where the script puts the model, except for the motion by the
-    /// script's own parameters.
+    /// Neither adds nor searches a pose: the scan already lies where the script puts the model, except for the motion
+    /// by the script's own parameters.
     pub no_pose: bool,
     /// The final scale of the loss, in millimetres; estimated from the scan where absent.
     pub sigma: Option<f64>,
@@ -25,11 +27,11 @@ pub struct FitOptions {
     pub ignore_normals: bool,
     /// The loss at the end. Before that, while the place is still sought, it is always Welsch's.
     pub loss: LossKind,
-    /// Holds the model's ends to the scan: surface of the model that could be seen and lies beyond the scan counts as well. For
-    /// scans that show the ends.
+    /// Holds the model's ends to the scan: surface of the model that could be seen and lies beyond the scan counts as
+    /// well. For scans that show the ends.
     pub coverage: bool,
-    /// Number of bootstrap samples: scans drawn from the scan, block by block with repetitions, and fitted again from where the
-    /// fit ended. 0 for none.
+    /// Number of bootstrap samples: scans drawn from the scan, block by block with repetitions, and fitted again from
+    /// where the fit ended. 0 for none.
     pub bootstrap: usize,
     /// Seed of the orientations that are screened and of the bootstrap. 0 is as good as any.
     pub seed: u64,

@@ -19,8 +19,8 @@ pub struct FitResult {
     pub scan: ScanSource,
     /// The script's parameters in its order.
     pub parameters: Vec<FittedParameter>,
-    /// The pose that was added because the script has none: it takes the model's points to the scan's frame. Absent where the
-    /// script has its own.
+    /// The pose that was added because the script has none: it takes the model's points to the scan's frame. Absent
+    /// where the script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pose: Option<Motion>,
     /// Mean loss over the scan's points ([VA] eq. 1, where the loss is psi): between 0 and 1 for bounded losses.
@@ -103,7 +103,8 @@ pub struct Covariance {
     pub naive: Vec<f64>,
     /// The number of independent points that would determine as much as the scan's points near the model.
     pub effective_points: f64,
-    /// Edge of the blocks within which residuals were found to depend on each other. Millimetres; absent where they do not.
+    /// Edge of the blocks within which residuals were found to depend on each other. Millimetres; absent where they do
+    /// not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<f64>,
 }

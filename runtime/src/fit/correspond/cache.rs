@@ -1,5 +1,5 @@
-//! A cache of foot points between evaluations of an objective: where the feet were, and how far the model may move until another
-//! part of it can be nearer. Close to an optimum hardly any point needs a search.
+//! A cache of foot points between evaluations of an objective: where the feet were, and how far the model may move
+//! until another part of it can be nearer. Close to an optimum hardly any point needs a search.
 
 use super::facets::Facets;
 use crate::fit::problem::isometry::Isometry;
@@ -35,11 +35,11 @@ pub(crate) struct CachedFoot {
 
 /// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit.
 const REACH_SIGMAS: f64 = 0.15;
-/// The reach where points are dense, in distances between neighbours: enough for all steps that remain to all points after some
-/// of them were fitted (decision 0024).
+/// The reach where points are dense, in distances between neighbours: enough for all steps that remain to all points
+/// after some of them were fitted (decision 0024).
 const REACH_SPACINGS: f64 = 2.0;
-/// Points count as dense where that reach is below this fraction of the scan's radius. Beyond it, too many facets are within
-/// reach.
+/// Points count as dense where that reach is below this fraction of the scan's radius. Beyond it, too many facets are
+/// within reach.
 const REACH_LIMIT: f64 = 0.06;
 
 /// The patch of points that are too far from all patches.
@@ -69,8 +69,8 @@ impl FootCache {
         }))
     }
 
-    /// The cache after the model has moved to where it is now; None while another evaluation holds it, so that this one does
-    /// without.
+    /// The cache after the model has moved to where it is now; None while another evaluation holds it, so that this one
+    /// does without.
     pub(crate) fn follow(&self, facets: &Facets, motion: &Isometry) -> Option<MutexGuard<'_, CacheState>> {
         let mut state = self.0.try_lock().ok()?;
         let vertices: Vec<DVec3> = facets.vertices().map(|p| motion.apply(p)).collect();
@@ -89,7 +89,8 @@ impl FootCache {
     }
 }
 
-/// The displacement of a vertex: none between two places that do not exist, and an infinite one to or from such a place.
+/// The displacement of a vertex: none between two places that do not exist, and an infinite one to or from such a
+/// place.
 fn displacement(a: DVec3, b: DVec3) -> f64 {
     match (a.is_finite(), b.is_finite()) {
         (true, true) => a.distance(b),

@@ -1,5 +1,5 @@
-//! Lower bounds of the distances from a point to four facets at a time, in single precision. They rule out nearly all facets
-//! before distances in double precision are computed.
+//! Lower bounds of the distances from a point to four facets at a time, in single precision. They rule out nearly all
+//! facets before distances in double precision are computed.
 
 use super::facets::Facing;
 use glam::{DVec3, Vec3, Vec4};
@@ -7,7 +7,8 @@ use std::ops::Sub;
 
 /// Facets a block.
 pub(crate) const WIDTH: usize = 4;
-/// Sines of corners below which a triangle is too narrow for single precision, and below which it is no wider than a line.
+/// Sines of corners below which a triangle is too narrow for single precision, and below which it is no wider than a
+/// line.
 const NARROW: f32 = 1e-2;
 const LINE: f32 = 1e-5;
 /// Single precision, rounded in and out, is off by less than this part of the model's size.
@@ -53,7 +54,8 @@ pub(crate) struct Asked<'a> {
 }
 
 impl<'a> Asked<'a> {
-    /// The point `place`, about the tree's origin, for facets whose cosine with the point's normal is not below `across`.
+    /// The point `place`, about the tree's origin, for facets whose cosine with the point's normal is not below
+    /// `across`.
     pub(super) fn new(place: Vec3, facing: Option<Facing<'a>>, across: f64) -> Self {
         let facing = facing.map(|f| (Lanes::splat(f.normal.as_vec3()), f));
         Self { place: Lanes::splat(place), facing, across: across as f32 - ANGULAR }
@@ -111,8 +113,8 @@ impl Sub for Lanes {
 }
 
 impl Block {
-    /// Up to four facets by their corners and patches; `size` (millimetres) is that of the whole model. Missing facets, and those
-    /// that are not finite, are infinitely far from everything.
+    /// Up to four facets by their corners and patches; `size` (millimetres) is that of the whole model. Missing facets,
+    /// and those that are not finite, are infinitely far from everything.
     pub(super) fn new(corners: &[[DVec3; 4]], patches: [u32; WIDTH], origin: DVec3, size: f64) -> Self {
         let corner = |k: usize| {
             Lanes::of([0, 1, 2, 3].map(|lane| {

@@ -91,7 +91,8 @@ impl Facets<'_> {
 }
 
 impl Facing<'_> {
-    /// The cosine between normals up to which a facet counts as grazing: it may turn over within the last steps of a fit.
+    /// The cosine between normals up to which a facet counts as grazing: it may turn over within the last steps of a
+    /// fit.
     pub(super) const GRAZING: f64 = 0.1;
 
     /// The orientation of a triangle of a patch; front-facing where the patch's sides are not known.

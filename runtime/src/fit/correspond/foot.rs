@@ -34,8 +34,8 @@ struct Search {
 }
 
 /// Moves every `uv` to the nearest point of the patch to its `q`, until another step would lower the squared distance
-/// by less than `tolerance` squared. `closed` says whether the patch closes in u and in v: there a foot point crosses the
-/// seam, elsewhere it stops at the edge.
+/// by less than `tolerance` squared. `closed` says whether the patch closes in u and in v: there a foot point crosses
+/// the seam, elsewhere it stops at the edge.
 ///
 /// # Errors
 /// The patch cannot be evaluated.
@@ -124,8 +124,8 @@ fn stepped(uv: [f64; 2], step: [f64; 2], closed: [bool; 2]) -> [f64; 2] {
     })
 }
 
-/// The foot on the surface's Taylor polynomial of second order about `uv`, where that is the surface to a tenth of `tolerance`:
-/// close to the foot the surface need not be evaluated again. `step` is the first one.
+/// The foot on the surface's Taylor polynomial of second order about `uv`, where that is the surface to a tenth of
+/// `tolerance`: close to the foot the surface need not be evaluated again. `step` is the first one.
 fn finish(
     uv: [f64; 2],
     step: [f64; 2],

@@ -1,5 +1,5 @@
-//! The division of the model's patches into facets: a grid of quadrilaterals per patch, in a tree of boxes that is built once a
-//! level and refitted at every evaluation.
+//! The division of the model's patches into facets: a grid of quadrilaterals per patch, in a tree of boxes that is
+//! built once a level and refitted at every evaluation.
 
 use super::facets::Facets;
 use super::tree::Tree;

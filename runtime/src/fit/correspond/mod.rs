@@ -1,5 +1,5 @@
-//! Correspondences between the scan's points and the model's surface: the surface as facets, the nearest facet to a point, the
-//! exact foot point on the surface, and a cache of foot points between evaluations.
+//! Correspondences between the scan's points and the model's surface: the surface as facets, the nearest facet to a
+//! point, the exact foot point on the surface, and a cache of foot points between evaluations.
 
 pub(crate) mod cache;
 mod facet_block;

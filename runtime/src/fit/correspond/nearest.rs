@@ -19,12 +19,13 @@ pub(crate) struct Query<'q> {
     pub(crate) cutoff: f64,
     /// If present, only facets count that face the way the point's normal does.
     pub(crate) facing: Option<Facing<'q>>,
-    /// A facet that may well be the nearest, or `NO_HINT`. A good one prunes most boxes; the answer does not depend on it.
+    /// A facet that may well be the nearest, or `NO_HINT`. A good one prunes most boxes; the answer does not depend on
+    /// it.
     pub(crate) hint: u32,
     /// A patch whose facets do not count.
     pub(crate) except: Option<u32>,
-    /// Other facets are searched for up to so much beyond the nearest one, for the slack. Millimetres; 0 where the slack is not
-    /// wanted.
+    /// Other facets are searched for up to so much beyond the nearest one, for the slack. Millimetres; 0 where the
+    /// slack is not wanted.
     pub(crate) reach: f64,
 }
 
@@ -58,8 +59,8 @@ impl Facets<'_> {
         Search::run(self, query).nearest()
     }
 
-    /// The nearest point, and how far the model may move (millimetres) until another one can be the answer. Facets beside the
-    /// nearest one are not another answer. The slack is not positive where nothing is known of it.
+    /// The nearest point, and how far the model may move (millimetres) until another one can be the answer. Facets
+    /// beside the nearest one are not another answer. The slack is not positive where nothing is known of it.
     pub(crate) fn nearest_and_slack(&self, query: Query) -> (Option<Nearest>, f64) {
         let search = Search::run(self, query);
         (search.nearest(), search.slack())
@@ -113,8 +114,9 @@ impl<'s> Search<'s> {
         if self.least < before { limit.min(self.limit()) } else { limit }
     }
 
-    /// Puts a facet into `best` if it is nearer than `least` and counts. Returns its squared distance, also where it is grazing;
-    /// infinity where it is back-facing or beyond `limit`, and `lower` where that is enough to tell that it is not the nearest.
+    /// Puts a facet into `best` if it is nearer than `least` and counts. Returns its squared distance, also where it is
+    /// grazing; infinity where it is back-facing or beyond `limit`, and `lower` where that is enough to tell that it is
+    /// not the nearest.
     fn distance(&mut self, quad: u32, lower: f64, limit: f64) -> f64 {
         if lower >= self.least {
             return lower;

@@ -4,8 +4,8 @@ use super::facet_block::{Asked, Block, Lanes, WIDTH};
 use super::facets::Facing;
 use glam::{DVec3, Vec3, Vec4};
 
-/// A tree of axis-aligned boxes in fours, with blocks of four facets as leaves; children stand behind their parent, so that one
-/// pass backwards refits all.
+/// A tree of axis-aligned boxes in fours, with blocks of four facets as leaves; children stand behind their parent, so
+/// that one pass backwards refits all.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
@@ -66,8 +66,8 @@ impl Tree {
         number as u32
     }
 
-    /// Fits every box to the corners of its facets; facets with a corner that is not finite are left out. `bounds` holds all
-    /// corners, and `facet` has those of `count` facets, with their patches.
+    /// Fits every box to the corners of its facets; facets with a corner that is not finite are left out. `bounds`
+    /// holds all corners, and `facet` has those of `count` facets, with their patches.
     pub(crate) fn refit(
         &mut self,
         (low, high): (DVec3, DVec3),
@@ -121,8 +121,8 @@ impl Tree {
         Asked::new(self.local(q), facing, across)
     }
 
-    /// Visits facets near a point, nearest boxes first. `item` gets a facet, a lower bound of its squared distance and the squared
-    /// limit, and returns the limit from then on.
+    /// Visits facets near a point, nearest boxes first. `item` gets a facet, a lower bound of its squared distance and
+    /// the squared limit, and returns the limit from then on.
     pub(crate) fn visit(&self, asked: &Asked, limit: f64, mut item: impl FnMut(usize, f64, f64) -> f64) {
         if self.nodes.is_empty() {
             return;
@@ -181,7 +181,8 @@ fn below(lanes: Vec4, limit: f64) -> u32 {
     lanes.cmplt(Vec4::splat((limit as f32).next_up())).bitmask()
 }
 
-/// Halves items at the median of the widest axis, at a multiple of a block; the second half is empty where a block holds all.
+/// Halves items at the median of the widest axis, at a multiple of a block; the second half is empty where a block
+/// holds all.
 fn halve<'i>(items: &'i mut [u32], centres: &[DVec3]) -> (&'i mut [u32], &'i mut [u32]) {
     let half = items.len().div_ceil(WIDTH).div_ceil(2) * WIDTH;
     if half >= items.len() {

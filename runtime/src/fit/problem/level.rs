@@ -24,8 +24,8 @@ pub(crate) struct Level<'a> {
 }
 
 impl<'a> Level<'a> {
-    /// Divides the model's patches, and scales the coordinates, as is right at the estimate `at`: facets are `tolerance`
-    /// (millimetres) off the surface.
+    /// Divides the model's patches, and scales the coordinates, as is right at the estimate `at`: facets are
+    /// `tolerance` (millimetres) off the surface.
     ///
     /// # Errors
     /// The model cannot be evaluated there.

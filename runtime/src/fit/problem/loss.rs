@@ -4,12 +4,13 @@ use crate::robust::{MAD_TO_SD, median};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::LN_2;
 
-/// A robust loss of a distance d with the scale sigma. All agree with d^2 / sigma^2 for distances much smaller than sigma.
+/// A robust loss of a distance d with the scale sigma. All agree with d^2 / sigma^2 for distances much smaller than
+/// sigma.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LossKind {
-    /// 1 - exp(-d^2 / sigma^2) ([VA] eq. 2): quadratic for small distances, constant for large ones, so that points that
-    /// the model does not explain do not pull it.
+    /// 1 - exp(-d^2 / sigma^2) ([VA] eq. 2): quadratic for small distances, constant for large ones, so that points
+    /// that the model does not explain do not pull it.
     #[default]
     Welsch,
     /// d^2 / sigma^2: least squares, for scans without anything foreign. Sigma only scales it.
@@ -36,8 +37,8 @@ pub(crate) struct Counted {
     pub(crate) curvature: f64,
 }
 
-/// Distances beyond this many sigma are not computed and count as psi = 1 ([VA] eq. 4) where psi is bounded; Welsch's psi there
-/// is 1 - 4.8e-6.
+/// Distances beyond this many sigma are not computed and count as psi = 1 ([VA] eq. 4) where psi is bounded; Welsch's
+/// psi there is 1 - 4.8e-6.
 const CUTOFF: f64 = 3.5;
 
 impl Loss {
@@ -121,8 +122,8 @@ impl Loss {
     }
 }
 
-/// The inlier distance d + eps of [VA] sect. 3 in robust standard deviations of the residuals. At 3 the estimator is 97 %
-/// as efficient as least squares on Gaussian residuals.
+/// The inlier distance d + eps of [VA] sect. 3 in robust standard deviations of the residuals. At 3 the estimator is 97
+/// % as efficient as least squares on Gaussian residuals.
 pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
 
 /// Robust standard deviation of unsigned distances: 1.4826 times their median, over those within `limit`.

@@ -93,9 +93,9 @@ impl<'a> Problem<'a> {
     }
 
     /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's
-    /// normals say clearly otherwise. Where points lie on both sides (a thin wall whose sides are not told apart yet) the
-    /// convention decides: without a decision, both sides of the scanned wall would pull at both of the model.
-    /// A patch with too few points to say keeps the side that it had `before`.
+    /// normals say clearly otherwise. Where points lie on both sides (a thin wall whose sides are not told apart yet)
+    /// the convention decides: without a decision, both sides of the scanned wall would pull at both of the model. A
+    /// patch with too few points to say keeps the side that it had `before`.
     pub(crate) fn facing(&self, evaluation: &Evaluation, before: &[i8]) -> Vec<i8> {
         let sign = |(p, before): (&PatchSum, &i8)| {
             let inwards = if p.weight >= 10.0 { p.facing <= -0.85 * p.weight } else { *before < 0 };

@@ -36,7 +36,8 @@ pub(crate) struct Objective<'s> {
     pub(crate) cache: Option<Arc<FootCache>>,
     /// The coverage term, if it takes part.
     pub(crate) coverage: Option<Arc<Coverage<'s>>>,
-    /// The matrix of `Order::Normal` is nearer to the Hessian: psi'' takes the place of the weights where it is positive.
+    /// The matrix of `Order::Normal` is nearer to the Hessian: psi'' takes the place of the weights where it is
+    /// positive.
     pub(crate) curved: bool,
     /// The stage under whose name steps are traced, if they are. Several minimisations at a time trace nothing.
     pub(crate) stage: Option<&'static str>,
@@ -64,7 +65,8 @@ pub(crate) struct Evaluation {
     pub(crate) value: f64,
     /// Its gradient.
     pub(crate) gradient: DVector<f64>,
-    /// Sum of weight * J^T J, times 2 / (sigma^2 N): the Hessian without the terms that make it indefinite (see `curved`).
+    /// Sum of weight * J^T J, times 2 / (sigma^2 N): the Hessian without the terms that make it indefinite (see
+    /// `curved`).
     pub(crate) normal: DMatrix<f64>,
     /// Sums by patch.
     pub(crate) patches: Vec<PatchSum>,
@@ -246,7 +248,8 @@ impl Objective<'_> {
         feet.iter().map(|f| self.loss.count(f.d2)).collect()
     }
 
-    /// The mean loss of the distances to the facets: fast, and exact enough to rule out places that are much worse than others.
+    /// The mean loss of the distances to the facets: fast, and exact enough to rule out places that are much worse than
+    /// others.
     pub(crate) fn rough_value(&self, placed: &Placed, motion: &Isometry) -> f64 {
         self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
         let inverse = motion.rotation.inverse();

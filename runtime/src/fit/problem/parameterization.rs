@@ -57,9 +57,8 @@ pub(crate) struct Parameterization<'a> {
 }
 
 impl<'a> Parameterization<'a> {
-    /// The space in which the parameters `free` (ascending) and, if `moving`, the motion vary about `x`. Scales are 1 until
-    /// `set_scale`.
-    /// Of every pair in `ties` the second parameter, which is not free, is to equal the first.
+    /// The space in which the parameters `free` (ascending) and, if `moving`, the motion vary about `x`. Scales are 1
+    /// until `set_scale`. Of every pair in `ties` the second parameter, which is not free, is to equal the first.
     pub(crate) fn new(
         model: &'a dyn Model,
         x: &[f64],
@@ -179,8 +178,8 @@ impl<'a> Parameterization<'a> {
         std::iter::once(i).chain(self.ties.iter().filter(move |t| t.0 == i).map(|t| t.1))
     }
 
-    /// dx/dz over the free parameters, with the scales: the derivative of every x (rows) by every scaled coordinate of a
-    /// free parameter (columns). Bounds are differentiated numerically: they are cheap, and linear as a rule.
+    /// dx/dz over the free parameters, with the scales: the derivative of every x (rows) by every scaled coordinate of
+    /// a free parameter (columns). Bounds are differentiated numerically: they are cheap, and linear as a rule.
     fn slope(&self, z: &[f64]) -> DMatrix<f64> {
         let n = self.free.len();
         let mut slope = DMatrix::zeros(self.base.len(), n);
@@ -247,7 +246,8 @@ impl<'a> Parameterization<'a> {
         }
     }
 
-    /// Where to look for coordinate k of the free parameters: its bounds, or a stretch about the start where it has none.
+    /// Where to look for coordinate k of the free parameters: its bounds, or a stretch about the start where it has
+    /// none.
     pub(crate) fn search_range(&self, k: usize, start: f64, size: f64) -> (f64, f64) {
         let (low, high) = self.rules[k].range();
         let reach = match self.model.parameters()[self.free[k]].quantity {
@@ -334,9 +334,10 @@ impl<'a> Parameterization<'a> {
         ((a.z[k] - b.z[k]) * self.scale[k]).abs()
     }
 
-    /// How different some of an estimate's free parameters are from those at reference, by what they may be: the sum of squared
-    /// differences, each over the stretch in which the parameter is looked for. What moves the surface most does not count
-    /// more than the rest here: a start that is 20 % off in every value is nearer to the truth than to the truth relabelled.
+    /// How different some of an estimate's free parameters are from those at reference, by what they may be: the sum of
+    /// squared differences, each over the stretch in which the parameter is looked for. What moves the surface most
+    /// does not count more than the rest here: a start that is 20 % off in every value is nearer to the truth than to
+    /// the truth relabelled.
     pub(crate) fn normalised_distance(&self, members: &[usize], at: &Estimate, reference: &Estimate, size: f64) -> f64 {
         let one = |k: &usize| {
             let (low, high) = self.search_range(*k, reference.z[*k], size);

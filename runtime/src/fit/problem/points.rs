@@ -115,10 +115,10 @@ impl Points {
         (sum / self.len().max(1) as f64).sqrt()
     }
 
-    /// About `count` points, one per cell of a cubic grid, the one nearest to the cell's centre: even in space, whatever
-    /// the scan's density, except for a cluttered cloud, which is sampled by density. Cells with hardly any points are left out:
-    /// in a dense scan every outlier has a cell of its own, and a thousandth of the points would be a fifth of the sample. All
-    /// points where there are not more.
+    /// About `count` points, one per cell of a cubic grid, the one nearest to the cell's centre: even in space,
+    /// whatever the scan's density, except for a cluttered cloud, which is sampled by density. Cells with hardly any
+    /// points are left out: in a dense scan every outlier has a cell of its own, and a thousandth of the points would
+    /// be a fifth of the sample. All points where there are not more.
     pub(crate) fn sample(&self, count: usize) -> Self {
         if self.len() <= count {
             return self.clone();

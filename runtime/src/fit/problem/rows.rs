@@ -152,8 +152,8 @@ impl Objective<'_> {
         Some(Rows { patch: *patch as u32, columns, points, jacobian })
     }
 
-    /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero the
-    /// direction is noise, and the surface's normal takes its place.
+    /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero
+    /// the direction is noise, and the surface's normal takes its place.
     fn away(&self, foot: &Foot, q: DVec3) -> (DVec3, f64) {
         let normal = foot.normal.normalize_or_zero();
         let d = foot.d2.sqrt();

@@ -9,7 +9,8 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct Stop {
     /// Limit of steps.
     pub(crate) iterations: u32,
-    /// A step is the last one if it moves the surface by less (root mean square over what each parameter moves). Millimetres.
+    /// A step is the last one if it moves the surface by less (root mean square over what each parameter moves).
+    /// Millimetres.
     pub(crate) step: f64,
 }
 
@@ -125,9 +126,9 @@ fn free_gradient(at: &Evaluation, room: &[(f64, f64)]) -> f64 {
     components.filter(|(g, room)| !pushed(**g, **room)).map(|(g, _)| g.abs()).fold(0.0, f64::max)
 }
 
-/// The step that minimises the damped quadratic model inside the bounds. Coordinates that stand at a bound and are pushed
-/// against it stay; those that would cross one stop there, and the rest is solved again. None where the model is singular in
-/// spite of the damping.
+/// The step that minimises the damped quadratic model inside the bounds. Coordinates that stand at a bound and are
+/// pushed against it stay; those that would cross one stop there, and the rest is solved again. None where the model is
+/// singular in spite of the damping.
 pub(crate) fn damped_step(at: &Evaluation, room: &[(f64, f64)], Damping(damping): Damping) -> Option<DVector<f64>> {
     let n = at.gradient.len();
     let largest = at.normal.diagonal().amax();

@@ -33,7 +33,8 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, 
         }
         round(objective, &mut at, &held, iterations, gradient);
         if !(before - at.evaluation.value > 1e-9 * before) {
-            // No progress although the gradient is not small: kinks of the objective, where correspondences switch, end it here.
+            // No progress although the gradient is not small: kinks of the objective, where correspondences switch, end
+            // it here.
             at.converged = true;
             break;
         }

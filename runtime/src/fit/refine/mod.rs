@@ -1,5 +1,5 @@
-//! Local refinement: Gauss-Newton and L-BFGS inside bounds, the schedule from coarse to fine (graduated non-convexity), and the
-//! coverage term.
+//! Local refinement: Gauss-Newton and L-BFGS inside bounds, the schedule from coarse to fine (graduated non-convexity),
+//! and the coverage term.
 
 pub(crate) mod coverage;
 pub(crate) mod gauss_newton;

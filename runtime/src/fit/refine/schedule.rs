@@ -1,5 +1,5 @@
-//! From where the registration ended to the optimum: from coarse to fine, in the scale of the loss and in points (graduated
-//! non-convexity), to the scale that the scan's noise suggests.
+//! From where the registration ended to the optimum: from coarse to fine, in the scale of the loss and in points
+//! (graduated non-convexity), to the scale that the scan's noise suggests.
 
 use super::gauss_newton::{self, Minimum, Stop};
 use super::lbfgs;
@@ -58,8 +58,8 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let Candidate { estimate, mut signs, .. } = candidate;
     // A model that cannot be evaluated where it has come to keeps its facets.
     let level = Level::new(problem, level.space.clone(), &estimate, 0.002 * problem.radius).unwrap_or(level);
-    // Here nearly every point is nearest to its own patch, whichever way that faces: signs that were estimated wrongly from
-    // farther off are corrected.
+    // Here nearly every point is nearest to its own patch, whichever way that faces: signs that were estimated wrongly
+    // from farther off are corrected.
     let wide = Loss::welsch(0.05 * problem.radius);
     if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
         signs = problem.facing(&unsided, &signs);
@@ -80,8 +80,8 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     }
     let loss = given.unwrap_or_else(|| suggested_loss(&level, &problem.thin, &guess));
     guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
-    // Some points, as dense as the scan itself, first: all of them then have hardly anything left to do. Where the motion is
-    // still to be put into the script's parameters, they wait for that.
+    // Some points, as dense as the scan itself, first: all of them then have hardly anything left to do. Where the
+    // motion is still to be put into the script's parameters, they wait for that.
     let some = problem.points.every(MIDDLE);
     let near = polish(level, &some, guess, Some(POLISH));
     if problem.pose.write_back || some.len() == problem.points.len() {
@@ -166,7 +166,8 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
     Solution { level, estimate, evaluation, loss, signs, converged, cache, iterations: iterations + more }
 }
 
-/// Gauss-Newton, and where that does not arrive L-BFGS from where it is, with steps that need no model of the distances.
+/// Gauss-Newton, and where that does not arrive L-BFGS from where it is, with steps that need no model of the
+/// distances.
 fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
     let newton = gauss_newton::minimise(objective, start, stop)?;
     if newton.converged {

@@ -13,7 +13,8 @@ use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// Puts the motion into the script's pose parameters, if they take it, and goes on to the optimum in the script's own coordinates.
+/// Puts the motion into the script's pose parameters, if they take it, and goes on to the optimum in the script's own
+/// coordinates.
 pub(crate) fn write_back(solution: Solution) -> Solution {
     let problem = solution.level.problem;
     let x = solution.level.space.x(&solution.estimate.z);
@@ -23,8 +24,8 @@ pub(crate) fn write_back(solution: Solution) -> Solution {
     polish(level, &problem.points, guess, Some(POLISH))
 }
 
-/// The level on which the script's pose parameters vary instead of the motion, and where on it `guess` lies, whose parameters
-/// are `x`.
+/// The level on which the script's pose parameters vary instead of the motion, and where on it `guess` lies, whose
+/// parameters are `x`.
 fn in_own_coordinates<'a>(level: Level<'a>, guess: Guess, x: &[f64]) -> (Level<'a>, Guess) {
     let problem = level.problem;
     let indices = &problem.rigid.indices;
@@ -128,8 +129,8 @@ fn follow(
     Ok(field.points.iter().zip(target).map(|(p, t)| p.distance(*t)).fold(0.0, f64::max))
 }
 
-/// The sum of squared distances between the sampled points and their targets, with its gradient and Gauss-Newton matrix by the
-/// parameters `indices`.
+/// The sum of squared distances between the sampled points and their targets, with its gradient and Gauss-Newton matrix
+/// by the parameters `indices`.
 fn squared_distances(field: &VelocityField, indices: &[usize], target: &[DVec3]) -> Evaluation {
     let off: Vec<DVec3> = field.points.iter().zip(target).map(|(p, t)| *p - *t).collect();
     let product = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();

@@ -24,8 +24,8 @@ fn simple_shapes_recover_their_sizes() {
         let scan = scan_of(&simple(shape, truth), truth, 0.05, 3000, 9);
         let result = fit(&simple(shape, start), &scan, &FitOptions::default(), &Silent).unwrap();
         for (p, truth) in result.parameters.iter().zip(truth) {
-            // The standard error of a radius from 3000 points is 0.001. Nothing pulls back an end of an open cylinder that
-            // has grown beyond the scan.
+            // The standard error of a radius from 3000 points is 0.001. Nothing pulls back an end of an open cylinder
+            // that has grown beyond the scan.
             let allowed = if p.name == "b" && shape == Simple::Cylinder { 1.5 } else { 0.01 };
             assert!((p.value - truth).abs() < allowed, "{shape:?}: {} = {}, not {truth}", p.name, p.value);
         }

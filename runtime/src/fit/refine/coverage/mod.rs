@@ -1,7 +1,7 @@
-//! The coverage term: from the model to the scan. The objective looks from the scan to the model, so that nothing pulls back
-//! an end of the model that has grown beyond what was scanned. This term counts psi(e) for places spread evenly over what
-//! could be seen of the model; e is how far a place lies beyond the scan along the model's own surface. Where the scan
-//! passes by a place e is zero: what both terms could speak of is left to the other one.
+//! The coverage term: from the model to the scan. The objective looks from the scan to the model, so that nothing pulls
+//! back an end of the model that has grown beyond what was scanned. This term counts psi(e) for places spread evenly
+//! over what could be seen of the model; e is how far a place lies beyond the scan along the model's own surface. Where
+//! the scan passes by a place e is zero: what both terms could speak of is left to the other one.
 
 mod scanned;
 pub(crate) mod stage;
@@ -36,13 +36,15 @@ pub(crate) struct Coverage<'a> {
 /// Places at a time.
 const CHUNK: usize = 512;
 
-/// The term's part of the sandwich, in the units of the sums over points (see `sandwich`), by the parameters, shift and turn.
+/// The term's part of the sandwich, in the units of the sums over points (see `sandwich`), by the parameters, shift and
+/// turn.
 pub(crate) struct Information {
     /// Sum of psi'' J J^T.
     pub(crate) bread: DMatrix<f64>,
     /// Sum of weight J J^T.
     pub(crate) weighted: DMatrix<f64>,
-    /// Sum over the scan's elements of (sum of score contributions) (sum of score contributions)^T: places beside the same element depend on each other.
+    /// Sum over the scan's elements of (sum of score contributions) (sum of score contributions)^T: places beside the
+    /// same element depend on each other.
     pub(crate) filling: DMatrix<f64>,
 }
 

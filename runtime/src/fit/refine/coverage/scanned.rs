@@ -41,15 +41,16 @@ pub(crate) enum Place {
     Nowhere,
 }
 
-/// Neighbours in a cloud by whose sides a place is judged, and the nearest points among which those are searched that face the
-/// same way.
+/// Neighbours in a cloud by whose sides a place is judged, and the nearest points among which those are searched that
+/// face the same way.
 const NEIGHBOURS: usize = 12;
 const NEAREST: usize = 24;
 /// Nearest places of a mesh are off by less than this, relatively.
 const ROUNDING: f64 = 1e-5;
 
 impl<'a> Scanned<'a> {
-    /// The scan, of radius `radius` (millimetres); `oriented` says whether its normals tell the sides of a wall from each other.
+    /// The scan, of radius `radius` (millimetres); `oriented` says whether its normals tell the sides of a wall from
+    /// each other.
     ///
     /// # Errors
     /// A mesh over which no hierarchy can be built.
@@ -62,8 +63,8 @@ impl<'a> Scanned<'a> {
         Ok(Self { scan, shape, oriented, slack: scan.noise.max(ROUNDING * radius) })
     }
 
-    /// Compares a place of the model, by its position and its unit normal (outward) in the scan's frame, with the scan. A place
-    /// that is more than `limit` (millimetres) beyond the scan is nowhere.
+    /// Compares a place of the model, by its position and its unit normal (outward) in the scan's frame, with the scan.
+    /// A place that is more than `limit` (millimetres) beyond the scan is nowhere.
     pub(crate) fn place(&self, p: DVec3, normal: DVec3, limit: f64) -> Place {
         let found = match &self.shape {
             Shape::Surface(bvh) => self.beside_surface(bvh, p, normal, limit),
@@ -78,8 +79,8 @@ impl<'a> Scanned<'a> {
         }
     }
 
-    /// The distance of a place beyond the nearest one of a mesh, in the model's tangent plane: the component across it belongs to
-    /// the other term, as a model beside the scan is not beyond it.
+    /// The distance of a place beyond the nearest one of a mesh, in the model's tangent plane: the component across it
+    /// belongs to the other term, as a model beside the scan is not beyond it.
     fn beside_surface(&self, bvh: &Bvh, p: DVec3, normal: DVec3, limit: f64) -> Option<Beyond> {
         let cosine = self.oriented.then_some(0.0);
         let found = bvh.closest_point_within(p.to_array(), limit + self.slack, normal.to_array(), cosine)?;
@@ -88,8 +89,8 @@ impl<'a> Scanned<'a> {
         Some(Beyond { distance: along.length(), direction, element: found.triangle })
     }
 
-    /// The distance of a place beyond the line that supports its neighbours in a cloud: negative where they surround it. The line
-    /// is the one across the mean direction from them to the place.
+    /// The distance of a place beyond the line that supports its neighbours in a cloud: negative where they surround
+    /// it. The line is the one across the mean direction from them to the place.
     fn beside_cloud(&self, tree: &Neighbours, p: DVec3, normal: DVec3) -> Option<Beyond> {
         let mesh = &self.scan.mesh;
         let faces = |i: &u32| {

@@ -9,7 +9,8 @@ use crate::fit::refine::schedule::{POLISH, Solution, polish};
 use crate::fit::result::Covered;
 use std::sync::Arc;
 
-/// Scales of the term's loss, as fractions of the scan's radius: from ends that are far beyond the scan to those that are hardly so.
+/// Scales of the term's loss, as fractions of the scan's radius: from ends that are far beyond the scan to those that
+/// are hardly so.
 const SCALES: [f64; 2] = [0.1, 0.03];
 /// The last one is the points' own, but not below this fraction.
 const LAST: f64 = 0.01;
