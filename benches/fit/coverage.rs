@@ -35,7 +35,8 @@ pub(crate) fn run(scans: usize) {
         for seed in 0..scans as u64 {
             let scan = simulated(&program, waves, seed);
             let start = program.parameters().iter().zip(TRUTH).map(|(p, x)| (p.name.clone(), x)).collect();
-            let options = FitOptions { start, no_pose: true, ..FitOptions::default() };
+            let mut options = FitOptions::default();
+            (options.start, options.no_pose) = (start, true);
             let result = fit(&program, &scan, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
             counted += usize::from(count(&result, &mut tallies));
         }

@@ -73,7 +73,8 @@ fn surface(name: &str, points: &Path) -> (FitResult, Motion) {
     let mesh = TriangleMesh { positions, ..TriangleMesh::default() };
     let (source, cleaning) = (ScanSource::default(), Cleaning::default());
     let scan = Scan { mesh, oriented: false, source, noise: 0.0, cleaning };
-    let options = FitOptions { loss: LossKind::Squared, ..FitOptions::default() };
+    let mut options = FitOptions::default();
+    options.loss = LossKind::Squared;
     let result = fit(&program(name, spread.sqrt()), &scan, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));
     let pose = result.pose.expect("the scripts have no pose of their own");
     (result, pose)

@@ -8,7 +8,15 @@ use thiserror::Error;
 
 /// How a fit is to be done. The defaults fit all parameters and, where the script has no pose of its own, a pose beside
 /// them.
+///
+/// ```
+/// use gml_runtime::fit::{FitOptions, LossKind};
+/// let mut options = FitOptions::default();
+/// options.start.insert("radius".to_owned(), 40.0);
+/// options.loss = LossKind::Tukey;
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct FitOptions {
     /// Start values by parameter, in millimetres and radians; the script's defaults hold for the others. A start value
     /// of a pose parameter of the script is taken as a pose to begin from, and orientations are not screened.
