@@ -34,7 +34,7 @@ use crate::progress::Progress;
 use crate::scan::Scan;
 use monitor::Monitor;
 use problem::Problem;
-use refine::coverage::stage::cover;
+use refine::cover::cover;
 use refine::schedule::refine;
 use refine::write_back::write_back;
 

@@ -5,7 +5,7 @@ use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::problem::Problem;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
-use crate::fit::refine::coverage::stage::covered;
+use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{Covariance, FitResult, FittedParameter};
 use nalgebra::DVector;

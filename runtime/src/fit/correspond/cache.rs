@@ -1,9 +1,6 @@
 //! A cache of foot points between evaluations of an objective: where the feet were, and how far the model may move
 //! until another part of it can be nearer. Close to an optimum hardly any point needs a search.
 
-use super::facets::Facets;
-use crate::fit::problem::isometry::Isometry;
-use crate::fit::problem::points::Points;
 use glam::DVec3;
 use std::sync::{Mutex, MutexGuard};
 
@@ -33,15 +30,6 @@ pub(crate) struct CachedFoot {
     pub(crate) until: f64,
 }
 
-/// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit.
-const REACH_SIGMAS: f64 = 0.15;
-/// The reach where points are dense, in distances between neighbours: enough for all steps that remain to all points
-/// after some of them were fitted (decision 0024).
-const REACH_SPACINGS: f64 = 2.0;
-/// Points count as dense where that reach is below this fraction of the scan's radius. Beyond it, too many facets are
-/// within reach.
-const REACH_LIMIT: f64 = 0.06;
-
 /// The patch of points that are too far from all patches.
 pub(crate) const NOWHERE: u32 = u32::MAX;
 
@@ -57,23 +45,16 @@ pub(crate) struct CacheSlice<'m> {
 }
 
 impl FootCache {
-    /// An empty cache for some points; `sigma` is the scale of the loss. Millimetres.
-    pub(crate) fn new(points: &Points, sigma: f64) -> Self {
-        let near = REACH_SPACINGS * points.spacing();
-        let reach = (REACH_SIGMAS * sigma).max(if near < REACH_LIMIT * points.gyration() { near } else { 0.0 });
-        Self(Mutex::new(CacheState {
-            vertices: Vec::new(),
-            travelled: 0.0,
-            reach,
-            points: vec![CachedFoot::NOTHING; points.len()],
-        }))
+    /// An empty cache for a number of points, whose searches have a reach (see `Query::reach`; millimetres).
+    pub(crate) fn new(points: usize, reach: f64) -> Self {
+        let (vertices, points) = (Vec::new(), vec![CachedFoot::NOTHING; points]);
+        Self(Mutex::new(CacheState { vertices, travelled: 0.0, reach, points }))
     }
 
-    /// The cache after the model has moved to where it is now; None while another evaluation holds it, so that this one
-    /// does without.
-    pub(crate) fn follow(&self, facets: &Facets, motion: &Isometry) -> Option<MutexGuard<'_, CacheState>> {
+    /// The cache after the model has moved to where it is now, with the facets' vertices in the scan's frame; None
+    /// while another evaluation holds it, so that this one does without.
+    pub(crate) fn follow(&self, vertices: Vec<DVec3>) -> Option<MutexGuard<'_, CacheState>> {
         let mut state = self.0.try_lock().ok()?;
-        let vertices: Vec<DVec3> = facets.vertices().map(|p| motion.apply(p)).collect();
         let farthest = if vertices.len() == state.vertices.len() {
             vertices.iter().zip(&state.vertices).map(|(a, b)| displacement(*a, *b)).fold(0.0, f64::max)
         } else {

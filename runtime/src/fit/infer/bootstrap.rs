@@ -3,8 +3,7 @@
 
 use super::blocks::{Blocks, Key};
 use super::sandwich::Uncertainty;
-use crate::fit::correspond::cache::FootCache;
-use crate::fit::problem::objective::Objective;
+use crate::fit::problem::objective::{Objective, foot_cache};
 use crate::fit::problem::points::Points;
 use crate::fit::refine::gauss_newton::{self, Stop};
 use crate::fit::refine::schedule::Solution;
@@ -91,7 +90,7 @@ fn refitted(solution: &Solution, points: &Points) -> Option<Vec<f64>> {
     let objective = Objective {
         signs: Some(&solution.signs),
         tolerance: 1e-4 * sigma,
-        cache: Some(Arc::new(FootCache::new(points, sigma))),
+        cache: Some(foot_cache(points, sigma)),
         curved: true,
         ..solution.level.objective(points, solution.loss)
     };

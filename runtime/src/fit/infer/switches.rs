@@ -36,8 +36,7 @@ struct Pull {
 pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Vec<Switch>> {
     let placed = objective.place(at).ok()?;
     let chunks = objective.chunks();
-    let cache = objective.cache.as_ref()?;
-    let mut cache = cache.follow(&placed.facets, &at.motion)?;
+    let mut cache = objective.follow(&placed, &at.motion)?;
     let mut chain = objective.space.chain(at);
     for (k, held) in held.iter().enumerate() {
         if *held {

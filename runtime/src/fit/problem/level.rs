@@ -7,7 +7,7 @@ use super::parameterization::{Estimate, Parameterization};
 use super::points::Points;
 use super::rigid::VelocityField;
 use crate::fit::correspond::layout::Layout;
-use crate::fit::refine::coverage::Coverage;
+use crate::fit::problem::coverage::Coverage;
 use crate::model::EvaluationError;
 use std::sync::Arc;
 

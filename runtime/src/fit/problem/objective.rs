@@ -5,20 +5,20 @@ use super::loss::{Counted, Loss};
 use super::parameterization::{Estimate, Parameterization};
 use super::points::Points;
 use super::sums::{PatchSum, Sums};
-use crate::fit::correspond::cache::{CacheSlice, CachedFoot, FootCache, NOWHERE};
+use crate::fit::correspond::cache::{CacheSlice, CacheState, CachedFoot, FootCache, NOWHERE};
 use crate::fit::correspond::facets::{Facets, Facing};
 use crate::fit::correspond::foot::{Foot, refine};
 use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::{NO_HINT, Query};
 use crate::fit::monitor::{Monitor, TracePoint};
-use crate::fit::refine::coverage::Coverage;
+use crate::fit::problem::coverage::Coverage;
 use crate::model::{EvaluationError, Instance};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, MutexGuard};
 
 /// The objective over some points with a certain loss.
 pub(crate) struct Objective<'s> {
@@ -98,6 +98,13 @@ impl Evaluation {
     }
 }
 
+/// An empty cache of the feet of some points, for a loss of scale `sigma` (millimetres).
+pub(crate) fn foot_cache(points: &Points, sigma: f64) -> Arc<FootCache> {
+    let near = REACH_SPACINGS * points.spacing();
+    let reach = (REACH_SIGMAS * sigma).max(if near < REACH_LIMIT * points.gyration() { near } else { 0.0 });
+    Arc::new(FootCache::new(points.len(), reach))
+}
+
 /// Hints for points of which nothing is known yet.
 pub(crate) fn no_hints(points: &Points) -> Arc<Vec<AtomicU32>> {
     Arc::new((0..points.len()).map(|_| AtomicU32::new(NO_HINT)).collect())
@@ -108,6 +115,15 @@ pub(crate) struct Placed<'s> {
     pub(crate) instance: Box<dyn Instance + 's>,
     pub(crate) facets: Facets<'s>,
 }
+
+/// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit.
+const REACH_SIGMAS: f64 = 0.15;
+/// The reach where points are dense, in distances between neighbours: enough for all steps that remain to all points
+/// after some of them were fitted (decision 0024).
+const REACH_SPACINGS: f64 = 2.0;
+/// Points count as dense where that reach is below this fraction of the scan's radius. Beyond it, too many facets are
+/// within reach.
+const REACH_LIMIT: f64 = 0.06;
 
 /// Points per chunk. Sums do not depend on the number of threads because chunks do not.
 const CHUNK: usize = 512;
@@ -147,6 +163,12 @@ impl Objective<'_> {
     pub(crate) fn with_loss(&self, loss: Loss) -> Objective<'_> {
         let (hints, cache, coverage) = (self.hints.clone(), self.cache.clone(), self.coverage.clone());
         Objective { loss, hints, cache, coverage, stage: None, ..*self }
+    }
+
+    /// The objective's cache with the model where it is placed now, if there is one and no other evaluation holds it.
+    pub(crate) fn follow(&self, placed: &Placed, motion: &Isometry) -> Option<MutexGuard<'_, CacheState>> {
+        let vertices = || placed.facets.vertices().map(|p| motion.apply(p)).collect();
+        self.cache.as_ref()?.follow(vertices())
     }
 
     fn cancelled(&self) -> bool {
@@ -204,7 +226,7 @@ impl Objective<'_> {
         }
         self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
         let chunks = self.chunks();
-        let mut cache = self.cache.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+        let mut cache = self.follow(placed, &at.motion);
         let sums: Vec<Sums> = match &mut cache {
             Some(cache) => chunks
                 .into_par_iter()

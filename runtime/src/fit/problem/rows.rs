@@ -96,7 +96,7 @@ impl<'o> AllRows<'o> {
     fn by_chunk<T: Send>(&self, made: impl Fn(Vec<Rows>) -> T + Sync, mut each: impl FnMut(T)) {
         let Self { objective, at, placed, .. } = self;
         let chunks = objective.chunks();
-        let mut cache = objective.cache.as_ref().and_then(|m| m.follow(&placed.facets, &at.motion));
+        let mut cache = objective.follow(placed, &at.motion);
         let mut parts: Vec<Option<CacheSlice>> = match &mut cache {
             Some(cache) => cache.slices(objective.chunk_size()).into_iter().map(Some).collect(),
             None => chunks.iter().map(|_| None).collect(),

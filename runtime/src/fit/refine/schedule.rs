@@ -7,7 +7,7 @@ use crate::fit::correspond::cache::FootCache;
 use crate::fit::problem::MIDDLE;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
-use crate::fit::problem::objective::{Evaluation, Objective, Order};
+use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::register::Registration;
@@ -103,7 +103,7 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
         let loss = guess.loss;
         let objective = Objective {
             signs: Some(&guess.signs),
-            cache: Some(Arc::new(FootCache::new(points, loss.sigma))),
+            cache: Some(foot_cache(points, loss.sigma)),
             stage: Some("refine"),
             ..level.objective(points, loss)
         };
@@ -145,7 +145,7 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
         // Shorter steps are about as large as those by which single points that change patches move the optimum.
         _ => (1e-5 * loss.sigma, 2e-4 * loss.sigma),
     };
-    let cache = Arc::new(FootCache::new(points, loss.sigma));
+    let cache = foot_cache(points, loss.sigma);
     let objective = Objective {
         signs: Some(&signs),
         tolerance,

@@ -2,7 +2,6 @@
 
 use super::cup::{SYNTHETIC, synthetic};
 use super::shapes::{Simple, beginning_at, cup, simple};
-use crate::fit::correspond::cache::FootCache;
 use crate::fit::correspond::foot::refine;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::Query;
@@ -10,7 +9,7 @@ use crate::fit::monitor::Monitor;
 use crate::fit::problem::Problem;
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::loss::Loss;
-use crate::fit::problem::objective::{Objective, Order};
+use crate::fit::problem::objective::{Objective, Order, foot_cache};
 use crate::model::Model;
 use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
@@ -84,7 +83,7 @@ fn searches_that_are_left_out_change_nothing() {
     let signs = [1; 4];
     let objective =
         |cache| Objective { tolerance: 1e-8, cache, signs: Some(&signs), ..level.objective(points, Loss::welsch(2.0)) };
-    let cache = Arc::new(FootCache::new(points, 2.0));
+    let cache = foot_cache(points, 2.0);
     let mut at = level.space.estimate(&x, Isometry::IDENTITY);
     // Steps as at the end of a fit, then some that are too long for anything to be known.
     for step in [0.0, 0.05, -0.03, 0.002, 0.001, 1.0, -2.0, 0.01] {

@@ -3,13 +3,12 @@
 
 use super::cup::load;
 use super::shapes::beginning_at;
-use crate::fit::correspond::cache::FootCache;
 use crate::fit::monitor::Monitor;
 use crate::fit::problem::Problem;
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
-use crate::fit::problem::objective::{Objective, Order};
+use crate::fit::problem::objective::{Objective, Order, foot_cache};
 use crate::fit::{FitOptions, fit};
 use crate::progress::Silent;
 use gml_compiler::program::{Options, compile};
@@ -36,7 +35,7 @@ fn how_long_one_objective_takes() {
     let at = level.space.estimate(&x, Isometry::IDENTITY);
     let level = Level::new(&problem, level.space, &at, 0.002 * problem.radius).unwrap();
     for sigma in [best.sigma, 2.0, 10.0] {
-        let cache = Some(Arc::new(FootCache::new(&problem.points, sigma)));
+        let cache = Some(foot_cache(&problem.points, sigma));
         let objective = Objective { cache, ..level.objective(&problem.points, Loss::welsch(sigma)) };
         for order in [Order::Value, Order::Gradient, Order::Normal] {
             let seconds = || {

@@ -1,11 +1,11 @@
-//! The stage of a fit in which the term takes part: after everything else has been found.
+//! The stage of a fit in which the coverage term takes part: after everything else has been found.
 
-use super::{Coverage, Scanned, places};
+use super::schedule::{POLISH, Solution, polish};
 use crate::fit::problem::MIDDLE;
+use crate::fit::problem::coverage::{Coverage, Scanned, places};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::points::Points;
-use crate::fit::refine::schedule::{POLISH, Solution, polish};
 use crate::fit::result::Covered;
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ const LAST: f64 = 0.01;
 /// Goes on from an optimum with the term; the same with a warning where that cannot be.
 pub(crate) fn cover(solution: Solution) -> Solution {
     let problem = solution.level.problem;
-    let coverage = match Coverage::at(&solution) {
+    let coverage = match coverage_at(&solution) {
         Ok(coverage) => coverage,
         Err(why) => {
             problem.monitor.warn(format!("ends are not held to the scan: {why}"));
@@ -40,16 +40,14 @@ fn polish_with<'a>(coverage: Coverage<'a>, from: Solution<'a>, points: &Points) 
     polish(Level { coverage: Some(Arc::new(coverage)), ..level }, points, guess, Some(POLISH))
 }
 
-impl<'a> Coverage<'a> {
-    /// The term for the model as a solution has it.
-    fn at(solution: &Solution<'a>) -> Result<Self, String> {
-        let Level { problem, space, .. } = &solution.level;
-        let x = space.x(&solution.estimate.z).ok_or("the bounds of the parameters leave no room")?;
-        let instance = problem.model.instantiate(&x).map_err(|e| e.to_string())?;
-        let places = places(problem.model, &*instance, problem.radius).map_err(|e| e.to_string())?;
-        let scanned = Scanned::new(problem.scan, problem.oriented, problem.radius).map_err(|e| e.to_string())?;
-        Ok(Self::new(scanned, places, Loss::welsch(SCALES[0] * problem.radius)))
-    }
+/// The term for the model as a solution has it.
+fn coverage_at<'a>(solution: &Solution<'a>) -> Result<Coverage<'a>, String> {
+    let Level { problem, space, .. } = &solution.level;
+    let x = space.x(&solution.estimate.z).ok_or("the bounds of the parameters leave no room")?;
+    let instance = problem.model.instantiate(&x).map_err(|e| e.to_string())?;
+    let places = places(problem.model, &*instance, problem.radius).map_err(|e| e.to_string())?;
+    let scanned = Scanned::new(problem.scan, problem.oriented, problem.radius).map_err(|e| e.to_string())?;
+    Ok(Coverage::new(scanned, places, Loss::welsch(SCALES[0] * problem.radius)))
 }
 
 /// The share of the model that was scanned; None where the term took no part.
@@ -59,5 +57,5 @@ pub(crate) fn covered(solution: &Solution) -> Option<Covered> {
     let x = space.x(&solution.estimate.z)?;
     let instance = problem.model.instantiate(&x).ok()?;
     let share = coverage.share(&*instance, &solution.estimate.motion)?;
-    Some(Covered { share, sigma: coverage.loss.sigma })
+    Some(Covered { share, sigma: coverage.sigma() })
 }

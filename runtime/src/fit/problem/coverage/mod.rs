@@ -4,7 +4,6 @@
 //! the scan passes by a place e is zero: what both terms could speak of is left to the other one.
 
 mod scanned;
-pub(crate) mod stage;
 mod visible;
 
 use crate::fit::correspond::foot::Foot;
@@ -17,11 +16,14 @@ use crate::model::{Instance, Partials};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use scanned::{Beyond, Place, Scanned};
+use scanned::{Beyond, Place};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use visible::{Places, places};
+use visible::Places;
+
+pub(crate) use scanned::Scanned;
+pub(crate) use visible::places;
 
 /// The term with its scale.
 pub(crate) struct Coverage<'a> {
@@ -59,14 +61,19 @@ struct Stretch {
 }
 
 impl<'a> Coverage<'a> {
-    fn new(scanned: Scanned<'a>, places: Vec<Places>, loss: Loss) -> Self {
+    pub(crate) fn new(scanned: Scanned<'a>, places: Vec<Places>, loss: Loss) -> Self {
         let count = places.iter().map(|p| p.u.len()).sum::<usize>().max(1) as f64;
         let mean_area = places.iter().flat_map(|p| &p.area).sum::<f64>() / count;
         Self { scanned: Arc::new(scanned), places: places.into(), loss, count, mean_area }
     }
 
+    /// The scale of the loss. Millimetres.
+    pub(crate) fn sigma(&self) -> f64 {
+        self.loss.sigma
+    }
+
     /// The same at another scale. Millimetres.
-    fn at_scale(&self, sigma: f64) -> Self {
+    pub(crate) fn at_scale(&self, sigma: f64) -> Self {
         let (scanned, places) = (self.scanned.clone(), self.places.clone());
         Self { scanned, places, loss: Loss { sigma, ..self.loss }, ..*self }
     }
