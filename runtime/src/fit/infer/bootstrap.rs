@@ -14,7 +14,6 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::sync::Arc;
 
 /// Draws and fits as many scans as the options say; None where fewer than two could be fitted.
 pub(crate) fn run(solution: &Solution, uncertainty: Option<&Uncertainty>) -> Option<Bootstrap> {

@@ -14,7 +14,6 @@ use crate::model::Model;
 use glam::{DVec2, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::sync::Arc;
 
 const SIZE: f64 = 100.0;
 

@@ -13,7 +13,6 @@ use crate::fit::{FitOptions, fit};
 use crate::progress::Silent;
 use gml_compiler::program::{Options, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
-use std::sync::Arc;
 use std::time::Instant;
 
 #[test]
