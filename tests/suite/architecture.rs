@@ -62,6 +62,14 @@ fn the_compiler_is_pure() {
 }
 
 #[test]
+fn packages_hold_all_their_files() {
+    // Two steps up from a module lead out of the package's sources.
+    for folder in ["src", "compiler/src", "runtime/src", "stdlib"] {
+        must_not_name(folder, &["include_str!(\"../..", "include_bytes!(\"../.."]);
+    }
+}
+
+#[test]
 fn the_runtimes_modules_use_what_they_may() {
     must_not_name("runtime/src/bvh", &["crate::fit", "crate::variance", "crate::export", "crate::simulate"]);
     must_not_name("runtime/src/scan", &["crate::fit", "crate::variance", "crate::export", "crate::model"]);

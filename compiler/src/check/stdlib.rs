@@ -7,24 +7,9 @@ use crate::syntax::ast::File;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 
-/// Name and text of every module. Its names are in scope everywhere, but for those that begin with `_`; what a script
-/// defines or uses goes before.
-pub const MODULES: &[(&str, &str)] = &[
-    ("std.math", include_str!("../../../stdlib/math.gml")),
-    ("std.list", include_str!("../../../stdlib/list.gml")),
-    ("std.vector", include_str!("../../../stdlib/vector.gml")),
-    ("std.frame", include_str!("../../../stdlib/frame.gml")),
-    ("std.curve", include_str!("../../../stdlib/curve.gml")),
-    ("std.polyline", include_str!("../../../stdlib/polyline.gml")),
-    ("std.spline", include_str!("../../../stdlib/spline.gml")),
-    ("std.measure", include_str!("../../../stdlib/measure.gml")),
-    ("std.offset", include_str!("../../../stdlib/offset.gml")),
-    ("std.surface", include_str!("../../../stdlib/surface.gml")),
-    ("std.sweep", include_str!("../../../stdlib/sweep.gml")),
-    ("std.patch", include_str!("../../../stdlib/patch.gml")),
-    ("std.solid", include_str!("../../../stdlib/solid.gml")),
-    ("std.repeat", include_str!("../../../stdlib/repeat.gml")),
-];
+/// Name and text of every module. Names that do not begin with `_` are in scope everywhere, behind those that a script
+/// defines or uses.
+pub use gml_stdlib::MODULES;
 
 /// The tree of a module, and what is wrong with it, which is nothing if the library's tests pass. Read once in a process.
 pub(super) fn parsed(index: usize) -> &'static (Arc<File>, Vec<Diagnostic>) {

@@ -31,7 +31,7 @@ pub(super) struct Cursor<'t> {
 
 impl<'t> Cursor<'t> {
     pub(super) fn new(file: FileId, text: &'t str) -> Cursor<'t> {
-        let (mut tokens, _) = layout(file, text, true);
+        let (mut tokens, _) = layout(file, text);
         tokens.retain(|l| !matches!(l.token, Token::Separator | Token::Doc));
         Cursor { text, tokens, comments: comments(text).collect(), next_token: 0, next_comment: 0 }
     }

@@ -77,7 +77,7 @@ fn format_within(file: FileId, text: &str, width: usize) -> Result<String, Forma
 
 /// The tokens with their texts, and the comments: formatting must not change them.
 fn essence(file: FileId, text: &str) -> (Vec<(Token, Cow<'_, str>)>, Vec<&str>) {
-    let (lexemes, _) = layout::layout(file, text, true);
+    let (lexemes, _) = layout::layout(file, text);
     let mut tokens: Vec<(Token, Cow<'_, str>)> = Vec::with_capacity(lexemes.len());
     for lexeme in &lexemes {
         if lexeme.token.is_closer() || lexeme.token == Token::Bar || lexeme.token == Token::Semicolon {

@@ -18,15 +18,14 @@ pub(crate) struct Lexeme {
     pub(crate) end: u32,
 }
 
-/// The tokens of a file. If `statements` is false, the text is one expression, and line ends have no meaning outside of
-/// blocks.
-pub(crate) fn layout(file: FileId, text: &str, statements: bool) -> (Vec<Lexeme>, Vec<Diagnostic>) {
+/// The tokens of a file.
+pub(crate) fn layout(file: FileId, text: &str) -> (Vec<Lexeme>, Vec<Diagnostic>) {
     let (raw, mut diagnostics) = lex(file, text);
-    let mut layout = Layout::new(file, text, statements);
+    let mut layout = Layout::new(file, text);
     let fits = layout.run(&raw);
     if fits && !layout.open.is_empty() {
         // A closing brace is missing somewhere: the indentation of the lines may tell where.
-        let mut indented = Layout { by_indentation: true, ..Layout::new(file, text, statements) };
+        let mut indented = Layout { by_indentation: true, ..Layout::new(file, text) };
         let fits = indented.run(&raw);
         indented.close_all(text.len() as u32);
         if fits && indented.diagnostics.len() <= layout.diagnostics.len() + layout.open.len() {
@@ -55,7 +54,7 @@ pub(super) struct End {
 /// The state at the end of a text of statements.
 pub(super) fn end(text: &str) -> End {
     let (raw, wrong) = lex(FileId::default(), text);
-    let mut layout = Layout::new(FileId::default(), text, true);
+    let mut layout = Layout::new(FileId::default(), text);
     let fits = layout.run(&raw);
     let wrong = !fits || !wrong.is_empty() || !layout.diagnostics.is_empty();
     End { open: !layout.open.is_empty(), doc: layout.doc.is_some(), wrong }
@@ -64,7 +63,6 @@ pub(super) fn end(text: &str) -> End {
 struct Layout<'t> {
     file: FileId,
     text: &'t str,
-    statements: bool,
     out: Vec<Lexeme>,
     /// Open brackets.
     open: Vec<Lexeme>,
@@ -80,11 +78,10 @@ struct Layout<'t> {
 }
 
 impl<'t> Layout<'t> {
-    fn new(file: FileId, text: &'t str, statements: bool) -> Layout<'t> {
+    fn new(file: FileId, text: &'t str) -> Layout<'t> {
         Layout {
             file,
             text,
-            statements,
             out: Vec::new(),
             open: Vec::new(),
             diagnostics: Vec::new(),
@@ -117,9 +114,9 @@ impl<'t> Layout<'t> {
         true
     }
 
-    /// Whether the innermost open bracket holds statements.
+    /// Whether the place is outside of brackets, or directly in braces.
     fn in_statements(&self) -> bool {
-        self.open.last().map_or(self.statements, |b| b.token == Token::BraceOpen)
+        self.open.last().is_none_or(|b| b.token == Token::BraceOpen)
     }
 
     fn comment(&mut self, lexeme: Lexeme) {

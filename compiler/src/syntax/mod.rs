@@ -26,8 +26,8 @@ pub(crate) mod token;
 mod tests;
 
 pub use classes::{Class, classes};
-pub use print::{print, print_expression, type_text};
-pub use recover::{parse, parse_expression};
+pub use print::{print, type_text};
+pub use recover::parse;
 pub use statements::{Entry, is_incomplete, parse_entries};
 
 use crate::source::{FileId, Span};

@@ -11,14 +11,6 @@ pub fn print(file: &File) -> String {
     printer.out
 }
 
-/// The tree of an expression.
-#[must_use]
-pub fn print_expression(expr: &Expr) -> String {
-    let mut printer = Printer::default();
-    printer.expr(expr);
-    printer.out
-}
-
 #[derive(Default)]
 struct Printer {
     out: String,

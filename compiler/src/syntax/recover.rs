@@ -26,9 +26,10 @@ pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
     if let Some(diagnostic) = too_long(file, text) {
         return (File::default(), vec![diagnostic]);
     }
-    let (tokens, mut diagnostics) = layout(file, text, true);
+    let (tokens, mut diagnostics) = layout(file, text);
     let tree = parse_tokens(file, text, tokens, &mut diagnostics);
-    (tree, sorted(diagnostics))
+    diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
+    (tree, diagnostics)
 }
 
 /// The tree of these tokens of a file.
@@ -63,21 +64,6 @@ pub(super) fn parse_tokens(
         "too many syntax errors: the rest of the file was not read",
     ));
     File::default()
-}
-
-/// The tree of one expression, such as a value given on the command line.
-#[must_use]
-pub fn parse_expression(file: FileId, text: &str) -> (Expr, Vec<Diagnostic>) {
-    let failed = Expr::error(spanned(file, 0, text.len() as u32));
-    if let Some(diagnostic) = too_long(file, text) {
-        return (failed, vec![diagnostic]);
-    }
-    let (tokens, mut diagnostics) = layout(file, text, false);
-    if tokens.is_empty() && !diagnostics.is_empty() {
-        return (failed, diagnostics);
-    }
-    let expr = parse_range(file, text, &tokens, 0..tokens.len(), &mut diagnostics);
-    (expr.unwrap_or(failed), sorted(diagnostics))
 }
 
 /// The expression of a range of tokens; `None`, with a diagnostic, if there is none.
@@ -127,11 +113,6 @@ pub(super) fn read_expression(builder: &mut Builder<'_>, tokens: &[Lexeme]) -> R
 fn read(builder: &mut Builder<'_>, first: Token, tokens: &[Lexeme]) -> Result<Input, ReadError> {
     let first = Lexeme { token: first, start: 0, end: 0 };
     InputParser::new().parse(builder, iter::once(&first).chain(tokens).map(|l| Ok((l.start, l.token, l.end))))
-}
-
-fn sorted(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
-    diagnostics
 }
 
 /// The place at which the grammar stopped, and the terminals that it expected there.

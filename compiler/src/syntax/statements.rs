@@ -24,7 +24,7 @@ pub fn parse_entries(file: FileId, text: &str) -> (Vec<Entry>, Vec<Diagnostic>) 
     if let Some(diagnostic) = too_long(file, text) {
         return (Vec::new(), vec![diagnostic]);
     }
-    let (tokens, mut diagnostics) = layout::layout(file, text, true);
+    let (tokens, mut diagnostics) = layout::layout(file, text);
     let mut entries = Vec::new();
     for (from, to) in statements(&tokens) {
         if is_item(&tokens[from..to]) {
@@ -54,7 +54,7 @@ pub fn is_incomplete(text: &str) -> bool {
     if end.open || end.doc {
         return true;
     }
-    let (tokens, _) = layout::layout(file, text, true);
+    let (tokens, _) = layout::layout(file, text);
     if tokens.last().is_some_and(|l| l.token.continues_after() && !ends_lambda(&tokens)) {
         return true;
     }

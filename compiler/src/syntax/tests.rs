@@ -13,9 +13,8 @@ fn tree(text: &str) -> String {
 }
 
 fn expression(text: &str) -> String {
-    let (expr, diagnostics) = parse_expression(FILE, text);
-    assert_eq!(diagnostics, [], "in {text}");
-    one_line(&print_expression(&expr))
+    let tree = one_line(&tree(&format!("let it = {text}")));
+    tree.strip_prefix("(let it ").and_then(|t| t.strip_suffix(')')).expect("a declaration").to_owned()
 }
 
 /// An indented tree as nested parentheses, to compare small ones.
@@ -240,15 +239,6 @@ fn a_broken_statement_leaves_the_others() {
     assert_eq!(print(&file), "model a\n  error\n  part p\n    q\nmodel c\n");
 }
 
-#[test]
-fn expressions_of_the_command_line() {
-    assert_eq!(expression("42mm"), "42.0mm");
-    assert_eq!(expression(" -1.5 "), "(negative 1.5)");
-    for text in ["", "42mm 3", "let a = 1", "42kg", "(", "1;2", "\u{0}"] {
-        assert_ne!(parse_expression(FILE, text).1, [], "in {text:?}");
-    }
-}
-
 /// Deep input of every kind is refused, and no tree is so deep that dropping or printing it would overflow a small
 /// stack.
 #[test]
@@ -401,6 +391,6 @@ fn sound(text: &str) -> Result<(), TestCaseError> {
     if diagnostics.is_empty() {
         prop_assert!(!print(&file).lines().any(|l| l.trim() == "error"), "an error without a finding");
     }
-    let _ = parse_expression(FILE, text);
+    let _ = parse_entries(FILE, text);
     Ok(())
 }
