@@ -8,6 +8,7 @@
 //! - `infer`: standard deviations, tests, comparisons.
 
 mod correspond;
+mod halton;
 mod infer;
 mod monitor;
 mod options;
@@ -17,6 +18,7 @@ mod register;
 mod report;
 mod result;
 mod search;
+mod tuning;
 
 #[cfg(test)]
 mod tests;

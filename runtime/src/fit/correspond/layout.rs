@@ -3,6 +3,7 @@
 
 use super::facets::Facets;
 use super::tree::Tree;
+use crate::fit::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, MOST_CELLS};
 use crate::model::{Instance, Model};
 use glam::DVec3;
 use std::ops::Range;
@@ -40,11 +41,6 @@ pub(super) struct Quad {
     /// The column and the row.
     place: [u16; 2],
 }
-
-/// Cells each way of the grid on which a patch's curvature is measured.
-const GAUGE: usize = 12;
-/// Limits of a grid's cells each way.
-const CELLS: (usize, usize) = (1, 48);
 
 impl Grid {
     pub(super) fn vertices(&self) -> Range<usize> {
@@ -175,11 +171,11 @@ struct Gauge {
 /// Chord error h^2 |S''| / 8 from second differences on a coarse grid; beside it no cell longer than a tenth of the
 /// size, so that boxes stay small.
 fn gauge(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Gauge {
-    let n = GAUGE + 1;
-    let axis: Vec<f64> = (0..n).map(|i| i as f64 / GAUGE as f64).collect();
+    let n = CURVATURE_CELLS + 1;
+    let axis: Vec<f64> = (0..n).map(|i| i as f64 / CURVATURE_CELLS as f64).collect();
     let mut p = vec![[0.0; 3]; n * n];
     if instance.points_grid(patch, &axis, &axis, &mut p).is_err() {
-        return Gauge { cells: [GAUGE; 2], closed: [false; 2] };
+        return Gauge { cells: [CURVATURE_CELLS; 2], closed: [false; 2] };
     }
     let at = |i: usize, j: usize, swap: bool| DVec3::from_array(if swap { p[i * n + j] } else { p[j * n + i] });
     let mut cells = [1; 2];
@@ -197,9 +193,9 @@ fn gauge(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Ga
             length = length.max(line);
             gap = gap.max(at(0, j, swap).distance(at(n - 1, j, swap)));
         }
-        let by_bend = GAUGE as f64 * (bend / (8.0 * tolerance)).sqrt();
-        let by_length = 10.0 * length / size;
-        cells[k] = by_bend.max(by_length).ceil().clamp(CELLS.0 as f64, CELLS.1 as f64) as usize;
+        let by_bend = CURVATURE_CELLS as f64 * (bend / (8.0 * tolerance)).sqrt();
+        let by_length = CELLS_OF_SIZE * length / size;
+        cells[k] = by_bend.max(by_length).ceil().clamp(1.0, MOST_CELLS) as usize;
         closed[k] = length > 0.0 && gap < 1e-9 * size && bend > 0.0;
     }
     Gauge { cells, closed }

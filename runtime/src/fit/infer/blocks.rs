@@ -1,6 +1,7 @@
 //! Blocks of space within which the residuals of a scan may depend on each other.
 
 use crate::fit::problem::points::morton;
+use crate::fit::tuning::{BLOCK_CLEAR, BLOCK_CORRECTION, BLOCK_EDGES, BLOCK_SIGNIFICANT, FEWEST_BLOCKS};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -16,14 +17,9 @@ pub(crate) struct Blocks {
     pub(crate) count: usize,
     /// By how much dependence within blocks raises the variance of a mean, over that of independent residuals.
     pub(crate) inflation: f64,
-    /// What is left out across the borders of blocks: a factor on variances.
+    /// A factor on variances for the dependence across the borders of blocks.
     pub(crate) correction: f64,
 }
-
-/// Fewer blocks than this estimate no variance.
-const FEWEST: usize = 40;
-/// Ratios of the scan's radius that are tried as edges.
-const EDGES: i32 = 8;
 
 impl Blocks {
     /// The key of a point's block; `shift` (fractions of an edge) moves the grid.
@@ -33,64 +29,69 @@ impl Blocks {
         (patch, x | y << 21 | z << 42)
     }
 
-    /// The blocks in which signed pulls (`weight * distance`) depend on each other, from the sizes of block sums: those of
-    /// independent pulls grow like the root of their number, so that
-    /// sum over blocks of (sum of pulls)^2 / sum of pulls^2 is 1 whatever the size. None where it is not clearly more.
-    /// The edge taken is the one at which the ratio is largest: in larger blocks the fit itself has made the sums small.
-    pub(crate) fn find(points: &[(DVec3, u32)], pulls: &[f64], radius: f64) -> Option<Self> {
-        let total: f64 = pulls.iter().map(|z| z * z).sum();
+    /// The blocks in which scores depend on each other, from the sizes of block sums: those of independent scores grow like the
+    /// root of their number, so that sum over blocks of (sum of scores)^2 / sum of scores^2 is 1 whatever the size. None where
+    /// it is not clearly more. The edge taken is the one at which the ratio is largest: in larger blocks the fit itself has made
+    /// the sums small. `points` have the position and the patch of every score.
+    pub(crate) fn find(points: &[(DVec3, u32)], scores: &[f64], radius: f64) -> Option<Self> {
+        let total: f64 = scores.iter().map(|z| z * z).sum();
         if !(total > 0.0) {
             return None;
         }
-        let cubes = Sorted::new(points, pulls, radius * 0.5_f64.powi(EDGES));
+        let cubes = Sorted::new(points, scores, radius * 0.5_f64.powi(BLOCK_EDGES));
         // From fine to coarse; None where there are too few blocks.
         let of_edge = |level: i32| {
             let (count, squares) = cubes.block_sums(level);
             let ratio = squares / total;
-            let clear = ratio > 1.15 + 4.0 * (2.0 / count as f64).sqrt();
-            (count >= FEWEST).then_some(OfEdge { edge: radius * 0.5_f64.powi(EDGES - level), count, ratio, clear })
+            let clear = ratio > BLOCK_CLEAR + BLOCK_SIGNIFICANT * (2.0 / count as f64).sqrt();
+            (count >= FEWEST_BLOCKS).then_some(OfEdge {
+                edge: radius * 0.5_f64.powi(BLOCK_EDGES - level),
+                count,
+                ratio,
+                clear,
+            })
         };
-        let all: Vec<Option<OfEdge>> = (0..EDGES).into_par_iter().map(of_edge).collect();
-        let enough: Vec<OfEdge> = all.into_iter().map_while(|of| of).collect();
+        let all: Vec<Option<OfEdge>> = (0..BLOCK_EDGES).into_par_iter().map(of_edge).collect();
+        let enough: Vec<OfEdge> = all.into_iter().map_while(|edge| edge).collect();
         if !enough.iter().any(|e| e.clear) {
             return None;
         }
         let best = (0..enough.len()).max_by(|a, b| enough[*a].ratio.total_cmp(&enough[*b].ratio))?;
         let OfEdge { edge, count, ratio, .. } = enough[best];
-        // Half the edge cuts twice as much off: the limit of uncut dependence is about one difference farther.
+        // Half the edge cuts off twice as much: the limit without any cut is about one difference farther.
         let finer = best.checked_sub(1).map_or(ratio, |i| enough[i].ratio);
-        let correction = (1.0 + (ratio - finer) / ratio).clamp(1.0, 1.5);
+        let correction = (1.0 + (ratio - finer) / ratio).clamp(1.0, BLOCK_CORRECTION);
         Some(Self { edge, count, inflation: ratio * correction, correction })
     }
 }
 
-/// What blocks of one size say.
+/// The dependence within blocks of one size.
 struct OfEdge {
     edge: f64,
     count: usize,
-    /// Sum over blocks of (sum of pulls)^2 over sum of pulls^2.
+    /// Sum over blocks of (sum of scores)^2 over sum of scores^2.
     ratio: f64,
     /// Whether it is clearly more than 1.
     clear: bool,
 }
 
-/// Pulls in the order of a walk through the smallest cubes, patch by patch: those of a larger cube stand together as well.
+/// Scores in the order of a walk through the smallest cubes, patch by patch: those of a larger cube stand together as well.
 struct Sorted(Vec<(u32, u64, f64)>);
 
 impl Sorted {
-    fn new(points: &[(DVec3, u32)], pulls: &[f64], edge: f64) -> Self {
+    fn new(points: &[(DVec3, u32)], scores: &[f64], edge: f64) -> Self {
         let low = points.iter().map(|(p, _)| *p).fold(DVec3::INFINITY, DVec3::min);
         let code = |p: DVec3| morton(((p - low) / edge).as_u64vec3());
         let mut all: Vec<(u32, u64, f64)> =
-            points.par_iter().zip(pulls).map(|((p, patch), pull)| (*patch, code(*p), *pull)).collect();
+            points.par_iter().zip(scores).map(|((p, patch), score)| (*patch, code(*p), *score)).collect();
         all.par_sort_by_key(|(patch, code, _)| (*patch, *code));
         Self(all)
     }
 
-    /// The number of blocks whose edge is 2^level times the smallest, and the sum over them of (sum of pulls)^2.
+    /// The number of blocks whose edge is 2^level times the smallest, and the sum over them of (sum of scores)^2.
     fn block_sums(&self, level: i32) -> (usize, f64) {
         let block = |(patch, code, _): &(u32, u64, f64)| (*patch, code >> (3 * level));
-        let of_block = |pulls: &[(u32, u64, f64)]| pulls.iter().map(|p| p.2).sum::<f64>().powi(2);
+        let of_block = |scores: &[(u32, u64, f64)]| scores.iter().map(|p| p.2).sum::<f64>().powi(2);
         let blocks = self.0.chunk_by(|a, b| block(a) == block(b)).map(of_block);
         blocks.fold((0, 0.0), |(count, sum), square| (count + 1, sum + square))
     }
@@ -103,7 +104,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     #[test]
-    fn independent_pulls_have_no_blocks_and_smooth_ones_have() {
+    fn independent_scores_have_no_blocks_and_smooth_ones_have() {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let points: Vec<(DVec3, u32)> = (0..20_000)
             .map(|_| (DVec3::new(random.random_range(-50.0..50.0), random.random_range(-50.0..50.0), 0.0), 0))

@@ -1,19 +1,19 @@
-//! The block bootstrap: scans drawn from the scan itself with repetitions, in blocks so that what depends on each other stays
-//! together, fitted again from where the fit ended (Kuensch 1989).
+//! The block bootstrap (Kuensch 1989): scans are drawn from the scan itself with repetitions, in blocks so that residuals that
+//! depend on each other stay together, and fitted again from where the fit ended.
 
-use super::blocks::{Blocks, Key};
+use super::blocks::Blocks;
 use super::sandwich::Uncertainty;
+use super::sums::Groups;
 use crate::fit::problem::objective::{Objective, foot_cache};
 use crate::fit::problem::points::Points;
 use crate::fit::refine::gauss_newton::{self, Stop};
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{Bootstrap, Resampled};
-use foldhash::fast::FixedState;
+use crate::fit::tuning::{BOOTSTRAP_ITERATIONS, BOOTSTRAP_TOLERANCE, POLISH_STEP};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
-use std::collections::HashMap;
 
 /// Draws and fits as many scans as the options say; None where fewer than two could be fitted.
 pub(crate) fn run(solution: &Solution, uncertainty: Option<&Uncertainty>) -> Option<Bootstrap> {
@@ -55,15 +55,14 @@ pub(crate) fn run(solution: &Solution, uncertainty: Option<&Uncertainty>) -> Opt
 fn blocks(points: &Points, edge: Option<f64>) -> Vec<Vec<u32>> {
     let count = points.len() as u32;
     let Some(edge) = edge else { return (0..count).map(|i| vec![i]).collect() };
-    let mut index: HashMap<Key, usize, FixedState> = HashMap::default();
+    let mut groups = Groups::default();
     let mut blocks: Vec<Vec<u32>> = Vec::new();
-    for i in 0..count {
-        let next = blocks.len();
-        let slot = *index.entry(Blocks::key(edge, DVec3::ZERO, 0, points.position[i as usize])).or_insert(next);
-        if slot == next {
+    for (i, position) in (0..count).zip(&points.position) {
+        let number = groups.number(Blocks::key(edge, DVec3::ZERO, 0, *position));
+        if number == blocks.len() {
             blocks.push(Vec::new());
         }
-        blocks[slot].push(i);
+        blocks[number].push(i);
     }
     blocks
 }
@@ -88,12 +87,12 @@ fn refitted(solution: &Solution, points: &Points) -> Option<Vec<f64>> {
     let sigma = solution.loss.sigma;
     let objective = Objective {
         signs: Some(&solution.signs),
-        tolerance: 1e-4 * sigma,
+        tolerance: BOOTSTRAP_TOLERANCE * sigma,
         cache: Some(foot_cache(points, sigma)),
         curved: true,
         ..solution.level.objective(points, solution.loss)
     };
-    let stop = Stop { iterations: 10, step: 2e-4 * sigma };
+    let stop = Stop { iterations: BOOTSTRAP_ITERATIONS, step: POLISH_STEP * sigma };
     let minimum = gauss_newton::minimise(&objective, solution.estimate.clone(), stop)?;
     solution.level.space.x(&minimum.estimate.z)
 }

@@ -9,6 +9,7 @@ use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Parameterization;
 use crate::fit::problem::points::Points;
 use crate::fit::result::FitResult;
+use crate::fit::tuning::{CHORD, MODEL_SIZE};
 use crate::model::Model;
 use crate::scan::Scan;
 
@@ -71,7 +72,7 @@ fn mean_psi(rival: Rival, points: &Points, radius: f64, sigma: f64) -> Result<f6
     let motion = rival.fit.pose.map_or(Isometry::IDENTITY, Isometry::from);
     let at = space.estimate(&x, motion);
     let instance = rival.model.instantiate(&x)?;
-    let layout = Layout::new(rival.model, &*instance, 0.002 * radius, 2.0 * radius);
+    let layout = Layout::new(rival.model, &*instance, CHORD * radius, MODEL_SIZE * radius);
     let monitor = Monitor::default();
     let objective = Objective::new(&space, &layout, points, Loss::welsch(sigma), &monitor);
     Ok(objective.evaluate(&at, Order::Value).map_or(1.0, |e| e.value))

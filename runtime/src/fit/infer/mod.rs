@@ -7,6 +7,7 @@ pub(crate) mod compare;
 mod meat;
 pub(crate) mod sandwich;
 mod significance;
+mod sums;
 mod switches;
 pub(crate) mod unobserved;
 pub(crate) mod wald;
@@ -14,6 +15,7 @@ pub(crate) mod wald;
 use super::problem::objective::Objective;
 use super::refine::schedule::Solution;
 use super::result::{Bootstrap, HypothesisTest};
+use super::tuning::FOOT_TOLERANCE;
 use sandwich::Uncertainty;
 
 /// What the scan says of a solution's parameters.
@@ -43,7 +45,7 @@ fn uncertainty(solution: &Solution) -> Option<Uncertainty> {
     let Solution { level, estimate, loss, signs, cache, .. } = solution;
     let objective = Objective {
         signs: Some(signs),
-        tolerance: 1e-5 * loss.sigma,
+        tolerance: FOOT_TOLERANCE * loss.sigma,
         cache: Some(cache.clone()),
         cancellable: false,
         ..level.objective(&level.problem.points, *loss)

@@ -2,12 +2,13 @@
 //! cluster-robust estimators), and what it does not determine at all.
 
 use super::blocks::Blocks;
-use super::meat::{self, add_square_at};
+use super::meat;
+use super::sums::{score, squares};
 use super::switches;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::rows::{AllRows, Rows};
-use crate::fit::problem::sums::add_square;
+use crate::fit::tuning::{DETERMINED, SWITCH_ROUNDS};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -18,125 +19,101 @@ pub(crate) struct Uncertainty {
     pub(crate) covariance: DMatrix<f64>,
     /// The covariance if residuals were independent of each other and all alike: s^2 (sum w J J^T)^-1.
     pub(crate) naive: DMatrix<f64>,
-    /// Directions (of unit length) that no point has a say in.
+    /// Directions (of unit length) in which no distance changes.
     pub(crate) undetermined: Vec<DVector<f64>>,
     /// By coordinate, whether it is determined.
     pub(crate) known: Vec<bool>,
-    /// As many independent points would say as much.
+    /// The number of independent points that would say as much.
     pub(crate) effective_points: f64,
     /// Blocks of dependent residuals, if there are any.
     pub(crate) blocks: Option<Blocks>,
 }
 
-/// Eigenvalues of the scaled matrix below this are rounding.
+/// Eigenvalues of the scaled matrix, and diagonal elements relative to the largest, below which there is only rounding.
 const SINGULAR: f64 = 1e-10;
-/// How often the covariance is computed with the switches that it suggests.
-const ROUNDS: usize = 3;
-
-/// Sums over points; matrices by the parameters, shift and turn first, by scaled local coordinates in the end.
-struct Sums {
-    /// Sum of psi'' J J^T.
-    bread: DMatrix<f64>,
-    /// Sum of weight J J^T.
-    weighted: DMatrix<f64>,
-    places: Vec<(DVec3, u32)>,
-    pulls: Vec<f64>,
-    /// Sum of weights, and of weight times squared distance.
-    weight: f64,
-    weighted_d2: f64,
-}
+const NO_INFLUENCE: f64 = 1e-12;
 
 /// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as known. None where the model does not exist or
 /// no point has a foot.
 pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Uncertainty> {
     let dim = objective.space.dim();
     let all = AllRows::new(objective, at)?;
-    let mut sums = collect(objective, at, &all);
-    let n = sums.pulls.len();
-    if n <= dim {
+    let chain = objective.space.chain(at);
+    let local = |matrix: &DMatrix<f64>| chain.tr_mul(&(matrix * &chain));
+    // Sums of psi'' J J^T and of weight J J^T.
+    let factors = |rows: &Rows| rows.points.iter().map(|point| [point.curvature, point.weight]).collect();
+    let [mut bread, mut weighted] = squares(&all, chain.nrows(), factors).map(|matrix| local(&matrix));
+    let Residuals { positions, scores, weight, weighted_d2 } = Residuals::of(objective, &all);
+    if scores.len() <= dim {
         return None;
     }
-    let information = objective.coverage.as_ref().and_then(|c| c.information(objective, at));
-    let chain = objective.space.chain(at);
-    if let Some(ends) = &information {
-        sums.bread += chain.tr_mul(&(&ends.bread * &chain));
-        sums.weighted += chain.tr_mul(&(&ends.weighted * &chain));
+    let coverage = objective.coverage.as_ref().and_then(|c| c.information(objective, at));
+    if let Some(coverage) = &coverage {
+        bread += local(&coverage.bread);
+        weighted += local(&coverage.weighted);
     }
-    let blocks = Blocks::find(&sums.places, &sums.pulls, objective.points.gyration());
-    let mut inverse = Inverse::of(&sums.bread, &sums.weighted, held)?;
-    let leverage = &chain * &inverse.weighted * chain.transpose();
-    let mut filling = match blocks {
-        Some(blocks) => meat::between_blocks(objective, &all, blocks, &leverage),
-        None => meat::of_points(&all, &leverage),
+    let blocks = Blocks::find(&positions, &scores, objective.points.gyration());
+    let mut inverse = Inverse::of(&bread, &weighted, held)?;
+    let of_squares = &chain * &inverse.weighted * chain.transpose();
+    let mut meat = match blocks {
+        Some(blocks) => meat::of_blocks(objective, &all, blocks, &of_squares),
+        None => meat::of_points(&all, &of_squares),
     };
-    if let Some(ends) = information {
-        filling += ends.filling;
+    if let Some(coverage) = coverage {
+        meat += coverage.meat;
     }
-    let filling = chain.tr_mul(&(filling * &chain));
-    let sandwich = |inverse: &Inverse| &inverse.matrix * &filling * &inverse.matrix;
+    let meat = local(&meat);
+    let sandwich = |inverse: &Inverse| &inverse.matrix * &meat * &inverse.matrix;
     let mut covariance = sandwich(&inverse);
     // The covariance says over which region switches count, and switches how large it is.
     let switches = switches::find(objective, at, held).unwrap_or_default();
-    for _ in 0..ROUNDS {
-        inverse = Inverse::of(&switches::smoothed(&sums.bread, &switches, &covariance), &sums.weighted, held)?;
+    for _ in 0..SWITCH_ROUNDS {
+        inverse = Inverse::of(&switches::smoothed(&bread, &switches, &covariance), &weighted, held)?;
         covariance = sandwich(&inverse);
     }
-    let weight: f64 = sums.weight;
-    let naive = &inverse.weighted * (sums.weighted_d2 / (weight - dim as f64).max(1.0));
-    let effective_points = n as f64 / blocks.map_or(1.0, |b| b.inflation);
+    let naive = &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
+    let effective_points = scores.len() as f64 / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { undetermined, known, .. } = inverse;
     Some(Uncertainty { covariance, naive, undetermined, known, effective_points, blocks })
 }
 
-fn collect(objective: &Objective, at: &Estimate, all: &AllRows) -> Sums {
-    let total = objective.space.model.parameters().len() + 6;
-    let mut sums = Sums::none(total);
-    let add = |sums: &mut Sums, rows: &Rows| {
-        let count = rows.columns.len();
-        let mut squares = [(); 2].map(|()| vec![0.0; count * count]);
-        for (point, row) in rows.iter() {
-            let pull = point.weight * point.distance;
-            for (square, factor) in squares.iter_mut().zip([point.curvature, point.weight]) {
-                add_square(square, factor, row);
+/// The residuals of all points.
+#[derive(Default)]
+struct Residuals {
+    /// Position and patch.
+    positions: Vec<(DVec3, u32)>,
+    scores: Vec<f64>,
+    /// Sum of weights, and of weight times squared distance.
+    weight: f64,
+    weighted_d2: f64,
+}
+
+impl Residuals {
+    fn of(objective: &Objective, all: &AllRows) -> Self {
+        let add = |sums: &mut Self, rows: &Rows| {
+            for point in &rows.points {
+                let score = score(point);
+                sums.positions.push((objective.points.position[point.index as usize], rows.patch));
+                sums.scores.push(score);
+                sums.weight += point.weight;
+                sums.weighted_d2 += score * point.distance;
             }
-            sums.places.push((objective.points.position[point.index as usize], rows.patch));
-            sums.pulls.push(pull);
-            sums.weight += point.weight;
-            sums.weighted_d2 += pull * point.distance;
-        }
-        for (matrix, square) in [&mut sums.bread, &mut sums.weighted].into_iter().zip(&squares) {
-            add_square_at(matrix, rows, square);
-        }
-    };
-    let none = || Sums::none(total);
-    all.fold(none, add, |chunk| {
-        sums.bread += chunk.bread;
-        sums.weighted += chunk.weighted;
-        sums.places.extend(chunk.places);
-        sums.pulls.extend(chunk.pulls);
-        sums.weight += chunk.weight;
-        sums.weighted_d2 += chunk.weighted_d2;
-    });
-    let chain = objective.space.chain(at);
-    for matrix in [&mut sums.bread, &mut sums.weighted] {
-        matrix.fill_upper_triangle_with_lower_triangle();
-        *matrix = chain.tr_mul(&(&*matrix * &chain));
-    }
-    sums
-}
-
-impl Sums {
-    fn none(count: usize) -> Self {
-        let zero = || DMatrix::zeros(count, count);
-        let (places, pulls) = (Vec::new(), Vec::new());
-        Self { bread: zero(), weighted: zero(), places, pulls, weight: 0.0, weighted_d2: 0.0 }
+        };
+        let mut sums = Self::default();
+        all.fold(Self::default, add, |chunk| {
+            sums.positions.extend(chunk.positions);
+            sums.scores.extend(chunk.scores);
+            sums.weight += chunk.weight;
+            sums.weighted_d2 += chunk.weighted_d2;
+        });
+        sums
     }
 }
 
-/// The inverse of the sandwich's outer slices over what is determined.
+/// The inverse of the sandwich's bread over what is determined.
 struct Inverse {
     matrix: DMatrix<f64>,
-    /// That of the weights' matrix.
+    /// That of the sum of weight J J^T.
     weighted: DMatrix<f64>,
     undetermined: Vec<DVector<f64>>,
     known: Vec<bool>,
@@ -150,7 +127,7 @@ impl Inverse {
             return None;
         }
         let is_held = |k: usize| held.get(k).copied().unwrap_or(false);
-        let mut known: Vec<bool> = (0..dim).map(|k| !is_held(k) && weighted[(k, k)] > 1e-12 * largest).collect();
+        let mut known: Vec<bool> = (0..dim).map(|k| !is_held(k) && weighted[(k, k)] > NO_INFLUENCE * largest).collect();
         let kept: Vec<usize> = (0..dim).filter(|k| known[*k]).collect();
         if kept.is_empty() {
             return None;
@@ -173,7 +150,7 @@ impl Inverse {
             }
             direction /= direction.norm().max(f64::MIN_POSITIVE);
             for (k, known) in known.iter_mut().enumerate() {
-                *known &= direction[k].abs() < 1e-3;
+                *known &= direction[k].abs() < DETERMINED;
             }
             undetermined.push(direction);
         }

@@ -1,11 +1,14 @@
-//! Points that are about as near to one patch as to another. Every point belongs to the nearest surface, so that the objective is
-//! a minimum of functions, with a kink where a point changes sides: there the gradient jumps down. The Hessian over the
-//! region in which the truth may lie is smaller by that than the one at the optimum, which no point's own curvature shows,
-//! and standard deviations are larger. Where a small part meets a large one a few such points matter as much as all others.
+//! Correspondence switches: points that are about as near to one patch as to another. Every point belongs to the nearest surface,
+//! so that the objective is a minimum of functions, with a kink where a point changes sides: there the gradient jumps down. The
+//! mean Hessian over the region in which the truth may lie is smaller by that than the one at the optimum, which no point's own
+//! curvature shows, and standard deviations are larger. Where a small part meets a large one a few such points matter as much as
+//! all others.
 
+use super::sums::score;
 use crate::fit::correspond::cache::CacheSlice;
 use crate::fit::problem::objective::{Correspondence, Objective, Placed};
 use crate::fit::problem::parameterization::Estimate;
+use crate::fit::tuning::{SWITCH_CAP, SWITCH_REACH};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -18,16 +21,12 @@ pub(crate) struct Switch {
     slope: DVector<f64>,
 }
 
-/// How much of the curvature in any direction may be taken away: what is left over is too uncertain to be divided by.
-const MOST: f64 = 0.8;
-
-/// How much farther away than its own another patch may be, in sigma.
-const REACH: f64 = 0.15;
-
-/// What a point counts, and its derivative by the columns of its row.
-struct Pull {
-    /// sigma^2 / 2 times psi.
-    counted: f64,
+/// What a point contributes to the objective, and its derivative by the columns of its row.
+struct Contribution {
+    /// Which of the objective's points.
+    point: usize,
+    /// sigma^2 / 2 times the loss.
+    loss: f64,
     columns: Vec<usize>,
     slopes: Vec<f64>,
 }
@@ -43,7 +42,7 @@ pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Optio
             chain.column_mut(k).fill(0.0);
         }
     }
-    let reach = REACH * objective.loss.sigma;
+    let reach = SWITCH_REACH * objective.loss.sigma;
     let switches: Vec<Vec<Switch>> = chunks
         .into_par_iter()
         .zip(cache.slices(objective.chunk_size()))
@@ -74,34 +73,33 @@ fn of_chunk(
         }
     }
     others.sort_by_key(|f| f.patch);
-    let mut pulls_of_own = pulls(objective, placed, &both);
-    pulls_of_own.sort_by_key(|(index, _)| *index);
-    let of_other = |(index, other): (usize, Pull)| {
-        let slot = pulls_of_own.binary_search_by_key(&index, |(i, _)| *i).ok()?;
-        let own = &pulls_of_own[slot].1;
+    let mut own = contributions(objective, placed, &both);
+    own.sort_by_key(|own| own.point);
+    let of_other = |other: Contribution| {
+        let own = &own[own.binary_search_by_key(&other.point, |own| own.point).ok()?];
         let mut by_x = DVector::zeros(chain.nrows());
-        for (pull, sign) in [(&other, 1.0), (own, -1.0)] {
-            for (i, slope) in pull.columns.iter().zip(&pull.slopes) {
+        for (contribution, sign) in [(&other, 1.0), (own, -1.0)] {
+            for (i, slope) in contribution.columns.iter().zip(&contribution.slopes) {
                 by_x[*i] += sign * slope;
             }
         }
-        Some(Switch { difference: other.counted - own.counted, slope: chain.tr_mul(&by_x) })
+        Some(Switch { difference: other.loss - own.loss, slope: chain.tr_mul(&by_x) })
     };
-    pulls(objective, placed, &others).into_iter().filter_map(of_other).collect()
+    contributions(objective, placed, &others).into_iter().filter_map(of_other).collect()
 }
 
-/// What points count at the patches that they are given to, with their indices.
-fn pulls(objective: &Objective, placed: &Placed, points: &[Correspondence]) -> Vec<(usize, Pull)> {
+/// What points contribute at the patches that they are given to.
+fn contributions(objective: &Objective, placed: &Placed, points: &[Correspondence]) -> Vec<Contribution> {
     let half = 0.5 * objective.loss.sigma * objective.loss.sigma;
     let mut all = Vec::with_capacity(points.len());
     for matched in objective.with_feet(placed, points) {
         let counted = objective.counted(&matched.feet);
         let Some(rows) = objective.rows(&*placed.instance, &matched, &counted) else { continue };
-        all.extend(rows.iter().zip(&counted).map(|((point, row), counted)| {
-            let pull = point.weight * point.distance;
-            let slopes = row.iter().map(|r| pull * r).collect();
-            let counted = half * counted.psi;
-            (point.index as usize, Pull { counted, columns: rows.columns.clone(), slopes })
+        all.extend(rows.iter().zip(&counted).map(|((point, row), counted)| Contribution {
+            point: point.index as usize,
+            loss: half * counted.psi,
+            columns: rows.columns.clone(),
+            slopes: row.iter().map(|r| score(point) * r).collect(),
         }));
     }
     all
@@ -112,22 +110,22 @@ fn pulls(objective: &Objective, placed: &Placed, points: &[Correspondence]) -> V
 /// -delta(g - f) (g' - f')^2 beside its branches'.
 pub(crate) fn smoothed(bread: &DMatrix<f64>, switches: &[Switch], covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let dim = bread.nrows();
-    let mut taken = DMatrix::zeros(dim, dim);
+    let mut reduction = DMatrix::zeros(dim, dim);
     for Switch { difference, slope } in switches {
         let variance = slope.dot(&(covariance * slope));
         if variance > 0.0 {
             let density = (-0.5 * difference * difference / variance).exp() / (std::f64::consts::TAU * variance).sqrt();
-            taken.ger(density, slope, slope, 1.0);
+            reduction.ger(density, slope, slope, 1.0);
         }
     }
     // Compared with what is there, direction by direction.
     let ridge = DMatrix::identity(dim, dim) * (1e-12 * bread.diagonal().amax());
     let Some(factor) = (bread + ridge).cholesky() else { return bread.clone() };
     let l = factor.l();
-    let Some(half) = l.solve_lower_triangular(&taken) else { return bread.clone() };
+    let Some(half) = l.solve_lower_triangular(&reduction) else { return bread.clone() };
     let Some(relative) = l.solve_lower_triangular(&half.transpose()) else { return bread.clone() };
     let mut eigen = SymmetricEigen::new(0.5 * (&relative + relative.transpose()));
-    eigen.eigenvalues.apply(|e| *e = 1.0 - e.clamp(0.0, MOST));
+    eigen.eigenvalues.apply(|e| *e = 1.0 - e.clamp(0.0, SWITCH_CAP));
     &l * eigen.recompose() * l.transpose()
 }
 

@@ -1,16 +1,17 @@
-//! Parts that the scan does not show: a handle that was not scanned hides in a wall, takes some of the wall's points, and looks
-//! as well determined as if it had been there.
+//! Unobserved parts: a handle that was not scanned hides in a wall, takes some of the wall's points, and looks as well determined
+//! as if it had been there.
 
 use super::sandwich::Uncertainty;
 use crate::fit::problem::objective::Objective;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::{Group, groups};
+use crate::fit::tuning::OWN_SHARE;
 
-/// Takes away what is said to be known of parameters whose parts the scan does not show, and says so.
+/// Marks parameters as not determined whose parts the scan does not show, with a warning.
 pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncertainty {
     let level = &solution.level;
     for group in groups(level) {
-        if is_shown(solution, &uncertainty, &group) != Some(false) {
+        if is_observed(solution, &uncertainty, &group) != Some(false) {
             continue;
         }
         for k in &group.members {
@@ -30,15 +31,11 @@ pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncerta
     uncertainty
 }
 
-/// Points near the model that are near nothing else without a group, as a share of those that are the group's: with more, it is
-/// there, however badly the rest fits.
-const ITS_OWN: f64 = 0.1;
-
-/// Whether a group's parts have points of their own, or else earn their parameters by Schwarz's criterion: without them, the
-/// mean of psi would be larger by so much that n ln(mean psi) grows by more than k ln n, for k parameters and n effective
-/// points. None where that cannot be said: where the group has no points at all, which is said elsewhere, or the model does not
-/// exist.
-fn is_shown(solution: &Solution, uncertainty: &Uncertainty, group: &Group) -> Option<bool> {
+/// Whether a group's parts have points of their own, or else earn their parameters by Schwarz's criterion: without them the
+/// mean loss would be larger by so much that n ln(mean loss) grows by more than k ln n, for k parameters and n effective
+/// points. None where that cannot be said: where the group has no points at all, of which another warning speaks, or the model
+/// does not exist.
+fn is_observed(solution: &Solution, uncertainty: &Uncertainty, group: &Group) -> Option<bool> {
     let level = &solution.level;
     let points = &level.problem.thin;
     let objective = Objective { signs: Some(&solution.signs), ..level.objective(points, solution.loss) };
@@ -51,7 +48,7 @@ fn is_shown(solution: &Solution, uncertainty: &Uncertainty, group: &Group) -> Op
     let near = with.iter().zip(&without).filter(|(with, without)| **with < 0.5 && *with != *without);
     let (count, alone) = near
         .fold((0.0, 0.0), |(count, alone), (_, without)| (count + 1.0, alone + f64::from(u8::from(*without >= 0.5))));
-    if alone > ITS_OWN * f64::max(count, 1.0) {
+    if alone > OWN_SHARE * f64::max(count, 1.0) {
         return Some(true);
     }
     let mean = |psi: &[f64]| psi.iter().sum::<f64>() / points.len().max(1) as f64;

@@ -5,6 +5,7 @@ use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Parameterization;
 use crate::fit::refine::schedule::{Guess, Solution, polish};
 use crate::fit::result::HypothesisTest;
+use crate::fit::tuning::CHORD;
 use nalgebra::{DMatrix, DVector};
 
 /// Tests every parameter that was fixed at a value of `options.start`, each by itself (the others released as well), and all
@@ -63,7 +64,7 @@ fn released(solution: &Solution, tested: &[usize]) -> Option<Released> {
     free.sort_unstable();
     let wider = Parameterization::new(problem.model, &x, free, space.moving, &space.ties);
     let estimate = wider.estimate(&x, solution.estimate.motion);
-    let level = Level::new(problem, wider, &estimate, 0.002 * problem.radius).ok()?;
+    let level = Level::new(problem, wider, &estimate, CHORD).ok()?;
     let level = Level { coverage: coverage.clone(), ..level };
     let guess = Guess { estimate, loss: solution.loss, signs: solution.signs.clone(), iterations: 0 };
     let found = polish(level, &problem.points, guess, None);

@@ -8,6 +8,7 @@ use super::points::Points;
 use super::rigid::VelocityField;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::problem::coverage::Coverage;
+use crate::fit::tuning::MODEL_SIZE;
 use crate::model::EvaluationError;
 use std::sync::Arc;
 
@@ -25,7 +26,7 @@ pub(crate) struct Level<'a> {
 
 impl<'a> Level<'a> {
     /// Divides the model's patches, and scales the coordinates, as is right at the estimate `at`: facets are
-    /// `tolerance` (millimetres) off the surface.
+    /// about `chord` radii of the scan off the surface.
     ///
     /// # Errors
     /// The model cannot be evaluated there.
@@ -33,12 +34,12 @@ impl<'a> Level<'a> {
         problem: &'a Problem<'a>,
         mut space: Parameterization<'a>,
         at: &Estimate,
-        tolerance: f64,
+        chord: f64,
     ) -> Result<Self, EvaluationError> {
         let model = problem.model;
         let x = space.x(&at.z).unwrap_or_else(|| problem.start.x.clone());
         let instance = model.instantiate(&x)?;
-        let layout = Layout::new(model, &*instance, tolerance, 2.0 * problem.radius);
+        let layout = Layout::new(model, &*instance, chord * problem.radius, MODEL_SIZE * problem.radius);
         let (centre, gyration) = layout.facets(&*instance).moments();
         let field = VelocityField::sample(model, &*instance)?;
         let sizes: Vec<f64> = (0..x.len()).map(|i| field.size(i)).collect();

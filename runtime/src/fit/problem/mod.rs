@@ -15,6 +15,7 @@ pub(crate) mod sums;
 
 use super::monitor::Monitor;
 use super::options::{FitError, FitOptions, Start};
+use crate::fit::tuning::{FACING_CLEAR, FACING_POINTS, START_CHORD, THIN_POINTS};
 use crate::model::Model;
 use crate::scan::Scan;
 use isometry::Isometry;
@@ -25,9 +26,6 @@ use points::Points;
 use pose_treatment::PoseTreatment;
 use rigid::{RigidParameters, recognise};
 use sums::PatchSum;
-
-/// Points of the levels between the registration and the last one, which has all.
-pub(crate) const MIDDLE: usize = 6000;
 
 /// A model to be fitted to a scan. It does not change during the fit.
 pub(crate) struct Problem<'a> {
@@ -74,7 +72,7 @@ impl<'a> Problem<'a> {
         if points.len() < 4 || !(radius > 0.0) {
             return Err(FitError::EmptyScan { points: points.len() });
         }
-        let thin = surfaces.sample(MIDDLE);
+        let thin = surfaces.sample(THIN_POINTS);
         drop(surfaces);
         let rigid = recognise(model, &start.x, radius)?;
         let pose = PoseTreatment::choose(model, options, &rigid, &start, monitor);
@@ -90,7 +88,7 @@ impl<'a> Problem<'a> {
         let Start { x, ties, .. } = &self.start;
         let space = Parameterization::new(self.model, x, self.pose.free(&self.start), self.pose.moving, ties);
         let at = space.estimate(x, Isometry::IDENTITY);
-        Ok(Level::new(self, space, &at, 0.01 * self.radius)?)
+        Ok(Level::new(self, space, &at, START_CHORD)?)
     }
 
     /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's
@@ -99,7 +97,7 @@ impl<'a> Problem<'a> {
     /// patch with too few points to say keeps the side that it had `before`.
     pub(crate) fn facing(&self, evaluation: &Evaluation, before: &[i8]) -> Vec<i8> {
         let sign = |(p, before): (&PatchSum, &i8)| {
-            let inwards = if p.weight >= 10.0 { p.facing <= -0.85 * p.weight } else { *before < 0 };
+            let inwards = if p.weight >= FACING_POINTS { p.facing <= -FACING_CLEAR * p.weight } else { *before < 0 };
             match (self.oriented, inwards) {
                 (false, _) => 0,
                 (true, true) => -1,

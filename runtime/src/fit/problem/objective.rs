@@ -12,6 +12,7 @@ use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::{NO_HINT, Query};
 use crate::fit::monitor::{Monitor, TracePoint};
 use crate::fit::problem::coverage::Coverage;
+use crate::fit::tuning::{REACH_LIMIT, REACH_SIGMAS, REACH_SPACINGS, ROUGH_TOLERANCE};
 use crate::model::{EvaluationError, Instance};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
@@ -116,15 +117,6 @@ pub(crate) struct Placed<'s> {
     pub(crate) facets: Facets<'s>,
 }
 
-/// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit.
-const REACH_SIGMAS: f64 = 0.15;
-/// The reach where points are dense, in distances between neighbours: enough for all steps that remain to all points
-/// after some of them were fitted (decision 0024).
-const REACH_SPACINGS: f64 = 2.0;
-/// Points count as dense where that reach is below this fraction of the scan's radius. Beyond it, too many facets are
-/// within reach.
-const REACH_LIMIT: f64 = 0.06;
-
 /// Points per chunk. Sums do not depend on the number of threads because chunks do not.
 const CHUNK: usize = 512;
 /// Few points make this number of chunks all the same, as long as a chunk has `LEAST` points.
@@ -146,7 +138,7 @@ impl<'s> Objective<'s> {
             layout,
             loss,
             signs: None,
-            tolerance: 1e-3 * loss.sigma,
+            tolerance: ROUGH_TOLERANCE * loss.sigma,
             hints: no_hints(points),
             cache: None,
             coverage: None,

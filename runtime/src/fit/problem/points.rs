@@ -1,5 +1,6 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
+use crate::fit::tuning::{CLEAN_CLOUD, EMPTY_CELL, OUTLIER_PASSES, OUTLIER_POINTS, SPACING_POINTS};
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, strays};
 use foldhash::fast::FixedState;
@@ -18,17 +19,6 @@ pub(crate) struct Points {
     /// Many outliers, which are sparse, are among them: a sample even in space would consist of these.
     cluttered: bool,
 }
-
-/// Cells with less than this share of the median number of points per cell count as empty.
-const EMPTY: f64 = 0.05;
-/// A cloud of which less than this share remains after the removal of outliers has more of them.
-const CLEAN: f64 = 0.95;
-/// Passes of the statistical removal of outliers: without the sparsest ones the next are found.
-const PASSES: usize = 2;
-/// Points whose distance to the next one is measured.
-const SPACINGS: usize = 2000;
-/// Points of a cloud among which outliers are searched for.
-const CANDIDATES: usize = 30_000;
 
 impl Points {
     /// All points of a scan, in the order of a walk through cells of space, so that neighbours in the list are
@@ -62,15 +52,15 @@ impl Points {
         if !scan.mesh.triangles.is_empty() {
             return Cow::Borrowed(self);
         }
-        let all = self.every(CANDIDATES);
+        let all = self.every(OUTLIER_POINTS);
         let mut inliers = all.clone();
-        for _ in 0..PASSES {
+        for _ in 0..OUTLIER_PASSES {
             let positions: Vec<[f64; 3]> = inliers.position.iter().map(|p| p.to_array()).collect();
             let which: Vec<u32> = (0..inliers.len() as u32).collect();
             let strays = strays(&Neighbours::new(&positions), &positions, &which);
             inliers = inliers.pick((0..inliers.len()).filter(|i| !strays[*i]));
         }
-        inliers.cluttered = (inliers.len() as f64) < CLEAN * all.len() as f64;
+        inliers.cluttered = (inliers.len() as f64) < CLEAN_CLOUD * all.len() as f64;
         Cow::Owned(inliers)
     }
 
@@ -91,7 +81,7 @@ impl Points {
 
     /// The median distance from a point to the next one in the list. Millimetres.
     pub(crate) fn spacing(&self) -> f64 {
-        let step = (self.len() / SPACINGS).max(1);
+        let step = (self.len() / SPACING_POINTS).max(1);
         let apart = |i: usize| self.position[i].distance(self.position[i + 1]);
         median(&mut (0..self.len().saturating_sub(1)).step_by(step).map(apart).collect::<Vec<f64>>()).unwrap_or(0.0)
     }
@@ -189,7 +179,7 @@ impl Points {
             }
         }
         let mut counts: Vec<f64> = cells.iter().map(|c| f64::from(c.count)).collect();
-        let fewest = EMPTY * median(&mut counts).unwrap_or(0.0);
+        let fewest = EMPTY_CELL * median(&mut counts).unwrap_or(0.0);
         cells.into_iter().filter(|c| f64::from(c.count) >= fewest).map(|c| c.index).collect()
     }
 }

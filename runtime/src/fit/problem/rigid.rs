@@ -1,14 +1,13 @@
 //! Parameters of a script that move the whole model rigidly, and how they are recognised.
 
 use super::points::Points;
+use crate::fit::tuning::VELOCITY_SAMPLES;
 use crate::model::{EvaluationError, Instance, Model};
 use crate::scan::Scan;
 use glam::DVec3;
 use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, Matrix6, Vector6};
 
-/// Samples each way of a patch.
-const SAMPLES: usize = 5;
 /// A field counts as rigid up to this fraction of its size: far above rounding, far below any true deformation.
 const RIGID: f64 = 1e-8;
 
@@ -183,6 +182,6 @@ fn rank_of(columns: &[Vector6<f64>]) -> usize {
 }
 
 fn grid() -> (Vec<f64>, Vec<f64>) {
-    let at = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
-    (0..SAMPLES * SAMPLES).map(|k| (at(k % SAMPLES), at(k / SAMPLES))).unzip()
+    let at = |i: usize| (i as f64 + 0.5) / VELOCITY_SAMPLES as f64;
+    (0..VELOCITY_SAMPLES * VELOCITY_SAMPLES).map(|k| (at(k % VELOCITY_SAMPLES), at(k / VELOCITY_SAMPLES))).unzip()
 }

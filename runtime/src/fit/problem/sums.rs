@@ -5,6 +5,7 @@ use super::objective::{Correspondence, Evaluation, Matched, Objective, Order};
 use super::parameterization::{Estimate, Parameterization};
 use super::rows::Rows;
 use crate::fit::correspond::foot::Foot;
+use crate::fit::tuning::LEAST_CURVATURE;
 use crate::model::Instance;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
@@ -158,7 +159,7 @@ impl Objective<'_> {
         let (mut gradient, mut normal) = (vec![0.0; count], vec![0.0; count * count]);
         for (point, row) in rows.iter() {
             // Never so small that a step would run away.
-            let bend = if self.curved { point.curvature.max(0.3 * point.weight) } else { point.weight };
+            let bend = if self.curved { point.curvature.max(LEAST_CURVATURE * point.weight) } else { point.weight };
             add_scaled(&mut gradient, point.weight * point.distance, row);
             add_square(&mut normal, bend, row);
         }

@@ -1,19 +1,13 @@
 //! The stage of a fit in which the coverage term takes part: after everything else has been found.
 
 use super::schedule::{POLISH, Solution, polish};
-use crate::fit::problem::MIDDLE;
 use crate::fit::problem::coverage::{Coverage, Scanned, places};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::points::Points;
 use crate::fit::result::Covered;
+use crate::fit::tuning::{COVERAGE_FINEST, COVERAGE_SCALES, THIN_POINTS};
 use std::sync::Arc;
-
-/// Scales of the term's loss, as fractions of the scan's radius: from ends that are far beyond the scan to those that
-/// are hardly so.
-const SCALES: [f64; 2] = [0.1, 0.03];
-/// The last one is the points' own, but not below this fraction.
-const LAST: f64 = 0.01;
 
 /// Goes on from an optimum with the term; the same with a warning where that cannot be.
 pub(crate) fn cover(solution: Solution) -> Solution {
@@ -26,12 +20,12 @@ pub(crate) fn cover(solution: Solution) -> Solution {
         }
     };
     problem.monitor.progress.report("coverage", f64::NAN, "");
-    let some = problem.points.every(MIDDLE);
+    let some = problem.points.every(THIN_POINTS);
     let mut covered = solution;
-    for scale in SCALES {
+    for scale in COVERAGE_SCALES {
         covered = polish_with(coverage.at_scale(scale * problem.radius), covered, &some);
     }
-    let scale = (LAST * problem.radius).max(covered.loss.sigma);
+    let scale = (COVERAGE_FINEST * problem.radius).max(covered.loss.sigma);
     polish_with(coverage.at_scale(scale), covered, &problem.points)
 }
 
@@ -47,7 +41,7 @@ fn coverage_at<'a>(solution: &Solution<'a>) -> Result<Coverage<'a>, String> {
     let instance = problem.model.instantiate(&x).map_err(|e| e.to_string())?;
     let places = places(problem.model, &*instance, problem.radius).map_err(|e| e.to_string())?;
     let scanned = Scanned::new(problem.scan, problem.oriented, problem.radius).map_err(|e| e.to_string())?;
-    Ok(Coverage::new(scanned, places, Loss::welsch(SCALES[0] * problem.radius)))
+    Ok(Coverage::new(scanned, places, Loss::welsch(COVERAGE_SCALES[0] * problem.radius)))
 }
 
 /// The share of the model that was scanned; None where the term took no part.

@@ -2,6 +2,10 @@
 
 use crate::fit::problem::objective::{Evaluation, Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
+use crate::fit::tuning::{
+    DAMPING_GOOD, DAMPING_LEAST, DAMPING_MOST, DAMPING_POOR, DAMPING_RAISED, DAMPING_REJECTED, DAMPING_SINGULAR,
+    DAMPING_START, GOOD_RATIO, POOR_RATIO, ROUNDED_STEP, STEP_LIMIT,
+};
 use nalgebra::{DMatrix, DVector};
 
 /// The criterion by which a minimisation ends.
@@ -14,10 +18,6 @@ pub(crate) struct Stop {
     pub(crate) step: f64,
 }
 
-/// Limit of a step in each scaled coordinate, in sigma.
-const REACH: f64 = 2.0;
-/// A step shorter than this in every scaled coordinate, in sigma, gains less than the objective is rounded by.
-const ROUNDED_STEP: f64 = 2e-3;
 /// Relative error of the objective: feet are found to a finite precision.
 const ROUNDING: f64 = 1e-7;
 
@@ -35,30 +35,30 @@ pub(crate) struct Damping(f64);
 
 impl Damping {
     /// The damping of a first step.
-    pub(crate) const START: Self = Self(1e-4);
+    pub(crate) const START: Self = Self(DAMPING_START);
 
     /// Adapts to a step that gained `ratio` times as much as the quadratic model predicted.
     pub(crate) fn accept(&mut self, ratio: f64) {
-        if ratio > 0.75 {
-            self.0 = (self.0 * 0.2).max(1e-9);
-        } else if !(ratio > 0.25) {
-            self.0 *= 3.0;
+        if ratio > GOOD_RATIO {
+            self.0 = (self.0 * DAMPING_GOOD).max(DAMPING_LEAST);
+        } else if !(ratio > POOR_RATIO) {
+            self.0 *= DAMPING_POOR;
         }
     }
 
     /// Adapts to a step that gained nothing; false where no damping helps.
     pub(crate) fn reject(&mut self) -> bool {
-        self.raise(8.0)
+        self.raise(DAMPING_REJECTED)
     }
 
     /// Adapts to a matrix that is singular in spite of the damping; false where no damping helps.
     pub(crate) fn singular(&mut self) -> bool {
-        self.raise(100.0)
+        self.raise(DAMPING_SINGULAR)
     }
 
     fn raise(&mut self, factor: f64) -> bool {
-        self.0 = (self.0 * factor).max(1e-6);
-        self.0 <= 1e8
+        self.0 = (self.0 * factor).max(DAMPING_RAISED);
+        self.0 <= DAMPING_MOST
     }
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
     while at.iterations < stop.iterations {
         at.iterations += 1;
         // The linear model holds for about sigma; longer steps jump over valleys (and onto bounds).
-        let reach = REACH * objective.loss.sigma;
+        let reach = STEP_LIMIT * objective.loss.sigma;
         let room: Vec<(f64, f64)> =
             objective.space.room(&at.estimate).iter().map(|(low, high)| (low.max(-reach), high.min(reach))).collect();
         let Some(step) = damped_step(&at.evaluation, &room, damping) else {

@@ -3,16 +3,12 @@
 use super::gauss_newton::{Minimum, pushed};
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
+use crate::fit::tuning::{LBFGS_FIRST_STEP, LBFGS_MEMORY, LBFGS_ROUNDS};
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
 use nalgebra::DVector;
 use std::cell::RefCell;
-
-/// Pairs of steps and changes of the gradient that approximate the Hessian.
-const MEMORY: usize = 8;
-/// Limit of rounds, in which the set of coordinates at bounds settles.
-const ROUNDS: u32 = 6;
 
 /// Minimises from `start` with at most `iterations` iterations; None where the model does not exist there.
 ///
@@ -22,7 +18,7 @@ const ROUNDS: u32 = 6;
 pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, gradient: f64) -> Option<Minimum> {
     let evaluation = objective.evaluate(&start, Order::Gradient)?;
     let mut at = Minimum { estimate: start, evaluation, iterations: 0, converged: false };
-    for _ in 0..ROUNDS {
+    for _ in 0..LBFGS_ROUNDS {
         let held = held(&at, objective);
         let before = at.evaluation.value;
         let projected =
@@ -55,11 +51,11 @@ fn round(objective: &Objective, at: &mut Minimum, held: &[bool], iterations: u32
     let norm = g.iter().map(|g| g * g).sum::<f64>().sqrt();
     // argmin's first step is the gradient itself: coordinates are stretched so that it moves the surface by a third of
     // sigma.
-    let stretch = (objective.loss.sigma / 3.0 / norm).sqrt();
+    let stretch = (objective.loss.sigma / LBFGS_FIRST_STEP / norm).sqrt();
     let problem =
         Restricted { objective, from: at.estimate.clone(), free, stretch, dim: held.len(), last: RefCell::new(None) };
     let begin = vec![0.0; problem.free.len()];
-    let solver = LBFGS::new(MoreThuenteLineSearch::new(), MEMORY)
+    let solver = LBFGS::new(MoreThuenteLineSearch::new(), LBFGS_MEMORY)
         .with_tolerance_grad(gradient * stretch)
         .and_then(|solver| solver.with_tolerance_cost(1e-10 * at.evaluation.value));
     let Ok(solver) = solver else { return };

@@ -4,19 +4,20 @@
 use super::gauss_newton::{self, Minimum, Stop};
 use super::lbfgs;
 use crate::fit::correspond::cache::FootCache;
-use crate::fit::problem::MIDDLE;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
 use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::register::Registration;
-use crate::fit::register::restart::{Scope, restart};
-use crate::fit::register::screening::Candidate;
+use crate::fit::register::candidate::Candidate;
+use crate::fit::register::restart::{Restart, Scope, restart};
+use crate::fit::tuning::{
+    ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, CHORD, FOOT_TOLERANCE,
+    LBFGS_GRADIENT, LBFGS_ITERATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED,
+    THIN_POINTS,
+};
 use std::sync::Arc;
-
-/// Points with which the scale of the loss is followed down.
-const FEW: usize = 2000;
 
 /// An estimate with the loss by which it is judged.
 #[derive(Clone)]
@@ -57,23 +58,24 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let problem = level.problem;
     let Candidate { estimate, mut signs, .. } = candidate;
     // A model that cannot be evaluated where it has come to keeps its facets.
-    let level = Level::new(problem, level.space.clone(), &estimate, 0.002 * problem.radius).unwrap_or(level);
+    let level = Level::new(problem, level.space.clone(), &estimate, CHORD).unwrap_or(level);
     // Here nearly every point is nearest to its own patch, whichever way that faces: signs that were estimated wrongly
     // from farther off are corrected.
-    let wide = Loss::welsch(0.05 * problem.radius);
+    let wide = Loss::welsch(ANNEALING_START * problem.radius);
     if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
         signs = problem.facing(&unsided, &signs);
     }
-    let few = problem.thin.sample(FEW);
+    let few = problem.thin.sample(ANNEALING_POINTS);
     let given = problem.options.sigma.map(|sigma| Loss { kind: problem.options.loss, sigma });
     let mut guess = Guess { estimate, loss: given.unwrap_or(wide), signs, iterations: 0 };
     guess = anneal(&level, &few, guess, given);
     if !problem.monitor.cancelled() {
         // At so fine a scale, what passed for right before may be wrong.
         let (estimate, signs) = (guess.estimate.clone(), guess.signs.clone());
-        let from = Candidate { estimate, signs, value: f64::INFINITY, inliers: 0.0 };
+        let from = Candidate { estimate, signs, value: f64::INFINITY };
         let scale = guess.loss.sigma / problem.radius;
-        let Candidate { estimate, signs, value, .. } = restart(&level, &seeds, &few, scale, Scope::Doubtful, from);
+        let plan = Restart { level: &level, seeds: &seeds, points: &few, scale, scope: Scope::Doubtful };
+        let Candidate { estimate, signs, value } = restart(&plan, from);
         if value.is_finite() {
             guess = anneal(&level, &few, Guess { estimate, signs, ..guess }, given);
         }
@@ -82,7 +84,7 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
     // Some points, as dense as the scan itself, first: all of them then have hardly anything left to do. Where the
     // motion is still to be put into the script's parameters, they wait for that.
-    let some = problem.points.every(MIDDLE);
+    let some = problem.points.every(THIN_POINTS);
     let near = polish(level, &some, guess, Some(POLISH));
     if problem.pose.write_back || some.len() == problem.points.len() {
         return near;
@@ -96,7 +98,7 @@ pub(crate) const POLISH: &str = "polish";
 
 /// Follows the scale of the loss down to the one that the residuals suggest, unless one is `given`.
 fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>) -> Guess {
-    for _ in 0..6 {
+    for _ in 0..ANNEALING_LEVELS {
         if level.problem.monitor.cancelled() {
             break;
         }
@@ -107,14 +109,14 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
             stage: Some("refine"),
             ..level.objective(points, loss)
         };
-        let stop = Stop { iterations: 12, step: 1e-3 * loss.sigma };
+        let stop = Stop { iterations: ANNEALING_ITERATIONS, step: ANNEALING_STEP * loss.sigma };
         if let Some(minimum) = minimise(&objective, guess.estimate.clone(), stop) {
             let signs = level.problem.facing(&minimum.evaluation, &guess.signs);
             guess =
                 Guess { estimate: minimum.estimate, loss, signs, iterations: guess.iterations + minimum.iterations };
         }
         guess.loss = given.unwrap_or_else(|| suggested_loss(level, points, &guess));
-        if guess.loss.sigma > 0.9 * loss.sigma {
+        if guess.loss.sigma > SCALE_SETTLED * loss.sigma {
             break;
         }
     }
@@ -131,9 +133,10 @@ fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     let mut distances: Vec<f64> =
         objective.feet(&placed, &guess.estimate.motion).iter().map(|(_, f)| f.d2.sqrt()).collect();
     let problem = level.problem;
-    let spread = robust_deviation(&mut distances, loss.cutoff()).max(problem.scan.noise).max(1e-6 * problem.radius);
+    let spread =
+        robust_deviation(&mut distances, loss.cutoff()).max(problem.scan.noise).max(LEAST_SPREAD * problem.radius);
     let next = Loss::with_half_at(loss.kind, INLIER_DEVIATIONS * spread);
-    Loss::welsch(next.sigma.min(loss.sigma).max(0.35 * loss.sigma))
+    Loss::welsch(next.sigma.min(loss.sigma).max(SCALE_FASTEST * loss.sigma))
 }
 
 /// Gauss-Newton at the final scale. Steps are traced as those of `stage`, if there is one.
@@ -143,7 +146,7 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
     let (tolerance, step) = match loss.kind {
         LossKind::Squared => (1e-12 * level.problem.radius, 1e-11 * level.problem.radius),
         // Shorter steps are about as large as those by which single points that change patches move the optimum.
-        _ => (1e-5 * loss.sigma, 2e-4 * loss.sigma),
+        _ => (FOOT_TOLERANCE * loss.sigma, POLISH_STEP * loss.sigma),
     };
     let cache = foot_cache(points, loss.sigma);
     let objective = Objective {
@@ -154,7 +157,7 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
         stage,
         ..level.objective(points, loss)
     };
-    let stop = Stop { iterations: 30, step };
+    let stop = Stop { iterations: POLISH_ITERATIONS, step };
     let minimum = gauss_newton::minimise(&objective, estimate.clone(), stop).unwrap_or_else(|| {
         // Cancelled, or the model does not exist here. What it is worth is still to be said.
         let objective = Objective { cancellable: false, signs: Some(&signs), cache: None, ..objective };
@@ -173,6 +176,6 @@ fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimu
     if newton.converged {
         return Some(newton);
     }
-    let rest = lbfgs::minimise(objective, newton.estimate.clone(), 40, 1e-7);
+    let rest = lbfgs::minimise(objective, newton.estimate.clone(), LBFGS_ITERATIONS, LBFGS_GRADIENT);
     Some(rest.filter(|rest| rest.evaluation.value < newton.evaluation.value).unwrap_or(newton))
 }

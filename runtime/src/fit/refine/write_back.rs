@@ -7,6 +7,7 @@ use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::parameterization::Parameterization;
 use crate::fit::problem::rigid::VelocityField;
+use crate::fit::tuning::CHORD;
 use crate::model::{EvaluationError, Model};
 use glam::{DQuat, DVec3};
 use gml_compiler::program::Quantity;
@@ -46,7 +47,7 @@ fn in_own_coordinates<'a>(level: Level<'a>, guess: Guess, x: &[f64]) -> (Level<'
     let mut space = Parameterization::new(problem.model, &x, start.free().collect(), false, &start.ties);
     space.centre = level.space.centre;
     let estimate = space.estimate(&x, Isometry::IDENTITY);
-    let level = Level::new(problem, space.clone(), &estimate, 0.002 * problem.radius).unwrap_or_else(|error| {
+    let level = Level::new(problem, space.clone(), &estimate, CHORD).unwrap_or_else(|error| {
         problem.monitor.warn(format!("the model could not be evaluated in its final pose: {error}"));
         Level { space, ..level }
     });

@@ -5,6 +5,7 @@ use crate::fit::correspond::facets::Facets;
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::loss::{Counted, Loss};
 use crate::fit::problem::points::Points;
+use crate::fit::tuning::{ALIGNMENT_STEPS, FIELD_DAMPING, FIELD_GAIN, FIELD_MARGIN, VOXELS};
 use glam::DVec3;
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
@@ -18,13 +19,12 @@ pub(crate) struct DistanceField {
     distance: Vec<f32>,
 }
 
-/// Voxels along the longest side.
-const VOXELS: f64 = 22.0;
-
 impl DistanceField {
-    /// The field of some facets, and `margin` beyond their box; farther out it is continued along straight lines.
-    pub(crate) fn new(facets: &Facets, margin: f64) -> Option<Self> {
+    /// The field of some facets, and a margin about their box for a scan of radius `radius`; farther out it is continued along
+    /// straight lines. None where there are no facets.
+    pub(crate) fn new(facets: &Facets, radius: f64) -> Option<Self> {
         let (low, high) = facets.bounds()?;
+        let margin = FIELD_MARGIN * radius;
         let (low, high) = (low - margin, high + margin);
         let cell = (high - low).max_element() / VOXELS;
         let count = ((high - low) / cell).ceil().to_array().map(|n| n as usize + 1);
@@ -74,53 +74,46 @@ impl DistanceField {
         (mix(y0, y1, f.z) + off, gradient)
     }
 
-    /// Moves the model rigidly from `motion` to where it fits the points better, with at most `steps` Gauss-Newton steps;
-    /// returns the motion and the mean psi there.
-    pub(crate) fn settle(
-        &self,
-        points: &Points,
-        loss: Loss,
-        motion: Isometry,
-        centre: DVec3,
-        steps: u32,
-    ) -> (Isometry, f64) {
+    /// Aligns the model with the points by Gauss-Newton steps over rigid motions, from `motion`; returns the motion and the
+    /// mean loss there. Local motions turn about `centre`.
+    pub(crate) fn align(&self, points: &Points, loss: Loss, motion: Isometry, centre: DVec3) -> (Isometry, f64) {
         let mut at = motion;
         let (mut value, mut step) = self.step(points, loss, &at, centre);
-        for _ in 0..steps {
+        for _ in 0..ALIGNMENT_STEPS {
             let Some(by) = step else { break };
             let next = at.after_local(DVec3::new(by[0], by[1], by[2]), DVec3::new(by[3], by[4], by[5]), centre);
             let (there, after) = self.step(points, loss, &next, centre);
             if there >= value {
                 break;
             }
-            let enough = value - there < 1e-4 * value;
+            let converged = value - there < FIELD_GAIN * value;
             (at, value, step) = (next, there, after);
-            if enough {
+            if converged {
                 break;
             }
         }
         (at, value)
     }
 
-    /// Mean psi and the Gauss-Newton step.
+    /// The mean loss and the Gauss-Newton step.
     fn step(&self, points: &Points, loss: Loss, at: &Isometry, centre: DVec3) -> (f64, Option<Vector6<f64>>) {
         let inverse = at.rotation.inverse();
-        let (mut psi, mut normal, mut gradient) = (0.0, Matrix6::zeros(), Vector6::zeros());
+        let (mut sum, mut normal, mut gradient) = (0.0, Matrix6::zeros(), Vector6::zeros());
         for p in &points.position {
             let q = inverse * (*p - at.translation);
             let (d, slope) = self.at(q);
-            let Counted { psi: counted, weight: w, .. } = loss.count(d * d);
-            psi += counted;
-            // Moving the model by (a, w) moves the point by -(a + w x (q - c)) as the model sees it.
+            let Counted { psi, weight, .. } = loss.count(d * d);
+            sum += psi;
+            // Moving the model by (a, w) moves the point by -(a + w x (q - c)) in the model's frame.
             let turn = (q - centre).cross(slope);
             let row = -Vector6::new(slope.x, slope.y, slope.z, turn.x, turn.y, turn.z);
-            gradient += row * (w * d);
-            normal += row * row.transpose() * w;
+            gradient += row * (weight * d);
+            normal += row * row.transpose() * weight;
         }
         for k in 0..6 {
-            normal[(k, k)] = normal[(k, k)] * 1.01 + f64::MIN_POSITIVE;
+            normal[(k, k)] = normal[(k, k)] * FIELD_DAMPING + f64::MIN_POSITIVE;
         }
-        (psi / points.len().max(1) as f64, normal.cholesky().map(|factor| -factor.solve(&gradient)))
+        (sum / points.len().max(1) as f64, normal.cholesky().map(|factor| -factor.solve(&gradient)))
     }
 }
 
@@ -136,7 +129,7 @@ mod tests {
         let model = simple(Simple::Sphere, &[40.0]);
         let instance = model.instantiate(&[40.0]).unwrap();
         let layout = Layout::new(&model, &*instance, 0.1, 80.0);
-        let field = DistanceField::new(&layout.facets(&*instance), 10.0).unwrap();
+        let field = DistanceField::new(&layout.facets(&*instance), 20.0).unwrap();
         for q in [DVec3::new(24.0, 6.0, -15.0), DVec3::new(1.0, 60.0, 2.0), DVec3::new(-90.0, 80.0, 200.0)] {
             let (d, slope) = field.at(q);
             // Voxels of 4.5 mm: away from the surface, where the distance has its kink, the error of interpolation stays below one.

@@ -1,30 +1,39 @@
 //! Groups of parameters that shape only some parts of the model, and what the scan says of such parts by themselves.
 
+use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Estimate;
+use crate::fit::tuning::{AXIS_EIGENVALUE, AXIS_POINTS, AXIS_TURN, PerMember};
 use glam::DVec3;
 use gml_compiler::program::Part;
 use nalgebra::{Matrix6, SymmetricEigen, Vector6};
 
-/// Points of a group whose mean psi is less than this times that of the others need no other values; with so much less, what else
-/// there may be need not even be looked at.
-const SETTLED_BELOW: f64 = 1.1;
-const CLEAR_BELOW: f64 = 0.5;
+/// A rotation about an axis, as shift and turn by a radian.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Axis {
+    shift: DVec3,
+    turn: DVec3,
+}
 
-/// A rotation as shift and turn a radian.
-pub(crate) type Axis = (DVec3, DVec3);
+impl Axis {
+    /// A motion after a rotation by an angle (radians). Local motions turn about `centre`.
+    pub(crate) fn rotated(&self, motion: &Isometry, angle: f64, centre: DVec3) -> Isometry {
+        motion.after_local(self.shift * angle, self.turn * angle, centre)
+    }
+}
 
 /// Parameters that shape the same patches, and not all of them.
 pub(crate) struct Group {
-    /// Positions in the space's list of free parameters.
+    /// Positions in the list of free parameters.
     pub(crate) members: Vec<usize>,
+    /// By patch, whether they shape it.
     pub(crate) patches: Vec<bool>,
 }
 
 impl Group {
-    /// So many for each of the group's parameters, but not more than the most.
-    pub(crate) fn of(&self, (each, most): (usize, usize)) -> usize {
+    /// An effort that grows with the number of parameters.
+    pub(crate) fn effort(&self, PerMember { each, most }: PerMember) -> usize {
         (each * self.members.len()).min(most)
     }
 
@@ -52,38 +61,21 @@ pub(crate) fn groups(level: &Level) -> Vec<Group> {
     groups
 }
 
-/// How well a group explains the points that no other patch does.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub(crate) enum Verdict {
-    /// Worse than other points are explained.
-    Doubtful,
-    /// As well.
-    Settled,
-    /// Much better: a fit with a scale of psi that is coarse for the noise.
-    Clear,
-}
-
-/// What the points that only the group can explain say of it; None where the model does not exist.
-pub(crate) fn judge(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<Verdict> {
+/// The mean loss of the points that only the group can explain over that of the others: about 1 where the group fits as well as
+/// the rest. None where the model does not exist.
+pub(crate) fn loss_ratio(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<f64> {
     let placed = objective.place(at).ok()?;
-    let psi = objective.psi_of_points(&placed, &at.motion);
+    let losses = objective.psi_of_points(&placed, &at.motion);
     let mean = |side: bool| {
-        let chosen = psi.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
+        let chosen = losses.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
         let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
         sum / f64::max(count, 1.0)
     };
-    let (own, others) = (mean(false), mean(true));
-    Some(if own < CLEAR_BELOW * others {
-        Verdict::Clear
-    } else if own < SETTLED_BELOW * others {
-        Verdict::Settled
-    } else {
-        Verdict::Doubtful
-    })
+    Some(mean(false) / mean(true))
 }
 
-/// Which points patches outside the group explain, and the rotation (shift and turn a radian) that leaves those
-/// patches' surface where it is, if there is one and the motion is a variable (else it would be no part of the result).
+/// Which points patches outside the group explain, and the rotation that leaves those patches' surface where it is, if there is
+/// one and the motion is a variable (else it would be no part of the result).
 pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
     let mut placed = objective.place(at).ok()?;
     placed.facets.remove(|patch| group.patches[patch]);
@@ -91,7 +83,7 @@ pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -
     let radius = objective.space.radius;
     let half2 = objective.loss.half().powi(2);
     let mut explained = vec![false; objective.points.len()];
-    let (mut gram, mut count) = (Matrix6::zeros(), 0.0);
+    let (mut gram, mut count) = (Matrix6::zeros(), 0);
     for (i, foot) in objective.feet(&placed, &at.motion) {
         if foot.d2 < half2 {
             explained[i] = true;
@@ -99,19 +91,20 @@ pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -
             let turn = (foot.point - centre).cross(n) / radius;
             let row = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
             gram += row * row.transpose();
-            count += 1.0;
+            count += 1;
         }
     }
-    if count < 20.0 || !objective.space.moving {
+    if count < AXIS_POINTS || !objective.space.moving {
         return Some((explained, None));
     }
-    let eigen = SymmetricEigen::new(gram / count);
-    let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < 1e-3).find_map(|k| {
+    let eigen = SymmetricEigen::new(gram / f64::from(count));
+    let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < AXIS_EIGENVALUE).find_map(|k| {
         let e = eigen.eigenvectors.column(k);
         let turn = DVec3::new(e[3], e[4], e[5]) / radius;
         let rate = turn.length();
         // Mostly a translation (of a plane, along a cylinder) is no rotation.
-        (rate * radius > 0.3).then(|| (DVec3::new(e[0], e[1], e[2]) / rate, turn / rate))
+        let shift = DVec3::new(e[0], e[1], e[2]);
+        (rate * radius > AXIS_TURN).then(|| Axis { shift: shift / rate, turn: turn / rate })
     });
     Some((explained, axis))
 }

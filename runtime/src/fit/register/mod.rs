@@ -1,12 +1,13 @@
-//! Global registration: where the optimisation begins. Orientations that cover all rotations, other shapes, restarts of
+//! Global registration: where the refinement begins. Orientations that cover all rotations, other shapes, restarts of
 //! parameters that shape only some parts, and parameter symmetries.
 
+pub(crate) mod candidate;
 mod distance_field;
-mod figure;
 pub(crate) mod group;
-pub(crate) mod proposals;
+mod part_moments;
 pub(crate) mod restart;
-pub(crate) mod screening;
+mod screening;
+mod shape_proposals;
 mod symmetry;
 
 use super::options::FitError;
@@ -14,8 +15,8 @@ use super::problem::Problem;
 use super::problem::isometry::Isometry;
 use super::problem::level::Level;
 use super::problem::parameterization::Estimate;
-use restart::Seeds;
-use screening::Candidate;
+use super::tuning::{ANOTHER_UNIT, CLEARLY_BETTER, CONVINCING};
+use candidate::Candidate;
 
 /// Where the refinement begins.
 pub(crate) struct Registration<'a> {
@@ -24,61 +25,58 @@ pub(crate) struct Registration<'a> {
     pub(crate) seeds: Seeds,
 }
 
-/// A fraction of inliers at the screening's scale that a wrong pose does not have.
-const CONVINCING: f64 = 0.9;
-/// Another pose must be better by this factor to be preferred to the one at the start.
-const CLEARLY: f64 = 0.9;
+/// Values that parameters may well have.
+#[derive(Clone, Debug)]
+pub(crate) struct Seeds {
+    /// The user's.
+    pub(crate) start: Estimate,
+    /// Those that decide between two names for the same surface: the start's if that is near, else the script's defaults.
+    pub(crate) reference: Estimate,
+}
 
-/// Finds where to begin.
+/// Finds where to begin: near the start, or at the best of all orientations. Near starts that lead to nothing convincing are
+/// given up where the pose may be searched.
 ///
 /// # Errors
 /// The model cannot be evaluated at the start.
 pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>, FitError> {
     let level = problem.start_level()?;
-    if let Some(doubt) = unit_doubt(level.space.radius, problem.radius) {
-        problem.monitor.warn(doubt);
-    }
+    warn_of_unit(problem, level.space.radius);
     let start = level.space.estimate(&problem.start.x, Isometry::IDENTITY);
     let names = problem.model.parameters();
     let given = |i: &usize| problem.options.start.contains_key(&names[*i].name);
-    let near = problem.options.no_pose || problem.rigid.indices.iter().any(given);
-    let (candidate, reference) = begin(&level, &start, near, problem.pose.moving);
-    Ok(Registration { level, candidate, seeds: Seeds { start, reference } })
-}
-
-/// Where the refinement begins: near the start, or at the best of all orientations; with the estimate that is the reference to
-/// it (see `Seeds`). Near starts that lead to nothing convincing are given up where the pose may be searched.
-fn begin(level: &Level, start: &Estimate, near: bool, searched: bool) -> (Candidate, Estimate) {
-    let nearby = (near || !searched).then(|| screening::approach(level, start, searched));
-    if let Some(found) = &nearby
-        && (!searched || found.inliers > CONVINCING)
-    {
-        return (found.clone(), start.clone());
+    let searched = problem.pose.moving;
+    let given_near = problem.options.no_pose || problem.rigid.indices.iter().any(given);
+    let at_start = Seeds { start: start.clone(), reference: start.clone() };
+    let mut near = None;
+    if given_near || !searched {
+        let (candidate, inlier_ratio) = screening::near(&level, &at_start, searched);
+        if !searched || inlier_ratio > CONVINCING {
+            return Ok(Registration { level, candidate, seeds: at_start });
+        }
+        near = Some(candidate);
     }
-    level.problem.monitor.progress.report("screening orientations", f64::NAN, "");
-    let defaults = defaults(level, start);
-    let elsewhere = screening::screen(level, start, &defaults);
-    match (nearby, elsewhere) {
-        (Some(near), Some(far)) if far.value < CLEARLY * near.value => (far, defaults),
-        (Some(near), _) => (near, start.clone()),
-        (None, Some(far)) => (far, defaults),
-        (None, None) => (Candidate::new(level, start.clone()), start.clone()),
-    }
+    problem.monitor.progress.report("screening orientations", f64::NAN, "");
+    let defaults: Vec<f64> = names.iter().map(|p| p.default).collect();
+    let reference = level.space.estimate(&defaults, start.motion);
+    let anywhere = Seeds { start, reference };
+    let far = screening::anywhere(&level, &anywhere);
+    let (candidate, seeds) = match (near, far) {
+        (Some(near), Some(far)) if far.value < CLEARLY_BETTER * near.value => (far, anywhere),
+        (None, Some(far)) => (far, anywhere),
+        (Some(near), _) => (near, at_start),
+        (None, None) => (Candidate::new(&level, anywhere.start), at_start),
+    };
+    Ok(Registration { level, candidate, seeds })
 }
 
-/// The script's default shape where the start is.
-fn defaults(level: &Level, start: &Estimate) -> Estimate {
-    let defaults: Vec<f64> = level.problem.model.parameters().iter().map(|p| p.default).collect();
-    level.space.estimate(&defaults, start.motion)
-}
-
-/// A scan so many times larger or smaller than the model at its start was hardly read in its unit: 25.4 of inches is the least.
-const ANOTHER_UNIT: f64 = 15.0;
-
-/// A sentence where a scan of one radius of gyration is out of all proportion to a model of another one (millimetres).
-fn unit_doubt(model: f64, scan: f64) -> Option<String> {
+/// Warns where the scan's radius of gyration is out of all proportion to the model's (millimetres).
+fn warn_of_unit(problem: &Problem, model: f64) {
+    let scan = problem.radius;
     let (ratio, word) = if scan < model { (model / scan, "smaller") } else { (scan / model, "larger") };
-    (ratio > ANOTHER_UNIT).then(|| {
-        format!("the scan is {ratio:.0} times {word} than the model where the fit began: is its unit of length right (--unit m, cm or in)?")
-    })
+    if ratio > ANOTHER_UNIT {
+        problem.monitor.warn(format!(
+            "the scan is {ratio:.0} times {word} than the model where the fit began: is its unit of length right (--unit m, cm or in)?"
+        ));
+    }
 }

@@ -1,20 +1,16 @@
-//! Parameters that can be exchanged for one another without changing the surface: a curve run backwards is the same curve.
+//! Parameter symmetries: parameters that can be exchanged without changing the surface. A curve run backwards is the same curve.
 
 use crate::fit::problem::objective::{Objective, Order};
-use crate::fit::problem::parameterization::{Estimate, Parameterization};
+use crate::fit::problem::parameterization::Estimate;
+use crate::fit::tuning::{EXCHANGES, SAME_SURFACE};
 use gml_compiler::program::Quantity;
 
 /// Coordinates that change places.
 type Pairs = Vec<(usize, usize)>;
 
-/// Exchanges that are tried at most.
-const MOST: usize = 128;
-/// A value as good as another, but for where the surface happens to be sampled.
-const SAME: f64 = 1.01;
-
-/// The estimates that follow from `at` by exchanging coordinates `members` in pairs, and that lie nearer to `reference` and are as
-/// good by `objective`.
-pub(crate) fn relabelled(
+/// The estimates that follow from `at` by exchanging coordinates `members` in pairs, and that lie nearer to the reference and are
+/// as good by `objective`. `size` is the scale of lengths (millimetres).
+pub(crate) fn equivalents(
     objective: &Objective,
     at: &Estimate,
     members: &[usize],
@@ -26,36 +22,29 @@ pub(crate) fn relabelled(
     let quantity = |k: usize| space.model.parameters()[space.free[k]].quantity;
     let away = |e: &Estimate| space.normalised_distance(members, e, reference, size);
     let before = away(at);
-    exchanges(members, &quantity)
-        .into_iter()
-        .filter_map(|pairs| {
-            let mut estimate = at.clone();
-            for (a, b) in pairs {
-                estimate.z.swap(a, b);
-            }
-            let inside = within(space, &estimate);
-            let nearer = away(&estimate) < before;
-            (inside && nearer && objective.evaluate(&estimate, Order::Value)?.value <= SAME * value).then_some(estimate)
-        })
-        .collect()
-}
-
-fn within(space: &Parameterization, at: &Estimate) -> bool {
-    let room = space.room(at);
-    room.iter().all(|(low, high)| *low <= 0.0 && *high >= 0.0)
+    let exchanged = |pairs: Pairs| {
+        let mut estimate = at.clone();
+        for (a, b) in pairs {
+            estimate.z.swap(a, b);
+        }
+        let inside = space.room(&estimate).iter().all(|(low, high)| *low <= 0.0 && *high >= 0.0);
+        let same = |e: &Estimate| Some(objective.evaluate(e, Order::Value)?.value <= SAME_SURFACE * value);
+        (inside && away(&estimate) < before && same(&estimate)?).then_some(estimate)
+    };
+    exchanges(members, &quantity).into_iter().filter_map(exchanged).collect()
 }
 
 /// All ways to exchange some of `members` in pairs of the same quantity, but for the one that exchanges none.
 fn exchanges(members: &[usize], quantity: &dyn Fn(usize) -> Quantity) -> Vec<Pairs> {
     let mut open: Vec<(Pairs, Vec<usize>)> = vec![(Vec::new(), members.to_vec())];
-    let mut found = Vec::new();
+    let mut complete = Vec::new();
     while let Some((pairs, rest)) = open.pop() {
-        if found.len() >= MOST {
+        if complete.len() >= EXCHANGES {
             break;
         }
         let Some((first, others)) = rest.split_first() else {
             if !pairs.is_empty() {
-                found.push(pairs);
+                complete.push(pairs);
             }
             continue;
         };
@@ -70,7 +59,7 @@ fn exchanges(members: &[usize], quantity: &dyn Fn(usize) -> Quantity) -> Vec<Pai
             }
         }
     }
-    found
+    complete
 }
 
 #[cfg(test)]

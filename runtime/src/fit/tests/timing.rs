@@ -9,6 +9,7 @@ use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Objective, Order, foot_cache};
+use crate::fit::tuning::CHORD;
 use crate::fit::{FitOptions, fit};
 use crate::progress::Silent;
 use gml_compiler::program::{Options, compile};
@@ -32,7 +33,7 @@ fn how_long_one_objective_takes() {
     let problem = Problem::new(&program, &scan, &options, &monitor).unwrap();
     let level = problem.start_level().unwrap();
     let at = level.space.estimate(&x, Isometry::IDENTITY);
-    let level = Level::new(&problem, level.space, &at, 0.002 * problem.radius).unwrap();
+    let level = Level::new(&problem, level.space, &at, CHORD).unwrap();
     for sigma in [best.sigma, 2.0, 10.0] {
         let cache = Some(foot_cache(&problem.points, sigma));
         let objective = Objective { cache, ..level.objective(&problem.points, Loss::welsch(sigma)) };

@@ -47,7 +47,7 @@ pub(crate) struct Information {
     pub(crate) weighted: DMatrix<f64>,
     /// Sum over the scan's elements of (sum of score contributions) (sum of score contributions)^T: places beside the
     /// same element depend on each other.
-    pub(crate) filling: DMatrix<f64>,
+    pub(crate) meat: DMatrix<f64>,
 }
 
 /// Some places of one patch that lie beyond the scan, as feet of points that they ought to be at.
@@ -115,7 +115,7 @@ impl<'a> Coverage<'a> {
         let ratio = (objective.loss.sigma / self.loss.sigma).powi(2) * objective.points.len() as f64 / self.count;
         let objective = objective.with_loss(self.loss);
         let zero = || DMatrix::zeros(total, total);
-        let mut information = Information { bread: zero(), weighted: zero(), filling: zero() };
+        let mut information = Information { bread: zero(), weighted: zero(), meat: zero() };
         let mut pulls: BTreeMap<u32, DVector<f64>> = BTreeMap::new();
         for (places, range) in self.chunks() {
             let stretch = self.stretch(&*placed.instance, &at.motion, places, range)?;
@@ -133,7 +133,7 @@ impl<'a> Coverage<'a> {
             }
         }
         for sum in pulls.values() {
-            information.filling.ger(1.0, sum, sum, 1.0);
+            information.meat.ger(1.0, sum, sum, 1.0);
         }
         Some(information)
     }

@@ -1,6 +1,7 @@
 //! The distance by which a place of the model lies beyond the scan.
 
 use crate::bvh::{Bvh, BvhError};
+use crate::fit::tuning::{SUPPORT_NEAREST, SUPPORT_NEIGHBOURS};
 use crate::scan::{Neighbours, Scan};
 use glam::DVec3;
 
@@ -41,10 +42,6 @@ pub(crate) enum Place {
     Nowhere,
 }
 
-/// Neighbours in a cloud by whose sides a place is judged, and the nearest points among which those are searched that
-/// face the same way.
-const NEIGHBOURS: usize = 12;
-const NEAREST: usize = 24;
 /// Nearest places of a mesh are off by less than this, relatively.
 const ROUNDING: f64 = 1e-5;
 
@@ -97,7 +94,7 @@ impl<'a> Scanned<'a> {
             let other = mesh.normals.get(*i as usize).map(|n| DVec3::from_array(*n));
             !self.oriented || other.is_none_or(|other| other.dot(normal) > 0.0)
         };
-        let near = tree.nearest(p.to_array(), NEAREST).into_iter().filter(faces).take(NEIGHBOURS);
+        let near = tree.nearest(p.to_array(), SUPPORT_NEAREST).into_iter().filter(faces).take(SUPPORT_NEIGHBOURS);
         let offsets: Vec<(u32, DVec3)> =
             near.map(|i| (i, tangential(p - DVec3::from_array(mesh.positions[i as usize]), normal))).collect();
         let direction = offsets.iter().map(|o| o.1).sum::<DVec3>().normalize_or_zero();

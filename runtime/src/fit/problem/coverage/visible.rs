@@ -1,7 +1,10 @@
 //! Places spread evenly over what could be seen of a model: those inside of walls, where a handle ends, are left out.
 
 use crate::bvh::Bvh;
-use crate::fit::register::proposals::halton;
+use crate::fit::halton::halton;
+use crate::fit::tuning::{
+    CHORD, COVERAGE_PLACES, GRAZING_VIEW, PLACE_SAMPLES, PLACES_EACH_WAY, VIEW_DIRECTIONS, VIEW_OFFSET,
+};
 use crate::model::{EvaluationError, Fineness, Instance, Model, Partials, Tessellation};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,32 +19,21 @@ pub(crate) struct Places {
     pub(crate) area: Vec<f64>,
 }
 
-/// Places in all, about.
-const COUNT: f64 = 8000.0;
-/// Most places each way on a patch.
-const MOST: usize = 400;
-/// Samples each way when a patch is gauged.
-const GAUGE: usize = 8;
-/// Directions in which a place may be seen.
-const DIRECTIONS: usize = 48;
-/// Places seen at a more grazing angle than this (its cosine) do not count as seen.
-const GRAZING: f64 = 0.15;
-
 /// Places on every patch that can be evaluated. `radius` is the scale of lengths.
 ///
 /// # Errors
 /// The model cannot be tessellated.
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
-    let fineness = Fineness { chord: 0.002 * radius, edge: f64::INFINITY, max_segments: 128 };
+    let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: 128 };
     let surface = Tessellation::new(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(|error| EvaluationError { message: error.to_string() })?;
     let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
     let total: f64 = gauges.iter().flatten().map(|g| g.area).sum();
-    let spacing = (total / COUNT).sqrt();
+    let spacing = (total / COVERAGE_PLACES).sqrt();
     let of_patch = |(patch, gauge): (usize, &Option<Gauge>)| {
         let gauge = gauge.as_ref()?;
-        let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, MOST));
-        Some(visible(&bvh, patch, grid(instance, patch, sides)?, 1e-3 * radius))
+        let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, PLACES_EACH_WAY));
+        Some(visible(&bvh, patch, grid(instance, patch, sides)?, VIEW_OFFSET * radius))
     };
     let found: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
     Ok(found.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
@@ -56,7 +48,7 @@ struct Gauge {
 
 impl Gauge {
     fn of(instance: &dyn Instance, patch: usize) -> Option<Self> {
-        let [u, v] = middles([GAUGE; 2]);
+        let [u, v] = middles([PLACE_SAMPLES; 2]);
         let mut partials = vec![Partials::default(); u.len()];
         instance.partials(patch, &u, &v, &mut partials).ok()?;
         let mean = |of: &dyn Fn(&Partials) -> f64| partials.iter().map(of).sum::<f64>() / partials.len() as f64;
@@ -99,10 +91,10 @@ fn visible(bvh: &Bvh, patch: usize, ([u, v], partials): Cells, above: f64) -> Pl
         let from = DVec3::from_array(p.point) + normal * above;
         let seen = |k: usize| {
             let direction = sphere(k);
-            direction.dot(normal) > GRAZING
+            direction.dot(normal) > GRAZING_VIEW
                 && bvh.nearest_hit(from.to_array(), direction.to_array(), f64::INFINITY).is_none()
         };
-        if area > 0.0 && (0..DIRECTIONS).any(seen) {
+        if area > 0.0 && (0..VIEW_DIRECTIONS).any(seen) {
             places.u.push(*u);
             places.v.push(*v);
             places.area.push(area);

@@ -1,0 +1,124 @@
+//! Other shapes to begin from: parameters for which pairs of the model's surface points have the distances of the scan's.
+//! The distribution of such distances (Osada et al., "Shape distributions", D2) does not depend on the pose.
+
+use crate::fit::halton::halton;
+use crate::fit::problem::level::Level;
+use crate::fit::problem::parameterization::Estimate;
+use crate::fit::tuning::{
+    D2_BINS, D2_GRID, D2_POINTS, D2_SPAN, MUTATION_REACH, MUTATION_ROUNDS, MUTATIONS, PARENTS, PROPOSAL_DRAWS,
+    PROPOSALS, PROPOSALS_APART,
+};
+use crate::model::Instance;
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Parameters as fractions of the ranges in which they are sought, with the distance of their distribution from the scan's.
+type Shape = (f64, Vec<f64>);
+
+/// Up to `PROPOSALS` shapes whose distribution is nearest to the scan's, none nearly the same as another: the best of a
+/// low-discrepancy sequence, mutated in a few rounds.
+pub(crate) fn propose(level: &Level, start: &Estimate) -> Vec<Estimate> {
+    let problem = level.problem;
+    let dim = start.z.len();
+    if dim == 0 {
+        return Vec::new();
+    }
+    let ranges: Vec<(f64, f64)> = (0..dim).map(|k| level.space.search_range(k, start.z[k], problem.radius)).collect();
+    let values = |unit: &[f64]| unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
+    let scanned = distances(&problem.thin.sample(D2_POINTS).position, problem.radius);
+    let judge = |unit: Vec<f64>| {
+        let z: Vec<f64> = values(&unit);
+        (of_model(level, &z).map_or(f64::INFINITY, |d| earth_movers(&d, &scanned)), unit)
+    };
+    let mut shapes: Vec<Shape> =
+        (1..=PROPOSAL_DRAWS).into_par_iter().map(|i| judge((0..dim).map(|n| halton(i, n)).collect())).collect();
+    shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    for round in 0..MUTATION_ROUNDS {
+        let reach = MUTATION_REACH * 0.5_f64.powi(round as i32);
+        let mutated = |c: usize| {
+            let (_, parent) = shapes.get(c / MUTATIONS)?;
+            let draw = |n: usize| halton(1 + round * PARENTS * MUTATIONS + c, n) - 0.5;
+            Some(judge(parent.iter().enumerate().map(|(n, t)| (t + 2.0 * reach * draw(n)).clamp(0.0, 1.0)).collect()))
+        };
+        let children: Vec<Shape> = (0..PARENTS * MUTATIONS).into_par_iter().filter_map(mutated).collect();
+        shapes.extend(children);
+        shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        shapes.truncate(4 * PARENTS);
+    }
+    let mut chosen: Vec<Vec<f64>> = Vec::new();
+    for (off, unit) in shapes {
+        let near = |other: &Vec<f64>| unit.iter().zip(other).all(|(a, b)| (a - b).abs() < PROPOSALS_APART);
+        if chosen.len() < PROPOSALS && off.is_finite() && !chosen.iter().any(near) {
+            chosen.push(unit);
+        }
+    }
+    chosen.iter().map(|unit| Estimate { z: values(unit), motion: start.motion }).collect()
+}
+
+/// A cumulative distribution of distances.
+type Distribution = [f64; D2_BINS];
+
+/// The distribution of the distances between points; bins are scaled by `radius` (millimetres).
+fn distances(points: &[DVec3], radius: f64) -> Distribution {
+    let mut counts = [0.0; D2_BINS];
+    let width = D2_SPAN * radius / D2_BINS as f64;
+    for (i, a) in points.iter().enumerate() {
+        for b in &points[..i] {
+            counts[((a.distance(*b) / width) as usize).min(D2_BINS - 1)] += 1.0;
+        }
+    }
+    let total: f64 = counts.iter().sum::<f64>().max(1.0);
+    let mut sum = 0.0;
+    counts.map(|c| {
+        sum += c / total;
+        sum
+    })
+}
+
+fn earth_movers(a: &Distribution, b: &Distribution) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum()
+}
+
+/// The distribution of the model at free parameters `z`; None where it does not exist.
+fn of_model(level: &Level, z: &[f64]) -> Option<Distribution> {
+    let model = level.problem.model;
+    let instance = model.instantiate(&level.space.x(z)?).ok()?;
+    let points = surface_points(model.parts().len(), &*instance);
+    (points.len() > 2).then(|| distances(&points, level.problem.radius))
+}
+
+/// About `D2_POINTS` points of the surface, even by area.
+fn surface_points(patches: usize, instance: &dyn Instance) -> Vec<DVec3> {
+    let axis: Vec<f64> = (0..D2_GRID).map(|i| i as f64 / (D2_GRID - 1) as f64).collect();
+    let mut cells: Vec<(f64, [DVec3; 4])> = Vec::new();
+    let mut p = vec![[0.0; 3]; D2_GRID * D2_GRID];
+    for patch in 0..patches {
+        if instance.points_grid(patch, &axis, &axis, &mut p).is_err() {
+            continue;
+        }
+        let at = |i: usize, j: usize| DVec3::from_array(p[j * D2_GRID + i]);
+        for j in 0..D2_GRID - 1 {
+            for i in 0..D2_GRID - 1 {
+                let c = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                let area = 0.5 * (c[2] - c[0]).cross(c[3] - c[1]).length();
+                if area.is_finite() {
+                    cells.push((area, c));
+                }
+            }
+        }
+    }
+    let total: f64 = cells.iter().map(|c| c.0).sum();
+    let mut points = Vec::with_capacity(D2_POINTS);
+    let mut sum = 0.0;
+    for (area, c) in cells {
+        let before = sum;
+        sum += area;
+        // Systematic sampling: a point whenever the running area passes the next mark.
+        let mark = |a: f64| (a / total * D2_POINTS as f64) as usize;
+        for k in mark(before)..mark(sum) {
+            let (s, t) = (halton(k + 1, 0), halton(k + 1, 1));
+            points.push(c[0].lerp(c[1], s).lerp(c[3].lerp(c[2], s), t));
+        }
+    }
+    points
+}

@@ -1,0 +1,305 @@
+//! The constants that decide how a fit goes about its work: how much is tried, when something is good enough, and what is
+//! accepted. Lengths are in radii of gyration of the scan ("radii") or in sigma, the scale of the loss. Numbers of points are
+//! those of samples, even in space where nothing else is said. the decision record 0025 says what became of fits with half and with
+//! twice of each. Bounds on rounding errors stand beside the code that they guard.
+
+// ---------------------------------------------------------------------------------------------------------- Screening
+
+/// A rung of the screening: every candidate is optimised over all coordinates, from a coarse scale of the loss to a finer one
+/// (graduated non-convexity).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rung<'s> {
+    /// Distinct candidates that are taken over from the rung before.
+    pub(crate) candidates: usize,
+    /// Points.
+    pub(crate) points: usize,
+    /// Scales of the loss in turn. Radii.
+    pub(crate) scales: &'s [f64],
+    /// Whether points belong to the side of a wall that their normals say. Above about 0.15 radii walls are thinner than the
+    /// scale and the sides are still to be learnt.
+    pub(crate) sided: bool,
+}
+
+/// The last scale of the screening: half of it finds one near start in forty more and takes half as long again (0017).
+pub(crate) const FINE: f64 = 0.07;
+/// From orientations to one candidate: few points for many candidates, many for few.
+pub(crate) const GLOBAL_RUNGS: [Rung; 4] = [
+    Rung { candidates: 20, points: 350, scales: &[0.3], sided: false },
+    Rung { candidates: 12, points: 500, scales: &[0.2], sided: false },
+    Rung { candidates: 5, points: 1000, scales: &[0.14, 0.1], sided: true },
+    Rung { candidates: 3, points: 1500, scales: &[FINE], sided: true },
+];
+/// From a near start.
+pub(crate) const NEAR_RUNGS: [Rung; 2] = [
+    Rung { candidates: 1, points: 500, scales: &[0.3, 0.2], sided: false },
+    Rung { candidates: 1, points: 1000, scales: &[0.14, 0.1, FINE], sided: true },
+];
+/// Gauss-Newton steps at a scale, and the step (sigma) that is the last one.
+pub(crate) const RUNG_ITERATIONS: u32 = 8;
+pub(crate) const RUNG_STEP: f64 = 0.03;
+/// Points and scale (radii) by which the sides of patches are learnt: of small patches there are few points on a rung.
+pub(crate) const SIDES_POINTS: usize = 2000;
+pub(crate) const SIDES_SCALE: f64 = 0.2;
+/// Candidates that are restarted at the end.
+pub(crate) const RESTARTED: usize = 2;
+/// Points by which candidates are compared at the end.
+pub(crate) const COMPARED: usize = 1500;
+/// Candidates are the same whose parameters move the surface apart by less, in radii, ...
+pub(crate) const SAME_PARAMETERS: f64 = 0.05;
+/// ... and whose parts have means that differ by less than this many radii, and covariances by less than this many squared.
+pub(crate) const SAME_MOMENTS: f64 = 0.1;
+/// Samples each way of a patch for its moments. Around a circle they do not depend on where samples begin if there are more than two.
+pub(crate) const MOMENT_SAMPLES: usize = 6;
+
+/// The share of points near a start, below which scales are doubled until they reach it, or the widest one (radii).
+pub(crate) const CAPTURED: f64 = 0.5;
+pub(crate) const WIDEST: f64 = 20.0;
+/// Inlier ratio at the scale `FINE` below which a near start is given up for all orientations before its parts are looked at
+/// (0024), ...
+pub(crate) const HOPELESS: f64 = 0.5;
+/// ... and above which no orientations are screened: a wrong pose does not have it (0017).
+pub(crate) const CONVINCING: f64 = 0.9;
+/// The objective of another pose must be this part of the near start's to be preferred.
+pub(crate) const CLEARLY_BETTER: f64 = 0.9;
+/// A scan that is larger or smaller than the model at its start by more was hardly read in its unit: 25.4 of inches is the least.
+pub(crate) const ANOTHER_UNIT: f64 = 15.0;
+
+// ------------------------------------------------------------------------------------------------------- Orientations
+
+/// Rotations that are tried with every shape: 120 leave no rotation farther than 50 degrees from one of them.
+pub(crate) const ORIENTATIONS: usize = 200;
+/// Those of them that are aligned with more points, best first, and distinct candidates that a shape has in the end.
+pub(crate) const ALIGNED_AGAIN: usize = 80;
+pub(crate) const PER_SHAPE: usize = 12;
+/// Points of the two alignments: few tell the hopeless orientations (0017).
+pub(crate) const ALIGNMENT_FEW: usize = 90;
+pub(crate) const ALIGNMENT_POINTS: usize = 350;
+/// Scale of their loss (radii), Gauss-Newton steps, the relative gain of the last one, and the factor on the diagonal.
+pub(crate) const ALIGNMENT_SCALE: f64 = 0.35;
+pub(crate) const ALIGNMENT_STEPS: u32 = 8;
+pub(crate) const FIELD_GAIN: f64 = 1e-4;
+pub(crate) const FIELD_DAMPING: f64 = 1.01;
+/// Voxels along the longest side of the distance field, and its margin about the model (radii).
+pub(crate) const VOXELS: f64 = 22.0;
+pub(crate) const FIELD_MARGIN: f64 = 0.5;
+
+// --------------------------------------------------------------------------------------------------- Shape proposals
+
+/// Shapes beside the start's and the default's that are tried in all orientations.
+pub(crate) const PROPOSALS: usize = 4;
+/// Shapes that are drawn, and rounds in which the best `PARENTS` are mutated, `MUTATIONS` times each.
+pub(crate) const PROPOSAL_DRAWS: usize = 512;
+pub(crate) const MUTATION_ROUNDS: usize = 4;
+pub(crate) const PARENTS: usize = 8;
+pub(crate) const MUTATIONS: usize = 16;
+/// How far the first mutations go each way, halved from round to round, and how far proposals are apart in some parameter: as
+/// fractions of the parameters' ranges.
+pub(crate) const MUTATION_REACH: f64 = 0.3;
+pub(crate) const PROPOSALS_APART: f64 = 0.12;
+/// Points of a shape, of pairs of which distances are taken; bins of the distribution of distances, and what they span (radii:
+/// no two points of a scan are likely to be farther apart).
+pub(crate) const D2_POINTS: usize = 120;
+pub(crate) const D2_BINS: usize = 24;
+pub(crate) const D2_SPAN: f64 = 5.0;
+/// Samples each way of a patch, between which those points are drawn.
+pub(crate) const D2_GRID: usize = 11;
+
+// ---------------------------------------------------------------------------------- Restarts of groups of parameters
+
+/// An effort by the number of a group's parameters.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PerMember {
+    /// For each of them.
+    pub(crate) each: usize,
+    /// In all, at most.
+    pub(crate) most: usize,
+}
+
+/// The mean loss of a group's own points over that of the others, below which the group needs no restart at the final scale ...
+pub(crate) const ACCEPTED: f64 = 1.1;
+/// ... and at a coarser one, where half of the near starts took the next local minimum for the right one with the former (0024).
+pub(crate) const CLEAR: f64 = 0.5;
+/// Rounds over all groups.
+pub(crate) const RESTART_ROUNDS: usize = 3;
+/// Another round follows where the objective has become smaller by this part.
+pub(crate) const WORTH_ANOTHER_ROUND: f64 = 0.01;
+/// Objectives that differ by less, relatively, are equal: samples of the same surface are not the same.
+pub(crate) const EQUAL_VALUES: f64 = 0.002;
+/// Values that are drawn over the bounds; half as many again are drawn about the start's, over this part of the bounds.
+pub(crate) const VARIANTS: PerMember = PerMember { each: 12, most: 48 };
+pub(crate) const AROUND_START: f64 = 0.4;
+/// Angles about the axis of symmetry of the other parts.
+pub(crate) const ANGLES: u32 = 16;
+/// A group without so many points that no other part explains is left alone; those on which it is optimised alone, and those by
+/// which starts are ranked.
+pub(crate) const LEAST_OWN: usize = 8;
+pub(crate) const OWN_POINTS: usize = 200;
+pub(crate) const RANKED_POINTS: usize = 80;
+/// Starts from which the group is optimised alone, and how many at a time: after each batch the best is judged (0024).
+pub(crate) const ALONE: PerMember = PerMember { each: 4, most: 20 };
+pub(crate) const BATCH: usize = 8;
+/// The best of a batch that are optimised with everything else.
+pub(crate) const JOINT: usize = 2;
+/// Points of that, and for groups with so few parameters: their parts may have hardly any points (0017).
+pub(crate) const JOINT_POINTS: usize = 800;
+pub(crate) const SMALL_GROUP: usize = 2;
+pub(crate) const SMALL_GROUP_POINTS: usize = 3000;
+/// Starts are the same whose values move the surface by less (radii), whose motions do, or whose angles (radians) differ by less.
+pub(crate) const SAME_START: f64 = 0.1;
+/// Of small groups, by less than this many scales of the loss (0024).
+pub(crate) const SMALL_GROUP_STARTS: f64 = 3.0;
+/// The scales at which a group is optimised alone: a coarse one (radii), then this part of the final one.
+pub(crate) const ALONE_COARSE: f64 = 0.1;
+pub(crate) const ALONE_FINE: f64 = 0.8;
+/// Gauss-Newton steps of a group alone and with everything else, and the steps (radii) that are the last ones.
+pub(crate) const ALONE_ITERATIONS: u32 = 10;
+pub(crate) const ALONE_STEP: f64 = 1e-3;
+pub(crate) const JOINT_ITERATIONS: u32 = 12;
+pub(crate) const JOINT_STEP: f64 = 5e-4;
+/// Chord error (radii) of a group's facets, while it is alone.
+pub(crate) const PART_CHORD: f64 = 0.005;
+/// Points of the other parts that decide whether they have an axis of symmetry, the eigenvalue of a motion that leaves their
+/// surface where it is, and the part of it that is a rotation.
+pub(crate) const AXIS_POINTS: u32 = 20;
+pub(crate) const AXIS_EIGENVALUE: f64 = 1e-3;
+pub(crate) const AXIS_TURN: f64 = 0.3;
+/// Exchanges of parameters that are tried, and the factor on the objective within which a surface is the same but for where it is
+/// sampled.
+pub(crate) const EXCHANGES: usize = 128;
+pub(crate) const SAME_SURFACE: f64 = 1.01;
+
+// ------------------------------------------------------------------------------------------------- Points and facets
+
+/// Points of a scan of which the registration takes its samples; the refinement has as many, as dense as the scan, before it has
+/// all (0017).
+pub(crate) const THIN_POINTS: usize = 6000;
+/// Cells of a sample with less than this share of the median number of points count as empty (0023).
+pub(crate) const EMPTY_CELL: f64 = 0.05;
+/// Passes of the statistical removal of outliers, the points of a cloud that it looks at, and the share that a cloud without
+/// clutter keeps; a cluttered one is sampled by density (0023).
+pub(crate) const OUTLIER_PASSES: usize = 2;
+pub(crate) const OUTLIER_POINTS: usize = 30_000;
+pub(crate) const CLEAN_CLOUD: f64 = 0.95;
+/// Points whose distance to the next one is looked at for the spacing of all.
+pub(crate) const SPACING_POINTS: usize = 2000;
+/// Chord error (radii) of the facets on which the refinement and everything after it work, and of those of the registration.
+/// Facets are for the search only; feet lie on the exact surface.
+pub(crate) const CHORD: f64 = 0.002;
+pub(crate) const START_CHORD: f64 = 0.01;
+/// Size of a model (radii), and how many cells of facets it has at least, so that boxes stay small.
+pub(crate) const MODEL_SIZE: f64 = 2.0;
+pub(crate) const CELLS_OF_SIZE: f64 = 10.0;
+/// Cells each way of the grid on which a patch's curvature is measured, and the most that it is divided into.
+pub(crate) const CURVATURE_CELLS: usize = 12;
+pub(crate) const MOST_CELLS: f64 = 48.0;
+/// Samples each way of a patch for the velocities by which rigid parameters are recognised.
+pub(crate) const VELOCITY_SAMPLES: usize = 5;
+/// Sum of weights from which the normals of the scan decide which way a patch faces, and the share of it that must say inwards.
+pub(crate) const FACING_POINTS: f64 = 10.0;
+pub(crate) const FACING_CLEAR: f64 = 0.85;
+/// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit; where points are dense, in distances
+/// between neighbours: enough for all steps that remain to all points after some of them were fitted (0024).
+pub(crate) const REACH_SIGMAS: f64 = 0.15;
+pub(crate) const REACH_SPACINGS: f64 = 2.0;
+/// Points are dense where the latter is below this many radii. Beyond it, too many facets are within reach.
+pub(crate) const REACH_LIMIT: f64 = 0.06;
+
+// --------------------------------------------------------------------------------------------------------- Refinement
+
+/// Limit of a Gauss-Newton step (sigma): the linear model holds for about as long.
+pub(crate) const STEP_LIMIT: f64 = 2.0;
+/// A step shorter than this (sigma) gains less than the objective is rounded by: the gradient judges it (0017).
+pub(crate) const ROUNDED_STEP: f64 = 2e-3;
+/// Levenberg and Marquardt's damping, relative to the diagonal: the first, and factors on it after a step with a good and with a
+/// poor ratio of the gain to the predicted one, after a rejected step, and where the matrix is singular.
+pub(crate) const DAMPING_START: f64 = 1e-4;
+pub(crate) const GOOD_RATIO: f64 = 0.75;
+pub(crate) const POOR_RATIO: f64 = 0.25;
+pub(crate) const DAMPING_GOOD: f64 = 0.2;
+pub(crate) const DAMPING_POOR: f64 = 3.0;
+pub(crate) const DAMPING_REJECTED: f64 = 8.0;
+pub(crate) const DAMPING_SINGULAR: f64 = 100.0;
+/// The damping is at least the first, at least the second once it has been raised, and beyond the third no step is possible.
+pub(crate) const DAMPING_LEAST: f64 = 1e-9;
+pub(crate) const DAMPING_RAISED: f64 = 1e-6;
+pub(crate) const DAMPING_MOST: f64 = 1e8;
+/// The loss's second derivative counts for at least this part of its weight, so that no step runs away.
+pub(crate) const LEAST_CURVATURE: f64 = 0.3;
+/// Feet of points are exact to this (sigma) in the registration and in the annealing, and at the final scale.
+pub(crate) const ROUGH_TOLERANCE: f64 = 1e-3;
+pub(crate) const FOOT_TOLERANCE: f64 = 1e-5;
+/// Annealing: points, the first scale (radii), levels at most, Gauss-Newton steps at a level, and the last step (sigma).
+pub(crate) const ANNEALING_POINTS: usize = 2000;
+pub(crate) const ANNEALING_START: f64 = 0.05;
+pub(crate) const ANNEALING_LEVELS: usize = 6;
+pub(crate) const ANNEALING_ITERATIONS: u32 = 12;
+pub(crate) const ANNEALING_STEP: f64 = 1e-3;
+/// A scale is final if the next one is larger than this part of it; no level goes down farther than by the second factor.
+pub(crate) const SCALE_SETTLED: f64 = 0.9;
+pub(crate) const SCALE_FASTEST: f64 = 0.35;
+/// The least spread of residuals (radii): that of scans without any noise.
+pub(crate) const LEAST_SPREAD: f64 = 1e-6;
+/// At the final scale: Gauss-Newton steps, and the last step (sigma): single points that change patches move the optimum by as
+/// much (0017).
+pub(crate) const POLISH_ITERATIONS: u32 = 30;
+pub(crate) const POLISH_STEP: f64 = 2e-4;
+/// L-BFGS, where Gauss-Newton does not converge: iterations, the gradient at which it ends, corrections that are kept, rounds in which
+/// the set of coordinates at bounds settles, and the part of sigma by which the first step moves the surface.
+pub(crate) const LBFGS_ITERATIONS: u32 = 40;
+pub(crate) const LBFGS_GRADIENT: f64 = 1e-7;
+pub(crate) const LBFGS_MEMORY: usize = 8;
+pub(crate) const LBFGS_ROUNDS: u32 = 6;
+pub(crate) const LBFGS_FIRST_STEP: f64 = 3.0;
+
+// ------------------------------------------------------------------------------------------------------ Coverage term
+
+/// Scales of the term (radii): from ends that are far beyond the scan to those that are hardly so; the last one is the points' own,
+/// but not below the second.
+pub(crate) const COVERAGE_SCALES: [f64; 2] = [0.1, 0.03];
+pub(crate) const COVERAGE_FINEST: f64 = 0.01;
+/// Places on the model in all, about (0023), and at most each way on a patch; samples each way from which a patch's size follows.
+pub(crate) const COVERAGE_PLACES: f64 = 8000.0;
+pub(crate) const PLACES_EACH_WAY: usize = 400;
+pub(crate) const PLACE_SAMPLES: usize = 8;
+/// Directions from which a place may be seen, the cosine of those that are too grazing, and how far above the surface (radii) rays
+/// begin.
+pub(crate) const VIEW_DIRECTIONS: usize = 48;
+pub(crate) const GRAZING_VIEW: f64 = 0.15;
+pub(crate) const VIEW_OFFSET: f64 = 1e-3;
+/// Neighbours in a cloud that say on which sides of a place there are points (0023), and nearest points among which those are sought
+/// that face the same way.
+pub(crate) const SUPPORT_NEIGHBOURS: usize = 12;
+pub(crate) const SUPPORT_NEAREST: usize = 24;
+
+// ---------------------------------------------------------------------------------------------------------- Inference
+
+/// Blocks in which residuals depend on each other: edges that are tried, each half of the last one, from half the scan's radius
+/// of gyration on; the fewest that estimate a variance.
+pub(crate) const BLOCK_EDGES: i32 = 8;
+pub(crate) const FEWEST_BLOCKS: usize = 40;
+/// Residuals depend on each other where the ratio of block sums, 1 of independent ones, is above the first number by so many of
+/// its standard deviations.
+pub(crate) const BLOCK_CLEAR: f64 = 1.15;
+pub(crate) const BLOCK_SIGNIFICANT: f64 = 4.0;
+/// Cap on the correction for dependence across the borders of blocks: beyond it the extrapolation is not reliable.
+pub(crate) const BLOCK_CORRECTION: f64 = 1.5;
+/// Positions of the grid over which block sums are averaged: together they act like a triangular kernel (Bartlett's).
+pub(crate) const BLOCK_GRIDS: usize = 4;
+/// Numbers that may be kept for the leverages of blocks: 256 MB. Where there are so many blocks, none has any leverage to speak of
+/// (0024).
+pub(crate) const BLOCK_ROOM: usize = 1 << 25;
+/// Cap on the leverage h in 1 / (1 - h): a residual is corrected by at most the factor 10.
+pub(crate) const LEVERAGE_CAP: f64 = 0.9;
+/// How much farther away than a point's own patch another one may be for a correspondence switch (sigma): as far as searches look.
+pub(crate) const SWITCH_REACH: f64 = REACH_SIGMAS;
+/// Cap on the part of the curvature that switches take away in any direction: the rest is too uncertain to be divided by.
+pub(crate) const SWITCH_CAP: f64 = 0.8;
+/// How often the covariance is computed with the switches that it suggests.
+pub(crate) const SWITCH_ROUNDS: usize = 3;
+/// Coordinates with a larger component in an undetermined direction are not determined.
+pub(crate) const DETERMINED: f64 = 1e-3;
+/// A part is observed of whose points more than this share are near nothing else, however badly the rest fits (0023).
+pub(crate) const OWN_SHARE: f64 = 0.1;
+/// Gauss-Newton steps of a drawn scan, which begins beside its optimum, and how exact feet are then (sigma).
+pub(crate) const BOOTSTRAP_ITERATIONS: u32 = 10;
+pub(crate) const BOOTSTRAP_TOLERANCE: f64 = 1e-4;
