@@ -4,8 +4,8 @@
 //!
 //! 1. [`syntax`]: text to tokens (logos) to a tree (LALRPOP). Never fails; returns diagnostics beside the tree.
 //! 2. [`check`]: names, types, dimensions; generics are instantiated. The typed tree has no generics left.
-//! 3. [`ir`]: the typed tree lowered to scalar functions in SSA form; simplified; validated; printed; interpreted.
-//! 4. [`diff`]: tangent, Jacobian and pullback of those functions, again as functions.
+//! 3. `ir`: the typed tree lowered to scalar functions in SSA form; simplified; validated; printed; interpreted.
+//! 4. `diff`: tangent, Jacobian and pullback of those functions, again as functions.
 //! 5. [`jit`]: machine code for them, by Cranelift.
 //! 6. [`program`]: what everything outside may know of a compiled script.
 //!
@@ -17,9 +17,9 @@
 
 pub mod check;
 pub mod diagnostic;
-pub mod diff;
+mod diff;
 pub mod format;
-pub mod ir;
+mod ir;
 pub mod jit;
 pub mod program;
 pub mod reference;
@@ -30,3 +30,22 @@ pub mod syntax;
 mod workers;
 
 pub use workers::Workers;
+
+/// The stages between the typed tree and machine code, for the integration tests of this crate: not a public interface.
+#[doc(hidden)]
+pub mod internals {
+    pub mod diff {
+        pub use crate::diff::{DiffError, expand, jacobian, pullback, tangent};
+    }
+
+    pub mod ir {
+        pub use crate::ir::{
+            Binary, Compare, Failure, FailureId, Function, FunctionBuilder, FunctionId, LoweredPart, Module, Node, Op,
+            Parameter, Type, Unary, Value, interpret, scalar, validate,
+        };
+
+        pub mod lower {
+            pub use crate::ir::lower::lower;
+        }
+    }
+}

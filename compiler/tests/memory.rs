@@ -5,7 +5,7 @@
 #[path = "suite/common/mod.rs"]
 mod common;
 
-use gml_compiler::ir::{Binary, FunctionBuilder, Module, Parameter, Unary};
+use gml_compiler::internals::ir::{Binary, FunctionBuilder, Module, Parameter, Unary};
 use gml_compiler::jit::{Compiler, Limits, Options};
 
 /// Pages of the process in memory; `None` where the system does not tell.

@@ -1,14 +1,14 @@
 //! Jacobians in seed directions: each direction moves some of a function's parameters at some rates.
 
 use super::forward::{Tangents, forward};
-use super::{DiffError, Entry, clean, drop_zeros};
+use super::{DiffError, Entry, finish_jacobian};
 use crate::ir::call_graph::CallGraph;
 use crate::ir::{FunctionBuilder, FunctionId, Module, Parameter, Value};
 
 /// Seed directions for the parameters p of a function, which follow from the parameters q of a function that is to be
 /// made.
 #[derive(Clone, Debug)]
-pub struct Directions {
+pub(crate) struct Directions {
     /// The parameters q.
     pub params: Vec<Parameter>,
     /// For each p the index of the q that it is.
@@ -19,7 +19,7 @@ pub struct Directions {
 
 /// The rate at which a direction moves a parameter: an entry of the seed matrix.
 #[derive(Clone, Copy, Debug)]
-pub enum Rate {
+pub(crate) enum Rate {
     /// A number.
     Constant(f64),
     /// The parameter q of that index.
@@ -44,7 +44,7 @@ impl Rate {
 ///
 /// # Errors
 /// If the derivative would be too large.
-pub fn directional(
+pub(crate) fn directional(
     module: &mut Module,
     function: FunctionId,
     directions: &Directions,
@@ -69,7 +69,7 @@ fn carried(
     let seeds = |rates: &Vec<(u32, Rate)>| rates.iter().map(|(d, rate)| (*d, rate.value(&mut builder))).collect();
     let tangents: Vec<Tangents> = directions.rates.iter().map(seeds).collect();
     let results = differentiate(module, &mut builder, function, directions, &tangents)?;
-    finish(module, builder, results)
+    finish(module, builder, &results)
 }
 
 /// The derivatives by tangents in the directions of every p.
@@ -95,7 +95,7 @@ fn combined(
         }
         results.push(sums);
     }
-    finish(module, builder, results)
+    finish(module, builder, &results)
 }
 
 /// The tangents of a function's results.
@@ -114,18 +114,7 @@ fn differentiate(
 fn finish(
     module: &mut Module,
     builder: FunctionBuilder,
-    results: Vec<Tangents>,
+    tangents: &[Tangents],
 ) -> Result<(FunctionId, Vec<Entry>), DiffError> {
-    let mut pattern = Vec::new();
-    let mut named = Vec::new();
-    for (result, tangents) in (0..).zip(results) {
-        for (param, tangent) in tangents {
-            pattern.push(Entry { result, param });
-            named.push((format!("d{result}_{param}"), tangent));
-        }
-    }
-    let id = module.add(builder.finish(named));
-    clean(module, id)?;
-    drop_zeros(module, id, &mut pattern);
-    Ok((id, pattern))
+    finish_jacobian(module, builder, Vec::new(), tangents, |e| format!("d{}_{}", e.result, e.param))
 }

@@ -4,6 +4,7 @@ use super::dependence::{Dependence, Set, carried_sets};
 use super::rules::{self, Factor, Rule};
 use super::worklist::Worklist;
 use super::{DiffError, check_size};
+use crate::ir::builder::{Image, Rebuild};
 use crate::ir::scalar::Scalar;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::BTreeMap;
@@ -48,12 +49,6 @@ pub(super) struct Forward<'m> {
     derived: Worklist<Derived>,
 }
 
-/// The values that a node has become, and their tangents.
-enum Node {
-    One(Value, Tangents),
-    Many(Vec<Value>, Vec<Tangents>),
-}
-
 impl<'m> Forward<'m> {
     pub(super) fn new(module: &'m mut Module) -> Forward<'m> {
         Forward { module, dependence: Dependence::default(), derived: Worklist::default() }
@@ -80,9 +75,9 @@ impl<'m> Forward<'m> {
         let mut derivatives = vec![Tangents::new(); results.len()];
         let varied = custom.tangents.iter().flatten().map(|p| &tangents[*p as usize]);
         for d in varied.fold(Vec::new(), |all, t| union(&all, &t.keys().copied().collect::<Vec<_>>())) {
-            let of = |p: u32| tangents[p as usize].get(&d).copied();
+            let seed = |p: u32| tangents[p as usize].get(&d).copied();
             let mut all = args.to_vec();
-            all.extend(custom.tangents.iter().map(|p| p.and_then(of).unwrap_or(zero)));
+            all.extend(custom.tangents.iter().map(|p| p.and_then(seed).unwrap_or(zero)));
             let made = b.call(custom.function, all, &vec![Type::Real; results.len()]);
             for (tangents, made) in derivatives.iter_mut().zip(made) {
                 tangents.insert(d, made);
@@ -108,37 +103,27 @@ impl<'m> Forward<'m> {
         args: &[Value],
         tangents: &[Tangents],
     ) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
-        let mut nodes: Vec<Node> = Vec::with_capacity(function.nodes.len());
-        for node in &function.nodes {
+        let mut rebuild = Rebuild::new(function, args);
+        let mut made = MadeTangents { function, params: tangents, nodes: Vec::with_capacity(function.nodes.len()) };
+        while let Some((index, node, op)) = rebuild.next(b) {
             check_size(b, &function.name, self.module.limits.nodes)?;
-            b.set_span(node.span);
-            let made = match &node.op {
-                Op::Param(i) => Node::One(args[*i as usize], tangents[*i as usize].clone()),
-                Op::Project(multi, k) => match &nodes[multi.0 as usize] {
-                    Node::Many(results, tangents) => Node::One(results[*k as usize], tangents[*k as usize].clone()),
-                    // Of an `Op::Tangent`, which is still to be expanded.
-                    Node::One(multi, _) => Node::One(b.project(*multi, *k, node.ty), Tangents::new()),
-                },
+            let operands: Vec<&Tangents> = node.op.operands().into_iter().map(|v| made.of(v)).collect();
+            let (image, tangents) = match &op {
+                Op::If { .. } | Op::Loop { .. } | Op::Call { .. } => {
+                    let (results, tangents) = self.structured(b, &op, &operands);
+                    (Image::Many(results), tangents)
+                }
                 op => {
-                    let tangents: Vec<&Tangents> = op.operands().iter().map(|v| tangents_of(&nodes, *v)).collect();
-                    let op = op.map_operands(|v| value_of(&nodes, v));
-                    match op {
-                        Op::If { .. } | Op::Loop { .. } | Op::Call { .. } => {
-                            let (results, tangents) = self.structured(b, &op, &tangents);
-                            Node::Many(results, tangents)
-                        }
-                        op => {
-                            let value = b.emit(&op, node.ty);
-                            let tangents =
-                                if node.ty == Type::Real { simple(b, &op, value, &tangents) } else { Tangents::new() };
-                            Node::One(value, tangents)
-                        }
-                    }
+                    let value = b.emit(op, node.ty);
+                    let real = node.ty == Type::Real;
+                    (Image::One(value), if real { vec![simple(b, op, value, &operands)] } else { Vec::new() })
                 }
             };
-            nodes.push(made);
+            rebuild.push(image);
+            made.nodes.resize(index.0 as usize, Vec::new());
+            made.nodes.push(tangents);
         }
-        Ok(function.results.iter().map(|r| (value_of(&nodes, *r), tangents_of(&nodes, *r).clone())).unzip())
+        Ok((rebuild.results(), function.results.iter().map(|r| made.of(*r).clone()).collect()))
     }
 
     fn structured(&mut self, b: &mut FunctionBuilder, op: &Op, tangents: &[&Tangents]) -> (Vec<Value>, Vec<Tangents>) {
@@ -250,19 +235,24 @@ fn tangent_name(name: &str, direction: u32) -> String {
     if direction == 0 { format!("d{name}") } else { format!("d{name}_{direction}") }
 }
 
-fn value_of(nodes: &[Node], v: Value) -> Value {
-    match &nodes[v.0 as usize] {
-        Node::One(value, _) => *value,
-        // Only projections use a structured node.
-        Node::Many(..) => Value::NONE,
-    }
+/// The tangents of the nodes of a function, as far as they are made.
+struct MadeTangents<'f> {
+    function: &'f Function,
+    params: &'f [Tangents],
+    /// The tangents of each node's value or results; those of parameters and projections are elsewhere.
+    nodes: Vec<Vec<Tangents>>,
 }
 
-fn tangents_of(nodes: &[Node], v: Value) -> &Tangents {
-    static NONE: Tangents = Tangents::new();
-    match &nodes[v.0 as usize] {
-        Node::One(_, tangents) => tangents,
-        Node::Many(..) => &NONE,
+impl MadeTangents<'_> {
+    fn of(&self, v: Value) -> &Tangents {
+        static NONE: Tangents = Tangents::new();
+        let (node, k) = match *self.function.op(v) {
+            Op::Param(i) => return &self.params[i as usize],
+            Op::Project(multi, k) => (multi, k),
+            _ => (v, 0),
+        };
+        // An `Op::Tangent` that is still to be expanded has none.
+        self.nodes[node.0 as usize].get(k as usize).unwrap_or(&NONE)
     }
 }
 
@@ -277,12 +267,12 @@ fn simple(b: &mut FunctionBuilder, op: &Op, value: Value, tangents: &[&Tangents]
     let rule = rules::rule(b, op, value, &needed);
     let zero = b.real(0.0);
     for d in directions {
-        let of = |operand: usize| tangents[operand].get(&d).copied();
+        let tangent_of = |operand: usize| tangents[operand].get(&d).copied();
         let tangent = match &rule {
             Rule::Linear(factors) => {
                 let mut total = zero;
                 for (operand, factor) in factors {
-                    total = match (of(*operand), factor) {
+                    total = match (tangent_of(*operand), factor) {
                         (None, _) => total,
                         // A difference, not a negation, which would hide that t exists already.
                         (Some(t), Factor::Minus) => b.sub(total, t),
@@ -294,9 +284,11 @@ fn simple(b: &mut FunctionBuilder, op: &Op, value: Value, tangents: &[&Tangents]
                 }
                 total
             }
-            Rule::Select(condition) => b.select(*condition, of(1).unwrap_or(zero), of(2).unwrap_or(zero)),
+            Rule::Select(condition) => {
+                b.select(*condition, tangent_of(1).unwrap_or(zero), tangent_of(2).unwrap_or(zero))
+            }
             Rule::Extreme(first, second) => {
-                let (x, y) = (of(0).unwrap_or(zero), of(1).unwrap_or(zero));
+                let (x, y) = (tangent_of(0).unwrap_or(zero), tangent_of(1).unwrap_or(zero));
                 let (half, both) = (b.real(0.5), b.add(x, y));
                 let tie = b.mul(half, both);
                 let rest = b.select(*second, y, tie);

@@ -30,7 +30,7 @@ mod rules;
 mod tests;
 mod worklist;
 
-pub use directional::{Directions, Rate, directional};
+pub(crate) use directional::{Directions, Rate, directional};
 pub use expand::expand;
 use forward::{Tangents, forward};
 use reverse::Reverse;
@@ -114,27 +114,32 @@ pub fn jacobian(module: &mut Module, function: FunctionId, wrt: &[u32]) -> Resul
     }
     let args = builder.params();
     let (results, tangents) = forward(module, &mut builder, &old, &args, &tangents)?;
-    let mut named: Vec<(String, Value)> = old.result_names.iter().cloned().zip(results).collect();
-    let mut pattern = Vec::new();
-    for (k, tangents) in tangents.iter().enumerate() {
-        for (i, tangent) in tangents {
-            named.push((format!("d{}_d{}", old.result_names[k], old.params[*i as usize].name), *tangent));
-            pattern.push(Entry { result: k as u32, param: *i });
-        }
-    }
-    let id = module.add(builder.finish(named));
-    clean(module, id)?;
-    drop_zeros(module, id, &mut pattern);
-    Ok((id, pattern))
+    let values = old.result_names.iter().cloned().zip(results).collect();
+    let name = |e: Entry| format!("d{}_d{}", old.result_names[e.result as usize], old.params[e.param as usize].name);
+    finish_jacobian(module, builder, values, &tangents, name)
 }
 
-/// Drops the entries that have turned out to be zero.
-fn drop_zeros(module: &mut Module, id: FunctionId, pattern: &mut Vec<Entry>) {
+/// Completes a function of some values and of the tangents of results; those that turn out to be zero are left out.
+fn finish_jacobian(
+    module: &mut Module,
+    builder: FunctionBuilder,
+    values: Vec<(String, Value)>,
+    tangents: &[Tangents],
+    name: impl Fn(Entry) -> String,
+) -> Result<(FunctionId, Vec<Entry>), DiffError> {
+    let first = values.len();
+    let entries = |(result, tangents): (u32, &Tangents)| -> Vec<(Entry, Value)> {
+        tangents.iter().map(|(param, value)| (Entry { result, param: *param }, *value)).collect()
+    };
+    let entries: Vec<(Entry, Value)> = (0..).zip(tangents).flat_map(entries).collect();
+    let named = entries.iter().map(|(entry, value)| (name(*entry), *value));
+    let id = module.add(builder.finish(values.into_iter().chain(named)));
+    clean(module, id)?;
     let function = &mut module.functions[id.0 as usize];
-    let first = function.results.len() - pattern.len();
     let names = function.result_names.split_off(first);
-    let entries = function.results.split_off(first).into_iter().zip(names).zip(std::mem::take(pattern));
-    for ((result, name), entry) in entries {
+    let results = function.results.split_off(first);
+    let mut pattern = Vec::new();
+    for (((entry, _), name), result) in entries.into_iter().zip(names).zip(results) {
         if *function.op(result) != ir::Op::Real(0) {
             function.results.push(result);
             function.result_names.push(name);
@@ -142,6 +147,7 @@ fn drop_zeros(module: &mut Module, id: FunctionId, pattern: &mut Vec<Entry>) {
         }
     }
     function.drop_unused();
+    Ok((id, pattern))
 }
 
 /// The reverse derivative: `(p.., adjoint of each Real result..) -> (adjoint of each parameter of wrt..)`, preceded

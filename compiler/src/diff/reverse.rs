@@ -79,7 +79,7 @@ impl<'m> Reverse<'m> {
         adjoints: &[Option<Adjoint>],
         wrt: &[u32],
     ) -> Result<(Vec<Value>, Vec<Option<Value>>), DiffError> {
-        let primal = b.splice_with(function, args, |_, _| None);
+        let primal = b.splice_nodes(function, args);
         let values: Vec<Value> = function.values().map(|v| primal.value(v)).collect();
         let wrt_set: Set = wrt.iter().map(|i| *i as usize).collect();
         let sets = self.dependence.of_nodes(self.module, function);

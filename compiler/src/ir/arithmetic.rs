@@ -8,7 +8,7 @@ use super::{Binary, Unary, elementary};
 
 /// An operation on one real; `None` where the operation does not take and give a real.
 #[must_use]
-pub fn unary(op: Unary, x: f64) -> Option<f64> {
+pub(crate) fn unary(op: Unary, x: f64) -> Option<f64> {
     Some(match op {
         Unary::Neg => -x,
         Unary::Abs => x.abs(),
@@ -35,7 +35,7 @@ pub fn unary(op: Unary, x: f64) -> Option<f64> {
 
 /// An operation on two reals; `None` where the operation does not take reals.
 #[must_use]
-pub fn binary(op: Binary, a: f64, b: f64) -> Option<f64> {
+pub(crate) fn binary(op: Binary, a: f64, b: f64) -> Option<f64> {
     Some(match op {
         Binary::Add => a + b,
         Binary::Sub => a - b,
@@ -66,7 +66,7 @@ pub fn binary(op: Binary, a: f64, b: f64) -> Option<f64> {
 
 /// An operation on two integers; `None` where the operation does not take integers.
 #[must_use]
-pub fn binary_int(op: Binary, a: i64, b: i64) -> Option<i64> {
+pub(crate) fn binary_int(op: Binary, a: i64, b: i64) -> Option<i64> {
     Some(match op {
         Binary::Add => a.wrapping_add(b),
         Binary::Sub => a.wrapping_sub(b),
@@ -86,14 +86,14 @@ pub fn binary_int(op: Binary, a: i64, b: i64) -> Option<i64> {
 
 /// x^n by repeated squaring; x^-n is 1 / x^n, and 0^0 is 1. The multiplications are those of [`pow_int_steps`].
 #[must_use]
-pub fn pow_int(x: f64, n: i32) -> f64 {
+pub(crate) fn pow_int(x: f64, n: i32) -> f64 {
     let power = pow_int_steps(&mut |a, b| a * b, x, n.unsigned_abs()).unwrap_or(1.0);
     if n < 0 { 1.0 / power } else { power }
 }
 
 /// The multiplications of x^n in the order in which they are made, over any representation of values (numbers, or
 /// instructions that compute them); `None` for n = 0.
-pub fn pow_int_steps<T: Copy>(multiply: &mut impl FnMut(T, T) -> T, x: T, n: u32) -> Option<T> {
+pub(crate) fn pow_int_steps<T: Copy>(multiply: &mut impl FnMut(T, T) -> T, x: T, n: u32) -> Option<T> {
     let mut square = x;
     let mut product = None;
     let mut rest = n;
@@ -114,20 +114,20 @@ pub fn pow_int_steps<T: Copy>(multiply: &mut impl FnMut(T, T) -> T, x: T, n: u32
 
 /// -1, 0 or 1; 0 at 0 and at NaN.
 #[must_use]
-pub fn sign(x: f64) -> f64 {
+pub(crate) fn sign(x: f64) -> f64 {
     f64::from(i8::from(x > 0.0) - i8::from(x < 0.0))
 }
 
 /// Remainder with the sign of the divisor; NaN where b is 0.
 #[must_use]
-pub fn remainder(a: f64, b: f64) -> f64 {
+pub(crate) fn remainder(a: f64, b: f64) -> f64 {
     let r = a % b;
     if r != 0.0 && (r < 0.0) != (b < 0.0) { r + b } else { r }
 }
 
 /// The smaller one; NaN where either is NaN, and -0 is smaller than 0 (IEEE 754-2019 minimum).
 #[must_use]
-pub fn minimum(a: f64, b: f64) -> f64 {
+pub(crate) fn minimum(a: f64, b: f64) -> f64 {
     if a < b {
         a
     } else if b < a {
@@ -141,7 +141,7 @@ pub fn minimum(a: f64, b: f64) -> f64 {
 
 /// The greater one; NaN where either is NaN, and 0 is greater than -0 (IEEE 754-2019 maximum).
 #[must_use]
-pub fn maximum(a: f64, b: f64) -> f64 {
+pub(crate) fn maximum(a: f64, b: f64) -> f64 {
     -minimum(-a, -b)
 }
 

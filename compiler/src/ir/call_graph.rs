@@ -6,7 +6,7 @@ use super::{CustomDerivative, Function, FunctionId, Module, Op};
 /// The functions that some roots reach, with the strongly connected components of their references. Building it takes
 /// time with what is reached, not with the module.
 #[derive(Clone, Debug, Default)]
-pub struct CallGraph {
+pub(crate) struct CallGraph {
     /// The reached functions, each after those that it names (except those in its own cycle).
     pub order: Vec<FunctionId>,
     recursive: HashSet<FunctionId>,
@@ -16,13 +16,13 @@ pub struct CallGraph {
 impl CallGraph {
     /// The graph below some roots.
     #[must_use]
-    pub fn new(module: &Module, roots: &[FunctionId]) -> CallGraph {
+    pub(crate) fn new(module: &Module, roots: &[FunctionId]) -> CallGraph {
         CallGraph::along(module, roots, |_| true)
     }
 
     /// The graph below some roots along only the operations that `follow` accepts.
     #[must_use]
-    pub fn along(module: &Module, roots: &[FunctionId], follow: impl Fn(&Op) -> bool) -> CallGraph {
+    pub(crate) fn along(module: &Module, roots: &[FunctionId], follow: impl Fn(&Op) -> bool) -> CallGraph {
         let mut search =
             Search { module, follow, visited: HashMap::default(), stack: Vec::new(), graph: CallGraph::default() };
         for root in roots {
@@ -33,13 +33,13 @@ impl CallGraph {
 
     /// Whether a function can come to run itself.
     #[must_use]
-    pub fn is_recursive(&self, function: FunctionId) -> bool {
+    pub(crate) fn is_recursive(&self, function: FunctionId) -> bool {
         self.recursive.contains(&function)
     }
 
     /// Whether two functions are in one cycle, or are one.
     #[must_use]
-    pub fn in_one_cycle(&self, f: FunctionId, g: FunctionId) -> bool {
+    pub(crate) fn in_one_cycle(&self, f: FunctionId, g: FunctionId) -> bool {
         self.component.get(&f) == self.component.get(&g)
     }
 }

@@ -32,15 +32,15 @@ impl Function {
             return;
         }
         let mut renumbered = vec![Value::NONE; self.nodes.len()];
-        let mut kept = Vec::with_capacity(self.nodes.len());
+        let mut live = Vec::with_capacity(self.nodes.len());
         for (i, mut node) in std::mem::take(&mut self.nodes).into_iter().enumerate() {
             if used[i] {
-                renumbered[i] = Value(kept.len() as u32);
+                renumbered[i] = Value(live.len() as u32);
                 node.op.replace_operands(|v| renumbered[v.0 as usize]);
-                kept.push(node);
+                live.push(node);
             }
         }
-        self.nodes = kept;
+        self.nodes = live;
         for result in &mut self.results {
             *result = renumbered[result.0 as usize];
         }

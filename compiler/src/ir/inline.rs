@@ -63,7 +63,7 @@ impl InlineError {
 ///
 /// # Errors
 /// If the program would exceed a limit; the module is then partly inlined, and still valid.
-pub fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), InlineError> {
+pub(crate) fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), InlineError> {
     let limits = module.limits;
     let graph = CallGraph::new(module, roots);
     let mut nesting: HashMap<FunctionId, usize> = HashMap::default();

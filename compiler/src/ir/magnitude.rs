@@ -8,7 +8,7 @@ pub(super) const SAFE: f64 = 1e300;
 /// Whether [`stays_finite`] applies to a function: its operations take finite values to finite ones except for
 /// overflow.
 #[must_use]
-pub fn is_bounded(function: &Function) -> bool {
+pub(crate) fn is_bounded(function: &Function) -> bool {
     function.nodes.iter().all(|node| match &node.op {
         Op::Param(_) | Op::Real(_) => node.ty == Type::Real,
         Op::Unary(op, _) => {
@@ -27,7 +27,7 @@ pub fn is_bounded(function: &Function) -> bool {
 
 /// Whether all values of a bounded function are finite for all arguments of at most these magnitudes.
 #[must_use]
-pub fn stays_finite(function: &Function, arguments: &[f64]) -> bool {
+pub(crate) fn stays_finite(function: &Function, arguments: &[f64]) -> bool {
     let mut bounds: Vec<f64> = Vec::with_capacity(function.nodes.len());
     for node in &function.nodes {
         let bound_of = |v: &super::Value| bounds[v.0 as usize];

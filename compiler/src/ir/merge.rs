@@ -6,7 +6,7 @@
 use super::call_graph::CallGraph;
 use super::hash::{HashMap, HashSet};
 use super::hoist::prelude::Split;
-use super::{FailureId, Function, FunctionBuilder, FunctionId, Module, Node, Op, Parameter, Type, Value};
+use super::{FailureId, Function, FunctionId, Module, Node, Op, Parameter, Type, Value};
 use crate::source::Span;
 use foldhash::fast::RandomState;
 use std::hash::{BuildHasher, Hash, Hasher};
@@ -43,7 +43,7 @@ fn merge_equal(module: &mut Module, roots: &[FunctionId]) -> Vec<FunctionId> {
 
 /// Merges the bodies of a split that are equal except for the values of real constants: constants that differ become
 /// captures, after the others, and results of the prelude.
-pub fn merge_bodies(module: &mut Module, split: &mut Split) {
+pub(crate) fn merge_bodies(module: &mut Module, split: &mut Split) {
     let roots: Vec<FunctionId> = split.bodies.iter().map(|b| b.function).collect();
     let merged = merge_equal(module, &roots);
     let state = RandomState::default();
@@ -112,13 +112,9 @@ fn with_captures(body: &Function, constants: &[Value]) -> Function {
     let mut params = body.params[..uv].to_vec();
     params.extend((0..constants.len()).map(|k| Parameter::real(format!("k{k}"))));
     params.extend_from_slice(&body.params[uv..]);
-    let mut builder = FunctionBuilder::new(body.name.clone(), params);
     let added = uv..uv + constants.len();
-    let args: Vec<Value> = builder.params().into_iter().filter(|v| !added.contains(&(v.0 as usize))).collect();
-    let rebuild =
-        builder.splice_with(body, &args, |builder, v| constants.binary_search(&v).ok().map(|k| builder.param(uv + k)));
-    let results = rebuild.results();
-    builder.finish_like(body, results)
+    let args: Vec<Value> = (0..params.len()).filter(|i| !added.contains(i)).map(|i| Value(i as u32)).collect();
+    body.with_params(params, &args, |_, v| constants.binary_search(&v).ok().map(|k| Value((uv + k) as u32)))
 }
 
 /// For each failure the first one with the same message and place.

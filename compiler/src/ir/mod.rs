@@ -15,24 +15,24 @@
 //! [`validate()`] says whether a module is well formed; [`interpret`] is the oracle with which every other way of
 //! running a function must agree; [`print`] shows functions.
 
-pub mod arithmetic;
-pub mod builder;
-pub mod call_graph;
-pub mod elementary;
-pub mod function;
-pub mod hoist;
-pub mod inline;
+pub(crate) mod arithmetic;
+pub(crate) mod builder;
+pub(crate) mod call_graph;
+pub(crate) mod elementary;
+pub(crate) mod function;
+pub(crate) mod hoist;
+pub(crate) mod inline;
 pub mod interpret;
-pub mod lower;
-pub mod magnitude;
-pub mod merge;
-pub mod operands;
-pub mod print;
-pub mod products;
-pub mod reassociate;
+pub(crate) mod lower;
+pub(crate) mod magnitude;
+pub(crate) mod merge;
+pub(crate) mod operands;
+pub(crate) mod print;
+pub(crate) mod products;
+pub(crate) mod reassociate;
 pub mod scalar;
-pub mod separable;
-pub mod simplify;
+pub(crate) mod separable;
+pub(crate) mod simplify;
 pub mod validate;
 
 mod dce;
@@ -43,7 +43,8 @@ pub(crate) mod tests;
 
 pub use builder::FunctionBuilder;
 pub use function::*;
-pub use inline::inline;
-pub use lower::model::{LoweredModel, LoweredPart, LoweredRequire};
-pub use simplify::simplify;
+pub(crate) use inline::inline;
+pub use lower::model::LoweredPart;
+pub(crate) use lower::model::{LoweredModel, LoweredRequire};
+pub(crate) use simplify::simplify;
 pub use validate::validate;

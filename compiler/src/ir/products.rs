@@ -5,12 +5,12 @@ use super::{Binary, Function, Node, Op, Type, Unary, Value};
 use crate::source::Span;
 
 /// Terms beside the constant one at most.
-pub const MOST_TERMS: usize = 4;
+pub(crate) const MOST_TERMS: usize = 4;
 
 /// Three coordinates, each `((column_0 row_0 + column_1 row_1) + ..) + constant`, in the same columns; products are
 /// rounded before they are added, from left to right.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Products {
+pub(crate) struct Products {
     /// Which values of the column, and by what they are multiplied; at most [`MOST_TERMS`].
     pub terms: Vec<(usize, [Factor; 3])>,
     /// What is added last.
@@ -19,7 +19,7 @@ pub struct Products {
 
 /// A factor that does not depend on the column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Factor {
+pub(crate) struct Factor {
     /// Where it is from.
     pub source: Source,
     /// Its negative is taken.
@@ -28,7 +28,7 @@ pub struct Factor {
 
 /// Where a factor is from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Source {
+pub(crate) enum Source {
     /// A uniform, by its index.
     Uniform(usize),
     /// A value of the row, by its index.
@@ -43,7 +43,7 @@ type Term = (Option<usize>, Factor);
 impl Products {
     /// What a function `(uniforms.., row values.., column values..) -> x, y, z` is, if it is of this form.
     #[must_use]
-    pub fn of(function: &Function, uniforms: usize, row_values: usize) -> Option<Products> {
+    pub(crate) fn of(function: &Function, uniforms: usize, row_values: usize) -> Option<Products> {
         let reader = Reader { function, uniforms, row_values };
         let &[x, y, z] = &function.results[..] else { return None };
         let (mut x, mut y, mut z) = (reader.sum(x)?, reader.sum(y)?, reader.sum(z)?);
@@ -72,7 +72,7 @@ impl Products {
     /// `(uniforms.., u, v) -> factors..`, three of every term and of the constant, from the function that gives the
     /// values of rows.
     #[must_use]
-    pub fn factors(&self, rows: &Function) -> Function {
+    pub(crate) fn factors(&self, rows: &Function) -> Function {
         let mut made = Function { results: Vec::new(), result_names: Vec::new(), ..rows.clone() };
         let mut push = |op: Op| {
             made.nodes.push(Node { op, ty: Type::Real, span: Span::default() });
@@ -94,7 +94,7 @@ impl Products {
 
     /// Whether every coordinate is finite where columns and factors have at most these magnitudes.
     #[must_use]
-    pub fn stay_finite(&self, factors: &[f64], columns: &[f64]) -> bool {
+    pub(crate) fn stay_finite(&self, factors: &[f64], columns: &[f64]) -> bool {
         let magnitudes = self.terms.iter().map(|(column, _)| columns[*column]).chain([1.0]);
         let products = magnitudes.zip(factors.chunks(3)).flat_map(|(m, factors)| factors.iter().map(move |f| m * f));
         products.sum::<f64>() < SAFE

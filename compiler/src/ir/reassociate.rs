@@ -11,7 +11,7 @@ use super::hoist::axes::{Axes, UV, axes_of};
 use super::{Binary, FunctionBuilder, FunctionId, Module, Op, Type, Value};
 
 /// Reassociates a function of some captures, u and v.
-pub fn reassociate(module: &mut Module, function: FunctionId, captures: usize) {
+pub(crate) fn reassociate(module: &mut Module, function: FunctionId, captures: usize) {
     let old = module.function(function);
     let mut pass = Reassociation { builder: FunctionBuilder::like(old), axes: Vec::new(), captures, depth: 0 };
     let params = pass.builder.params();

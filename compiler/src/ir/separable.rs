@@ -31,7 +31,7 @@ struct Monomial {
 
 /// The decomposition of a function of some captures, u and v: a new function, or the same one where nothing is saved.
 #[must_use]
-pub fn decompose(module: &mut Module, function: FunctionId, captures: usize) -> FunctionId {
+pub(crate) fn decompose(module: &mut Module, function: FunctionId, captures: usize) -> FunctionId {
     let old = module.function(function);
     let axes = axes(old, captures);
     let mut expansion = Expansion { old, axes: &axes, sums: HashMap::default() };
@@ -136,7 +136,7 @@ fn product(a: &Monomial, b: &Monomial) -> Monomial {
 fn rebuilt(old: &Function, axes: &[Axes], sums: &[Option<Polynomial>]) -> Function {
     let mut builder = FunctionBuilder::like(old);
     let params = builder.params();
-    let rebuild = builder.splice_with(old, &params, |_, _| None);
+    let rebuild = builder.splice_nodes(old, &params);
     let mut results = Vec::new();
     for (result, sum) in old.results.iter().zip(sums) {
         builder.set_span(old.nodes[result.0 as usize].span);

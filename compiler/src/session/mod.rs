@@ -25,7 +25,7 @@ use crate::check::scope::{self, Checked, Line, Scope, Segment};
 use crate::check::{CheckOptions, InputValue};
 pub use crate::check::{Kind, Known};
 use crate::diagnostic::{Code, Diagnostic, Severity};
-use crate::ir::interpret;
+pub use crate::ir::interpret::Limits;
 use crate::program::Failed;
 use crate::source::{FileId, Loader, SourceFile, Sources, Span};
 use crate::syntax::{self, Entry};
@@ -40,7 +40,7 @@ pub struct Options {
     /// The limits of the checker.
     pub check: CheckOptions,
     /// The limits of every evaluation.
-    pub limits: interpret::Limits,
+    pub limits: Limits,
     /// Values of the current model's inputs by name; the others have their defaults.
     pub inputs: BTreeMap<String, InputValue>,
     /// Set from elsewhere to end whatever is running with an error. It stays set until its owner clears it.

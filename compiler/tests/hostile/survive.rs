@@ -1,8 +1,8 @@
 //! A text through all stages, with small limits.
 
 use gml_compiler::check::{CheckOptions, check};
-use gml_compiler::ir::lower::lower;
-use gml_compiler::ir::validate::validate;
+use gml_compiler::internals::ir::lower::lower;
+use gml_compiler::internals::ir::validate::validate;
 use gml_compiler::jit::Limits;
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile, Sources};

@@ -16,11 +16,11 @@
 use gml_compiler::check::typed::Model;
 use gml_compiler::check::{CheckOptions, check};
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
-use gml_compiler::diff::expand;
-use gml_compiler::ir::interpret::{Limits, RunError, run};
-use gml_compiler::ir::lower::lower;
-use gml_compiler::ir::scalar::Scalar;
-use gml_compiler::ir::{FunctionId, Module};
+use gml_compiler::internals::diff::expand;
+use gml_compiler::internals::ir::interpret::{Limits, RunError, run};
+use gml_compiler::internals::ir::lower::lower;
+use gml_compiler::internals::ir::scalar::Scalar;
+use gml_compiler::internals::ir::{FunctionId, Module};
 use gml_compiler::source::{FileId, Loader, SourceFile, Sources, Span};
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -87,15 +87,6 @@ impl FunctionBuilder {
         (0..self.function.params.len() as u32).map(Value).collect()
     }
 
-    /// The name of parameter i.
-    ///
-    /// # Panics
-    /// If the function has no such parameter.
-    #[must_use]
-    pub fn param_name(&self, i: usize) -> &str {
-        &self.function.params[i].name
-    }
-
     /// Sets the span of the nodes that are made from here on.
     pub fn set_span(&mut self, span: Span) {
         self.span = span;

@@ -1,7 +1,7 @@
 //! Rebuilding a function node by node: the frame of every pass.
 
 use super::FunctionBuilder;
-use crate::ir::{Function, Node, Op, Value};
+use crate::ir::{Function, Node, Op, Parameter, Value};
 
 /// The values that a node of a rebuilt function has become.
 #[derive(Clone, Debug)]
@@ -71,21 +71,34 @@ impl<'f> Rebuild<'f> {
 impl FunctionBuilder {
     /// Puts the nodes of a function here, in the place of a call of it; returns its results.
     pub fn splice(&mut self, function: &Function, args: &[Value]) -> Vec<Value> {
-        self.splice_with(function, args, |_, _| None).results()
+        self.splice_nodes(function, args).results()
     }
 
-    /// Puts the nodes of a function here, with other values in the place of the nodes for which `replace` gives one.
-    pub(crate) fn splice_with<'f>(
-        &mut self,
-        function: &'f Function,
-        args: &'f [Value],
-        mut replace: impl FnMut(&mut FunctionBuilder, Value) -> Option<Value>,
-    ) -> Rebuild<'f> {
+    /// [`splice`](FunctionBuilder::splice), with the values of all nodes.
+    pub(crate) fn splice_nodes<'f>(&mut self, function: &'f Function, args: &'f [Value]) -> Rebuild<'f> {
         let mut rebuild = Rebuild::new(function, args);
-        while let Some((index, node, op)) = rebuild.next(self) {
-            let value = replace(self, index).unwrap_or_else(|| self.emit(&op, node.ty));
-            rebuild.push(Image::One(value));
+        while let Some((_, node, op)) = rebuild.next(self) {
+            rebuild.push(Image::One(self.emit(&op, node.ty)));
         }
         rebuild
+    }
+}
+
+impl Function {
+    /// The function with other parameters. `args` are the values of the old ones; `replace` gives the values of the nodes that
+    /// become something else, in terms of the new parameters.
+    pub(crate) fn with_params(
+        &self,
+        params: Vec<Parameter>,
+        args: &[Value],
+        mut replace: impl FnMut(&mut FunctionBuilder, Value) -> Option<Value>,
+    ) -> Function {
+        let mut builder = FunctionBuilder::new(self.name.clone(), params);
+        let mut rebuild = Rebuild::new(self, args);
+        while let Some((index, node, op)) = rebuild.next(&mut builder) {
+            let value = replace(&mut builder, index).unwrap_or_else(|| builder.emit(&op, node.ty));
+            rebuild.push(Image::One(value));
+        }
+        builder.finish_like(self, rebuild.results())
     }
 }

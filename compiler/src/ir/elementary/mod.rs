@@ -64,25 +64,25 @@ pub(crate) fn pow_of<L: Lanes>(x: L, y: L) -> L {
 
 /// Sine.
 #[must_use]
-pub fn sin(x: f64) -> f64 {
+pub(crate) fn sin(x: f64) -> f64 {
     if x.abs() < MOST_REDUCED { sin_cos::sin_cos(x)[0] } else { x.sin() }
 }
 
 /// Cosine.
 #[must_use]
-pub fn cos(x: f64) -> f64 {
+pub(crate) fn cos(x: f64) -> f64 {
     if x.abs() < MOST_REDUCED { sin_cos::sin_cos(x)[1] } else { x.cos() }
 }
 
 /// e^x.
 #[must_use]
-pub fn exp(x: f64) -> f64 {
+pub(crate) fn exp(x: f64) -> f64 {
     if x.abs() < MOST_EXPONENT { exponential::exp(x, 0.0) } else { x.exp() }
 }
 
 /// x^y.
 #[must_use]
-pub fn pow(x: f64, y: f64) -> f64 {
+pub(crate) fn pow(x: f64, y: f64) -> f64 {
     if (f64::MIN_POSITIVE..f64::INFINITY).contains(&x) {
         let [exponent, rest] = exponential::times_ln(x, y);
         if exponent.abs() < MOST_POWER {

@@ -10,7 +10,7 @@ use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, Value}
 /// A function `(captures.., u, v) -> results..`, split. The operations are those of the whole, so that results are the
 /// same to the bit.
 #[derive(Clone, Copy, Debug)]
-pub struct GridSplit {
+pub(crate) struct GridSplit {
     /// `(captures.., u, v) -> values..`, which do not depend on v.
     pub columns: FunctionId,
     /// `(captures.., u, v) -> values..`, which do not depend on u.
@@ -24,7 +24,7 @@ pub struct GridSplit {
 }
 
 /// Splits a function of some captures, u and v. A branch or a loop that takes values of both axes stays whole.
-pub fn split_grid(module: &mut Module, function: FunctionId, captures: usize) -> GridSplit {
+pub(crate) fn split_grid(module: &mut Module, function: FunctionId, captures: usize) -> GridSplit {
     let whole = module.function(function).clone();
     let axes = axes(&whole, captures);
     let mut on_frontier = vec![false; whole.nodes.len()];

@@ -6,8 +6,8 @@
 use super::{Function, FunctionBuilder, Op, Value};
 
 pub(super) mod axes;
-pub mod grid;
-pub mod prelude;
+pub(crate) mod grid;
+pub(crate) mod prelude;
 
 /// Computes in the builder the nodes of a function whose operands have outer values, starting from those of its
 /// parameters (`None` for a parameter that varies). Returns the outer value of every node that has one.

@@ -2,12 +2,13 @@
 //! which is computed at every point.
 
 use super::{hoist, visit_frontier};
+use crate::ir::builder::{Image, Rebuild};
 use crate::ir::hash::HashMap;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, Value, simplify};
 
 /// Functions that were split into one prelude and a body each.
 #[derive(Clone, Debug)]
-pub struct Split {
+pub(crate) struct Split {
     /// `(uniform parameters..) -> captures..`, all captures Real.
     pub prelude: FunctionId,
     /// One for each function, in order.
@@ -16,7 +17,7 @@ pub struct Split {
 
 /// A function to be split: `(uniform parameters.., varying parameters..) -> results..`.
 #[derive(Clone, Debug)]
-pub struct Whole {
+pub(crate) struct Whole {
     /// The function.
     pub function: FunctionId,
     /// The parameter of the prelude that each of its uniform parameters is.
@@ -26,14 +27,14 @@ pub struct Whole {
 impl Whole {
     /// The arguments of `function` at the parameters x of the prelude.
     #[must_use]
-    pub fn arguments<T: Copy>(&self, x: &[T], uv: [T; 2]) -> Vec<T> {
+    pub(crate) fn arguments<T: Copy>(&self, x: &[T], uv: [T; 2]) -> Vec<T> {
         self.uniform.iter().map(|i| x[*i as usize]).chain(uv).collect()
     }
 }
 
 /// The body of a function that was split.
 #[derive(Clone, Debug)]
-pub struct Body {
+pub(crate) struct Body {
     /// `(its captures.., varying parameters..) -> results..`.
     pub function: FunctionId,
     /// The results of the prelude that it takes, in the order of their first use: bodies that differ only in what they
@@ -50,13 +51,9 @@ pub struct Body {
 ///
 /// Inline and simplify the functions before: calls and branches go to the prelude only as a whole.
 #[must_use]
-pub fn split_all(module: &mut Module, params: Vec<Parameter>, functions: &[Whole]) -> Split {
-    let mut prelude = Prelude {
-        params: params.len(),
-        builder: FunctionBuilder::new("prelude", params),
-        captures: Vec::new(),
-        indices: HashMap::default(),
-    };
+pub(crate) fn split_all(module: &mut Module, params: Vec<Parameter>, functions: &[Whole]) -> Split {
+    let builder = FunctionBuilder::new("prelude", params.clone());
+    let mut prelude = Prelude { params, builder, captures: Vec::new(), indices: HashMap::default() };
     let mut bodies = Vec::new();
     for whole in functions {
         let function = module.function(whole.function).clone();
@@ -72,7 +69,7 @@ pub fn split_all(module: &mut Module, params: Vec<Parameter>, functions: &[Whole
 }
 
 struct Prelude {
-    params: usize,
+    params: Vec<Parameter>,
     builder: FunctionBuilder,
     /// Captured values (all Real), and the parameters of bodies that stand for them.
     captures: Vec<(Parameter, Value)>,
@@ -87,8 +84,7 @@ impl Prelude {
             return *index;
         }
         let index = self.captures.len() as u32;
-        let param = real.0 as usize;
-        let name = if param < self.params { self.builder.param_name(param).to_owned() } else { format!("c{index}") };
+        let name = self.params.get(real.0 as usize).map_or_else(|| format!("c{index}"), |p| p.name.clone());
         self.captures.push((Parameter::real(name), real));
         self.indices.insert(real, index);
         index
@@ -102,7 +98,6 @@ fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Functi
         *param = Some(prelude.builder.param(*index as usize));
     }
     let outer = hoist(&mut prelude.builder, function, &params, |_| true);
-    let constant = |prelude: &Prelude, v: Value| outer[v.0 as usize].and_then(|v| prelude.builder.constant(v));
     // The position of the capture of each captured node among those of the body.
     let mut captured: HashMap<Value, usize> = HashMap::default();
     let (mut positions, mut captures) = (HashMap::default(), Vec::new());
@@ -130,11 +125,15 @@ fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Functi
     let mut args: Vec<Value> =
         (0..uniform.len() as u32).map(|i| capture(&mut b, Value(i)).unwrap_or(Value::NONE)).collect();
     args.extend_from_slice(&b.params()[captures.len()..]);
-    let rebuild = b.splice_with(function, &args, |b, v| {
-        capture(b, v)
-            .or_else(|| constant(prelude, v).map(|constant| b.scalar(constant)))
-            .or_else(|| outer[v.0 as usize].map(|_| Value::NONE))
-    });
+    let mut rebuild = Rebuild::new(function, &args);
+    while let Some((v, node, op)) = rebuild.next(&mut b) {
+        let outside = outer[v.0 as usize].map(|value| match prelude.builder.constant(value) {
+            Some(constant) => b.scalar(constant),
+            None => Value::NONE,
+        });
+        let value = capture(&mut b, v).or(outside).unwrap_or_else(|| b.emit(&op, node.ty));
+        rebuild.push(Image::One(value));
+    }
     let results = rebuild.results();
     (b.finish_like(function, results), captures)
 }

@@ -55,9 +55,7 @@ impl<'m> Frame<'_, 'm> {
         };
         let i = frame.b.add(i, first);
         frame.locals.insert(*index, vec![i]);
-        let results = frame.expr(body)?;
-        let function = frame.finish(body, results);
-        let body = self.lowerer.module.add(function);
+        let body = frame.add(body)?;
         let invariant = if start.is_none() { invariant.into_iter().chain([from]).collect() } else { invariant };
         Ok(self.b.loop_(count, body, init, invariant))
     }
@@ -139,10 +137,7 @@ impl<'m> Frame<'_, 'm> {
         constants: &Constants,
         expr: &Expr,
     ) -> Result<FunctionId, TooLarge> {
-        let mut frame = self.child(name, params, constants, false);
-        let results = frame.expr(expr)?;
-        let function = frame.finish(expr, results);
-        Ok(self.lowerer.module.add(function))
+        self.child(name, params, constants, false).add(expr)
     }
 
     /// Starts a function within this one: of the locals' scalars and, if `start`, an int after them.

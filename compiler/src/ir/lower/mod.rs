@@ -11,7 +11,7 @@
 mod control;
 mod expr;
 mod free;
-pub mod model;
+pub(crate) mod model;
 mod operators;
 mod shape;
 
@@ -60,12 +60,8 @@ pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
 ///
 /// # Errors
 /// If the model would become too large.
-pub fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<LoweredModel, TooLarge> {
-    let mut lowerer = Lowerer::new(model, limits);
-    for index in 0..model.functions.len() {
-        lowerer.function(index)?;
-    }
-    lowerer.custom_derivatives();
+pub(crate) fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<LoweredModel, TooLarge> {
+    let mut lowerer = Lowerer::new(model, limits)?;
     let bounds = lowerer.bounds()?;
     let requires = lowerer.requires()?;
     let parts = model.parts.iter().map(|part| lowerer.part(part)).collect::<Result<_, _>>()?;
@@ -85,18 +81,14 @@ pub fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<LoweredM
 ///
 /// # Errors
 /// If they would become too large.
-pub fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(Module, Vec<FunctionId>), TooLarge> {
-    let mut lowerer = Lowerer::new(model, SizeLimits::default());
-    for index in 0..model.functions.len() {
-        lowerer.function(index)?;
-    }
-    lowerer.custom_derivatives();
-    let mut functions = Vec::new();
-    for id in values {
+pub(crate) fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(Module, Vec<FunctionId>), TooLarge> {
+    let mut lowerer = Lowerer::new(model, SizeLimits::default())?;
+    let function_of = |id: &LocalId| {
         let local = &model.locals[id.0 as usize];
         let value = Expr { kind: typed::ExprKind::Local(*id), ty: local.ty.clone(), span: local.span };
-        functions.push(lowerer.of_params(&local.name, &value)?);
-    }
+        lowerer.of_params(&local.name, &value)
+    };
+    let functions = values.iter().map(function_of).collect::<Result<_, _>>()?;
     Ok((lowerer.module, functions))
 }
 
@@ -141,10 +133,16 @@ struct Frame<'l, 'm> {
 }
 
 impl<'m> Lowerer<'m> {
-    fn new(model: &'m typed::Model, limits: SizeLimits) -> Lowerer<'m> {
+    /// Lowers the function instances.
+    fn new(model: &'m typed::Model, limits: SizeLimits) -> Result<Lowerer<'m>, TooLarge> {
         let mut module = Module { limits, ..Module::default() };
         let instances = model.functions.iter().map(|_| module.reserve()).collect();
-        Lowerer { model, module, instances, nodes: 0 }
+        let mut lowerer = Lowerer { model, module, instances, nodes: 0 };
+        for index in 0..model.functions.len() {
+            lowerer.function(index)?;
+        }
+        lowerer.custom_derivatives();
+        Ok(lowerer)
     }
 
     /// Starts a function of the scalars of some locals, followed by an int of that name, if there is one.
@@ -180,9 +178,7 @@ impl<'m> Lowerer<'m> {
     fn function(&mut self, index: usize) -> Result<(), TooLarge> {
         let function = &self.model.functions[index];
         let locals: Vec<LocalId> = function.captures.iter().chain(&function.params).copied().collect();
-        let mut frame = self.frame(&function.name, &locals, None);
-        let results = frame.expr(&function.body)?;
-        let function = frame.finish(&function.body, results);
+        let function = self.frame(&function.name, &locals, None).finish(&function.body)?;
         self.module.define(self.instances[index], function);
         Ok(())
     }
@@ -233,9 +229,7 @@ impl<'m> Lowerer<'m> {
                 let (params, locals) = self.used_params(&used);
                 let mut frame = self.frame("require", &locals, None);
                 frame.bind(&lets)?;
-                let results = frame.expr(condition)?;
-                let function = frame.finish(condition, results);
-                let function = self.module.add(function);
+                let function = frame.add(condition)?;
                 requires.push(LoweredRequire { function, params, message: message.clone(), span: *span });
             }
         }
@@ -250,9 +244,7 @@ impl<'m> Lowerer<'m> {
         frame.bind(&lets)?;
         let shape = frame.expr(&part.shape)?;
         frame.locals.insert(part.local, shape);
-        let point = frame.expr(&part.point)?;
-        let function = frame.finish(&part.point, point);
-        let surface = self.module.add(function);
+        let surface = frame.add(&part.point)?;
         let tolerance = part.tolerance.as_ref().map(|t| self.of_params("tolerance", t)).transpose()?;
         Ok(LoweredPart {
             name: part.name.clone(),
@@ -269,9 +261,7 @@ impl<'m> Lowerer<'m> {
     fn of_params(&mut self, name: &str, expr: &Expr) -> Result<FunctionId, TooLarge> {
         let mut frame = self.model_frame(name);
         frame.body_for([expr])?;
-        let results = frame.expr(expr)?;
-        let function = frame.finish(expr, results);
-        Ok(self.module.add(function))
+        frame.add(expr)
     }
 }
 
@@ -310,12 +300,20 @@ impl Frame<'_, '_> {
         Ok(())
     }
 
-    /// Completes a function whose result is the expression's value.
-    fn finish(self, expr: &Expr, results: Vec<Value>) -> super::Function {
+    /// Completes a function of the value of an expression.
+    fn finish(mut self, expr: &Expr) -> Result<super::Function, TooLarge> {
+        let results = self.expr(expr)?;
         self.lowerer.nodes += self.b.len();
         let mut names = Vec::new();
         self.lowerer.model.name_scalars("", &expr.ty, &mut |name, _| names.push(name));
-        self.b.finish(names.into_iter().zip(results))
+        Ok(self.b.finish(names.into_iter().zip(results)))
+    }
+
+    /// Adds a function of the value of an expression to the module.
+    fn add(self, expr: &Expr) -> Result<FunctionId, TooLarge> {
+        let Frame { lowerer, b, locals } = self;
+        let function = Frame { lowerer: &mut *lowerer, b, locals }.finish(expr)?;
+        Ok(lowerer.module.add(function))
     }
 
     /// An error if the functions have outgrown the limit.

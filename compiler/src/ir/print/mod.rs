@@ -8,7 +8,7 @@ mod expression;
 mod product;
 mod readable;
 
-pub use readable::gml;
+pub(crate) use readable::gml;
 
 impl Display for Value {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {

@@ -15,7 +15,7 @@ const LONGEST_EXPRESSION: usize = 90;
 /// and those that are zero where their first operand is, even at a pole, are written with the ordinary signs, which a
 /// remark then mentions.
 #[must_use]
-pub fn gml(module: &Module, function: FunctionId) -> String {
+pub(crate) fn gml(module: &Module, function: FunctionId) -> String {
     let mut text = String::new();
     let mut shown = BTreeSet::new();
     let mut left = vec![function];

@@ -91,12 +91,10 @@ fn without_invariants(
         Op::Param(p) => body.params[*p as usize].clone(),
         _ => Parameter::new(format!("fixed{i}"), body.ty(*v)),
     }));
-    let mut inner = FunctionBuilder::new(body.name.clone(), params);
     let mut images = vec![Value::NONE; body.nodes.len()];
     let old = [0].into_iter().chain(carried.iter().map(|k| *k as usize + 1)).chain(taken.iter().map(|v| v.0 as usize));
-    old.zip(inner.params()).for_each(|(old, param)| images[old] = param);
-    let rebuild =
-        inner.splice_with(body, &images[..body.params.len()], |_, v| is_invariant(v).then_some(images[v.0 as usize]));
-    let results = rebuild.results();
-    (inner.finish_like(body, results), taken.iter().filter_map(|v| hoisted[v.0 as usize]).collect())
+    old.zip(0..).for_each(|(old, param)| images[old] = Value(param));
+    let inner =
+        body.with_params(params, &images[..body.params.len()], |_, v| is_invariant(v).then_some(images[v.0 as usize]));
+    (inner, taken.iter().filter_map(|v| hoisted[v.0 as usize]).collect())
 }

@@ -24,7 +24,7 @@ const CHEAP_BRANCH: usize = 12;
 const MOST_SPECIALIZED_NODES: usize = 1_000_000;
 
 /// Simplifies the roots, and all functions that they reach by calls, in place. Signatures stay as they are.
-pub fn simplify(module: &mut Module, roots: &[FunctionId]) {
+pub(crate) fn simplify(module: &mut Module, roots: &[FunctionId]) {
     let mut simplifier = Simplifier { module, specialized: HashMap::default(), added: HashMap::default(), made: 0 };
     let mut done = BTreeSet::new();
     let mut left = roots.to_vec();
@@ -216,14 +216,12 @@ fn used_results(function: &Function) -> HashMap<Value, Vec<u32>> {
 
 /// A function with only some of its parameters, which must be all that it uses.
 fn with_params(function: &Function, params: &[u32]) -> Function {
-    let remaining = params.iter().map(|i| function.params[*i as usize].clone()).collect();
-    let mut builder = FunctionBuilder::new(function.name.clone(), remaining);
     let mut args = vec![Value::NONE; function.params.len()];
-    for (param, i) in builder.params().into_iter().zip(params) {
-        args[*i as usize] = param;
+    for (new, old) in (0..).zip(params) {
+        args[*old as usize] = Value(new);
     }
-    let results = builder.splice(function, &args);
-    builder.finish_like(function, results)
+    let remaining = params.iter().map(|i| function.params[*i as usize].clone()).collect();
+    function.with_params(remaining, &args, |_, _| None)
 }
 
 /// Result k, if it is the same parameter or constant in both functions.

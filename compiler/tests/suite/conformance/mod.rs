@@ -6,9 +6,9 @@
 mod operations;
 mod scripts;
 
-use gml_compiler::ir::interpret::{self, RunError};
-use gml_compiler::ir::scalar::Scalar;
-use gml_compiler::ir::{FunctionId, Module, Type};
+use gml_compiler::internals::ir::interpret::{self, RunError};
+use gml_compiler::internals::ir::scalar::Scalar;
+use gml_compiler::internals::ir::{FunctionId, Module, Type};
 use gml_compiler::jit::{Code, Compiler, Limits, Options, Routine, Stop};
 
 /// Why there is no result.

@@ -1,8 +1,8 @@
 //! Every operation at special values.
 
 use super::{Case, Evaluator, Fault, Interpreter, Native, Outcome, conforms, same};
-use gml_compiler::ir::scalar::Scalar::{self, Bool, Int, Real};
-use gml_compiler::ir::{
+use gml_compiler::internals::ir::scalar::Scalar::{self, Bool, Int, Real};
+use gml_compiler::internals::ir::{
     Binary, Compare, Failure, FailureId, Function, FunctionId, Module, Node, Op, Parameter, Type, Unary, Value,
 };
 use gml_compiler::source::Span;
@@ -128,7 +128,7 @@ fn every_operation_at_special_values() {
         let id = case.module.add(function(&types, op, ty));
         case.runs.extend(combinations(&types).into_iter().map(|arguments| (id, arguments)));
     }
-    gml_compiler::ir::validate(&case.module).expect("they are valid");
+    gml_compiler::internals::ir::validate(&case.module).expect("they are valid");
     assert!(conforms(&case) > 5000);
 }
 

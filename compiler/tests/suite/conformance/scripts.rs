@@ -2,9 +2,9 @@
 
 use super::{Case, conforms};
 use gml_compiler::check::{CheckOptions, check};
-use gml_compiler::diff;
-use gml_compiler::ir::lower::lower;
-use gml_compiler::ir::scalar::Scalar::{self, Real};
+use gml_compiler::internals::diff;
+use gml_compiler::internals::ir::lower::lower;
+use gml_compiler::internals::ir::scalar::Scalar::{self, Real};
 use gml_compiler::source::{Loader, SourceFile, Sources};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
