@@ -21,6 +21,7 @@ mod diff;
 pub mod format;
 mod ir;
 pub mod jit;
+mod parameters;
 pub mod program;
 pub mod reference;
 pub mod session;

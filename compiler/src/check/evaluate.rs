@@ -5,7 +5,7 @@ use super::typed::{Call, Expr, ExprKind, Function, FunctionId, LocalId, Model, P
 use super::types::ClosureId;
 use super::values::{self, Value, component, number};
 use crate::diagnostic::{Code, Diagnostic, Edit};
-use crate::program::Quantity;
+use crate::parameters::Quantity;
 use crate::source::Span;
 use std::collections::HashMap;
 

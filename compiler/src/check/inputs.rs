@@ -8,7 +8,7 @@ use super::typed::{Expr, ExprKind, Input, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, evaluate};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::program::Quantity;
+use crate::parameters::Quantity;
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
 use std::collections::BTreeMap;

@@ -6,7 +6,7 @@ use super::model::Body;
 use super::typed::{Binary, LocalId, Param, Statement, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
-use crate::program::Quantity;
+use crate::parameters::Quantity;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ParamDecl};
 

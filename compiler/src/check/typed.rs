@@ -8,7 +8,7 @@
 //! Everything is pure, so an expression may be evaluated once, never, or twice.
 
 pub use super::types::{ClosureId, Dimension, Type};
-use crate::program::Quantity;
+use crate::parameters::Quantity;
 use crate::source::Span;
 
 /// A local: a parameter, a capture, or a name bound by `let`. Unique in the whole model; index into [`Model::locals`].

@@ -1,5 +1,6 @@
 //! The functions of a model: prelude and bodies, with their derivatives by the parameters.
 
+use super::bounds::BoundsJacobian;
 use super::compile::BuildError;
 use super::jacobians::{self, Jacobian};
 use crate::diff::{self, Entry};
@@ -16,6 +17,7 @@ pub(super) struct ModelFunctions {
     pub(super) module: Module,
     /// `(params..) -> (lower, upper)..`.
     pub(super) bounds: FunctionId,
+    pub(super) bounds_jacobian: BoundsJacobian,
     /// To be tried in order, before the prelude.
     pub(super) requires: Vec<LoweredRequire>,
     /// `(params..) -> captures..`.
@@ -113,9 +115,11 @@ impl ModelFunctions {
         {
             parts.push(PartFunctions { surface, body, captures: part.captures, jacobian, slopes });
         }
+        let bounds_jacobian = BoundsJacobian::new(&mut module, lowered.bounds, lowered.params.len())?;
         let (bounds, requires) = (lowered.bounds, std::mem::take(&mut lowered.requires));
+        let prelude = split.prelude;
         let mut functions =
-            ModelFunctions { module, bounds, requires, prelude: split.prelude, slopes, bodies, parts, tolerances };
+            ModelFunctions { module, bounds, bounds_jacobian, requires, prelude, slopes, bodies, parts, tolerances };
         functions.drop_unreached();
         Ok(functions)
     }
@@ -123,6 +127,7 @@ impl ModelFunctions {
     /// Drops the functions that were made on the way.
     fn drop_unreached(&mut self) {
         let mut named: Vec<&mut FunctionId> = vec![&mut self.bounds, &mut self.prelude, &mut self.slopes];
+        named.push(&mut self.bounds_jacobian.function);
         named.extend(self.requires.iter_mut().map(|r| &mut r.function));
         named.extend(self.bodies.iter_mut().map(|b| &mut b.points));
         named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian.function]));

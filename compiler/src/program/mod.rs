@@ -8,6 +8,7 @@
 //! way is cheaper (`derivatives`; what not everybody needs when it is first asked for: `on_demand`). All of it is machine code (`kernels`); where that meets a failure or a value
 //! that is not finite, the interpreter goes the same way again to find the place in the source (`failure`).
 
+mod bounds;
 mod compile;
 mod derivatives;
 mod failure;
@@ -18,20 +19,21 @@ mod kernels;
 mod limits;
 mod on_demand;
 mod on_grid;
-mod parameters;
 mod probe;
 #[cfg(test)]
 mod tests;
 mod text;
 mod tolerances;
 
+pub use bounds::BoundDerivative;
 pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed};
 pub use failure::EvaluationError;
 pub use instance::Instance;
 pub use limits::{LIMITS, Limit, LimitError};
 pub use on_grid::JacobianEntry;
-pub use parameters::{Input, Parameter, Part, Quantity};
 pub use text::EmitStage;
+
+pub use crate::parameters::{Input, Parameter, Part, Quantity};
 
 pub(crate) use compile::{build_model, derivative_error};
 pub(crate) use failure::shown as shown_parameter;
@@ -97,22 +99,6 @@ impl Program {
     #[must_use]
     pub fn defaults(&self) -> Vec<f64> {
         self.parameters.iter().map(|p| p.default).collect()
-    }
-
-    /// Bounds of every parameter at x, as a bound may depend on other parameters; infinite where there is none, and where
-    /// the bound cannot be computed at x.
-    ///
-    /// # Panics
-    /// If x does not have a value for every parameter.
-    #[must_use]
-    pub fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
-        assert_eq!(x.len(), self.parameters.len(), "a value for every parameter");
-        let Ok(flat) = self.kernels.bounds(x, self.limits) else {
-            return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()];
-        };
-        let lower = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
-        let upper = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
-        flat.chunks_exact(2).map(|pair| (lower(pair[0]), upper(pair[1]))).collect()
     }
 
     /// Makes the derivatives that are otherwise made when they are first asked for: partials, second partials, pullbacks.

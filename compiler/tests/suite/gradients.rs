@@ -113,6 +113,67 @@ fn check_partials(program: &Program, random: &mut Random) {
     }
 }
 
+/// Bounds by every parameter, where they depend on any.
+fn check_bounds(program: &Program, random: &mut Random) {
+    let finite = |x: &[f64]| -> Vec<f64> {
+        let both = program.bounds(x).into_iter().flat_map(|(low, high)| [low, high]);
+        both.map(|bound| if bound.is_finite() { bound } else { 0.0 }).collect()
+    };
+    for _ in 0..VECTORS {
+        let x = random.parameters(program);
+        let jacobian = program.bounds_jacobian(&x);
+        for (by, parameter) in program.parameters().iter().enumerate() {
+            let mut derivative = vec![0.0; 2 * x.len()];
+            let mut dependent = vec![false; x.len()];
+            for d in jacobian.iter().filter(|d| d.by == by) {
+                derivative[2 * d.parameter..][..2].copy_from_slice(&[d.lower, d.upper]);
+                dependent[d.parameter] = true;
+            }
+            let at = |h: f64| {
+                let mut x = x.clone();
+                x[by] += h;
+                Some(finite(&x))
+            };
+            let error = deviation(&derivative, scale(program, by, &x), at);
+            assert!(error < TOLERANCE, "bounds by {}: {error:e} at {x:?}", parameter.name);
+            let (before, after) = (finite(&x), at(0.37 * scale(program, by, &x)).unwrap());
+            for (i, dependent) in dependent.into_iter().enumerate() {
+                assert!(dependent || before[2 * i..][..2] == after[2 * i..][..2], "{} moves bounds {i}", parameter.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn derivatives_of_bounds() {
+    let program = common::program(
+        "bounds.gml",
+        "fn half(x: length) -> length = x / 2
+         model m {
+           param a: length in 10mm..50mm = 30mm
+           param n: real in 1.5..6.5 = 3
+           let wall = if a > 20mm { a / 10 } else { 2mm }
+           param b: length in max(wall, 1mm)..half(a) = 5mm
+           param c: angle in -asin(b / a)..pi * b / a = 0.1
+           param d: length in 0mm..fold(1mm, 0..3, |s, i| s + b ^ 2 / a) = 1mm
+           param e: length in -floor(n) * 1mm..100mm = 1mm
+           param f: length = 1mm
+           part p = |u, v| (u * b + d, v * a, e + f * sin(c) * n)
+         }",
+    );
+    check_bounds(&program, &mut Random(11));
+    let dependences: Vec<(usize, usize)> =
+        program.bounds_jacobian(&program.defaults()).iter().map(|d| (d.parameter, d.by)).collect();
+    // The bound of e depends on n, in steps: with derivative 0.
+    assert_eq!(dependences, [(2, 0), (3, 0), (3, 2), (4, 0), (4, 2), (5, 1)]);
+    let can = common::example("can/can");
+    check_bounds(&can, &mut Random(12));
+    let name = |i: usize| can.parameters()[i].name.clone();
+    let of_can: Vec<[String; 2]> =
+        can.bounds_jacobian(&can.defaults()).iter().map(|d| [name(d.parameter), name(d.by)]).collect();
+    assert_eq!(of_can, [["neck_radius", "body_radius"], ["stand_radius", "body_radius"]]);
+}
+
 /// Every part of every example, by every parameter.
 #[test]
 fn derivatives_of_every_example() {

@@ -1,7 +1,7 @@
 //! Compiled scripts as models.
 
 use super::surface::{EvaluationError, Instance, Model, Partials, SecondPartials};
-use gml_compiler::program::{self, Parameter, Part, Program};
+use gml_compiler::program::{self, BoundDerivative, Parameter, Part, Program};
 
 impl From<program::EvaluationError> for EvaluationError {
     fn from(error: program::EvaluationError) -> EvaluationError {
@@ -24,6 +24,10 @@ impl Model for Program {
 
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         Program::bounds(self, x)
+    }
+
+    fn bounds_jacobian(&self, x: &[f64]) -> Vec<BoundDerivative> {
+        Program::bounds_jacobian(self, x)
     }
 
     fn tolerances(&self, x: &[f64]) -> Result<Vec<Option<f64>>, EvaluationError> {

@@ -2,7 +2,7 @@
 //! exact derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
 
 use bytemuck::{Pod, Zeroable};
-use gml_compiler::program::{Parameter, Part};
+use gml_compiler::program::{BoundDerivative, Parameter, Part};
 use thiserror::Error;
 
 /// A point of a surface with its first partial derivatives. Millimetres.
@@ -42,6 +42,9 @@ pub trait Model: Sync {
     fn parts(&self) -> &[Part];
     /// Bounds of every parameter at x (a bound may depend on earlier parameters); infinite where there is none.
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)>;
+    /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend on,
+    /// the same pairs at any x.
+    fn bounds_jacobian(&self, x: &[f64]) -> Vec<BoundDerivative>;
     /// Tolerances of the parts at x, for those to which the model gives one: the largest magnitude of a deviation in
     /// millimetres.
     ///

@@ -25,7 +25,7 @@ use super::{
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::hash::HashMap;
-use crate::program;
+use crate::parameters;
 use crate::source::Span;
 use free::Free;
 
@@ -92,8 +92,8 @@ pub(crate) fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(
     Ok((lowerer.module, functions))
 }
 
-fn parameter(param: &typed::Param) -> program::Parameter {
-    program::Parameter {
+fn parameter(param: &typed::Param) -> parameters::Parameter {
+    parameters::Parameter {
         name: param.name.clone(),
         doc: param.doc.clone(),
         quantity: param.quantity,
@@ -104,8 +104,8 @@ fn parameter(param: &typed::Param) -> program::Parameter {
     }
 }
 
-fn input(input: &typed::Input) -> program::Input {
-    program::Input {
+fn input(input: &typed::Input) -> parameters::Input {
+    parameters::Input {
         name: input.name.clone(),
         doc: input.doc.clone(),
         quantity: input.quantity,

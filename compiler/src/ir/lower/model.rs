@@ -1,7 +1,7 @@
 //! A model as scalar functions: the result of the lowering.
 
 use crate::ir::{FunctionId, Module};
-use crate::program::{Input, Parameter};
+use crate::parameters::{Input, Parameter};
 use crate::source::Span;
 
 /// A model as functions of its parameters' values (all Real, millimetres and radians, in order).

@@ -64,7 +64,7 @@ fn empty_ranges(program: &Program) -> Vec<Diagnostic> {
             .iter()
             .zip(&x)
             .enumerate()
-            .filter(|(j, _)| moves_bounds(program, &x, *j, i))
+            .filter(|(j, _)| program.bounds_depend(i, *j))
             .map(|(_, (other, value))| format!("{} = {}", other.name, shown(other, *value)))
             .collect();
         let message = format!(
@@ -81,14 +81,6 @@ fn empty_ranges(program: &Program) -> Vec<Diagnostic> {
         );
     }
     found
-}
-
-/// Whether the bounds of parameter `i` change with parameter `j`.
-fn moves_bounds(program: &Program, x: &[f64], j: usize, i: usize) -> bool {
-    let (low, high) = program.range(x, j);
-    let mut moved = x.to_vec();
-    moved[j] = if x[j] - low > high - x[j] { low } else { high };
-    program.bounds(x)[i] != program.bounds(&moved)[i]
 }
 
 fn bounds_span(program: &Program, i: usize) -> Option<Span> {

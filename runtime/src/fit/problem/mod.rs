@@ -1,6 +1,5 @@
 //! The problem that a fit solves: a model, a scan and its noise, the parameterization of estimates, and the objective.
 
-mod bounds;
 pub(crate) mod coverage;
 pub(crate) mod isometry;
 pub(crate) mod level;

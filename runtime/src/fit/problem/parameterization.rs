@@ -1,7 +1,6 @@
 //! What is optimised: an estimate (the script's free parameters and a rigid motion), its scaled local coordinates, and
 //! the bounds.
 
-use super::bounds::varying_bounds;
 use super::isometry::{Isometry, left_jacobian};
 use crate::model::Model;
 use glam::{DQuat, DVec3};
@@ -67,7 +66,8 @@ impl<'a> Parameterization<'a> {
         ties: &[(usize, usize)],
     ) -> Self {
         let mut at = model.bounds(x);
-        let varying = varying_bounds(model, x, &at);
+        let mut varying = vec![false; x.len()];
+        model.bounds_jacobian(x).iter().for_each(|d| varying[d.parameter] = true);
         for (leader, follower) in ties {
             let (low, high) = at[*follower];
             if !varying[*follower] {
@@ -179,47 +179,49 @@ impl<'a> Parameterization<'a> {
     }
 
     /// dx/dz over the free parameters, with the scales: the derivative of every x (rows) by every scaled coordinate of
-    /// a free parameter (columns). Bounds are differentiated numerically: they are cheap, and linear as a rule.
+    /// a free parameter (columns). Zero where the bounds leave no room at z.
     fn slope(&self, z: &[f64]) -> DMatrix<f64> {
         let n = self.free.len();
         let mut slope = DMatrix::zeros(self.base.len(), n);
+        let mut set = |slope: &mut DMatrix<f64>, i: usize, row: DVector<f64>| {
+            for follower in self.followers(i) {
+                slope.set_row(follower, &row.transpose());
+            }
+        };
+        let unit = |k: usize, length: f64| {
+            let mut row = DVector::zeros(n);
+            row[k] = length;
+            row
+        };
+        // As in `x`: first what has constant bounds, then what follows it, in order.
         for (k, i) in self.free.iter().enumerate() {
-            if !self.dependent {
-                for row in self.followers(*i) {
-                    slope[(row, k)] = 1.0 / self.scale[k];
-                }
-                continue;
+            if let Rule::Plain { .. } = self.rules[k] {
+                set(&mut slope, *i, unit(k, 1.0));
             }
-            let h = 1e-6 * z[k].abs().max(1.0 / self.scale[k].max(1e-300)).max(1e-6);
-            let (mut plus, mut minus) = (z.to_vec(), z.to_vec());
-            plus[k] += h;
-            minus[k] -= h;
-            if let (Some(plus), Some(minus)) = (self.unclamped(&plus), self.unclamped(&minus)) {
-                for (row, (p, m)) in plus.iter().zip(&minus).enumerate() {
-                    slope[(row, k)] = (p - m) / (2.0 * h * self.scale[k]);
+        }
+        if self.dependent {
+            let Some(x) = self.x(z) else { return DMatrix::zeros(self.base.len(), n) };
+            let (bounds, jacobian) = (self.model.bounds(&x), self.model.bounds_jacobian(&x));
+            for (k, i) in self.free.iter().enumerate() {
+                let (low, high) = bounds[*i];
+                // dx/dz at constant bounds, and dx by the lower and by the upper bound.
+                let (own, by_low, by_high) = match self.rules[k] {
+                    Rule::Plain { .. } => continue,
+                    Rule::Fraction => (high - low, 1.0 - z[k], z[k]),
+                    Rule::AboveLow => (1.0, 1.0, 0.0),
+                    Rule::BelowHigh => (-1.0, 0.0, 1.0),
+                };
+                let mut row = unit(k, own);
+                for d in jacobian.iter().filter(|d| d.parameter == *i) {
+                    row += (by_low * d.lower + by_high * d.upper) * slope.row(d.by).transpose();
                 }
+                set(&mut slope, *i, row);
             }
+        }
+        for (k, scale) in self.scale.iter().enumerate() {
+            slope.column_mut(k).scale_mut(1.0 / scale);
         }
         slope
-    }
-
-    /// As `x`, but linear beyond the box: for differences.
-    fn unclamped(&self, z: &[f64]) -> Option<Vec<f64>> {
-        let mut x = self.base.clone();
-        for ((i, rule), z) in self.free.iter().zip(&self.rules).zip(z) {
-            let (low, high) = match rule {
-                Rule::Plain { .. } => (0.0, 0.0),
-                _ => self.model.bounds(&x)[*i],
-            };
-            x[*i] = match rule {
-                Rule::Plain { .. } => *z,
-                Rule::Fraction => low + z * (high - low),
-                Rule::AboveLow => low + z,
-                Rule::BelowHigh => high - z,
-            };
-            self.tie(&mut x);
-        }
-        x.iter().all(|x| x.is_finite()).then_some(x)
     }
 
     /// Sets how far a unit of each free parameter's x moves the surface (millimetres, root mean square).

@@ -3,7 +3,7 @@
 use super::number::{Dual, Jet, Number};
 use crate::fit::FitOptions;
 use crate::model::{EvaluationError, Instance, Model, Partials, SecondPartials};
-use gml_compiler::program::{Parameter, Part, Quantity};
+use gml_compiler::program::{BoundDerivative, Parameter, Part, Quantity};
 use std::f64::consts::TAU;
 
 /// Parameters that a hand-written model may have.
@@ -71,6 +71,13 @@ impl<F: Formula> Model for Handmade<F> {
             bounds[*i].1 = bounds[*i].1.min(x[*j]);
         }
         bounds
+    }
+    fn bounds_jacobian(&self, x: &[f64]) -> Vec<BoundDerivative> {
+        let derivative = |(i, j): &(usize, usize)| {
+            let follows = x[*j] < self.parameters[*i].upper;
+            BoundDerivative { parameter: *i, by: *j, lower: 0.0, upper: if follows { 1.0 } else { 0.0 } }
+        };
+        self.below.iter().map(derivative).collect()
     }
     fn instantiate<'a>(&'a self, x: &[f64]) -> Result<Box<dyn Instance + 'a>, EvaluationError> {
         let jets = x.iter().map(|x| Jet::constant(*x)).collect();
