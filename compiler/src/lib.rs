@@ -21,6 +21,7 @@ mod diff;
 pub mod format;
 mod ir;
 pub mod jit;
+mod operators;
 mod parameters;
 pub mod program;
 pub mod reference;

@@ -76,7 +76,7 @@ pub(crate) struct CompileArgs {
     /// Set an input of the model, such as bolts=6 (may be repeated)
     #[arg(long = "input", value_name = "NAME=VALUE", value_parser = values::input)]
     pub(crate) inputs: Vec<(String, InputValue)>,
-    /// Set a limit on the script's work: steps, depth, nesting, instances, turns, nodes or operations, such as
+    /// Set a limit on the script's work: steps, depth, nesting, instances, iterations, nodes or operations, such as
     /// steps=1000000 (may be repeated)
     #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
     pub(crate) limits: Vec<(String, u64)>,

@@ -1,7 +1,7 @@
 //! Answers of the session as text.
 
 use crate::{check, table};
-use gml_compiler::session::{Answer, CurrentModel, Gradient, Session};
+use gml_compiler::session::{Answer, CurrentModel, Gradient, Line, Session};
 use std::fmt::Write as _;
 
 /// The longest value in characters; more is cut off.
@@ -11,16 +11,15 @@ const LONGEST: usize = 4000;
 pub(crate) fn answers(answers: &[Answer], session: &Session) -> String {
     let mut out = String::new();
     for answer in answers {
-        let _ = match answer {
-            Answer::Value(value) => writeln!(out, "{}", cut(&value.to_string())),
-            Answer::Let { names, value } if names.contains(',') => {
-                writeln!(out, "({names}) = {}", cut(&value.to_string()))
-            }
-            Answer::Let { names, value } => writeln!(out, "{names} = {}", cut(&value.to_string())),
-            Answer::Function { signature, .. } => writeln!(out, "{signature}"),
-            Answer::Derivative { function, .. } => writeln!(out, "deriv {function}"),
-            Answer::Use { .. } => Ok(()),
-            Answer::Model { name, .. } => match session.model().filter(|m| m.name() == name) {
+        let value = || answer.value.as_ref().map_or_else(String::new, |value| cut(&value.to_string()));
+        let _ = match &answer.line {
+            Line::Value => writeln!(out, "{}", value()),
+            Line::Let(names) if names.contains(',') => writeln!(out, "({names}) = {}", value()),
+            Line::Let(names) => writeln!(out, "{names} = {}", value()),
+            Line::Function(signature) => writeln!(out, "{signature}"),
+            Line::Derivative(function) => writeln!(out, "deriv {function}"),
+            Line::Use(_) => Ok(()),
+            Line::Model(name) => match session.model().filter(|m| m.name() == name) {
                 Some(model) => writeln!(out, "{}", headline(model)),
                 None => writeln!(out, "model {name}"),
             },
@@ -38,7 +37,7 @@ fn cut(text: &str) -> String {
 }
 
 /// `model cup: 15 parameters, 4 parts`.
-pub(crate) fn headline(model: CurrentModel<'_>) -> String {
+pub(crate) fn headline(model: &CurrentModel) -> String {
     let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let mut counts = vec![count(model.parameters().len(), "parameter")];
     if !model.inputs().is_empty() {
@@ -49,7 +48,7 @@ pub(crate) fn headline(model: CurrentModel<'_>) -> String {
 }
 
 /// `:params`.
-pub(crate) fn parameters(model: CurrentModel<'_>) -> String {
+pub(crate) fn parameters(model: &CurrentModel) -> String {
     format!(
         "model {}\n{}{}\nparts: {}\n",
         model.name(),

@@ -25,7 +25,7 @@ fn f(x: real) -> real = if x { 1 } else { 2 }
 // Error: 47-50 the branches of this 'if' differ: a whole number and a length
 // Hint: did you mean 1mm?
 fn g(x: real) -> real = if x > 0 { 1 } else { 1mm }
-// Error: 25-39 this 'if' has no 'else', so it has no value where the condition fails
+// Error: 25-39 this 'if' has no 'else', so it has no value where the condition is false
 // Hint: add `else { ... }`
 fn h(x: real) -> real = if x > 0 { 1 }
 // Error: 25-26 a condition must be a truth value, but this is a bare number

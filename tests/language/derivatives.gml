@@ -140,7 +140,7 @@ deriv h(x, y; dx) = dx
 // Hint: a derivative must be in the same block or file as its function
 deriv hh(x; dx) = dx
 fn k(x: real) -> bool = x > 0
-// Error: 7-8 only numbers have derivatives, and 'k' gives a truth value
+// Error: 7-8 only numbers have derivatives, but 'k' returns a truth value
 deriv k(x; dx) = dx
 fn l(x: real) -> real = x
 deriv l(x; dx) = dx
@@ -155,12 +155,12 @@ deriv n(x; dx) = dy
 model m {
   param a: real = 3
   fn f(x: real) -> real = a * x
-  // Error: 9-10 'f' uses 'a' from outside of it, and its derivative by hand says nothing of that
+  // Error: 9-10 'f' uses 'a' from outside, which its custom derivative does not take into account
   // Hint: make 'a' an argument of the function
   deriv f(x; dx) = a * dx
   part p = disc(1mm * f(2))
 }
-// Error: 19-24 this default depends on 'x', of which the derivative by hand of 'g' cannot know
+// Error: 19-24 this default depends on 'x', which the custom derivative of 'g' does not take into account
 fn g(x: real, y = 2 * x) -> real = x * y
 deriv g(x, y; dx, dy) = x * dy + y * dx
 let a = g(3)

@@ -46,7 +46,7 @@ model m {
 }
 
 // --- recursion without end
-// Error: 23-31 calls are nested more than 400 deep, most deeply in 'f'
+// Error: 23-31 calls are nested more than 400 deep; the innermost call is of 'f'
 // Hint: recursion must end on a known whole number or array length, or the function's parameters and result must be annotated with their types; if it does end, raise the limit: --limit nesting=N
 fn f(n: int) -> int = f(n + 1)
 let x = f(0)

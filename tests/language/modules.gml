@@ -29,7 +29,7 @@ use "missing.gml" (a)
 use column (b)
 
 // Error: elsewhere: files use each other in a circle: circle_a.gml -> circle_b.gml -> circle_a.gml
-// Hint: move what both need into a file that uses neither
+// Hint: move the shared definitions into a file that uses neither
 // Error: elsewhere: this constant is defined in terms of itself
 // --- files that use each other
 use "circle_a.gml" (a)
@@ -80,7 +80,7 @@ let a = half(3)
 // --- a name from two places
 use "bracket.gml" (bracket)
 // Error: 18-25 'bracket' is imported from two files
-// Hint: `use` one of them whole, without names in parentheses, and write its name before a dot
+// Hint: import one of them as a whole, by `use` without names in parentheses, and write MODULE.NAME
 use "other.gml" (bracket)
 // Error: 20-29 'thickness' is imported from another file and also defined here
 use "bracket.gml" (thickness)

@@ -32,10 +32,10 @@ model m {
   // Error: 12-35 a part must be a surface (a function of u and v), but this is a function of one argument
   // Hint: make a surface of the curve: revolve(curve), or tube(curve, radius: 5mm)
   part b = |t| (t * 1mm, 0mm, 0mm)
-  // Error: 12-37 the surface 'c' must give points in space, but it gives a point in the plane
+  // Error: 12-37 the surface 'c' must return points in space, but it returns a point in the plane
   // Hint: a surface needs three coordinates; a profile in the plane can be turned: revolve(profile)
   part c = |u, v| (u * 1mm, v * 1mm)
-  // Error: 12-28 the surface 'd' must give points in space, but it gives a vector of 3 bare numbers
+  // Error: 12-28 the surface 'd' must return points in space, but it returns a vector of 3 bare numbers
   // Hint: coordinates are lengths: write 0mm for 0, and multiply bare numbers by 1mm
   part d = |u, v| (u, v, 0)
   // Error: 24-27 the elements of an array must be of one kind: this is a length, the ones before are a function of 2 arguments

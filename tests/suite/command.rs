@@ -237,7 +237,7 @@ model m {
 }
 ";
     fs::write(folder.path().join("m.gml"), script).expect("written");
-    let all = "steps=1000000,depth=1000,nesting=400,instances=20000,turns=4096,nodes=4000000,operations=400000";
+    let all = "steps=1000000,depth=1000,nesting=400,instances=20000,iterations=4096,nodes=4000000,operations=400000";
     let mut args = vec!["mesh", "m.gml", "-o", "m.ply", "--chord", "1mm"];
     all.split(',').for_each(|limit| args.extend(["--limit", limit]));
     gmlc(folder.path(), &args);
@@ -246,7 +246,7 @@ model m {
         ("depth=5", "nested deeper than 5 (see --limit depth)"),
         ("nesting=10", "calls are nested more than 10 deep"),
         ("instances=15", "functions are instantiated more than 15 times"),
-        ("turns=30", "this loop has 40 iterations, but at most 30 can be unrolled"),
+        ("iterations=30", "this loop has 40 iterations, but at most 30 can be unrolled"),
         ("nodes=100", "the script grows beyond 100 nodes"),
         ("operations=20", "operations"),
     ];
@@ -259,7 +259,7 @@ model m {
     for (limit, said) in [
         ("steps=0", "must be at least 1"),
         ("steps=many", "not a whole number"),
-        ("speed=3", "the limits are steps, depth, nesting, instances, turns, nodes, operations"),
+        ("speed=3", "the limits are steps, depth, nesting, instances, iterations, nodes, operations"),
         ("steps", "--limit"),
     ] {
         let error = fails(folder.path(), &["check", "m.gml", "--limit", limit], 2);

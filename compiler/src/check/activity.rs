@@ -1,13 +1,13 @@
-//! Which values depend on a parameter, so that none loses its derivative unsaid: what is rounded must not depend on
-//! one, unless it is wrapped in `stop`.
+//! Activity analysis: which values depend on a parameter, so that none loses its derivative silently. A rounded value
+//! must not depend on one, unless it is wrapped in `stop`.
 
-use super::context::{Checker, Step};
-use super::typed::{Binary, ByHand, Call, Expr, ExprKind, FunctionId, LocalId, Model, Statement, Unary};
+use super::context::{Checker, StackFrame};
+use super::typed::{Binary, Call, CustomDerivative, Expr, ExprKind, FunctionId, LocalId, Model, Statement, Unary};
 use crate::diagnostic::{Code, Diagnostic};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-/// What a value depends on.
+/// The parameters that a value depends on.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Activity {
     /// All of it on a parameter (the first of several), or none of it on any.
@@ -102,7 +102,7 @@ impl<'m> Analysis<'m, '_, '_> {
     }
 
     fn expr(&mut self, e: &'m Expr) -> Activity {
-        if !self.checker.charge(1, e.span) {
+        if !self.checker.use_fuel(1, e.span) {
             return NONE;
         }
         stacker::maybe_grow(64 << 10, 1 << 20, || self.dispatch(e))
@@ -117,11 +117,15 @@ impl<'m> Analysis<'m, '_, '_> {
             ExprKind::Binary(op, a, b) => {
                 let (a, b) = (self.expr(a), self.expr(b));
                 match op {
-                    Binary::Eq | Binary::Ne | Binary::Lt | Binary::Le | Binary::Gt | Binary::Ge => NONE,
                     Binary::Mul | Binary::Div if matches!(a, Activity::Each(_)) => a.with(b.any()),
                     Binary::Mul | Binary::Div => b.with(a.any()),
                     _ => a.join(&b),
                 }
+            }
+            ExprKind::Compare(_, a, b) => {
+                self.expr(a);
+                self.expr(b);
+                NONE
             }
             ExprKind::If(c, a, b) => {
                 self.expr(c);
@@ -165,7 +169,7 @@ impl<'m> Analysis<'m, '_, '_> {
         let activity = self.expr(a);
         match op {
             Unary::Stop | Unary::Not => NONE,
-            Unary::Floor | Unary::Ceil | Unary::Round | Unary::Truncate => {
+            Unary::Floor | Unary::Ceil | Unary::Round | Unary::ToInt => {
                 if let Some(parameter) = activity.any() {
                     let name = self.model.params.get(parameter as usize).map_or("?", |p| &p.name);
                     let message = format!(
@@ -184,7 +188,7 @@ impl<'m> Analysis<'m, '_, '_> {
 
     fn call(&mut self, call: &'m Call, e: &Expr) -> Activity {
         let model = self.model;
-        let Some(function) = model.functions.get(call.function.0 as usize) else { return NONE };
+        let Some(function) = model.functions.get(&call.function) else { return NONE };
         let closure = call.closure.as_ref().map_or(NONE, |c| self.expr(c));
         let mut given: Vec<Activity> = (0..function.captures.len()).map(|k| closure.component(k)).collect();
         for arg in &call.args {
@@ -194,8 +198,8 @@ impl<'m> Analysis<'m, '_, '_> {
         if let Some(activity) = self.known.get(&key) {
             return activity.clone();
         }
-        if let Some(by_hand) = &function.by_hand {
-            return self.by_hand(by_hand, key, &function.name, e);
+        if let Some(custom_derivative) = &function.custom_derivative {
+            return self.of_custom_derivative(custom_derivative, key, &function.name, e);
         }
         if self.running.contains(&call.function) {
             // Recursion at run time: whatever it gets may come out anywhere.
@@ -208,26 +212,32 @@ impl<'m> Analysis<'m, '_, '_> {
 
     fn run(&mut self, id: FunctionId, given: &[Activity], name: &str, e: &Expr) -> Activity {
         let model = self.model;
-        let Some(function) = model.functions.get(id.0 as usize) else { return NONE };
+        let Some(function) = model.functions.get(&id) else { return NONE };
         self.running.push(id);
-        self.checker.trail.push(Step { span: e.span, name: name.into() });
+        self.checker.call_stack.push(StackFrame { span: e.span, name: name.into() });
         for (local, activity) in function.captures.iter().chain(&function.params).zip(given) {
             self.locals.insert(*local, activity.clone());
         }
         let activity = self.expr(&function.body);
-        self.checker.trail.pop();
+        self.checker.call_stack.pop();
         self.running.pop();
         activity
     }
 
     /// A function whose derivative is given may round what it likes; the derivative may not, as it has one itself.
-    fn by_hand(&mut self, by_hand: &ByHand, key: (FunctionId, Vec<Activity>), name: &str, e: &Expr) -> Activity {
+    fn of_custom_derivative(
+        &mut self,
+        custom_derivative: &CustomDerivative,
+        key: (FunctionId, Vec<Activity>),
+        name: &str,
+        e: &Expr,
+    ) -> Activity {
         let first = key.1.iter().filter_map(Activity::any).min();
-        if !self.running.contains(&by_hand.function) && first.is_some() {
-            let captures = self.model.functions[key.0.0 as usize].captures.len();
-            let tangents = by_hand.params.iter().map(|p| key.1[captures + p].clone());
+        if !self.running.contains(&custom_derivative.function) && first.is_some() {
+            let captures = self.model.functions[&key.0].captures.len();
+            let tangents = custom_derivative.params.iter().map(|p| key.1[captures + p].clone());
             let given: Vec<Activity> = key.1.iter().cloned().chain(tangents).collect();
-            self.run(by_hand.function, &given, name, e);
+            self.run(custom_derivative.function, &given, name, e);
         }
         let activity = Activity::All(first);
         self.known.insert(key, activity.clone());

@@ -2,7 +2,7 @@
 
 use super::context::{Binding, Checker, error, known};
 use super::expressions::element;
-use super::typed::{Expr, ExprKind, Statement, Type};
+use super::typed::{Expr, ExprKind, LocalId, Statement, Type};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{self, Ident, Item, ItemKind, Pattern};
@@ -14,7 +14,7 @@ impl<'a> Checker<'a> {
         self.pair_derivatives(items);
         for item in items {
             if let ItemKind::Require(decl) = &item.kind {
-                // What follows may rely on it.
+                // The statements after it may rely on it.
                 if !self.requirement(decl, item.span, &mut statements) {
                     self.env.names.truncate(mark);
                     return error(span);
@@ -43,10 +43,7 @@ impl<'a> Checker<'a> {
                 let outer = self.defining.replace(&decl.pattern);
                 let mut value = self.expr(&decl.value);
                 self.defining = outer;
-                if let Some(ty) = &decl.ty {
-                    let wanted = self.wanted(ty);
-                    value = self.fit(value, &wanted, "the value");
-                }
+                value = self.coerce_written(value, decl.ty.as_ref(), "the value");
                 self.bind(&decl.pattern, value, out);
             }
             ItemKind::Function(decl) => {
@@ -61,8 +58,7 @@ impl<'a> Checker<'a> {
             | ItemKind::Part(ast::PartDecl { name, .. }) => {
                 let error = Diagnostic::new(Code::Misplaced, item.span, "this belongs in the body of a model");
                 self.report(error.hint("write it directly between the braces of `model name { ... }`"));
-                let unknown = self.local(&name.text, Type::Error, name.span);
-                self.env.names.push((&name.text, Binding::Local(unknown)));
+                self.bind_local(name, Type::Error);
             }
             ItemKind::Model(decl) => {
                 let message = "a model belongs at the top of the file";
@@ -96,7 +92,7 @@ impl<'a> Checker<'a> {
         match pattern {
             Pattern::Name(name) => self.bind_name(name, value, out),
             Pattern::Tuple(patterns, span) => {
-                let whole = self.keep("", value, out);
+                let whole = self.keep(value, out);
                 for (i, pattern) in patterns.iter().enumerate() {
                     let component = match self.destructured(whole.clone(), i, patterns.len(), *span) {
                         Some(component) => component,
@@ -106,6 +102,13 @@ impl<'a> Checker<'a> {
                 }
             }
         }
+    }
+
+    /// Brings a new local into scope.
+    pub(super) fn bind_local(&mut self, name: &'a Ident, ty: Type) -> LocalId {
+        let local = self.local(&name.text, ty, name.span);
+        self.env.names.push((&name.text, Binding::Local(local)));
+        local
     }
 
     pub(super) fn bind_name(&mut self, name: &'a Ident, value: Expr, out: &mut Vec<Statement>) {
@@ -121,12 +124,12 @@ impl<'a> Checker<'a> {
     }
 
     /// Binds a value that is used several times to a local, unless it is cheap to repeat.
-    pub(super) fn keep(&mut self, name: &str, value: Expr, out: &mut Vec<Statement>) -> Expr {
+    pub(super) fn keep(&mut self, value: Expr, out: &mut Vec<Statement>) -> Expr {
         if matches!(value.kind, ExprKind::Local(_) | ExprKind::Int(_) | ExprKind::Real(_) | ExprKind::Bool(_)) {
             return value;
         }
         let (ty, span) = (value.ty.clone(), value.span);
-        let id = self.local(name, ty, span);
+        let id = self.local("", ty, span);
         out.push(Statement::Let(id, value));
         self.read(id, span)
     }
@@ -138,13 +141,13 @@ impl<'a> Checker<'a> {
             Type::Tuple(types) => types.len(),
             Type::Array(_, n) => *n,
             other => {
-                let message = format!("{} cannot be taken apart into {count} names", self.describe(other));
+                let message = format!("{} cannot be destructured into {count} names", self.describe(other));
                 self.report(Diagnostic::new(Code::Pattern, span, message));
                 return None;
             }
         };
         if have != count {
-            let message = format!("this names {count} values, but there are {have}");
+            let message = format!("this pattern names {count} values, but there are {have}");
             self.report(Diagnostic::new(Code::Pattern, span, message).related(value.span, self.describe(&value.ty)));
             return None;
         }

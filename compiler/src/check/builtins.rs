@@ -1,6 +1,5 @@
-//! What is built in: only what cannot be written in the language.
+//! Built-in functions: only those that cannot be written in the language.
 
-use super::calls::Given;
 use super::constants::constant;
 use super::context::{Checker, error, int};
 use super::convert::{exponent_error, square_root};
@@ -9,11 +8,10 @@ use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
-use crate::suggest::nearest;
 
 /// A built-in function.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Builtin {
+pub(crate) enum Builtin {
     /// Bare number to bare number.
     Plain(Unary),
     /// Angle to bare number.
@@ -60,7 +58,7 @@ const TABLE: &[(&str, Builtin, &[&str])] = &[
     ("floor", Builtin::Rounded(Unary::Floor), &["x"]),
     ("ceil", Builtin::Rounded(Unary::Ceil), &["x"]),
     ("round", Builtin::Rounded(Unary::Round), &["x"]),
-    ("int", Builtin::Rounded(Unary::Truncate), &["x"]),
+    ("int", Builtin::Rounded(Unary::ToInt), &["x"]),
     ("real", Builtin::Real, &["x"]),
     ("stop", Builtin::Stop, &["x"]),
     ("len", Builtin::Len, &["xs"]),
@@ -82,12 +80,12 @@ pub(super) fn constant_named(name: &str, span: Span) -> Option<Expr> {
 }
 
 /// All names that are built in.
-pub(super) fn names() -> impl Iterator<Item = &'static str> {
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     TABLE.iter().map(|(name, ..)| *name).chain(["pi", "tau"])
 }
 
 impl Builtin {
-    pub(super) fn named(name: &str) -> Option<Builtin> {
+    pub(crate) fn named(name: &str) -> Option<Builtin> {
         TABLE.iter().find(|(n, ..)| *n == name).map(|(_, builtin, _)| *builtin)
     }
 
@@ -95,7 +93,7 @@ impl Builtin {
         TABLE.iter().find(|(_, b, _)| *b == self).map_or(("", &[]), |(name, _, params)| (*name, *params))
     }
 
-    pub(super) fn parameters(self) -> &'static [&'static str] {
+    pub(crate) fn parameters(self) -> &'static [&'static str] {
         self.entry().1
     }
 
@@ -106,51 +104,9 @@ impl Builtin {
 }
 
 impl<'a> Checker<'a> {
-    /// The arguments of a built-in function in order.
-    pub(super) fn builtin_args(&mut self, builtin: Builtin, args: Vec<Given<'a>>, span: Span) -> Option<Vec<Expr>> {
-        let (name, params) = builtin.entry();
-        let count = args.len();
-        let mut slots: Vec<Option<Expr>> = Vec::new();
-        for (i, arg) in args.into_iter().enumerate() {
-            let at = match arg.label {
-                None => i,
-                Some(label) => match params.iter().position(|p| *p == label.text) {
-                    Some(at) => at,
-                    None => {
-                        let message = format!("'{name}' has no parameter '{}'", label.text);
-                        let diagnostic = Diagnostic::new(Code::UnknownLabel, label.span, message);
-                        self.report(match nearest(&label.text, params.iter().copied()) {
-                            Some(near) => diagnostic.did_you_mean(label.span, near),
-                            None => diagnostic.hint(super::calls::parameters_in_words(params)),
-                        });
-                        return None;
-                    }
-                },
-            };
-            if slots.len() <= at {
-                slots.resize_with(at + 1, || None);
-            }
-            slots[at] = Some(arg.value);
-        }
-        let given: Option<Vec<Expr>> = slots.into_iter().collect();
-        match given {
-            Some(given) if given.len() == params.len() || (builtin.variadic() && !given.is_empty()) => Some(given),
-            _ => {
-                let wanted = match params.len() {
-                    _ if builtin.variadic() => "one argument or more".to_owned(),
-                    1 => "one argument".to_owned(),
-                    n => format!("{n} arguments: {}", params.join(", ")),
-                };
-                let message = format!("'{name}' takes {wanted}, but it is given {count}");
-                self.report(Diagnostic::new(Code::Arguments, span, message));
-                None
-            }
-        }
-    }
-
     /// A built-in function of values, which are as many as it wants.
     pub(super) fn builtin(&mut self, builtin: Builtin, args: Vec<Expr>, span: Span) -> Expr {
-        if args.iter().any(|a| a.ty.is_error()) || !self.charge(1, span) {
+        if args.iter().any(|a| a.ty.is_error()) || !self.use_fuel(1, span) {
             return error(span);
         }
         let mut args = args.into_iter();
@@ -315,31 +271,25 @@ impl<'a> Checker<'a> {
         self.fail(diagnostic.suggestion(suggestion))
     }
 
-    fn extreme(&mut self, builtin: Builtin, first: Expr, mut rest: Vec<Expr>, span: Span) -> Expr {
+    /// The least or greatest of some values, or of the elements of one array.
+    fn extreme(&mut self, builtin: Builtin, first: Expr, rest: Vec<Expr>, span: Span) -> Expr {
         let mut statements = Vec::new();
-        let mut best = first;
-        if rest.is_empty() {
-            // Of the elements of one array.
-            let name = builtin.entry().0;
-            let Some(items) = self.items(name, best, &mut statements) else { return error(span) };
-            rest = items;
-            if rest.is_empty() {
-                return self.fail(Diagnostic::new(
-                    Code::Arguments,
-                    span,
-                    "an empty array has no smallest or largest element",
-                ));
-            }
-            best = rest.remove(0);
+        let items = if rest.is_empty() {
+            self.items(builtin.entry().0, first, &mut statements)
+        } else {
+            Some(std::iter::once(first).chain(rest).collect())
+        };
+        let Some(items) = items else { return error(span) };
+        let mut items = items.into_iter();
+        let Some(first) = items.next() else {
+            let message = "an empty array has no smallest or largest element";
+            return self.fail(Diagnostic::new(Code::Arguments, span, message));
+        };
+        let choose = |checker: &mut Self, a, b| checker.extreme_of_two(builtin, a, b, span);
+        match self.accumulate(first, items, &mut statements, choose) {
+            Some(value) => super::bindings::wrap(statements, value, span),
+            None => error(span),
         }
-        for x in rest {
-            let value = self.extreme_of_two(builtin, best, x, span);
-            if value.ty.is_error() {
-                return value;
-            }
-            best = self.keep("", value, &mut statements);
-        }
-        super::bindings::wrap(statements, best, span)
     }
 
     fn extreme_of_two(&mut self, builtin: Builtin, a: Expr, b: Expr, span: Span) -> Expr {

@@ -62,13 +62,13 @@ impl<'a> Checker<'a> {
     }
 
     fn given(&mut self, args: &'a [Arg]) -> Vec<Given<'a>> {
-        let outer = self.beside;
+        let outer = self.preceding_args;
         let given = args.iter().enumerate().map(|(i, arg)| {
-            self.beside = &args[..i];
+            self.preceding_args = &args[..i];
             Given { label: arg.label.as_ref(), value: self.expr(&arg.value) }
         });
         let given = given.collect();
-        self.beside = outer;
+        self.preceding_args = outer;
         given
     }
 
@@ -120,7 +120,7 @@ impl<'a> Checker<'a> {
             (None, Type::Tuple(types)) if !self.is_function(&name.text) => diagnostic.hint(match types.len() {
                 2 => "the components are .x and .y",
                 3 => "the components are .x, .y and .z",
-                _ => "components are had by index, as in t[3]",
+                _ => "the components are accessed by index, as in t[3]",
             }),
             (None, Type::Array(..)) if matches!(name.text.as_str(), "length" | "size" | "count") => {
                 diagnostic.suggest("it is written '.len()'", [Edit::replace(name.span, "len()")])
@@ -151,14 +151,16 @@ impl<'a> Checker<'a> {
             });
         };
         let callee = self.closure(id).callee;
-        if let Callee::Builtin(builtin) = callee {
-            return match self.builtin_args(builtin, args, span) {
-                Some(args) => self.builtin(builtin, args, span),
-                None => error(span),
-            };
+        let mut params = self.parameters(id);
+        if let Callee::Builtin(builtin) = callee
+            && builtin.variadic()
+        {
+            params.resize(args.len().max(1), Parameter { name: "", ty: None, optional: false });
         }
-        let params = self.parameters(id);
         let Some(slots) = self.match_args(id, &params, args, span) else { return error(span) };
+        if let Callee::Builtin(builtin) = callee {
+            return self.builtin(builtin, slots.into_iter().flatten().collect(), span);
+        }
         let mut types = Vec::new();
         let mut values = Vec::new();
         for (param, slot) in params.iter().zip(slots) {
@@ -166,13 +168,7 @@ impl<'a> Checker<'a> {
                 types.push(None);
                 continue;
             };
-            let value = match param.ty {
-                Some(ty) => {
-                    let wanted = self.wanted(ty);
-                    self.fit(value, &wanted, &format!("'{}'", param.name))
-                }
-                None => value,
-            };
+            let value = self.coerce_written(value, param.ty, &format!("'{}'", param.name));
             if value.ty.is_error() {
                 return error(span);
             }
@@ -345,7 +341,7 @@ pub(super) fn field_index(ty: &Type, name: &str) -> Option<usize> {
     }
 }
 
-fn parameter(param: &FnParam) -> Parameter<'_> {
+pub(super) fn parameter(param: &FnParam) -> Parameter<'_> {
     let name = match &param.pattern {
         Pattern::Name(ident) => ident.text.as_str(),
         Pattern::Tuple(..) => "",

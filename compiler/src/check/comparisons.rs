@@ -1,8 +1,8 @@
 //! Truth values: `and`, `or`, `not` and comparisons.
 
 use super::context::{Checker, boolean, error};
-use super::operators::{binary, is_number, unary};
-use super::typed::{Binary, Expr, ExprKind, Type, Unary};
+use super::operators::{is_number, unary};
+use super::typed::{Compare, Expr, ExprKind, Type, Unary};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp};
@@ -80,7 +80,7 @@ impl<'a> Checker<'a> {
         if is_number(&a.ty) && is_number(&b.ty) {
             let (Some((a, da)), Some((b, db))) = (self.real(a), self.real(b)) else { return error(span) };
             return match self.common_dimension(op, &a, da, &b, db, span) {
-                Some(_) => binary(comparison(op), a, b, Type::BOOL, span),
+                Some(_) => comparison(op, a, b, span),
                 None => error(span),
             };
         }
@@ -90,14 +90,15 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// The operation of a comparison.
-pub(super) fn comparison(op: BinaryOp) -> Binary {
-    match op {
-        BinaryOp::Eq => Binary::Eq,
-        BinaryOp::Ne => Binary::Ne,
-        BinaryOp::Lt => Binary::Lt,
-        BinaryOp::Le => Binary::Le,
-        BinaryOp::Gt => Binary::Gt,
-        _ => Binary::Ge,
-    }
+/// `a op b`, which is known only at run time, of two reals or two ints.
+pub(super) fn comparison(op: BinaryOp, a: Expr, b: Expr, span: Span) -> Expr {
+    let op = match op {
+        BinaryOp::Eq => Compare::Eq,
+        BinaryOp::Ne => Compare::Ne,
+        BinaryOp::Lt => Compare::Lt,
+        BinaryOp::Le => Compare::Le,
+        BinaryOp::Gt => Compare::Gt,
+        _ => Compare::Ge,
+    };
+    Expr { kind: ExprKind::Compare(op, Box::new(a), Box::new(b)), ty: Type::BOOL, span }
 }

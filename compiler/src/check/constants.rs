@@ -1,12 +1,79 @@
-//! Arithmetic on what is known while compiling.
+//! Values that are known while compiling.
 
-use super::typed::{Binary, Expr, ExprKind, Type, Unary};
+use super::context::Checker;
+use super::finish;
+use super::typed::{self, Binary, Expr, ExprKind, Local, LocalId, Model, Param, Statement, Type, Unary};
 use super::types::Exponent;
 use crate::syntax::ast::BinaryOp;
+use std::collections::HashSet;
+
+/// Computes the values of locals that the body of a model without parameters binds, each a number; or says why one has
+/// no value. The checker itself evaluates literals only: later stages can run a model, and the caller hands them in.
+pub type Evaluate = fn(&Model, &[LocalId]) -> Vec<Result<f64, String>>;
+
+impl Checker<'_> {
+    /// The finite values of numeric expressions of a model's body, where `lets` bind what they use. The parameters
+    /// `free` have no value.
+    pub(super) fn evaluate<'e>(
+        &self,
+        mut lets: Vec<(LocalId, &'e Expr)>,
+        free: &[&Param],
+        exprs: &[&'e Expr],
+    ) -> Vec<Result<f64, String>> {
+        let first = self.locals.len();
+        let locals = (first..).map(|local| LocalId(local as u32)).zip(exprs.iter().copied());
+        let computed: Vec<(LocalId, &Expr)> = locals.filter(|(_, e)| constant(e).is_none()).collect();
+        lets.extend(&computed);
+        let computed: Vec<LocalId> = computed.into_iter().map(|(local, _)| local).collect();
+        let mut values = self.computed(lets, free, exprs, &computed).into_iter();
+        let value = |e: &&Expr| match constant(e) {
+            Some(x) if x.is_finite() => Ok(x),
+            Some(_) => Err("its value is not finite".to_owned()),
+            None => values.next().unwrap_or_else(|| Err("it cannot be evaluated".to_owned())),
+        };
+        exprs.iter().map(value).collect()
+    }
+
+    /// The values of those locals that are not literals; the expressions are those of new locals.
+    fn computed(
+        &self,
+        lets: Vec<(LocalId, &Expr)>,
+        free: &[&Param],
+        exprs: &[&Expr],
+        asked: &[LocalId],
+    ) -> Vec<Result<f64, String>> {
+        if asked.is_empty() {
+            return Vec::new();
+        }
+        let none = |reason: String| vec![Err(reason); asked.len()];
+        let mut needed: HashSet<LocalId> = asked.iter().copied().collect();
+        let body = typed::needed_lets(lets, &mut needed);
+        if let Some(param) = free.iter().find(|p| needed.contains(&p.local)) {
+            return none(format!("it depends on the parameter '{}'", param.name));
+        }
+        let body = body.into_iter().map(|(local, e)| Statement::Let(local, e.clone())).collect();
+        let mut model = Model { body, ..Model::default() };
+        finish::finish(self, &mut model);
+        let functions = model.functions.values().map(|f| &f.body);
+        if model.body.iter().map(Statement::expr).chain(functions).any(has_error) {
+            return none("it has errors".to_owned());
+        }
+        let local = |e: &&Expr| Local { name: "constant".to_owned(), ty: e.ty.clone(), span: e.span };
+        model.locals.extend(exprs.iter().map(local));
+        (self.evaluate)(&model, asked)
+    }
+}
+
+/// Whether there is an error in an expression.
+fn has_error(e: &Expr) -> bool {
+    let mut found = e.ty.is_error();
+    e.for_each_child(&mut |child| found |= has_error(child));
+    found
+}
 
 /// An operator on two known ints; `None` where the result is a real, which is not tracked.
 pub(super) fn int_binary(op: BinaryOp, a: i64, b: i64) -> Result<Option<Type>, &'static str> {
-    const LARGE: &str = "this whole number gets too large";
+    const LARGE: &str = "this whole number is too large";
     let truth = |b| Ok(Some(Type::Bool(Some(b))));
     let value = match op {
         BinaryOp::Add => a.checked_add(b).ok_or(LARGE)?,
@@ -54,6 +121,7 @@ pub(super) fn constant(e: &Expr) -> Option<f64> {
     match &e.kind {
         ExprKind::Real(x) => Some(*x),
         ExprKind::Int(k) => Some(*k as f64),
+        ExprKind::Bool(b) => Some(f64::from(*b)),
         ExprKind::Convert(e) => constant(e),
         ExprKind::Unary(Unary::Neg, e) => Some(-constant(e)?),
         ExprKind::Binary(op, a, b) => {

@@ -2,6 +2,7 @@
 
 use super::CheckOptions;
 use super::builtins::Builtin;
+use super::constants::Evaluate;
 use super::instantiate::Instance;
 use super::modules::{Definition, Module};
 use super::typed::{Expr, ExprKind, Function, FunctionId, Local, LocalId, Type};
@@ -13,10 +14,11 @@ use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::atomic::Ordering;
 
-/// Everything that is known while checking.
+/// The state of the checker.
 pub(super) struct Checker<'a> {
     pub(super) modules: &'a [Module<'a>],
     pub(super) options: &'a CheckOptions,
+    pub(super) evaluate: Evaluate,
     /// All locals so far, and whether each is used.
     pub(super) locals: Vec<Local>,
     pub(super) used: Vec<bool>,
@@ -28,17 +30,17 @@ pub(super) struct Checker<'a> {
     pub(super) instances: HashMap<InstanceKey, Instance>,
     /// The names in scope.
     pub(super) env: Env<'a>,
-    /// The calls that led to the instance being checked, outermost first.
-    pub(super) trail: Vec<Step>,
+    /// The call stack: the calls that led to the instance being checked, outermost first.
+    pub(super) call_stack: Vec<StackFrame>,
     /// Free names of lambdas and functions, by the address of their tree.
     pub(super) free_names: HashMap<usize, Rc<[&'a str]>>,
-    /// Derivatives by hand, by the address of their function's tree.
-    pub(super) by_hand: HashMap<usize, &'a ast::DerivativeDecl>,
+    /// custom derivatives, by the address of their function's tree.
+    pub(super) custom_derivatives: HashMap<usize, &'a ast::DerivativeDecl>,
     /// The names of the `let` whose value is being checked.
     pub(super) defining: Option<&'a ast::Pattern>,
-    /// The arguments before the one that is being checked.
-    pub(super) beside: &'a [ast::Arg],
-    /// Where numbers are written without a unit.
+    /// The preceding arguments of the call whose argument is being checked.
+    pub(super) preceding_args: &'a [ast::Arg],
+    /// The places of numbers without a unit.
     pub(super) bare_literals: HashSet<Span>,
     diagnostics: Vec<Diagnostic>,
     reported: HashSet<(Span, Code)>,
@@ -46,12 +48,12 @@ pub(super) struct Checker<'a> {
     exhausted: bool,
 }
 
-/// A function instance: what is called, for which types of arguments (`None` for one left to its default), and whether ints in the
-/// result are made reals.
+/// A function instance: what is called, for which types of arguments (`None` for one left to its default), and whether
+/// ints in the result are made reals.
 pub(super) type InstanceKey = (ClosureId, Vec<Option<Type>>, bool);
 
 /// A call on the way to the instance being checked.
-pub(super) struct Step {
+pub(super) struct StackFrame {
     pub(super) span: Span,
     pub(super) name: Rc<str>,
 }
@@ -62,7 +64,7 @@ pub(super) struct Env<'a> {
     pub(super) names: Vec<(&'a str, Binding)>,
 }
 
-/// What a name in scope stands for.
+/// The meaning of a name in scope.
 #[derive(Clone, Copy)]
 pub(super) enum Binding {
     /// A local.
@@ -80,7 +82,7 @@ pub(super) struct Closure<'a> {
     pub(super) size: usize,
 }
 
-/// What a closure runs. `usize` is the module.
+/// The code of a closure. `usize` is the module.
 #[derive(Clone, Copy)]
 pub(super) enum Callee<'a> {
     Function(usize, &'a ast::FunctionDecl),
@@ -93,7 +95,7 @@ pub(super) enum Callee<'a> {
     Derivative(ClosureId, usize),
 }
 
-/// What makes closure types the same, beside the types that they captured.
+/// The identity of a closure type apart from the types of its captures.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Origin {
     /// The address of the tree.
@@ -116,10 +118,11 @@ impl Callee<'_> {
 }
 
 impl<'a> Checker<'a> {
-    pub(super) fn new(modules: &'a [Module<'a>], options: &'a CheckOptions) -> Checker<'a> {
+    pub(super) fn new(modules: &'a [Module<'a>], options: &'a CheckOptions, evaluate: Evaluate) -> Checker<'a> {
         let mut checker = Checker {
             modules,
             options,
+            evaluate,
             locals: Vec::new(),
             used: Vec::new(),
             closures: Vec::new(),
@@ -127,11 +130,11 @@ impl<'a> Checker<'a> {
             functions: Vec::new(),
             instances: HashMap::new(),
             env: Env { module: 0, names: Vec::new() },
-            trail: Vec::new(),
+            call_stack: Vec::new(),
             free_names: HashMap::new(),
-            by_hand: HashMap::new(),
+            custom_derivatives: HashMap::new(),
             defining: None,
-            beside: &[],
+            preceding_args: &[],
             bare_literals: HashSet::new(),
             diagnostics: Vec::new(),
             reported: HashSet::new(),
@@ -184,7 +187,7 @@ impl<'a> Checker<'a> {
         }
         let error = diagnostic.severity == Severity::Error;
         let mut steps: Vec<(Span, Rc<str>)> =
-            self.trail.iter().filter(|s| !self.is_definition(s)).map(|s| (s.span, s.name.clone())).collect();
+            self.call_stack.iter().filter(|s| !self.is_definition(s)).map(|s| (s.span, s.name.clone())).collect();
         if self.in_library(diagnostic.span)
             && let Some(last) = steps.iter().rposition(|(span, _)| !self.in_library(*span))
         {
@@ -241,7 +244,7 @@ impl<'a> Checker<'a> {
     }
 
     /// A step that no call made: a library's function is checked without one.
-    fn is_definition(&self, step: &Step) -> bool {
+    fn is_definition(&self, step: &StackFrame) -> bool {
         let of = |m: &Module<'_>| m.definitions.get(&*step.name).is_some_and(|d| d.span() == step.span);
         self.modules.iter().any(|m| !m.std && of(m))
     }
@@ -252,26 +255,19 @@ impl<'a> Checker<'a> {
         if name.contains('|') { "this function".to_owned() } else { format!("'{name}'") }
     }
 
-    /// What a function of the library takes, in words.
+    /// The parameters of a library function, in words.
     fn parameters_of_library(&self, name: &str) -> Option<String> {
         let library = self.modules.iter().filter(|m| m.std).find_map(|m| m.definitions.get(name))?;
         let Definition::Function(decl) = library else { return None };
-        let names: Option<Vec<&str>> = decl
-            .params
-            .iter()
-            .map(|p| match &p.pattern {
-                ast::Pattern::Name(name) => Some(name.text.as_str()),
-                ast::Pattern::Tuple(..) => None,
-            })
-            .collect();
-        names.filter(|names| names.len() > 1).map(|names| super::calls::parameters_in_words(&names))
+        let names: Vec<&str> = decl.params.iter().map(|p| super::calls::parameter(p).name).collect();
+        (names.len() > 1 && !names.contains(&"")).then(|| super::calls::parameters_in_words(&names))
     }
 
     fn in_library(&self, span: Span) -> bool {
         self.modules.iter().any(|m| m.std && m.items.first().is_some_and(|i| i.span.file == span.file))
     }
 
-    /// Tries something whose errors are nobody's business.
+    /// Tries something and discards its errors.
     pub(super) fn quietly<T>(&mut self, attempt: impl FnOnce(&mut Self) -> T) -> T {
         let (before, reported, exhausted) = (self.diagnostics.len(), self.reported.clone(), self.exhausted);
         let result = attempt(self);
@@ -280,8 +276,9 @@ impl<'a> Checker<'a> {
         result
     }
 
-    /// Counts nodes of the tree or of types; says so once where there are too many. False then, and ever after.
-    pub(super) fn charge(&mut self, nodes: usize, span: Span) -> bool {
+    /// Consumes fuel: one unit for each node of the tree or of a type. Reports once when it is used up; false from then
+    /// on.
+    pub(super) fn use_fuel(&mut self, nodes: usize, span: Span) -> bool {
         self.nodes = self.nodes.saturating_add(nodes);
         if !self.exhausted && self.options.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
             self.exhausted = true;
@@ -293,7 +290,7 @@ impl<'a> Checker<'a> {
                 format!("the script grows beyond {} nodes when its functions are instantiated", self.options.nodes);
             self.report(
                 Diagnostic::new(Code::TooLarge, span, message)
-                    .hint("long loops and deep recursion over known numbers are written out: shorten them, or raise the limit: --limit nodes=N"),
+                    .hint("long loops and deep recursion over known numbers are unrolled: shorten them, or raise the limit: --limit nodes=N"),
             );
         }
         !self.exhausted

@@ -1,6 +1,6 @@
 //! Widening, and the type that two values have in common.
 
-use super::annotations::Wanted;
+use super::annotations::Expected;
 use super::context::Checker;
 use super::typed::{Binary, Expr, ExprKind, Type, Unary};
 use super::types::{Dimension, Exponent};
@@ -8,8 +8,8 @@ use crate::diagnostic::{Code, Diagnostic, Edit, Suggestion};
 use crate::source::Span;
 
 impl<'a> Checker<'a> {
-    /// The value in another type of the same shape: ints become reals where `to` has a real. Whether the dimensions allow it is the
-    /// caller's business.
+    /// The value in another type of the same shape: ints become reals where `to` has a real. The caller makes sure that
+    /// the dimensions allow it.
     pub(super) fn convert(&mut self, mut expr: Expr, to: &Type) -> Expr {
         if expr.ty == *to {
             return expr;
@@ -123,9 +123,9 @@ impl<'a> Checker<'a> {
         })
     }
 
-    /// The suggestion for a bare number where a length or angle is wanted: the number with a unit.
-    pub(super) fn unit_hint(&self, expr: &Expr, wanted: &Wanted) -> Option<Suggestion> {
-        let Wanted::Real(want) = wanted else { return None };
+    /// The suggestion for a bare number in the place of a length or angle: the number with a unit.
+    pub(super) fn unit_hint(&self, expr: &Expr, expected: &Expected) -> Option<Suggestion> {
+        let Expected::Real(want) = expected else { return None };
         match expr.ty {
             Type::Int(_) | Type::Real(Dimension::NONE) => self.unit_advice(expr, *want),
             Type::Real(have) if want.is_none() && have == Dimension::LENGTH => Some(Suggestion {
@@ -140,7 +140,7 @@ impl<'a> Checker<'a> {
     pub(super) fn unit_advice(&self, expr: &Expr, want: Dimension) -> Option<Suggestion> {
         let (unit, one, factor) = match want {
             Dimension::LENGTH => ("mm", "by 1mm to give it a unit", " * 1mm"),
-            Dimension::ANGLE => ("deg", "by 1deg or 1rad to say which is meant", " * 1deg"),
+            Dimension::ANGLE => ("deg", "by 1deg or 1rad to give it a unit", " * 1deg"),
             _ => return None,
         };
         let digits = inner_span(expr);
@@ -183,7 +183,7 @@ fn literal(expr: &Expr) -> Option<f64> {
     }
 }
 
-/// Where the digits of a literal stand.
+/// The place of a literal's digits.
 fn inner_span(expr: &Expr) -> Span {
     match &expr.kind {
         ExprKind::Unary(Unary::Neg, e) | ExprKind::Convert(e) => inner_span(e),
@@ -203,5 +203,5 @@ pub(super) fn square_root(d: Dimension) -> Option<Dimension> {
 
 /// An error for an exponent of length that gets out of hand.
 pub(super) fn exponent_error(span: Span) -> Diagnostic {
-    Diagnostic::new(Code::ExponentRange, span, "the exponent of length gets too large here")
+    Diagnostic::new(Code::ExponentRange, span, "the exponent of length is too large here")
 }

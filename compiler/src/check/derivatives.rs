@@ -32,7 +32,8 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Which argument a derivative is taken in. `u` and `v` are also the first and second of any function of two.
+    /// The argument that a derivative is taken by. `u` and `v` also name the first and second argument of any function
+    /// of two.
     fn argument_index(&mut self, id: ClosureId, argument: Option<&Ident>, span: Span) -> Option<usize> {
         let params = self.parameters(id);
         let name = self.called(id);
@@ -74,11 +75,11 @@ impl<'a> Checker<'a> {
         span: Span,
     ) -> Option<(Vec<LocalId>, Expr)> {
         let Some(Some(Type::Real(by))) = args.get(wrt) else {
-            let found = match args.get(wrt) {
+            let kind = match args.get(wrt) {
                 Some(Some(ty)) => self.describe(ty),
                 _ => "left to its default".to_owned(),
             };
-            let message = format!("a derivative is taken in a number, and this argument is {found}");
+            let message = format!("a function is differentiated by a number, but this argument is {kind}");
             self.report(Diagnostic::new(Code::NoDerivative, span, message));
             return None;
         };

@@ -2,7 +2,7 @@
 
 use super::context::{Callee, Checker, boolean, error, int, known};
 use super::free;
-use super::iteration::TURNS_HINT;
+use super::iteration::ITERATIONS_HINT;
 use super::typed::{Expr, ExprKind, LocalId, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic};
@@ -17,7 +17,7 @@ const STACK_MORE: usize = 2 << 20;
 impl<'a> Checker<'a> {
     /// Checks an expression in the names that are in scope.
     pub(super) fn expr(&mut self, expr: &'a ast::Expr) -> Expr {
-        if !self.charge(1, expr.span) {
+        if !self.use_fuel(1, expr.span) {
             return error(expr.span);
         }
         // Instantiation nests: each call checks a body. Its depth is bounded by an option, the stack follows.
@@ -77,7 +77,7 @@ impl<'a> Checker<'a> {
 
     pub(super) fn make_tuple(&mut self, items: Vec<Expr>, span: Span) -> Expr {
         let ty = Type::tuple(items.iter().map(|e| e.ty.clone()).collect());
-        if ty.is_error() || !self.charge(self.size(&ty), span) {
+        if ty.is_error() || !self.use_fuel(self.size(&ty), span) {
             return error(span);
         }
         Expr { kind: ExprKind::Aggregate(items), ty, span }
@@ -88,9 +88,10 @@ impl<'a> Checker<'a> {
         if items.iter().any(|e| e.ty.is_error()) {
             return error(span);
         }
-        if items.len() > self.options.turns {
-            let message = format!("an array can have {} elements, but this has {}", self.options.turns, items.len());
-            return self.fail(Diagnostic::new(Code::TooLarge, span, message).hint(TURNS_HINT));
+        if items.len() > self.options.iterations {
+            let message =
+                format!("an array can have {} elements, but this has {}", self.options.iterations, items.len());
+            return self.fail(Diagnostic::new(Code::TooLarge, span, message).hint(ITERATIONS_HINT));
         }
         let Some(first) = items.first() else {
             // Nothing is known of its elements, and nothing will be asked of them.
@@ -118,7 +119,7 @@ impl<'a> Checker<'a> {
             }
         }
         let whole = Type::Array(ty.clone().into(), items.len());
-        if !self.charge(self.size(&whole), span) {
+        if !self.use_fuel(self.size(&whole), span) {
             return error(span);
         }
         let items = items.into_iter().map(|e| self.convert(e, &ty)).collect();
@@ -153,7 +154,7 @@ impl<'a> Checker<'a> {
 
     pub(super) fn make_record(&mut self, values: Vec<(&str, Expr)>, span: Span) -> Expr {
         let ty = Type::Record(values.iter().map(|(n, e)| ((*n).into(), e.ty.clone())).collect());
-        if ty.is_error() || !self.charge(self.size(&ty), span) {
+        if ty.is_error() || !self.use_fuel(self.size(&ty), span) {
             return error(span);
         }
         Expr { kind: ExprKind::Aggregate(values.into_iter().map(|(_, e)| e).collect()), ty, span }
@@ -190,7 +191,7 @@ impl<'a> Checker<'a> {
             let error = Diagnostic::new(
                 Code::MissingElse,
                 span,
-                "this 'if' has no 'else', so it has no value where the condition fails",
+                "this 'if' has no 'else', so it has no value where the condition is false",
             )
             .hint("add `else { ... }`");
             return self.fail(error);

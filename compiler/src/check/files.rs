@@ -10,23 +10,23 @@ use crate::syntax::ast::{File, Ident, Item, ItemKind, UsePath};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// How many files a script may use, directly or not.
+/// Maximal number of files that a script uses, directly or not.
 const FILE_LIMIT: usize = 256;
 
 /// A file that was read, and for each of its `use`s (by item index) the file that it names.
 #[derive(Default)]
-pub(super) struct Loaded {
-    pub(super) name: String,
-    pub(super) std: bool,
+pub(crate) struct Loaded {
+    pub(crate) name: String,
+    pub(crate) std: bool,
     /// Shared with other compilations where it is the library's.
-    pub(super) ast: Arc<File>,
-    pub(super) uses: Vec<(usize, Option<usize>)>,
-    /// Of a text entered into a session: what stands in the scope of the session's model.
-    pub(super) inner: Vec<Item>,
-    /// Of such a text: the names of those before it.
-    pub(super) seen: Arc<Seen>,
-    /// Of such a text: its own names mean what they meant before it.
-    pub(super) earlier: bool,
+    pub(crate) ast: Arc<File>,
+    pub(crate) uses: Vec<(usize, Option<usize>)>,
+    /// In a text entered into a session: the statements in the scope of the session's model.
+    pub(crate) inner: Vec<Item>,
+    /// In such a text: the names of the texts before it.
+    pub(crate) seen: Arc<Seen>,
+    /// In such a text: whether its own names keep their earlier meaning within it.
+    pub(crate) earlier: bool,
 }
 
 /// Reads the main file and all that it needs. Module 0 is the main file.
@@ -44,7 +44,7 @@ pub(super) fn load(sources: &mut Sources, loader: &dyn Loader, main: FileId) -> 
 }
 
 /// Reads what a text entered into a session needs, and adds both; with the text's index.
-pub(super) fn load_entered(
+pub(crate) fn load_entered(
     files: &mut Files,
     sources: &mut Sources,
     loader: &dyn Loader,
@@ -59,10 +59,10 @@ pub(super) fn load_entered(
 
 /// The files that were read.
 #[derive(Default)]
-pub(super) struct Files {
-    pub(super) loaded: Vec<Loaded>,
+pub(crate) struct Files {
+    pub(crate) loaded: Vec<Loaded>,
     /// Index of a file by its name.
-    pub(super) ids: HashMap<String, usize>,
+    pub(crate) ids: HashMap<String, usize>,
 }
 
 struct Reader<'s> {
@@ -93,7 +93,8 @@ impl Reader<'_> {
             self.follow(next);
             next += 1;
         }
-        self.report_cycles(first);
+        // There are few files: the recursion is not deep.
+        self.report_cycles(first, &mut Vec::new(), &mut vec![false; self.files.loaded.len()]);
     }
 
     fn std_module(&mut self, index: usize) -> usize {
@@ -178,7 +179,7 @@ impl Reader<'_> {
                 let id = self.sources.add(file.name.clone(), file.text.clone());
                 Some(self.parse(id, file.name, &file.text, false))
             }
-            // What is wrong with the text was said.
+            // The errors of the text were reported.
             Err(_)
                 if self
                     .diagnostics
@@ -200,47 +201,31 @@ impl Reader<'_> {
         }
     }
 
-    /// One error for every `use` that closes a circle of files.
-    fn report_cycles(&mut self, first: usize) {
-        // Depth first, without recursion: (file, next use); a file on the path is grey.
-        let mut done = vec![false; self.files.loaded.len()];
-        let mut grey = vec![false; self.files.loaded.len()];
-        let mut path = vec![(first, 0)];
-        grey[first] = true;
-        while let Some((file, next)) = path.pop() {
-            let Some((item, target)) = self.files.loaded[file].uses.get(next).copied() else {
-                grey[file] = false;
-                done[file] = true;
-                continue;
-            };
-            path.push((file, next + 1));
+    /// One error for every `use` that closes a cycle of files: depth first, with the files on the path.
+    fn report_cycles(&mut self, file: usize, path: &mut Vec<usize>, done: &mut Vec<bool>) {
+        path.push(file);
+        for (item, target) in self.files.loaded[file].uses.clone() {
             let Some(target) = target else { continue };
             if self.files.loaded[file].std || self.files.loaded[target].std || done[target] {
                 continue;
             }
-            if grey[target] {
-                let start = path.iter().position(|(f, _)| *f == target).unwrap_or(0);
-                let span = self.files.loaded[file].ast.items[item].span;
-                if target == file {
-                    let name = &self.files.loaded[file].name;
-                    self.diagnostics.push(
-                        Diagnostic::new(Code::UseCycle, span, format!("'{name}' uses itself"))
-                            .suggest("remove the 'use': a file knows all of its own names", [Edit::remove(span)]),
-                    );
-                    continue;
-                }
-                let mut names: Vec<&str> =
-                    path[start..].iter().map(|(f, _)| self.files.loaded[*f].name.as_str()).collect();
-                names.push(&self.files.loaded[target].name);
-                let message = format!("files use each other in a circle: {}", names.join(" -> "));
-                self.diagnostics.push(
-                    Diagnostic::new(Code::UseCycle, span, message)
-                        .hint("move what both need into a file that uses neither"),
-                );
+            let Some(start) = path.iter().position(|f| *f == target) else {
+                self.report_cycles(target, path, done);
                 continue;
-            }
-            grey[target] = true;
-            path.push((target, 0));
+            };
+            let name = |f: &usize| self.files.loaded[*f].name.as_str();
+            let span = self.files.loaded[file].ast.items[item].span;
+            let error = if target == file {
+                Diagnostic::new(Code::UseCycle, span, format!("'{}' uses itself", name(&file)))
+                    .suggest("remove the 'use': a file knows all of its own names", [Edit::remove(span)])
+            } else {
+                let names: Vec<&str> = path[start..].iter().chain([&target]).map(name).collect();
+                let message = format!("files use each other in a circle: {}", names.join(" -> "));
+                Diagnostic::new(Code::UseCycle, span, message).hint("move what both need into a file that uses neither")
+            };
+            self.diagnostics.push(error);
         }
+        path.pop();
+        done[file] = true;
     }
 }

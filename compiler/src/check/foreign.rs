@@ -1,6 +1,6 @@
 //! Names that other languages have for what is called otherwise here: those of OpenSCAD, build123d, Python and C.
 
-/// What to say of a foreign name.
+/// The advice for a name from another language.
 pub(super) enum Foreign {
     /// It can be replaced by this one.
     Name(&'static str),
@@ -8,7 +8,7 @@ pub(super) enum Foreign {
     Hint(&'static str),
 }
 
-/// What a foreign name is here.
+/// The advice for a foreign name, if it is a known one.
 pub(super) fn meaning(name: &str) -> Option<Foreign> {
     use Foreign::{Hint, Name};
     Some(match name {
@@ -37,7 +37,7 @@ pub(super) fn meaning(name: &str) -> Option<Foreign> {
         }
         "yes" | "on" => Name("true"),
         "no" | "off" => Name("false"),
-        "math" | "Math" | "np" | "numpy" => Hint("what is built in is written without a module: 'sin(30deg)', 'pi'"),
+        "math" | "Math" | "np" | "numpy" => Hint("built-in names are written without a module: 'sin(30deg)', 'pi'"),
         "diff" | "derivative" | "gradient" | "grad" => Hint("the derivative of a function f is f': f'(2)"),
         "enumerate" => Hint("run over the numbers: for i in 0..len(xs) { ... xs[i] ... }"),
         "pow" | "power" => Hint("a power is written a ^ b"),

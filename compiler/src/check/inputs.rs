@@ -1,12 +1,11 @@
 //! Inputs: values from outside that are fixed while compiling.
 
-use super::annotations::Wanted;
+use super::InputValue;
+use super::annotations::Expected;
 use super::context::Checker;
 use super::model::Body;
 use super::params::dimension;
-use super::typed::{Expr, ExprKind, Input, Statement, Type};
-use super::types::Dimension;
-use super::{InputValue, evaluate};
+use super::typed::{Expr, ExprKind, Input, Param, Statement, Type, lets};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::parameters::Quantity;
 use crate::suggest::nearest;
@@ -14,22 +13,14 @@ use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
 use std::collections::BTreeMap;
 
 impl<'a> Checker<'a> {
-    /// What an input is; `None` where its type is none, which was reported.
-    fn quantity_of_input(&mut self, decl: &'a ParamDecl, wanted: &Wanted) -> Option<Quantity> {
-        Some(match wanted {
-            Wanted::Int => Quantity::Int,
-            Wanted::Bool => Quantity::Bool,
-            Wanted::Real(Dimension::NONE) => Quantity::Real,
-            Wanted::Real(Dimension::LENGTH) => Quantity::Length,
-            Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
-            Wanted::Any => return None,
-            _ => {
-                let message =
-                    format!("an input must be int, bool, real, length or angle, but this is {}", wanted.describe());
-                self.report(Diagnostic::new(Code::InvalidType, decl.ty.span, message));
-                Quantity::Real
-            }
-        })
+    /// The quantity of an input; `None` after an error in its type, which was reported.
+    fn quantity_of_input(&mut self, decl: &'a ParamDecl, expected: &Expected) -> Option<Quantity> {
+        if expected.quantity().is_some() || *expected == Expected::Any {
+            return expected.quantity();
+        }
+        let message = format!("an input must be int, bool, real, length or angle, but this is {}", expected.describe());
+        self.report(Diagnostic::new(Code::InvalidType, decl.ty.span, message));
+        Some(Quantity::Real)
     }
 
     /// Declares an input with the value that is given, or its default.
@@ -40,15 +31,16 @@ impl<'a> Checker<'a> {
         body: &mut Body<'a>,
         given: &BTreeMap<String, InputValue>,
     ) {
-        let wanted = self.wanted(&decl.ty);
-        let Some(quantity) = self.quantity_of_input(decl, &wanted) else {
+        let expected = self.expected(&decl.ty);
+        let Some(quantity) = self.quantity_of_input(decl, &expected) else {
             let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
             return self.declare(decl, unknown, body);
         };
+        let (statements, params) = (&body.statements, &body.params);
         let constant = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
             let e = checker.expr(e);
-            let e = checker.fit(e, &wanted, what);
-            checker.constant_value(&e)
+            let e = checker.coerce(e, &expected, what);
+            checker.constant_value(&e, statements, params)
         };
         let (lower, upper) = match &decl.bounds {
             Some((a, b)) => (constant(self, a, "the lower bound"), constant(self, b, "the upper bound")),
@@ -95,11 +87,13 @@ impl<'a> Checker<'a> {
         });
     }
 
-    fn constant_value(&mut self, e: &Expr) -> Option<f64> {
+    /// The value of an expression that uses no parameter; the statements of the model's body are those before it.
+    fn constant_value(&mut self, e: &Expr, body: &[Statement], params: &[Param]) -> Option<f64> {
         if e.ty.is_error() {
             return None;
         }
-        match evaluate::constant(self, e) {
+        let params: Vec<&Param> = params.iter().collect();
+        match self.evaluate(lets(body), &params, &[e]).pop()? {
             Ok(value) => Some(value),
             Err(reason) => {
                 let message = format!("this must be known before the model is evaluated: {reason}");
@@ -115,12 +109,12 @@ impl<'a> Checker<'a> {
             (Quantity::Bool, InputValue::Bool(b)) => Some(f64::from(b)),
             (Quantity::Real | Quantity::Length | Quantity::Angle, InputValue::Real(x)) if x.is_finite() => Some(x),
             _ => {
-                let wanted = match quantity {
+                let expected = match quantity {
                     Quantity::Int => "a whole number",
                     Quantity::Bool => "true or false",
                     _ => "a finite number",
                 };
-                let message = format!("the input '{}' must be {wanted}", decl.name.text);
+                let message = format!("the input '{}' must be {expected}", decl.name.text);
                 self.report(Diagnostic::new(Code::TypeMismatch, decl.name.span, message));
                 None
             }

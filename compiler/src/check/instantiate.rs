@@ -2,7 +2,7 @@
 
 use super::bindings::wrap;
 use super::calls::Parameter;
-use super::context::{Binding, Callee, Checker, Env, Step};
+use super::context::{Binding, Callee, Checker, Env, StackFrame};
 use super::expressions::local_expr;
 use super::typed::{Expr, ExprKind, Function, FunctionId, LocalId, Type};
 use super::types::ClosureId;
@@ -40,7 +40,7 @@ impl<'a> Checker<'a> {
             None => {}
         }
         let size = key.1.iter().flatten().map(|t| self.size(t)).sum::<usize>() + self.closure(id).size;
-        if !self.charge(1 + size, span) || !self.within_limits(id, span) {
+        if !self.use_fuel(1 + size, span) || !self.within_limits(id, span) {
             return None;
         }
         let function = FunctionId(self.functions.len() as u32);
@@ -68,8 +68,8 @@ impl<'a> Checker<'a> {
         result
     }
 
-    /// The same instance with every int of its result made a real, for derivatives. An error where the result holds anything
-    /// else but numbers.
+    /// The same instance with every int of its result made a real, for derivatives. An error where the result holds
+    /// anything else but numbers.
     pub(super) fn instantiate_real(
         &mut self,
         id: ClosureId,
@@ -78,7 +78,7 @@ impl<'a> Checker<'a> {
     ) -> Option<(FunctionId, Type)> {
         let (inner, ty) = self.instantiate(id, args.to_vec(), span)?;
         let Some(real) = Checker::all_real(&ty) else {
-            let message = format!("only numbers have derivatives, and this function gives {}", self.describe(&ty));
+            let message = format!("only numbers have derivatives, but this function returns {}", self.describe(&ty));
             self.report(Diagnostic::new(Code::NoDerivative, span, message));
             return None;
         };
@@ -98,15 +98,16 @@ impl<'a> Checker<'a> {
         let body = self.convert(call, &real);
         let function = FunctionId(self.functions.len() as u32);
         let name = self.closure(id).name.to_string();
-        self.functions.push(Some(Function { name, captures, params, body, recursive: false, by_hand: None, span }));
+        self.functions.push(Some(Function { name, captures, params, body, custom_derivative: None, span }));
         self.instances.insert(key, Instance::Done(function, real.clone()));
         Some((function, real))
     }
 
     fn within_limits(&mut self, id: ClosureId, span: Span) -> bool {
         let name = self.closure(id).name.clone();
-        if self.trail.len() >= self.options.depth {
-            let message = format!("calls are nested more than {} deep, most deeply in '{name}'", self.options.depth);
+        if self.call_stack.len() >= self.options.depth {
+            let message =
+                format!("calls are nested more than {} deep; the innermost call is of '{name}'", self.options.depth);
             self.report(Diagnostic::new(Code::TooDeep, span, message).hint(
                 "recursion must end on a known whole number or array length, or the function's parameters and result must be annotated with their types; if it does end, raise the limit: --limit nesting=N",
             ));
@@ -148,9 +149,9 @@ impl<'a> Checker<'a> {
             Callee::Function(module, decl) => {
                 let ty = decl.result.as_ref()?;
                 let before = std::mem::replace(&mut self.env.module, module);
-                let wanted = self.wanted(ty);
+                let expected = self.expected(ty);
                 self.env.module = before;
-                wanted.exact()
+                expected.exact()
             }
             _ => None,
         }
@@ -158,7 +159,7 @@ impl<'a> Checker<'a> {
 
     fn make_instance(&mut self, id: ClosureId, args: &[Option<Type>], span: Span) -> Option<Function> {
         let (name, callee) = (self.closure(id).name.clone(), self.closure(id).callee);
-        self.trail.push(Step { span, name: name.clone() });
+        self.call_stack.push(StackFrame { span, name: name.clone() });
         let module = match callee {
             Callee::Function(m, _) | Callee::Lambda(m, ..) | Callee::Model(m, _) | Callee::Global(m, _) => m,
             Callee::Builtin(_) | Callee::Derivative(..) => self.env.module,
@@ -166,17 +167,29 @@ impl<'a> Checker<'a> {
         let outer = std::mem::replace(&mut self.env, Env { module, names: Vec::new() });
         let body = self.body(id, callee, args, span);
         self.env = outer;
-        self.trail.pop();
+        self.call_stack.pop();
         let (captures, params, body) = body?;
         Some(Function {
             name: name.to_string(),
             captures,
             params,
             body,
-            recursive: false,
-            by_hand: None,
+            custom_derivative: None,
             span: definition(callee, span),
         })
+    }
+
+    /// Brings a closure's captures into scope, and the name of a function itself.
+    pub(super) fn bind_captures(&mut self, id: ClosureId, span: Span) -> Vec<LocalId> {
+        if let Callee::Function(_, decl) = self.closure(id).callee {
+            let first = LocalId(self.locals.len() as u32);
+            self.env.names.push((&decl.name.text, Binding::Itself(id, first)));
+        }
+        let captures = self.capture_locals(id, span);
+        for ((name, _), local) in self.closure(id).captures.clone().into_iter().zip(&captures) {
+            self.env.names.push((name, Binding::Local(*local)));
+        }
+        captures
     }
 
     fn capture_locals(&mut self, id: ClosureId, span: Span) -> Vec<LocalId> {
@@ -192,22 +205,12 @@ impl<'a> Checker<'a> {
         args: &[Option<Type>],
         span: Span,
     ) -> Option<(Vec<LocalId>, Vec<LocalId>, Expr)> {
-        if let Callee::Function(_, decl) = callee {
-            let first = LocalId(self.locals.len() as u32);
-            self.env.names.push((&decl.name.text, Binding::Itself(id, first)));
-        }
-        let captures = self.capture_locals(id, definition(callee, span));
-        for ((name, _), local) in self.closure(id).captures.clone().into_iter().zip(&captures) {
-            self.env.names.push((name, Binding::Local(*local)));
-        }
+        let captures = self.bind_captures(id, definition(callee, span));
         match callee {
             Callee::Function(_, decl) => {
-                let (params, mut body) = self.function_body(&decl.params, &decl.body, args);
-                if let Some(ty) = &decl.result {
-                    let wanted = self.wanted(ty);
-                    body = self.fit(body, &wanted, &format!("the result of '{}'", decl.name.text));
-                }
-                Some((captures, params, body))
+                let (params, body) = self.function_body(&decl.params, &decl.body, args);
+                let what = format!("the result of '{}'", decl.name.text);
+                Some((captures, params, self.coerce_written(body, decl.result.as_ref(), &what)))
             }
             Callee::Lambda(_, params, body) => {
                 let (params, body) = self.function_body(params, body, args);
@@ -218,12 +221,8 @@ impl<'a> Checker<'a> {
                 Some((captures, params, body))
             }
             Callee::Global(_, decl) => {
-                let mut body = self.expr(&decl.value);
-                if let Some(ty) = &decl.ty {
-                    let wanted = self.wanted(ty);
-                    body = self.fit(body, &wanted, "the value");
-                }
-                Some((captures, Vec::new(), body))
+                let value = self.expr(&decl.value);
+                Some((captures, Vec::new(), self.coerce_written(value, decl.ty.as_ref(), "the value")))
             }
             Callee::Builtin(builtin) => {
                 let params: Vec<LocalId> = args.iter().flatten().map(|t| self.local("", t.clone(), span)).collect();
@@ -251,11 +250,7 @@ impl<'a> Checker<'a> {
                 (Some(ty), _) => {
                     let span = super::modules::pattern_span(&param.pattern);
                     match &param.pattern {
-                        ast::Pattern::Name(name) => {
-                            let local = self.local(&name.text, ty, span);
-                            self.env.names.push((&name.text, Binding::Local(local)));
-                            locals.push(local);
-                        }
+                        ast::Pattern::Name(name) => locals.push(self.bind_local(name, ty)),
                         ast::Pattern::Tuple(..) => {
                             let local = self.local("", ty.clone(), span);
                             locals.push(local);
@@ -264,11 +259,8 @@ impl<'a> Checker<'a> {
                     }
                 }
                 (None, Some(default)) => {
-                    let mut value = self.expr(default);
-                    if let Some(ty) = &param.ty {
-                        let wanted = self.wanted(ty);
-                        value = self.fit(value, &wanted, "the default");
-                    }
+                    let value = self.expr(default);
+                    let value = self.coerce_written(value, param.ty.as_ref(), "the default");
                     self.bind(&param.pattern, value, &mut statements);
                 }
                 // The call was refused before.
@@ -294,7 +286,7 @@ impl<'a> Checker<'a> {
             // Whole numbers may have to be known to it, which here they are not.
             let types: Option<Vec<Option<Type>>> = params
                 .iter()
-                .map(|p| p.ty.map(|ty| self.wanted(ty)).and_then(|wanted| wanted.exact()))
+                .map(|p| p.ty.map(|ty| self.expected(ty)).and_then(|expected| expected.exact()))
                 .map(|ty| ty.filter(|ty| !matches!(ty, Type::Int(_) | Type::Bool(_))).map(Some))
                 .collect();
             if let Some(types) = types {
@@ -315,7 +307,7 @@ impl<'a> Checker<'a> {
         let types = params
             .iter()
             .map(|p| match (p.optional, p.ty) {
-                (false, Some(ty)) => self.wanted(ty).exact(),
+                (false, Some(ty)) => self.expected(ty).exact(),
                 _ => None,
             })
             .collect();
@@ -331,7 +323,7 @@ fn first_name(pattern: &ast::Pattern) -> &str {
     }
 }
 
-/// Where the callee is written.
+/// The place of the callee's definition.
 fn definition(callee: Callee<'_>, span: Span) -> Span {
     match callee {
         Callee::Function(_, decl) => decl.name.span,

@@ -9,8 +9,8 @@ use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::syntax::ast::{self, BinaryOp, Pattern};
 
-/// How more is allowed.
-pub(super) const TURNS_HINT: &str = "the limit can be raised: --limit turns=N";
+/// The hint for raising the limit on iterations.
+pub(super) const ITERATIONS_HINT: &str = "the limit can be raised: --limit iterations=N";
 
 impl<'a> Checker<'a> {
     /// `for pattern in iterable { body }`: an array, written out.
@@ -41,7 +41,7 @@ impl<'a> Checker<'a> {
         wrap(outer, array, span)
     }
 
-    /// What an array, a tuple or a known range runs over, one by one, for what is called so.
+    /// The elements of an array, a tuple or a known range, one by one, for the construct of the name `what`.
     pub(super) fn items(&mut self, what: &str, iterable: Expr, statements: &mut Vec<Statement>) -> Option<Vec<Expr>> {
         let span = iterable.span;
         let count = match &iterable.ty {
@@ -83,17 +83,17 @@ impl<'a> Checker<'a> {
                 return None;
             }
         };
-        let whole = self.keep("", iterable, statements);
+        let whole = self.keep(iterable, statements);
         Some((0..count).map(|i| element(whole.clone(), i)).collect())
     }
 
     fn few_enough(&mut self, count: i64, span: Span) -> bool {
-        let limit = self.options.turns;
+        let limit = self.options.iterations;
         if usize::try_from(count).is_ok_and(|n| n <= limit) {
             return true;
         }
         let message = format!("this loop has {count} iterations, but at most {limit} can be unrolled");
-        self.report(Diagnostic::new(Code::TooLarge, span, message).hint(TURNS_HINT));
+        self.report(Diagnostic::new(Code::TooLarge, span, message).hint(ITERATIONS_HINT));
         false
     }
 
@@ -114,16 +114,30 @@ impl<'a> Checker<'a> {
         }
         let mut statements = Vec::new();
         let Some(items) = self.items("fold", xs, &mut statements) else { return error(span) };
-        let f = self.keep("", f, &mut statements);
-        let mut accumulator = init;
-        for item in items {
-            let value = self.call_with(f.clone(), vec![accumulator, item], span);
-            if value.ty.is_error() {
-                return error(span);
-            }
-            accumulator = self.keep("", value, &mut statements);
+        let f = self.keep(f, &mut statements);
+        let step = |checker: &mut Self, so_far, item| checker.call_with(f.clone(), vec![so_far, item], span);
+        match self.accumulate(init, items, &mut statements, step) {
+            Some(value) => wrap(statements, value, span),
+            None => error(span),
         }
-        wrap(statements, accumulator, span)
+    }
+
+    /// Combines a value with items one after another; `None` after an error.
+    pub(super) fn accumulate(
+        &mut self,
+        mut value: Expr,
+        items: impl IntoIterator<Item = Expr>,
+        statements: &mut Vec<Statement>,
+        mut step: impl FnMut(&mut Self, Expr, Expr) -> Expr,
+    ) -> Option<Expr> {
+        for item in items {
+            let next = step(self, value, item);
+            if next.ty.is_error() {
+                return None;
+            }
+            value = self.keep(next, statements);
+        }
+        Some(value)
     }
 
     /// Whether a function can be called as `fold` and `loop` do; else that is reported.
@@ -156,8 +170,8 @@ impl<'a> Checker<'a> {
     /// A fold over a range that is long, or known only at run time, stays a loop: the accumulator has one type.
     fn fold_loop(&mut self, init: Expr, range: Expr, f: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
-        let range = self.keep("", range, &mut statements);
-        let f = self.keep("", f, &mut statements);
+        let range = self.keep(range, &mut statements);
+        let f = self.keep(f, &mut statements);
         let (from, to) = (element(range.clone(), 0), element(range, 1));
         let index = self.local("", Type::INT, span);
         let mut ty = forget(&init.ty);
@@ -200,21 +214,18 @@ impl<'a> Checker<'a> {
         let mut statements = Vec::new();
         let Some(items) = self.items("sum", xs, &mut statements) else { return error(span) };
         let mut items = items.into_iter();
-        let Some(mut total) = items.next() else { return int(0, span) };
-        for item in items {
-            let value = self.operate(BinaryOp::Add, total, item, span);
-            if value.ty.is_error() {
-                return error(span);
-            }
-            total = self.keep("", value, &mut statements);
+        let Some(first) = items.next() else { return int(0, span) };
+        let add = |checker: &mut Self, a, b| checker.operate(BinaryOp::Add, a, b, span);
+        match self.accumulate(first, items, &mut statements, add) {
+            Some(total) => wrap(statements, total, span),
+            None => error(span),
         }
-        wrap(statements, total, span)
     }
 
     /// `each(shape, f)`: f of a function, a number or a vector; of anything that holds such, f of each in it.
     pub(super) fn each(&mut self, shape: Expr, f: Expr, span: Span) -> Expr {
         let mut statements = Vec::new();
-        let f = self.keep("", f, &mut statements);
+        let f = self.keep(f, &mut statements);
         let value = self.each_inner(shape, &f, span);
         wrap(statements, value, span)
     }
@@ -230,7 +241,7 @@ impl<'a> Checker<'a> {
         }
         let mut statements = Vec::new();
         let ty = shape.ty.clone();
-        let whole = self.keep("", shape, &mut statements);
+        let whole = self.keep(shape, &mut statements);
         let value = match ty {
             Type::Record(fields) => {
                 let values = fields
@@ -296,7 +307,7 @@ impl<'a> Checker<'a> {
             _ => None,
         };
         let Some(ty) = ty.map(|t| forget(&t)) else {
-            let message = "an index that is known only at run time cannot choose between values of different kinds";
+            let message = "an index that is known only at run time cannot select from values of different types";
             return self.fail(Diagnostic::new(Code::FunctionChoice, span, message));
         };
         let n = match &value.ty {

@@ -1,56 +1,55 @@
 //! Names, types, dimensions and instantiation: the syntax tree to a typed tree without generics.
 //!
 //! Types are inferred forwards: the type of an expression follows from those of its parts. A function has no type of
-//! its own; each call instantiates its body for the types of the arguments, once for each combination. A closure's type is the
-//! place where it was written and the types of what it captured, so that every call is resolved here. Ints and bools
-//! that are known now (literals, inputs, the bounds of ranges) are carried in their types: `if` on a known condition
-//! checks only the side taken, `for` over a known range is unrolled, and recursion on a known int ends here.
+//! its own; each call instantiates its body for the types of the arguments, once for each combination. A closure's type
+//! is the place where it was written and the types of what it captured, so that every call is resolved here. Ints and
+//! bools that are known now (literals, inputs, the bounds of ranges) are carried in their types: `if` on a known
+//! condition checks only the side taken, `for` over a known range is unrolled, and recursion on a known int ends here.
 //!
 //! In reading order: [`types`] and [`typed`] are what comes out; `modules` finds the files; `context` is the state;
-//! `expressions` dispatches on the kind of expression; `instantiate` makes function instances; `model` does the body of a model; `finish` numbers
-//! what is used.
+//! `expressions` dispatches on the kind of expression; `instantiate` makes function instances; `model` does the body of
+//! a model; `finish` numbers what is used.
 
 mod activity;
 mod annotations;
 mod bindings;
-mod builtins;
-mod by_hand;
+pub(crate) mod builtins;
 mod calls;
 mod comparisons;
 mod constants;
 mod context;
 mod convert;
+mod custom_derivatives;
 mod derivatives;
 mod describe;
-mod evaluate;
+pub(crate) mod entered;
 mod expressions;
-mod files;
+pub(crate) mod files;
 mod finish;
 mod foreign;
-mod free;
+pub(crate) mod free;
 mod inputs;
 mod instantiate;
 mod iteration;
 mod lints;
 mod model;
-mod modules;
+pub(crate) mod modules;
 mod names;
 mod operators;
 mod params;
 mod parts;
 mod print;
-pub(crate) mod scope;
 pub(crate) mod signature;
-mod stdlib;
+pub(crate) mod stdlib;
 pub mod typed;
 pub mod types;
-mod values;
+mod walk;
 
 #[cfg(test)]
 mod tests;
 
+pub use constants::Evaluate;
 pub use print::print;
-pub use scope::{Kind, Known};
 pub use stdlib::MODULES as STANDARD_LIBRARY;
 
 pub(crate) use params::dimension;
@@ -73,22 +72,22 @@ pub enum InputValue {
     Real(f64),
 }
 
-/// What bounds the checker's work, so that no script takes the machine with it.
+/// Bounds on the checker's work, so that no script exhausts the machine.
 #[derive(Clone, Debug)]
 pub struct CheckOptions {
-    /// Which model of the file; the last one where `None`.
+    /// The name of the model to check; the last one of the file if `None`.
     pub model: Option<String>,
-    /// How many calls may be instantiated within one another: the depth of recursion on known ints.
+    /// Maximal depth of calls instantiated within one another: of recursion on known ints.
     pub depth: usize,
-    /// How many function instances there may be.
+    /// Maximal number of function instances.
     pub instances: usize,
-    /// How many turns a comprehension may have, and elements an array.
-    pub turns: usize,
-    /// How many turns of a `fold` are written out; one of more turns becomes a loop.
+    /// Maximal number of iterations of a comprehension, and of elements of an array.
+    pub iterations: usize,
+    /// Maximal number of iterations of a `fold` that is unrolled; a longer one becomes a loop.
     pub unroll: usize,
-    /// How many nodes the typed tree and the types in it may have.
+    /// Maximal number of nodes of the typed tree and of the types in it.
     pub nodes: usize,
-    /// Set by whoever does not want to wait any longer: checking then ends with an error.
+    /// Set from elsewhere to end the check with an error.
     pub interrupt: Option<Arc<AtomicBool>>,
 }
 
@@ -98,7 +97,7 @@ impl Default for CheckOptions {
             model: None,
             depth: 400,
             instances: 20_000,
-            turns: 4096,
+            iterations: 4096,
             unroll: 64,
             nodes: 4_000_000,
             interrupt: None,
@@ -108,7 +107,7 @@ impl Default for CheckOptions {
 
 /// Checks the file `main` and what it uses, with its last model (or the one that the options name) as the main one.
 ///
-/// Returns `None` where there is an error, and where the file has no model, which is none: a library is checked as far as its
+/// Returns `None` where there is an error, and where the file has no model: a library is checked as far as its
 /// functions have annotated parameters. Diagnostics are in the order of the source.
 pub fn check(
     sources: &mut Sources,
@@ -116,24 +115,25 @@ pub fn check(
     main: FileId,
     inputs: &BTreeMap<String, InputValue>,
     options: &CheckOptions,
+    evaluate: Evaluate,
 ) -> (Option<typed::Model>, Vec<Diagnostic>) {
     let (loaded, mut diagnostics) = files::load(sources, loader, main);
     let (modules, more) = modules::index(&loaded);
     diagnostics.extend(more);
-    let mut checker = context::Checker::new(&modules, options);
+    let mut checker = context::Checker::new(&modules, options, evaluate);
     let model = checker.check_main(inputs);
     diagnostics.extend(checker.into_diagnostics());
     diagnostics.iter_mut().for_each(|d| without_double_parentheses(d, sources));
     diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
     let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
     if failed {
-        // What seems to be unused or missing may lie in what could not be read.
+        // Names that seem to be unused or missing may stand in text that could not be parsed.
         diagnostics.retain(|d| d.severity == Severity::Error);
     }
     (model.filter(|_| !failed), diagnostics)
 }
 
-/// What the names of a file without errors tell: what is defined and never used, and what hides a function of the library.
+/// The lints of a file without errors: definitions that are never used, and functions that hide those of the library.
 #[must_use]
 pub fn lints(file: &File) -> Vec<Diagnostic> {
     lints::lints(&file.items)

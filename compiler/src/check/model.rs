@@ -1,9 +1,8 @@
 //! The body of a model: parameters, inputs, statements, and the parts that it names.
 
-use super::annotations::Wanted;
+use super::annotations::Expected;
 use super::bindings::wrap;
-use super::context::{Binding, Checker};
-use super::evaluate;
+use super::context::Checker;
 use super::typed::{Expr, Input, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
@@ -30,14 +29,15 @@ pub(super) struct Body<'a> {
     pub(super) statements: Vec<Statement>,
     entries: Vec<Entry<'a>>,
     pub(super) params: Vec<Param>,
-    pub(super) defaults: Vec<Option<Expr>>,
+    /// For each parameter the number of statements before it, and its default.
+    pub(super) defaults: Vec<(usize, Option<Expr>)>,
     pub(super) inputs: Vec<Input>,
-    /// Where the items stand: how many loops and conditions are around them.
+    /// The number of loops and of conditions around the items at hand.
     loops: usize,
     conditions: usize,
 }
 
-/// Where a model's parameters come from.
+/// The source of the values of a model's parameters.
 #[derive(Clone, Copy)]
 enum Source<'s> {
     /// The main model: parameters are free, inputs are given from outside.
@@ -132,14 +132,9 @@ impl<'a> Checker<'a> {
             parts,
             ..Model::default()
         };
-        finish::finish(self, &mut model);
-        // In a model with errors not every default has a value, and that was said already.
         let failed = self.has_errors();
-        for diagnostic in evaluate::defaults(&mut model, &body.defaults, self) {
-            if !failed || diagnostic.code == Code::OutOfBounds {
-                self.report(diagnostic);
-            }
-        }
+        self.evaluate_params(&mut model.params, &body.defaults, &model.body);
+        finish::finish(self, &mut model);
         if !failed {
             activity::check(self, &model);
         }
@@ -188,8 +183,7 @@ impl<'a> Checker<'a> {
                         decl.name.text
                     );
                     self.report(Diagnostic::new(Code::Misplaced, item.span, message));
-                    let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
-                    self.env.names.push((&decl.name.text, Binding::Local(unknown)));
+                    self.bind_local(&decl.name, Type::Error);
                 }
                 ItemKind::Param(decl) | ItemKind::Input(decl) => {
                     let free = matches!(item.kind, ItemKind::Param(_));
@@ -247,7 +241,7 @@ impl<'a> Checker<'a> {
     fn part(&mut self, decl: &'a ast::PartDecl, item: &'a Item, body: &mut Body<'a>) {
         let tolerance = decl.tolerance.as_ref().map(|e| {
             let e = self.expr(e);
-            self.fit(e, &Wanted::Real(Dimension::LENGTH), "a tolerance")
+            self.coerce(e, &Expected::Real(Dimension::LENGTH), "a tolerance")
         });
         let shape = self.expr(&decl.shape);
         if let Some(before) = body.entries.iter().find(|e| e.decl.name.text == decl.name.text)

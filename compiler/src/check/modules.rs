@@ -10,33 +10,33 @@ use std::collections::{HashMap, HashSet};
 
 /// Names that the texts of a session have brought, with the files that define them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Seen {
-    pub(super) names: HashMap<String, usize>,
+pub(crate) struct Seen {
+    pub(crate) names: HashMap<String, usize>,
     /// Modules used whole.
-    pub(super) whole: HashMap<String, usize>,
+    pub(crate) whole: HashMap<String, usize>,
 }
 
 /// A file's names.
 #[derive(Debug, Default)]
-pub(super) struct Module<'a> {
+pub(crate) struct Module<'a> {
     /// As shown to people.
     pub(super) name: &'a str,
     /// Whether it is of the standard library.
     pub(super) std: bool,
     /// The file's text as a tree.
     pub(super) items: &'a [Item],
-    /// What it defines.
+    /// Its definitions by name.
     pub(super) definitions: HashMap<&'a str, Definition<'a>>,
     /// Names in the parentheses of `use`: the module and the name there (the same).
     pub(super) imports: HashMap<&'a str, usize>,
     /// Modules used whole, by the last part of their name.
     pub(super) whole: HashMap<&'a str, usize>,
-    /// Names that a `use` should have brought, whose module could not be had, or that a statement which could not be read
-    /// may declare.
+    /// Names that a `use` should have brought, whose module could not be had, or that a statement which could not be
+    /// read may declare.
     pub(super) broken: HashSet<&'a str>,
     /// Its statements in the scope of a session's model.
     pub(super) inner: &'a [Item],
-    /// What was entered into a session before it.
+    /// The names that were entered into a session before it.
     pub(super) seen: Option<&'a Seen>,
     /// Whether those names go before its own.
     pub(super) earlier: bool,
@@ -77,7 +77,7 @@ pub(super) enum Definition<'a> {
 }
 
 impl<'a> Definition<'a> {
-    /// Where its name stands.
+    /// The place of its name.
     pub(super) fn span(self) -> Span {
         match self {
             Definition::Function(decl) => decl.name.span,
@@ -87,7 +87,7 @@ impl<'a> Definition<'a> {
     }
 }
 
-/// Where a pattern stands.
+/// The place of a pattern.
 pub(super) fn pattern_span(pattern: &Pattern) -> Span {
     match pattern {
         Pattern::Name(ident) => ident.span,
@@ -96,7 +96,7 @@ pub(super) fn pattern_span(pattern: &Pattern) -> Span {
 }
 
 /// The names of every file.
-pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
+pub(crate) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
     let mut diagnostics = Vec::new();
     let mut modules: Vec<Module<'_>> = loaded
         .iter()
@@ -146,7 +146,7 @@ pub(super) fn index(loaded: &[Loaded]) -> (Vec<Module<'_>>, Vec<Diagnostic>) {
 }
 
 /// The name of a module that is used whole: the last part of its own, or of its file's without the ending.
-pub(super) fn whole_name(path: &UsePath) -> Option<&str> {
+pub(crate) fn whole_name(path: &UsePath) -> Option<&str> {
     match path {
         UsePath::Module(parts) => parts.last().map(|last| last.text.as_str()),
         UsePath::File(path, _) => {
@@ -177,7 +177,7 @@ fn colliding_import(name: &Ident, target: usize, module: &Module<'_>) -> Option<
     module.imports.get(name.text.as_str()).filter(|before| **before != target)?;
     let message = format!("'{}' is imported from two files", name.text);
     let error = Diagnostic::new(Code::DuplicateName, name.span, message);
-    Some(error.hint("`use` one of them whole, without names in parentheses, and write its name before a dot"))
+    Some(error.hint("import one of them as a whole, by `use` without names in parentheses, and write MODULE.NAME"))
 }
 
 fn unknown_import(name: &Ident, module: &Module<'_>) -> Option<Diagnostic> {

@@ -1,4 +1,4 @@
-//! What a name means: locals, then the file's own definitions, what it uses, what is built in, the standard library.
+//! Name resolution: locals, then the file's own definitions, its imports, built-in names, the standard library.
 
 use super::builtins::{self, Builtin};
 use super::context::{Binding, Callee, Checker};
@@ -170,7 +170,7 @@ impl<'a> Checker<'a> {
                 Foreign::Hint(hint) => error.hint(hint),
             };
         }
-        if self.is_of_lambda_beside(name) {
+        if self.is_parameter_of_preceding_lambda(name) {
             return error.hint(format!(
                 "'{name}' is known only in the function before the comma; write a point in parentheses: |{name}| (x, y)"
             ));
@@ -192,8 +192,8 @@ impl<'a> Checker<'a> {
     }
 
     /// Whether an argument before the one that is checked is a function with a parameter of the name.
-    fn is_of_lambda_beside(&self, name: &str) -> bool {
-        self.beside.iter().any(|arg| match &arg.value.kind {
+    fn is_parameter_of_preceding_lambda(&self, name: &str) -> bool {
+        self.preceding_args.iter().any(|arg| match &arg.value.kind {
             ast::ExprKind::Lambda(params, _) => params.iter().any(|p| path_to(&p.pattern, name).is_some()),
             _ => false,
         })

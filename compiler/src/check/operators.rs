@@ -22,7 +22,7 @@ impl<'a> Checker<'a> {
 
     /// An operator on values.
     pub(super) fn operate(&mut self, op: BinaryOp, a: Expr, b: Expr, span: Span) -> Expr {
-        if a.ty.is_error() || b.ty.is_error() || !self.charge(1, span) {
+        if a.ty.is_error() || b.ty.is_error() || !self.use_fuel(1, span) {
             return error(span);
         }
         if let (Type::Int(x), Type::Int(y)) = (&a.ty, &b.ty) {
@@ -80,13 +80,13 @@ impl<'a> Checker<'a> {
                 return binary(Binary::Div, a, b, Type::REAL, span);
             }
             BinaryOp::Pow => return self.power(a, b, span),
-            _ => return binary(comparison(op), a, b, Type::BOOL, span),
+            _ => return comparison(op, a, b, span),
         };
         binary(op, a, b, Type::INT, span)
     }
 
     fn overflow(&mut self, span: Span) -> Expr {
-        self.fail(Diagnostic::new(Code::IntArithmetic, span, "this whole number gets too large"))
+        self.fail(Diagnostic::new(Code::IntArithmetic, span, "this whole number is too large"))
     }
 
     fn no_number(&mut self, e: &Expr, what: &str) -> Expr {

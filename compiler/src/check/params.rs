@@ -1,14 +1,15 @@
 //! Parameters of models: free ones, and those that another model sets.
 
-use super::annotations::Wanted;
+use super::annotations::Expected;
+use super::comparisons::comparison;
 use super::context::{Binding, Checker};
 use super::model::Body;
-use super::typed::{Binary, LocalId, Param, Statement, Type};
+use super::typed::{self, Expr, ExprKind, LocalId, Param, Statement, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::parameters::Quantity;
 use crate::source::Span;
-use crate::syntax::ast::{self, Item, ParamDecl};
+use crate::syntax::ast::{self, BinaryOp, Item, ParamDecl};
 
 impl<'a> Checker<'a> {
     /// Declares a free parameter.
@@ -17,10 +18,10 @@ impl<'a> Checker<'a> {
             let unknown = self.local(&decl.name.text, Type::Error, decl.name.span);
             return self.declare(decl, unknown, body);
         };
-        let wanted = Wanted::Real(dimension(quantity));
+        let expected = Expected::Real(dimension(quantity));
         let bound = |checker: &mut Self, e: &'a ast::Expr, what: &str| {
             let e = checker.expr(e);
-            Some(checker.fit(e, &wanted, what))
+            Some(checker.coerce(e, &expected, what))
         };
         let (lower, upper) = match &decl.bounds {
             Some((a, b)) => (bound(self, a, "the lower bound"), bound(self, b, "the upper bound")),
@@ -53,33 +54,82 @@ impl<'a> Checker<'a> {
             bounds: (f64::NEG_INFINITY, f64::INFINITY),
             span: decl.name.span,
         });
-        body.defaults.push(default);
+        body.defaults.push((body.statements.len(), default));
     }
 
-    /// What a parameter measures; `None` where that is no quantity, which is reported.
-    fn quantity_of_param(&mut self, decl: &'a ParamDecl, item: &'a Item) -> Option<Quantity> {
-        let wanted = self.wanted(&decl.ty);
-        Some(match wanted {
-            Wanted::Real(Dimension::NONE) => Quantity::Real,
-            Wanted::Real(Dimension::LENGTH) => Quantity::Length,
-            Wanted::Real(Dimension::ANGLE) => Quantity::Angle,
-            // Its type was reported.
-            Wanted::Any => return None,
-            _ => {
-                let message = format!("a param must be real, length or angle, but this is {}", wanted.describe());
-                let diagnostic = Diagnostic::new(Code::InvalidType, decl.ty.span, message);
-                let keyword = Span { end: item.span.start + "param".len() as u32, ..item.span };
-                self.report(match wanted {
-                    Wanted::Int | Wanted::Bool => diagnostic
-                        .suggest("a value that is not fitted is an 'input'", [Edit::replace(keyword, "input")]),
-                    Wanted::Tuple(_) | Wanted::Point => {
-                        diagnostic.hint("declare its coordinates, and write (x, y, z) for the point")
-                    }
-                    _ => diagnostic,
-                });
-                return None;
+    /// Evaluates the defaults and bounds of the parameters, which may use earlier parameters and the `let`s between
+    /// them. `defaults` also has the number of statements before each parameter.
+    pub(super) fn evaluate_params(
+        &mut self,
+        params: &mut [Param],
+        defaults: &[(usize, Option<Expr>)],
+        statements: &[Statement],
+    ) {
+        let failed = self.has_errors();
+        let mut lets = Vec::new();
+        let mut bound = 0;
+        let mut exprs = Vec::new();
+        for (param, (before, default)) in params.iter().zip(defaults) {
+            lets.extend(typed::lets(&statements[bound..*before]));
+            bound = *before;
+            lets.extend(default.iter().map(|e| (param.local, e)));
+            exprs.push([
+                ("the lower bound", &param.lower),
+                ("the upper bound", &param.upper),
+                ("the default", default),
+            ]);
+        }
+        let without_default: Vec<&Param> =
+            params.iter().zip(defaults).filter(|(_, (_, default))| default.is_none()).map(|(param, _)| param).collect();
+        let known = |e: &&Expr| !e.ty.is_error();
+        let all: Vec<&Expr> = exprs.iter().flatten().filter_map(|(_, e)| e.as_ref()).filter(known).collect();
+        let mut values = self.evaluate(lets, &without_default, &all).into_iter();
+        let mut of_params = Vec::new();
+        for (param, exprs) in params.iter().zip(&exprs) {
+            of_params.push(exprs.map(|(what, e)| {
+                let e = e.as_ref().filter(known)?;
+                let reason = match values.next()? {
+                    Ok(value) => return Some(value),
+                    Err(reason) => reason,
+                };
+                // In a model with errors the reason is one of these.
+                if !failed {
+                    let message = format!("{what} of '{}' has no value: {reason}", param.name);
+                    self.report(Diagnostic::new(Code::NotConstant, e.span, message));
+                }
+                None
+            }));
+        }
+        for ((param, [lower, upper, default]), (_, e)) in params.iter_mut().zip(of_params).zip(defaults) {
+            param.bounds = (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY));
+            param.default = default.unwrap_or(0.0);
+            if let Some(error) = misplaced_bounds(param, default.and(e.as_ref())) {
+                self.report(error);
             }
-        })
+        }
+    }
+
+    /// The quantity of a parameter; `None` if its type is not a quantity that can vary, which is reported.
+    fn quantity_of_param(&mut self, decl: &'a ParamDecl, item: &'a Item) -> Option<Quantity> {
+        let expected = self.expected(&decl.ty);
+        if let Some(quantity @ (Quantity::Real | Quantity::Length | Quantity::Angle)) = expected.quantity() {
+            return Some(quantity);
+        }
+        let message = format!("a param must be real, length or angle, but this is {}", expected.describe());
+        let error = Diagnostic::new(Code::InvalidType, decl.ty.span, message);
+        let keyword = Span { end: item.span.start + "param".len() as u32, ..item.span };
+        self.report(match expected {
+            // Its type was reported.
+            Expected::Any => return None,
+            Expected::Int | Expected::Bool => {
+                error.suggest("a value that is not fitted is an 'input'", [Edit::replace(keyword, "input")])
+            }
+            Expected::Tuple(_) | Expected::Point => {
+                error.hint("declare its coordinates, and write (x, y, z) for the point")
+            }
+            _ => error,
+        });
+        None
     }
 
     /// Puts a parameter's name in scope.
@@ -103,11 +153,11 @@ impl<'a> Checker<'a> {
         body: &mut Body<'a>,
         locals: &mut Vec<LocalId>,
     ) {
-        let wanted = self.wanted(&decl.ty);
+        let expected = self.expected(&decl.ty);
         let Some(ty) = given else {
             if let Some(default) = &decl.default {
                 let value = self.expr(default);
-                let value = self.fit(value, &wanted, "the default");
+                let value = self.coerce(value, &expected, "the default");
                 self.bind_name(&decl.name, value, &mut body.statements);
             }
             return;
@@ -115,16 +165,17 @@ impl<'a> Checker<'a> {
         let local = self.local(&decl.name.text, ty, decl.name.span);
         locals.push(local);
         if let Some((lower, upper)) = &decl.bounds {
-            for (bound, op) in [(lower, Binary::Ge), (upper, Binary::Le)] {
+            for (bound, op) in [(lower, BinaryOp::Ge), (upper, BinaryOp::Le)] {
                 let bound = self.expr(bound);
-                let bound = self.fit(bound, &wanted, "the bound");
+                let bound = self.coerce(bound, &expected, "the bound");
                 let value = self.read(local, decl.name.span);
-                if bound.ty.is_error() {
+                // Truth values have no order.
+                if bound.ty.is_error() || matches!(bound.ty, Type::Bool(_)) {
                     continue;
                 }
                 let message =
                     format!("the value given for the parameter '{}' is outside of its bounds", decl.name.text);
-                let condition = super::operators::binary(op, value, bound, Type::BOOL, decl.name.span);
+                let condition = comparison(op, value, bound, decl.name.span);
                 body.statements.push(Statement::Require { condition, message, span: decl.name.span });
             }
         }
@@ -146,5 +197,46 @@ fn example(quantity: Quantity) -> &'static str {
         Quantity::Length => "10mm",
         Quantity::Angle => "0deg",
         _ => "1",
+    }
+}
+
+/// The error for bounds that leave no value, or a default outside of them.
+fn misplaced_bounds(param: &Param, default: Option<&Expr>) -> Option<Diagnostic> {
+    let (lower, upper) = param.bounds;
+    let shown = |x: f64| in_units(x, param.quantity);
+    let bounds = param.lower.as_ref().zip(param.upper.as_ref()).map(|(lower, upper)| lower.span.to(upper.span));
+    if lower > upper {
+        let message =
+            format!("the bounds of '{}' are the wrong way round: {} to {}", param.name, shown(lower), shown(upper));
+        let error = Diagnostic::new(Code::OutOfBounds, bounds.unwrap_or(param.span), message);
+        let literal = |e: &Option<Expr>| matches!(e.as_ref().map(|e| &e.kind), Some(ExprKind::Real(_)));
+        return Some(match bounds {
+            Some(span) if literal(&param.lower) && literal(&param.upper) => {
+                let swapped = format!("{}..{}", shown(upper), shown(lower));
+                error.suggest(format!("write '{swapped}'"), [Edit::replace(span, swapped)])
+            }
+            _ => error,
+        });
+    }
+    let default = default.filter(|_| param.default < lower || param.default > upper)?;
+    let message = format!(
+        "the default of '{}', {}, lies outside of its bounds {} to {}",
+        param.name,
+        shown(param.default),
+        shown(lower),
+        shown(upper)
+    );
+    let error = Diagnostic::new(Code::OutOfBounds, default.span, message);
+    Some(match bounds {
+        Some(bounds) => error.related(bounds, "its bounds"),
+        None => error,
+    })
+}
+
+fn in_units(x: f64, quantity: Quantity) -> String {
+    match quantity {
+        Quantity::Length => format!("{x}mm"),
+        Quantity::Angle => format!("{}deg", (x.to_degrees() * 1e9).round() / 1e9),
+        _ => format!("{x}"),
     }
 }

@@ -1,6 +1,6 @@
 //! Named surfaces: what `part` names, taken apart down to single surfaces with full names.
 
-use super::annotations::Wanted;
+use super::annotations::Expected;
 use super::context::{Checker, error};
 use super::expressions::element;
 use super::model::Entry;
@@ -47,7 +47,7 @@ impl<'a> Checker<'a> {
 
     /// One surface, or those in an array, tuple or record.
     fn shapes(&mut self, entry: &Entry<'a>, name: &Name, shape: Expr, parts: &mut Vec<Part>) {
-        if !self.charge(1, entry.span) {
+        if !self.use_fuel(1, entry.span) {
             return;
         }
         match shape.ty.clone() {
@@ -112,10 +112,10 @@ impl<'a> Checker<'a> {
         })
     }
 
-    /// What a part's surface gives must be a point in space.
+    /// A part's surface must return points in space.
     fn surface_point(&mut self, point: Expr, name: &str) -> Expr {
         let message =
-            format!("the surface '{name}' must give points in space, but it gives {}", self.describe(&point.ty));
+            format!("the surface '{name}' must return points in space, but it returns {}", self.describe(&point.ty));
         let hint = match &point.ty {
             Type::Tuple(types) if types.len() == 2 => {
                 "a surface needs three coordinates; a profile in the plane can be turned: revolve(profile)"
@@ -123,8 +123,8 @@ impl<'a> Checker<'a> {
             Type::Tuple(_) => "coordinates are lengths: write 0mm for 0, and multiply bare numbers by 1mm",
             _ => "a point is written (x, y, z)",
         };
-        let wanted = Wanted::Tuple(vec![Wanted::Real(Dimension::LENGTH); 3]);
-        match self.fits(&point.ty, &wanted, point.span) {
+        let expected = Expected::Tuple(vec![Expected::Real(Dimension::LENGTH); 3]);
+        match self.coercion(&point.ty, &expected, point.span) {
             Some(ty) => self.convert(point, &ty),
             None if point.ty.is_error() => error(point.span),
             None => self.fail(Diagnostic::new(Code::NotASurface, point.span, message).hint(hint)),

@@ -1,6 +1,6 @@
 //! The typed tree as text, for `gmlc emit --stage typed`.
 
-use super::typed::{Binary, Call, Expr, ExprKind, LocalId, Model, Statement, Type, Unary};
+use super::typed::{Binary, Call, Compare, Expr, ExprKind, LocalId, Model, Statement, Type, Unary};
 use super::types::Dimension;
 use std::fmt::Write;
 
@@ -20,18 +20,17 @@ struct Printer<'m> {
 impl Printer<'_> {
     fn model(&mut self) {
         let model = self.model;
-        for (i, function) in model.functions.iter().enumerate() {
+        for (id, function) in &model.functions {
             let captures: Vec<String> = function.captures.iter().map(|l| self.typed_local(*l)).collect();
             let params: Vec<String> = function.params.iter().map(|l| self.typed_local(*l)).collect();
             let result = self.ty(&function.body.ty);
-            let rec = if function.recursive { "rec " } else { "" };
-            let _ = write!(self.out, "{rec}fn {}@{i}", function.name);
+            let _ = write!(self.out, "fn {}@{}", function.name, id.0);
             if !captures.is_empty() {
                 let _ = write!(self.out, "[{}]", captures.join(", "));
             }
             let _ = write!(self.out, "({}) -> {result} = ", params.join(", "));
-            if let Some(by_hand) = &function.by_hand {
-                let _ = write!(self.out, "/* its derivative: @{} */ ", by_hand.function.0);
+            if let Some(custom_derivative) = &function.custom_derivative {
+                let _ = write!(self.out, "/* its derivative: @{} */ ", custom_derivative.function.0);
             }
             self.expr(&function.body, 0);
             self.out.push_str("\n\n");
@@ -110,6 +109,17 @@ impl Printer<'_> {
             }
             ExprKind::Unary(op, a) => self.unary(*op, a, depth),
             ExprKind::Binary(op, a, b) => self.binary(*op, a, b, depth),
+            ExprKind::Compare(op, a, b) => {
+                let sign = match op {
+                    Compare::Eq => "==",
+                    Compare::Ne => "!=",
+                    Compare::Lt => "<",
+                    Compare::Le => "<=",
+                    Compare::Gt => ">",
+                    Compare::Ge => ">=",
+                };
+                self.infix(sign, a, b, depth);
+            }
             ExprKind::If(c, a, b) => {
                 self.out.push_str("if ");
                 self.expr(c, depth);
@@ -170,6 +180,7 @@ impl Printer<'_> {
     fn unary(&mut self, op: Unary, a: &Expr, depth: usize) {
         match op {
             Unary::Neg => self.out.push('-'),
+            Unary::ToInt => self.out.push_str("truncate"),
             op => self.out.push_str(&format!("{op:?}").to_lowercase()),
         }
         self.out.push('(');
@@ -185,21 +196,18 @@ impl Printer<'_> {
             Binary::Div => "/",
             Binary::Rem => "%",
             Binary::Pow => "^",
-            Binary::Eq => "==",
-            Binary::Ne => "!=",
-            Binary::Lt => "<",
-            Binary::Le => "<=",
-            Binary::Gt => ">",
-            Binary::Ge => ">=",
-            Binary::Atan2 | Binary::Min | Binary::Max => {
+            op => {
                 self.out.push_str(&format!("{op:?}(").to_lowercase());
                 self.expr(a, depth);
                 self.out.push_str(", ");
                 self.expr(b, depth);
-                self.out.push(')');
-                return;
+                return self.out.push(')');
             }
         };
+        self.infix(sign, a, b, depth);
+    }
+
+    fn infix(&mut self, sign: &str, a: &Expr, b: &Expr, depth: usize) {
         self.out.push('(');
         self.expr(a, depth);
         let _ = write!(self.out, " {sign} ");
@@ -208,7 +216,7 @@ impl Printer<'_> {
     }
 
     fn call(&mut self, call: &Call, depth: usize) {
-        let name = self.model.functions.get(call.function.0 as usize).map_or("?", |f| &f.name);
+        let name = self.model.functions.get(&call.function).map_or("?", |f| &f.name);
         let _ = write!(self.out, "{name}@{}", call.function.0);
         if let Some(closure) = &call.closure {
             self.out.push('[');

@@ -28,11 +28,11 @@ impl Checker<'_> {
         }
     }
 
-    /// What a function gives, as far as it can be said without arguments.
+    /// A function's result, as far as it is known without arguments.
     fn result_of(&mut self, id: ClosureId) -> Option<(Role, String)> {
         let params = self.parameters(id);
         let written: Option<Vec<Option<Type>>> =
-            params.iter().map(|p| p.ty.and_then(|ty| self.quietly(|c| c.wanted(ty).exact())).map(Some)).collect();
+            params.iter().map(|p| p.ty.and_then(|ty| self.quietly(|c| c.expected(ty).exact())).map(Some)).collect();
         // A function over 0..1 is called with bare numbers; what else its parameters may be is not known.
         let tried = match written {
             Some(types) => types,
@@ -59,7 +59,7 @@ impl Checker<'_> {
             }
             _ => Role::Other,
         };
-        // What bare numbers give says little where other arguments may be meant.
+        // The result for bare numbers says little if other arguments may be meant.
         (annotated || !matches!(role, Role::Other)).then(|| (role, written_type(&ty)))
     }
 }
@@ -100,7 +100,7 @@ fn model_params(model: &ast::Model) -> String {
 }
 
 /// A function's first line, as it is declared.
-pub(super) fn declared(decl: &ast::FunctionDecl) -> String {
+pub(crate) fn declared(decl: &ast::FunctionDecl) -> String {
     let result = decl.result.as_ref().map(|ty| format!(" -> {}", type_text(ty))).unwrap_or_default();
     format!("fn {}({}){result}", decl.name.text, params(&decl.params).join(", "))
 }

@@ -11,7 +11,8 @@ use std::sync::{Arc, OnceLock};
 /// defines or uses.
 pub use gml_stdlib::MODULES;
 
-/// The tree of a module, and what is wrong with it, which is nothing if the library's tests pass. Read once in a process.
+/// The tree of a module, and what is wrong with it, which is nothing if the library's tests pass. Read once in a
+/// process.
 pub(super) fn parsed(index: usize) -> &'static (Arc<File>, Vec<Diagnostic>) {
     static PARSED: [OnceLock<(Arc<File>, Vec<Diagnostic>)>; MODULES.len()] = [const { OnceLock::new() }; MODULES.len()];
     PARSED[index].get_or_init(|| {
@@ -21,7 +22,7 @@ pub(super) fn parsed(index: usize) -> &'static (Arc<File>, Vec<Diagnostic>) {
 }
 
 /// The names that a module of the library defines for others. Its files begin every definition at the start of a line.
-pub(super) fn names(text: &'static str) -> impl Iterator<Item = &'static str> {
+pub(crate) fn names(text: &'static str) -> impl Iterator<Item = &'static str> {
     text.lines().filter_map(|line| {
         let rest = ["fn ", "let ", "model "].iter().find_map(|word| line.strip_prefix(word))?;
         let end = rest.find(|c: char| !c.is_alphanumeric() && c != '_')?;

@@ -8,14 +8,16 @@
 //! Everything is pure, so an expression may be evaluated once, never, or twice.
 
 pub use super::types::{ClosureId, Dimension, Type};
+pub use crate::operators::{Binary, Compare, Unary};
 use crate::parameters::Quantity;
 use crate::source::Span;
+use std::collections::{BTreeMap, HashSet};
 
 /// A local: a parameter, a capture, or a name bound by `let`. Unique in the whole model; index into [`Model::locals`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LocalId(pub u32);
 
-/// Index of a function instance in [`Model::functions`].
+/// A function instance of [`Model::functions`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FunctionId(pub u32);
 
@@ -30,8 +32,8 @@ pub struct Model {
     pub locals: Vec<Local>,
     /// Layouts of function values.
     pub closures: Vec<Closure>,
-    /// Function instances; a function stands after those that it calls, but for recursion.
-    pub functions: Vec<Function>,
+    /// The function instances that it uses.
+    pub functions: BTreeMap<FunctionId, Function>,
     /// The free parameters, in order.
     pub params: Vec<Param>,
     /// The inputs with the values that they have in this compilation (already constants in the tree).
@@ -49,7 +51,7 @@ pub struct Local {
     pub name: String,
     /// Its type.
     pub ty: Type,
-    /// Where it is bound.
+    /// The place of its binding.
     pub span: Span,
 }
 
@@ -58,7 +60,7 @@ pub struct Local {
 pub struct Closure {
     /// For people: `bezier`, `|t|`, `outer'`.
     pub name: String,
-    /// What it carries, in order.
+    /// The captured values, in order.
     pub captures: Vec<(String, Type)>,
 }
 
@@ -73,22 +75,20 @@ pub struct Function {
     pub params: Vec<LocalId>,
     /// The body; its type is the result's.
     pub body: Expr,
-    /// Whether it may call itself at run time, directly or through others.
-    pub recursive: bool,
     /// Its derivative, where the author gave one.
-    pub by_hand: Option<ByHand>,
-    /// Where it is defined.
+    pub custom_derivative: Option<CustomDerivative>,
+    /// The place of its definition.
     pub span: Span,
 }
 
-/// A derivative by hand: a function of the captures and parameters of the one that it belongs to and, after them, of
+/// A custom derivative: a function of the captures and parameters of the one that it belongs to and, after them, of
 /// the tangents of some parameters; what it gives is the tangent of the result.
 #[derive(Clone, Debug)]
-pub struct ByHand {
+pub struct CustomDerivative {
     /// The function.
     pub function: FunctionId,
-    /// For each tangent the index of its parameter, ascending. The type of a tangent is that of its parameter with every
-    /// int made a real; the tangent of an int is zero.
+    /// For each tangent the index of its parameter, ascending. The type of a tangent is that of its parameter with
+    /// every int made a real; the tangent of an int is zero.
     pub params: Vec<usize>,
 }
 
@@ -111,7 +111,7 @@ pub struct Param {
     pub default: f64,
     /// The bounds where every parameter has its default; infinite where there is none.
     pub bounds: (f64, f64),
-    /// Where it is declared.
+    /// The place of its declaration.
     pub span: Span,
 }
 
@@ -122,13 +122,13 @@ pub struct Input {
     pub name: String,
     /// Its doc comment.
     pub doc: String,
-    /// What it measures.
+    /// The quantity that it measures.
     pub quantity: Quantity,
     /// Its value; 0 or 1 for a bool.
     pub value: f64,
     /// Its bounds; infinite where there is none.
     pub bounds: (f64, f64),
-    /// Where it is declared.
+    /// The place of its declaration.
     pub span: Span,
 }
 
@@ -153,7 +153,7 @@ pub struct Part {
     pub v: LocalId,
     /// The point at (u, v): three lengths. Uses no locals but `local`, `u` and `v`.
     pub point: Expr,
-    /// Where it is declared.
+    /// The place of its declaration.
     pub span: Span,
 }
 
@@ -164,11 +164,11 @@ pub enum Statement {
     Let(LocalId, Expr),
     /// Evaluation fails with the message where the condition, a bool, does not hold.
     Require {
-        /// What must hold.
+        /// The condition that must hold.
         condition: Expr,
-        /// What is said where it does not.
+        /// The message where it does not hold.
         message: String,
-        /// Where it is written.
+        /// The place of the statement.
         span: Span,
     },
 }
@@ -176,11 +176,11 @@ pub enum Statement {
 /// An expression.
 #[derive(Clone, Debug)]
 pub struct Expr {
-    /// What it computes.
+    /// The computation.
     pub kind: ExprKind,
     /// Its type.
     pub ty: Type,
-    /// Where it comes from.
+    /// The place in the source.
     pub span: Span,
 }
 
@@ -199,10 +199,17 @@ pub enum ExprKind {
     Local(LocalId),
     /// The same value in the expression's type, which has the same shape: ints become reals where the type has a real.
     Convert(Box<Expr>),
-    /// One operand.
+    /// One operand, a real where the operation does not say otherwise; of an int also `Neg` and `Abs`. Of a tuple (also
+    /// nested), `Neg` and `Stop` apply to every component. `Floor`, `Ceil` and `Round` give an int; `ToReal` is written
+    /// as `Convert`.
     Unary(Unary, Box<Expr>),
-    /// Two operands.
+    /// Two operands. Both are reals, or both ints (not for `Div` and `Atan2`); the exponent of `Pow` may be a known
+    /// int. For `Add` and `Sub` both may be tuples of one shape (elementwise); for `Mul` one may be a tuple and the
+    /// other a real, for `Div` the first (each component with the real). Tuples contain only reals here. `And` and `Or`
+    /// are written as `If`.
     Binary(Binary, Box<Expr>, Box<Expr>),
+    /// A comparison of two reals or two ints.
+    Compare(Compare, Box<Expr>, Box<Expr>),
     /// `if`; both sides have the expression's type.
     If(Box<Expr>, Box<Expr>, Box<Expr>),
     /// Makes a tuple, array, record, range or closure of its components.
@@ -215,12 +222,12 @@ pub enum ExprKind {
     Block(Vec<Statement>, Box<Expr>),
     /// Calls a function.
     Call(Call),
-    /// The partial derivative of a call's result in argument `wrt`, which is a real. Every scalar of the function's result
-    /// is a real; the expression's type has the same shape.
+    /// The partial derivative of a call's result in argument `wrt`, which is a real. Every scalar of the function's
+    /// result is a real; the expression's type has the same shape.
     Derivative {
         /// The function and where.
         call: Call,
-        /// Which argument.
+        /// The index of the argument.
         wrt: usize,
     },
     /// `accumulator = init; for index in from..to { accumulator = body }`; the value is the last accumulator.
@@ -250,20 +257,12 @@ impl Expr {
         }
     }
 
-    /// The call that it makes or derives.
-    pub fn call_mut(&mut self) -> Option<&mut Call> {
-        match &mut self.kind {
-            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => Some(call),
-            _ => None,
-        }
-    }
-
     /// Visits the expressions directly within it, in the order of evaluation.
     pub fn for_each_child<'e>(&'e self, f: &mut dyn FnMut(&'e Expr)) {
         match &self.kind {
             ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_) => {}
             ExprKind::Convert(a) | ExprKind::Unary(_, a) | ExprKind::Element(a, _) => f(a),
-            ExprKind::Binary(_, a, b) | ExprKind::Index(a, b) => {
+            ExprKind::Binary(_, a, b) | ExprKind::Compare(_, a, b) | ExprKind::Index(a, b) => {
                 f(a);
                 f(b);
             }
@@ -289,51 +288,12 @@ impl Expr {
             }
         }
     }
-
-    /// Visits the expressions directly within it, in the order of evaluation.
-    pub fn for_each_child_mut(&mut self, f: &mut dyn FnMut(&mut Expr)) {
-        match &mut self.kind {
-            ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_) => {}
-            ExprKind::Convert(a) | ExprKind::Unary(_, a) | ExprKind::Element(a, _) => f(a),
-            ExprKind::Binary(_, a, b) | ExprKind::Index(a, b) => {
-                f(a);
-                f(b);
-            }
-            ExprKind::If(c, a, b) => {
-                f(c);
-                f(a);
-                f(b);
-            }
-            ExprKind::Aggregate(items) => items.iter_mut().for_each(f),
-            ExprKind::Block(statements, value) => {
-                statements.iter_mut().for_each(|s| f(s.expr_mut()));
-                f(value);
-            }
-            ExprKind::Call(call) | ExprKind::Derivative { call, .. } => {
-                call.closure.iter_mut().for_each(|e| f(e));
-                call.args.iter_mut().for_each(f);
-            }
-            ExprKind::Fold { from, to, init, body, .. } => {
-                f(from);
-                f(to);
-                f(init);
-                f(body);
-            }
-        }
-    }
 }
 
 impl Statement {
     /// The value that is bound, or the condition.
     #[must_use]
     pub fn expr(&self) -> &Expr {
-        match self {
-            Statement::Let(_, e) | Statement::Require { condition: e, .. } => e,
-        }
-    }
-
-    /// The value that is bound, or the condition.
-    pub fn expr_mut(&mut self) -> &mut Expr {
         match self {
             Statement::Let(_, e) | Statement::Require { condition: e, .. } => e,
         }
@@ -353,19 +313,6 @@ impl Model {
             f(&part.point);
         }
     }
-
-    /// Visits the outermost expressions: bounds, statements, parts. Functions are not among them.
-    pub fn for_each_root_mut(&mut self, f: &mut dyn FnMut(&mut Expr)) {
-        for param in &mut self.params {
-            param.lower.iter_mut().chain(&mut param.upper).for_each(&mut *f);
-        }
-        self.body.iter_mut().for_each(|s| f(s.expr_mut()));
-        for part in &mut self.parts {
-            part.tolerance.iter_mut().for_each(&mut *f);
-            f(&mut part.shape);
-            f(&mut part.point);
-        }
-    }
 }
 
 /// A call.
@@ -379,65 +326,37 @@ pub struct Call {
     pub args: Vec<Expr>,
 }
 
-/// Operations of one operand. Of a tuple (also nested), `Neg` and `Stop` apply to every component.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "they are their names")]
-pub enum Unary {
-    /// Real or Int.
-    Neg,
-    /// Real or Int.
-    Abs,
-    /// Real; -1, 0 or 1.
-    Sign,
-    Sqrt,
-    Exp,
-    Ln,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Sinh,
-    Cosh,
-    Tanh,
-    /// Real to Int: the next whole number below, saturating.
-    Floor,
-    /// Real to Int: the next whole number above.
-    Ceil,
-    /// Real to Int: half away from zero.
-    Round,
-    /// Real to Int: towards zero.
-    Truncate,
-    /// Real: the same value without a derivative.
-    Stop,
-    /// Bool.
-    Not,
+/// The `let`s among statements.
+#[must_use]
+pub fn lets(statements: &[Statement]) -> Vec<(LocalId, &Expr)> {
+    let mut lets = Vec::new();
+    for statement in statements {
+        if let Statement::Let(local, value) = statement {
+            lets.push((*local, value));
+        }
+    }
+    lets
 }
 
-/// Operations of two operands. Both are Real, or both Int; or, for `Add` and `Sub`, both are tuples of the same shape
-/// (elementwise); or, for `Mul`, one is a tuple and the other a Real, for `Div` the first is a tuple (each component with the Real). Tuples
-/// contain only reals here. `And` and `Or` are written as `If`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "they are their names")]
-pub enum Binary {
-    Add,
-    Sub,
-    Mul,
-    /// Real only.
-    Div,
-    /// With the divisor's sign; an int divisor of zero is a failure.
-    Rem,
-    /// Real base; the exponent is a Real, or an Int whose value is known.
-    Pow,
-    /// Real only.
-    Atan2,
-    Min,
-    Max,
-    Eq,
-    Ne,
-    Lt,
-    Le,
-    Gt,
-    Ge,
+/// Those of some `let`s that the values of the locals in `needed` depend on, in their order. The locals that their values
+/// use are added to `needed`.
+#[must_use]
+pub fn needed_lets<'t>(mut lets: Vec<(LocalId, &'t Expr)>, needed: &mut HashSet<LocalId>) -> Vec<(LocalId, &'t Expr)> {
+    let mut kept = Vec::new();
+    while let Some((local, value)) = lets.pop() {
+        if needed.contains(&local) {
+            locals_in(value, needed);
+            kept.push((local, value));
+        }
+    }
+    kept.reverse();
+    kept
+}
+
+/// Adds all locals that an expression uses.
+pub fn locals_in(e: &Expr, out: &mut HashSet<LocalId>) {
+    if let ExprKind::Local(id) = e.kind {
+        out.insert(id);
+    }
+    e.for_each_child(&mut |child| locals_in(child, out));
 }

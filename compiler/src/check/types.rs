@@ -63,9 +63,9 @@ fn gcd(a: u64, b: u64) -> u64 {
     if b == 0 { a.max(1) } else { gcd(b, a % b) }
 }
 
-/// What a number measures: a power of length, or an angle, or neither.
+/// The physical dimension of a number: a power of length, or an angle, or neither.
 ///
-/// An angle is a number of its own kind: it widens to a bare number wherever one is wanted, but not back.
+/// An angle is a number of its own kind: it widens to a bare number wherever one is expected, but not back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Dimension {
     /// The exponent of length; zero for angles.
@@ -142,7 +142,7 @@ pub struct ClosureId(pub u32);
 /// role in how the value is represented.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
-    /// Of something that is wrong and was reported; agrees with everything. Never in a finished tree.
+    /// The type of an expression with an error that was reported; compatible with every type. Never in a finished tree.
     Error,
     /// A double.
     Real(Dimension),

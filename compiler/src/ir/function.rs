@@ -6,6 +6,7 @@
 //! pass is written for functions only. The lowering has split points, arrays, tuples and closures into scalars.
 
 use super::inline::SizeLimits;
+use crate::operators::{Binary, Compare, Unary};
 use crate::source::Span;
 use std::collections::BTreeMap;
 
@@ -179,79 +180,4 @@ pub enum Op {
         /// The failure that is reported otherwise.
         failure: FailureId,
     },
-}
-
-/// Operations of one operand: Real, but for Not (Bool) and ToReal (Int).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "they are their names")]
-pub enum Unary {
-    Neg,
-    Abs,
-    /// -1, 0 or 1; 0 at 0: the derivative of abs.
-    Sign,
-    Sqrt,
-    Exp,
-    Ln,
-    Sin,
-    Cos,
-    Tan,
-    Asin,
-    Acos,
-    Atan,
-    Sinh,
-    Cosh,
-    Tanh,
-    Floor,
-    Ceil,
-    /// Half away from zero.
-    Round,
-    /// Stop-gradient: Real unchanged, derivative zero; `stop(x)`.
-    Stop,
-    Not,
-    /// Int to Real.
-    ToReal,
-    /// Real to Int, towards zero, saturating; NaN gives 0.
-    ToInt,
-}
-
-/// Operations of two operands of one type: Real, or Int where noted; And and Or on Bool.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "they are their names")]
-pub enum Binary {
-    /// Real or Int.
-    Add,
-    /// Real or Int.
-    Sub,
-    /// Real or Int.
-    Mul,
-    /// Real, or Int towards zero (0 where the divisor is 0: the lowering guards it).
-    Div,
-    /// Remainder with the divisor's sign (Real or Int), so that x % n is periodic in x; Int: 0 where the divisor is 0.
-    Rem,
-    /// Real.
-    Pow,
-    /// Real.
-    Atan2,
-    /// Real or Int.
-    Min,
-    /// Real or Int.
-    Max,
-    /// a * b, but 0 where a is 0 even if b is infinite or NaN: a tangent that is zero stays zero at a pole.
-    MulOrZero,
-    /// a / b, but 0 where a is 0 even if b is 0 or NaN.
-    DivOrZero,
-    And,
-    Or,
-}
-
-/// Comparisons; false where either is NaN, but for Ne.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "they are their names")]
-pub enum Compare {
-    Eq,
-    Ne,
-    Lt,
-    Le,
-    Gt,
-    Ge,
 }

@@ -41,6 +41,7 @@ pub(crate) mod hash;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub use crate::operators::{Binary, Compare, Unary};
 pub use builder::FunctionBuilder;
 pub use function::*;
 pub(crate) use inline::inline;

@@ -57,8 +57,8 @@ impl BoundsJacobian {
 }
 
 impl Program {
-    /// Bounds of every parameter at x, as a bound may depend on other parameters; infinite where there is none, and where
-    /// the bound cannot be computed at x.
+    /// Bounds of every parameter at x, as a bound may depend on other parameters; infinite where there is none, and
+    /// where the bound cannot be computed at x.
     ///
     /// # Panics
     /// If x does not have a value for every parameter.
@@ -73,9 +73,9 @@ impl Program {
         flat.chunks_exact(2).map(|pair| (lower(pair[0]), upper(pair[1]))).collect()
     }
 
-    /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend on,
-    /// ascending. The pairs are the same at any x; the derivatives are 0 where a bound cannot be computed. (The entries are
-    /// few: the interpreter computes them.)
+    /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend
+    /// on, ascending. The pairs are the same at any x; the derivatives are 0 where a bound cannot be computed. (The
+    /// entries are few: the interpreter computes them.)
     ///
     /// # Panics
     /// If x does not have a value for every parameter.

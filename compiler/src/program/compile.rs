@@ -4,8 +4,8 @@ use super::derivatives::ModelFunctions;
 use super::grids::Grids;
 use super::kernels::Kernels;
 use super::on_demand::OnDemand;
-use super::{Part, Program};
-use crate::check::{self, CheckOptions, InputValue, typed};
+use super::{Part, Program, check};
+use crate::check::{CheckOptions, InputValue, typed};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::diff::DiffError;
 use crate::ir::inline::{InlineError, SizeLimits};
@@ -117,7 +117,7 @@ pub fn compile_observed(
 ) -> Result<Compilation, Failed> {
     let mut sources = Sources::default();
     let main = sources.add(script.name, script.text);
-    let (model, mut diagnostics) = check::check(&mut sources, loader, main, &options.inputs, &options.check);
+    let (model, mut diagnostics) = check(&mut sources, loader, main, &options.inputs, &options.check);
     done(Stage::Check);
     let Some(model) = model else {
         if !diagnostics.iter().any(|d| d.severity == Severity::Error) {

@@ -29,7 +29,7 @@ pub enum LimitError {
 pub const LIMITS: [Limit; 7] = [
     Limit {
         name: "steps",
-        bounds: "turns of loops and calls in one evaluation, at one point",
+        bounds: "iterations of loops and calls in one evaluation, at one point",
         get: |o| o.limits.steps.into(),
         set: |o, n| o.limits.steps = u32::try_from(n).unwrap_or(u32::MAX),
     },
@@ -52,10 +52,10 @@ pub const LIMITS: [Limit; 7] = [
         set: |o, n| o.check.instances = size(n),
     },
     Limit {
-        name: "turns",
-        bounds: "turns of a `for` and elements of an array",
-        get: |o| o.check.turns as u64,
-        set: |o, n| o.check.turns = size(n),
+        name: "iterations",
+        bounds: "iterations of a `for` and elements of an array",
+        get: |o| o.check.iterations as u64,
+        set: |o, n| o.check.iterations = size(n),
     },
     Limit {
         name: "nodes",

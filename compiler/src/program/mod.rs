@@ -10,6 +10,7 @@
 
 mod bounds;
 mod compile;
+mod constants;
 mod derivatives;
 mod failure;
 mod grids;
@@ -27,6 +28,7 @@ mod tolerances;
 
 pub use bounds::BoundDerivative;
 pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed};
+pub use constants::check;
 pub use failure::EvaluationError;
 pub use instance::Instance;
 pub use limits::{LIMITS, Limit, LimitError};
@@ -36,6 +38,7 @@ pub use text::EmitStage;
 pub use crate::parameters::{Input, Parameter, Part, Quantity};
 
 pub(crate) use compile::{build_model, derivative_error};
+pub(crate) use constants::constants;
 pub(crate) use failure::shown as shown_parameter;
 
 use crate::check::typed;

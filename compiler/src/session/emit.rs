@@ -1,4 +1,4 @@
-//! What the stages of the compiler make of an expression.
+//! An expression at the stages of the compiler.
 
 use super::{Session, evaluate};
 use crate::check;
@@ -36,9 +36,9 @@ impl Session {
     /// An expression, as a function of the parameters, at a stage of the compiler.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Its errors.
     pub fn emit(&mut self, text: &str, stage: EmitStage, loader: &dyn Loader) -> Result<String, Failed> {
-        self.with_expression(text, loader, |_, checked| {
+        self.with_expression(text, loader, |_, checked, asked| {
             if stage == EmitStage::Typed {
                 return Ok(check::print(&checked.model));
             }
@@ -47,12 +47,12 @@ impl Session {
                 return Ok(listing(&module, function));
             }
             let options = jit::Options { verify: false, listings: true, quick: false, narrow: false };
-            let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
+            let span = asked.span;
             let mut compiler = Compiler::new(&module, options).map_err(|e| machine_code(&e, span))?;
             compiler.routine(function).map_err(|e| machine_code(&e, span))?;
             let which = |l: &jit::Listing| if stage == EmitStage::Clif { l.clif.clone() } else { l.assembly.clone() };
             let text = compiler.listings().iter().map(|l| format!("; {}\n{}\n", l.name, which(l))).collect();
-            // What was compiled only to be shown is freed with its code.
+            // The code was compiled only for its listing, and is freed here.
             drop(compiler.finish().map_err(|e| machine_code(&e, span))?);
             Ok(text)
         })
@@ -61,9 +61,9 @@ impl Session {
     /// An expression with its derivatives by all parameters that it depends on, as text that reads like the language.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Its errors.
     pub fn derivative_text(&mut self, text: &str, loader: &dyn Loader) -> Result<String, Failed> {
-        self.with_expression(text, loader, |s, checked| {
+        self.with_expression(text, loader, |s, checked, _| {
             let (mut module, function) = inlined(checked)?;
             let wrt: Vec<u32> = (0..s.model.as_ref().map_or(0, |m| m.parameters().len()) as u32).collect();
             let (jacobian, _) = diff::jacobian(&mut module, function, &wrt).map_err(|e| vec![derivative_error(&e)])?;
@@ -74,15 +74,15 @@ impl Session {
     /// An expression as machine code, to be run at the current values of the parameters.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Its errors.
     pub fn native(&mut self, text: &str, limits: jit::Limits, loader: &dyn Loader) -> Result<Native, Failed> {
-        self.with_expression(text, loader, |s, checked| {
+        self.with_expression(text, loader, |s, checked, asked| {
             let (module, function) = inlined(checked)?;
-            let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
+            let span = asked.span;
             let mut compiler = Compiler::new(&module, jit::Options::default()).map_err(|e| machine_code(&e, span))?;
             let routine = compiler.routine(function).map_err(|e| machine_code(&e, span))?;
             let code = compiler.finish().map_err(|e| machine_code(&e, span))?;
-            let x = s.model.as_ref().map_or(&[][..], |m| &m.values);
+            let x = s.model.as_ref().map_or(&[][..], |m| m.values());
             let arguments = x.iter().map(|x| x.to_bits()).collect();
             Ok(Native { code, routine, arguments, results: module.function(function).results.len(), limits })
         })
@@ -90,7 +90,7 @@ impl Session {
 }
 
 /// The function of an expression, ready to be compiled.
-fn inlined(checked: &check::scope::Checked) -> Result<(Module, FunctionId), Vec<Diagnostic>> {
+fn inlined(checked: &check::entered::Checked) -> Result<(Module, FunctionId), Vec<Diagnostic>> {
     let evaluate::Lowered { mut module, functions } = evaluate::lower_asked(checked)?;
     let function = functions[functions.len() - 1];
     let wrong = |e: ir::inline::InlineError| vec![derivative_error(&e.into())];

@@ -1,7 +1,7 @@
 //! Checked values to scalars to data: lowered, differentiated where they ask for it, run by the interpreter.
 
 use super::{Data, Session, Value};
-use crate::check::scope::{Asked, Checked};
+use crate::check::entered::{Asked, Checked};
 use crate::check::signature::written_type;
 use crate::check::typed::{self, Type};
 use crate::diagnostic::{Code, Diagnostic};
@@ -20,18 +20,17 @@ pub(super) struct Lowered {
 /// The values that were asked for, in order.
 pub(super) fn values(session: &Session, checked: &Checked) -> Result<Vec<Value>, Vec<Diagnostic>> {
     let lowered = lower_asked(checked)?;
-    let asked = checked.answers.iter().filter_map(|a| a.value.as_ref().map(|v| (a, v)));
-    let values = asked.zip(&lowered.functions).map(|((answer, asked), function)| {
+    let values = checked.values.iter().flatten().zip(&lowered.functions).map(|(asked, function)| {
         let scalars = run(session, &lowered.module, *function)?;
         let data = data(&checked.model, asked, &asked.ty, &mut scalars.into_iter());
-        Ok(Value { data, ty: asked.words.clone(), span: answer.span })
+        Ok(Value { data, ty: asked.words.clone(), span: asked.span })
     });
     values.collect::<Result<_, Diagnostic>>().map_err(|e| vec![e])
 }
 
 /// The functions of what is asked for, derivatives expanded.
 pub(super) fn lower_asked(checked: &Checked) -> Result<Lowered, Vec<Diagnostic>> {
-    let locals: Vec<_> = checked.answers.iter().filter_map(|a| a.value.as_ref().map(|v| v.local)).collect();
+    let locals: Vec<_> = checked.values.iter().flatten().map(|v| v.local).collect();
     let (mut module, functions) = lower::lower_values(&checked.model, &locals).map_err(|e| vec![e.diagnostic()])?;
     diff::expand(&mut module, &functions).map_err(|e| vec![crate::program::derivative_error(&e)])?;
     Ok(Lowered { module, functions })
@@ -39,7 +38,7 @@ pub(super) fn lower_asked(checked: &Checked) -> Result<Lowered, Vec<Diagnostic>>
 
 /// A function's results at the current parameters; all of them finite.
 pub(super) fn run(session: &Session, module: &Module, function: FunctionId) -> Result<Vec<Scalar>, Diagnostic> {
-    let (parameters, x) = session.model.as_ref().map_or((&[][..], &[][..]), |m| (m.parameters(), &m.values));
+    let (parameters, x) = session.model.as_ref().map_or((&[][..], &[][..]), |m| (m.parameters(), m.values()));
     let args: Vec<Scalar> = x.iter().map(|x| Scalar::Real(*x)).collect();
     let wrong = |e: RunError| Diagnostic {
         message: format!("{}{}", message(&e, module, session), where_it_was(module, function, parameters, x)),

@@ -16,7 +16,8 @@ use serde::Serialize;
 pub struct Gradient {
     /// The value. Its span says nothing.
     pub value: Value,
-    /// Names of its numbers: empty for the one of a plain number; `x`, `[2]`, `p.x` for those of a tuple, array or record.
+    /// Names of its numbers: empty for the one of a plain number; `x`, `[2]`, `p.x` for those of a tuple, array or
+    /// record.
     pub components: Vec<String>,
     /// With respect to every parameter, in the model's order.
     pub slopes: Vec<Slope>,
@@ -37,12 +38,11 @@ impl Session {
     /// The derivatives of an expression with respect to every parameter of the current model, at its values.
     ///
     /// # Errors
-    /// What is wrong with the expression; if there is no model, if something else than numbers depends on the
+    /// The errors of the expression; if there is no model, if something else than numbers depends on the
     /// parameters, or if a derivative is not finite.
     pub fn gradient(&mut self, text: &str, loader: &dyn Loader) -> Result<Gradient, Failed> {
-        self.with_expression(text, loader, |s, checked| {
-            let Some(asked) = checked.answers.last().and_then(|a| a.value.as_ref()) else { return Err(Vec::new()) };
-            let span = checked.answers.last().map(|a| a.span).unwrap_or_default();
+        self.with_expression(text, loader, |s, checked, asked| {
+            let span = asked.span;
             let Some(model) = &s.model else {
                 let message = "there is no model with parameters to differentiate by";
                 return Err(vec![Diagnostic::new(Code::NoModel, span, message)]);
@@ -51,7 +51,7 @@ impl Session {
                 let message = format!("only numbers have derivatives, but this is {}", asked.words);
                 vec![Diagnostic::new(Code::NoDerivative, span, message).hint("call the function, or take a component")]
             })?;
-            let losses = s.scope.losses(checked, &s.options.check);
+            let losses = s.scope.request(&s.options).lost_derivatives(checked);
             if !losses.is_empty() {
                 return Err(losses);
             }

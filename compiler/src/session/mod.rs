@@ -2,16 +2,18 @@
 //!
 //! A [`Session`] goes the way of every script: what is entered is parsed, checked, lowered and differentiated, and the
 //! interpreter of the IR runs it. A name keeps the meaning that it had where it was used, as in other interactive
-//! languages: defining it anew concerns what is entered later. The last model entered or loaded is the current
-//! one: its parameters, with the values that [`Session::set`] gave them, its `let`s, functions and parts are in scope of
+//! languages: defining it anew concerns what is entered later. The last model entered or loaded is the current one: its
+//! parameters, with the values that [`Session::set`] gave them, its `let`s, functions and parts are in scope of
 //! expressions, and what is defined in terms of them follows the parameters. After an error a session is as before.
 
 mod display;
 mod emit;
 mod evaluate;
 mod gradient;
+mod items;
 mod model;
 mod names;
+mod scope;
 #[cfg(test)]
 mod tests;
 mod value;
@@ -19,17 +21,19 @@ mod value;
 pub use emit::Native;
 pub use gradient::{Gradient, Slope};
 pub use model::CurrentModel;
+pub use names::{Kind, Known};
 pub use value::{Data, Value};
 
-use crate::check::scope::{self, Checked, Line, Scope, Segment};
+pub use crate::check::entered::Line;
+
+use crate::check::entered::{Asked, Checked, Segment};
 use crate::check::{CheckOptions, InputValue};
-pub use crate::check::{Kind, Known};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 pub use crate::ir::interpret::Limits;
 use crate::program::Failed;
 use crate::source::{FileId, Loader, SourceFile, Sources, Span};
 use crate::syntax::{self, Entry};
-use model::Loaded;
+use scope::Scope;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -47,88 +51,34 @@ pub struct Options {
     pub interrupt: Arc<AtomicBool>,
 }
 
-/// What has been entered so far.
+/// A session: the texts entered so far.
 pub struct Session {
     options: Options,
     sources: Sources,
     scope: Scope,
-    model: Option<Loaded>,
+    model: Option<CurrentModel>,
     warnings: Vec<Diagnostic>,
-    /// What to enter again where files have changed.
+    /// The texts and scripts to enter again when files have changed.
     log: Vec<Logged>,
     texts: usize,
 }
 
-/// What made the session what it is.
+/// An entry of the session's log.
 #[derive(Clone)]
 enum Logged {
     Text(String),
     Script(String),
 }
 
-/// What an entered line says.
+/// The answer to an entered line.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Answer {
-    /// The value of an expression.
-    Value(Value),
-    /// A `let`: its names, and its value.
-    Let {
-        /// As in `a` or `a, b`.
-        names: String,
-        /// What they were bound to.
-        value: Value,
-    },
-    /// A function: `fn f(x: real) -> length`.
-    Function {
-        /// Its first line, without defaults.
-        signature: String,
-        /// The item.
-        span: Span,
-    },
-    /// A derivative by hand.
-    Derivative {
-        /// Of which function.
-        function: String,
-        /// The item.
-        span: Span,
-    },
-    /// A `use`.
-    Use {
-        /// What was brought: `std.curve (bezier)`.
-        what: String,
-        /// The item.
-        span: Span,
-    },
-    /// A model, which is the current one now.
-    Model {
-        /// Its name.
-        name: String,
-        /// The item.
-        span: Span,
-    },
-}
-
-impl Answer {
-    /// Where the line stands that it answers.
-    #[must_use]
-    pub fn span(&self) -> Span {
-        match self {
-            Answer::Value(value) | Answer::Let { value, .. } => value.span,
-            Answer::Function { span, .. }
-            | Answer::Derivative { span, .. }
-            | Answer::Use { span, .. }
-            | Answer::Model { span, .. } => *span,
-        }
-    }
-
-    /// The value of an expression or `let`.
-    #[must_use]
-    pub fn value(&self) -> Option<&Value> {
-        match self {
-            Answer::Value(value) | Answer::Let { value, .. } => Some(value),
-            _ => None,
-        }
-    }
+pub struct Answer {
+    /// The kind of line.
+    pub line: Line,
+    /// Its place.
+    pub span: Span,
+    /// The value of an expression, or what a `let` binds.
+    pub value: Option<Value>,
 }
 
 impl Session {
@@ -150,21 +100,19 @@ impl Session {
     /// Enters a text: items and expressions, one after another. Items of one text may name each other in any order.
     ///
     /// # Errors
-    /// What is wrong with it, or what failed while evaluating it; the session is then as before.
+    /// Its errors, or the failure of its evaluation; the session is then as before.
     pub fn enter(&mut self, text: &str, loader: &dyn Loader) -> Result<Vec<Answer>, Failed> {
         let answers = self.attempt(|s| {
             let file = s.add_text(text);
             let mut entries = s.parse(file, text)?;
             let mut answers = Vec::new();
             while entries.peek().is_some() {
-                let mark = s.scope.mark();
                 let segment = s.scope.add((&mut s.sources, loader), file, &mut entries)?;
                 answers.extend(s.finish(&segment)?);
-                s.scope.forget_expressions(&mark);
             }
             Ok(answers)
         })?;
-        if answers.iter().any(|a| !matches!(a, Answer::Value(_))) {
+        if answers.iter().any(|a| a.line != Line::Value) {
             self.log.push(Logged::Text(text.to_owned()));
         }
         Ok(answers)
@@ -173,7 +121,7 @@ impl Session {
     /// Loads a script: its names are in scope as if they had been entered, and its last model is the current one.
     ///
     /// # Errors
-    /// What is wrong with it; the session is then as before.
+    /// Its errors; the session is then as before.
     pub fn load(&mut self, script: SourceFile, loader: &dyn Loader) -> Result<Vec<Answer>, Failed> {
         let name = script.name.clone();
         let answers = self.attempt(|s| {
@@ -186,8 +134,7 @@ impl Session {
 
     /// Reads all files again and enters again what was entered. Parameters keep their values where they still exist and
     /// the values are within their bounds.
-    /// What of the entered definitions does not go together with the files any more is left out, and said in
-    /// [`Session::warnings`].
+    /// Entered definitions that are no longer valid are left out; [`Session::warnings`] says which.
     ///
     /// # Errors
     /// If a script that was loaded is wrong; the session is then as before.
@@ -211,7 +158,7 @@ impl Session {
                     for error in failed.diagnostics.into_iter().filter(|d| d.severity == Severity::Error) {
                         let quotes = failed.sources.get(error.span.file).is_some_and(|f| f.text == *text);
                         let span = Span { file, ..if quotes { error.span } else { Span::default() } };
-                        let message = format!("left out, as it does not hold any more: {}", error.message);
+                        let message = format!("left out, because it is no longer valid: {}", error.message);
                         let warning = Diagnostic::new(error.code, span, message);
                         warnings.push(Diagnostic { severity: Severity::Warning, ..warning });
                     }
@@ -226,7 +173,7 @@ impl Session {
         Ok(())
     }
 
-    /// What was found beside errors when something was last entered, loaded or set.
+    /// The warnings about what was last entered, loaded or set.
     #[must_use]
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
@@ -248,12 +195,9 @@ impl Session {
     /// The type of an expression in words, and as it would be written.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// Its errors.
     pub fn type_of(&mut self, text: &str, loader: &dyn Loader) -> Result<(String, String), Failed> {
-        self.with_expression(text, loader, |_, checked| {
-            let asked = checked.answers.last().and_then(|a| a.value.as_ref());
-            Ok(asked.map_or_else(Default::default, |asked| (asked.words.clone(), evaluate::written(asked))))
-        })
+        self.with_expression(text, loader, |_, _, asked| Ok((asked.words.clone(), evaluate::written(asked))))
     }
 
     /// Does something with a checked expression, and forgets it: nobody quotes it any more.
@@ -261,7 +205,7 @@ impl Session {
         &mut self,
         text: &str,
         loader: &dyn Loader,
-        f: impl FnOnce(&Session, &mut Checked) -> Result<T, Vec<Diagnostic>>,
+        f: impl FnOnce(&Session, &Checked, &Asked) -> Result<T, Vec<Diagnostic>>,
     ) -> Result<T, Failed> {
         let (mark, files, texts) = (self.scope.mark(), self.sources.len(), self.texts);
         let warnings = self.warnings.clone();
@@ -270,14 +214,14 @@ impl Session {
             let mut entries = s.parse(file, text)?;
             let whole = Span { file, start: 0, end: text.len() as u32 };
             let Some(Entry::Expression(_)) = entries.peek() else {
-                return Err(vec![Diagnostic::new(Code::NoValue, whole, "an expression is wanted here")]);
+                return Err(vec![Diagnostic::new(Code::NoValue, whole, "an expression is expected here")]);
             };
             let segment = s.scope.add((&mut s.sources, loader), file, &mut entries)?;
-            if entries.peek().is_some() || !segment.is_one_value() {
-                return Err(vec![Diagnostic::new(Code::NoValue, whole, "one expression is wanted here")]);
+            let checked = s.scope.request(&s.options).values(&segment)?;
+            match &checked.values[..] {
+                [Some(asked)] if entries.peek().is_none() => f(s, &checked, asked),
+                _ => Err(vec![Diagnostic::new(Code::NoValue, whole, "exactly one expression is expected here")]),
             }
-            let mut checked = s.scope.check(&segment, &s.options.inputs, &s.options.check)?;
-            f(s, &mut checked)
         });
         self.scope.restore(mark);
         self.sources.truncate(files);
@@ -304,30 +248,21 @@ impl Session {
 
     /// Checks and evaluates what was added.
     fn finish(&mut self, segment: &Segment) -> Result<Vec<Answer>, Vec<Diagnostic>> {
-        if segment.model {
-            let found = self.scope.model(&self.options.inputs, &self.options.check)?;
-            if let Some((model, warnings)) = found {
-                self.warnings.extend(warnings);
-                self.model = Some(Loaded::new(model)?);
-            }
+        if segment.model
+            && let Some((model, warnings)) = self.scope.request(&self.options).model()?
+        {
+            self.warnings.extend(warnings);
+            self.model = Some(CurrentModel::new(model)?);
         }
-        let mut checked = self.scope.check(segment, &self.options.inputs, &self.options.check)?;
+        let mut checked = self.scope.request(&self.options).values(segment)?;
         self.warnings.append(&mut checked.warnings);
         let mut values = evaluate::values(self, &checked)?.into_iter();
-        let mut answers = Vec::new();
-        for scope::Answer { line, span, value } in checked.answers {
-            let value = value.and_then(|_| values.next());
-            answers.push(match (line, value) {
-                (Line::Value, Some(value)) => Answer::Value(value),
-                (Line::Let(names), Some(value)) => Answer::Let { names, value: Value { span, ..value } },
-                (Line::Function(signature), _) => Answer::Function { signature, span },
-                (Line::Derivative(function), _) => Answer::Derivative { function, span },
-                (Line::Use(what), _) => Answer::Use { what, span },
-                (Line::Model(name), _) => Answer::Model { name, span },
-                (Line::Value | Line::Let(_), None) => continue,
-            });
-        }
-        Ok(answers)
+        let answers = segment.lines.iter().zip(&checked.values).map(|(entered, asked)| Answer {
+            line: entered.line.clone(),
+            span: entered.span,
+            value: asked.as_ref().and_then(|_| values.next()),
+        });
+        Ok(answers.collect())
     }
 
     /// Does something, or nothing at all where it fails.

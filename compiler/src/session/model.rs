@@ -13,60 +13,52 @@ use crate::source::{Loader, Span};
 use crate::suggest::nearest_of;
 use std::sync::Arc;
 
-/// A model with values of its parameters.
+/// The current model of a session, with values of its parameters.
 #[derive(Clone)]
-pub(super) struct Loaded {
+pub struct CurrentModel {
     lowered: Arc<LoweredModel>,
     parts: Arc<[String]>,
-    pub(super) values: Vec<f64>,
+    values: Vec<f64>,
 }
 
-/// The current model, to look at.
-#[derive(Clone, Copy)]
-pub struct CurrentModel<'s> {
-    loaded: &'s Loaded,
-}
-
-impl<'s> CurrentModel<'s> {
+impl CurrentModel {
     /// Its name.
     #[must_use]
-    pub fn name(self) -> &'s str {
-        &self.loaded.lowered.name
+    pub fn name(&self) -> &str {
+        &self.lowered.name
     }
 
     /// Its free parameters, in order.
     #[must_use]
-    pub fn parameters(self) -> &'s [Parameter] {
-        &self.loaded.lowered.params
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.lowered.params
     }
 
     /// Their values, in millimetres and radians.
     #[must_use]
-    pub fn values(self) -> &'s [f64] {
-        &self.loaded.values
+    pub fn values(&self) -> &[f64] {
+        &self.values
     }
 
     /// Their bounds at these values; infinite where there is none, or it cannot be computed.
     #[must_use]
-    pub fn bounds(self) -> Vec<(f64, f64)> {
-        self.loaded.bounds(&self.loaded.values)
+    pub fn bounds(&self) -> Vec<(f64, f64)> {
+        self.bounds_at(&self.values)
     }
 
     /// Its inputs, with their values.
     #[must_use]
-    pub fn inputs(self) -> &'s [Input] {
-        &self.loaded.lowered.inputs
+    pub fn inputs(&self) -> &[Input] {
+        &self.lowered.inputs
     }
 
     /// The names of its surfaces.
     #[must_use]
-    pub fn parts(self) -> &'s [String] {
-        &self.loaded.parts
+    pub fn parts(&self) -> &[String] {
+        &self.parts
     }
-}
 
-impl Loaded {
-    pub(super) fn new(model: typed::Model) -> Result<Loaded, Vec<Diagnostic>> {
+    pub(super) fn new(model: typed::Model) -> Result<Self, Vec<Diagnostic>> {
         let mut lowered = lower::lower(&model).map_err(|e| vec![e.diagnostic()])?;
         let mut roots = vec![lowered.bounds];
         roots.extend(lowered.requires.iter().map(|r| r.function));
@@ -77,14 +69,10 @@ impl Loaded {
         lowered.requires.iter_mut().zip(&roots[1..]).for_each(|(r, id)| r.function = *id);
         let parts = std::mem::take(&mut lowered.parts).into_iter().map(|p| p.name).collect();
         let values = lowered.params.iter().map(|p| p.default).collect();
-        Ok(Loaded { lowered: Arc::new(lowered), parts, values })
+        Ok(Self { lowered: Arc::new(lowered), parts, values })
     }
 
-    pub(super) fn parameters(&self) -> &[Parameter] {
-        &self.lowered.params
-    }
-
-    fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
+    fn bounds_at(&self, x: &[f64]) -> Vec<(f64, f64)> {
         let results = interpret::run_real(&self.lowered.module, self.lowered.bounds, x, Limits::default());
         let Ok(flat) = results else { return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()] };
         flat.chunks_exact(2)
@@ -94,9 +82,9 @@ impl Loaded {
             .collect()
     }
 
-    /// What the bounds and requirements have against values.
+    /// The first bound or requirement that refuses these values.
     fn refuses(&self, x: &[f64], limits: Limits) -> Option<Diagnostic> {
-        for (parameter, (value, (low, high))) in self.parameters().iter().zip(x.iter().zip(self.bounds(x))) {
+        for (parameter, (value, (low, high))) in self.parameters().iter().zip(x.iter().zip(self.bounds_at(x))) {
             let slack = 1e-9 * (1.0 + value.abs());
             if !(*value >= low - slack && *value <= high + slack) {
                 let (shown, unit) = (shown_parameter(parameter, *value), |x: f64| in_unit(x, parameter.quantity));
@@ -115,12 +103,12 @@ impl Loaded {
     }
 
     /// Takes the values of another model for parameters of the same names, where all of them together are allowed.
-    pub(super) fn keep_values(&mut self, old: &Loaded, options: &Options) {
+    pub(super) fn keep_values(&mut self, old: &Self, options: &Options) {
         let mut values = self.values.clone();
         for (parameter, value) in self.lowered.params.iter().zip(&mut values) {
             let same = |p: &Parameter| p.name == parameter.name && p.quantity == parameter.quantity;
             if let Some(i) = old.parameters().iter().position(same) {
-                // What was left at its default follows the default.
+                // A parameter at its default follows the default.
                 if old.values[i] != old.parameters()[i].default {
                     *value = old.values[i];
                 }
@@ -135,14 +123,16 @@ impl Loaded {
 impl Session {
     /// The current model, where there is one.
     #[must_use]
-    pub fn model(&self) -> Option<CurrentModel<'_>> {
-        self.model.as_ref().map(|loaded| CurrentModel { loaded })
+    pub fn model(&self) -> Option<&CurrentModel> {
+        self.model.as_ref()
     }
 
     /// The script that the current model comes from; nothing where it was entered.
     #[must_use]
     pub fn model_file(&self) -> Option<String> {
-        self.scope.model_file().filter(|name| !name.starts_with("input ")).map(str::to_owned)
+        let current = self.scope.names.current.as_ref()?;
+        let name = &self.scope.files.loaded.get(current.file)?.name;
+        (!name.starts_with("input ")).then(|| name.clone())
     }
 
     /// Gives a parameter or an input of the current model the value of an expression: `42mm`, `h / 2`.
@@ -152,7 +142,7 @@ impl Session {
     /// before.
     pub fn set(&mut self, name: &str, text: &str, loader: &dyn Loader) -> Result<(), Failed> {
         let value =
-            self.with_expression(text, loader, |s, checked| Ok(evaluate::values(s, checked)?.into_iter().next()))?;
+            self.with_expression(text, loader, |s, checked, _| Ok(evaluate::values(s, checked)?.into_iter().next()))?;
         self.attempt(|s| {
             let file = s.add_text(text);
             let whole = Span { file, start: 0, end: text.len() as u32 };
@@ -214,9 +204,8 @@ impl Session {
 
     fn set_input(&mut self, name: &str, value: InputValue) -> Result<(), Vec<Diagnostic>> {
         let before = self.options.inputs.insert(name.to_owned(), value);
-        let result = self.scope.model(&self.options.inputs, &self.options.check);
-        let made = result.and_then(|found| found.map(|(model, _)| Loaded::new(model)).transpose());
-        match made {
+        let result = self.scope.request(&self.options).model();
+        match result.and_then(|current| current.map(|(model, _)| CurrentModel::new(model)).transpose()) {
             Ok(Some(mut made)) => {
                 if let Some(old) = &self.model {
                     made.keep_values(old, &self.options);
@@ -241,8 +230,7 @@ impl Session {
     /// If there is no model, or it cannot be compiled.
     pub fn compile(&self, options: &program::Options) -> Result<Compilation, Failed> {
         let failed = |diagnostics| Failed { diagnostics, sources: self.sources.clone() };
-        let found = self.scope.model(&self.options.inputs, &self.options.check).map_err(failed)?;
-        let Some((model, warnings)) = found else {
+        let Some((model, warnings)) = self.scope.request(&self.options).model().map_err(failed)? else {
             return Err(failed(vec![Diagnostic::new(Code::NoModel, Span::default(), "there is no model")]));
         };
         let program = program::build_model(model, &self.sources, options).map_err(|e| failed(vec![e]))?;
@@ -251,12 +239,12 @@ impl Session {
 }
 
 fn number(data: &Data, quantity: Quantity) -> Option<f64> {
-    let wanted = crate::check::dimension(quantity);
+    let expected = crate::check::dimension(quantity);
     match data {
-        Data::Int(k) if wanted.is_none() => Some(*k as f64),
+        Data::Int(k) if expected.is_none() => Some(*k as f64),
         // Zero is zero in any unit.
         Data::Int(0) => Some(0.0),
-        Data::Number { value, unit } if *unit == wanted || (wanted.is_none() && unit.angle) => Some(*value),
+        Data::Number { value, unit } if *unit == expected || (expected.is_none() && unit.angle) => Some(*value),
         _ => None,
     }
 }

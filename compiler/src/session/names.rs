@@ -1,45 +1,205 @@
 //! Names in scope, for completion and help.
 
 use super::Session;
-use crate::check::scope::{Kind, Known};
+use super::items::defined;
+use crate::check::builtins::{self, Builtin};
+use crate::check::entered::Step;
+use crate::check::signature::declared;
+use crate::check::stdlib;
 use crate::check::typed::Type;
-use crate::source::Loader;
+use crate::source::{FileId, Loader};
+use crate::syntax::ast::{FnParam, Item, ItemKind, Pattern};
+use crate::syntax::{self, type_text};
 use std::collections::BTreeMap;
+
+/// The kind of thing that a name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// A free parameter of the current model.
+    Parameter,
+    /// An input of the current model.
+    Input,
+    /// A `let`.
+    Value,
+    /// A function.
+    Function,
+    /// A model.
+    Model,
+    /// A part of the current model.
+    Part,
+    /// A module that is used whole.
+    Module,
+    /// Built in, or of the standard library, which is known everywhere.
+    Library,
+}
+
+/// A name with its description.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Known {
+    /// The name.
+    pub name: String,
+    /// The kind of thing that it stands for.
+    pub kind: Kind,
+    /// How it is declared: `fn mix(a, b, t)`, `param r: length`.
+    pub declaration: String,
+    /// The doc comment.
+    pub doc: String,
+    /// Labels of its arguments.
+    pub labels: Vec<String>,
+    /// The module that it comes from: `std.math`; empty for what was entered or built in.
+    pub module: String,
+}
 
 impl Session {
     /// All names that can be used, with what they stand for, sorted.
     #[must_use]
     pub fn names(&self) -> BTreeMap<String, Kind> {
-        self.scope.names()
+        let library = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).chain(builtins::names());
+        let mut names: BTreeMap<String, Kind> = library.map(|name| (name.to_owned(), Kind::Library)).collect();
+        let in_scope = &self.scope.names;
+        names.extend(in_scope.seen.whole.keys().map(|name| (name.clone(), Kind::Module)));
+        let current = in_scope.current.iter().flat_map(|current| &current.names);
+        for name in in_scope.seen.names.keys().chain(current) {
+            names.insert(name.clone(), self.item(name).map_or(Kind::Value, kind));
+        }
+        names
     }
 
-    /// What is known of a name (`mix`, `std.math.mix`): how it is declared, its doc comment, its arguments' labels.
+    /// The description of a name (`mix`, `std.math.mix`): its declaration, doc comment and arguments' labels.
     #[must_use]
     pub fn known(&self, name: &str) -> Option<Known> {
-        self.scope.known(name)
+        if let Some(item) = self.item(name) {
+            let file = self.scope.names.seen.names.get(name).and_then(|file| self.scope.files.loaded.get(*file));
+            let module = file.map(|f| f.name.as_str()).filter(|m| m.starts_with("std."));
+            return Some(describe(name, item, module.unwrap_or("")));
+        }
+        if let Some(builtin) = Builtin::named(name) {
+            let labels: Vec<String> = builtin.parameters().iter().map(|l| (*l).to_owned()).collect();
+            return Some(Known {
+                name: name.to_owned(),
+                kind: Kind::Library,
+                declaration: format!("fn {name}({})", labels.join(", ")),
+                doc: "Built in.".to_owned(),
+                labels,
+                module: String::new(),
+            });
+        }
+        let (module, member) = name.rsplit_once('.').map_or((None, name), |(m, n)| (Some(m), n));
+        let modules = stdlib::MODULES.iter();
+        let (module, text) = modules
+            .filter(|(m, _)| module.is_none_or(|given| *m == given || m.rsplit('.').next() == Some(given)))
+            .find(|(_, text)| stdlib::names(text).any(|n| n == member))?;
+        let (file, _) = syntax::parse(FileId::default(), text);
+        let item = file.items.iter().find(|i| defined(i).iter().any(|n| n == member))?;
+        Some(describe(member, item, module))
     }
 
     /// The modules of the standard library: `std.math`.
     #[must_use]
     pub fn modules(&self) -> Vec<String> {
-        self.scope.modules()
+        stdlib::MODULES.iter().map(|(name, _)| (*name).to_owned()).collect()
     }
 
-    /// What may follow a value, or the name of a module, and a dot.
+    /// The names that may follow a value, or the name of a module, and a dot.
     pub fn fields(&mut self, text: &str, loader: &dyn Loader) -> Vec<String> {
-        let members = self.scope.members(text);
+        let members = self.members(text);
         if !members.is_empty() {
             return members;
         }
-        let found = self.with_expression(text, loader, |_, checked| {
-            Ok(match checked.answers.last().and_then(|a| a.value.as_ref()).map(|v| &v.ty) {
-                Some(Type::Record(fields)) => fields.iter().map(|(name, _)| name.to_string()).collect(),
-                Some(Type::Tuple(parts)) if parts.len() <= 3 => {
+        let fields = self.with_expression(text, loader, |_, _, asked| {
+            Ok(match &asked.ty {
+                Type::Record(fields) => fields.iter().map(|(name, _)| name.to_string()).collect(),
+                Type::Tuple(parts) if parts.len() <= 3 => {
                     ["x", "y", "z"].iter().take(parts.len()).map(|n| (*n).to_owned()).collect()
                 }
                 _ => Vec::new(),
             })
         });
-        found.unwrap_or_default()
+        fields.unwrap_or_default()
+    }
+
+    /// The names that a module of the library defines, or one that is used whole.
+    fn members(&self, module: &str) -> Vec<String> {
+        if let Some((_, text)) = stdlib::MODULES.iter().find(|(m, _)| *m == module) {
+            return stdlib::names(text).map(str::to_owned).collect();
+        }
+        let file = self.scope.names.seen.whole.get(module).and_then(|id| self.scope.files.loaded.get(*id));
+        file.map(|f| f.ast.items.iter().flat_map(defined).collect()).unwrap_or_default()
+    }
+
+    /// The item that defines a name in scope.
+    fn item(&self, name: &str) -> Option<&Item> {
+        let (files, names) = (&self.scope.files.loaded, &self.scope.names);
+        let defines = |item: &&Item| defined(item).iter().any(|n| n == name);
+        if let Some(current) = names.current.as_ref().filter(|c| c.names.contains(name)) {
+            let mut inner = current.steps.iter().rev().filter_map(|step| match step {
+                Step::Inner(file, index) => files.get(*file)?.inner.get(*index),
+                Step::Hide(..) => None,
+            });
+            let model = match &files.get(current.file)?.ast.items.get(current.item)?.kind {
+                ItemKind::Model(model) => &model.items[..],
+                _ => &[],
+            };
+            return inner.find(defines).or_else(|| member(model, name));
+        }
+        files.get(*names.seen.names.get(name)?)?.ast.items.iter().find(defines)
+    }
+}
+
+/// The item of a model's body that defines a name; of parts in loops, too.
+fn member<'i>(items: &'i [Item], name: &str) -> Option<&'i Item> {
+    items.iter().find_map(|item| match &item.kind {
+        ItemKind::Param(decl) | ItemKind::Input(decl) => (decl.name.text == name).then_some(item),
+        ItemKind::Part(decl) => (decl.name.text == name).then_some(item),
+        ItemKind::For(decl) => member(&decl.items, name),
+        ItemKind::If(decl) => member(&decl.then, name).or_else(|| member(&decl.otherwise, name)),
+        _ => defined(item).iter().any(|n| n == name).then_some(item),
+    })
+}
+
+fn kind(item: &Item) -> Kind {
+    match &item.kind {
+        ItemKind::Function(_) => Kind::Function,
+        ItemKind::Model(_) => Kind::Model,
+        ItemKind::Param(_) => Kind::Parameter,
+        ItemKind::Input(_) => Kind::Input,
+        ItemKind::Part(_) => Kind::Part,
+        _ => Kind::Value,
+    }
+}
+
+fn describe(name: &str, item: &Item, module: &str) -> Known {
+    let labels_of = |params: &[FnParam]| -> Vec<String> {
+        let names = params.iter().filter_map(|p| match &p.pattern {
+            Pattern::Name(name) => Some(name.text.clone()),
+            Pattern::Tuple(..) => None,
+        });
+        names.collect()
+    };
+    let (declaration, labels) = match &item.kind {
+        ItemKind::Function(decl) => (declared(decl), labels_of(&decl.params)),
+        ItemKind::Param(decl) => (format!("param {name}: {}", type_text(&decl.ty)), Vec::new()),
+        ItemKind::Input(decl) => (format!("input {name}: {}", type_text(&decl.ty)), Vec::new()),
+        ItemKind::Part(_) => (format!("part {name}"), vec!["u".to_owned(), "v".to_owned()]),
+        ItemKind::Model(model) => {
+            let names = model.items.iter().filter_map(|item| match &item.kind {
+                ItemKind::Param(decl) | ItemKind::Input(decl) => Some(decl.name.text.clone()),
+                _ => None,
+            });
+            (format!("model {name}"), names.collect())
+        }
+        ItemKind::Let(decl) => (
+            format!("let {name}{}", decl.ty.as_ref().map(|ty| format!(": {}", type_text(ty))).unwrap_or_default()),
+            Vec::new(),
+        ),
+        _ => (name.to_owned(), Vec::new()),
+    };
+    Known {
+        name: name.to_owned(),
+        kind: kind(item),
+        declaration,
+        doc: item.doc.clone(),
+        labels,
+        module: module.to_owned(),
     }
 }

@@ -11,7 +11,7 @@ fn shown(texts: &[&str]) -> String {
     for text in texts {
         last = session.enter(text, &NoFiles).unwrap_or_else(|e| panic!("{text}: {e}\n{:?}", e.diagnostics));
     }
-    let shown: Vec<String> = last.iter().filter_map(|a| a.value().map(ToString::to_string)).collect();
+    let shown: Vec<String> = last.iter().filter_map(|a| a.value.as_ref().map(ToString::to_string)).collect();
     shown.join("; ")
 }
 
@@ -24,7 +24,7 @@ fn error(session: &mut Session, text: &str) -> Code {
 
 fn value(session: &mut Session, text: &str) -> String {
     let answers = session.enter(text, &NoFiles).unwrap_or_else(|e| panic!("{text}: {e}\n{:?}", e.diagnostics));
-    answers.last().and_then(Answer::value).map_or_else(String::new, ToString::to_string)
+    answers.last().and_then(|a| a.value.as_ref()).map_or_else(String::new, ToString::to_string)
 }
 
 const BEAKER: &str = "/// A beaker.
@@ -181,7 +181,7 @@ fn a_models_parameters_and_parts_are_in_scope() {
     assert_eq!(value(&mut session, "wall(0, 1)"), "(50, 0, 90) mm");
     // The lines of one text in order.
     let answers = session.enter("let h2 = h\nh\nlet h = 3\nh", &NoFiles).expect("well-formed");
-    let shown: Vec<String> = answers.iter().filter_map(|a| a.value().map(ToString::to_string)).collect();
+    let shown: Vec<String> = answers.iter().filter_map(|a| a.value.as_ref().map(ToString::to_string)).collect();
     assert_eq!(shown, ["90 mm", "90 mm", "3", "3"]);
 }
 
@@ -203,7 +203,7 @@ fn another_model_takes_the_place_of_the_first() {
     assert_eq!(value(&mut session, "q * n"), "35 mm");
     // Expressions before a model see what was there before it.
     let answers = session.enter(&format!("q\n{BEAKER}\nr"), &NoFiles).expect("well-formed");
-    let shown: Vec<String> = answers.iter().filter_map(|a| a.value().map(ToString::to_string)).collect();
+    let shown: Vec<String> = answers.iter().filter_map(|a| a.value.as_ref().map(ToString::to_string)).collect();
     assert_eq!(shown, ["5 mm", "40 mm"]);
     let options = crate::program::Options::default();
     assert_eq!(session.compile(&options).expect("compiles").program.parts().len(), 3);
@@ -223,7 +223,10 @@ fn gradients_agree_with_finite_differences() {
                 moved[i] += sign * step;
                 session.set_all(&moved).expect("allowed");
                 let mut flat = Vec::new();
-                flatten(&session.enter(text, &NoFiles).expect("a value")[0].value().expect("a value").data, &mut flat);
+                flatten(
+                    &session.enter(text, &NoFiles).expect("a value")[0].value.as_ref().expect("a value").data,
+                    &mut flat,
+                );
                 flat
             };
             let (high, low) = (at(&mut session, 1.0), at(&mut session, -1.0));
@@ -321,7 +324,7 @@ fn files_are_used_loaded_and_read_again() {
     session.load(files.load("m.gml", "").expect("written"), &files).expect("well-formed");
     let now = |s: &mut Session, text: &str| {
         let answers = s.enter(text, &files).unwrap_or_else(|e| panic!("{text}: {e}"));
-        answers.last().and_then(Answer::value).map_or_else(String::new, ToString::to_string)
+        answers.last().and_then(|a| a.value.as_ref()).map_or_else(String::new, ToString::to_string)
     };
     assert_eq!(now(&mut session, "f(a / 1mm); k; b"), "2");
     assert_eq!(now(&mut session, "let w = a * k"), "6 mm");

@@ -10,7 +10,7 @@ use serde::Serialize;
 /// numbers of one dimension alone has its unit once, at the end: `(1, 2, 3) mm`, `[1, 2] mm`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Value {
-    /// What it is.
+    /// The data.
     pub data: Data,
     /// Its type in words: `a length`, `a point in space`, `a function of 2 arguments`.
     #[serde(rename = "type")]

@@ -1,6 +1,7 @@
 //! What is damaged.
 
-use gml_compiler::check::{CheckOptions, check};
+use gml_compiler::check::CheckOptions;
+use gml_compiler::program::check;
 use gml_compiler::source::{NoFiles, Sources};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,10 @@
 //! A text through all stages, with small limits.
 
-use gml_compiler::check::{CheckOptions, check};
+use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::ir::lower::lower;
 use gml_compiler::internals::ir::validate::validate;
 use gml_compiler::jit::Limits;
-use gml_compiler::program::{Options, Program, compile};
+use gml_compiler::program::{Options, Program, check, compile};
 use gml_compiler::source::{NoFiles, SourceFile, Sources};
 use gml_compiler::syntax;
 use std::collections::BTreeMap;
@@ -38,7 +38,7 @@ pub(crate) const NAMES: [&str; STAGES] = [
 
 /// What is small enough for every input to be done in a moment.
 fn options() -> CheckOptions {
-    CheckOptions { instances: 500, nodes: 100_000, depth: 100, turns: 512, ..CheckOptions::default() }
+    CheckOptions { instances: 500, nodes: 100_000, depth: 100, iterations: 512, ..CheckOptions::default() }
 }
 
 /// Takes a text as far as it goes; what is wrong as an error.

@@ -1,10 +1,11 @@
 //! A script by the interpreter: lowered, its derivatives expanded, neither inlined nor simplified otherwise.
 
-use gml_compiler::check::{CheckOptions, check};
+use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::diff::{self, expand};
 use gml_compiler::internals::ir::interpret::{Limits, run_real};
 use gml_compiler::internals::ir::lower::lower;
 use gml_compiler::internals::ir::{FunctionId, LoweredPart, Module};
+use gml_compiler::program::check;
 use gml_compiler::source::{NoFiles, Sources};
 use std::collections::BTreeMap;
 

@@ -138,7 +138,11 @@ fn check_bounds(program: &Program, random: &mut Random) {
             assert!(error < TOLERANCE, "bounds by {}: {error:e} at {x:?}", parameter.name);
             let (before, after) = (finite(&x), at(0.37 * scale(program, by, &x)).unwrap());
             for (i, dependent) in dependent.into_iter().enumerate() {
-                assert!(dependent || before[2 * i..][..2] == after[2 * i..][..2], "{} moves bounds {i}", parameter.name);
+                assert!(
+                    dependent || before[2 * i..][..2] == after[2 * i..][..2],
+                    "{} moves bounds {i}",
+                    parameter.name
+                );
             }
         }
     }
@@ -146,7 +150,7 @@ fn check_bounds(program: &Program, random: &mut Random) {
 
 #[test]
 fn derivatives_of_bounds() {
-    let program = common::program(
+    let program = crate::common::program(
         "bounds.gml",
         "fn half(x: length) -> length = x / 2
          model m {
@@ -154,7 +158,7 @@ fn derivatives_of_bounds() {
            param n: real in 1.5..6.5 = 3
            let wall = if a > 20mm { a / 10 } else { 2mm }
            param b: length in max(wall, 1mm)..half(a) = 5mm
-           param c: angle in -asin(b / a)..pi * b / a = 0.1
+           param c: angle in -asin(b / a)..180deg * b / a = 0.1rad
            param d: length in 0mm..fold(1mm, 0..3, |s, i| s + b ^ 2 / a) = 1mm
            param e: length in -floor(n) * 1mm..100mm = 1mm
            param f: length = 1mm
@@ -166,7 +170,7 @@ fn derivatives_of_bounds() {
         program.bounds_jacobian(&program.defaults()).iter().map(|d| (d.parameter, d.by)).collect();
     // The bound of e depends on n, in steps: with derivative 0.
     assert_eq!(dependences, [(2, 0), (3, 0), (3, 2), (4, 0), (4, 2), (5, 1)]);
-    let can = common::example("can/can");
+    let can = crate::common::example("can/can");
     check_bounds(&can, &mut Random(12));
     let name = |i: usize| can.parameters()[i].name.clone();
     let of_can: Vec<[String; 2]> =

@@ -13,14 +13,15 @@
 //! `require` that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. A line
 //! `// Parts:` lists the names of the model's parts. With `GMLC_UPDATE=1` the lines are rewritten to what was found, to be looked at before they are committed.
 
+use gml_compiler::check::CheckOptions;
 use gml_compiler::check::typed::Model;
-use gml_compiler::check::{CheckOptions, check};
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::internals::diff::expand;
 use gml_compiler::internals::ir::interpret::{Limits, RunError, run};
 use gml_compiler::internals::ir::lower::lower;
 use gml_compiler::internals::ir::scalar::Scalar;
 use gml_compiler::internals::ir::{FunctionId, Module};
+use gml_compiler::program::check;
 use gml_compiler::source::{FileId, Loader, SourceFile, Sources, Span};
 use std::collections::BTreeMap;
 use std::fmt::Write;

@@ -110,7 +110,7 @@ fn attempt(session: &mut Session, text: &str, files: &dyn Loader) -> Result<Vec<
         }
     }
     let line = |end: u32| text[..end as usize].trim_end().matches('\n').count();
-    Ok(answers.iter().filter_map(|a| Some((line(a.span().end), a.value()?.to_string()))).collect())
+    Ok(answers.iter().filter_map(|a| Some((line(a.span.end), a.value.as_ref()?.to_string()))).collect())
 }
 
 /// The values that lines state, by their lines from 0.

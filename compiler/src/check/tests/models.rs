@@ -1,7 +1,8 @@
 //! Models: inputs, groups of parts, models within models, files.
 
 use super::support::{check_text, check_with, diagnosed, model, part, point, rendered};
-use crate::check::{CheckOptions, InputValue, check, print};
+use crate::check::{CheckOptions, InputValue, print};
+use crate::program::check;
 use crate::source::{Loader, SourceFile, Sources};
 use std::collections::{BTreeMap, HashMap};
 

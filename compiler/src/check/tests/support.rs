@@ -1,10 +1,13 @@
 //! Scripts in, diagnostics as text or points out.
 
-use crate::check::evaluate::Evaluation;
-use crate::check::typed::{Model, Part, Statement};
-use crate::check::values::Value;
-use crate::check::{CheckOptions, InputValue, check};
+use crate::check::typed::{Model, Part};
+use crate::check::{CheckOptions, InputValue};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::diff::expand;
+use crate::ir::LoweredModel;
+use crate::ir::interpret::{Limits, run_real};
+use crate::ir::lower::lower;
+use crate::program::check;
 use crate::source::{NoFiles, Sources};
 use std::collections::{BTreeMap, HashMap};
 use std::fmt::Write;
@@ -71,29 +74,14 @@ pub(super) fn defaults(model: &Model) -> HashMap<String, f64> {
     model.params.iter().map(|p| (p.name.clone(), p.default)).collect()
 }
 
-/// A point of a part.
+/// A point of a part, by the interpreter.
 pub(super) fn point(model: &Model, part: &Part, params: &HashMap<String, f64>, u: f64, v: f64) -> [f64; 3] {
-    let mut evaluation = Evaluation::new(model);
-    evaluation.derivative_step = Some(1e-5);
-    for param in &model.params {
-        evaluation.values.insert(param.local, Value::Real(params[&param.name]));
-    }
-    for statement in &model.body {
-        if let Statement::Let(local, e) = statement {
-            let value = evaluation.expr(e).expect("a value");
-            evaluation.values.insert(*local, value);
-        }
-    }
-    let shape = evaluation.expr(&part.shape).expect("a shape");
-    evaluation.values.insert(part.local, shape);
-    evaluation.values.insert(part.u, Value::Real(u));
-    evaluation.values.insert(part.v, Value::Real(v));
-    let Value::Many(values) = evaluation.expr(&part.point).expect("a point") else { panic!("not a point") };
-    let coordinate = |i: usize| match values[i] {
-        Value::Real(x) => x,
-        _ => panic!("not a coordinate"),
-    };
-    [coordinate(0), coordinate(1), coordinate(2)]
+    let LoweredModel { mut module, parts, .. } = lower(model).expect("it is small");
+    let lowered = parts.iter().find(|p| p.name == part.name).expect("the part of the model");
+    expand(&mut module, &[lowered.surface]).expect("it has derivatives");
+    let x: Vec<f64> = model.params.iter().map(|p| params[&p.name]).collect();
+    let point = run_real(&module, lowered.surface, &lowered.arguments(&x, [u, v]), Limits::default());
+    point.expect("a point").try_into().expect("three coordinates")
 }
 
 /// The unit normal of a part by central differences.

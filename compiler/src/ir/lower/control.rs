@@ -163,7 +163,9 @@ fn is_cheap(expr: &Expr, budget: &mut usize) -> bool {
         }
         ExprKind::Convert(_) | ExprKind::Element(..) | ExprKind::Aggregate(_) => 0,
         ExprKind::Block(statements, _) if statements.iter().all(|s| matches!(s, Statement::Let(..))) => 0,
-        ExprKind::Unary(Unary::Neg | Unary::Abs | Unary::Sign | Unary::Stop | Unary::Not, _) | ExprKind::If(..) => 1,
+        ExprKind::Unary(Unary::Neg | Unary::Abs | Unary::Sign | Unary::Stop | Unary::Not, _)
+        | ExprKind::Compare(..)
+        | ExprKind::If(..) => 1,
         ExprKind::Binary(op, ..) if !matches!(op, Binary::Div | Binary::Rem | Binary::Pow | Binary::Atan2) => 1,
         _ => return false,
     };

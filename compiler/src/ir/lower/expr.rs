@@ -27,6 +27,7 @@ impl Frame<'_, '_> {
                 values.into_iter().map(|v| self.unary(*op, v)).collect()
             }
             ExprKind::Binary(op, a, b) => self.binary(*op, a, b, expr.span)?,
+            ExprKind::Compare(op, a, b) => vec![self.compare(*op, a, b, expr.span)?],
             ExprKind::If(condition, then, otherwise) => self.if_(expr, condition, then, otherwise)?,
             ExprKind::Aggregate(items) => {
                 let mut values = Vec::new();
@@ -41,7 +42,7 @@ impl Frame<'_, '_> {
             ExprKind::Call(call) => {
                 let args = self.arguments(call)?;
                 self.b.set_span(expr.span);
-                let function = self.lowerer.instances[call.function.0 as usize];
+                let function = self.lowerer.instances[&call.function];
                 let results = self.lowerer.model.scalars(&expr.ty);
                 self.b.call(function, args, &results)
             }
@@ -111,7 +112,7 @@ impl Frame<'_, '_> {
         let index = before.map(|e| model.width(&e.ty)).sum::<usize>();
         self.b.set_span(expr.span);
         let one = self.b.real(1.0);
-        let function = self.lowerer.instances[call.function.0 as usize];
+        let function = self.lowerer.instances[&call.function];
         Ok(self.b.tangent(function, args, vec![(index as u32, one)], model.width(&expr.ty)))
     }
 

@@ -7,33 +7,32 @@ use crate::ir::hash::HashSet;
 /// outside.
 #[derive(Default)]
 pub(super) struct Free {
-    /// Used and not bound inside.
-    pub(super) locals: HashSet<LocalId>,
-    /// The same, in order.
+    seen: HashSet<LocalId>,
+    /// The locals that are used and not bound inside, in order.
     order: Vec<LocalId>,
-    bound: HashSet<LocalId>,
 }
 
 impl Free {
     /// The locals that expressions use from outside, except those that the caller binds.
     pub(super) fn of(exprs: &[&Expr], bound: &[LocalId]) -> Vec<LocalId> {
-        let mut free = Free { bound: bound.iter().copied().collect(), ..Free::default() };
+        let mut free = Free { seen: bound.iter().copied().collect(), order: Vec::new() };
         exprs.iter().for_each(|e| free.expr(e));
         free.order
     }
 
-    pub(super) fn expr(&mut self, expr: &Expr) {
+    fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
             ExprKind::Local(local) => {
-                if !self.bound.contains(local) && self.locals.insert(*local) {
+                if self.seen.insert(*local) {
                     self.order.push(*local);
                 }
             }
-            ExprKind::Block(statements, _) => self.bound.extend(statements.iter().filter_map(|s| match s {
+            // A local is used only after its binding.
+            ExprKind::Block(statements, _) => self.seen.extend(statements.iter().filter_map(|s| match s {
                 Statement::Let(local, _) => Some(*local),
                 Statement::Require { .. } => None,
             })),
-            ExprKind::Fold { index, accumulator, .. } => self.bound.extend([*index, *accumulator]),
+            ExprKind::Fold { index, accumulator, .. } => self.seen.extend([*index, *accumulator]),
             _ => {}
         }
         expr.for_each_child(&mut |e| self.expr(e));

@@ -27,7 +27,7 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::hash::HashMap;
 use crate::parameters;
 use crate::source::Span;
-use free::Free;
+use std::collections::HashSet;
 
 /// The model would become too large.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -120,7 +120,7 @@ struct Lowerer<'m> {
     model: &'m typed::Model,
     module: Module,
     /// The function of each function instance.
-    instances: Vec<FunctionId>,
+    instances: HashMap<typed::FunctionId, FunctionId>,
     /// The number of nodes of the functions that are complete.
     nodes: usize,
 }
@@ -136,10 +136,10 @@ impl<'m> Lowerer<'m> {
     /// Lowers the function instances.
     fn new(model: &'m typed::Model, limits: SizeLimits) -> Result<Lowerer<'m>, TooLarge> {
         let mut module = Module { limits, ..Module::default() };
-        let instances = model.functions.iter().map(|_| module.reserve()).collect();
+        let instances = model.functions.keys().map(|id| (*id, module.reserve())).collect();
         let mut lowerer = Lowerer { model, module, instances, nodes: 0 };
-        for index in 0..model.functions.len() {
-            lowerer.function(index)?;
+        for (id, function) in &model.functions {
+            lowerer.function(*id, function)?;
         }
         lowerer.custom_derivatives();
         Ok(lowerer)
@@ -164,9 +164,9 @@ impl<'m> Lowerer<'m> {
     }
 
     /// The model's parameters among some locals.
-    fn used_params(&self, used: &Free) -> (Vec<u32>, Vec<LocalId>) {
+    fn used_params(&self, used: &HashSet<LocalId>) -> (Vec<u32>, Vec<LocalId>) {
         let params = (0..).zip(&self.model.params);
-        params.filter(|(_, p)| used.locals.contains(&p.local)).map(|(i, p)| (i, p.local)).unzip()
+        params.filter(|(_, p)| used.contains(&p.local)).map(|(i, p)| (i, p.local)).unzip()
     }
 
     /// Starts a function of the model's parameters.
@@ -175,29 +175,28 @@ impl<'m> Lowerer<'m> {
         self.frame(name, &params, None)
     }
 
-    fn function(&mut self, index: usize) -> Result<(), TooLarge> {
-        let function = &self.model.functions[index];
+    fn function(&mut self, id: typed::FunctionId, function: &typed::Function) -> Result<(), TooLarge> {
         let locals: Vec<LocalId> = function.captures.iter().chain(&function.params).copied().collect();
-        let function = self.frame(&function.name, &locals, None).finish(&function.body)?;
-        self.module.define(self.instances[index], function);
+        let lowered = self.frame(&function.name, &locals, None).finish(&function.body)?;
+        self.module.define(self.instances[&id], lowered);
         Ok(())
     }
 
     /// Finds the scalar to which each tangent of a custom derivative belongs.
     fn custom_derivatives(&mut self) {
         let model = self.model;
-        for (index, function) in model.functions.iter().enumerate() {
-            let Some(by_hand) = &function.by_hand else { continue };
+        for (id, function) in &model.functions {
+            let Some(custom) = &function.custom_derivative else { continue };
             let types = |local: &LocalId| model.scalars(&model.locals[local.0 as usize].ty);
             let captures: usize = function.captures.iter().map(|l| types(l).len()).sum();
             let mut tangents = Vec::new();
-            for param in &by_hand.params {
+            for param in &custom.params {
                 let start = captures + function.params[..*param].iter().map(|l| types(l).len()).sum::<usize>();
                 let scalars = types(&function.params[*param]).into_iter().zip(start as u32..);
                 tangents.extend(scalars.map(|(ty, i)| (ty == super::Type::Real).then_some(i)));
             }
-            let derivative = CustomDerivative { function: self.instances[by_hand.function.0 as usize], tangents };
-            self.module.custom_derivatives.insert(self.instances[index], derivative);
+            let derivative = CustomDerivative { function: self.instances[&custom.function], tangents };
+            self.module.custom_derivatives.insert(self.instances[id], derivative);
         }
     }
 
@@ -270,19 +269,10 @@ impl<'m> Lowerer<'m> {
 fn lets_for<'m, 'e>(
     model: &'m typed::Model,
     exprs: impl IntoIterator<Item = &'e Expr>,
-) -> (Free, Vec<(LocalId, &'m Expr)>) {
-    let mut needed = Free::default();
-    exprs.into_iter().for_each(|e| needed.expr(e));
-    let mut lets = Vec::new();
-    for statement in model.body.iter().rev() {
-        if let Statement::Let(local, value) = statement
-            && needed.locals.contains(local)
-        {
-            needed.expr(value);
-            lets.push((*local, value));
-        }
-    }
-    lets.reverse();
+) -> (HashSet<LocalId>, Vec<(LocalId, &'m Expr)>) {
+    let mut needed = HashSet::default();
+    exprs.into_iter().for_each(|e| typed::locals_in(e, &mut needed));
+    let lets = typed::needed_lets(typed::lets(&model.body), &mut needed);
     (needed, lets)
 }
 

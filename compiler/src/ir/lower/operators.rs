@@ -1,90 +1,46 @@
 //! Operators.
 
 use super::{Frame, TooLarge};
-use crate::check::typed::{self, Expr, Type};
+use crate::check::typed::{Expr, Type};
 use crate::ir::scalar::Scalar;
 use crate::ir::{self, Binary, Compare, Failure, Unary, Value};
 use crate::source::Span;
 
 impl Frame<'_, '_> {
-    pub(super) fn unary(&mut self, op: typed::Unary, a: Value) -> Value {
-        let op = match op {
-            typed::Unary::Neg => Unary::Neg,
-            typed::Unary::Abs => Unary::Abs,
-            typed::Unary::Sign => Unary::Sign,
-            typed::Unary::Sqrt => Unary::Sqrt,
-            typed::Unary::Exp => Unary::Exp,
-            typed::Unary::Ln => Unary::Ln,
-            typed::Unary::Sin => Unary::Sin,
-            typed::Unary::Cos => Unary::Cos,
-            typed::Unary::Tan => Unary::Tan,
-            typed::Unary::Asin => Unary::Asin,
-            typed::Unary::Acos => Unary::Acos,
-            typed::Unary::Atan => Unary::Atan,
-            typed::Unary::Sinh => Unary::Sinh,
-            typed::Unary::Cosh => Unary::Cosh,
-            typed::Unary::Tanh => Unary::Tanh,
-            typed::Unary::Not => Unary::Not,
-            typed::Unary::Truncate => Unary::ToInt,
-            typed::Unary::Floor => return self.round_to_int(Unary::Floor, a),
-            typed::Unary::Ceil => return self.round_to_int(Unary::Ceil, a),
-            typed::Unary::Round => return self.round_to_int(Unary::Round, a),
-            // Of what is no real there is no derivative to stop.
-            typed::Unary::Stop if self.b.ty(a) != ir::Type::Real => return a,
-            typed::Unary::Stop => Unary::Stop,
+    pub(super) fn unary(&mut self, op: Unary, a: Value) -> Value {
+        let value = match op {
+            // Only reals have a derivative to stop.
+            Unary::Stop if self.b.ty(a) != ir::Type::Real => return a,
+            op => self.b.unary(op, a),
         };
-        self.b.unary(op, a)
+        // The typed tree rounds to ints.
+        let rounds = matches!(op, Unary::Floor | Unary::Ceil | Unary::Round);
+        if rounds { self.b.unary(Unary::ToInt, value) } else { value }
     }
 
-    fn round_to_int(&mut self, rounding: Unary, a: Value) -> Value {
-        let whole = self.b.unary(rounding, a);
-        self.b.unary(Unary::ToInt, whole)
-    }
-
-    pub(super) fn binary(&mut self, op: typed::Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, TooLarge> {
+    pub(super) fn binary(&mut self, op: Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, TooLarge> {
         let (xs, ys) = (self.expr(a)?, self.expr(b)?);
         self.b.set_span(span);
-        if op == typed::Binary::Pow {
+        if op == Binary::Pow {
             return Ok(vec![self.pow(xs[0], ys[0], &b.ty)]);
         }
         // A tuple with a number: the number with each component.
         let count = xs.len().max(ys.len());
         let nth = |values: &[Value], i: usize| if values.len() == 1 { values[0] } else { values[i] };
-        Ok((0..count).map(|i| self.scalar_binary(op, nth(&xs, i), nth(&ys, i), span)).collect())
-    }
-
-    fn scalar_binary(&mut self, op: typed::Binary, a: Value, b: Value, span: Span) -> Value {
-        let op = match op {
-            typed::Binary::Add => Binary::Add,
-            typed::Binary::Sub => Binary::Sub,
-            typed::Binary::Mul => Binary::Mul,
-            typed::Binary::Div => Binary::Div,
-            typed::Binary::Rem if self.b.ty(a) == ir::Type::Int => return self.int_remainder(a, b, span),
-            typed::Binary::Rem => Binary::Rem,
-            typed::Binary::Pow => Binary::Pow,
-            typed::Binary::Atan2 => Binary::Atan2,
-            typed::Binary::Min => Binary::Min,
-            typed::Binary::Max => Binary::Max,
-            typed::Binary::Eq => return self.compare(Compare::Eq, a, b),
-            typed::Binary::Ne => return self.compare(Compare::Ne, a, b),
-            typed::Binary::Lt => return self.compare(Compare::Lt, a, b),
-            typed::Binary::Le => return self.compare(Compare::Le, a, b),
-            typed::Binary::Gt => return self.compare(Compare::Gt, a, b),
-            typed::Binary::Ge => return self.compare(Compare::Ge, a, b),
+        let mut combine = |i: usize| {
+            let (a, b) = (nth(&xs, i), nth(&ys, i));
+            if op == Binary::Rem && self.b.ty(a) == ir::Type::Int {
+                return self.int_remainder(a, b, span);
+            }
+            self.b.binary(op, a, b)
         };
-        self.b.binary(op, a, b)
+        Ok((0..count).map(&mut combine).collect())
     }
 
-    /// Comparisons of bools are selections, because the IR compares only numbers.
-    fn compare(&mut self, op: Compare, a: Value, b: Value) -> Value {
-        if self.b.ty(a) != ir::Type::Bool {
-            return self.b.compare(op, a, b);
-        }
-        let not_b = self.b.unary(Unary::Not, b);
-        match op {
-            Compare::Eq => self.b.select(a, b, not_b),
-            _ => self.b.select(a, not_b, b),
-        }
+    pub(super) fn compare(&mut self, op: Compare, a: &Expr, b: &Expr, span: Span) -> Result<Value, TooLarge> {
+        let (a, b) = (self.scalar(a)?, self.scalar(b)?);
+        self.b.set_span(span);
+        Ok(self.b.compare(op, a, b))
     }
 
     fn int_remainder(&mut self, a: Value, b: Value, span: Span) -> Value {

@@ -1,12 +1,13 @@
 //! Scripts, lowered, run by the interpreter and compared with the same formulas in Rust.
 
 use super::lower;
-use crate::check::{CheckOptions, check};
+use crate::check::CheckOptions;
 use crate::diagnostic::Severity;
 use crate::ir::interpret::{Limits, RunError, run, run_real};
 use crate::ir::scalar::Scalar;
 use crate::ir::validate::validate;
 use crate::ir::{FunctionId, LoweredModel, Op};
+use crate::program::check;
 use crate::source::{NoFiles, Sources};
 use std::collections::BTreeMap;
 

@@ -1,10 +1,11 @@
 //! Scripts: the language tests that run, and the examples, each requirement and part of them, and the derivatives of parts.
 
 use super::{Case, conforms};
-use gml_compiler::check::{CheckOptions, check};
+use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::diff;
 use gml_compiler::internals::ir::lower::lower;
 use gml_compiler::internals::ir::scalar::Scalar::{self, Real};
+use gml_compiler::program::check;
 use gml_compiler::source::{Loader, SourceFile, Sources};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -183,7 +183,7 @@ impl<'a> Parameterization<'a> {
     fn slope(&self, z: &[f64]) -> DMatrix<f64> {
         let n = self.free.len();
         let mut slope = DMatrix::zeros(self.base.len(), n);
-        let mut set = |slope: &mut DMatrix<f64>, i: usize, row: DVector<f64>| {
+        let set = |slope: &mut DMatrix<f64>, i: usize, row: DVector<f64>| {
             for follower in self.followers(i) {
                 slope.set_row(follower, &row.transpose());
             }

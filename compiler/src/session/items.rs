@@ -1,6 +1,6 @@
 //! The names that items define and bring.
 
-use super::Line;
+use crate::check::entered::Line;
 use crate::check::signature;
 use crate::syntax::ast::{self, Item, ItemKind, Pattern};
 use std::collections::HashSet;
@@ -66,7 +66,7 @@ fn parts_of(items: &[Item]) -> Vec<String> {
     names
 }
 
-/// What a line is; nothing for one that was reported as wrong.
+/// The kind of a line; `None` for a line with errors, which were reported.
 pub(super) fn line_of(item: &Item) -> Option<Line> {
     Some(match &item.kind {
         ItemKind::Use(u) => Line::Use(use_text(u)),

@@ -1,149 +1,71 @@
-//! What a session has been told so far: texts entered one after another, each of which sees the names of those before
+//! The scope of a session: texts entered one after another, each of which sees the names of those before
 //! it, and a current model whose parameters, values and parts are in scope.
 //!
 //! An entered text becomes a file of its own, so that its items may stand in any order, and what was entered earlier
 //! keeps the meaning that it had. Items and expressions that name something of the current model's body are checked
 //! as if they stood at its end.
 
-mod answers;
-mod items;
-mod known;
-
-pub(crate) use answers::{Answer, Asked, Checked};
-pub use known::{Kind, Known};
-
-use super::context::Checker;
-use super::files::{self, Files, Loaded};
-use super::free;
-use super::modules::{self, Seen};
-use super::typed;
-use super::{CheckOptions, InputValue};
+use super::Options;
+use super::items::{brought, defined, line_of, names_of_model, pattern_names};
+use crate::check::entered::{Entered, Line, ModelScope, Request, Segment, Step};
+use crate::check::files::{self, Files, Loaded};
+use crate::check::free;
+use crate::check::modules::{self, Seen};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::source::{FileId, Loader, SourceFile, Sources, Span};
+use crate::program::constants;
+use crate::source::{FileId, Loader, SourceFile, Sources};
 use crate::syntax::ast::{Item, ItemKind, Let, Pattern};
 use crate::syntax::{self, Entry};
-use items::{brought, defined, line_of, names_of_model};
-use std::collections::{BTreeMap, HashSet};
+use std::collections::HashSet;
 use std::sync::Arc;
 
 /// Everything that is in scope.
 #[derive(Default)]
-pub(crate) struct Scope {
-    files: Files,
-    names: Names,
+pub(super) struct Scope {
+    pub(super) files: Files,
+    pub(super) names: Names,
 }
 
 /// The names, apart from the files that define them.
 #[derive(Clone, Default)]
-pub(crate) struct Names {
-    seen: Arc<Seen>,
-    current: Option<Current>,
+pub(super) struct Names {
+    pub(super) seen: Arc<Seen>,
+    pub(super) current: Option<Current>,
 }
 
 /// The model whose body is in scope.
 #[derive(Clone)]
-struct Current {
-    file: usize,
-    item: usize,
+pub(super) struct Current {
+    pub(super) file: usize,
+    pub(super) item: usize,
     /// Names of its body, and those entered later that depend on them.
-    names: HashSet<String>,
-    steps: Vec<Step>,
-}
-
-/// What has happened in the model's scope since, in order.
-#[derive(Clone)]
-enum Step {
-    /// A statement of a file's `inner`.
-    Inner(usize, usize),
-    /// A name means something else from here on: before that statement of that file.
-    Hide(String, usize, usize),
-}
-
-impl Step {
-    /// Whether it comes before a statement of a file's `inner`.
-    fn is_before(&self, place: (usize, usize)) -> bool {
-        match self {
-            Step::Inner(file, index) => (*file, *index) < place,
-            Step::Hide(_, file, index) => (*file, *index) <= place,
-        }
-    }
+    pub(super) names: HashSet<String>,
+    pub(super) steps: Vec<Step>,
 }
 
 /// A state to go back to.
-pub(crate) struct Mark {
+pub(super) struct Mark {
     files: usize,
     names: Names,
 }
 
-/// What one line of an entered text is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Line {
-    Value,
-    Let(String),
-    Function(String),
-    Derivative(String),
-    Use(String),
-    Model(String),
-}
-
-/// A line that was entered, and where what it says is to be found.
-#[derive(Clone)]
-struct Entered {
-    line: Line,
-    span: Span,
-    file: usize,
-    /// Whether it is a statement of the file's `inner`, else an item; and which.
-    inner: bool,
-    index: usize,
-    /// How many statements of the file's `inner` come before it.
-    at: usize,
-}
-
-/// Lines of a text that are checked together: only the first may be a model.
-pub(crate) struct Segment {
-    /// The texts as files.
-    files: Vec<usize>,
-    lines: Vec<Entered>,
-    /// Whether there is a new model.
-    pub(crate) model: bool,
-}
-
-impl Segment {
-    /// Whether it is one expression and nothing else.
-    pub(crate) fn is_one_value(&self) -> bool {
-        matches!(&self.lines[..], [Entered { line: Line::Value, .. }])
-    }
-}
-
 impl Scope {
-    pub(crate) fn mark(&self) -> Mark {
+    pub(super) fn mark(&self) -> Mark {
         Mark { files: self.files.loaded.len(), names: self.names.clone() }
     }
 
     /// Forgets all since the mark.
-    pub(crate) fn restore(&mut self, mark: Mark) {
+    pub(super) fn restore(&mut self, mark: Mark) {
         self.files.loaded.truncate(mark.files);
         self.files.ids.retain(|_, id| *id < mark.files);
         self.names = mark.names;
     }
 
-    /// Forgets the texts since the mark, which have brought no names.
-    pub(crate) fn forget_expressions(&mut self, mark: &Mark) {
-        let needed = |s: &Step, i: usize| matches!(s, Step::Inner(file, _) if *file == i);
-        for i in mark.files..self.files.loaded.len() {
-            let used = self.names.current.as_ref().is_some_and(|c| c.steps.iter().any(|s| needed(s, i)));
-            let file = &mut self.files.loaded[i];
-            if file.ast.items.is_empty() && !used {
-                file.inner = Vec::new();
-            }
-        }
-    }
-
     /// Adds the files that a text uses, and as many of its entries as can be checked together.
     ///
     /// # Errors
-    /// What is wrong with the files.
-    pub(crate) fn add(
+    /// The errors of the files.
+    pub(super) fn add(
         &mut self,
         (sources, loader): (&mut Sources, &dyn Loader),
         file: FileId,
@@ -182,8 +104,8 @@ impl Scope {
     /// Adds a script; its last model becomes the current one.
     ///
     /// # Errors
-    /// What is wrong with the files.
-    pub(crate) fn add_script(
+    /// The errors of the files.
+    pub(super) fn add_script(
         &mut self,
         sources: &mut Sources,
         loader: &dyn Loader,
@@ -284,33 +206,16 @@ impl Scope {
         diagnostics
     }
 
-    /// Checks the current model in full.
-    ///
-    /// # Errors
-    /// What is wrong with it. Warnings come with the model.
-    pub(crate) fn model(
-        &self,
-        inputs: &BTreeMap<String, InputValue>,
-        options: &CheckOptions,
-    ) -> Result<Option<(typed::Model, Vec<Diagnostic>)>, Vec<Diagnostic>> {
-        let Some(current) = &self.names.current else { return Ok(None) };
-        let inputs = &self.inputs_of_model(inputs);
-        let (modules, _) = modules::index(&self.files.loaded);
-        let mut checker = Checker::new(&modules, options);
-        checker.env.module = current.file;
-        let item = &modules[current.file].items[current.item];
-        let ItemKind::Model(decl) = &item.kind else { return Ok(None) };
-        let model = checker.main_model(decl, &item.doc, inputs);
-        finished(checker).map(|warnings| Some((model, warnings)))
-    }
-
-    /// Those of the values that the current model has an input for: they may have been meant for another one.
-    fn inputs_of_model(&self, given: &BTreeMap<String, InputValue>) -> BTreeMap<String, InputValue> {
-        let file = self.names.current.as_ref().and_then(|c| Some(&self.files.loaded.get(c.file)?.ast.items[c.item]));
-        let Some(Item { kind: ItemKind::Model(model), .. }) = file else { return BTreeMap::new() };
-        let has =
-            |name: &str| model.items.iter().any(|i| matches!(&i.kind, ItemKind::Input(decl) if decl.name.text == name));
-        given.iter().filter(|(name, _)| has(name)).map(|(name, value)| (name.clone(), *value)).collect()
+    /// The request for a check in this scope.
+    pub(super) fn request<'r>(&'r self, options: &'r Options) -> Request<'r> {
+        let current = self.names.current.as_ref();
+        Request {
+            files: &self.files.loaded,
+            current: current.map(|c| ModelScope { file: c.file, item: c.item, steps: &c.steps }),
+            inputs: &options.inputs,
+            options: &options.check,
+            evaluate: constants,
+        }
     }
 }
 
@@ -338,21 +243,6 @@ impl Group {
 fn names_itself(entry: &Entry) -> bool {
     let Entry::Item(Item { kind: ItemKind::Let(decl), .. }) = entry else { return false };
     let mut names = Vec::new();
-    items::pattern_names(&decl.pattern, &mut names);
+    pattern_names(&decl.pattern, &mut names);
     free::of_lambda(&[], &decl.value).iter().any(|free| names.iter().any(|n| n == free))
-}
-
-fn finished(checker: Checker<'_>) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
-    let failed = checker.has_errors();
-    let mut diagnostics = sorted(checker.into_diagnostics());
-    if failed {
-        diagnostics.retain(|d| d.severity == Severity::Error);
-        return Err(diagnostics);
-    }
-    Ok(diagnostics)
-}
-
-fn sorted(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
-    diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
-    diagnostics
 }

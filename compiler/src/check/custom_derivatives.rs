@@ -5,9 +5,9 @@
 //! `f`, after it.
 
 use super::bindings::wrap;
-use super::context::{Binding, Callee, Checker, Env, Step};
+use super::context::{Callee, Checker, Env, StackFrame};
 use super::free;
-use super::typed::{ByHand, Expr, Function, FunctionId, LocalId, Statement, Type};
+use super::typed::{CustomDerivative, Expr, Function, FunctionId, Statement, Type};
 use super::types::ClosureId;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
@@ -69,13 +69,13 @@ impl<'a> Checker<'a> {
         let (pairs, diagnostics) = pair(items);
         diagnostics.into_iter().for_each(|d| self.report(d));
         for (function, decl) in pairs {
-            self.by_hand.insert(std::ptr::from_ref(function) as usize, decl);
+            self.custom_derivatives.insert(std::ptr::from_ref(function) as usize, decl);
         }
     }
 
     /// The derivative that was given for a function.
     pub(super) fn given_derivative(&self, function: &FunctionDecl) -> Option<&'a DerivativeDecl> {
-        self.by_hand.get(&(std::ptr::from_ref(function) as usize)).copied()
+        self.custom_derivatives.get(&(std::ptr::from_ref(function) as usize)).copied()
     }
 
     /// Makes the derivative of an instance that is done, where the author gave one.
@@ -89,39 +89,39 @@ impl<'a> Checker<'a> {
         let Callee::Function(module, function) = self.closure(id).callee else { return };
         let Some(decl) = self.given_derivative(function) else { return };
         let Some(result) = Checker::all_real(result) else {
-            let found = self.describe(result);
-            let message = format!("only numbers have derivatives, and '{}' gives {found}", decl.function.text);
+            let kind = self.describe(result);
+            let message = format!("only numbers have derivatives, but '{}' returns {kind}", decl.function.text);
             return self.report(Diagnostic::new(Code::NoDerivative, decl.function.span, message));
         };
         let Some(paired) = self.paired(decl, &function.params, args) else { return };
         if !self.is_complete(id, decl, &function.params) {
             return;
         }
-        let made = FunctionId(self.functions.len() as u32);
+        let id_of_derivative = FunctionId(self.functions.len() as u32);
         self.functions.push(None);
-        self.trail.push(Step { span, name: self.closure(id).name.clone() });
+        self.call_stack.push(StackFrame { span, name: self.closure(id).name.clone() });
         let outer = std::mem::replace(&mut self.env, Env { module, names: Vec::new() });
         let derivative = self.derivative_instance(id, function, decl, (args, &paired, &result));
         self.env = outer;
-        self.trail.pop();
+        self.call_stack.pop();
         if derivative.body.ty.is_error() {
             return;
         }
-        self.functions[made.0 as usize] = Some(derivative);
+        self.functions[id_of_derivative.0 as usize] = Some(derivative);
         // Positions among the parameters that the instance has.
         let position = |param: usize| args[..param].iter().flatten().count();
         let params = paired.into_iter().filter(|p| args[*p].is_some()).map(position).collect();
         if let Some(Some(function)) = self.functions.get_mut(of.0 as usize) {
-            function.by_hand = Some(ByHand { function: made, params });
+            function.custom_derivative = Some(CustomDerivative { function: id_of_derivative, params });
         }
     }
 
-    /// Which parameter each tangent belongs to.
+    /// The parameter of each tangent.
     fn paired(&mut self, decl: &'a DerivativeDecl, params: &'a [FnParam], args: &[Option<Type>]) -> Option<Vec<usize>> {
         let count = decl.tangents.len();
         let numeric = |i: &usize| args[*i].as_ref().is_none_or(|ty| Checker::all_real(ty).is_some());
-        let all: Vec<usize> = (0..params.len()).filter(numeric).collect();
-        // Where there are more numbers than tangents, whole numbers are what has none.
+        let numbers: Vec<usize> = (0..params.len()).filter(numeric).collect();
+        // If there are more numbers than tangents, the whole numbers have none.
         let is_int = |i: &usize| {
             let written = params[*i]
                 .ty
@@ -129,9 +129,9 @@ impl<'a> Checker<'a> {
                 .is_some_and(|ty| matches!(&ty.kind, crate::syntax::ast::TypeKind::Name(name) if name == "int"));
             written || matches!(args[*i], Some(Type::Int(_)))
         };
-        let real: Vec<usize> = all.iter().copied().filter(|i| !is_int(i)).collect();
-        if all.len() == count {
-            return Some(all);
+        let real: Vec<usize> = numbers.iter().copied().filter(|i| !is_int(i)).collect();
+        if numbers.len() == count {
+            return Some(numbers);
         }
         if real.len() == count {
             return Some(real);
@@ -140,11 +140,11 @@ impl<'a> Checker<'a> {
         let message = format!(
             "'{}' has {} that can vary, and this names {}",
             decl.function.text,
-            several(all.len(), "argument"),
+            several(numbers.len(), "argument"),
             several(count, "tangent"),
         );
         let names = decl.params.iter().map(|p| p.text.as_str()).collect::<Vec<_>>().join(", ");
-        let tangents = all.iter().map(|i| format!("d{}", decl.params[*i].text)).collect::<Vec<_>>().join(", ");
+        let tangents = numbers.iter().map(|i| format!("d{}", decl.params[*i].text)).collect::<Vec<_>>().join(", ");
         let hint = format!("write: deriv {}({names}; {tangents})", decl.function.text);
         self.report(Diagnostic::new(Code::Arguments, decl.function.span, message).hint(hint));
         None
@@ -156,7 +156,7 @@ impl<'a> Checker<'a> {
         let captures = self.closure(id).captures.clone();
         if let Some((name, _)) = captures.iter().find(|(_, ty)| self.varies(ty)) {
             let message = format!(
-                "'{}' uses '{name}' from outside of it, and its derivative by hand says nothing of that",
+                "'{}' uses '{name}' from outside, which its custom derivative does not take into account",
                 decl.function.text
             );
             let error = Diagnostic::new(Code::IncompleteDerivative, decl.function.span, message);
@@ -172,7 +172,7 @@ impl<'a> Checker<'a> {
             });
             if let Some(used) = used {
                 let message = format!(
-                    "this default depends on '{used}', of which the derivative by hand of '{}' cannot know",
+                    "this default depends on '{used}', which the custom derivative of '{}' does not take into account",
                     decl.function.text
                 );
                 self.report(Diagnostic::new(Code::IncompleteDerivative, default.span, message));
@@ -203,28 +203,12 @@ impl<'a> Checker<'a> {
         (args, paired, result): (&[Option<Type>], &[usize], &Type),
     ) -> Function {
         let span = decl.function.span;
-        let first = LocalId(self.locals.len() as u32);
-        self.env.names.push((&function.name.text, Binding::Itself(id, first)));
-        let captures: Vec<LocalId> = self
-            .closure(id)
-            .captures
-            .clone()
-            .into_iter()
-            .map(|(name, ty)| {
-                let local = self.local(name, ty, span);
-                self.env.names.push((name, Binding::Local(local)));
-                local
-            })
-            .collect();
+        let captures = self.bind_captures(id, span);
         let mut params = Vec::new();
         let mut statements: Vec<Statement> = Vec::new();
         for ((name, param), arg) in decl.params.iter().zip(&function.params).zip(args) {
             match (arg, &param.default) {
-                (Some(ty), _) => {
-                    let local = self.local(&name.text, ty.clone(), name.span);
-                    self.env.names.push((&name.text, Binding::Local(local)));
-                    params.push(local);
-                }
+                (Some(ty), _) => params.push(self.bind_local(name, ty.clone())),
                 (None, Some(default)) => {
                     let value = self.expr(default);
                     self.bind_name(name, value, &mut statements);
@@ -235,11 +219,7 @@ impl<'a> Checker<'a> {
         }
         for (name, param) in decl.tangents.iter().zip(paired) {
             match args[*param].as_ref().and_then(Checker::all_real) {
-                Some(ty) => {
-                    let local = self.local(&name.text, ty, name.span);
-                    self.env.names.push((&name.text, Binding::Local(local)));
-                    params.push(local);
-                }
+                Some(ty) => params.push(self.bind_local(name, ty)),
                 // An argument left to its default does not vary.
                 None => {
                     let zero = super::context::int(0, name.span);
@@ -252,7 +232,7 @@ impl<'a> Checker<'a> {
         let at = value.span;
         let body = wrap(statements, value, at);
         let name = format!("d{}", decl.function.text);
-        Function { name, captures, params, body, recursive: false, by_hand: None, span }
+        Function { name, captures, params, body, custom_derivative: None, span }
     }
 
     fn tangent_of_result(&mut self, decl: &DerivativeDecl, value: Expr, result: &Type) -> Expr {
