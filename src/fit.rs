@@ -10,7 +10,7 @@ use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
     self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, LossKind, SearchError,
 };
-use gml_runtime::scan::{self, ReadOptions, Scan};
+use gml_runtime::scan::{self, Scan};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -112,7 +112,7 @@ pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(),
 
 /// Reads and cleans a scan.
 pub(crate) fn read_scan(args: &ScanArgs) -> Result<Scan, CommandError> {
-    scan::read(&args.scan, &ReadOptions { unit: args.unit, ..ReadOptions::default() }).map_err(CommandError::failed)
+    scan::read(&args.scan, args.unit).map_err(CommandError::failed)
 }
 
 /// Options from the command line.

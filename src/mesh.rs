@@ -5,7 +5,7 @@ use crate::error::CommandError;
 use crate::picture::{self, Framing};
 use crate::script;
 use gml_compiler::program::Program;
-use gml_runtime::export::{obj, ply, stl};
+use gml_runtime::export::mesh::{self, MeshFormat};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, Tessellation};
 use std::path::Path;
@@ -45,7 +45,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     }
     let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
     let tessellation = tessellation.with_atlas(&atlas);
-    write(&args.output, &tessellation.mesh)?;
+    write(&args.output, &tessellation.mesh, check_format(&args.output, ".obj, .ply or .stl")?)?;
     println!(
         "{}: {} vertices, {} triangles, {} parts",
         args.output.display(),
@@ -58,7 +58,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
 
 /// The framing of a picture; none if the output is a mesh.
 fn framing(args: &MeshArgs) -> Result<Option<Framing>, CommandError> {
-    if extension(&args.output) == "png" {
+    if args.output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
         let (width, height) = args.size.unwrap_or((640, 640));
         return Ok(Some(Framing { view: args.view.unwrap_or_else(picture::corner), width, height }));
     }
@@ -69,23 +69,16 @@ fn framing(args: &MeshArgs) -> Result<Option<Framing>, CommandError> {
     Ok(None)
 }
 
-/// Refuses a file name without a known mesh format. `known` names the formats.
-pub(crate) fn check_format(path: &Path, known: &str) -> Result<(), CommandError> {
-    if matches!(extension(path).as_str(), "obj" | "ply" | "stl") {
-        return Ok(());
-    }
-    Err(CommandError::usage(format!("-o {}: the file name must end in {known}", path.display())))
+/// The mesh format of a file name. `known` names the formats for the message.
+pub(crate) fn check_format(path: &Path, known: &str) -> Result<MeshFormat, CommandError> {
+    MeshFormat::of(path)
+        .ok_or_else(|| CommandError::usage(format!("-o {}: the file name must end in {known}", path.display())))
 }
 
-/// Writes a mesh in the format of its file name.
-pub(crate) fn write(path: &Path, mesh: &TriangleMesh) -> Result<(), CommandError> {
+/// Writes a mesh, creating the folder that it is in.
+pub(crate) fn write(path: &Path, mesh: &TriangleMesh, format: MeshFormat) -> Result<(), CommandError> {
     make_parent(path)?;
-    match extension(path).as_str() {
-        "obj" => obj::write(path, mesh),
-        "ply" => ply::write(path, mesh, &[]),
-        _ => stl::write(path, mesh),
-    }
-    .map_err(CommandError::failed)
+    mesh::write(path, mesh, format).map_err(CommandError::failed)
 }
 
 /// Creates the folder of an output.
@@ -100,8 +93,4 @@ pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
 pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
     std::fs::create_dir_all(folder)
         .map_err(|e| CommandError::Failed(format!("{}: the folder cannot be created: {e}", folder.display())))
-}
-
-fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }

@@ -23,7 +23,7 @@ struct TruthFile<'a> {
 }
 
 pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
-    mesh::check_format(&args.output, ".obj, .ply or .stl")?;
+    let format = mesh::check_format(&args.output, ".obj, .ply or .stl")?;
     let scanner = Scanner {
         views: args.views as usize,
         spacing: args.spacing,
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     let scan = simulate::scan(&tessellation.mesh, &scanner, &progress);
     progress.finish();
     let scan = scan.map_err(CommandError::failed)?;
-    mesh::write(&args.output, &scan.mesh)?;
+    mesh::write(&args.output, &scan.mesh, format)?;
     if let Some(path) = &args.truth {
         let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
         let truth = TruthFile { script: args.script.model.display().to_string(), parameters, scan: &scan.truth };

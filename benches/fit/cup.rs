@@ -15,7 +15,7 @@ use cpu_time::ProcessTime;
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::fit::{FitOptions, FitResult, fit};
 use gml_runtime::progress::Silent;
-use gml_runtime::scan::{self, ReadOptions, Scan};
+use gml_runtime::scan::{self, Scan, Unit};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
@@ -30,7 +30,7 @@ const POSE: usize = 6;
 pub(crate) fn run(data: &str, starts: usize, first: usize, wanted: &[String]) {
     let program = program("examples/cup/cup.gml", BTreeMap::new());
     let path = format!("{data}/cup/cup_scan.ply");
-    let scan = scan::read(Path::new(&path), &ReadOptions::default()).unwrap_or_else(|e| panic!("{e}"));
+    let scan = scan::read(Path::new(&path), Unit::Mm).unwrap_or_else(|e| panic!("{e}"));
     let best = fit(&program, &scan, &FitOptions::default(), &Silent).unwrap_or_else(|e| panic!("{e}"));
     println!("best known: objective {:.6}, sigma {:.3} mm, {:.2} s", best.objective, best.sigma, seconds(&best));
     for kind in [Kind::Near, Kind::Nothing, Kind::Defaults] {

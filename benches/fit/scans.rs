@@ -4,7 +4,7 @@ use crate::{program, seconds};
 use gml_compiler::check::InputValue;
 use gml_runtime::fit::{FitOptions, fit};
 use gml_runtime::progress::Silent;
-use gml_runtime::scan::{self, ReadOptions};
+use gml_runtime::scan;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -24,8 +24,8 @@ pub(crate) fn run(data: &str) {
         let inputs: BTreeMap<String, InputValue> =
             input.iter().map(|(n, v)| ((*n).to_owned(), InputValue::Int(*v))).collect();
         let program = program(&format!("examples/{name}/{name}.gml"), inputs);
-        let options = ReadOptions { unit: unit.parse().unwrap_or_default(), ..ReadOptions::default() };
-        let scan = scan::read(Path::new(&format!("{data}/scans/{file}")), &options).unwrap_or_else(|e| panic!("{e}"));
+        let scan = scan::read(Path::new(&format!("{data}/scans/{file}")), unit.parse().unwrap_or_default());
+        let scan = scan.unwrap_or_else(|e| panic!("{e}"));
         let result = fit(&program, &scan, &FitOptions::default(), &Silent).unwrap_or_else(|e| panic!("{e}"));
         println!(
             "{name:9} inliers {:5.1} %   sigma {:.3} mm   rms {:.3} mm   {:.2} s",

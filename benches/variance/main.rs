@@ -15,7 +15,7 @@ use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use gml_runtime::bvh::Bvh;
 use gml_runtime::model::{Atlas, Model, Texels};
-use gml_runtime::scan::{ReadOptions, ScanSource, read};
+use gml_runtime::scan::{ScanSource, Unit, read};
 use gml_runtime::variance::{self, Device, DistanceTexture, Facing, VarianceReport};
 use std::error::Error;
 use std::io::Write;
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let script = SourceFile { text: std::fs::read_to_string(&path)?, name: path };
     let program = compile(script, &NoFiles, &Options::default()).map_err(|_| "the cup does not compile")?.program;
     let x = true_parameters(&program, &folder)?;
-    let scan = read(&folder.join("cup_scan.ply"), &ReadOptions::default())?;
+    let scan = read(&folder.join("cup_scan.ply"), Unit::Mm)?;
     let side = value("--side").map_or(Ok(SIDE), |side| side.parse())?;
     let python = std::env::var_os("GMLC_PEER_PYTHON");
     let own = tempfile::tempdir()?;
@@ -156,7 +156,7 @@ fn write_rays(path: &Path, texels: &Texels) -> std::io::Result<()> {
 fn write_closest(dump: &str, texels: &Texels, bvh: &Bvh) -> std::io::Result<()> {
     let mut file = std::io::BufWriter::new(std::fs::File::create(format!("{dump}.closest"))?);
     for position in texels.position.iter().step_by(CLOSEST_STEP) {
-        let distance = bvh.closest_point(*position, f64::INFINITY).map_or(f64::NAN, |c| c.distance);
+        let distance = bvh.closest_point((*position).into(), f64::INFINITY).map_or(f64::NAN, |c| c.distance);
         for x in position.iter().chain([&distance]) {
             file.write_all(&x.to_ne_bytes())?;
         }

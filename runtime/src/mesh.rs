@@ -1,11 +1,11 @@
-//! Triangle meshes, the plain data that stages exchange. Millimetres, doubles.
+//! Triangle meshes, the plain data that stages exchange, and boxes of points. Millimetres, doubles.
 
 use glam::DVec3;
 
 /// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriangleMesh {
-    /// Vertex positions.
+    /// Vertex positions. Millimetres.
     pub positions: Vec<[f64; 3]>,
     /// Unit vertex normals: none, or as many as positions.
     pub normals: Vec<[f64; 3]>,
@@ -17,40 +17,6 @@ pub struct TriangleMesh {
     pub groups: Vec<Group>,
 }
 
-impl TriangleMesh {
-    /// A triangle's unit normal by the right-hand rule; none where it has no area.
-    #[must_use]
-    pub fn triangle_normal(&self, triangle: [u32; 3]) -> Option<[f64; 3]> {
-        let [a, b, c] = triangle.map(|i| DVec3::from(self.positions[i as usize]));
-        (b - a).cross(c - a).try_normalize().map(Into::into)
-    }
-
-    /// A triangle's area in square millimetres.
-    #[must_use]
-    pub fn triangle_area(&self, triangle: [u32; 3]) -> f64 {
-        let [a, b, c] = triangle.map(|i| DVec3::from(self.positions[i as usize]));
-        (b - a).cross(c - a).length() / 2.0
-    }
-
-    /// Diagonal of the box around all positions; 0 if there are none. Millimetres.
-    #[must_use]
-    pub fn diagonal(&self) -> f64 {
-        self.bounds().map_or(0.0, |(low, high)| DVec3::from(low).distance(DVec3::from(high)))
-    }
-
-    /// The smallest box around all positions: least and greatest corner; none where there are no positions.
-    #[must_use]
-    pub fn bounds(&self) -> Option<([f64; 3], [f64; 3])> {
-        let first = DVec3::from(*self.positions.first()?);
-        let (low, high) = self
-            .positions
-            .iter()
-            .map(|&p| DVec3::from(p))
-            .fold((first, first), |(low, high), p| (low.min(p), high.max(p)));
-        Some((low.into(), high.into()))
-    }
-}
-
 /// A named run of triangles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Group {
@@ -60,4 +26,137 @@ pub struct Group {
     pub start: usize,
     /// One past the last.
     pub end: usize,
+}
+
+impl TriangleMesh {
+    /// The corners of a triangle.
+    ///
+    /// # Panics
+    /// If an index of the triangle is not below the number of positions.
+    #[must_use]
+    pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        triangle.map(|i| DVec3::from_array(self.positions[i as usize]))
+    }
+
+    /// A triangle's unit normal by the right-hand rule; none where the triangle has no area. Panics as
+    /// [`corners`](Self::corners).
+    #[must_use]
+    pub fn triangle_normal(&self, triangle: [u32; 3]) -> Option<DVec3> {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).try_normalize()
+    }
+
+    /// A triangle's area in square millimetres. Panics as [`corners`](Self::corners).
+    #[must_use]
+    pub fn triangle_area(&self, triangle: [u32; 3]) -> f64 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a).length() / 2.0
+    }
+
+    /// Unit vertex normals: the normals of the triangles around a vertex, weighted by their angles there (Thuermer and
+    /// Wuethrich, 'Computing vertex normals from polygonal facets', 1998), so that they do not depend on how the
+    /// surface is cut into triangles. A vertex that no triangle with an area uses gets +z.
+    #[must_use]
+    pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
+        let mut sums = vec![DVec3::ZERO; self.positions.len()];
+        let mut first = vec![DVec3::Z; self.positions.len()];
+        for &triangle in &self.triangles {
+            let Some(normal) = self.triangle_normal(triangle) else { continue };
+            let corners = self.corners(triangle);
+            for c in 0..3 {
+                let vertex = triangle[c] as usize;
+                let (to_next, to_last) = (corners[(c + 1) % 3] - corners[c], corners[(c + 2) % 3] - corners[c]);
+                if sums[vertex] == DVec3::ZERO {
+                    first[vertex] = normal;
+                }
+                sums[vertex] += to_next.angle_between(to_last) * normal;
+            }
+        }
+        // Where two triangles lie back to back the sum vanishes and the first one's normal stands.
+        let unit = |(sum, first): (&DVec3, &DVec3)| if sum.length() > 1e-9 { sum.normalize() } else { *first }.into();
+        sums.iter().zip(&first).map(unit).collect()
+    }
+
+    /// The box around all positions, whether or not a triangle uses them.
+    #[must_use]
+    pub fn bounds(&self) -> Bounds {
+        self.positions.iter().map(|p| DVec3::from_array(*p)).collect()
+    }
+}
+
+/// Renumbers vertices so that those of `count` that no triangle uses can be left out; returns which are used.
+pub(crate) fn renumber_used(triangles: &mut [[u32; 3]], count: usize) -> Vec<bool> {
+    let mut used = vec![false; count];
+    for &vertex in triangles.iter().flatten() {
+        used[vertex as usize] = true;
+    }
+    let mut next = 0;
+    let number = |used: &bool| {
+        next += u32::from(*used);
+        next.wrapping_sub(1)
+    };
+    let numbers: Vec<u32> = used.iter().map(number).collect();
+    for vertex in triangles.iter_mut().flatten() {
+        *vertex = numbers[*vertex as usize];
+    }
+    used
+}
+
+/// Keeps the values whose mark is set.
+pub(crate) fn retain_marked<T>(values: &mut Vec<T>, marks: &[bool]) {
+    let mut marks = marks.iter();
+    values.retain(|_| marks.next() == Some(&true));
+}
+
+/// The smallest axis-aligned box around some points: `points.collect::<Bounds>()`. Coordinates that are NaN are left
+/// out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// Least coordinates; infinite where there are no points.
+    pub low: DVec3,
+    /// Greatest coordinates; minus infinite where there are no points.
+    pub high: DVec3,
+}
+
+impl Bounds {
+    /// The box around no points.
+    pub const EMPTY: Self = Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY };
+
+    /// Whether there are no points in it.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        !self.low.cmple(self.high).all()
+    }
+
+    /// The middle; the origin where the box is empty.
+    #[must_use]
+    pub fn centre(&self) -> DVec3 {
+        if self.is_empty() { DVec3::ZERO } else { 0.5 * self.low + 0.5 * self.high }
+    }
+
+    /// The lengths of the sides; zeros where the box is empty.
+    #[must_use]
+    pub fn size(&self) -> DVec3 {
+        if self.is_empty() { DVec3::ZERO } else { self.high - self.low }
+    }
+
+    /// The length of the diagonal; 0 where the box is empty.
+    #[must_use]
+    pub fn diagonal(&self) -> f64 {
+        self.size().length()
+    }
+
+    /// The axis along which the box is longest: 0, 1 or 2, the first of equals.
+    #[must_use]
+    pub fn longest_axis(&self) -> usize {
+        self.size().max_position()
+    }
+}
+
+impl FromIterator<DVec3> for Bounds {
+    fn from_iter<I: IntoIterator<Item = DVec3>>(points: I) -> Self {
+        // glam's minimum is its second operand where the first is NaN.
+        let include = |bounds: Self, p: DVec3| Self { low: p.min(bounds.low), high: p.max(bounds.high) };
+        points.into_iter().fold(Self::EMPTY, include)
+    }
 }

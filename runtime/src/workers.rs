@@ -17,7 +17,8 @@ pub fn workers() -> Workers {
 /// Asked once: the system reads files to answer.
 static COUNT: LazyLock<usize> = LazyLock::new(|| thread::available_parallelism().map_or(1, |n| n.get().min(MOST)));
 
-/// Does jobs on this thread and as many others as are of use. Where the system gives no more, those that there are do it all.
+/// Does jobs on this thread and as many others as are of use. Where the system gives no more, those that there are do
+/// it all.
 fn run(jobs: usize, job: &(dyn Fn(usize) + Sync)) {
     let next = AtomicUsize::new(0);
     let work = || {

@@ -10,7 +10,7 @@ use gml_runtime::fit::{FitOptions, FitResult, LossKind, fit};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::Motion;
 use gml_runtime::progress::Silent;
-use gml_runtime::scan::{Cleaning, Scan, ScanSource};
+use gml_runtime::scan::{Scan, ScanSource};
 use std::path::Path;
 
 /// Problems of the higher level of difficulty that the first start, far away, does not solve: from there the sum of
@@ -71,8 +71,7 @@ fn surface(name: &str, points: &Path) -> (FitResult, Motion) {
     let centre = [0, 1, 2].map(|k| positions.iter().map(|p| p[k]).sum::<f64>() / n);
     let spread = positions.iter().map(|p| dot(from(centre, *p), from(centre, *p))).sum::<f64>() / n;
     let mesh = TriangleMesh { positions, ..TriangleMesh::default() };
-    let (source, cleaning) = (ScanSource::default(), Cleaning::default());
-    let scan = Scan { mesh, oriented: false, source, noise: 0.0, cleaning };
+    let scan = Scan { mesh, oriented: false, source: ScanSource::default(), noise: 0.0 };
     let mut options = FitOptions::default();
     options.loss = LossKind::Squared;
     let result = fit(&program(name, spread.sqrt()), &scan, &options, &Silent).unwrap_or_else(|e| panic!("{e}"));

@@ -6,9 +6,9 @@ use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
 use gml_runtime::export::report::{self, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
-use gml_runtime::export::{measurement, raster};
+use gml_runtime::export::{image, measurement};
 use gml_runtime::mesh::{Group, TriangleMesh};
-use gml_runtime::model::{SurfacePoint, Tessellation, Texels};
+use gml_runtime::model::{Motion, SurfacePoint, Tessellation, Texels};
 use gml_runtime::scan::ScanSource;
 use gml_runtime::variance::{Deviations, DistanceTexture, VarianceReport};
 use std::f64::consts::TAU;
@@ -40,14 +40,14 @@ fn a_scene_of_known_appearance() {
     let tessellation = tessellation();
     let deviations = deviations();
     let texture = DistanceTexture::new(&deviations);
-    let distance_png = raster::png_rgb(texture.width, texture.height, &texture.rgb, &[]).expect("a picture");
+    let distance_png = image::png_rgb(texture.width, texture.height, &texture.rgb, &[]).expect("a picture");
     let scene = X3dScene {
         tessellation: &tessellation,
         texture_png: &distance_png,
         texture_size: [SIDE as u32; 2],
         max_distance: MAX_DISTANCE,
         colour_range: COLOUR_RANGE,
-        turned: render::IDENTITY,
+        turned: Motion::IDENTITY.rotation,
         title: "A cylinder with a bump & a dent",
         metadata: &[MetadataGroup { name: "wall".into(), entries: vec![("mean".into(), "0.25 mm".into())] }],
     };
@@ -76,7 +76,7 @@ fn a_scene_of_known_appearance() {
         variance: &VarianceReport::new(&deviations, &scan, "cpu", &[]),
         deviations: &deviations,
         tessellation: &tessellation,
-        turned: render::IDENTITY,
+        turned: Motion::IDENTITY.rotation,
         distance_png: &distance_png,
         colour_png: &measurement::png(&picture::deviation_picture(&deviations, COLOUR_RANGE)).expect("a picture"),
         colour_range: COLOUR_RANGE,

@@ -3,7 +3,7 @@
 use super::lanes::{Lanes, Mask};
 use glam::{Vec3A, Vec4};
 
-/// In place of a triangle's index where a leaf has fewer than four.
+/// The entry in place of a triangle's index where a leaf has fewer than four.
 pub(crate) const NO_TRIANGLE: u32 = u32::MAX;
 
 /// The triangles of one leaf, coordinate by coordinate: `corners[c][k]` holds coordinate k of corner c of all four.
@@ -24,20 +24,18 @@ pub(crate) struct Shear {
     scale: Lanes<4>,
 }
 
-/// Where a ray meets a triangle of a block.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct BlockHit {
-    pub(crate) lane: usize,
-    pub(crate) t: f32,
-    pub(crate) weights: [f32; 3],
+/// The axes, permuted so that the direction is largest along the last.
+pub(super) fn shear_axes(direction: Vec3A) -> [usize; 3] {
+    let d = direction.to_array();
+    let z = (1..3).fold(0, |best, k| if d[k].abs() > d[best].abs() { k } else { best });
+    [(z + 1) % 3, (z + 2) % 3, z]
 }
 
 impl Shear {
-    /// Of a ray with finite origin and finite, nonzero direction.
+    /// The shear of a ray with finite origin and finite, nonzero direction.
     pub(crate) fn new(origin: Vec3A, direction: Vec3A) -> Self {
-        let (o, d) = (origin.to_array(), direction.to_array());
-        let z = (1..3).fold(0, |best, k| if d[k].abs() > d[best].abs() { k } else { best });
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let (o, d, axes) = (origin.to_array(), direction.to_array(), shear_axes(direction));
+        let z = axes[2];
         Self {
             axes,
             origin: axes.map(|k| Lanes::splat(o[k])),
@@ -47,20 +45,19 @@ impl Shear {
     }
 }
 
-/// What the watertight test of [`TriangleBlock::intersect`] knows before it looks for the place, of N pairs of a line and a
-/// triangle.
+/// The edge functions of the watertight test of [`TriangleBlock::intersect`], of N pairs of a line and a triangle.
 pub(super) struct Edges<const N: usize> {
-    /// Doubled areas that a line cuts off: weights of the corners when divided by `det`.
+    /// The doubled areas that a line cuts off: weights of the corners when divided by `det`.
     pub(super) weights: [Lanes<N>; 3],
     /// The corners' distances from the origin along the last axis.
     pub(super) z: [Lanes<N>; 3],
-    /// Sum of the weights.
+    /// The sum of the weights.
     pub(super) det: Lanes<N>,
     /// Whether a line goes through its triangle.
     pub(super) inside: Mask<N>,
 }
 
-/// Of corners, an origin and a shear whose axes are permuted as in [`Shear`].
+/// The edge functions of corners, an origin and a shear whose axes are permuted as in [`Shear`].
 #[inline(always)]
 pub(super) fn edges<const N: usize>(
     corners: &[[Lanes<N>; 3]; 3],
@@ -81,12 +78,12 @@ pub(super) fn edges<const N: usize>(
     let low = u.min(v).min(w);
     let high = u.max(v).max(w);
     let det = u + v + w;
-    let inside = (low.at_least(zero) | high.at_most(zero)) & det.differs(zero);
+    let inside = (zero.at_most(low) | high.at_most(zero)) & det.differs(zero);
     Edges { weights: [u, v, w], z: [az, bz, cz], det, inside }
 }
 
 impl TriangleBlock {
-    /// The triangles whose indices `leaf` names; `corners` gives a triangle's corners.
+    /// The block of the triangles whose indices `leaf` names; `corners` gives a triangle's corners.
     pub(crate) fn new(leaf: &[u32], corners: impl Fn(usize) -> [Vec3A; 3]) -> Self {
         let mut block = Self::default();
         for (lane, &triangle) in leaf.iter().enumerate() {
@@ -106,27 +103,26 @@ impl TriangleBlock {
         self.corners.map(|c| Vec3A::new(c[0][lane], c[1][lane], c[2][lane]))
     }
 
-    /// The nearest hit with t in [t_min, t_max].
+    /// The nearest hit with t in [t_min, t_max]: the triangle's lane, and t.
     ///
     /// Watertight (Woop, Benthin, Wald, 'Watertight Ray/Triangle Intersection', JCGT 2(1), 2013): a corner's sheared
     /// position does not depend on its triangle, and the sign of a difference of two rounded products is that of the
     /// exact difference, or zero. Zero counts as inside, so that of two triangles at an edge at least one is hit;
     /// the paper's recomputation in double precision is needed only where at most one must be.
     #[inline]
-    pub(crate) fn intersect(&self, ray: &Shear, t_min: f32, t_max: f32) -> Option<BlockHit> {
+    pub(crate) fn intersect(&self, ray: &Shear, t_min: f32, t_max: f32) -> Option<(usize, f32)> {
         let corners = self.corners.map(|corner| ray.axes.map(|k| Lanes::from(corner[k])));
         let Edges { weights: [u, v, w], z: [az, bz, cz], det, inside } = edges(&corners, &ray.origin, &ray.shear);
         if !inside.any() {
             return None;
         }
         let t = ray.scale * (u * az + v * bz + w * cz) / det;
-        let hit = inside & t.at_least(Lanes::splat(t_min)) & t.at_most(Lanes::splat(t_max));
+        let hit = inside & Lanes::splat(t_min).at_most(t) & t.at_most(Lanes::splat(t_max));
         if !hit.any() {
             return None;
         }
         let t = hit.select(t, Lanes::splat(f32::INFINITY)).to_array();
         let lane = (1..4).fold(0, |best, i| if t[i] < t[best] { i } else { best });
-        let [u, v, w, det] = [u, v, w, det].map(|x| x.to_array()[lane]);
-        Some(BlockHit { lane, t: t[lane], weights: [u, v, w].map(|x| x / det) })
+        Some((lane, t[lane]))
     }
 }

@@ -1,54 +1,28 @@
-//! The lines of a packet side by side: N of them are one operand of every operation.
+//! The lines of a packet in lanes: N of them are one operand of every operation.
 
 use super::block::{Edges, edges};
 use super::lanes::Lanes;
-use super::packet::{Line, Octant, PACKET, Search};
+use super::packet::{HitCriteria, Line, Octant};
 use glam::Vec3A;
-
-/// The lines of a packet, coordinate by coordinate; places beyond the last hold the first once more.
-pub(super) struct Lines {
-    pub(super) count: usize,
-    origin: [[f32; PACKET]; 3],
-    direction: [[f32; PACKET]; 3],
-}
 
 /// N lines of one octant.
 #[derive(Clone, Copy)]
-pub(super) struct Group<const N: usize> {
+pub(super) struct LineGroup<const N: usize> {
     /// Origin plus or minus the boxes' padding: what to subtract from a box's nearer and farther sides.
     from_near: [Lanes<N>; 3],
     from_far: [Lanes<N>; 3],
     inverse: [Lanes<N>; 3],
-    /// As in [`Shear`](super::block::Shear), of N lines.
+    /// The shears of N lines, as in [`Shear`](super::block::Shear).
     origin: [Lanes<N>; 3],
     shear: [Lanes<N>; 2],
     scale: Lanes<N>,
     facing: Lanes<N>,
-    /// t between which hits are still of interest; empty where the place holds no line.
+    /// The values of t between which hits are still of interest; an empty interval in lanes without a line.
     behind: Lanes<N>,
     ahead: Lanes<N>,
 }
 
-impl Lines {
-    /// Of one to [`PACKET`] lines.
-    pub(super) fn new(lines: &[Line]) -> Self {
-        let mut all = Self { count: lines.len(), origin: [[0.0; PACKET]; 3], direction: [[0.0; PACKET]; 3] };
-        for i in 0..PACKET {
-            let Line { origin, direction } = if i < lines.len() { lines[i] } else { lines[0] };
-            for k in 0..3 {
-                all.origin[k][i] = origin[k];
-                all.direction[k][i] = direction[k];
-            }
-        }
-        all
-    }
-
-    pub(super) fn first_origin(&self) -> Vec3A {
-        Vec3A::new(self.origin[0][0], self.origin[1][0], self.origin[2][0])
-    }
-}
-
-impl<const N: usize> Default for Group<N> {
+impl<const N: usize> Default for LineGroup<N> {
     #[inline(always)]
     fn default() -> Self {
         let zero = Lanes::splat(0.0);
@@ -66,12 +40,20 @@ impl<const N: usize> Default for Group<N> {
     }
 }
 
-impl<const N: usize> Group<N> {
-    /// Takes the lines from `first` on.
+impl<const N: usize> LineGroup<N> {
+    /// Takes one to N lines; lanes beyond the last line hold that once more.
     #[inline(always)]
-    pub(super) fn fill(&mut self, lines: &Lines, first: usize, octant: Octant, half_extent: Vec3A, search: Search) {
-        let origin = |k: usize| Lanes::<N>::load(&lines.origin[k], first);
-        let direction = |k: usize| Lanes::<N>::load(&lines.direction[k], first);
+    pub(super) fn fill(&mut self, lines: &[Line], octant: Octant, half_extent: Vec3A, criteria: HitCriteria) {
+        let (mut origin, mut direction) = ([[0.0; N]; 3], [[0.0; N]; 3]);
+        for i in 0..N {
+            let line = &lines[i.min(lines.len() - 1)];
+            for k in 0..3 {
+                origin[k][i] = line.origin[k];
+                direction[k][i] = line.direction[k];
+            }
+        }
+        let origin = |k: usize| Lanes::of(origin[k]);
+        let direction = |k: usize| Lanes::of(direction[k]);
         // As `LocalRay::new` explains.
         let reach = |k: usize| origin(k).abs() + Lanes::splat(half_extent[k]);
         let padding = reach(0).max(reach(1)).max(reach(2)) * Lanes::splat(16.0 * f32::EPSILON);
@@ -88,14 +70,14 @@ impl<const N: usize> Group<N> {
         self.origin = [origin(x), origin(y), origin(z)];
         self.shear = [direction(x) / direction(z), direction(y) / direction(z)];
         self.scale = one / direction(z);
-        self.facing = Lanes::splat(search.facing) * direction(z);
+        self.facing = Lanes::splat(criteria.facing) * direction(z);
         let mut ends = [f32::NEG_INFINITY; N];
-        ends[..N.min(lines.count - first)].fill(search.reach.next_up());
-        self.ahead = Lanes::load(&ends, 0);
+        ends[..N.min(lines.len())].fill(criteria.reach.next_up());
+        self.ahead = Lanes::of(ends);
         self.behind = Lanes::splat(0.0) - self.ahead;
     }
 
-    /// The ends of what is still of interest.
+    /// The values of t between which hits are still of interest.
     #[inline(always)]
     pub(super) fn reached(&self) -> ([f32; N], [f32; N]) {
         (self.behind.to_array(), self.ahead.to_array())
@@ -119,17 +101,18 @@ impl<const N: usize> Group<N> {
         let corners = [corner(0), corner(1), corner(2)];
         let Edges { weights: [u, v, w], z: [az, bz, cz], det, inside } = edges(&corners, &self.origin, &self.shear);
         let zero = Lanes::splat(0.0);
-        // In sheared axes, which keep their handedness, a normal as long as the doubled area is large has -det along z: its
-        // component along the line, divided by the line's along z. `slant` is the least component that is admitted.
+        // In sheared axes, which keep their handedness, a normal as long as the doubled area is large has -det along z:
+        // its component along the line, divided by the line's component along z. `slant` is the least component
+        // admitted.
         let inside = inside & (self.facing * det + Lanes::splat(slant)).at_most(zero);
         if !inside.any() {
             return;
         }
         let t = self.scale * (u * az + v * bz + w * cz) / det;
         let t = t.abs().at_most(Lanes::splat(tolerance)).select(zero, t);
-        let ahead = inside & t.at_least(zero) & t.below(self.ahead);
+        let ahead = inside & zero.at_most(t) & t.below(self.ahead);
         self.ahead = ahead.select(t, self.ahead);
-        let behind = inside & t.at_most(zero) & t.above(self.behind);
+        let behind = inside & t.at_most(zero) & self.behind.below(t);
         self.behind = behind.select(t, self.behind);
     }
 }

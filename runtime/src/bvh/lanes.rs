@@ -1,17 +1,18 @@
-//! Several numbers at once, whatever vectors the processor has.
+//! Numbers in lanes, for any vector width.
 //!
 //! Everything here is inlined into functions that are compiled for one kind of processor: there a loop over the lanes
-//! becomes an instruction or two. No operation is fused or reordered, so that results are the same bits with any number of lanes.
+//! becomes an instruction or two. No operation is fused or reordered, so that results are the same bits with any number
+//! of lanes.
 
 use glam::Vec4;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
 
-/// N numbers.
+/// N numbers, one a lane.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(super) struct Lanes<const N: usize>([f32; N]);
 
-/// N conditions: all bits of a lane, or none.
+/// N conditions, one a lane: all bits are set, or none.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(16))]
 pub(super) struct Mask<const N: usize>([u32; N]);
@@ -52,12 +53,9 @@ impl<const N: usize> Lanes<N> {
         Self([value; N])
     }
 
-    /// The lanes from `first` on of a longer array.
     #[inline(always)]
-    pub(super) fn load(values: &[f32], first: usize) -> Self {
-        let mut lanes = [0.0; N];
-        lanes.copy_from_slice(&values[first..first + N]);
-        Self(lanes)
+    pub(super) fn of(values: [f32; N]) -> Self {
+        Self(values)
     }
 
     #[inline(always)]
@@ -73,7 +71,7 @@ impl<const N: usize> Lanes<N> {
         self
     }
 
-    /// Of numbers; what is said of NaN differs from `f32::min`.
+    /// The lesser of two numbers; the second where one is NaN, unlike `f32::min`.
     #[inline(always)]
     pub(super) fn min(mut self, other: Self) -> Self {
         for i in 0..N {
@@ -82,7 +80,7 @@ impl<const N: usize> Lanes<N> {
         self
     }
 
-    /// Of numbers; what is said of NaN differs from `f32::max`.
+    /// The greater of two numbers; the second where one is NaN, unlike `f32::max`.
     #[inline(always)]
     pub(super) fn max(mut self, other: Self) -> Self {
         for i in 0..N {
@@ -106,18 +104,8 @@ impl<const N: usize> Lanes<N> {
     }
 
     #[inline(always)]
-    pub(super) fn at_least(self, other: Self) -> Mask<N> {
-        self.compare(other, |a, b| a >= b)
-    }
-
-    #[inline(always)]
     pub(super) fn below(self, other: Self) -> Mask<N> {
         self.compare(other, |a, b| a < b)
-    }
-
-    #[inline(always)]
-    pub(super) fn above(self, other: Self) -> Mask<N> {
-        self.compare(other, |a, b| a > b)
     }
 
     #[inline(always)]

@@ -9,28 +9,27 @@
 
 mod block;
 mod closest;
+mod dispatch;
 mod group;
 mod lanes;
 mod packet;
-#[cfg(test)]
-mod packet_tests;
 mod ray;
 mod sweep;
 #[cfg(test)]
 mod tests;
-mod wide;
 
-pub use closest::ClosestPoint;
-pub(crate) use packet::{BothWays, Line, PACKET, Search};
-pub use ray::Hit;
-use sweep::MAX_DEPTH;
-
-use crate::mesh::TriangleMesh;
 pub(crate) use block::TriangleBlock;
-use glam::Vec3A;
+pub use closest::ClosestPoint;
+pub(crate) use closest::closest_weights;
+pub(crate) use obvhs::bvh2::node::Bvh2Node;
+pub(crate) use packet::{BothWays, HitCriteria, Line, PACKET};
+pub use ray::Hit;
+
+use crate::mesh::{Bounds, TriangleMesh};
+use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-pub(crate) use obvhs::bvh2::node::Bvh2Node;
+use sweep::MAX_DEPTH;
 use thiserror::Error;
 
 /// Coordinates further than this from the mesh's centre are refused: third powers must stay within single precision.
@@ -43,8 +42,8 @@ pub struct Bvh {
     tree: Bvh2,
     /// The triangles of each leaf.
     blocks: Vec<TriangleBlock>,
-    /// What was subtracted from every position.
-    center: [f64; 3],
+    /// The centre of the mesh's bounding box, which was subtracted from every position.
+    centre: DVec3,
     /// Half the bounding box's sides, rounded up.
     half_extent: Vec3A,
     triangle_count: usize,
@@ -54,25 +53,27 @@ pub struct Bvh {
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 pub enum BvhError {
     /// A triangle names a vertex that does not exist.
-    #[error("triangle {triangle} names vertex {vertex}, but there are only {vertices} vertices")]
+    #[error("triangle {triangle} (counted from 0) names vertex {vertex}, but there are only {vertices} vertices")]
     BadIndex {
-        /// Which triangle.
+        /// Index of the triangle.
         triangle: usize,
         /// The index it has.
         vertex: u32,
-        /// How many vertices there are.
+        /// The number of vertices.
         vertices: usize,
     },
     /// A triangle's corner is NaN or infinite, or lies too far from the mesh's centre.
-    #[error("a corner of triangle {triangle} is not finite or more than 1e9 mm from the mesh's centre")]
+    #[error(
+        "a corner of triangle {triangle} (counted from 0) is not finite or more than 1e9 mm from the mesh's centre; check the unit, and remove what lies far away"
+    )]
     BadPosition {
-        /// Which triangle.
+        /// Index of the triangle.
         triangle: usize,
     },
     /// More triangles than 32-bit indices can tell apart.
-    #[error("{triangles} triangles are more than a hierarchy can hold (2^28)")]
+    #[error("{triangles} triangles are more than can be searched (2^28); decimate or split the mesh")]
     TooManyTriangles {
-        /// How many there are.
+        /// The number of triangles.
         triangles: usize,
     },
 }
@@ -87,49 +88,38 @@ impl Bvh {
         if mesh.triangles.len() > 1 << 28 {
             return Err(BvhError::TooManyTriangles { triangles: mesh.triangles.len() });
         }
-        let (center, half_extent) = bounds(mesh)?;
-        Ok(Self::build_around(mesh, center, half_extent))
+        let (centre, half_extent) = bounds(mesh)?;
+        Ok(Self::build_around(mesh, centre, half_extent))
     }
 
-    /// A hierarchy over another mesh, which must be within the box of this one's, in the same single-precision coordinates: a ray through
-    /// an edge that triangles of both share hits one of them.
+    /// A hierarchy over another mesh, which must be within the box of this one's, in the same single-precision
+    /// coordinates: a ray through an edge that triangles of both share hits one of them.
     ///
     /// # Errors
     /// As [`build`](Self::build).
     pub(crate) fn build_beside(&self, mesh: &TriangleMesh) -> Result<Self, BvhError> {
         bounds(mesh)?;
-        Ok(Self::build_around(mesh, self.center, self.half_extent))
+        Ok(Self::build_around(mesh, self.centre, self.half_extent))
     }
 
-    fn build_around(mesh: &TriangleMesh, center: [f64; 3], half_extent: Vec3A) -> Self {
-        let corners = |triangle: usize| {
-            mesh.triangles[triangle].map(|vertex| {
-                let p = mesh.positions[vertex as usize];
-                Vec3A::from_array(std::array::from_fn(|k| (p[k] - center[k]) as f32))
-            })
-        };
+    fn build_around(mesh: &TriangleMesh, centre: DVec3, half_extent: Vec3A) -> Self {
+        let corners = |triangle: usize| mesh.corners(mesh.triangles[triangle]).map(|p| (p - centre).as_vec3a());
         let boxes: Vec<Aabb> = (0..mesh.triangles.len()).map(|i| Aabb::from_points(&corners(i))).collect();
         let tree = sweep::build(&boxes);
         drop(boxes);
         let blocks = tree.primitive_indices.chunks_exact(4).map(|leaf| TriangleBlock::new(leaf, corners)).collect();
-        Self { tree, blocks, center, half_extent, triangle_count: mesh.triangles.len() }
+        Self { tree, blocks, centre, half_extent, triangle_count: mesh.triangles.len() }
     }
 
-    /// How many triangles there are.
+    /// The number of triangles.
     #[must_use]
     pub fn triangle_count(&self) -> usize {
         self.triangle_count
     }
 
-    /// The centre of the mesh's bounding box: the origin of the single-precision coordinates.
-    #[must_use]
-    pub fn center(&self) -> [f64; 3] {
-        self.center
-    }
-
     /// A point in single precision, relative to the centre.
-    pub(crate) fn to_local(&self, p: [f64; 3]) -> Vec3A {
-        Vec3A::from_array(std::array::from_fn(|k| (p[k] - self.center[k]) as f32))
+    pub(crate) fn to_local(&self, p: DVec3) -> Vec3A {
+        (p - self.centre).as_vec3a()
     }
 
     /// Half the sides of the mesh's bounding box.
@@ -150,35 +140,27 @@ impl Bvh {
     }
 }
 
-/// Centre and half sides of the box around all triangles; (0, 0) where there are none.
-fn bounds(mesh: &TriangleMesh) -> Result<([f64; 3], Vec3A), BvhError> {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
+/// Centre and half sides of the box around all triangles; zeros where there are none.
+fn bounds(mesh: &TriangleMesh) -> Result<(DVec3, Vec3A), BvhError> {
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
         for &vertex in corners {
             let Some(p) = mesh.positions.get(vertex as usize) else {
                 return Err(BvhError::BadIndex { triangle, vertex, vertices: mesh.positions.len() });
             };
-            for k in 0..3 {
-                if !p[k].is_finite() {
-                    return Err(BvhError::BadPosition { triangle });
-                }
-                low[k] = low[k].min(p[k]);
-                high[k] = high[k].max(p[k]);
+            if !p.iter().all(|c| c.is_finite()) {
+                return Err(BvhError::BadPosition { triangle });
             }
         }
     }
-    if mesh.triangles.is_empty() {
-        return Ok(([0.0; 3], Vec3A::ZERO));
+    let bounds: Bounds = mesh.triangles.iter().flat_map(|t| mesh.corners(*t)).collect();
+    let centre = bounds.centre();
+    let half = (bounds.high - centre).max(centre - bounds.low);
+    if bounds.is_empty() {
+        return Ok((DVec3::ZERO, Vec3A::ZERO));
     }
-    let center: [f64; 3] = std::array::from_fn(|k| 0.5 * low[k] + 0.5 * high[k]);
-    let half: [f64; 3] = std::array::from_fn(|k| (high[k] - center[k]).max(center[k] - low[k]));
-    if half.iter().any(|&side| side.is_nan() || side > MAX_EXTENT) {
-        let far = |corners: &[u32; 3]| {
-            corners.iter().any(|&v| (0..3).any(|k| (mesh.positions[v as usize][k] - center[k]).abs() > MAX_EXTENT))
-        };
-        let triangle = mesh.triangles.iter().position(far).unwrap_or(0);
-        return Err(BvhError::BadPosition { triangle });
+    if !half.cmple(DVec3::splat(MAX_EXTENT)).all() {
+        let far = |t: &[u32; 3]| mesh.corners(*t).iter().any(|p| (p - centre).abs().max_element() > MAX_EXTENT);
+        return Err(BvhError::BadPosition { triangle: mesh.triangles.iter().position(far).unwrap_or(0) });
     }
-    Ok((center, Vec3A::from_array(half.map(|side| (side as f32).next_up()))))
+    Ok((centre, Vec3A::from_array(half.to_array().map(|side| (side as f32).next_up()))))
 }

@@ -1,47 +1,48 @@
 //! Many lines that run close together, cast at once and in both directions.
 //!
-//! Neighbouring texels of a texture meet the same nodes and the same triangles. A packet takes 16 of them through the tree
-//! together (Wald, Slusallek, Benthin, Wagner, 'Interactive Rendering with Coherent Ray Tracing', 2001): a node is visited if any of
-//! its lines meets it, a leaf is tested against all. What a line finds does not depend on its packet: every decision about
-//! a triangle is made for the line alone, by the arithmetic of [`TriangleBlock::intersect`](super::block::TriangleBlock), whether
-//! vectors of four or of eight lines do it.
+//! Neighbouring texels of a texture meet the same nodes and the same triangles. A packet takes 16 of them through the
+//! tree together (Wald, Slusallek, Benthin, Wagner, 'Interactive Rendering with Coherent Ray Tracing', 2001): a node is
+//! visited if any line of the packet meets it, a leaf is tested against all. The hits of a line do not depend on its
+//! packet: every decision about a triangle is made for the line alone, by the arithmetic of
+//! [`TriangleBlock::intersect`](super::block::TriangleBlock), on four lanes or on eight.
 
-use super::block::NO_TRIANGLE;
-use super::group::{Group, Lines};
-use super::{Bvh, MAX_DEPTH};
+use super::block::{NO_TRIANGLE, shear_axes};
+use super::group::LineGroup;
+use super::{Bvh, Bvh2Node, MAX_DEPTH};
 use glam::Vec3A;
-use obvhs::bvh2::node::Bvh2Node;
 
-/// Lines a packet at most.
+/// The largest number of lines in a packet.
 pub(crate) const PACKET: usize = 16;
 
-/// A line through a point, in single precision, relative to the mesh's centre. Both finite, the direction not zero.
+/// A line through a point, in single precision, relative to the mesh's centre. Both are finite, the direction is not
+/// zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Line {
     pub(crate) origin: Vec3A,
     pub(crate) direction: Vec3A,
 }
 
-/// What is looked for on every line of a packet.
+/// The hits that count on every line of a packet.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Search {
+pub(crate) struct HitCriteria {
     /// The largest |t|.
     pub(crate) reach: f32,
-    /// Hits with |t| up to this are at t = 0, and count for both directions. (Were such a hit at its own t for one of them,
-    /// what a line finds would depend on which hit comes first.)
+    /// Hits with |t| up to this are at t = 0, and count for both directions. (Were such a hit at its own t for one of
+    /// them, the result would depend on which hit comes first.)
     pub(crate) tolerance: f32,
-    /// Which triangles are hit: those whose normal (by their corners' order) goes with the line (1), against it (-1), or any (0).
+    /// The orientation of the triangles: their normal (by their corners' order) goes with the line (1), against it
+    /// (-1), or either way (0).
     pub(crate) facing: f32,
-    /// Among those only the ones whose normal's angle with the line (or with its opposite) has at least this cosine; 0 admits all.
+    /// The least cosine of the angle between a triangle's normal and the line (or its opposite); 0 admits all.
     pub(crate) cosine: f32,
 }
 
-/// The hits of a line that are nearest to its origin.
+/// The hits of a line that are nearest to its origin, on both sides of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BothWays {
-    /// Least t >= 0; infinite where there is none.
+    /// The least t >= 0; infinite where there is none.
     pub(crate) ahead: f32,
-    /// Least -t >= 0; infinite where there is none.
+    /// The least -t >= 0; infinite where there is none.
     pub(crate) behind: f32,
 }
 
@@ -49,31 +50,29 @@ impl BothWays {
     pub(crate) const NOTHING: Self = Self { ahead: f32::INFINITY, behind: f32::INFINITY };
 }
 
-/// Lines that can share a packet: their directions have the same signs and the same largest coordinate, so that they meet the
-/// sides of boxes in one order and are sheared along one axis.
+/// The class of lines that can share a packet: their directions have the same signs and the same largest coordinate, so
+/// that they meet the sides of boxes in one order and are sheared along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Octant {
     pub(super) negative: [bool; 3],
-    /// The axes, permuted so that the last is where directions are largest.
+    /// The axes, permuted so that directions are largest along the last.
     pub(super) axes: [usize; 3],
 }
 
 impl Octant {
     pub(super) fn of(direction: Vec3A) -> Self {
-        let d = direction.to_array();
-        let z = (1..3).fold(0, |best, k| if d[k].abs() > d[best].abs() { k } else { best });
-        Self { negative: d.map(f32::is_sign_negative), axes: [(z + 1) % 3, (z + 2) % 3, z] }
+        Self { negative: direction.to_array().map(f32::is_sign_negative), axes: shear_axes(direction) }
     }
 }
 
 impl Bvh {
-    /// The nearest hits on both sides of every line's origin; `found` has as many entries as `lines`. As
-    /// [`cast`](Self::cast) finds them, one ray at a time. At most [`PACKET`] lines.
-    pub(crate) fn cast_both_ways(&self, lines: &[Line], search: Search, found: &mut [BothWays]) {
+    /// The nearest hits on both sides of the origins of at most [`PACKET`] lines; `hits` has as many entries as
+    /// `lines`.
+    pub(crate) fn cast_both_ways(&self, lines: &[Line], criteria: HitCriteria, hits: &mut [BothWays]) {
         let Some(first) = lines.first() else { return };
         let octant = Octant::of(first.direction);
         if lines.iter().all(|line| Octant::of(line.direction) == octant) {
-            self.cast_octant(lines, octant, search, found);
+            self.cast_octant(lines, octant, criteria, hits);
             return;
         }
         let octants: [Octant; PACKET] =
@@ -91,40 +90,47 @@ impl Bvh {
                 count += 1;
             }
             let mut results = [BothWays::NOTHING; PACKET];
-            self.cast_octant(&packet[..count], octants[first], search, &mut results);
+            self.cast_octant(&packet[..count], octants[first], criteria, &mut results);
             for (&i, result) in members[..count].iter().zip(results) {
-                found[i] = result;
+                hits[i] = result;
             }
         }
     }
 
-    /// Lines of one octant, N at a time in at most G groups. Compiled for several kinds of processors.
+    /// Casts lines of one octant on N lanes, in at most G groups. Compiled for several kinds of processors.
     #[inline(always)]
     pub(super) fn cast_groups<const N: usize, const G: usize>(
         &self,
-        lines: &Lines,
+        lines: &[Line],
         octant: Octant,
-        search: Search,
-        found: &mut [BothWays],
+        criteria: HitCriteria,
+        hits: &mut [BothWays],
     ) {
-        let count = lines.count.div_ceil(N);
-        let mut groups = [Group::<N>::default(); G];
+        let count = lines.len().div_ceil(N);
+        let mut groups = [LineGroup::<N>::default(); G];
         for g in 0..count {
-            groups[g].fill(lines, N * g, octant, self.half_extent, search);
+            groups[g].fill(&lines[N * g..], octant, self.half_extent, criteria);
         }
-        self.traverse(&mut groups[..count], lines.first_origin(), octant, search);
-        let within = |t: f32| if t <= search.reach { t } else { f32::INFINITY };
+        self.traverse(&mut groups[..count], lines[0].origin, octant, criteria);
+        let within = |t: f32| if t <= criteria.reach { t } else { f32::INFINITY };
         for g in 0..count {
             let (behind, ahead) = groups[g].reached();
-            for (i, found) in found[N * g..].iter_mut().take(N.min(lines.count - N * g)).enumerate() {
-                *found = BothWays { ahead: within(ahead[i]), behind: within(-behind[i]) };
+            for (i, hit) in hits[N * g..].iter_mut().take(N.min(lines.len() - N * g)).enumerate() {
+                *hit = BothWays { ahead: within(ahead[i]), behind: within(-behind[i]) };
             }
         }
     }
 
-    /// Depth first, the child nearer to `origin` first. A node is tested when its turn comes, with what has been found by then.
+    /// Traverses the tree depth first, the child nearer to `origin` first. A node is tested when its turn comes,
+    /// against the nearest hits up to then.
     #[inline(always)]
-    fn traverse<const N: usize>(&self, groups: &mut [Group<N>], origin: Vec3A, octant: Octant, search: Search) {
+    fn traverse<const N: usize>(
+        &self,
+        groups: &mut [LineGroup<N>],
+        origin: Vec3A,
+        octant: Octant,
+        criteria: HitCriteria,
+    ) {
         let nodes = &self.tree.nodes[..];
         if nodes.is_empty() {
             return;
@@ -147,7 +153,7 @@ impl Bvh {
                 continue;
             }
             if node.is_leaf() {
-                self.test_leaf(node, &mut groups[first as usize..], octant.axes, search);
+                self.test_leaf(node, &mut groups[first as usize..], octant.axes, criteria);
                 continue;
             }
             let child = node.first_index;
@@ -166,9 +172,9 @@ impl Bvh {
     fn test_leaf<const N: usize>(
         &self,
         leaf: &Bvh2Node,
-        groups: &mut [Group<N>],
+        groups: &mut [LineGroup<N>],
         [x, y, z]: [usize; 3],
-        search: Search,
+        criteria: HitCriteria,
     ) {
         let block = &self.blocks[(leaf.first_index / 4) as usize];
         let corners: &[[[f32; 4]; 3]; 3] = bytemuck::cast_ref(&block.corners);
@@ -176,15 +182,15 @@ impl Bvh {
             debug_assert_ne!(self.tree.primitive_indices[leaf.first_index as usize + lane], NO_TRIANGLE);
             let corner = |c: usize| [corners[c][x][lane], corners[c][y][lane], corners[c][z][lane]];
             let triangle = [corner(0), corner(1), corner(2)];
-            let slant = if search.cosine > 0.0 { search.cosine * normal_length(block.triangle(lane)) } else { 0.0 };
+            let slant = if criteria.cosine > 0.0 { criteria.cosine * normal_length(block.triangle(lane)) } else { 0.0 };
             for group in groups.iter_mut() {
-                group.intersect(triangle, slant, search.tolerance);
+                group.intersect(triangle, slant, criteria.tolerance);
             }
         }
     }
 }
 
-/// Of the normal that is as long as twice the triangle's area is large.
+/// Twice a triangle's area: the length of its normal before that is scaled to unit length.
 pub(super) fn normal_length([a, b, c]: [Vec3A; 3]) -> f32 {
     (b - a).cross(c - a).length()
 }

@@ -1,32 +1,21 @@
-//! Nearest hits.
+//! Nearest hits, and the order in which the leaves of the tree are visited.
 
 use super::block::Shear;
-use super::{Bvh, MAX_DEPTH};
-use glam::{Vec3A, Vec4};
-use obvhs::bvh2::node::Bvh2Node;
+use super::{Bvh, Bvh2Node, MAX_DEPTH};
+use glam::{DVec3, Vec3A, Vec4};
 
-/// Where a ray meets a mesh.
+/// The point where a ray meets a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// origin + t direction is the point that is hit.
     pub t: f64,
     /// Index of the triangle.
     pub triangle: u32,
-    /// Weights of the triangle's corners at that point; they sum to one.
-    pub weights: [f64; 3],
-}
-
-/// A hit in single precision.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct LocalHit {
-    pub(crate) t: f32,
-    pub(crate) triangle: u32,
-    pub(crate) weights: [f32; 3],
 }
 
 /// A ray in single precision, relative to the mesh's centre, made ready for traversal.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LocalRay {
+struct LocalRay {
     shear: Shear,
     /// Origin plus and minus the boxes' padding: what to subtract from their lower and upper corners.
     from_low: Vec4,
@@ -39,7 +28,7 @@ impl LocalRay {
     ///
     /// Boxes are padded by 32 roundings of the largest distance from the origin to the mesh's corners: more than the
     /// shear and the slab test are off together (10 and 3 roundings), so that no box is missed whose triangle is hit.
-    pub(crate) fn new(origin: Vec3A, direction: Vec3A, half_extent: Vec3A) -> Self {
+    fn new(origin: Vec3A, direction: Vec3A, half_extent: Vec3A) -> Self {
         let reach = (origin.abs() + half_extent).max_element();
         let padding = Vec3A::splat((reach * (16.0 * f32::EPSILON)).max(1e-30));
         // The last coordinate makes the counts in the nodes' fourth places harmless: they become (0 - 1) * 0.
@@ -52,7 +41,7 @@ impl LocalRay {
         }
     }
 
-    /// Where the ray enters a box, at least `t_min`, if it does so before `t_max`; else infinity.
+    /// The t at which the ray enters a box, at least `t_min`, if it does so before `t_max`; else NaN.
     #[inline]
     fn enter(&self, node: &Bvh2Node, t_min: f32, t_max: f32) -> f32 {
         let [low, high]: &[Vec4; 2] = bytemuck::cast_ref(node);
@@ -60,7 +49,7 @@ impl LocalRay {
         let b = (*high - self.from_high) * self.inverse;
         let near = Vec3A::from_vec4(a.min(b)).max_element().max(t_min);
         let far = Vec3A::from_vec4(a.max(b)).min_element().min(t_max);
-        if near <= far { near } else { f32::INFINITY }
+        if near <= far { near } else { f32::NAN }
     }
 }
 
@@ -73,26 +62,23 @@ impl Bvh {
     /// edge-on, or without area, is not hit. Depth first, front to back (Schinko et al., alg. 2). The origin is
     /// first moved along the ray to the mesh's bounding box, so that it may lie far away.
     #[must_use]
-    pub fn nearest_hit(&self, origin: [f64; 3], direction: [f64; 3], max_t: f64) -> Option<Hit> {
-        let largest = direction.iter().fold(0.0f64, |m, d| m.max(d.abs()));
-        if !origin.iter().chain(&direction).all(|x| x.is_finite()) || largest <= 0.0 || max_t.is_nan() {
+    pub fn nearest_hit(&self, origin: DVec3, direction: DVec3, max_t: f64) -> Option<Hit> {
+        let largest = direction.abs().max_element();
+        if !origin.is_finite() || !direction.is_finite() || largest <= 0.0 || max_t.is_nan() {
             return None;
         }
-        let direction = direction.map(|d| d / largest);
+        let direction = direction / largest;
         let max_t = max_t * largest;
-        let relative: [f64; 3] = std::array::from_fn(|k| origin[k] - self.center[k]);
+        let relative = origin - self.centre;
         let (enter, leave) = self.clip(relative, direction, max_t)?;
-        let start = Vec3A::from_array(std::array::from_fn(|k| (relative[k] + enter * direction[k]) as f32));
-        let ray = LocalRay::new(start, Vec3A::from_array(direction.map(|d| d as f32)), self.half_extent);
-        let hit = self.cast(&ray, -enter as f32, (leave - enter) as f32)?;
-        let t = (enter + f64::from(hit.t)).clamp(0.0, max_t);
-        let weights = hit.weights.map(f64::from);
-        let sum: f64 = weights.iter().sum();
-        Some(Hit { t: t / largest, triangle: hit.triangle, weights: weights.map(|w| w / sum) })
+        let start = (relative + enter * direction).as_vec3a();
+        let ray = LocalRay::new(start, direction.as_vec3a(), self.half_extent);
+        let (t, triangle) = self.cast(&ray, -enter as f32, (leave - enter) as f32)?;
+        Some(Hit { t: (enter + f64::from(t)).clamp(0.0, max_t) / largest, triangle })
     }
 
     /// The part of [0, max_t] in which the ray is within twice the mesh's bounding box.
-    fn clip(&self, origin: [f64; 3], direction: [f64; 3], max_t: f64) -> Option<(f64, f64)> {
+    fn clip(&self, origin: DVec3, direction: DVec3, max_t: f64) -> Option<(f64, f64)> {
         let (mut enter, mut leave) = (0.0f64, max_t);
         let reach = 2.0 * f64::from(self.half_extent.max_element());
         for k in 0..3 {
@@ -109,53 +95,62 @@ impl Bvh {
         (enter <= leave).then_some((enter, leave))
     }
 
-    /// The nearest hit with t in [t_min, t_max].
-    pub(crate) fn cast(&self, ray: &LocalRay, t_min: f32, t_max: f32) -> Option<LocalHit> {
-        let nodes = &self.tree.nodes[..];
-        let mut best: Option<LocalHit> = None;
-        let mut t_max = t_max;
-        let mut test_leaf = |node: &Bvh2Node, t_max: &mut f32| {
-            let block = (node.first_index / 4) as usize;
-            if let Some(hit) = self.blocks[block].intersect(&ray.shear, t_min, *t_max) {
-                // Of hits at the same t the first found stays, so that the order of traversal decides nothing else.
-                if best.is_none() || hit.t < *t_max {
-                    *t_max = hit.t;
-                    let triangle = self.tree.primitive_indices[node.first_index as usize + hit.lane];
-                    best = Some(LocalHit { t: hit.t, triangle, weights: hit.weights });
-                }
+    /// The nearest hit with t in [t_min, t_max]: t and the triangle's index.
+    fn cast(&self, ray: &LocalRay, t_min: f32, t_max: f32) -> Option<(f32, u32)> {
+        let mut best = None;
+        let test_leaf = |leaf: &Bvh2Node, t_max: f32| {
+            let Some((lane, t)) = self.blocks[(leaf.first_index / 4) as usize].intersect(&ray.shear, t_min, t_max)
+            else {
+                return t_max;
+            };
+            // The first of several hits at the same t stays, so that the order of traversal decides nothing else.
+            if best.is_none() || t < t_max {
+                best = Some((t, self.tree.primitive_indices[leaf.first_index as usize + lane]));
             }
+            t
         };
-        let root = nodes.first()?;
+        self.visit_leaves(t_max, |node, t_max| ray.enter(node, t_min, t_max), test_leaf);
+        best
+    }
+
+    /// Visits leaves depth first, of two children the nearer one first. `distance` is how far a node's box is, NaN
+    /// where nothing in it is to be visited; boxes beyond the limit are left out. `visit` gets a leaf and the limit,
+    /// and returns the limit from then on, which is not greater.
+    #[inline(always)]
+    pub(super) fn visit_leaves(
+        &self,
+        mut limit: f32,
+        distance: impl Fn(&Bvh2Node, f32) -> f32,
+        mut visit: impl FnMut(&Bvh2Node, f32) -> f32,
+    ) {
+        let nodes = &self.tree.nodes[..];
+        let Some(root) = nodes.first() else { return };
+        if root.is_leaf() {
+            visit(root, limit);
+            return;
+        }
         let mut stack = [(0u32, 0f32); MAX_DEPTH];
         let mut height = 0;
-        let mut pair = if root.is_leaf() {
-            test_leaf(root, &mut t_max);
-            None
-        } else {
-            Some(root.first_index)
-        };
-        while let Some(first) = pair {
-            let children = &nodes[first as usize..first as usize + 2];
-            let (mut near, mut far) = (&children[0], &children[1]);
-            let mut t_near = ray.enter(near, t_min, t_max);
-            let mut t_far = ray.enter(far, t_min, t_max);
-            if t_near > t_far {
+        let mut pair = Some(root.first_index);
+        while let Some(first) = pair.take() {
+            let (mut near, mut far) = (&nodes[first as usize], &nodes[first as usize + 1]);
+            let (mut to_near, mut to_far) = (distance(near, limit), distance(far, limit));
+            if to_near > to_far {
                 std::mem::swap(&mut near, &mut far);
-                std::mem::swap(&mut t_near, &mut t_far);
+                std::mem::swap(&mut to_near, &mut to_far);
             }
-            pair = None;
-            if t_near < f32::INFINITY {
+            if to_near <= limit {
                 if near.is_leaf() {
-                    test_leaf(near, &mut t_max);
+                    limit = visit(near, limit);
                 } else {
                     pair = Some(near.first_index);
                 }
             }
-            if t_far <= t_max && t_far < f32::INFINITY {
+            if to_far <= limit {
                 if far.is_leaf() {
-                    test_leaf(far, &mut t_max);
+                    limit = visit(far, limit);
                 } else if pair.is_some() {
-                    stack[height] = (far.first_index, t_far);
+                    stack[height] = (far.first_index, to_far);
                     height += 1;
                 } else {
                     pair = Some(far.first_index);
@@ -163,12 +158,11 @@ impl Bvh {
             }
             while pair.is_none() && height > 0 {
                 height -= 1;
-                let (first, t) = stack[height];
-                if t <= t_max {
+                let (first, squared) = stack[height];
+                if squared <= limit {
                     pair = Some(first);
                 }
             }
         }
-        best
     }
 }

@@ -9,27 +9,28 @@ use rayon::prelude::*;
 /// No leaf is deeper than this (the root's depth is 0), so that traversal needs a stack of this size at most.
 pub(crate) const MAX_DEPTH: usize = 64;
 
-/// Triangles a leaf.
+/// The largest number of triangles in a leaf.
 const LEAF: usize = 4;
 
 /// Subtrees with fewer triangles are built on one thread.
 const PARALLEL: usize = 4096;
 
-/// The triangles of a subtree in ascending order of their centroids on one axis, and room to work in.
-struct Lane<'a> {
-    order: &'a mut [u32],
-    scratch: &'a mut [u32],
-    areas: &'a mut [f32],
+/// A place in the order of a subtree's triangles by their centroids on one axis, and room to work in.
+#[derive(Clone, Copy)]
+struct Slot {
+    triangle: u32,
+    scratch: u32,
+    area: f32,
 }
 
-/// What all subtrees read.
+/// The input that all subtrees share.
 struct Sweep<'a> {
     boxes: &'a [Aabb],
     /// Per axis and triangle: the centroid's coordinate as an integer of the same order.
     keys: [Vec<u32>; 3],
 }
 
-/// A way to split: cost, and how many triangles go left.
+/// A way to split: its cost, and how many triangles go left.
 #[derive(Clone, Copy)]
 struct Split {
     cost: f32,
@@ -47,60 +48,48 @@ pub(super) fn build(boxes: &[Aabb]) -> Bvh2 {
     let keys = [0, 1, 2].map(|axis| boxes.par_iter().map(|b| ordered(b.center()[axis])).collect::<Vec<u32>>());
     let sweep = Sweep { boxes, keys };
     let mut orders = [0, 1, 2].map(|axis| sweep.sorted(axis));
-    let mut scratch = [0, 1, 2].map(|_| vec![0u32; count]);
-    let mut areas = [0, 1, 2].map(|_| vec![0f32; count]);
     let mut root = Bvh2Node::default();
     let mut nodes = vec![Bvh2Node::default(); 2 * (count - 1)];
-    {
-        let [o0, o1, o2] = &mut orders;
-        let [s0, s1, s2] = &mut scratch;
-        let [a0, a1, a2] = &mut areas;
-        let lanes =
-            [(o0, s0, a0), (o1, s1, a1), (o2, s2, a2)].map(|(order, scratch, areas)| Lane { order, scratch, areas });
-        sweep.build_subtree(lanes, 0, &mut root, (&mut nodes, 0), 0);
-    }
+    sweep.build_subtree(orders.each_mut().map(Vec::as_mut_slice), 0, &mut root, (&mut nodes, 0), 0);
     compact(root, &nodes, &orders[0])
 }
 
 impl Sweep<'_> {
     /// All triangles in ascending order of centroid, then of index.
-    fn sorted(&self, axis: usize) -> Vec<u32> {
+    fn sorted(&self, axis: usize) -> Vec<Slot> {
         let mut keyed: Vec<u64> =
             self.keys[axis].par_iter().enumerate().map(|(i, &key)| u64::from(key) << 32 | i as u64).collect();
         keyed.par_sort_unstable();
-        keyed.into_iter().map(|k| k as u32).collect()
+        keyed.into_iter().map(|k| Slot { triangle: k as u32, scratch: 0, area: 0.0 }).collect()
     }
 
-    /// Builds the subtree over `lanes` into `node` and, below it, the 2 (n - 1) nodes of `rest`, of which the first
-    /// has the index `rest.1`. `offset` is where the lanes begin in the whole order.
+    /// Builds the subtree over three orders of the same n triangles into `node` and, below it, the 2 (n - 1) nodes of
+    /// `rest`, of which the first has the index `rest.1`. The orders begin at `offset` in those of all triangles.
     fn build_subtree(
         &self,
-        lanes: [Lane; 3],
+        orders: [&mut [Slot]; 3],
         offset: usize,
         node: &mut Bvh2Node,
         (rest, base): (&mut [Bvh2Node], usize),
         depth: usize,
     ) {
-        let order = &*lanes[0].order;
-        let count = order.len();
-        let mut aabb = self.boxes[order[0] as usize];
-        for &i in &order[1..] {
-            aabb = aabb.union(&self.boxes[i as usize]);
-        }
+        let count = orders[0].len();
+        let aabb = orders[0].iter().fold(Aabb::empty(), |aabb, slot| aabb.union(&self.boxes[slot.triangle as usize]));
         if count <= LEAF {
             *node = Bvh2Node::new(aabb, count as u32, offset as u32);
             return;
         }
         *node = Bvh2Node::new(aabb, 0, base as u32);
-        let (lanes, left) = self.divide(lanes, depth);
-        let [l0, l1, l2] = lanes.map(|lane| lane.split_at(left));
+        let (orders, left) = self.divide(orders, depth);
+        let [o0, o1, o2] = orders.map(|order| order.split_at_mut(left));
         let (children, rest) = rest.split_at_mut(2);
         let (left_rest, right_rest) = rest.split_at_mut(2 * (left - 1));
         let (left_base, right_base) = (base + 2, base + 2 + left_rest.len());
         let [left_node, right_node] = children else { return };
-        let go_left = || self.build_subtree([l0.0, l1.0, l2.0], offset, left_node, (left_rest, left_base), depth + 1);
-        let go_right = || {
-            self.build_subtree([l0.1, l1.1, l2.1], offset + left, right_node, (right_rest, right_base), depth + 1);
+        let mut go_left =
+            || self.build_subtree([o0.0, o1.0, o2.0], offset, left_node, (left_rest, left_base), depth + 1);
+        let mut go_right = || {
+            self.build_subtree([o0.1, o1.1, o2.1], offset + left, right_node, (right_rest, right_base), depth + 1);
         };
         if count >= PARALLEL {
             rayon::join(go_left, go_right);
@@ -110,34 +99,33 @@ impl Sweep<'_> {
         }
     }
 
-    /// Chooses a split and brings the triangles that go left to the front of all three lanes, which keep their order.
-    fn divide<'a>(&self, mut lanes: [Lane<'a>; 3], depth: usize) -> ([Lane<'a>; 3], usize) {
-        let count = lanes[0].order.len();
-        let Split { axis, left, .. } = self.choose(&mut lanes, depth);
-        let pivot = lanes[axis].order[left];
+    /// Chooses a split and brings the triangles that go left to the front of all three orders, by stable partitions.
+    fn divide<'a>(&self, mut orders: [&'a mut [Slot]; 3], depth: usize) -> ([&'a mut [Slot]; 3], usize) {
+        let count = orders[0].len();
+        let Split { axis, left, .. } = self.choose(&mut orders, depth);
+        let pivot = orders[axis][left].triangle;
         let keys = &self.keys[axis];
         let limit = (keys[pivot as usize], pivot);
         let is_left = |i: u32| (keys[i as usize], i) < limit;
-        let partition = |(k, lane): (usize, &mut Lane)| {
+        let partition = |(k, order): (usize, &mut &mut [Slot])| {
             if k != axis {
-                lane.partition(left, is_left);
+                partition(order, left, is_left);
             }
         };
         if count >= PARALLEL {
-            lanes.par_iter_mut().enumerate().for_each(partition);
+            orders.par_iter_mut().enumerate().for_each(partition);
         } else {
-            lanes.iter_mut().enumerate().for_each(partition);
+            orders.iter_mut().enumerate().for_each(partition);
         }
-        (lanes, left)
+        (orders, left)
     }
 
     /// The best split over all axes, or the median where the best would be too deep or where the centroids coincide.
-    fn choose(&self, lanes: &mut [Lane; 3], depth: usize) -> Split {
-        let count = lanes[0].order.len();
+    fn choose(&self, orders: &mut [&mut [Slot]; 3], depth: usize) -> Split {
+        let count = orders[0].len();
         let spread = [0, 1, 2].map(|axis| {
-            let order = &lanes[axis].order;
-            let [low, high] = [order[0], order[count - 1]].map(|i| self.boxes[i as usize].center()[axis]);
-            high - low
+            let at = |slot: usize| self.boxes[orders[axis][slot].triangle as usize].center()[axis];
+            at(count - 1) - at(0)
         });
         let widest = (1..3).fold(0, |best, k| if spread[k] > spread[best] { k } else { best });
         let median = Split { cost: 0.0, axis: widest, left: count / 2 };
@@ -145,28 +133,28 @@ impl Sweep<'_> {
         if depth + levels_needed >= MAX_DEPTH || spread[widest] <= 0.0 {
             return median;
         }
-        let sweep = |(axis, lane): (usize, &mut Lane)| self.best_on_axis(axis, lane);
+        let sweep = |(axis, order): (usize, &mut &mut [Slot])| self.best_on_axis(axis, order);
         let splits: Vec<Split> = if count >= PARALLEL {
-            lanes.par_iter_mut().enumerate().map(sweep).collect()
+            orders.par_iter_mut().enumerate().map(sweep).collect()
         } else {
-            lanes.iter_mut().enumerate().map(sweep).collect()
+            orders.iter_mut().enumerate().map(sweep).collect()
         };
         splits.into_iter().reduce(|best, s| if s.cost < best.cost { s } else { best }).unwrap_or(median)
     }
 
     /// The split of least N_L A_L + N_R A_R; of equals the most even one.
-    fn best_on_axis(&self, axis: usize, lane: &mut Lane) -> Split {
-        let count = lane.order.len();
+    fn best_on_axis(&self, axis: usize, order: &mut [Slot]) -> Split {
+        let count = order.len();
         let mut right = Aabb::empty();
-        for i in (1..count).rev() {
-            right = right.union(&self.boxes[lane.order[i] as usize]);
-            lane.areas[i] = right.half_area();
+        for slot in order[1..].iter_mut().rev() {
+            right = right.union(&self.boxes[slot.triangle as usize]);
+            slot.area = right.half_area();
         }
         let mut best = Split { cost: f32::INFINITY, axis, left: count / 2 };
         let mut left = Aabb::empty();
         for i in 1..count {
-            left = left.union(&self.boxes[lane.order[i - 1] as usize]);
-            let cost = i as f32 * left.half_area() + (count - i) as f32 * lane.areas[i];
+            left = left.union(&self.boxes[order[i - 1].triangle as usize]);
+            let cost = i as f32 * left.half_area() + (count - i) as f32 * order[i].area;
             if cost < best.cost || cost == best.cost && i.abs_diff(count / 2) < best.left.abs_diff(count / 2) {
                 best = Split { cost, axis, left: i };
             }
@@ -175,31 +163,20 @@ impl Sweep<'_> {
     }
 }
 
-impl<'a> Lane<'a> {
-    /// Moves the triangles for which `is_left` holds (`left` of them) to the front; both sides keep their order.
-    fn partition(&mut self, left: usize, is_left: impl Fn(u32) -> bool) {
-        let (mut l, mut r) = (0, left);
-        for &i in &*self.order {
-            let place = if is_left(i) { &mut l } else { &mut r };
-            self.scratch[*place] = i;
-            *place += 1;
-        }
-        self.order.copy_from_slice(self.scratch);
+/// Moves the triangles for which `is_left` holds (`left` of them) to the front; both sides keep their order.
+fn partition(order: &mut [Slot], left: usize, is_left: impl Fn(u32) -> bool) {
+    let (mut l, mut r) = (0, left);
+    for i in 0..order.len() {
+        let triangle = order[i].triangle;
+        let place = if is_left(triangle) { &mut l } else { &mut r };
+        order[*place].scratch = triangle;
+        *place += 1;
     }
-
-    fn split_at(self, left: usize) -> (Lane<'a>, Lane<'a>) {
-        let (order_l, order_r) = self.order.split_at_mut(left);
-        let (scratch_l, scratch_r) = self.scratch.split_at_mut(left);
-        let (areas_l, areas_r) = self.areas.split_at_mut(left);
-        (
-            Lane { order: order_l, scratch: scratch_l, areas: areas_l },
-            Lane { order: order_r, scratch: scratch_r, areas: areas_r },
-        )
-    }
+    order.iter_mut().for_each(|slot| slot.triangle = slot.scratch);
 }
 
 /// The tree without the gaps between its nodes, and with every leaf at a multiple of four.
-fn compact(root: Bvh2Node, sparse: &[Bvh2Node], order: &[u32]) -> Bvh2 {
+fn compact(root: Bvh2Node, sparse: &[Bvh2Node], order: &[Slot]) -> Bvh2 {
     let mut nodes = vec![root];
     let mut primitive_indices = Vec::new();
     let mut pending = vec![0usize];
@@ -207,7 +184,8 @@ fn compact(root: Bvh2Node, sparse: &[Bvh2Node], order: &[u32]) -> Bvh2 {
         let first = nodes[i].first_index as usize;
         if nodes[i].is_leaf() {
             nodes[i].first_index = primitive_indices.len() as u32;
-            primitive_indices.extend_from_slice(&order[first..first + nodes[i].prim_count as usize]);
+            let leaf = &order[first..first + nodes[i].prim_count as usize];
+            primitive_indices.extend(leaf.iter().map(|slot| slot.triangle));
             primitive_indices.resize(nodes[i].first_index as usize + LEAF, NO_TRIANGLE);
         } else {
             nodes[i].first_index = nodes.len() as u32;
@@ -219,7 +197,7 @@ fn compact(root: Bvh2Node, sparse: &[Bvh2Node], order: &[u32]) -> Bvh2 {
     Bvh2 { nodes, primitive_indices, max_depth: MAX_DEPTH, children_are_ordered_after_parents: true, ..Bvh2::default() }
 }
 
-/// A finite float as an integer of the same order; -0 equals 0.
+/// A finite number as an integer of the same order; -0 equals 0.
 fn ordered(x: f32) -> u32 {
     let bits = (x + 0.0).to_bits();
     if bits >> 31 == 0 { bits | 1 << 31 } else { !bits }

@@ -11,7 +11,7 @@ use thiserror::Error;
 pub struct WriteError {
     /// The file.
     pub path: PathBuf,
-    /// Why.
+    /// The reason.
     #[source]
     pub source: io::Error,
 }
@@ -70,17 +70,12 @@ where
     Ok(())
 }
 
-#[cfg(unix)]
 fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    use std::os::unix::fs::PermissionsExt;
+    let mut builder = tempfile::Builder::new();
     // Temporary files are private by default; an output has the permissions of any other new file.
-    let permissions = std::fs::Permissions::from_mode(0o666);
-    tempfile::Builder::new().prefix(".gmlc-").permissions(permissions).tempfile_in(folder)
-}
-
-#[cfg(not(unix))]
-fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    tempfile::Builder::new().prefix(".gmlc-").tempfile_in(folder)
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.prefix(".gmlc-").tempfile_in(folder)
 }
 
 #[cfg(test)]

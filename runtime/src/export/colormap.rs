@@ -3,7 +3,7 @@
 /// The colour of a texel without data: a grey that the scale does not contain.
 pub const NO_DATA: [u8; 3] = [128, 128, 128];
 
-/// The colour of a texel that looks at a closed hole of the scan: an olive that the scale does not contain either.
+/// The colour of a texel that faces a closed hole of the scan: an olive that the scale does not contain either.
 pub const FILLED: [u8; 3] = [140, 140, 60];
 
 /// Anchors from 0 to 1 on the inner side, evenly spaced: made in OKLCh with lightness falling linearly from 0.965 to

@@ -1,14 +1,14 @@
-//! Letters for legends: what a picture needs without a font file.
+//! Letters for legends, as bitmaps.
 
 use super::picture::Picture;
 
-/// Rows of a glyph.
+/// The number of rows of a glyph.
 pub(super) const GLYPH_HEIGHT: usize = 7;
 
-/// Columns of a glyph.
+/// The number of columns of a glyph.
 const GLYPH_WIDTH: usize = 5;
 
-/// What can be drawn, in the order of `COLUMNS`.
+/// The characters that can be drawn, in the order of `COLUMNS`.
 const CHARACTERS: &str = "0123456789.+-/_abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
 
 /// The columns of each glyph from the left; bit 0 is the top row.
@@ -82,7 +82,7 @@ const COLUMNS: [[u8; GLYPH_WIDTH]; 67] = [
     [0x61, 0x51, 0x49, 0x45, 0x43],
 ];
 
-/// Columns that `text` takes when drawn at `scale`.
+/// The number of columns that `text` takes when drawn at `scale`.
 pub(super) fn text_width(text: &str, scale: usize) -> usize {
     text.chars().count() * (GLYPH_WIDTH + 1) * scale
 }

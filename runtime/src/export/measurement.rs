@@ -1,9 +1,10 @@
 //! The files of a measurement: textures, pictures, meshes and figures.
 
 use super::atomic::{self, WriteError};
+use super::image::{self, ImageError};
+use super::json;
+use super::mesh::{self, MeshFormat};
 use super::picture::{self, Picture};
-use super::raster::{self, RasterError};
-use super::{json, ply};
 use crate::variance::{DistanceTexture, Measurement, SIGN_CONVENTION, signed_distances};
 use std::path::Path;
 use thiserror::Error;
@@ -19,7 +20,7 @@ pub enum DocumentError {
     Write(#[from] WriteError),
     /// A picture cannot be encoded.
     #[error(transparent)]
-    Raster(#[from] RasterError),
+    Image(#[from] ImageError),
     /// The X3D scene cannot be written.
     #[error(transparent)]
     Scene(#[from] super::x3d::X3dError),
@@ -57,27 +58,27 @@ pub fn write(folder: &Path, measurement: &Measurement, exr: bool) -> Result<Text
         "Comment",
         "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -, 32 a filled hole",
     )];
-    let coded = raster::png_rgb(width, height, &texture.rgb, &notes)?;
+    let coded = image::png_rgb(width, height, &texture.rgb, &notes)?;
     let colours = png(&picture::deviation_picture(deviations, colour_range))?;
     let levels: Vec<f64> = report.parts.iter().map(|p| p.detection.map_or(0.0, |d| d.level)).collect();
     let significant = png(&picture::significance_picture(deviations, colour_range, &levels))?;
-    let tiff = raster::tiff_f32(width, height, &distances, &description)?;
+    let tiff = image::tiff_f32(width, height, &distances, &description)?;
     let mut files = vec![
         ("distance.png", &coded),
         ("distance.tif", &tiff),
         ("colours.png", &colours),
         ("significant.png", &significant),
     ];
-    let lossless = if exr { raster::exr_f32(width, height, &distances, &description)? } else { Vec::new() };
+    let lossless = if exr { image::exr_f32(width, height, &distances, &description)? } else { Vec::new() };
     if exr {
         files.push(("distance.exr", &lossless));
     }
     for (name, bytes) in files {
         atomic::write(&folder.join(name), bytes)?;
     }
-    ply::write(&folder.join(UNMATCHED), &measurement.unmatched, &[])?;
+    mesh::write(&folder.join(UNMATCHED), &measurement.unmatched, MeshFormat::Ply)?;
     if let Some(filled) = &measurement.filled {
-        ply::write(&folder.join("filled.ply"), filled, &[])?;
+        mesh::write(&folder.join("filled.ply"), filled, MeshFormat::Ply)?;
     }
     if let Some(maps) = &measurement.sensitivity_maps {
         for (map, range) in maps.maps.iter().zip(&report.sensitivities) {
@@ -93,6 +94,6 @@ pub fn write(folder: &Path, measurement: &Measurement, exr: bool) -> Result<Text
 ///
 /// # Errors
 /// If the picture cannot be encoded.
-pub fn png(picture: &Picture) -> Result<Vec<u8>, RasterError> {
-    raster::png_rgb(picture.width as u32, picture.height as u32, picture.pixels.as_flattened(), &[])
+pub fn png(picture: &Picture) -> Result<Vec<u8>, ImageError> {
+    image::png_rgb(picture.width as u32, picture.height as u32, picture.pixels.as_flattened(), &[])
 }

@@ -4,15 +4,13 @@ pub mod atomic;
 pub mod colormap;
 pub mod escape;
 mod glyphs;
+pub mod image;
 pub mod json;
 pub mod measurement;
-pub mod obj;
+pub mod mesh;
 pub mod picture;
-pub mod ply;
-pub mod raster;
 pub mod render;
 pub mod report;
-pub mod stl;
 pub mod x3d;
 
 /// A number as tables show it: four decimals for everyday sizes, an exponent for others, a dash if it is not finite.
@@ -22,4 +20,11 @@ pub fn number(x: f64) -> String {
         return "-".into();
     }
     if x == 0.0 || (1e-4..1e7).contains(&x.abs()) { format!("{x:.4}") } else { format!("{x:.4e}") }
+}
+
+/// The smallest of 1, 2 and 5 times a power of ten that is not below x, but for rounding.
+fn round_up(x: f64) -> f64 {
+    let power = 10f64.powf(x.log10().floor());
+    let steps = [1.0, 2.0, 5.0].map(|m| m * power);
+    steps.into_iter().find(|step| *step >= x * (1.0 - 1e-12)).unwrap_or(10.0 * power)
 }

@@ -2,13 +2,14 @@
 
 use super::colormap::{FILLED, NO_DATA, diverging};
 use super::glyphs::{GLYPH_HEIGHT, draw, text_width};
+use super::round_up;
 use crate::model::{SensitivityMap, SensitivityMaps, Texels};
 use crate::variance::{Deviations, SensitivityRange, Statistics};
 
-/// Where no chart is, and behind the legend.
+/// The colour beside the charts and behind the legend.
 const BACKGROUND: [u8; 3] = [38, 38, 42];
 
-/// Of the legend's letters.
+/// The colour of the legend's letters.
 const INK: [u8; 3] = [235, 235, 235];
 
 /// A picture in sRGB.
@@ -63,9 +64,7 @@ pub fn scale_end(statistics: &Statistics, max_distance: f64) -> f64 {
     if p95.is_nan() || p95 < 1e-9 {
         return max_distance;
     }
-    let power = 10f64.powf(p95.log10().floor());
-    let end = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|end| *end >= p95 * (1.0 - 1e-12));
-    end.map_or(max_distance, |end| end.min(max_distance))
+    round_up(p95).min(max_distance)
 }
 
 /// The texture with every texel in the colour of its signed distance on a scale that ends at `end` millimetres, grey
@@ -75,14 +74,15 @@ pub fn deviation_picture(deviations: &Deviations, end: f64) -> Picture {
     texel_picture(deviations, end, |_| true)
 }
 
-/// Likewise, with the colour of zero where the deviation is not above the level of its part.
+/// As [`deviation_picture`], with the colour of zero where the deviation is not above the level of its part. `levels`
+/// are in millimetres, one a part.
 #[must_use]
 pub fn significance_picture(deviations: &Deviations, end: f64, levels: &[f64]) -> Picture {
     let level = |i: usize| levels.get(deviations.texels.part[i] as usize).copied().unwrap_or(0.0);
     texel_picture(deviations, end, |i| f64::from(deviations.signed(i)).abs() > level(i))
 }
 
-/// Texels with a distance that are not `shown` get the colour of zero.
+/// A picture of the texels. Those with a distance that are not `shown` get the colour of zero.
 fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> bool) -> Picture {
     let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
     let mut swatches = vec![(NO_DATA, "no data")];
@@ -114,9 +114,9 @@ fn with_legend(
     picture
 }
 
-/// A map of how far the surface moves along its normal where a parameter changes: in the colours of the deviations on a scale up to
-/// the largest of them, grey where no part depends on it; below it a legend. Smaller than the texture where not every texel was
-/// evaluated.
+/// A map of the surface's movement along its normal for a unit of a parameter: in the colours of the deviations on a
+/// scale up to the largest of them, grey where no part depends on it; below it a legend. Smaller than the texture where
+/// not every texel was evaluated.
 #[must_use]
 pub fn sensitivity_picture(
     maps: &SensitivityMaps,
@@ -143,14 +143,14 @@ pub fn sensitivity_picture(
     with_legend([width, height], legend(width.max(256), end, &words), drawn)
 }
 
-/// What a legend says beside its figures.
+/// The words of a legend.
 struct Legend<'a> {
-    /// What the lower end of the scale means.
+    /// The meaning of the lower end of the scale.
     below: &'a str,
-    /// What the upper end means.
+    /// The meaning of the upper end.
     above: &'a str,
     unit: &'a str,
-    /// Colours beside the scale.
+    /// Colours beside the scale, and their meaning.
     swatches: &'a [([u8; 3], &'a str)],
 }
 
@@ -189,7 +189,7 @@ fn legend(width: usize, end: f64, words: &Legend<'_>) -> Picture {
     legend
 }
 
-/// A tick's label: signed, with at most four digits that say something.
+/// A tick's label: signed, with at most four significant digits.
 fn number(x: f64) -> String {
     if x == 0.0 {
         return "0".to_owned();

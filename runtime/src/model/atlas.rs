@@ -1,7 +1,8 @@
-//! Charts: where on the texture each patch lies.
+//! Charts: the places of the patches on the texture.
 
 use super::packing::largest_packing;
-use super::{EvaluationError, Instance, Model, Partials, vector};
+use super::{EvaluationError, Instance, Model, Partials};
+use glam::DVec3;
 use thiserror::Error;
 
 /// A patch's rectangle on the texture. The patch's (u, v) run linearly over it: u to the right and v upwards, or, where
@@ -29,7 +30,16 @@ impl Chart {
         if self.transposed { (up, right) } else { (right, up) }
     }
 
-    /// Extent of a texel in the patch's parameters: what it covers of their unit square.
+    /// Texture coordinates, on a texture of `size` x `size` texels, of a point of the chart's rectangle: its place from
+    /// 0 to 1 along the patch's u and v.
+    pub(super) fn texcoord(&self, u: f64, v: f64, size: u32) -> [f64; 2] {
+        let (right, up) = if self.transposed { (v, u) } else { (u, v) };
+        let column = f64::from(self.x) + right * f64::from(self.width);
+        let row = f64::from(self.y) + (1.0 - up) * f64::from(self.height);
+        [column / f64::from(size), 1.0 - row / f64::from(size)]
+    }
+
+    /// The area of a texel in the patch's parameters: its share of their unit square.
     pub(super) fn cell(&self) -> f64 {
         1.0 / (f64::from(self.width) * f64::from(self.height))
     }
@@ -44,35 +54,35 @@ pub struct Atlas {
     pub charts: Vec<Chart>,
 }
 
-/// Why there is no atlas.
+/// The reason why there is no atlas.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum AtlasError {
     /// The surface cannot be evaluated.
     #[error(transparent)]
     Evaluation(#[from] EvaluationError),
     /// Too many patches for the resolution.
-    #[error("{patches} patches do not fit on a texture of {size} x {size} texels: ask for a higher resolution")]
+    #[error("{patches} patches do not fit on a texture of {size} x {size} texels; choose a higher resolution")]
     TooSmall {
-        /// How many.
+        /// The number of patches.
         patches: usize,
         /// Side of the texture.
         size: u32,
     },
     /// Too large a texture would be needed.
     #[error(
-        "texels of {edge} mm need a texture of more than {LARGEST} x {LARGEST}: ask for texels of at least {least:.3} mm"
+        "texels of {edge} mm need a texture of more than {LARGEST} x {LARGEST} texels; choose texels of at least {least:.3} mm"
     )]
     TooFine {
-        /// What was asked for. Millimetres.
+        /// The width of texels that was asked for. Millimetres.
         edge: f64,
-        /// What the largest texture gives.
+        /// The width of texels on the largest texture. Millimetres.
         least: f64,
     },
 }
 
-/// Sides of textures from which one of the right fineness is chosen.
+/// The smallest side of the textures from which one of the right fineness is chosen, in texels.
 pub const SMALLEST: u32 = 16;
-/// See [`SMALLEST`].
+/// The largest side, in texels.
 pub const LARGEST: u32 = 16384;
 
 impl Atlas {
@@ -80,16 +90,16 @@ impl Atlas {
     /// nearly with the proportions that make texels square.
     ///
     /// # Errors
-    /// Where the surface cannot be evaluated or there are too many patches.
+    /// The surface cannot be evaluated, or there are too many patches.
     pub fn new(model: &dyn Model, instance: &dyn Instance, size: u32) -> Result<Atlas, AtlasError> {
         Self::of_extents(&extents(model, instance)?, size)
     }
 
-    /// As [`new`](Self::new), on the smallest texture whose side is a power of two and whose texels are on the average at most `edge`
-    /// millimetres wide.
+    /// As [`new`](Self::new), on the smallest texture whose side is a power of two and whose texels are on the average
+    /// at most `edge` millimetres wide.
     ///
     /// # Errors
-    /// As `new`, and where that would be larger than [`LARGEST`] texels.
+    /// As `new`; or that texture would be larger than [`LARGEST`] texels.
     pub fn with_texels_of(model: &dyn Model, instance: &dyn Instance, edge: f64) -> Result<Atlas, AtlasError> {
         let extents = extents(model, instance)?;
         let area: f64 = extents.iter().map(|e| e[0] * e[1]).sum();
@@ -99,9 +109,9 @@ impl Atlas {
             size *= 2;
         }
         loop {
-            let found = Self::of_extents(&extents, size);
+            let atlas = Self::of_extents(&extents, size);
             let covered = |atlas: &Atlas| atlas.used() * f64::from(size) * f64::from(size);
-            match found {
+            match atlas {
                 Ok(atlas) if (area / covered(&atlas)).sqrt() <= edge => return Ok(atlas),
                 Ok(_) | Err(AtlasError::TooSmall { .. }) if size < LARGEST => size *= 2,
                 Ok(atlas) => return Err(AtlasError::TooFine { edge, least: (area / covered(&atlas)).sqrt() }),
@@ -118,12 +128,7 @@ impl Atlas {
     /// Texture coordinates (s to the right, t upwards, both in [0, 1]) of a point of a patch.
     #[must_use]
     pub fn texcoord(&self, patch: usize, u: f64, v: f64) -> [f64; 2] {
-        let c = &self.charts[patch];
-        let (right, up) = if c.transposed { (v, u) } else { (u, v) };
-        let side = f64::from(self.size);
-        let column = f64::from(c.x) + right * f64::from(c.width);
-        let row = f64::from(c.y) + (1.0 - up) * f64::from(c.height);
-        [column / side, 1.0 - row / side]
+        self.charts[patch].texcoord(u, v, self.size)
     }
 
     /// Fraction of the texture that charts cover.
@@ -134,13 +139,14 @@ impl Atlas {
     }
 }
 
-/// The rectangles that stand for the patches.
+/// The rectangles that represent the patches.
 fn extents(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<[f64; 2]>, EvaluationError> {
     (0..model.parts().len()).map(|p| extent(instance, p)).collect()
 }
 
-/// Width and height in millimetres of the rectangle that stands for a patch: its area is the patch's, its proportions are those that texels need
-/// to be square on the average, |dS/du| to |dS/dv|: the mean of the ratio's logarithm by area.
+/// Width and height in millimetres of the rectangle that represents a patch: its area is the patch's, its proportions
+/// are those with which texels are square on the average, |dS/du| to |dS/dv|: the mean of the ratio's logarithm by
+/// area.
 fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationError> {
     const LATTICE: u32 = 32;
     let at: Vec<f64> = (0..LATTICE).map(|i| (f64::from(i) + 0.5) / f64::from(LATTICE)).collect();
@@ -148,11 +154,12 @@ fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationE
     instance.partials_grid(patch, &at, &at, &mut samples)?;
     let (mut sum, mut logarithms) = (0.0, 0.0);
     for p in &samples {
-        let area = vector::length(vector::cross(p.du, p.dv));
+        let (du, dv) = (DVec3::from_array(p.du), DVec3::from_array(p.dv));
+        let area = du.cross(dv).length();
         // Where there is area, neither partial derivative vanishes.
         if area > 0.0 {
             sum += area;
-            logarithms += area * (vector::length(p.du) / vector::length(p.dv)).ln();
+            logarithms += area * (du.length() / dv.length()).ln();
         }
     }
     let (area, proportion) = (sum / samples.len() as f64, (logarithms / sum).exp());

@@ -11,7 +11,6 @@ mod sensitivity_maps;
 mod surface;
 mod tessellation;
 mod texels;
-pub(crate) mod vector;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
 pub use motion::Motion;

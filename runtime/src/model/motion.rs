@@ -1,6 +1,7 @@
 //! Rigid motions of a model.
 
 use super::{Tessellation, Texels};
+use glam::DVec3;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -15,14 +16,14 @@ pub struct Motion {
 
 impl Motion {
     /// The motion that moves nothing.
-    pub const IDENTITY: Motion =
-        Motion { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3] };
+    pub const IDENTITY: Self =
+        Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3] };
 
-    /// The rigid motion that brings points nearest to others, one by one, in the sense of least squares (Kabsch, 'A solution
-    /// for the best rotation to relate two sets of vectors', 1976). Both slices have one length; the identity where they
-    /// are empty or not finite.
+    /// The rigid motion that brings points nearest to others, one by one, in the sense of least squares (Kabsch, 'A
+    /// solution for the best rotation to relate two sets of vectors', 1976). Both slices have one length; the identity
+    /// where they are empty or not finite.
     #[must_use]
-    pub fn between(from: &[[f64; 3]], to: &[[f64; 3]]) -> Motion {
+    pub fn between(from: &[[f64; 3]], to: &[[f64; 3]]) -> Self {
         let mean = |points: &[[f64; 3]]| {
             points.iter().map(|p| Vector3::from(*p)).sum::<Vector3<f64>>() / points.len().max(1) as f64
         };
@@ -30,28 +31,27 @@ impl Motion {
         let covariance: Matrix3<f64> =
             from.iter().zip(to).map(|(p, q)| (Vector3::from(*q) - b) * (Vector3::from(*p) - a).transpose()).sum();
         if !covariance.iter().all(|c| c.is_finite()) {
-            return Motion::IDENTITY;
+            return Self::IDENTITY;
         }
         let svd = covariance.svd(true, true);
-        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Motion::IDENTITY };
+        let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Self::IDENTITY };
         // Singular values are sorted: the last axis turns where the two bases differ in handedness.
         let handedness = (u * v_t).determinant().signum();
         let rotation = u * Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, handedness)) * v_t;
         let row = |i: usize| [rotation[(i, 0)], rotation[(i, 1)], rotation[(i, 2)]];
-        Motion { rotation: [row(0), row(1), row(2)], translation: (b - rotation * a).into() }
+        Self { rotation: [row(0), row(1), row(2)], translation: (b - rotation * a).into() }
     }
 
-    /// Where a point goes.
+    /// The image of a point.
     #[must_use]
     pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
-        let q = self.direction(p);
-        [q[0] + self.translation[0], q[1] + self.translation[1], q[2] + self.translation[2]]
+        (DVec3::from_array(self.direction(p)) + DVec3::from_array(self.translation)).to_array()
     }
 
-    /// Where a direction goes.
+    /// The image of a direction.
     #[must_use]
     pub fn direction(&self, d: [f64; 3]) -> [f64; 3] {
-        self.rotation.map(|row| super::vector::dot(row, d))
+        self.rotation.map(|row| DVec3::from_array(row).dot(DVec3::from_array(d)))
     }
 
     /// Moves a tessellation: positions and normals.

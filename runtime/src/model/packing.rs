@@ -1,17 +1,17 @@
-//! Laying out charts on a square texture: rows of charts of one height that fill the texture's width, like lines of pictures
-//! in a gallery. Every chart keeps its area (so that a texel stands for the same area everywhere) and gives way in its
-//! proportions, as little as the rows allow; it lies or stands, whichever suits the row better.
+//! Packing of charts on a square texture: rows of charts of one height that fill the texture's width, like lines of
+//! pictures in a gallery. Every chart keeps its area (so that a texel stands for the same area everywhere) and gives
+//! way in its proportions, as little as the rows allow; it lies or stands, whichever suits the row better.
 
 use super::atlas::Chart;
 
-/// Texels left free around every chart, so that dilated colours of neighbours never meet.
+/// The number of texels left free around every chart, so that dilated colours of neighbours never meet.
 pub(super) const GUTTER: u32 = 2;
 
-/// Least side of a chart in texels: a patch without area is on the texture all the same.
+/// The least side of a chart in texels: a patch without area is on the texture all the same.
 const LEAST: f64 = 2.0;
 
-/// Packs rectangles (width and height in millimetres) onto `side` x `side` texels at the largest common scale at which they
-/// fit, found by bisection. A rectangle may be turned (`Chart::transposed`). None where there are too many.
+/// Packs rectangles (width and height in millimetres) onto `side` x `side` texels at the largest common scale at which
+/// they fit, by bisection. A rectangle may be turned (`Chart::transposed`). None where there are too many.
 pub(super) fn largest_packing(sizes: &[[f64; 2]], side: u32) -> Option<Vec<Chart>> {
     let area: f64 = sizes.iter().map(|s| s[0] * s[1]).sum();
     let mut low = 0.0;
@@ -38,16 +38,15 @@ struct Item {
     turned: bool,
     width: f64,
     height: f64,
-    /// Logarithms of both: they are asked for very often.
+    /// Logarithms of the height and of the width: they are used very often.
     logarithms: [f64; 2],
 }
 
 impl Item {
-    /// By which factors it would change its proportions in a row whose height has this logarithm (as logarithms without their signs): lying,
-    /// and standing.
+    /// The factors by which its proportions change in a row whose height has this logarithm, as logarithms without
+    /// their signs: lying, and standing.
     fn changes(&self, height: f64) -> [f64; 2] {
-        let [width, own] = self.logarithms;
-        [2.0 * (height - own).abs(), 2.0 * (height - width).abs()]
+        self.logarithms.map(|side| 2.0 * (height - side).abs())
     }
 
     /// Whether it had better stand in a row of this height.
@@ -65,7 +64,7 @@ fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
         .map(|(index, s)| {
             let [a, b] = s.map(|d| (d * scale).max(LEAST));
             let (width, height) = (a.max(b), a.min(b));
-            Item { index, turned: b > a, width, height, logarithms: [width.ln(), height.ln()] }
+            Item { index, turned: b > a, width, height, logarithms: [height.ln(), width.ln()] }
         })
         .collect();
     // Charts that are high, or that are wide, next to each other: neither suits all models.
@@ -87,10 +86,11 @@ fn pack(sizes: &[[f64; 2]], side: u32, scale: f64) -> Option<Vec<Chart>> {
     Some(charts)
 }
 
-/// Cuts the sorted items into rows so that the proportions change least: the sum over charts of the root of the area (so that small charts have a
-/// say) times the squared logarithm of the change, by dynamic programming. Gives that sum, too. None where a chart cannot have its least width.
+/// Cuts the sorted items into rows so that the proportions change least, by dynamic programming: the cost is the sum
+/// over charts of the root of the area (so that small charts count) times the squared logarithm of the change. Returns
+/// the cost and the rows; none where a chart cannot have its least width.
 fn rows(items: &[Item], side: u32) -> Option<(f64, Vec<std::ops::Range<usize>>)> {
-    // Rows of more charts than this would be narrower than they are high in a square texture.
+    // A row of more charts than this would have charts narrower than they are high in a square texture.
     let most = 4 * (items.len() as f64).sqrt().ceil() as usize + 4;
     let mut cost = vec![f64::INFINITY; items.len() + 1];
     let mut first = vec![0; items.len() + 1];
@@ -185,7 +185,8 @@ mod tests {
         for (c, s) in charts.iter().zip(&sizes) {
             let (across, down) = if c.transposed { (c.height, c.width) } else { (c.width, c.height) };
             let proportions = f64::from(across) / f64::from(down) / (s[0] / s[1]);
-            // The handle stands beside the inner wall, as high as that lies; texels are at most 1.6 times as long as wide.
+            // The handle stands beside the inner wall, as high as that lies; texels are at most 1.6 times as long as
+            // wide.
             assert!((1.0 / 1.6..1.6).contains(&proportions), "{proportions} in {c:?}");
         }
     }

@@ -1,17 +1,16 @@
 //! The triangles of a mesh on the texels of its texture.
 
-use super::reference::facet;
+use super::Texels;
 use super::texels::Texel;
-use super::{Texels, vector};
 use crate::mesh::TriangleMesh;
-use std::collections::HashMap;
+use glam::DVec3;
 
-/// Which triangle covers which texel.
+/// The triangles that cover the texels of a texture.
 pub(super) struct Raster {
     size: u32,
-    /// Texel index to (triangle, barycentric coordinates of the texel's centre).
-    cells: HashMap<u32, (u32, [f64; 3])>,
-    /// Area of every triangle on the texture, in texels.
+    /// The triangle that covers a texel, with the barycentric coordinates of the texel's centre; one entry a texel.
+    cells: Vec<Option<(u32, [f64; 3])>>,
+    /// The area of every triangle on the texture, in texels.
     texel_area: Vec<f64>,
     /// Triangles that met a texel covered by a triangle with which they share no vertex.
     pub(super) overlapping: Vec<u32>,
@@ -22,7 +21,7 @@ impl Raster {
         let side = f64::from(size);
         let mut raster = Raster {
             size,
-            cells: HashMap::new(),
+            cells: vec![None; size as usize * size as usize],
             texel_area: Vec::with_capacity(mesh.triangles.len()),
             overlapping: Vec::new(),
         };
@@ -63,8 +62,8 @@ impl Raster {
                 if w.iter().any(|w| *w < 0.0) {
                     continue;
                 }
-                let other = *self.cells.entry(y * self.size + x).or_insert((t, w));
-                overlaps |= other.0 != t && !share_vertex(mesh, other.0, t);
+                let (other, _) = *self.cells[(y * self.size + x) as usize].get_or_insert((t, w));
+                overlaps |= other != t && !share_vertex(mesh, other, t);
             }
         }
         if overlaps {
@@ -72,7 +71,7 @@ impl Raster {
         }
     }
 
-    /// Whether texture coordinates of the mesh's own give every triangle a place of its own.
+    /// Checks that the mesh's own texture coordinates give every triangle a place of its own; else says why not.
     pub(super) fn usable(&self, mesh: &TriangleMesh) -> Result<(), String> {
         if let Some(i) = mesh.texcoords.iter().position(|c| c.iter().any(|x| !(0.0..=1.0).contains(x))) {
             return Err(format!("those of vertex {i} lie outside of [0, 1]"));
@@ -81,7 +80,7 @@ impl Raster {
             return Err(format!("{} triangles overlap others on the texture", self.overlapping.len()));
         }
         let flat = (0..mesh.triangles.len())
-            .filter(|&t| self.texel_area[t] <= 0.0 && facet(mesh, mesh.triangles[t]).1 > 0.0)
+            .filter(|&t| self.texel_area[t] <= 0.0 && mesh.triangle_area(mesh.triangles[t]) > 0.0)
             .count();
         if flat > 0 { Err(format!("{flat} triangles have no area on the texture")) } else { Ok(()) }
     }
@@ -91,31 +90,26 @@ impl Raster {
         for (k, g) in mesh.groups.iter().enumerate() {
             part_of[g.start..g.end].fill(k as u32);
         }
-        let texel = |(&index, &(t, w)): (&u32, &(u32, [f64; 3]))| {
+        let texel = |(index, cell): (usize, &Option<(u32, [f64; 3])>)| {
+            let (t, w) = (*cell)?;
             let corners = mesh.triangles[t as usize];
-            let (facet_normal, area) = facet(mesh, corners);
-            let mix = |values: &[[f64; 3]]| {
-                let mut sum = [0.0; 3];
-                for (corner, weight) in corners.iter().zip(w) {
-                    for (s, x) in sum.iter_mut().zip(values[*corner as usize]) {
-                        *s += weight * x;
-                    }
-                }
-                sum
+            let facet_normal = mesh.triangle_normal(corners)?;
+            let mix = |values: &[[f64; 3]]| -> DVec3 {
+                corners.iter().zip(w).map(|(corner, weight)| weight * DVec3::from_array(values[*corner as usize])).sum()
             };
-            let mut normal = if mesh.normals.is_empty() { facet_normal } else { mix(&mesh.normals) };
-            let size = vector::length(normal);
-            normal = if size > 1e-6 { vector::scale(normal, 1.0 / size) } else { facet_normal };
-            (area > 0.0).then(|| Texel {
-                index,
+            let mixed = if mesh.normals.is_empty() { facet_normal } else { mix(&mesh.normals) };
+            let normal = if mixed.length() > 1e-6 { mixed.normalize() } else { facet_normal };
+            Some(Texel {
+                index: index as u32,
                 part: part_of[t as usize],
                 position: mix(&mesh.positions),
-                normal: normal.map(|c| c as f32),
-                area: (area / self.texel_area[t as usize]) as f32,
+                normal,
+                area: mesh.triangle_area(corners) / self.texel_area[t as usize],
             })
         };
-        let names = mesh.groups.iter().map(|g| g.name.clone()).collect();
-        Texels::new(self.size, self.size, names, self.cells.iter().filter_map(texel).collect())
+        let part_names = mesh.groups.iter().map(|g| g.name.clone()).collect();
+        let texels = Texels::new(self.cells.iter().enumerate().filter_map(texel));
+        Texels { width: self.size, height: self.size, part_names, ..texels }
     }
 }
 

@@ -4,7 +4,7 @@
 use super::atlas::Chart;
 use super::packing::largest_packing;
 use super::raster::Raster;
-use super::{Tessellation, Texels, vector};
+use super::{Tessellation, Texels};
 use crate::mesh::{Group, TriangleMesh};
 use std::collections::HashMap;
 use thiserror::Error;
@@ -16,22 +16,22 @@ pub struct ReferenceSurface {
     pub tessellation: Tessellation,
     /// Its texels.
     pub texels: Texels,
-    /// What the user should know: for example that its own texture coordinates overlap and were not used.
+    /// Sentences for the user: for example that its own texture coordinates overlap and were not used.
     pub notices: Vec<String>,
 }
 
-/// Why a mesh has no texture.
+/// The reason why a mesh has no texture.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum ReferenceError {
-    /// Nothing to measure from.
-    #[error("the reference mesh has no triangles with an area")]
+    /// There is nothing to measure from.
+    #[error("the reference mesh has no triangles with an area; check the export's precision and unit")]
     NoTriangles,
     /// The charts do not fit.
     #[error(
-        "the reference mesh falls into {charts} charts, too many for {size} x {size} texels: ask for a higher resolution"
+        "the reference mesh falls into {charts} charts, too many for {size} x {size} texels; choose a higher resolution"
     )]
     TooSmall {
-        /// How many.
+        /// The number of charts.
         charts: usize,
         /// Side of the texture.
         size: u32,
@@ -45,7 +45,7 @@ impl ReferenceSurface {
     /// # Errors
     /// A mesh without area, or more charts than fit.
     pub fn new(mesh: &TriangleMesh, size: u32) -> Result<ReferenceSurface, ReferenceError> {
-        if !mesh.triangles.iter().any(|t| facet(mesh, *t).1 > 0.0) {
+        if !mesh.triangles.iter().any(|t| mesh.triangle_normal(*t).is_some()) {
             return Err(ReferenceError::NoTriangles);
         }
         let mut notices = Vec::new();
@@ -67,35 +67,9 @@ fn assemble(mut mesh: TriangleMesh, raster: Raster, notices: Vec<String>) -> Ref
     }
     let texels = raster.texels(&mesh);
     if mesh.normals.is_empty() {
-        mesh.normals = vertex_normals(&mesh);
+        mesh.normals = mesh.vertex_normals();
     }
     ReferenceSurface { tessellation: Tessellation { mesh, origins: Vec::new() }, texels, notices }
-}
-
-/// The facet's unit normal (zero where there is none) and area.
-pub(super) fn facet(mesh: &TriangleMesh, t: [u32; 3]) -> ([f64; 3], f64) {
-    let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
-    let n = vector::cross(vector::sub(b, a), vector::sub(c, a));
-    let size = vector::length(n);
-    if size > 0.0 && size.is_finite() { (vector::scale(n, 1.0 / size), 0.5 * size) } else { ([0.0; 3], 0.0) }
-}
-
-/// Area-weighted unit vertex normals.
-fn vertex_normals(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
-    let mut normals = vec![[0.0; 3]; mesh.positions.len()];
-    for &t in &mesh.triangles {
-        let (n, area) = facet(mesh, t);
-        for i in t {
-            for k in 0..3 {
-                normals[i as usize][k] += n[k] * area;
-            }
-        }
-    }
-    for n in &mut normals {
-        let size = vector::length(*n);
-        *n = if size > 0.0 { vector::scale(*n, 1.0 / size) } else { [0.0, 0.0, 1.0] };
-    }
-    normals
 }
 
 /// Charts of connected triangles whose normals have the same greatest component, projected along that axis (so that no
@@ -122,14 +96,15 @@ fn chart(mesh: &TriangleMesh, size: u32) -> Result<(TriangleMesh, Raster), Refer
     unreachable!("the rounds have no end but by returning")
 }
 
-/// The direction of the normal's greatest component: 0..6, positive axes first.
-fn axis(n: [f64; 3]) -> u8 {
+/// The direction of the normal's greatest component, of equals the last: 0..6, positive axes first.
+fn axis(mesh: &TriangleMesh, triangle: [u32; 3]) -> u8 {
+    let n = mesh.triangle_normal(triangle).unwrap_or_default();
     let k = (0..3).max_by(|&a, &b| n[a].abs().total_cmp(&n[b].abs())).unwrap_or(2);
     k as u8 + if n[k] < 0.0 { 3 } else { 0 }
 }
 
 fn connected_charts(mesh: &TriangleMesh) -> Vec<u32> {
-    let axes: Vec<u8> = mesh.triangles.iter().map(|t| axis(facet(mesh, *t).0)).collect();
+    let axes: Vec<u8> = mesh.triangles.iter().map(|t| axis(mesh, *t)).collect();
     let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
     for (t, c) in mesh.triangles.iter().enumerate() {
         for (a, b) in [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])] {
@@ -166,7 +141,7 @@ fn connected_charts(mesh: &TriangleMesh) -> Vec<u32> {
     chart_of
 }
 
-/// Places the charts: a vertex is repeated for every chart that uses it.
+/// Packs the charts: a vertex is repeated for every chart that uses it.
 fn lay_out(mesh: &TriangleMesh, chart_of: &[u32], size: u32) -> Result<(TriangleMesh, Vec<[f64; 2]>), ReferenceError> {
     let charts = chart_of.iter().max().map_or(0, |c| c + 1) as usize;
     let mut vertex_of: HashMap<(u32, u32), u32> = HashMap::new();
@@ -177,7 +152,7 @@ fn lay_out(mesh: &TriangleMesh, chart_of: &[u32], size: u32) -> Result<(Triangle
     let mut high = vec![[f64::NEG_INFINITY; 2]; charts];
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let c = chart_of[t];
-        let direction = axis(facet(mesh, *corners).0);
+        let direction = axis(mesh, *corners);
         laid.triangles.push(corners.map(|i| {
             *vertex_of.entry((c, i)).or_insert_with(|| {
                 let p = mesh.positions[i as usize];
@@ -219,11 +194,7 @@ fn project(p: [f64; 3], direction: u8) -> [f64; 2] {
 /// Texture coordinates of a projected point within its chart's rectangle.
 fn place(q: [f64; 2], low: [f64; 2], extent: [f64; 2], chart: &Chart, size: u32) -> [f64; 2] {
     let fraction = |k: usize| if extent[k] > 0.0 { (q[k] - low[k]) / extent[k] } else { 0.5 };
-    let (right, up) = if chart.transposed { (fraction(1), fraction(0)) } else { (fraction(0), fraction(1)) };
-    let side = f64::from(size);
-    let column = f64::from(chart.x) + right * f64::from(chart.width);
-    let row = f64::from(chart.y) + (1.0 - up) * f64::from(chart.height);
-    [column / side, 1.0 - row / side]
+    chart.texcoord(fraction(0), fraction(1), size)
 }
 
 #[cfg(test)]
@@ -278,7 +249,7 @@ mod tests {
             let a = 2 * i as u32;
             mesh.triangles.extend([[a, a + 1, a + 3], [a, a + 3, a + 2]]);
         }
-        let area: f64 = mesh.triangles.iter().map(|t| facet(&mesh, *t).1).sum();
+        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
         let surface = ReferenceSurface::new(&mesh, 512).expect("a ramp");
         let covered: f64 = surface.texels.area.iter().map(|a| f64::from(*a)).sum();
         assert!((covered / area - 1.0).abs() < 0.02, "{covered} against {area}");

@@ -1,102 +1,94 @@
-//! How much the surface moves along its normal where a parameter changes, all over the texture.
+//! The sensitivity of the surface along its normal to the parameters, all over the texture.
 
-use super::{Atlas, EvaluationError, Instance, Model, Motion, Texels, vector};
+use super::sensitivities::derivatives;
+use super::{Atlas, EvaluationError, Instance, Model, Motion, Texels};
+use glam::DVec3;
 use gml_compiler::program::Quantity;
 use rayon::prelude::*;
 
-/// Values kept at most, of all parameters together: beyond that every second row and column is left out, and so on.
+/// The most values, of all parameters together: beyond that every second row and column is left out, and so on.
 const MOST: usize = 1 << 26;
 
-/// Texels that are evaluated at once.
+/// The number of texels that are evaluated at once.
 const BATCH: usize = 4096;
 
 /// n . dS/dx at texels, for every parameter x.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SensitivityMaps {
-    /// Of so many rows and columns of the texture one is kept.
+    /// One of this many rows and columns of the texture is sampled.
     pub step: u32,
-    /// Places, in the arrays of [`Texels`], of those that are kept, ascending.
+    /// The sampled texels: indices into the arrays of [`Texels`], ascending.
     pub texels: Vec<u32>,
-    /// Of each parameter that any part depends on.
+    /// The map of each parameter that any part depends on.
     pub maps: Vec<SensitivityMap>,
 }
 
-/// Of one parameter.
+/// The map of one parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SensitivityMap {
-    /// Its name.
+    /// The parameter's name.
     pub parameter: String,
-    /// What it measures.
+    /// The parameter's quantity.
     pub quantity: Quantity,
-    /// For every kept texel how far the surface moves outwards for a unit of the parameter, in millimetres; NaN on parts that do not
-    /// depend on it.
+    /// For every sampled texel the distance by which the surface moves outwards for a unit of the parameter, in
+    /// millimetres; NaN on parts that do not depend on it.
     pub values: Vec<f32>,
 }
 
 impl SensitivityMaps {
-    /// At texels of `atlas`, which have been moved by `motion`.
+    /// The maps at texels of `atlas`, which have been moved by `motion`.
     ///
     /// # Errors
-    /// Where the derivatives cannot be evaluated.
+    /// The derivatives cannot be evaluated.
     pub fn new(
         model: &dyn Model,
         instance: &dyn Instance,
         atlas: &Atlas,
         texels: &Texels,
         motion: &Motion,
-    ) -> Result<SensitivityMaps, EvaluationError> {
+    ) -> Result<Self, EvaluationError> {
         let parts = model.parts();
         let mut active: Vec<u32> = parts.iter().flat_map(|p| p.active.iter().copied()).collect();
         active.sort_unstable();
         active.dedup();
         let step = (0..).map(|k| 1u32 << k).find(|s| texels.len() * active.len() / (*s as usize).pow(2) <= MOST);
         let step = step.unwrap_or(1);
-        let kept: Vec<u32> = (0..texels.len() as u32)
-            .filter(|i| {
-                let [x, y] = texels.place(*i as usize);
-                x % step == 0 && y % step == 0
-            })
-            .collect();
-        let mut of_part: Vec<Vec<u32>> = vec![Vec::new(); parts.len()];
-        for (k, i) in kept.iter().enumerate() {
-            of_part[texels.part[*i as usize] as usize].push(k as u32);
+        let on_step = |i: &u32| texels.place(*i as usize).iter().all(|n| n % step == 0);
+        let sampled: Vec<u32> = (0..texels.len() as u32).filter(on_step).collect();
+        let mut of_part: Vec<Vec<usize>> = vec![Vec::new(); parts.len()];
+        for (k, i) in sampled.iter().enumerate() {
+            of_part[texels.part[*i as usize] as usize].push(k);
         }
-        let mut values = vec![vec![f32::NAN; kept.len()]; active.len()];
+        let mut values = vec![vec![f32::NAN; sampled.len()]; active.len()];
         for (patch, members) in of_part.iter().enumerate().filter(|(patch, _)| !parts[*patch].active.is_empty()) {
-            let chart = &atlas.charts[patch];
-            let batch = |batch: &[u32]| {
-                let parameters = batch.iter().map(|k| {
-                    let [x, y] = texels.place(kept[*k as usize] as usize);
-                    chart.parameters(x - chart.x, y - chart.y)
+            let count = parts[patch].active.len();
+            let batch = |batch: &[usize]| {
+                let texel = |k: &usize| sampled[*k] as usize;
+                let places: Vec<[u32; 2]> = batch.iter().map(|k| texels.place(texel(k))).collect();
+                let derivatives = derivatives(instance, &atlas.charts[patch], patch, count, &places, motion)?;
+                let rows = batch.iter().zip(derivatives.chunks_exact(count));
+                let along_normal = rows.flat_map(|(k, row)| {
+                    let normal = DVec3::from_array(texels.normal[texel(k)].map(f64::from));
+                    row.iter().map(move |d| normal.dot(DVec3::from_array(*d)) as f32)
                 });
-                let (u, v): (Vec<f64>, Vec<f64>) = parameters.unzip();
-                let mut jacobian = vec![0.0; 3 * parts[patch].active.len() * u.len()];
-                instance.jacobian(patch, &u, &v, &mut jacobian)?;
-                let own = parts[patch].active.len();
-                let along = |(j, d): (usize, &[f64])| {
-                    let normal = texels.normal[kept[batch[j / own] as usize] as usize].map(f64::from);
-                    vector::dot(normal, motion.direction([d[0], d[1], d[2]])) as f32
-                };
-                Ok(jacobian.chunks_exact(3).enumerate().map(along).collect())
+                Ok(along_normal.collect())
             };
-            let found: Vec<Vec<f32>> = members.par_chunks(BATCH).map(batch).collect::<Result<_, EvaluationError>>()?;
-            let own = &parts[patch].active;
-            for (members, found) in members.chunks(BATCH).zip(found) {
-                for (k, row) in members.iter().zip(found.chunks_exact(own.len())) {
-                    for (parameter, value) in own.iter().zip(row) {
-                        if let Ok(map) = active.binary_search(parameter) {
-                            values[map][*k as usize] = *value;
-                        }
+            let batches: Vec<Vec<f32>> =
+                members.par_chunks(BATCH).map(batch).collect::<Result<_, EvaluationError>>()?;
+            for (k, row) in members.iter().zip(batches.concat().chunks_exact(count)) {
+                for (parameter, value) in parts[patch].active.iter().zip(row) {
+                    if let Ok(map) = active.binary_search(parameter) {
+                        values[map][*k] = *value;
                     }
                 }
             }
         }
-        let named = active.iter().zip(values).map(|(parameter, values)| {
+        let map = |(parameter, values): (&u32, Vec<f32>)| {
             let parameter = &model.parameters()[*parameter as usize];
             SensitivityMap { parameter: parameter.name.clone(), quantity: parameter.quantity, values }
-        });
-        let maps = named.collect();
-        Ok(SensitivityMaps { step, texels: kept, maps })
+        };
+        let maps = active.iter().zip(values).map(map).collect();
+        Ok(Self { step, texels: sampled, maps })
     }
 }
 

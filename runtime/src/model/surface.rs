@@ -1,5 +1,5 @@
-//! What the runtime needs of a model: named parameters and, for their values, patches of surface over [0, 1]^2 with
-//! exact derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
+//! Models as the runtime sees them: named parameters and, for their values, patches of surface over [0, 1]^2 with exact
+//! derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
 
 use bytemuck::{Pod, Zeroable};
 use gml_compiler::program::{BoundDerivative, Parameter, Part};

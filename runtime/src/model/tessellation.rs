@@ -1,9 +1,10 @@
-//! A model's surface as triangles that remember where they come from.
+//! A model's surface as triangles whose vertices know their patch and parameters.
 
 use super::atlas::Atlas;
 use super::surface::every_point;
-use super::{EvaluationError, Instance, Model, Partials, SecondPartials, vector};
+use super::{EvaluationError, Instance, Model, Partials, SecondPartials};
 use crate::mesh::{Group, TriangleMesh};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// A point of a model: a patch and its parameters.
@@ -17,20 +18,21 @@ pub struct SurfacePoint {
     pub v: f64,
 }
 
-/// How finely to tessellate.
+/// The fineness of a tessellation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fineness {
-    /// Largest distance between a chord and the surface. Millimetres.
+    /// The largest distance between a chord and the surface. Millimetres.
     pub chord: f64,
-    /// Longest edge along u or v. Millimetres. Surfaces that are displaced need short edges where they are flat, too.
+    /// The longest edge along u or v. Millimetres. Surfaces that are displaced need short edges where they are flat,
+    /// too.
     pub edge: f64,
-    /// Most segments along either direction of a patch.
+    /// The most segments along either direction of a patch.
     pub max_segments: u32,
 }
 
 impl Default for Fineness {
     fn default() -> Self {
-        Fineness { chord: 0.02, edge: f64::INFINITY, max_segments: 512 }
+        Self { chord: 0.02, edge: f64::INFINITY, max_segments: 512 }
     }
 }
 
@@ -40,30 +42,26 @@ pub struct Tessellation {
     /// Positions, unit normals of the exact surface (outward), texture coordinates in the atlas (where there is one);
     /// one group a patch, named like the part.
     pub mesh: TriangleMesh,
-    /// Where every vertex comes from, so that any point of any triangle maps back to the exact surface.
+    /// The point of the model that every vertex is, so that any point of any triangle maps back to the exact surface.
     pub origins: Vec<SurfacePoint>,
 }
 
-/// A patch on a grid of so many segments.
-struct Grid {
-    /// Of every point.
+/// A patch at every u of some columns for every v of some rows, u running fastest.
+pub(super) struct Grid {
     u: Vec<f64>,
     v: Vec<f64>,
-    partials: Vec<Partials>,
-    normals: Vec<Option<[f64; 3]>>,
-    nu: u32,
-    nv: u32,
+    pub(super) partials: Vec<Partials>,
+    /// Unit normals; none where the patch has no area.
+    pub(super) normals: Vec<Option<DVec3>>,
 }
 
 impl Grid {
-    fn new(instance: &dyn Instance, patch: usize, nu: u32, nv: u32) -> Result<Grid, EvaluationError> {
-        let even = |n: u32| -> Vec<f64> { (0..=n).map(|i| f64::from(i) / f64::from(n)).collect() };
-        let (columns, rows) = (even(nu), even(nv));
-        let mut partials = vec![Partials::default(); columns.len() * rows.len()];
-        instance.partials_grid(patch, &columns, &rows, &mut partials)?;
-        let (u, v) = every_point(&columns, &rows);
+    pub(super) fn new(instance: &dyn Instance, patch: usize, u: &[f64], v: &[f64]) -> Result<Self, EvaluationError> {
+        let mut partials = vec![Partials::default(); u.len() * v.len()];
+        instance.partials_grid(patch, u, v, &mut partials)?;
+        let (u, v) = every_point(u, v);
         let normals = unit_normals(instance, patch, &u, &v, &partials)?;
-        Ok(Grid { u, v, partials, normals, nu, nv })
+        Ok(Self { u, v, partials, normals })
     }
 }
 
@@ -71,34 +69,38 @@ impl Tessellation {
     /// Tessellates every patch on a grid that keeps to the chord tolerance and to the length of edges.
     ///
     /// # Errors
-    /// Where the surface cannot be evaluated.
+    /// The surface cannot be evaluated.
     pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
-        let grid = |patch| {
-            let (nu, nv) = segments(instance, patch, fineness)?;
-            Grid::new(instance, patch, nu, nv)
-        };
-        Tessellation::of_grids(model, grid)
+        Self::of_segments(model, instance, |patch| segments(instance, patch, fineness))
     }
 
     /// Tessellates every patch on a grid of the same number of segments, whatever its shape.
     ///
     /// # Errors
-    /// Where the surface cannot be evaluated.
+    /// The surface cannot be evaluated.
     pub fn uniform(model: &dyn Model, instance: &dyn Instance, nu: u32, nv: u32) -> Result<Self, EvaluationError> {
-        Tessellation::of_grids(model, |patch| Grid::new(instance, patch, nu.max(1), nv.max(1)))
+        Self::of_segments(model, instance, |_| Ok([nu.max(1), nv.max(1)]))
     }
 
-    /// Evaluates all patches, several at once, and puts them together in their order.
-    fn of_grids(
+    /// Evaluates all patches, several at once, on grids of the given numbers of segments along u and v, and joins them
+    /// in their order.
+    fn of_segments(
         model: &dyn Model,
-        grid: impl Fn(usize) -> Result<Grid, EvaluationError> + Sync + Send,
+        instance: &dyn Instance,
+        segments: impl Fn(usize) -> Result<[u32; 2], EvaluationError> + Sync,
     ) -> Result<Self, EvaluationError> {
+        let even = |n: u32| -> Vec<f64> { (0..=n).map(|i| f64::from(i) / f64::from(n)).collect() };
+        let grid = |patch| {
+            let [nu, nv] = segments(patch)?;
+            Grid::new(instance, patch, &even(nu), &even(nv)).map(|grid| ([nu, nv], grid))
+        };
         let grids: Vec<_> = (0..model.parts().len()).into_par_iter().map(grid).collect();
-        let mut result = Tessellation::default();
+        let mut tessellation = Self::default();
         for ((patch, part), grid) in model.parts().iter().enumerate().zip(grids) {
-            result.add_grid(patch, &part.name, grid?);
+            let (segments, grid) = grid?;
+            tessellation.add_grid(patch, &part.name, segments, grid);
         }
-        Ok(result)
+        Ok(tessellation)
     }
 
     /// Sets the texture coordinates of every vertex to its place in the atlas.
@@ -108,13 +110,13 @@ impl Tessellation {
         self
     }
 
-    fn add_grid(&mut self, patch: usize, name: &str, grid: Grid) {
-        let Grid { u, v, partials, normals, nu, nv } = grid;
+    fn add_grid(&mut self, patch: usize, name: &str, [nu, nv]: [u32; 2], grid: Grid) {
+        let Grid { u, v, partials, normals } = grid;
         let first_vertex = self.mesh.positions.len() as u32;
         let first_triangle = self.mesh.triangles.len();
         self.mesh.positions.extend(partials.iter().map(|p| p.point));
         // A vertex of a patch without area has no normal at all; up is as good as any.
-        self.mesh.normals.extend(normals.iter().map(|n| n.unwrap_or([0.0, 0.0, 1.0])));
+        self.mesh.normals.extend(normals.iter().map(|n| n.unwrap_or(DVec3::Z).to_array()));
         self.origins.extend(u.iter().zip(&v).map(|(&u, &v)| SurfacePoint { patch: patch as u32, u, v }));
         for j in 0..nv {
             for i in 0..nu {
@@ -127,12 +129,9 @@ impl Tessellation {
 
     /// Two triangles over the shorter diagonal; those that collapse (at a pole) are left out.
     fn add_quad(&mut self, [a, b, c, d]: [u32; 4]) {
-        let p = |i: u32| self.mesh.positions[i as usize];
-        let triangles = if vector::distance(p(a), p(c)) <= vector::distance(p(b), p(d)) {
-            [[a, b, c], [a, c, d]]
-        } else {
-            [[a, b, d], [b, c, d]]
-        };
+        let p = |i: u32| DVec3::from_array(self.mesh.positions[i as usize]);
+        let triangles =
+            if p(a).distance(p(c)) <= p(b).distance(p(d)) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
         for t in triangles {
             let corners = t.map(p);
             if corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0] {
@@ -146,14 +145,14 @@ impl Tessellation {
 /// `None` where the patch has no area there either.
 ///
 /// # Errors
-/// Where the surface cannot be evaluated.
-pub(super) fn unit_normals(
+/// The surface cannot be evaluated.
+fn unit_normals(
     instance: &dyn Instance,
     patch: usize,
     u: &[f64],
     v: &[f64],
     partials: &[Partials],
-) -> Result<Vec<Option<[f64; 3]>>, EvaluationError> {
+) -> Result<Vec<Option<DVec3>>, EvaluationError> {
     let mut normals: Vec<_> = partials.iter().map(|p| normal(p).map(|n| n.0)).collect();
     for step in [1e-6, 1e-4, 1e-3, 1e-2] {
         let missing: Vec<usize> = (0..normals.len()).filter(|&i| normals[i].is_none()).collect();
@@ -173,27 +172,29 @@ pub(super) fn unit_normals(
 
 /// The unit normal and the length of `du x dv`, unless the partial derivatives are parallel to rounding.
 #[inline]
-pub(super) fn normal(p: &Partials) -> Option<([f64; 3], f64)> {
-    let n = vector::cross(p.du, p.dv);
-    let size = vector::length(n);
+fn normal(p: &Partials) -> Option<(DVec3, f64)> {
+    let (du, dv) = (DVec3::from_array(p.du), DVec3::from_array(p.dv));
+    let n = du.cross(dv);
+    let size = n.length();
     // Rounding of the cross product is some 1e-16 of the product of the lengths; a factor of 1e4 above it the
     // direction is still good to 1e-4. The second bound catches partials that vanish altogether.
-    let scale = (vector::dot(p.du, p.du) * vector::dot(p.dv, p.dv)).sqrt();
-    (size > 1e-12 * scale && size > 1e-12 && size.is_finite()).then(|| (vector::scale(n, 1.0 / size), size))
+    let scale = (du.length_squared() * dv.length_squared()).sqrt();
+    (size > 1e-12 * scale && size > 1e-12 && size.is_finite()).then(|| (n * (1.0 / size), size))
 }
 
 /// Segments along u and v so that no chord of the grid leaves the surface by more than the tolerance: a chord over a
 /// parameter step h deviates by |S_uu| h^2 / 8, where only the part of S_uu across S_u counts (the rest is a matter of
 /// parametrisation); and so that no edge is longer than wanted. Sampled on a lattice of interior points.
-fn segments(instance: &dyn Instance, patch: usize, fineness: Fineness) -> Result<(u32, u32), EvaluationError> {
+fn segments(instance: &dyn Instance, patch: usize, fineness: Fineness) -> Result<[u32; 2], EvaluationError> {
     const LATTICE: u32 = 16;
     let at = |i: u32| (f64::from(i) + 0.5) / f64::from(LATTICE);
     let (u, v): (Vec<f64>, Vec<f64>) = (0..LATTICE).flat_map(|j| (0..LATTICE).map(move |i| (at(i), at(j)))).unzip();
     let mut samples = vec![SecondPartials::default(); u.len()];
     instance.second_partials(patch, &u, &v, &mut samples)?;
+    let length = |d: [f64; 3]| DVec3::from_array(d).length();
     let across = |second: [f64; 3], first: [f64; 3]| {
-        let speed = vector::length(first);
-        if speed > 0.0 { vector::length(vector::cross(second, first)) / speed } else { 0.0 }
+        let speed = length(first);
+        if speed > 0.0 { DVec3::from_array(second).cross(DVec3::from_array(first)).length() / speed } else { 0.0 }
     };
     let count = |curvature: f64, speed: f64| {
         let n = (curvature / (8.0 * fineness.chord)).sqrt().max(speed / fineness.edge).ceil();
@@ -202,6 +203,6 @@ fn segments(instance: &dyn Instance, patch: usize, fineness: Fineness) -> Result
     };
     let cu = samples.iter().map(|s| across(s.duu, s.first.du)).fold(0.0, f64::max);
     let cv = samples.iter().map(|s| across(s.dvv, s.first.dv)).fold(0.0, f64::max);
-    let fastest = |f: fn(&SecondPartials) -> [f64; 3]| samples.iter().map(|s| vector::length(f(s))).fold(0.0, f64::max);
-    Ok((count(cu, fastest(|s| s.first.du)), count(cv, fastest(|s| s.first.dv))))
+    let fastest = |f: fn(&SecondPartials) -> [f64; 3]| samples.iter().map(|s| length(f(s))).fold(0.0, f64::max);
+    Ok([count(cu, fastest(|s| s.first.du)), count(cv, fastest(|s| s.first.dv))])
 }

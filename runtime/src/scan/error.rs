@@ -1,23 +1,23 @@
-//! Why a file could not be read as a scan or a mesh.
+//! Errors of reading a scan or a mesh.
 
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
-/// A file that could not be read: which, and why.
+/// A file that could not be read, and its fault.
 #[derive(Debug, Error)]
 #[error("`{}`: {fault}", path.display())]
 pub struct ScanError {
     /// The file.
     pub path: PathBuf,
-    /// What is the matter with it.
+    /// Its fault.
     #[source]
     pub fault: ScanFault,
 }
 
-/// What is the matter with a file.
+/// The fault of a file, as a sentence with its fix.
 #[derive(Debug, Error)]
 pub enum ScanFault {
-    /// Nothing is there.
+    /// There is no such file.
     #[error("there is no such file; check the path")]
     Missing,
     /// It is a folder.
@@ -37,13 +37,13 @@ pub enum ScanFault {
     TooLarge {
         /// Size of the file.
         bytes: u64,
-        /// Most that is read.
+        /// The size of the largest file that is read.
         limit: u64,
     },
     /// It is none of the formats that are read.
     #[error("expected an OBJ, PLY or STL file, found {found}; convert it to one of these")]
     NotRecognised {
-        /// What it seems to be.
+        /// The format that it seems to have, with an article.
         found: String,
     },
     /// It breaks the rules of its format.
@@ -51,15 +51,15 @@ pub enum ScanFault {
     Malformed {
         /// `OBJ`, `PLY` or `STL`.
         format: &'static str,
-        /// Line, element or triangle.
+        /// Line, element or header.
         place: String,
-        /// What was expected and what was found.
+        /// The expected and the actual content.
         message: String,
     },
     /// There are no points in it.
     #[error("it has no vertices; export the scan again, with its geometry")]
     NoVertices,
-    /// A mesh is wanted and there are only points.
+    /// A mesh is required, and there are only points.
     #[error("it has {vertices} vertices but no triangles; mesh the points first")]
     NoTriangles {
         /// Points in the file.
@@ -73,11 +73,11 @@ pub enum ScanFault {
     },
     /// A coordinate is not a number, infinite or absurdly large.
     #[error(
-        "vertex {vertex} (counted from 1) is at ({}, {}, {}), which is not finite or beyond 1e12 mm; remove it in the scanner's software",
+        "vertex {vertex} (counted from 1) is at ({}, {}, {}), which is not finite or beyond 1e12 mm; check the unit, or remove it in the scanner's software",
         at[0], at[1], at[2]
     )]
     NonFinite {
-        /// Which vertex, counted from 1.
+        /// The vertex, counted from 1.
         vertex: usize,
         /// Its coordinates.
         at: [f64; 3],
@@ -91,14 +91,8 @@ pub enum ScanFault {
         what: &'static str,
         /// The index as the file has it.
         index: i64,
-        /// How many there are.
+        /// The number of those in the file.
         count: usize,
-    },
-    /// More vertices or triangles than can be numbered.
-    #[error("it has more than 2^32 {what}; decimate or split the scan")]
-    TooMany {
-        /// `vertices` or `triangles`.
-        what: &'static str,
     },
 }
 

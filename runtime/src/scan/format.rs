@@ -1,4 +1,4 @@
-//! Which format a file has: by its content first, by its extension second.
+//! The format of a file: by its content first, by its extension second.
 
 use super::error::ScanFault;
 use std::path::Path;
@@ -11,7 +11,7 @@ pub(super) enum Format {
     Stl,
 }
 
-/// Beginnings of files that people confuse with scans, and what they are.
+/// Beginnings of files that people confuse with scans, and their formats.
 const FOREIGN: [(&[u8], &str); 12] = [
     (b"ASTM-E57", "an E57 file"),
     (b"LASF", "a LAS or LAZ file"),

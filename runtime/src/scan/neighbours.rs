@@ -1,6 +1,9 @@
 //! The k nearest of many points: a k-d tree (Bentley 1975; Friedman, Bentley and Finkel 1977).
 
-/// Most points a leaf.
+use crate::mesh::Bounds;
+use glam::DVec3;
+
+/// The largest number of points in a leaf.
 const LEAF: usize = 8;
 
 /// A k-d tree over points that it borrows. It stays balanced however the points lie.
@@ -30,15 +33,15 @@ impl<'a> Neighbours<'a> {
 
     /// Indices of the k points nearest to `at` (itself among them, if it is one), nearest first; ties by index.
     pub(crate) fn nearest(&self, at: [f64; 3], k: usize) -> Vec<u32> {
-        let mut found = Found { k, nearest: Vec::with_capacity(k + 1) };
-        self.search(&self.order, 0, at, &mut found);
-        found.nearest.into_iter().map(|(_, index)| index).collect()
+        let mut nearest = Nearest { k, points: Vec::with_capacity(k + 1) };
+        self.search(&self.order, 0, at, &mut nearest);
+        nearest.points.into_iter().map(|(_, index)| index).collect()
     }
 
-    fn search(&self, run: &[u32], node: usize, at: [f64; 3], found: &mut Found) {
+    fn search(&self, run: &[u32], node: usize, at: [f64; 3], nearest: &mut Nearest) {
         if run.len() <= LEAF {
             for &index in run {
-                found.offer(squared_distance(self.points[index as usize], at), index);
+                nearest.offer(squared_distance(self.points[index as usize], at), index);
             }
             return;
         }
@@ -47,9 +50,9 @@ impl<'a> Neighbours<'a> {
         let (left, right) = run.split_at(run.len() / 2);
         let (left, right) = ((left, 2 * node + 1), (right, 2 * node + 2));
         let (near, far) = if beyond < 0.0 { (left, right) } else { (right, left) };
-        self.search(near.0, near.1, at, found);
-        if beyond * beyond <= found.reach() {
-            self.search(far.0, far.1, at, found);
+        self.search(near.0, near.1, at, nearest);
+        if beyond * beyond <= nearest.reach() {
+            self.search(far.0, far.1, at, nearest);
         }
     }
 }
@@ -58,7 +61,8 @@ fn split(points: &[[f64; 3]], run: &mut [u32], node: usize, planes: &mut Vec<Pla
     if run.len() <= LEAF {
         return;
     }
-    let axis = widest_axis(points, run);
+    let bounds: Bounds = run.iter().map(|&i| DVec3::from_array(points[i as usize])).collect();
+    let axis = bounds.longest_axis();
     let middle = run.len() / 2;
     let key = |&i: &u32| points[i as usize][axis];
     run.select_nth_unstable_by(middle, |a, b| key(a).total_cmp(&key(b)).then(a.cmp(b)));
@@ -71,39 +75,27 @@ fn split(points: &[[f64; 3]], run: &mut [u32], node: usize, planes: &mut Vec<Pla
     split(points, right, 2 * node + 2, planes);
 }
 
-fn widest_axis(points: &[[f64; 3]], run: &[u32]) -> usize {
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for &i in run {
-        for (c, &value) in points[i as usize].iter().enumerate() {
-            low[c] = low[c].min(value);
-            high[c] = high[c].max(value);
-        }
-    }
-    let width = |c: &usize| high[*c] - low[*c];
-    (0..3).max_by(|a, b| width(a).total_cmp(&width(b))).unwrap_or(0)
-}
-
 fn squared_distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+    DVec3::from_array(a).distance_squared(DVec3::from_array(b))
 }
 
-/// The nearest so far, ascending by squared distance and index.
-struct Found {
+/// The k nearest points so far, ascending by squared distance and index.
+struct Nearest {
     k: usize,
-    nearest: Vec<(f64, u32)>,
+    points: Vec<(f64, u32)>,
 }
 
-impl Found {
+impl Nearest {
     fn offer(&mut self, distance: f64, index: u32) {
-        let place = self.nearest.partition_point(|&entry| entry < (distance, index));
+        let place = self.points.partition_point(|&entry| entry < (distance, index));
         if place < self.k {
-            self.nearest.insert(place, (distance, index));
-            self.nearest.truncate(self.k);
+            self.points.insert(place, (distance, index));
+            self.points.truncate(self.k);
         }
     }
 
     fn reach(&self) -> f64 {
-        if self.nearest.len() < self.k { f64::INFINITY } else { self.nearest.last().map_or(-1.0, |last| last.0) }
+        if self.points.len() < self.k { f64::INFINITY } else { self.points.last().map_or(-1.0, |last| last.0) }
     }
 }
 

@@ -10,28 +10,28 @@
 
 use super::neighbours::Neighbours;
 use super::normals::least_variation;
-use super::strays::strays;
+use super::outliers::outliers;
 use crate::mesh::TriangleMesh;
 use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
 use nalgebra::{Cholesky, Matrix6, Vector6};
 use rayon::prelude::*;
 
-/// Vertices that are looked at: the estimate's own error is then below one per cent.
+/// The number of vertices that are sampled: the estimate's own error is then below one per cent.
 const SAMPLES: usize = 20_000;
-/// Neighbours in a cloud.
+/// The number of neighbours of a point of a cloud.
 const NEAREST: usize = 20;
-/// Fewest neighbours that determine a quadric with something left to tell.
+/// The fewest neighbours that determine a quadric and leave something over to judge it by: it has six coefficients.
 const FEWEST: usize = 8;
-/// Most neighbours; where there are more the mesh is no even sampling.
+/// The most neighbours; where there are more, the mesh does not sample the surface evenly.
 const MOST: usize = 64;
-/// Fewest predicted vertices that make a median.
+/// The fewest predicted vertices whose median is an estimate.
 const ENOUGH: usize = 20;
 
 /// The noise's standard deviation along the normal, in millimetres; 0 where there are too few vertices to tell.
 ///
-/// `oriented` says whether the normals tell the sides of a thin wall from each other: without them a cloud's neighbours may lie on
-/// both, and the wall's thickness passes for noise.
+/// `oriented` says whether the normals tell the sides of a thin wall from each other: without them a cloud's neighbours
+/// may lie on both sides, and the wall's thickness passes for noise.
 pub(super) fn estimate(mesh: &TriangleMesh, oriented: bool) -> f64 {
     let mut deviations = if mesh.triangles.is_empty() { of_cloud(mesh, oriented) } else { of_mesh(mesh) };
     if deviations.len() < ENOUGH {
@@ -40,7 +40,7 @@ pub(super) fn estimate(mesh: &TriangleMesh, oriented: bool) -> f64 {
     median(&mut deviations).unwrap_or(0.0) * MAD_TO_SD
 }
 
-/// The vertices that are looked at, evenly from all.
+/// The sampled vertices, evenly from all.
 fn samples(mesh: &TriangleMesh) -> Vec<u32> {
     let count = mesh.positions.len();
     (0..count as u32).step_by(count.div_ceil(SAMPLES).max(1)).collect()
@@ -55,9 +55,9 @@ fn of_mesh(mesh: &TriangleMesh) -> Vec<f64> {
 fn of_cloud(mesh: &TriangleMesh, oriented: bool) -> Vec<f64> {
     let tree = Neighbours::new(&mesh.positions);
     let samples = samples(mesh);
-    let strays = strays(&tree, &mesh.positions, &samples);
-    let of_vertex = |(vertex, stray): (u32, bool)| {
-        if stray {
+    let outliers = outliers(&tree, &mesh.positions, &samples);
+    let of_vertex = |(vertex, outlier): (u32, bool)| {
+        if outlier {
             return None;
         }
         let at = mesh.positions[vertex as usize];
@@ -69,10 +69,10 @@ fn of_cloud(mesh: &TriangleMesh, oriented: bool) -> Vec<f64> {
         let near = tree.nearest(at, 2 * NEAREST + 1).into_iter().filter(alike).take(NEAREST + 1);
         deviation(&offsets(mesh, vertex, near))
     };
-    samples.into_par_iter().zip(strays).filter_map(of_vertex).collect()
+    samples.into_par_iter().zip(outliers).filter_map(of_vertex).collect()
 }
 
-/// From a vertex to others.
+/// The vectors from a vertex to others.
 fn offsets(mesh: &TriangleMesh, vertex: u32, others: impl Iterator<Item = u32>) -> Vec<DVec3> {
     let centre = DVec3::from(mesh.positions[vertex as usize]);
     others.filter(|i| *i != vertex).map(|i| DVec3::from(mesh.positions[i as usize]) - centre).collect()

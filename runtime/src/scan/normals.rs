@@ -1,4 +1,4 @@
-//! Vertex normals where a file has none.
+//! Vertex normals of files without normals.
 
 use super::neighbours::Neighbours;
 use crate::mesh::TriangleMesh;
@@ -11,29 +11,7 @@ const NEIGHBOURS: usize = 16;
 
 /// Unit normals for all vertices: from the triangles, or in a cloud from the nearest points.
 pub(super) fn compute(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
-    if mesh.triangles.is_empty() { of_cloud(&mesh.positions) } else { of_triangles(mesh) }
-}
-
-/// The triangles' normals around a vertex, weighted by their angles there (Thuermer and Wuethrich 1998), so that they do
-/// not depend on how the surface is cut into triangles. Every vertex must be used by a triangle with area, or gets +z.
-fn of_triangles(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
-    let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
-    let mut first = vec![DVec3::Z; mesh.positions.len()];
-    for &triangle in &mesh.triangles {
-        let Some(normal) = mesh.triangle_normal(triangle).map(DVec3::from) else { continue };
-        let corners = triangle.map(|i| DVec3::from(mesh.positions[i as usize]));
-        for c in 0..3 {
-            let vertex = triangle[c] as usize;
-            let (to_next, to_last) = (corners[(c + 1) % 3] - corners[c], corners[(c + 2) % 3] - corners[c]);
-            if sums[vertex] == DVec3::ZERO {
-                first[vertex] = normal;
-            }
-            sums[vertex] += to_next.angle_between(to_last) * normal;
-        }
-    }
-    // Where two triangles lie back to back the sum vanishes and the first one's normal stands.
-    let settle = |(sum, first): (&DVec3, &DVec3)| if sum.length() > 1e-9 { sum.normalize() } else { *first }.into();
-    sums.iter().zip(&first).map(settle).collect()
+    if mesh.triangles.is_empty() { of_cloud(&mesh.positions) } else { mesh.vertex_normals() }
 }
 
 /// The direction in which the nearest points vary least (Hoppe et al. 1992). Its sign is a guess: away from the centre

@@ -1,15 +1,14 @@
-//! What a reader hands over: a file's geometry as it stands there, in the file's unit.
+//! The geometry of a file as it stands there, in the file's unit: the output of the readers.
 
 use super::error::ScanFault;
 use crate::mesh::{Group, TriangleMesh};
+use foldhash::fast::RandomState;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Largest coordinate that is believed, in millimetres: a thousand kilometres. Squares and products of such lengths stay finite.
+/// The largest coordinate that is believed, in millimetres: a thousand kilometres. Squares and products of such lengths
+/// stay finite.
 const FARTHEST: f64 = 1e12;
-/// A unit normal may be this far from length 1 (single precision written with few digits).
-const UNIT_TOLERANCE: f64 = 1e-3;
-
 /// Neither NaN nor infinite nor absurdly large.
 pub(super) fn is_usable(coordinate: f64) -> bool {
     coordinate.abs() <= FARTHEST
@@ -30,8 +29,6 @@ pub(super) struct RawMesh {
     pub(super) triangles: Vec<[u32; 3]>,
     /// None, or they cover all triangles.
     pub(super) groups: Vec<Group>,
-    /// Vertices in the file; more than positions where the reader has already left out unused ones.
-    pub(super) vertices_read: usize,
 }
 
 impl RawMesh {
@@ -44,20 +41,6 @@ impl RawMesh {
             }
         }
         Ok(self)
-    }
-
-    /// Normals of the vertices as the file gives them; corners' normals are summed. None where the file has none.
-    pub(super) fn vertex_normals(&self) -> Vec<VertexNormal> {
-        if self.corner_normals.is_empty() {
-            return self.normals.iter().map(|&normal| VertexNormal::default().plus(normal)).collect();
-        }
-        let mut sums = vec![VertexNormal::default(); self.positions.len()];
-        for (triangle, normals) in self.triangles.iter().zip(&self.corner_normals) {
-            for (&vertex, &normal) in triangle.iter().zip(normals) {
-                sums[vertex as usize] = sums[vertex as usize].plus(normal);
-            }
-        }
-        sums
     }
 
     /// Normals of unit length; none in the file, or one that is zero or not finite, is replaced by the vertex's of
@@ -84,7 +67,7 @@ impl RawMesh {
             return TriangleMesh { positions, normals, texcoords, triangles, groups };
         }
         let mut mesh = TriangleMesh { groups: self.groups, ..TriangleMesh::default() };
-        let mut seen: HashMap<(u32, [u64; 5]), u32> = HashMap::new();
+        let mut seen: HashMap<(u32, [u64; 5]), u32, RandomState> = HashMap::default();
         for (t, triangle) in self.triangles.iter().enumerate() {
             let corners: [u32; 3] = std::array::from_fn(|c| {
                 let vertex = triangle[c];
@@ -105,32 +88,6 @@ impl RawMesh {
     }
 }
 
-/// A vertex's normal as a sum of unit normals from the file.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct VertexNormal {
-    pub(super) sum: DVec3,
-    /// One of them was not of unit length, or unusable and left out.
-    pub(super) mended: bool,
-}
-
-impl VertexNormal {
-    fn plus(self, normal: [f64; 3]) -> Self {
-        let length = DVec3::from(normal).length();
-        let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
-        let unit = if length.is_finite() && length > 1e-12 { DVec3::from(normal) / length } else { DVec3::ZERO };
-        Self { sum: self.sum + unit, mended: self.mended || !is_unit }
-    }
-
-    pub(super) fn merged(self, other: Self) -> Self {
-        Self { sum: self.sum + other.sum, mended: self.mended || other.mended }
-    }
-
-    /// The unit normal; none where the file's cancel out, or none was usable.
-    pub(super) fn unit(self) -> Option<DVec3> {
-        (self.sum.length() > 1e-9).then(|| self.sum.normalize())
-    }
-}
-
 fn at_corner<const N: usize>(
     corners: &[[[f64; N]; 3]],
     vertices: &[[f64; N]],
@@ -139,6 +96,22 @@ fn at_corner<const N: usize>(
     vertex: u32,
 ) -> Option<[f64; N]> {
     corners.get(triangle).map(|c| c[corner]).or_else(|| vertices.get(vertex as usize).copied())
+}
+
+/// Makes exactly equal positions one: the different ones in the order of their first occurrence, and for every position
+/// its place among them. (Nearly equal ones stay: which of them are one is not ours to guess.)
+pub(super) fn merge_equal(positions: impl IntoIterator<Item = [f64; 3]>) -> (Vec<[f64; 3]>, Vec<u32>) {
+    let mut seen: HashMap<[u64; 3], u32, RandomState> = HashMap::default();
+    let mut different = Vec::new();
+    let place = |position: [f64; 3]| {
+        // Adding 0 turns -0 into 0, so that both are one position.
+        *seen.entry(position.map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+            different.push(position);
+            different.len() as u32 - 1
+        })
+    };
+    let places = positions.into_iter().map(place).collect();
+    (different, places)
 }
 
 /// Splits a polygon of `corners` corners into a fan of triangles around its first; yields positions in the polygon.

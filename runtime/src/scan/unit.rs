@@ -1,4 +1,4 @@
-//! The unit of a file's coordinates. Neither OBJ, PLY nor STL says what it is.
+//! The unit of a file's coordinates, which neither OBJ, PLY nor STL says.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -31,26 +31,23 @@ impl Unit {
     /// Its length in millimetres.
     #[must_use]
     pub fn millimetres(self) -> f64 {
-        match self {
-            Self::Um => 1e-3,
-            Self::Mm => 1.0,
-            Self::Cm => 10.0,
-            Self::M => 1000.0,
-            Self::In => 25.4,
-            Self::Ft => 304.8,
-        }
+        self.describe().1
     }
 
     /// Its abbreviation.
     #[must_use]
     pub fn name(self) -> &'static str {
+        self.describe().0
+    }
+
+    fn describe(self) -> (&'static str, f64) {
         match self {
-            Self::Um => "um",
-            Self::Mm => "mm",
-            Self::Cm => "cm",
-            Self::M => "m",
-            Self::In => "in",
-            Self::Ft => "ft",
+            Self::Um => ("um", 1e-3),
+            Self::Mm => ("mm", 1.0),
+            Self::Cm => ("cm", 10.0),
+            Self::M => ("m", 1000.0),
+            Self::In => ("in", 25.4),
+            Self::Ft => ("ft", 304.8),
         }
     }
 }
@@ -61,9 +58,9 @@ impl fmt::Display for Unit {
     }
 }
 
-/// A word that is no unit.
+/// A word that is not a unit of length.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
-#[error("`{0}` is no unit of length; expected um, mm, cm, m, in or ft")]
+#[error("`{0}` is not a unit of length; expected um, mm, cm, m, in or ft")]
 pub struct UnknownUnit(
     /// The word.
     pub String,

@@ -2,6 +2,7 @@
 
 use super::scene::Scene;
 use super::view::{RangeImage, Sample, View};
+use crate::mesh::{renumber_used, retain_marked};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -17,8 +18,8 @@ pub(super) struct Layer {
 }
 
 impl Layer {
-    /// Adds what view number `number` contributes. Triangles are judged by the true points: what a scanner's software
-    /// would do well it does well here, so that noise and outliers stay in the mesh.
+    /// Adds the triangles of view number `number`. They are judged by the true points, as the best scanner's software
+    /// would judge them, so that noise and outliers stay in the mesh.
     pub(super) fn add(&mut self, image: &RangeImage, number: usize, views: &[View], scene: &Scene, least_cosine: f64) {
         let height = image.samples.len() / image.width.max(1);
         let kept: Vec<Vec<[usize; 3]>> = (1..height)
@@ -44,23 +45,8 @@ impl Layer {
     /// Drops triangles, and the samples that no triangle uses any more.
     pub(super) fn retain(&mut self, keep: impl FnMut(&[u32; 3]) -> bool) {
         self.triangles.retain(keep);
-        let mut used = vec![false; self.samples.len()];
-        for &corner in self.triangles.iter().flatten() {
-            used[corner as usize] = true;
-        }
-        let mut next = 0;
-        let place: Vec<u32> = used
-            .iter()
-            .map(|&used| {
-                next += u32::from(used);
-                next.saturating_sub(1)
-            })
-            .collect();
-        let mut keep = used.iter();
-        self.samples.retain(|_| keep.next() == Some(&true));
-        for corner in self.triangles.iter_mut().flatten() {
-            *corner = place[*corner as usize];
-        }
+        let used = renumber_used(&mut self.triangles, self.samples.len());
+        retain_marked(&mut self.samples, &used);
     }
 
     /// Centroid and unit normal of a triangle's true points.
@@ -70,7 +56,8 @@ impl Layer {
     }
 }
 
-/// The triangles of the cell whose last corner is `last`: two along the shorter diagonal, one where a corner is missing.
+/// The triangles of the cell whose last corner is `last`: two along the shorter diagonal, one where a corner is
+/// missing.
 fn cell(image: &RangeImage, last: usize) -> impl Iterator<Item = [usize; 3]> + use<> {
     let (a, b, c, d) = (last - image.width - 1, last - image.width, last - 1, last);
     let point = |i: usize| image.samples[i].map(|sample| sample.point);
@@ -105,5 +92,5 @@ fn keep(
     }
     // The true normals, not the triangle's: along a silhouette those of views side by side would disagree more.
     let facing = (a.normal + b.normal + c.normal).try_normalize().unwrap_or(normal);
-    scene.is_best(number, views, centroid, facing)
+    scene.best_view(views, centroid, facing, f64::NEG_INFINITY).is_some_and(|(best, _)| best == number)
 }

@@ -1,10 +1,10 @@
 //! The virtual laser scanner: a scan of a model whose truth is known.
 //!
-//! Rays are cast from view points all around the object; what none of them sees is missing. Every range has Gaussian
-//! noise, some are outliers, some are lost. Neighbouring points of a view become triangles unless they graze or span a
-//! step; where views overlap, each place is kept from the view that sees it best, so that there is one layer. Holes
-//! may be punched. All of it is put into a random pose, which is reported. The same options give the same scan, whatever
-//! the number of threads.
+//! Rays are cast from view points all around the object; surface that none of them sees is missing. Every range has
+//! Gaussian noise, some are outliers, some are lost. Neighbouring points of a view become triangles unless they graze
+//! or span a step; where views overlap, each place is kept from the view that sees it best, so that there is one layer.
+//! Holes may be punched. All of it is put into a random pose, which is reported. The same options give the same scan,
+//! whatever the number of threads.
 
 mod layer;
 mod pose;
@@ -14,7 +14,7 @@ mod tests;
 mod view;
 
 use crate::bvh::BvhError;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::Motion;
 use crate::progress::Progress;
 use glam::DVec3;
@@ -26,19 +26,19 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 use view::View;
 
-/// Most rays of all views together.
+/// The most rays of all views together.
 const MOST_RAYS: f64 = 1e9;
-/// Most rays of one view: its range image is held in memory.
+/// The most rays of one view: its range image is held in memory.
 const MOST_RAYS_A_VIEW: f64 = 2.5e7;
-/// Places at which the surface is probed to find the rays' pitch.
+/// The number of places at which the surface is probed to find the rays' pitch.
 const PROBES: usize = 4000;
-/// Streams of random numbers: the pose's, the holes', the probes', and from here on one a row of rays.
+/// The streams of random numbers: the pose's, the holes', the probes', and from the last on one a row of rays.
 const POSE_STREAM: u64 = 0;
 const HOLE_STREAM: u64 = 1;
 const PROBE_STREAM: u64 = 2;
 const DROPOUT_STREAM: u64 = 16;
 
-/// The scanner's properties and the circumstances.
+/// The properties of the scanner, and the pose and the holes of the object.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scanner {
@@ -64,7 +64,7 @@ pub struct Scanner {
     pub random_pose: bool,
     /// The pose's translation is drawn from a cube of this half side. Millimetres.
     pub reach: f64,
-    /// What all random numbers follow from.
+    /// The seed of all random numbers.
     pub seed: u64,
 }
 
@@ -93,11 +93,11 @@ pub struct VirtualScan {
     /// Measured points and their triangles, facing the scanner, in the scanner's coordinates: the object moved by
     /// `truth.pose`. No normals.
     pub mesh: TriangleMesh,
-    /// What is true of it.
+    /// Its truth.
     pub truth: Truth,
 }
 
-/// What is true of a virtual scan.
+/// The truth of a virtual scan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// The object's pose: a point p of the model was scanned at `rotation` p + `translation`.
@@ -120,7 +120,7 @@ pub struct Truth {
     pub dropouts: usize,
 }
 
-/// Why nothing could be scanned.
+/// The reason why nothing could be scanned.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum SimulationError {
     /// An option is out of its range.
@@ -130,10 +130,10 @@ pub enum SimulationError {
         option: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// Its range.
         range: &'static str,
     },
-    /// Memory and time would not do.
+    /// Memory and time would not suffice.
     #[error(
         "a spacing of {spacing} mm on an object {size:.0} mm large takes {rays:.1e} rays, more than {limit:.1e}; choose a wider spacing"
     )]
@@ -153,7 +153,7 @@ pub enum SimulationError {
     /// The views see nothing of it.
     #[error("none of the {views} views sees any of the surface; take more views or a larger incidence angle")]
     NothingSeen {
-        /// How many views there were.
+        /// The number of views.
         views: usize,
     },
     /// The holes took all of it.
@@ -177,8 +177,11 @@ pub enum SimulationError {
 pub fn scan(mesh: &TriangleMesh, scanner: &Scanner, progress: &dyn Progress) -> Result<VirtualScan, SimulationError> {
     scanner.check()?;
     let scene = Scene::new(mesh, scanner.spacing)?;
-    let (low, high) = used_bounds(mesh).ok_or(SimulationError::NoSurface)?;
-    let (centre, radius) = ((low + high) / 2.0, low.distance(high) / 2.0);
+    let bounds: Bounds = mesh.triangles.iter().flat_map(|t| mesh.corners(*t)).collect();
+    let (centre, radius) = (bounds.centre(), bounds.diagonal() / 2.0);
+    if radius <= 0.0 {
+        return Err(SimulationError::NoSurface);
+    }
     let views = View::around(centre, radius, scanner.views);
     let least_cosine = scanner.max_incidence.cos();
     let seen = probe(mesh, &views, &scene, scanner, least_cosine)?;
@@ -242,21 +245,13 @@ impl Scanner {
     }
 }
 
-/// The box around all triangles; none if they are all in one point, or there are none.
-fn used_bounds(mesh: &TriangleMesh) -> Option<(DVec3, DVec3)> {
-    let positions = mesh.triangles.iter().flatten().map(|&i| DVec3::from(mesh.positions[i as usize]));
-    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = positions.fold(start, |(low, high), p| (low.min(p), high.max(p)));
-    (low.distance(high) > 0.0 && low.is_finite()).then_some((low, high))
-}
-
 struct Seen {
     pitch: f64,
     coverage: f64,
 }
 
-/// How much of the surface is seen, and how far apart rays must be so that what is seen gets one point a squared spacing
-/// on average: each place gets (density of its best view) / pitch^2 points a unit of area.
+/// The share of the surface that is seen, and the pitch of the rays at which that share gets one point a squared
+/// spacing on average: each place gets (density of its best view) / pitch^2 points a unit of area.
 fn probe(
     mesh: &TriangleMesh,
     views: &[View],
@@ -277,8 +272,8 @@ fn probe(
         while next < area {
             next += step;
             probes += 1;
-            let Some(normal) = mesh.triangle_normal(triangle).map(DVec3::from) else { continue };
-            let [a, b, c] = triangle.map(|i| DVec3::from(mesh.positions[i as usize]));
+            let Some(normal) = mesh.triangle_normal(triangle) else { continue };
+            let [a, b, c] = mesh.corners(triangle);
             let (s, t): (f64, f64) = (random.random(), random.random());
             let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
             let point = a + s * (b - a) + t * (c - a);
@@ -297,7 +292,8 @@ fn probe(
     Ok(Seen { pitch: scanner.spacing * (density / seen_sides as f64).sqrt(), coverage: seen as f64 / probes as f64 })
 }
 
-/// Removes what lies around randomly chosen triangles and faces the same way: the other side of a thin wall stays.
+/// Removes the triangles that lie around randomly chosen ones and face the same way: the other side of a thin wall
+/// stays.
 fn punch_holes(layer: &mut Layer, scanner: &Scanner) {
     let mut random = scanner.random(HOLE_STREAM);
     let holes: Vec<(DVec3, DVec3)> = (0..scanner.holes)

@@ -1,4 +1,4 @@
-//! Where the scanned object stands in the scanner's coordinates.
+//! The pose of the scanned object in the scanner's coordinates.
 
 use crate::model::Motion;
 use glam::{DMat3, DQuat, EulerRot};

@@ -1,4 +1,4 @@
-//! The object that is scanned: what a ray meets, and which view sees a place best.
+//! The object that is scanned: the surface that a ray meets, and the view that sees a place best.
 
 use super::view::View;
 use crate::bvh::{Bvh, BvhError};
@@ -17,14 +17,14 @@ pub(super) struct Scene {
 impl Scene {
     pub(super) fn new(mesh: &TriangleMesh, spacing: f64) -> Result<Self, BvhError> {
         let bvh = Bvh::build(mesh)?;
-        let normal = |&triangle| mesh.triangle_normal(triangle).map_or(DVec3::ZERO, DVec3::from);
+        let normal = |&triangle| mesh.triangle_normal(triangle).unwrap_or_default();
         let lift = 4.0 * f64::from(bvh.tolerance()) + 0.1 * spacing;
         Ok(Self { normals: mesh.triangles.iter().map(normal).collect(), bvh, lift })
     }
 
     /// Distance to the surface along a ray of unit direction, and the unit normal there, turned towards the eye.
     pub(super) fn cast(&self, eye: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
-        let hit = self.bvh.nearest_hit(eye.into(), direction.into(), f64::INFINITY)?;
+        let hit = self.bvh.nearest_hit(eye, direction, f64::INFINITY)?;
         let normal = self.normals[hit.triangle as usize];
         Some((hit.t, if normal.dot(direction) > 0.0 { -normal } else { normal }))
     }
@@ -45,18 +45,7 @@ impl Scene {
         candidates.into_iter().find(|&(view, _)| self.sees(views[view].eye, point + self.lift * normal))
     }
 
-    /// Whether view `number` is the one that sees the place best.
-    pub(super) fn is_best(&self, number: usize, views: &[View], point: DVec3, normal: DVec3) -> bool {
-        let cosine = |view: &View| normal.dot((view.eye - point).normalize());
-        let own = cosine(&views[number]);
-        let better = |(i, view): (usize, &View)| {
-            let its = cosine(view);
-            (its > own || (its == own && i < number)) && self.sees(view.eye, point + self.lift * normal)
-        };
-        !views.iter().enumerate().any(better) && self.sees(views[number].eye, point + self.lift * normal)
-    }
-
     fn sees(&self, eye: DVec3, point: DVec3) -> bool {
-        self.bvh.nearest_hit(point.into(), (eye - point).into(), 1.0).is_none()
+        self.bvh.nearest_hit(point, eye - point, 1.0).is_none()
     }
 }

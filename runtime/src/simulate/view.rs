@@ -1,4 +1,4 @@
-//! One view point: its rays and the range image that they bring back.
+//! One view point: its rays and their range image.
 
 use super::scene::Scene;
 use super::{DROPOUT_STREAM, Scanner};
@@ -22,19 +22,19 @@ pub(super) struct View {
     half_width: f64,
 }
 
-/// What one ray brought back.
+/// The measurement of one ray.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sample {
-    /// Where it truly met the surface.
+    /// The point where the ray truly met the surface.
     pub(super) point: DVec3,
-    /// Unit normal there, towards the scanner.
+    /// Unit normal at that point, towards the scanner.
     pub(super) normal: DVec3,
-    /// What the scanner measured.
+    /// The point that the scanner measured.
     pub(super) measured: DVec3,
     pub(super) outlier: bool,
 }
 
-/// A grid of samples, row by row; none where nothing came back.
+/// A grid of samples, row by row; none where a ray returned nothing.
 pub(super) struct RangeImage {
     pub(super) width: usize,
     pub(super) samples: Vec<Option<Sample>>,

@@ -139,7 +139,8 @@ pub fn measure(
 ) -> Result<Measurement, MeasureError> {
     progress.report("sampling the surface", f64::NAN, "");
     let mut surface = Surface::new(reference, options.resolution)?;
-    let max_distance = options.max_distance.unwrap_or_else(|| MAX_DISTANCE * surface.tessellation.mesh.diagonal());
+    let max_distance =
+        options.max_distance.unwrap_or_else(|| MAX_DISTANCE * surface.tessellation.mesh.bounds().diagonal());
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
     let bvh = Bvh::build(&scan.mesh).map_err(|error| MeasureError::Scan { path: scan.source.path.clone(), error })?;
@@ -224,7 +225,7 @@ fn averaged(
     if options.distance != DistanceKind::AveragedNormal {
         return Ok((None, Vec::new()));
     }
-    let size = tessellation.mesh.diagonal();
+    let size = tessellation.mesh.bounds().diagonal();
     let width = options.averaging_width.unwrap_or(DEFAULT_WIDTH * size);
     let most = MAX_WIDTH * size;
     if width > most {

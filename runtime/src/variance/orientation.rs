@@ -38,7 +38,7 @@ fn points_inwards(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &
     let mut votes: Vec<(f64, f64)> = sample
         .iter()
         .filter_map(|&i| {
-            let closest = bvh.closest_point(texels.position[i], max_distance)?;
+            let closest = bvh.closest_point(texels.position[i].into(), max_distance)?;
             let normal = scan.triangle_normal(*scan.triangles.get(closest.triangle as usize)?)?;
             let cosine: f64 = (0..3).map(|k| normal[k] * f64::from(texels.normal[i][k])).sum();
             // Edges, and whatever stands across the surface, do not vote.

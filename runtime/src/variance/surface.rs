@@ -83,7 +83,7 @@ impl<'a> Surface<'a> {
         }?;
         let mut texels = Texels::of_model(model, &*instance, &atlas)?;
         let seconds = started.elapsed().as_secs_f64();
-        let size = Tessellation::new(model, &*instance, Fineness::default())?.mesh.diagonal();
+        let size = Tessellation::new(model, &*instance, Fineness::default())?.mesh.bounds().diagonal();
         let edge = if size > 0.0 { LONGEST_EDGE * size } else { f64::INFINITY };
         let fineness = Fineness { edge, ..Fineness::default() };
         let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);

@@ -2,7 +2,7 @@
 //! from it or faces another way would be lost without notice.
 
 use crate::bvh::{Bvh, BvhError};
-use crate::mesh::{Group, TriangleMesh};
+use crate::mesh::{Bounds, Group, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -70,9 +70,9 @@ impl Unmatched {
     ) -> Result<Unmatched, BvhError> {
         let bvh = Bvh::build(model)?;
         let explained = |triangle: &[u32; 3]| {
-            let centre = centre(scan, *triangle).to_array();
+            let centre = centre(scan, *triangle);
             let closest = match scan.triangle_normal(*triangle).filter(|_| oriented) {
-                Some(normal) => bvh.closest_point_facing(centre, max_distance, normal),
+                Some(normal) => bvh.closest_point_facing(centre, max_distance, normal, 0.0),
                 None => bvh.closest_point(centre, max_distance),
             };
             closest.is_some()
@@ -167,17 +167,14 @@ fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
 
 fn piece(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Piece {
     let (mut area, mut moment) = (0.0, DVec3::ZERO);
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for triangle in triangles {
         let triangle_area = mesh.triangle_area(*triangle);
         area += triangle_area;
         moment += triangle_area * centre(mesh, *triangle);
-        for vertex in triangle {
-            let p = DVec3::from(mesh.positions[*vertex as usize]);
-            (low, high) = (low.min(p), high.max(p));
-        }
     }
-    let centre = if area > 0.0 { moment / area } else { (low + high) / 2.0 };
+    let bounds: Bounds = triangles.iter().flat_map(|t| mesh.corners(*t)).collect();
+    let Bounds { low, high } = bounds;
+    let centre = if area > 0.0 { moment / area } else { bounds.centre() };
     Piece { area, triangles: triangles.len(), centre: centre.into(), low: low.into(), high: high.into() }
 }
 

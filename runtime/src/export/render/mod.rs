@@ -1,28 +1,28 @@
 //! Pictures of surfaces without a graphics card: an orthographic rasteriser with a depth buffer, two lights and
 //! supersampling.
 
+mod canvas;
 mod paint;
-mod raster;
 #[cfg(test)]
 mod tests;
 mod view;
 
 pub use paint::{DeviationColours, Paint};
-pub use view::{IDENTITY, View};
+pub use view::View;
 
 use super::glyphs::{GLYPH_HEIGHT, draw};
 use super::picture::Picture;
 use crate::mesh::TriangleMesh;
-use raster::Canvas;
+use canvas::Canvas;
 use view::Camera;
 
-/// Behind the surfaces.
+/// The colour behind the surfaces.
 const BACKGROUND: [u8; 3] = [250, 250, 251];
 
-/// Of letters on it.
+/// The colour of letters on it.
 const INK: [u8; 3] = [60, 62, 66];
 
-/// Samples a pixel along each side.
+/// The number of samples along each side of a pixel.
 const SAMPLES: usize = 2;
 
 /// A surface in a picture.
@@ -32,7 +32,7 @@ pub struct Layer<'a> {
     pub mesh: &'a TriangleMesh,
     /// Its colours.
     pub paint: Paint<'a>,
-    /// 1 hides what is behind, 0 hides nothing.
+    /// From 0, which hides nothing, to 1, which hides everything behind.
     pub opacity: f32,
 }
 
@@ -42,14 +42,16 @@ pub fn render(layers: &[Layer<'_>], view: &View, width: usize, height: usize) ->
     draw_layers(layers, &Camera::fit(layers, view, width * SAMPLES, height * SAMPLES), width, height)
 }
 
-/// Every row of layers as seen from every view, side by side in square pictures, with a bar that says how long a round number of millimetres is.
-/// All pictures have one scale, and those of one view one centre, so that sizes and places can be compared.
+/// Every row of layers as seen from every view, side by side in square pictures of `side` pixels, with a scale bar. All
+/// pictures have one scale, and those of one view one centre, so that sizes and places can be compared.
 #[must_use]
 pub fn sheet(rows: &[&[Layer<'_>]], views: &[View], side: usize) -> Picture {
     let fit = |view: &View| Camera::fit(rows.iter().copied().flatten(), view, side * SAMPLES, side * SAMPLES);
-    let scale = views.iter().map(|view| fit(view).scale()).fold(f64::INFINITY, f64::min);
+    let mut cameras: Vec<Camera> = views.iter().map(fit).collect();
+    let scale = cameras.iter().map(|camera| camera.scale).fold(f64::INFINITY, f64::min);
+    cameras.iter_mut().for_each(|camera| camera.scale = scale);
     let picture = |layers: &&[Layer<'_>]| -> Vec<Picture> {
-        views.iter().map(|view| draw_layers(layers, &fit(view).at_scale(scale), side, side)).collect()
+        cameras.iter().map(|camera| draw_layers(layers, camera, side, side)).collect()
     };
     let mut pictures: Vec<Picture> = rows.iter().flat_map(picture).collect();
     if let Some(first) = pictures.first_mut() {
@@ -58,7 +60,8 @@ pub fn sheet(rows: &[&[Layer<'_>]], views: &[View], side: usize) -> Picture {
     Picture::sheet(&pictures, views.len())
 }
 
-/// A bar of 1, 2 or 5 times a power of ten millimetres in the lower left corner, at most a third of the picture long; at so many pixels a millimetre.
+/// Draws a scale bar of 1, 2 or 5 times a power of ten millimetres into the lower left corner, at most a third of the
+/// picture long. `scale` is in pixels a millimetre.
 fn bar(picture: &mut Picture, scale: f64) {
     let longest = picture.width as f64 / 3.0 / scale;
     if !(longest > 0.0 && longest.is_finite()) {
@@ -121,10 +124,4 @@ fn composite(drawn: &[(Canvas, f32)], sample: usize) -> [f32; 3] {
         }
         (behind, after) = (depth, i);
     }
-}
-
-/// Writes a caption into the picture's upper left corner. Only the letters of the built-in font appear.
-pub fn caption(picture: &mut Picture, text: &str) {
-    let scale = (picture.height / 300).max(1);
-    draw(picture, GLYPH_HEIGHT * scale, GLYPH_HEIGHT * scale, scale, INK, text);
 }

@@ -3,17 +3,17 @@
 use crate::export::colormap::{NO_DATA, diverging};
 use crate::variance::Deviations;
 
-/// How far beyond a chart its texels count: as wide as the gutters between charts.
+/// The distance beyond a chart within which its texels count: the width of the gutters between charts.
 const REACH: isize = 2;
 
 /// The colours of a surface.
 #[derive(Clone, Copy, Debug)]
 pub enum Paint<'a> {
-    /// One for all.
+    /// One colour for all of the surface.
     Plain([u8; 3]),
-    /// One a vertex, as many as there are; grey where there are fewer.
+    /// A colour for every vertex; grey where there are fewer.
     Vertices(&'a [[u8; 3]]),
-    /// Those of the deviations, by the surface's texture coordinates.
+    /// The colours of the deviations, by the surface's texture coordinates.
     Deviations(&'a DeviationColours),
 }
 

@@ -1,8 +1,9 @@
-use super::{BACKGROUND, DeviationColours, IDENTITY, Layer, Paint, View, render, sheet};
+use super::{BACKGROUND, DeviationColours, Layer, Paint, View, render, sheet};
 use crate::export::colormap::{NO_DATA, diverging};
 use crate::mesh::TriangleMesh;
-use crate::model::Texels;
+use crate::model::{Motion, Texels};
 use crate::variance::Deviations;
+use glam::DVec3;
 
 const RED: Paint<'static> = Paint::Plain([200, 0, 0]);
 const GREEN: Paint<'static> = Paint::Plain([0, 200, 0]);
@@ -54,7 +55,7 @@ fn a_sheet_has_one_scale() {
     let small = square(0.0);
     let mut long = square(0.0);
     long.positions.iter_mut().for_each(|p| p[0] = 3.0 + 4.0 * p[0]);
-    let side = View { toward: [0.0, -1.0, 1.0], up: [0.0, 0.0, 1.0], cut: false };
+    let side = View { toward: DVec3::new(0.0, -1.0, 1.0), up: DVec3::Z, cut: false };
     let (red, green) = ([opaque(&small, RED)], [opaque(&long, GREEN)]);
     let picture = sheet(&[&red, &green], &[View::TOP, side], 100);
     assert_eq!((picture.width, picture.height), (200, 200));
@@ -75,7 +76,7 @@ fn a_sheet_has_one_scale() {
 fn the_nearer_hides_the_farther_whatever_the_order() {
     let (high, low) = (square(1.0), square(-1.0));
     let middle = |layers: &[Layer<'_>], view: &View| render(layers, view, 20, 20).pixels[10 * 20 + 10];
-    let below = View { toward: [0.0, 0.0, -1.0], ..View::TOP };
+    let below = View { toward: DVec3::NEG_Z, ..View::TOP };
     for layers in [[opaque(&high, RED), opaque(&low, GREEN)], [opaque(&low, GREEN), opaque(&high, RED)]] {
         assert!(is_red(middle(&layers, &View::TOP)));
         assert!(!is_red(middle(&layers, &below)));
@@ -152,7 +153,7 @@ fn a_turned_model_looks_as_before() {
     let after = render(&[opaque(&turned, RED)], &View::FRONT.of_turned(&turn), 50, 40);
     let different = before.pixels.iter().zip(&after.pixels).filter(|(a, b)| a[0].abs_diff(b[0]) > 8).count();
     assert!(different < 8, "{different} pixels: only edges may round differently");
-    assert_eq!(View::BACK.of_turned(&IDENTITY), View::BACK);
+    assert_eq!(View::BACK.of_turned(&Motion::IDENTITY.rotation), View::BACK);
 }
 
 #[test]
@@ -163,6 +164,6 @@ fn nothing_and_nonsense_are_drawn_as_background() {
     bad.triangles.push([0, 0, 0]);
     let picture = render(&[opaque(&bad, RED), opaque(&TriangleMesh::default(), GREEN)], &View::FRONT, 30, 20);
     assert!(picture.pixels.iter().all(|p| *p == BACKGROUND));
-    assert!(render(&[], &View { toward: [0.0; 3], ..View::TOP }, 3, 3).pixels.iter().all(|p| *p == BACKGROUND));
+    assert!(render(&[], &View { toward: DVec3::ZERO, ..View::TOP }, 3, 3).pixels.iter().all(|p| *p == BACKGROUND));
     assert!(render(&[], &View::TOP, 0, 0).pixels.is_empty());
 }

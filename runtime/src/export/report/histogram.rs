@@ -2,10 +2,11 @@
 
 use super::css;
 use super::tables::short;
+use crate::export::round_up;
 use crate::variance::Deviations;
 use std::fmt::Write;
 
-/// Bins, an even number, so that zero lies between two of them.
+/// The number of bins: even, so that zero lies between two of them.
 const BINS: usize = 60;
 
 /// Size of the drawing and its margins.
@@ -46,7 +47,7 @@ pub(super) fn histogram(deviations: &Deviations, range: f64) -> String {
 
 fn drawing(shares: &[f64], range: f64) -> String {
     let most = shares.iter().copied().fold(0.0, f64::max).max(1e-12);
-    let step = nice(most / 4.0);
+    let step = round_up(most / 4.0);
     let top = (most / step).ceil().max(1.0) * step;
     let (base, width) = (HEIGHT - 34.0, WIDTH - LEFT - RIGHT);
     let y = |share: f64| base - share / top * (base - 12.0);
@@ -112,10 +113,4 @@ fn ticks(range: f64, left: f64, width: f64, y: f64, out: &mut String) {
         let text = if i == 0 { "0".to_owned() } else { format!("{sign}{}", short(share * range)) };
         let _ = writeln!(out, "<text x=\"{x:.1}\" y=\"{y}\" text-anchor=\"middle\">{text}</text>");
     }
-}
-
-/// The smallest of 1, 2, 5 times a power of ten that is not below x.
-fn nice(x: f64) -> f64 {
-    let power = 10f64.powf(x.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * power).find(|n| *n >= x).unwrap_or(10.0 * power)
 }

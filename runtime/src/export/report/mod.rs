@@ -1,4 +1,4 @@
-//! report.html: what was found, for people, in one file that needs nothing else and loads nothing.
+//! report.html: the results for people, in one file that needs nothing else and loads nothing.
 
 mod histogram;
 mod surface;
@@ -17,16 +17,16 @@ use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
 use tables::number;
 
-/// What goes into the report.
+/// The content of the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
     /// Its title.
     pub title: &'a str,
     /// The model: path of the script or of the reference mesh.
     pub model: &'a str,
-    /// When it was made, as it is to be shown.
+    /// The date of the report, as it is to be shown.
     pub date: &'a str,
-    /// What made it, with its version.
+    /// The program that made it, with its version.
     pub tool: &'a str,
     /// The fit; none where the model was given as it is.
     pub fit: Option<&'a FitResult>,
@@ -36,14 +36,14 @@ pub struct Report<'a> {
     pub deviations: &'a Deviations,
     /// The surface from which was measured, with normals and texture coordinates.
     pub tessellation: &'a Tessellation,
-    /// How the model was turned from the way its author drew it, with z upwards, into the scan's coordinates: a
-    /// rotation matrix, row by row. The view shows it upright.
+    /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
+    /// The view shows the model upright.
     pub turned: [[f64; 3]; 3],
     /// The distance texture as a PNG file, coded as in [VA] sect. 6.
     pub distance_png: &'a [u8],
     /// The deviations in the colours of the scale as a PNG file.
     pub colour_png: &'a [u8],
-    /// Where the colour scale ends. Millimetres.
+    /// The end of the colour scale. Millimetres.
     pub colour_range: f64,
     /// Further pictures: captions and PNG files.
     pub pictures: &'a [(&'a str, &'a [u8])],

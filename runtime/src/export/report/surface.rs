@@ -1,4 +1,4 @@
-//! What the interactive view needs: the mesh in few bytes, and figures.
+//! The input of the interactive view: the mesh in few bytes, and figures.
 
 use super::Report;
 use crate::mesh::TriangleMesh;
@@ -6,27 +6,11 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::json;
 
-/// The middle of a mesh's bounding box and half its size; zeros without vertices.
-fn bounds(mesh: &TriangleMesh) -> ([f64; 3], [f64; 3]) {
-    let mut low = [f64::INFINITY; 3];
-    let mut high = [f64::NEG_INFINITY; 3];
-    for p in mesh.positions.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
-        for k in 0..3 {
-            low[k] = low[k].min(p[k]);
-            high[k] = high[k].max(p[k]);
-        }
-    }
-    if low[0] > high[0] {
-        return ([0.0; 3], [0.0; 3]);
-    }
-    ([0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]), [0, 1, 2].map(|k| 0.5 * high[k] - 0.5 * low[k]))
-}
-
 /// The mesh as viewer.js reads it, in base64: for each vertex four 16-bit positions within the bounding box (the last
 /// is unused), four 8-bit normals, two 16-bit texture coordinates, one kind after the other; then 32-bit indices.
 /// Triangles with vertices that do not exist are left out.
 pub(super) fn mesh(mesh: &TriangleMesh) -> String {
-    let (centre, half) = bounds(mesh);
+    let (centre, half) = (mesh.bounds().centre(), mesh.bounds().size() / 2.0);
     let n = mesh.positions.len();
     let share = |x: f64| (x.clamp(0.0, 1.0) * 65535.0).round() as u16;
     let mut bytes = Vec::with_capacity(16 * n + 12 * mesh.triangles.len());
@@ -63,7 +47,7 @@ pub(super) fn scene(report: &Report<'_>) -> String {
     json!({
         "vertices": mesh.positions.len(),
         "indices": 3 * drawn(mesh).count(),
-        "halfSize": bounds(mesh).1,
+        "halfSize": (mesh.bounds().size() / 2.0).to_array(),
         "maxDistance": report.variance.max_distance,
         "colourRange": report.colour_range,
         "frame": report.turned,

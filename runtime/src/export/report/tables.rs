@@ -2,11 +2,14 @@
 
 use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter};
-use crate::variance::{Statistics, UnmatchedSummary, VarianceReport};
+use crate::model::Motion;
+use crate::variance::{
+    Explanation, FormDeviation, ParameterEffect, Piece, Statistics, UnmatchedSummary, VarianceReport,
+};
 use gml_compiler::program::Quantity;
 use std::fmt::Write;
 
-/// A figure with as many digits as say something; a dash where there is none.
+/// A figure with its significant digits; a dash where it is not finite.
 pub(super) fn number(x: f64) -> String {
     if !x.is_finite() {
         return "&ndash;".to_owned();
@@ -29,7 +32,7 @@ fn precise(x: f64) -> String {
     minus(&format!("{x:.5}"))
 }
 
-/// A round figure, such as an axis has, without trailing zeros.
+/// A round figure, such as those of an axis, without trailing zeros.
 pub(super) fn short(x: f64) -> String {
     let text = format!("{x:.4}");
     if x == 0.0 || (1e-3..1e6).contains(&x.abs()) {
@@ -42,16 +45,24 @@ fn minus(text: &str) -> String {
     text.replace('-', "&minus;")
 }
 
+/// Appends a table; `head` is its element `thead`.
+fn table(head: &str, rows: impl Iterator<Item = String>, out: &mut String) {
+    let rows: String = rows.collect();
+    let _ = write!(out, "<div class=\"scroll\"><table>\n{head}<tbody>\n{rows}</tbody></table></div>\n");
+}
+
+/// A row of cells whose content is HTML.
+fn row_of(cells: &[String]) -> String {
+    let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+    format!("<tr>{cells}</tr>\n")
+}
+
 /// The section about the fit.
 pub(super) fn fit(fit: &FitResult) -> String {
-    let mut out = String::from(
-        "<section>\n<h2>Fit</h2>\n<div class=\"columns\">\n<div>\n<h3>Parameters</h3>\n<div class=\"scroll\"><table>\n\
-         <thead><tr><th>Parameter</th><th>Value</th><th>SD</th><th>Unit</th><th></th></tr></thead>\n<tbody>\n",
-    );
-    for p in &fit.parameters {
-        parameter(p, &mut out);
-    }
-    out.push_str("</tbody></table></div>\n</div>\n<div>\n");
+    let mut out = String::from("<section>\n<h2>Fit</h2>\n<div class=\"columns\">\n<div>\n<h3>Parameters</h3>\n");
+    let head = "<thead><tr><th>Parameter</th><th>Value</th><th>SD</th><th>Unit</th><th></th></tr></thead>\n";
+    table(head, fit.parameters.iter().map(parameter), &mut out);
+    out.push_str("</div>\n<div>\n");
     quality(fit, &mut out);
     if let Some(p) = &fit.pose {
         pose(p, &mut out);
@@ -61,7 +72,7 @@ pub(super) fn fit(fit: &FitResult) -> String {
 }
 
 /// Angles are shown in degrees.
-fn parameter(p: &FittedParameter, out: &mut String) {
+fn parameter(p: &FittedParameter) -> String {
     let (factor, unit) =
         if p.quantity == Quantity::Angle { (1f64.to_degrees(), "&deg;".to_owned()) } else { (1.0, escape(&p.unit)) };
     let sd = p.sd.map_or_else(String::new, |sd| number(sd * factor));
@@ -71,22 +82,21 @@ fn parameter(p: &FittedParameter, out: &mut String) {
         (false, false) => "",
     };
     let (name, value) = (escape(&p.name), precise(p.value * factor));
-    let _ = writeln!(
-        out,
-        "<tr><td>{name}</td><td>{value}</td><td>{sd}</td><td class=\"text\">{unit}</td><td class=\"text\">{mark}</td></tr>"
-    );
+    format!(
+        "<tr><td>{name}</td><td>{value}</td><td>{sd}</td><td class=\"text\">{unit}</td><td class=\"text\">{mark}</td></tr>\n"
+    )
 }
 
-fn pose(pose: &crate::model::Motion, out: &mut String) {
+fn pose(pose: &Motion, out: &mut String) {
     out.push_str(
-        "<h3>Pose</h3>\n<p class=\"convention\">Scan point = rotation &times; model point + translation (mm).</p>\n\
-         <div class=\"scroll\"><table>\n<thead><tr><th>Rotation</th><th></th><th></th><th>Translation</th></tr></thead>\n<tbody>\n",
+        "<h3>Pose</h3>\n<p class=\"convention\">Scan point = rotation &times; model point + translation (mm).</p>\n",
     );
-    for (row, t) in pose.rotation.iter().zip(&pose.translation) {
+    let row = |(row, t): (&[f64; 3], &f64)| {
         let [a, b, c] = row.map(|v| minus(&format!("{v:.6}")));
-        let _ = writeln!(out, "<tr><td>{a}</td><td>{b}</td><td>{c}</td><td>{}</td></tr>", precise(*t));
-    }
-    out.push_str("</tbody></table></div>\n");
+        row_of(&[a, b, c, precise(*t)])
+    };
+    let head = "<thead><tr><th>Rotation</th><th></th><th></th><th>Translation</th></tr></thead>\n";
+    table(head, pose.rotation.iter().zip(&pose.translation).map(row), out);
 }
 
 fn quality(fit: &FitResult, out: &mut String) {
@@ -102,29 +112,21 @@ fn quality(fit: &FitResult, out: &mut String) {
         ("Converged", if fit.converged { "yes".to_owned() } else { "<span class=\"mark\">no</span>".to_owned() }),
         ("Time", format!("{seconds:.2} s")),
     ];
-    out.push_str("<h3>Quality</h3>\n<div class=\"scroll\"><table>\n<tbody>\n");
-    for (name, value) in rows {
-        let _ = writeln!(out, "<tr><td>{name}</td><td>{value}</td></tr>");
-    }
-    out.push_str("</tbody></table></div>\n");
+    out.push_str("<h3>Quality</h3>\n");
+    table("", rows.into_iter().map(|(name, value)| row_of(&[name.to_owned(), value])), out);
 }
 
 /// Statistics of all parts, of each and of groups of them.
 pub(super) fn statistics(variance: &VarianceReport) -> String {
-    let mut out = String::from(
-        "<div class=\"scroll\"><table>\n<thead>\
-         <tr><th></th><th></th><th></th><th colspan=\"6\">unsigned</th><th colspan=\"4\">signed</th></tr>\
-         <tr><th>Part</th><th>Area, mm&sup2;</th><th>Coverage</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
-         <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n<tbody>\n",
-    );
-    row("All", &variance.overall, "total", &mut out);
-    for part in &variance.parts {
-        row(&part.name, &part.statistics, "", &mut out);
-    }
-    for group in &variance.groups {
-        row(&format!("{} (all)", group.name), &group.statistics, "total", &mut out);
-    }
-    out.push_str("</tbody></table></div>\n");
+    let mut out = String::new();
+    let parts = variance.parts.iter().map(|part| row(&part.name, &part.statistics, ""));
+    let groups = variance.groups.iter().map(|g| row(&format!("{} (all)", g.name), &g.statistics, "total"));
+    let all = std::iter::once(row("All", &variance.overall, "total"));
+    let head = "<thead>\
+        <tr><th></th><th></th><th></th><th colspan=\"6\">unsigned</th><th colspan=\"4\">signed</th></tr>\
+        <tr><th>Part</th><th>Area, mm&sup2;</th><th>Coverage</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
+        <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n";
+    table(head, all.chain(parts).chain(groups), &mut out);
     conformance(variance, &mut out);
     explained(variance, &mut out);
     forms(variance, &mut out);
@@ -146,107 +148,99 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
     out
 }
 
-/// How the parts stand to the tolerance, where one was given.
+fn row(name: &str, s: &Statistics, class: &str) -> String {
+    let (w, signed) = (&s.weighted, &s.weighted.signed);
+    let figures =
+        [w.mean, w.sd, w.rms, w.median, w.percentiles.p95, w.max, signed.mean, signed.sd, signed.min, signed.max];
+    let cells: String = figures.iter().map(|figure| format!("<td>{}</td>", number(*figure))).collect();
+    let (name, area, coverage) = (escape(name), number(s.area), 100.0 * s.coverage);
+    format!("<tr class=\"{class}\"><td>{name}</td><td>{area}</td><td>{coverage:.1} %</td>{cells}</tr>\n")
+}
+
+/// The conformance of the parts to their tolerances, if there are any.
 fn conformance(variance: &VarianceReport, out: &mut String) {
     if variance.overall.tolerance.is_none() {
         return;
     }
-    out.push_str(
-        "<h3>Tolerance</h3>\n<div class=\"scroll\"><table>\n<thead><tr><th>Part</th><th>From</th><th>To</th><th>Within</th>\
-         <th>Below, mm&sup2;</th><th>Above, mm&sup2;</th><th></th></tr></thead>\n<tbody>\n",
-    );
     let parts = variance.parts.iter().map(|p| (p.name.as_str(), &p.statistics));
-    for (name, statistics) in std::iter::once(("All", &variance.overall)).chain(parts) {
-        let Some(c) = &statistics.tolerance else { continue };
+    let rows = std::iter::once(("All", &variance.overall)).chain(parts).filter_map(|(name, statistics)| {
+        let c = statistics.tolerance.as_ref()?;
+        let [lower, upper] = c.tolerance.map_or_else(Default::default, |t| [t.lower, t.upper].map(short));
+        let (name, share, [below, above]) = (escape(name), 100.0 * c.share, [c.area_below, c.area_above].map(number));
         let verdict = if c.within { "within" } else { "<span class=\"mark\">out of tolerance</span>" };
-        let _ = writeln!(
-            out,
-            "<tr><td>{}</td><td>{}</td><td>{}</td><td>{:.2} %</td><td>{}</td><td>{}</td><td class=\"text\">{verdict}</td></tr>",
-            escape(name),
-            c.tolerance.map_or_else(String::new, |t| short(t.lower)),
-            c.tolerance.map_or_else(String::new, |t| short(t.upper)),
-            100.0 * c.share,
-            number(c.area_below),
-            number(c.area_above),
-        );
-    }
-    out.push_str("</tbody></table></div>\n");
+        Some(format!(
+            "<tr><td>{name}</td><td>{lower}</td><td>{upper}</td><td>{share:.2} %</td><td>{below}</td><td>{above}</td>\
+             <td class=\"text\">{verdict}</td></tr>\n"
+        ))
+    });
+    out.push_str("<h3>Tolerance</h3>\n");
+    let head = "<thead><tr><th>Part</th><th>From</th><th>To</th><th>Within</th>\
+        <th>Below, mm&sup2;</th><th>Above, mm&sup2;</th><th></th></tr></thead>\n";
+    table(head, rows, out);
 }
 
-/// What changes of parameters would explain.
+/// The shares of the deviations that changes of parameters would explain.
 fn explained(variance: &VarianceReport, out: &mut String) {
-    let known: Vec<_> = variance.parts.iter().filter_map(|p| Some((&p.name, p.explained.as_ref()?))).collect();
-    if known.is_empty() {
+    let mut rows = variance.parts.iter().filter_map(|p| Some((&p.name, p.explained.as_ref()?))).peekable();
+    if rows.peek().is_none() {
         return;
     }
     out.push_str(
         "<h3>Explained deviations</h3>\n<p class=\"convention\">The share of each part's mean square deviation that vanishes if its \
-         parameters change, or if it moves as a whole; what remains of both is its form. Changes are those of one parameter alone.</p>\n\
-         <div class=\"scroll\"><table>\n<thead><tr><th>Part</th><th>RMS, mm</th><th>Parameters</th><th>Position</th><th>Form, mm</th>\
-         <th colspan=\"6\">Parameters with the largest shares</th></tr></thead>\n<tbody>\n",
+         parameters change, or if it moves as a whole; what remains of both is its form. Changes are those of one parameter alone.</p>\n",
     );
-    for (name, e) in known {
+    let head = "<thead><tr><th>Part</th><th>RMS, mm</th><th>Parameters</th><th>Position</th><th>Form, mm</th>\
+        <th colspan=\"6\">Parameters with the largest shares</th></tr></thead>\n";
+    let parameter = |p: &ParameterEffect| {
+        let (change, unit) =
+            if p.unit == "rad" { (p.change.to_degrees(), "&deg;") } else { (p.change, p.unit.as_str()) };
+        let change = if change > 0.0 { format!("+{}", number(change)) } else { number(change) };
+        format!("<td class=\"text\">{} {change} {unit}</td><td>{:.1} %</td>", escape(&p.name), 100.0 * p.share)
+    };
+    let row = |(name, e): (&String, &Explanation)| {
         let (all, position) = (100.0 * e.all_parameters, 100.0 * e.position);
-        let (rms, form) = (number(e.rms), number(e.form));
-        let _ = write!(
-            out,
-            "<tr><td>{}</td><td>{rms}</td><td>{all:.1} %</td><td>{position:.1} %</td><td>{form}</td>",
-            escape(name)
-        );
-        for p in e.parameters.iter().take(3) {
-            let (change, unit) =
-                if p.unit == "rad" { (p.change.to_degrees(), "&deg;") } else { (p.change, p.unit.as_str()) };
-            let change = if change > 0.0 { format!("+{}", number(change)) } else { number(change) };
-            let _ = write!(
-                out,
-                "<td class=\"text\">{} {change} {unit}</td><td>{:.1} %</td>",
-                escape(&p.name),
-                100.0 * p.share
-            );
-        }
-        out.push_str("</tr>\n");
-    }
-    out.push_str("</tbody></table></div>\n");
+        let (name, rms, form) = (escape(name), number(e.rms), number(e.form));
+        let parameters: String = e.parameters.iter().take(3).map(parameter).collect();
+        format!(
+            "<tr><td>{name}</td><td>{rms}</td><td>{all:.1} %</td><td>{position:.1} %</td><td>{form}</td>{parameters}</tr>\n"
+        )
+    };
+    table(head, rows.map(row), out);
 }
 
 /// Deviations of form.
 fn forms(variance: &VarianceReport, out: &mut String) {
-    let known: Vec<_> = variance.parts.iter().filter_map(|p| Some((&p.name, p.form.as_ref()?))).collect();
-    if known.is_empty() {
+    let mut rows = variance.parts.iter().filter_map(|p| Some((&p.name, p.form.as_ref()?))).peekable();
+    if rows.peek().is_none() {
         return;
     }
     out.push_str(
         "<h3>Form</h3>\n<p class=\"convention\">Between which surfaces of a part's form the measured points lie, wherever that fits best: about \
          the surface of least squares, and at the narrowest. Outlying points (beyond four robust standard deviations) are left out and counted; \
-         the scan's noise is included. Roundness is that of the worst of the sections.</p>\n\
-         <div class=\"scroll\"><table>\n<thead><tr><th>Part</th><th></th><th>Least squares, mm</th><th>Minimum zone, mm</th>\
-         <th>Outlying</th><th>With outlying, mm</th><th>Roundness, mm</th><th>Sections</th></tr></thead>\n<tbody>\n",
+         the scan's noise is included. Roundness is that of the worst of the sections.</p>\n",
     );
-    for (name, form) in known {
-        let _ = write!(out, "<tr><td>{}</td>", escape(name));
-        match &form.zone {
-            Some(z) => {
+    let head = "<thead><tr><th>Part</th><th></th><th>Least squares, mm</th><th>Minimum zone, mm</th>\
+        <th>Outlying</th><th>With outlying, mm</th><th>Roundness, mm</th><th>Sections</th></tr></thead>\n";
+    let row = |(name, form): (&String, &FormDeviation)| {
+        let zone = form.zone.as_ref().map_or_else(
+            || "<td class=\"text\">surface of revolution</td><td></td><td></td><td></td><td></td>".to_owned(),
+            |z| {
                 let share = 100.0 * z.outlying as f64 / (z.outlying + z.points).max(1) as f64;
                 let [least_squares, minimum, all] = [z.least_squares, z.minimum_zone, z.with_outlying[1]].map(number);
-                let _ = write!(
-                    out,
-                    "<td class=\"text\">{}</td><td>{least_squares}</td><td>{minimum}</td><td>{share:.2} %</td><td>{all}</td>",
-                    escape(&z.characteristic)
-                );
-            }
-            None => out.push_str("<td class=\"text\">surface of revolution</td><td></td><td></td><td></td><td></td>"),
-        }
-        match form.roundness {
-            Some(r) => {
-                let _ = writeln!(out, "<td>{}</td><td>{}</td></tr>", number(r.minimum_zone), r.sections);
-            }
-            None => out.push_str("<td></td><td></td></tr>\n"),
-        }
-    }
-    out.push_str("</tbody></table></div>\n");
+                let characteristic = escape(&z.characteristic);
+                format!(
+                    "<td class=\"text\">{characteristic}</td><td>{least_squares}</td><td>{minimum}</td><td>{share:.2} %</td><td>{all}</td>"
+                )
+            },
+        );
+        let [roundness, sections] =
+            form.roundness.map_or_else(Default::default, |r| [number(r.minimum_zone), r.sections.to_string()]);
+        format!("<tr><td>{}</td>{zone}<td>{roundness}</td><td>{sections}</td></tr>\n", escape(name))
+    };
+    table(head, rows.map(row), out);
 }
 
-/// What of the scan the model does not explain.
+/// The part of the scan that the model does not explain.
 fn left_over(unmatched: &UnmatchedSummary, out: &mut String) {
     out.push_str("<h3>Not explained by the model</h3>\n");
     if unmatched.triangles == 0 {
@@ -261,35 +255,13 @@ fn left_over(unmatched: &UnmatchedSummary, out: &mut String) {
         100.0 * unmatched.share,
         unmatched.pieces
     );
-    out.push_str(
-        "<div class=\"scroll\"><table>\n<thead><tr><th>Piece</th><th>Area, mm&sup2;</th><th>Triangles</th>\
-         <th colspan=\"3\">Centre</th><th colspan=\"3\">Size</th></tr></thead>\n<tbody>\n",
-    );
-    for (k, piece) in unmatched.largest.iter().enumerate() {
-        let _ = write!(out, "<tr><td>{k}</td><td>{}</td><td>{}</td>", number(piece.area), piece.triangles);
+    let head = "<thead><tr><th>Piece</th><th>Area, mm&sup2;</th><th>Triangles</th>\
+        <th colspan=\"3\">Centre</th><th colspan=\"3\">Size</th></tr></thead>\n";
+    let row = |(k, piece): (usize, &Piece)| {
         let size = piece.high.iter().zip(piece.low).map(|(high, low)| high - low);
-        for figure in piece.centre.into_iter().chain(size) {
-            let _ = write!(out, "<td>{}</td>", number(figure));
-        }
-        out.push_str("</tr>\n");
-    }
-    out.push_str("</tbody></table></div>\n");
-}
-
-fn row(name: &str, s: &Statistics, class: &str, out: &mut String) {
-    let w = &s.weighted;
-    let _ = write!(
-        out,
-        "<tr class=\"{class}\"><td>{}</td><td>{}</td><td>{:.1} %</td>",
-        escape(name),
-        number(s.area),
-        100.0 * s.coverage
-    );
-    let signed = &w.signed;
-    let figures =
-        [w.mean, w.sd, w.rms, w.median, w.percentiles.p95, w.max, signed.mean, signed.sd, signed.min, signed.max];
-    for figure in figures {
-        let _ = write!(out, "<td>{}</td>", number(figure));
-    }
-    out.push_str("</tr>\n");
+        let mut cells = vec![k.to_string(), number(piece.area), piece.triangles.to_string()];
+        cells.extend(piece.centre.into_iter().chain(size).map(number));
+        row_of(&cells)
+    };
+    table(head, unmatched.largest.iter().enumerate().map(row), out);
 }

@@ -1,8 +1,7 @@
 use super::{Report, fill, write};
-use crate::export::render::IDENTITY;
 use crate::fit::{FitResult, FittedParameter};
 use crate::mesh::{Group, TriangleMesh};
-use crate::model::{Tessellation, Texels};
+use crate::model::{Motion, Tessellation, Texels};
 use crate::scan::ScanSource;
 use crate::variance::{Deviations, VarianceReport};
 use gml_compiler::program::Quantity;
@@ -68,7 +67,7 @@ fn fit() -> FitResult {
                 sd: None,
             },
         ],
-        pose: Some(crate::model::Motion { rotation: IDENTITY, translation: [1.0, -2.0, 3.0] }),
+        pose: Some(Motion { rotation: Motion::IDENTITY.rotation, translation: [1.0, -2.0, 3.0] }),
         objective: 0.25,
         sigma: 0.5,
         noise: 0.1,
@@ -96,7 +95,7 @@ fn page() -> String {
         variance: &variance,
         deviations: &deviations,
         tessellation: &tessellation(),
-        turned: IDENTITY,
+        turned: Motion::IDENTITY.rotation,
         distance_png: b"one",
         colour_png: b"two",
         colour_range: 0.5,

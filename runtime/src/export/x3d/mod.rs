@@ -10,10 +10,11 @@ pub(super) mod shaders;
 #[cfg(test)]
 mod tests;
 
+use crate::mesh::TriangleMesh;
 use crate::model::Tessellation;
 use thiserror::Error;
 
-/// What goes into the file.
+/// The content of the file.
 #[derive(Clone, Copy, Debug)]
 pub struct X3dScene<'a> {
     /// The model, with normals and texture coordinates; one group a part.
@@ -22,12 +23,12 @@ pub struct X3dScene<'a> {
     pub texture_png: &'a [u8],
     /// Its width and height: powers of two, because viewers resample others and so destroy the codes.
     pub texture_size: [u32; 2],
-    /// Distance that the byte 255 stands for. Millimetres.
+    /// Distance that the byte 255 encodes. Millimetres.
     pub max_distance: f64,
     /// Deviation at which the colour scale ends. Millimetres.
     pub colour_range: f64,
-    /// How the model was turned from the way its author drew it, with z upwards, into the scan's coordinates: a
-    /// rotation matrix, row by row. Viewers show it upright.
+    /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
+    /// Viewers show the model upright.
     pub turned: [[f64; 3]; 3],
     /// Title of the document.
     pub title: &'a str,
@@ -38,13 +39,13 @@ pub struct X3dScene<'a> {
 /// Named figures.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MetadataGroup {
-    /// What they are about, such as the name of a part.
+    /// Their subject, such as the name of a part.
     pub name: String,
     /// Names and values as text.
     pub entries: Vec<(String, String)>,
 }
 
-/// Why a scene cannot be written.
+/// The reason why a scene cannot be written.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum X3dError {
     /// Viewers would resample the texture.
@@ -63,43 +64,15 @@ pub enum X3dError {
         /// Its value.
         value: f64,
     },
-    /// There is nothing to show.
-    #[error("the model has no triangles")]
-    Empty,
-    /// Normals or texture coordinates are missing.
-    #[error("the mesh has {positions} positions, {normals} normals and {texcoords} texture coordinates")]
-    Attributes {
-        /// Vertices.
-        positions: usize,
-        /// Normals.
-        normals: usize,
-        /// Texture coordinates.
-        texcoords: usize,
-    },
-    /// A triangle refers to a vertex that does not exist.
-    #[error("triangle {triangle} of the mesh refers to a vertex that does not exist")]
-    Index {
-        /// Which triangle.
-        triangle: usize,
-    },
-    /// A group refers to triangles that do not exist.
-    #[error("part {name} of the mesh refers to triangles that do not exist")]
-    Group {
-        /// Name of the part.
-        name: String,
-    },
-    /// A coordinate is not finite.
-    #[error("vertex {vertex} of the mesh has a coordinate that is not finite")]
-    NotFinite {
-        /// Which vertex.
-        vertex: usize,
-    },
+    /// The mesh has no triangles, lacks attributes, or refers to what is not there.
+    #[error("the mesh cannot be shown: {0}")]
+    Mesh(String),
 }
 
 /// The scene as X3D 4.0 in the XML encoding.
 ///
 /// # Errors
-/// Where the mesh or the texture cannot be shown by a viewer.
+/// Viewers cannot show the mesh or the texture.
 pub fn write(scene: &X3dScene<'_>) -> Result<String, X3dError> {
     check(scene)?;
     Ok(scene::document(scene))
@@ -115,24 +88,26 @@ fn check(scene: &X3dScene<'_>) -> Result<(), X3dError> {
             return Err(X3dError::Distance { what, value });
         }
     }
-    let mesh = &scene.tessellation.mesh;
-    if mesh.triangles.is_empty() {
-        return Err(X3dError::Empty);
-    }
+    check_mesh(&scene.tessellation.mesh).map_or(Ok(()), |fault| Err(X3dError::Mesh(fault)))
+}
+
+/// The reason why a mesh cannot be shown, if there is one. Triangles, vertices and parts are counted from 0.
+fn check_mesh(mesh: &TriangleMesh) -> Option<String> {
     let (positions, normals, texcoords) = (mesh.positions.len(), mesh.normals.len(), mesh.texcoords.len());
+    if mesh.triangles.is_empty() {
+        return Some("it has no triangles".to_owned());
+    }
     if normals != positions || texcoords != positions {
-        return Err(X3dError::Attributes { positions, normals, texcoords });
+        return Some(format!("it has {positions} positions, {normals} normals and {texcoords} texture coordinates"));
     }
     if let Some(triangle) = mesh.triangles.iter().position(|t| t.iter().any(|&i| i as usize >= positions)) {
-        return Err(X3dError::Index { triangle });
+        return Some(format!("triangle {triangle} refers to a vertex that does not exist"));
     }
     if let Some(group) = mesh.groups.iter().find(|g| g.start > g.end || g.end > mesh.triangles.len()) {
-        return Err(X3dError::Group { name: group.name.clone() });
+        return Some(format!("part {} refers to triangles that do not exist", group.name));
     }
     let finite =
         |i: usize| mesh.positions[i].iter().chain(&mesh.normals[i]).chain(&mesh.texcoords[i]).all(|c| c.is_finite());
-    match (0..positions).find(|&i| !finite(i)) {
-        Some(vertex) => Err(X3dError::NotFinite { vertex }),
-        None => Ok(()),
-    }
+    let vertex = (0..positions).find(|&i| !finite(i))?;
+    Some(format!("vertex {vertex} has a coordinate that is not finite"))
 }

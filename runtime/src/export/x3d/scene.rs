@@ -5,14 +5,24 @@ use crate::export::escape::escape;
 use crate::mesh::{Group, TriangleMesh};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use nalgebra::{Matrix3, Rotation3, Vector3};
+use glam::{DMat3, DQuat, DVec3};
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write;
 
-/// What the Switch offers, in its order; a viewpoint leads to each.
+/// The choices of the Switch, in its order; a viewpoint leads to each.
 const MODES: [&str; 5] =
     ["Nominal", "Actual", "Nominal and actual", "Actual (vertex shader)", "Nominal and actual (vertex shader)"];
+
+/// The appearance of the nominal model.
+const SOLID: &str = "              <Appearance DEF='Solid'>
+                <Material diffuseColor='0.72 0.74 0.77' specularColor='0.1 0.1 0.1'/>
+              </Appearance>\n";
+
+/// The appearance of the nominal model around the actual one.
+const GLASS: &str = "                <Appearance DEF='Glass'>
+                  <Material diffuseColor='0.5 0.52 0.55' transparency='0.6'/>
+                </Appearance>\n";
 
 /// Vertical field of view of the viewpoints. Radians.
 const FIELD_OF_VIEW: f64 = 0.6;
@@ -26,7 +36,8 @@ pub(super) fn document(scene: &X3dScene<'_>) -> String {
     let _ = writeln!(out, "  <Scene>");
     world(scene, &frame, &mut out);
     viewpoints(&frame, &mut out);
-    let (rotation, translation) = (list_of(axis_angle(&frame.upright), 9), list_of(frame.place.into(), frame.decimals));
+    let rotation = list_of(axis_angle(frame.upright), 9);
+    let translation = list_of(frame.place.to_array(), frame.decimals);
     let _ = writeln!(out, "    <Transform rotation='{rotation}' translation='{translation}'>");
     let _ = writeln!(out, "        <Switch DEF='Mode' whichChoice='0'>");
     let parts = parts(mesh);
@@ -91,14 +102,12 @@ fn world(scene: &X3dScene<'_>, frame: &Frame, out: &mut String) {
 /// A viewpoint a mode, all from the same place: in front (from the model's -y), to the right and above. They are not
 /// in the Transform, because X_ITE takes y of a viewpoint's own coordinates as upwards.
 fn viewpoints(frame: &Frame, out: &mut String) {
-    let toward = Vector3::new(0.45, 0.45, 0.8).normalize();
-    let centre = frame.place;
-    let position = centre + toward * (1.05 * frame.radius / (FIELD_OF_VIEW / 2.0).sin());
-    let triple = |v: Vector3<f64>| list_of(v.into(), frame.decimals);
-    let (position, centre) = (triple(position), triple(centre));
-    let right = Vector3::y().cross(&toward).normalize();
-    let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[right, toward.cross(&right), toward]));
-    let orientation = list_of(axis_angle(&rotation), 6);
+    let toward = DVec3::new(0.45, 0.45, 0.8).normalize();
+    let position = frame.place + toward * (1.05 * frame.radius / (FIELD_OF_VIEW / 2.0).sin());
+    let triple = |v: DVec3| list_of(v.to_array(), frame.decimals);
+    let (position, centre) = (triple(position), triple(frame.place));
+    let right = DVec3::Y.cross(toward).normalize();
+    let orientation = list_of(axis_angle(DMat3::from_cols(right, toward.cross(right), toward)), 6);
     for (i, mode) in MODES.iter().enumerate() {
         let _ = writeln!(
             out,
@@ -108,9 +117,13 @@ fn viewpoints(frame: &Frame, out: &mut String) {
     }
 }
 
-/// A rotation as X3D writes it: an axis and an angle.
-fn axis_angle(rotation: &Rotation3<f64>) -> [f64; 4] {
-    rotation.axis_angle().map_or([0.0, 0.0, 1.0, 0.0], |(axis, angle)| [axis.x, axis.y, axis.z, angle])
+/// A rotation as X3D writes it: an axis and an angle in radians, at most half a turn.
+fn axis_angle(rotation: DMat3) -> [f64; 4] {
+    let quaternion = DQuat::from_mat3(&rotation);
+    match (if quaternion.w < 0.0 { -quaternion } else { quaternion }).to_axis_angle() {
+        (_, 0.0) => [0.0, 0.0, 1.0, 0.0],
+        (axis, angle) => [axis.x, axis.y, axis.z, angle],
+    }
 }
 
 /// The model as it is, readable by viewers without shaders. Defines the geometry that all other modes use.
@@ -120,13 +133,7 @@ fn nominal(scene: &X3dScene<'_>, parts: &[Part], frame: &Frame, out: &mut String
         let name = escape(&quoted(&part.name));
         let _ = writeln!(out, "            <Shape DEF='Part{i}'>");
         let _ = writeln!(out, "              <MetadataString name='part' value='{name}' containerField='metadata'/>");
-        if i == 0 {
-            out.push_str("              <Appearance DEF='Solid'>\n");
-            out.push_str("                <Material diffuseColor='0.72 0.74 0.77' specularColor='0.1 0.1 0.1'/>\n");
-            out.push_str("              </Appearance>\n");
-        } else {
-            out.push_str("              <Appearance USE='Solid'/>\n");
-        }
+        out.push_str(if i == 0 { SOLID } else { "              <Appearance USE='Solid'/>\n" });
         part.write(i, &scene.tessellation.mesh, frame, out);
         out.push_str("            </Shape>\n");
     }
@@ -165,6 +172,7 @@ impl Displaced<'_, '_> {
         out.push_str("          </Group>\n");
     }
 
+    /// The model as glass, once.
     fn translucent(&mut self, out: &mut String) {
         if !self.first("Translucent") {
             out.push_str("            <Group USE='Translucent'/>\n");
@@ -172,15 +180,11 @@ impl Displaced<'_, '_> {
         }
         out.push_str("            <Group DEF='Translucent'>\n");
         for i in 0..self.parts {
-            out.push_str("              <Shape>\n");
-            if i == 0 {
-                out.push_str("                <Appearance DEF='Glass'>\n");
-                out.push_str("                  <Material diffuseColor='0.5 0.52 0.55' transparency='0.6'/>\n");
-                out.push_str("                </Appearance>\n");
-            } else {
-                out.push_str("                <Appearance USE='Glass'/>\n");
-            }
-            let _ = writeln!(out, "                <IndexedTriangleSet USE='Mesh{i}'/>\n              </Shape>");
+            let appearance = if i == 0 { GLASS } else { "                <Appearance USE='Glass'/>\n" };
+            let _ = writeln!(
+                out,
+                "              <Shape>\n{appearance}                <IndexedTriangleSet USE='Mesh{i}'/>\n              </Shape>"
+            );
         }
         out.push_str("            </Group>\n");
     }
@@ -265,14 +269,14 @@ fn routes(out: &mut String) {
     }
 }
 
-/// Where the model is and how large.
+/// The place and the size of the model.
 struct Frame {
     /// Centre of the bounding box; coordinates are written relative to it, because viewers use single precision.
-    centre: [f64; 3],
-    /// From the mesh's coordinates to the scene's, whose y points upwards.
-    upright: Rotation3<f64>,
+    centre: DVec3,
+    /// The rotation from the mesh's coordinates to the scene's, whose y points upwards.
+    upright: DMat3,
     /// The centre in the scene's coordinates.
-    place: Vector3<f64>,
+    place: DVec3,
     /// Half the diagonal of the bounding box.
     radius: f64,
     /// Decimals of coordinates: seven digits of the radius.
@@ -280,23 +284,14 @@ struct Frame {
 }
 
 impl Frame {
-    fn of(mesh: &TriangleMesh, turned: &[[f64; 3]; 3]) -> Frame {
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        for p in &mesh.positions {
-            for k in 0..3 {
-                low[k] = low[k].min(p[k]);
-                high[k] = high[k].max(p[k]);
-            }
-        }
-        let centre = [0, 1, 2].map(|k| 0.5 * low[k] + 0.5 * high[k]);
-        let radius = (0..3).map(|k| (0.5 * high[k] - 0.5 * low[k]).powi(2)).sum::<f64>().sqrt();
+    fn of(mesh: &TriangleMesh, turned: &[[f64; 3]; 3]) -> Self {
+        let bounds = mesh.bounds();
+        let (centre, radius) = (bounds.centre(), bounds.diagonal() / 2.0);
         let radius = if radius > 0.0 { radius } else { 1.0 };
         let decimals = (6.0 - radius.log10().floor()).clamp(0.0, 12.0) as usize;
-        // nalgebra takes the rows for columns: the transpose, which turns back.
-        let back = Rotation3::from_matrix_unchecked(Matrix3::from(*turned));
-        let upright = Rotation3::from_axis_angle(&Vector3::x_axis(), -FRAC_PI_2) * back;
-        Frame { centre, upright, place: upright * Vector3::from(centre), radius, decimals }
+        // The rows are taken for columns: the transpose, which turns back.
+        let upright = DMat3::from_rotation_x(-FRAC_PI_2) * DMat3::from_cols_array_2d(turned);
+        Self { centre, upright, place: upright * centre, radius, decimals }
     }
 }
 
@@ -337,9 +332,8 @@ impl Part {
         let _ = write!(out, "              <IndexedTriangleSet DEF='Mesh{i}' solid='false' index='");
         list(self.triangles.iter().map(|t| t.map(|v| v.to_string())), out);
         out.push_str("'>\n                <Coordinate point='");
-        let positions = self.vertices.iter().map(|&v| mesh.positions[v as usize]);
-        let point = |p: [f64; 3]| [0, 1, 2].map(|k| number(p[k] - frame.centre[k], frame.decimals));
-        list(positions.map(point), out);
+        let point = |&v: &u32| DVec3::from_array(mesh.positions[v as usize]) - frame.centre;
+        list(self.vertices.iter().map(|v| point(v).to_array().map(|c| number(c, frame.decimals))), out);
         out.push_str("'/>\n                <Normal vector='");
         list(self.vertices.iter().map(|&v| mesh.normals[v as usize].map(|c| number(c, 4))), out);
         out.push_str("'/>\n                <TextureCoordinate point='");

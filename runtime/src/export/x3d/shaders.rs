@@ -1,4 +1,4 @@
-//! The shaders, from their files, with what they share put in.
+//! The shaders, from their files, with their common parts inserted.
 
 use crate::export::colormap::diverging;
 use std::fmt::Write;

@@ -2,6 +2,7 @@
 
 use super::facet_block::{Asked, Block, Lanes, WIDTH};
 use super::facets::Facing;
+use crate::bvh::closest_weights;
 use glam::{DVec3, Vec3, Vec4};
 
 /// A tree of axis-aligned boxes in fours, with blocks of four facets as leaves; children stand behind their parent, so
@@ -211,51 +212,13 @@ fn halve<'i>(items: &'i mut [u32], centres: &[DVec3]) -> (&'i mut [u32], &'i mut
     items.split_at_mut(half)
 }
 
-/// The point of triangle abc nearest to q as weights of a, b and c, and its squared distance (Ericson, Real-Time
-/// Collision Detection, 5.1.5). Not finite where the triangle is not.
+/// The point of triangle abc nearest to q as weights of a, b and c, and its squared distance. Not finite where the
+/// triangle is not.
 pub(crate) fn triangle_closest(q: DVec3, a: DVec3, b: DVec3, c: DVec3) -> ([f64; 3], f64) {
     let (ab, ac, ap) = (b - a, c - a, q - a);
-    let weights = triangle_weights(ab, ac, ap);
+    let weights = closest_weights([ap, ap - ab, ap - ac].map(|p| [ab.dot(p), ac.dot(p)]));
     let foot = ab * weights[1] + ac * weights[2];
     (weights, (ap - foot).length_squared())
-}
-
-fn triangle_weights(ab: DVec3, ac: DVec3, ap: DVec3) -> [f64; 3] {
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    let bp = ap - ab;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return [0.0, 1.0, 0.0];
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let v = d1 / (d1 - d3);
-        return [1.0 - v, v, 0.0];
-    }
-    let cp = ap - ac;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return [0.0, 0.0, 1.0];
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let w = d2 / (d2 - d6);
-        return [1.0 - w, 0.0, w];
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 >= d3 && d5 >= d6 {
-        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return [0.0, 1.0 - w, w];
-    }
-    let sum = va + vb + vc;
-    // A triangle without area has no interior; its first corner stands for it.
-    if sum <= 0.0 {
-        return [1.0, 0.0, 0.0];
-    }
-    [va / sum, vb / sum, vc / sum]
 }
 
 #[cfg(test)]

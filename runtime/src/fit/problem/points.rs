@@ -2,7 +2,7 @@
 
 use crate::fit::tuning::{CLEAN_CLOUD, EMPTY_CELL, OUTLIER_PASSES, OUTLIER_POINTS, SPACING_POINTS};
 use crate::robust::median;
-use crate::scan::{Neighbours, Scan, strays};
+use crate::scan::{Neighbours, Scan, outliers};
 use foldhash::fast::FixedState;
 use glam::{DVec3, U64Vec3};
 use std::borrow::Cow;
@@ -56,9 +56,9 @@ impl Points {
         let mut inliers = all.clone();
         for _ in 0..OUTLIER_PASSES {
             let positions: Vec<[f64; 3]> = inliers.position.iter().map(|p| p.to_array()).collect();
-            let which: Vec<u32> = (0..inliers.len() as u32).collect();
-            let strays = strays(&Neighbours::new(&positions), &positions, &which);
-            inliers = inliers.pick((0..inliers.len()).filter(|i| !strays[*i]));
+            let indices: Vec<u32> = (0..inliers.len() as u32).collect();
+            let outliers = outliers(&Neighbours::new(&positions), &positions, &indices);
+            inliers = inliers.pick((0..inliers.len()).filter(|i| !outliers[*i]));
         }
         inliers.cluttered = (inliers.len() as f64) < CLEAN_CLOUD * all.len() as f64;
         Cow::Owned(inliers)

@@ -3,7 +3,7 @@ use crate::fit::{FitOptions, FitResult, fit};
 use crate::mesh::TriangleMesh;
 use crate::model::{Model, Partials};
 use crate::progress::Silent;
-use crate::scan::{Cleaning, Scan, ScanSource};
+use crate::scan::{Scan, ScanSource};
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -35,7 +35,6 @@ pub(crate) fn load(path: &str) -> Scan {
         oriented: true,
         source: ScanSource::default(),
         noise: 0.3,
-        cleaning: Cleaning::default(),
     }
 }
 
@@ -98,7 +97,7 @@ pub(crate) fn scan_of(model: &dyn Model, x: &[f64], noise: f64, count: usize, se
             mesh.normals.push(n.to_array());
         }
     }
-    Scan { mesh, oriented: true, source: ScanSource::default(), noise, cleaning: Cleaning::default() }
+    Scan { mesh, oriented: true, source: ScanSource::default(), noise }
 }
 
 #[test]

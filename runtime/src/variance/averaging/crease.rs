@@ -62,7 +62,7 @@ fn sides(origins: &[SurfacePoint]) -> Vec<Vec<usize>> {
 /// The sheets that meet at a vertex.
 fn junction(tessellation: &Tessellation, bvh: &Bvh, vertex: usize, tolerance: f64) -> Junction {
     let mut sheets: Vec<Sheet> = Vec::new();
-    bvh.all_within(tessellation.mesh.positions[vertex], tolerance, |found| {
+    bvh.all_within(tessellation.mesh.positions[vertex].into(), tolerance, |found| {
         let Some(sheet) = sheet(tessellation, &found) else { return };
         match sheets.iter_mut().find(|s| same(s, &sheet)) {
             // The nearest triangle of a sheet gives its normal.
@@ -89,7 +89,7 @@ fn sheet(tessellation: &Tessellation, found: &ClosestPoint) -> Option<Sheet> {
     Some(Sheet {
         patch: origins[0].patch,
         parameters: [mix(origins.map(|o| o.u)), mix(origins.map(|o| o.v))],
-        point: found.point.into(),
+        point: found.point,
         normal: normal.try_normalize()?,
         distance: found.distance,
     })

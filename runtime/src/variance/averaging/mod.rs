@@ -57,7 +57,7 @@ pub(in crate::variance) fn average_normals(
 
 fn turn_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64) -> Result<(), BvhError> {
     let bvh = Bvh::build(&tessellation.mesh)?;
-    let tolerance = COINCIDENT * tessellation.mesh.diagonal();
+    let tolerance = COINCIDENT * tessellation.mesh.bounds().diagonal();
     if tessellation.origins.len() != tessellation.mesh.positions.len() {
         average_vertices(&mut tessellation.mesh);
         interpolate(texels, &tessellation.mesh, &bvh, tolerance);
@@ -91,11 +91,11 @@ fn average_vertices(mesh: &mut TriangleMesh) {
     let mut sums: HashMap<[u64; 3], DVec3> = HashMap::new();
     for triangle in &mesh.triangles {
         let Some(normal) = mesh.triangle_normal(*triangle) else { continue };
-        let corners = triangle.map(|i| DVec3::from(mesh.positions[i as usize]));
+        let corners = mesh.corners(*triangle);
         for k in 0..3 {
             let angle = (corners[(k + 1) % 3] - corners[k]).angle_between(corners[(k + 2) % 3] - corners[k]);
             if angle.is_finite() {
-                *sums.entry(key(corners[k].to_array())).or_default() += angle * DVec3::from(normal);
+                *sums.entry(key(corners[k].to_array())).or_default() += angle * normal;
             }
         }
     }
@@ -110,8 +110,8 @@ fn average_vertices(mesh: &mut TriangleMesh) {
 /// Gives every texel the mesh's normal, interpolated over the triangle on which it lies.
 fn interpolate(texels: &mut Texels, mesh: &TriangleMesh, bvh: &Bvh, tolerance: f64) {
     let texel = |(normal, position): (&mut [f32; 3], &[f64; 3])| {
-        let facing = normal.map(f64::from);
-        let Some(closest) = bvh.closest_point_facing(*position, tolerance, facing) else { return };
+        let facing = DVec3::from(normal.map(f64::from));
+        let Some(closest) = bvh.closest_point_facing((*position).into(), tolerance, facing, 0.0) else { return };
         let corners = mesh.triangles[closest.triangle as usize].map(|i| DVec3::from(mesh.normals[i as usize]));
         let sum: DVec3 = corners.iter().zip(closest.weights).map(|(n, w)| *n * w).sum();
         if let Some(n) = sum.try_normalize() {

@@ -22,17 +22,17 @@ fn nearest(rays: &Rays, boundary: Option<&(&TriangleMesh, BoundaryEdges)>, i: us
     let (_, direction) = rays.get(i)?;
     let position = DVec3::from(rays.texels.position[i]);
     let normal = direction.as_dvec3();
-    let closest = rays.scan.closest_point_within(
-        position.to_array(),
-        f64::from(rays.max_distance),
-        normal.to_array(),
-        (rays.facing > 0.0).then_some(rays.cosine),
-    )?;
-    let offset = DVec3::from(closest.point) - position;
+    let limit = f64::from(rays.max_distance);
+    let closest = if rays.facing > 0.0 {
+        rays.scan.closest_point_facing(position, limit, normal, rays.cosine)?
+    } else {
+        rays.scan.closest_point(position, limit)?
+    };
+    let offset = closest.point - position;
     if let Some((scan, edges)) = boundary
         && edges.contain(&closest)
     {
-        let across = DVec3::from(scan.triangle_normal(scan.triangles[closest.triangle as usize])?);
+        let across = scan.triangle_normal(scan.triangles[closest.triangle as usize])?;
         if offset.reject_from_normalized(across).length() > f64::from(rays.tolerance) {
             return None;
         }

@@ -1,7 +1,7 @@
 //! Ray casting in native code.
 
 use super::{Distances, Rays};
-use crate::bvh::{BothWays, Line, PACKET, Search};
+use crate::bvh::{BothWays, HitCriteria, Line, PACKET};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -48,8 +48,8 @@ fn cast_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &mu
         let before = |row: usize| index.partition_point(|&i| (i as usize) < row * width);
         before(first_row + r)..before(first_row + r + 1)
     });
-    let search =
-        Search { reach: rays.max_distance, tolerance: rays.tolerance, facing: rays.facing, cosine: rays.cosine };
+    let criteria =
+        HitCriteria { reach: rays.max_distance, tolerance: rays.tolerance, facing: rays.facing, cosine: rays.cosine };
     loop {
         let remaining = rows.iter().enumerate().filter(|(_, row)| row.start < row.end);
         let next = remaining.map(|(r, row)| column(r, row.start)).min();
@@ -67,7 +67,7 @@ fn cast_band(rays: &Rays, texels: Range<usize>, outward: &mut [f32], inward: &mu
             }
         }
         let mut hits = [BothWays::NOTHING; PACKET];
-        rays.scan.cast_both_ways(&lines[..count], search, &mut hits);
+        rays.scan.cast_both_ways(&lines[..count], criteria, &mut hits);
         let or_none = |t: f32| if t.is_finite() { t } else { f32::NAN };
         for (&i, hit) in members[..count].iter().zip(hits) {
             (outward[i], inward[i]) = (or_none(hit.ahead), or_none(hit.behind));

@@ -241,7 +241,7 @@ impl<'a> Rays<'a> {
     /// Origin, relative to the scan's centre, and unit direction of ray i; none if they are not finite, or if the
     /// origin is too far away for the ray to reach the scan.
     fn get(&self, i: usize) -> Option<(Vec3A, Vec3A)> {
-        let origin = self.scan.to_local(self.texels.position[i]);
+        let origin = self.scan.to_local(self.texels.position[i].into());
         let normal = Vec3A::from_array(self.texels.normal[i]);
         let length = normal.length();
         let near = origin.abs().cmple(self.scan.half_extent() + 2.0 * self.max_distance + self.tolerance).all();

@@ -3,7 +3,7 @@
 mod loops;
 mod triangulate;
 
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Bounds, TriangleMesh};
 use glam::DVec3;
 use loops::Loop;
 use rayon::prelude::*;
@@ -78,7 +78,7 @@ fn close(scan: &TriangleMesh, rim: &Loop, size: f64) -> Option<Vec<[u32; 3]>> {
             if b == (a + 1) % points.len() {
                 let normal = scan.triangle_normal(scan.triangles[rim.triangles[a] as usize]).unwrap_or_default();
                 let along = points[a].distance(points[b]);
-                agreement += along * across.normalize_or_zero().dot(DVec3::from(normal));
+                agreement += along * across.normalize_or_zero().dot(normal);
             }
         }
     }
@@ -90,13 +90,13 @@ fn is_within(points: &[DVec3], size: f64) -> bool {
     if points.len() > LONGEST {
         return false;
     }
-    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-    // The diagonal of the box is at most sqrt(3) times the largest distance: this bounds the cost of the loops below.
-    if (high - low).max_element() > size {
+    let bounds: Bounds = points.iter().copied().collect();
+    // The diagonal of the box is at most sqrt(3) times the largest distance: this bounds what the loops below cost.
+    if bounds.size().max_element() > size {
         return false;
     }
     let limit = size * size;
-    (high - low).length() <= size
+    bounds.diagonal() <= size
         || points.iter().enumerate().all(|(i, a)| points[..i].iter().all(|b| a.distance_squared(*b) <= limit))
 }
 

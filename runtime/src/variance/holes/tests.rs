@@ -165,7 +165,7 @@ fn borders_are_not_closed() {
     assert_eq!((found.summary.filled, found.summary.open), (1, 1));
     assert!((found.summary.area - 4.0).abs() < 1e-12);
     for t in &found.mesh.triangles {
-        assert_eq!(found.mesh.triangle_normal(*t), Some([0.0, 0.0, 1.0]));
+        assert_eq!(found.mesh.triangle_normal(*t), Some(DVec3::Z));
     }
     assert_eq!(FilledHoles::new(&mesh, 2.8).summary.filled, 0, "the hole's diagonal is 2.83");
 }

@@ -79,9 +79,12 @@ impl<'a> Scanned<'a> {
     /// The distance of a place beyond the nearest one of a mesh, in the model's tangent plane: the component across it
     /// belongs to the other term, as a model beside the scan is not beyond it.
     fn beside_surface(&self, bvh: &Bvh, p: DVec3, normal: DVec3, limit: f64) -> Option<Beyond> {
-        let cosine = self.oriented.then_some(0.0);
-        let found = bvh.closest_point_within(p.to_array(), limit + self.slack, normal.to_array(), cosine)?;
-        let along = tangential(p - DVec3::from_array(found.point), normal);
+        let found = if self.oriented {
+            bvh.closest_point_facing(p, limit + self.slack, normal, 0.0)?
+        } else {
+            bvh.closest_point(p, limit + self.slack)?
+        };
+        let along = tangential(p - found.point, normal);
         let direction = along.normalize_or_zero();
         Some(Beyond { distance: along.length(), direction, element: found.triangle })
     }
@@ -112,7 +115,7 @@ fn tangential(off: DVec3, normal: DVec3) -> DVec3 {
 mod tests {
     use super::*;
     use crate::mesh::TriangleMesh;
-    use crate::scan::{Cleaning, ScanSource};
+    use crate::scan::ScanSource;
 
     /// The square from -10 to 10 in the plane z = 0, points 0.5 apart.
     fn square(triangles: bool) -> Scan {
@@ -129,8 +132,7 @@ mod tests {
                 }
             }
         }
-        let (source, cleaning) = (ScanSource::default(), Cleaning::default());
-        Scan { mesh, oriented: true, source, noise: 0.1, cleaning }
+        Scan { mesh, oriented: true, source: ScanSource::default(), noise: 0.1 }
     }
 
     #[test]

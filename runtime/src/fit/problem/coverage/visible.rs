@@ -91,8 +91,7 @@ fn visible(bvh: &Bvh, patch: usize, ([u, v], partials): Cells, above: f64) -> Pl
         let from = DVec3::from_array(p.point) + normal * above;
         let seen = |k: usize| {
             let direction = sphere(k);
-            direction.dot(normal) > GRAZING_VIEW
-                && bvh.nearest_hit(from.to_array(), direction.to_array(), f64::INFINITY).is_none()
+            direction.dot(normal) > GRAZING_VIEW && bvh.nearest_hit(from, direction, f64::INFINITY).is_none()
         };
         if area > 0.0 && (0..VIEW_DIRECTIONS).any(seen) {
             places.u.push(*u);

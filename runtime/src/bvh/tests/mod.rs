@@ -1,3 +1,5 @@
+mod packets;
+
 use super::sweep::MAX_DEPTH;
 use super::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
@@ -13,28 +15,28 @@ pub(super) fn random_point(rng: &mut ChaCha8Rng, scale: f64) -> DVec3 {
     DVec3::from(std::array::from_fn::<f64, 3, _>(|_| rng.random_range(-scale..scale)))
 }
 
-/// Triangles of size `size` within a cube of half side `scale` around `center`.
-pub(super) fn soup(rng: &mut ChaCha8Rng, count: usize, scale: f64, size: f64, center: DVec3) -> TriangleMesh {
+/// Triangles of size `size` within a cube of half side `scale` around `centre`.
+pub(super) fn soup(rng: &mut ChaCha8Rng, count: usize, scale: f64, size: f64, centre: DVec3) -> TriangleMesh {
     let mut positions = Vec::new();
     for _ in 0..count {
-        let p = center + random_point(rng, scale);
+        let p = centre + random_point(rng, scale);
         positions.extend((0..3).map(|_| (p + random_point(rng, size)).to_array()));
     }
     mesh(positions, (0..count as u32).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect())
 }
 
 /// A closed sphere of `rings` by `sectors` with poles.
-pub(super) fn sphere(rings: u32, sectors: u32, radius: f64, center: DVec3) -> TriangleMesh {
-    let mut positions = vec![(center + DVec3::Z * radius).to_array()];
+pub(super) fn sphere(rings: u32, sectors: u32, radius: f64, centre: DVec3) -> TriangleMesh {
+    let mut positions = vec![(centre + DVec3::Z * radius).to_array()];
     for i in 1..rings {
         let (sin, cos) = (std::f64::consts::PI * f64::from(i) / f64::from(rings)).sin_cos();
         for j in 0..sectors {
             let (y, x) = (std::f64::consts::TAU * f64::from(j) / f64::from(sectors)).sin_cos();
-            positions.push((center + DVec3::new(sin * x, sin * y, cos) * radius).to_array());
+            positions.push((centre + DVec3::new(sin * x, sin * y, cos) * radius).to_array());
         }
     }
     let last = positions.len() as u32;
-    positions.push((center - DVec3::Z * radius).to_array());
+    positions.push((centre - DVec3::Z * radius).to_array());
     let at = |i: u32, j: u32| 1 + (i - 1) * sectors + j % sectors;
     let mut triangles = Vec::new();
     for j in 0..sectors {
@@ -91,14 +93,14 @@ fn brute_closest(mesh: &TriangleMesh, p: DVec3) -> f64 {
 #[test]
 fn nearest_hits_agree_with_brute_force() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    for (count, size, center) in [(1, 5.0, 0.0), (7, 5.0, 0.0), (300, 3.0, 0.0), (300, 0.5, 1e6), (2000, 1.0, -4e5)] {
-        let center = DVec3::new(center, -0.5 * center, 0.1 * center);
-        let mesh = soup(&mut rng, count, 10.0, size, center);
+    for (count, size, centre) in [(1, 5.0, 0.0), (7, 5.0, 0.0), (300, 3.0, 0.0), (300, 0.5, 1e6), (2000, 1.0, -4e5)] {
+        let centre = DVec3::new(centre, -0.5 * centre, 0.1 * centre);
+        let mesh = soup(&mut rng, count, 10.0, size, centre);
         let bvh = Bvh::build(&mesh).unwrap();
         for _ in 0..2000 {
-            let (origin, direction) = (center + random_point(&mut rng, 30.0), random_point(&mut rng, 3.0));
+            let (origin, direction) = (centre + random_point(&mut rng, 30.0), random_point(&mut rng, 3.0));
             let max_t = rng.random_range(0.1..30.0);
-            let hit = bvh.nearest_hit(origin.to_array(), direction.to_array(), max_t);
+            let hit = bvh.nearest_hit(origin, direction, max_t);
             // Rounding to single precision moves corners by up to 2^-21 of 15 mm: decisions closer than 1e-4 are left.
             let brute = brute_hits(&mesh, origin, direction, max_t);
             let sure = brute
@@ -109,13 +111,12 @@ fn nearest_hits_agree_with_brute_force() {
                 Some(hit) => {
                     assert!(hit.t <= sure + 1e-4);
                     assert!(brute.iter().any(|(t, _)| (t - hit.t).abs() < 1e-4), "{hit:?} is no hit");
-                    let [a, b, c] = corners(&mesh, hit.triangle as usize);
-                    let [wa, wb, wc] = hit.weights;
-                    let point = a * wa + b * wb + c * wc;
-                    // The more a triangle is seen edge-on and the thinner it is, the less the ray says about weights.
+                    // The triangle is the one that is hit: the more it is seen edge-on, the less t says of the place.
+                    let own = TriangleMesh { triangles: vec![mesh.triangles[hit.triangle as usize]], ..mesh.clone() };
+                    let [a, b, c] = corners(&own, 0);
                     let longest = [b - a, c - b, a - c].map(DVec3::length_squared).into_iter().fold(0.0, f64::max);
                     let condition = (b - a).cross(c - a).dot(direction.normalize()).abs() / longest;
-                    assert!((point - origin - direction * hit.t).length() * condition < 4e-5);
+                    assert!(brute_closest(&own, origin + direction * hit.t) * condition < 4e-5);
                 }
                 None => assert!(sure.is_infinite()),
             }
@@ -126,22 +127,22 @@ fn nearest_hits_agree_with_brute_force() {
 #[test]
 fn closest_points_agree_with_brute_force() {
     let mut rng = ChaCha8Rng::seed_from_u64(2);
-    for (count, size, center) in [(1, 5.0, 0.0), (5, 0.0, 0.0), (300, 3.0, 0.0), (1000, 0.5, 1e6)] {
-        let center = DVec3::splat(center);
-        let mesh = soup(&mut rng, count, 10.0, f64::max(size, 1e-300), center);
+    for (count, size, centre) in [(1, 5.0, 0.0), (5, 0.0, 0.0), (300, 3.0, 0.0), (1000, 0.5, 1e6)] {
+        let centre = DVec3::splat(centre);
+        let mesh = soup(&mut rng, count, 10.0, f64::max(size, 1e-300), centre);
         let bvh = Bvh::build(&mesh).unwrap();
         for _ in 0..1000 {
-            let p = center + random_point(&mut rng, 25.0);
+            let p = centre + random_point(&mut rng, 25.0);
             let expected = brute_closest(&mesh, p);
-            let found = bvh.closest_point(p.to_array(), f64::INFINITY).unwrap();
+            let found = bvh.closest_point(p, f64::INFINITY).unwrap();
             // Corners are rounded by at most 2^-24 of 15 mm.
             assert!((found.distance - expected).abs() < 2e-6, "{found:?}, expected {expected}");
             let [a, b, c] = corners(&mesh, found.triangle as usize);
             let point = a * found.weights[0] + b * found.weights[1] + c * found.weights[2];
-            assert!((point - DVec3::from(found.point)).length() < 3e-6);
+            assert!((point - found.point).length() < 3e-6);
             assert!(found.weights.iter().all(|w| (-1e-12..=1.0 + 1e-12).contains(w)));
-            assert!(bvh.closest_point(p.to_array(), expected - 1e-5).is_none());
-            assert!(bvh.closest_point(p.to_array(), expected + 1e-5).is_some());
+            assert!(bvh.closest_point(p, expected - 1e-5).is_none());
+            assert!(bvh.closest_point(p, expected + 1e-5).is_some());
         }
     }
 }
@@ -150,17 +151,17 @@ fn closest_points_agree_with_brute_force() {
 #[test]
 fn no_ray_slips_through_edges_and_vertices() {
     let mut rng = ChaCha8Rng::seed_from_u64(3);
-    for (rings, sectors, center) in [(2, 3, 0.0), (12, 17, 0.0), (60, 80, 300.0)] {
-        let center = DVec3::new(center, 2.0 * center, -center);
-        let mesh = sphere(rings, sectors, 50.0, center);
+    for (rings, sectors, centre) in [(2, 3, 0.0), (12, 17, 0.0), (60, 80, 300.0)] {
+        let centre = DVec3::new(centre, 2.0 * centre, -centre);
+        let mesh = sphere(rings, sectors, 50.0, centre);
         let bvh = Bvh::build(&mesh).unwrap();
-        let local = |p: [f64; 3]| bvh.to_local(p).as_dvec3() + DVec3::from(bvh.center());
+        let local = |p: DVec3| bvh.to_local(p).as_dvec3() + bvh.centre;
         for case in 0..100_000 {
             // Within the coarsest mesh's inscribed sphere.
-            let origin = if case % 4 == 0 { center } else { center + random_point(&mut rng, 5.0) };
-            let origin = local(origin.to_array());
+            let origin = if case % 4 == 0 { centre } else { centre + random_point(&mut rng, 5.0) };
+            let origin = local(origin);
             let triangle = mesh.triangles[rng.random_range(0..mesh.triangles.len())];
-            let [a, b] = [0, 1].map(|i| local(mesh.positions[triangle[i] as usize]));
+            let [a, b] = [0, 1].map(|i| local(mesh.positions[triangle[i] as usize].into()));
             let s = match case % 3 {
                 0 => 0.0,
                 1 => 0.5,
@@ -171,7 +172,7 @@ fn no_ray_slips_through_edges_and_vertices() {
             } else {
                 a + (b - a) * s - origin
             };
-            let hit = bvh.nearest_hit(origin.to_array(), direction.to_array(), 1e3);
+            let hit = bvh.nearest_hit(origin, direction, 1e3);
             assert!(hit.is_some(), "from {origin} along {direction}");
         }
     }
@@ -192,43 +193,48 @@ fn axis_parallel_grids_do_not_leak() {
         for j in 0..=8 * n {
             let (x, y) = (f64::from(i) / 8.0, f64::from(j) / 8.0);
             for (z, down) in [(5.0, -1.0), (-5.0, 1.0), (0.0, 1.0)] {
-                let hit = bvh.nearest_hit([x, y, z], [0.0, 0.0, down], 10.0).expect("the grid is hit");
+                let hit = bvh.nearest_hit([x, y, z].into(), [0.0, 0.0, down].into(), 10.0).expect("the grid is hit");
                 assert!((hit.t - z.abs()).abs() < 1e-5);
             }
         }
     }
-    assert!(bvh.nearest_hit([3.0, 3.5, 0.0], [1.0, 0.0, 0.0], 10.0).is_none(), "edge-on triangles are not hit");
-    assert!(bvh.nearest_hit([3.0, 3.5, 5.0], [0.0, 0.0, -1.0], 4.999).is_none());
+    assert!(
+        bvh.nearest_hit([3.0, 3.5, 0.0].into(), [1.0, 0.0, 0.0].into(), 10.0).is_none(),
+        "edge-on triangles are not hit"
+    );
+    assert!(bvh.nearest_hit([3.0, 3.5, 5.0].into(), [0.0, 0.0, -1.0].into(), 4.999).is_none());
 }
 
 #[test]
 fn meshes_without_surface() {
     let bvh = Bvh::build(&TriangleMesh::default()).unwrap();
-    assert!(bvh.nearest_hit([0.0; 3], [1.0, 0.0, 0.0], 1.0).is_none());
-    assert!(bvh.closest_point([0.0; 3], f64::INFINITY).is_none());
+    assert!(bvh.nearest_hit([0.0; 3].into(), [1.0, 0.0, 0.0].into(), 1.0).is_none());
+    assert!(bvh.closest_point([0.0; 3].into(), f64::INFINITY).is_none());
 
     let line = mesh(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], vec![[0, 1, 2], [0, 0, 0], [1, 1, 2]]);
     let bvh = Bvh::build(&line).unwrap();
-    assert!(bvh.nearest_hit([0.5, 0.0, 1.0], [0.0, 0.0, -1.0], 5.0).is_none());
-    let closest = bvh.closest_point([0.5, 3.0, 0.0], 5.0).unwrap();
+    assert!(bvh.nearest_hit([0.5, 0.0, 1.0].into(), [0.0, 0.0, -1.0].into(), 5.0).is_none());
+    let closest = bvh.closest_point([0.5, 3.0, 0.0].into(), 5.0).unwrap();
     assert!((closest.distance - 3.0).abs() < 1e-6);
-    assert!((bvh.closest_point([5.0, 0.0, 0.0], 5.0).unwrap().distance - 3.0).abs() < 1e-6);
+    assert!((bvh.closest_point([5.0, 0.0, 0.0].into(), 5.0).unwrap().distance - 3.0).abs() < 1e-6);
 }
 
 #[test]
 fn odd_rays_and_meshes_are_refused() {
     let triangle = mesh(vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], vec![[0, 1, 2]]);
     let bvh = Bvh::build(&triangle).unwrap();
-    let inside = [0.2, 0.2, 1.0];
-    assert!((bvh.nearest_hit(inside, [0.0, 0.0, -2.0], 1.0).unwrap().t - 0.5).abs() < 1e-6);
-    assert!((bvh.nearest_hit([0.2, 0.2, 1e9], [0.0, 0.0, -1.0], f64::INFINITY).unwrap().t - 1e9).abs() < 1e-6);
-    assert!(bvh.nearest_hit(inside, [0.0, 0.0, -1e-300], f64::INFINITY).is_some());
-    assert!(bvh.nearest_hit(inside, [0.0; 3], 1.0).is_none());
-    assert!(bvh.nearest_hit(inside, [0.0, 0.0, f64::NAN], 1.0).is_none());
-    assert!(bvh.nearest_hit([f64::INFINITY, 0.0, 0.0], [0.0, 0.0, 1.0], 1.0).is_none());
-    assert!(bvh.nearest_hit(inside, [0.0, 0.0, -1.0], f64::NAN).is_none());
-    assert!(bvh.nearest_hit(inside, [0.0, 0.0, -1.0], -1.0).is_none());
-    assert!(bvh.closest_point([f64::NAN; 3], 1.0).is_none());
+    let inside = DVec3::new(0.2, 0.2, 1.0);
+    assert!((bvh.nearest_hit(inside, [0.0, 0.0, -2.0].into(), 1.0).unwrap().t - 0.5).abs() < 1e-6);
+    assert!(
+        (bvh.nearest_hit([0.2, 0.2, 1e9].into(), [0.0, 0.0, -1.0].into(), f64::INFINITY).unwrap().t - 1e9).abs() < 1e-6
+    );
+    assert!(bvh.nearest_hit(inside, [0.0, 0.0, -1e-300].into(), f64::INFINITY).is_some());
+    assert!(bvh.nearest_hit(inside, [0.0; 3].into(), 1.0).is_none());
+    assert!(bvh.nearest_hit(inside, [0.0, 0.0, f64::NAN].into(), 1.0).is_none());
+    assert!(bvh.nearest_hit([f64::INFINITY, 0.0, 0.0].into(), [0.0, 0.0, 1.0].into(), 1.0).is_none());
+    assert!(bvh.nearest_hit(inside, [0.0, 0.0, -1.0].into(), f64::NAN).is_none());
+    assert!(bvh.nearest_hit(inside, [0.0, 0.0, -1.0].into(), -1.0).is_none());
+    assert!(bvh.closest_point([f64::NAN; 3].into(), 1.0).is_none());
 
     let build = |positions, triangle| Bvh::build(&mesh(positions, vec![triangle])).err();
     let origin = [0.0; 3];
@@ -291,8 +297,8 @@ fn a_million_identical_triangles() {
     let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let bvh = Bvh::build(&mesh(corners, vec![[0, 1, 2]; 1_000_000])).unwrap();
     assert!(check_tree(&bvh) <= 20);
-    assert!((bvh.nearest_hit([0.2, 0.2, 1.0], [0.0, 0.0, -1.0], 2.0).unwrap().t - 1.0).abs() < 1e-6);
-    assert!(bvh.nearest_hit([2.0, 2.0, 1.0], [0.0, 0.0, -1.0], 2.0).is_none());
+    assert!((bvh.nearest_hit([0.2, 0.2, 1.0].into(), [0.0, 0.0, -1.0].into(), 2.0).unwrap().t - 1.0).abs() < 1e-6);
+    assert!(bvh.nearest_hit([2.0, 2.0, 1.0].into(), [0.0, 0.0, -1.0].into(), 2.0).is_none());
 }
 
 #[test]
@@ -314,10 +320,10 @@ fn tiny_and_huge_meshes() {
     for scale in [1e-9, 1e-3, 1e5, 9e8] {
         let shape = sphere(12, 17, scale, DVec3::ZERO);
         let bvh = Bvh::build(&shape).unwrap();
-        let t = bvh.nearest_hit([0.0, 0.0, 1.5 * scale], [0.0, 0.0, -1.0], 10.0 * scale).unwrap().t;
+        let t = bvh.nearest_hit([0.0, 0.0, 1.5 * scale].into(), [0.0, 0.0, -1.0].into(), 10.0 * scale).unwrap().t;
         assert!((t / scale - 0.5).abs() < 1e-5);
         for far in [1.5, 1e6] {
-            let closest = bvh.closest_point([0.0, 0.0, far * scale], f64::INFINITY).unwrap();
+            let closest = bvh.closest_point([0.0, 0.0, far * scale].into(), f64::INFINITY).unwrap();
             assert!((closest.distance / scale - (far - 1.0)).abs() < 1e-5 * far);
         }
     }
@@ -330,7 +336,7 @@ fn cup_scan() -> Option<TriangleMesh> {
         return None;
     };
     let path = std::path::Path::new(&folder).join("cup/cup_scan.ply");
-    Some(crate::scan::read(&path, &crate::scan::ReadOptions::default()).unwrap().mesh)
+    Some(crate::scan::read(&path, crate::scan::Unit::Mm).unwrap().mesh)
 }
 
 #[test]
@@ -345,13 +351,13 @@ fn a_real_scan_agrees_with_brute_force() {
         let origin = target - direction * rng.random_range(1.0..50.0) + random_point(&mut rng, 0.3);
         let sure = brute_hits(&scan, origin, direction, 100.0).into_iter().filter(|(_, inside)| *inside > 1e-3);
         let sure = sure.filter(|(t, _)| *t > 0.0).fold(f64::INFINITY, |m, (t, _)| m.min(t));
-        let found = bvh.nearest_hit(origin.to_array(), direction.to_array(), 100.0).map_or(f64::INFINITY, |h| h.t);
+        let found = bvh.nearest_hit(origin, direction, 100.0).map_or(f64::INFINITY, |h| h.t);
         assert!(found <= sure + 1e-4);
         if found < sure - 1e-4 {
             let brute = brute_hits(&scan, origin, direction, 100.0);
             assert!(brute.iter().any(|(t, _)| (t - found).abs() < 1e-4));
         }
-        let closest = bvh.closest_point(origin.to_array(), f64::INFINITY).unwrap().distance;
+        let closest = bvh.closest_point(origin, f64::INFINITY).unwrap().distance;
         assert!((closest - brute_closest(&scan, origin)).abs() < 1e-5);
     }
 }

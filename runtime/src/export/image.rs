@@ -1,4 +1,4 @@
-//! Pictures as files.
+//! Pictures as PNG, TIFF and OpenEXR files.
 
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec, Text, WritableImage,
@@ -9,26 +9,26 @@ use tiff::encoder::colortype::Gray32Float;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder};
 use tiff::tags::Tag;
 
-/// Why a picture could not be encoded.
+/// The reason why a picture could not be encoded.
 #[derive(Debug, Error)]
-pub enum RasterError {
-    /// As PNG.
+pub enum ImageError {
+    /// The PNG encoder failed.
     #[error("the picture cannot be written as PNG: {0}")]
     Png(#[from] png::EncodingError),
-    /// As TIFF.
+    /// The TIFF encoder failed.
     #[error("the picture cannot be written as TIFF: {0}")]
     Tiff(#[from] tiff::TiffError),
-    /// As OpenEXR.
+    /// The OpenEXR encoder failed.
     #[error("the picture cannot be written as OpenEXR: {0}")]
     Exr(#[from] exr::error::Error),
     /// Too few or too many values for its sides.
-    #[error("{values} values are no picture of {width} by {height}")]
+    #[error("a picture of {width} x {height} pixels needs as many values, not {values}")]
     Size {
         /// Pixels in a row.
         width: u32,
         /// Rows.
         height: u32,
-        /// What was given.
+        /// The number of values.
         values: usize,
     },
 }
@@ -38,7 +38,7 @@ pub enum RasterError {
 ///
 /// # Errors
 /// A side of zero, or pixels of the wrong number.
-pub fn png_rgb(width: u32, height: u32, rgb: &[u8], notes: &[(&str, &str)]) -> Result<Vec<u8>, RasterError> {
+pub fn png_rgb(width: u32, height: u32, rgb: &[u8], notes: &[(&str, &str)]) -> Result<Vec<u8>, ImageError> {
     let mut file = Vec::new();
     let mut encoder = png::Encoder::new(&mut file, width, height);
     encoder.set_color(png::ColorType::Rgb);
@@ -58,7 +58,7 @@ pub fn png_rgb(width: u32, height: u32, rgb: &[u8], notes: &[(&str, &str)]) -> R
 ///
 /// # Errors
 /// A side of zero, or values of the wrong number; a description that is not ASCII.
-pub fn tiff_f32(width: u32, height: u32, values: &[f32], description: &str) -> Result<Vec<u8>, RasterError> {
+pub fn tiff_f32(width: u32, height: u32, values: &[f32], description: &str) -> Result<Vec<u8>, ImageError> {
     let mut file = Cursor::new(Vec::new());
     let deflate = Compression::Deflate(DeflateLevel::Fast);
     let mut encoder = TiffEncoder::new(&mut file)?.with_compression(deflate);
@@ -69,15 +69,16 @@ pub fn tiff_f32(width: u32, height: u32, values: &[f32], description: &str) -> R
     Ok(file.into_inner())
 }
 
-/// An OpenEXR file of one channel of 32-bit floats, row 0 at the top, NaN for no data, without loss, with `description` in the
-/// attribute `comments`. The channel is Y, luminance, which renderers and viewers (Blender, Krita, tev, mrViewer) show as grey.
+/// An OpenEXR file of one channel of 32-bit floats, row 0 at the top, NaN for no data, without loss, with `description`
+/// in the attribute `comments`. The channel is Y, luminance, which renderers and viewers (Blender, Krita, tev,
+/// mrViewer) show as grey.
 ///
 /// # Errors
 /// A side of zero, or values of the wrong number; a description that is not in Latin-1.
-pub fn exr_f32(width: u32, height: u32, values: &[f32], description: &str) -> Result<Vec<u8>, RasterError> {
+pub fn exr_f32(width: u32, height: u32, values: &[f32], description: &str) -> Result<Vec<u8>, ImageError> {
     let (columns, rows) = (width as usize, height as usize);
     if values.is_empty() || columns.checked_mul(rows) != Some(values.len()) {
-        return Err(RasterError::Size { width, height, values: values.len() });
+        return Err(ImageError::Size { width, height, values: values.len() });
     }
     let invalid = || exr::error::Error::Invalid("a description beyond Latin-1".into());
     let comments = Text::new_or_none(description).ok_or_else(invalid)?;

@@ -1,23 +1,27 @@
-//! Points of a cloud that lie on no surface: dust, spray, mixed pixels at edges, clutter.
+//! Outliers of a cloud: points that lie on no surface, such as dust, spray, mixed pixels at edges and clutter.
+//!
+//! Statistical outlier removal (Rusu et al., 'Towards 3D point cloud based object maps for household environments',
+//! 2008) judges by the distances of neighbours alone; here a point must also have neighbours that lie in no plane, so
+//! that sparsely scanned surfaces stay.
 
 use super::neighbours::Neighbours;
 use super::normals::variation;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Neighbours that are looked at.
+/// The number of neighbours by which a point is judged.
 const NEIGHBOURS: usize = 9;
-/// The density of the cloud's surfaces is what this share of the points have at least: clutter may be most of a scan.
+/// The share of the points that have at least the density of the cloud's surfaces: clutter may be most of a scan.
 const DENSEST: f64 = 0.2;
-/// A stray's neighbours are so many times as far away as those of the densest points,
+/// An outlier's neighbours are farther away than those of the densest points by more than this factor, ...
 const SPARSE: f64 = 2.0;
-/// and vary across their plane by more than this share of their variance. Of nine points spread over a ball a share below it
-/// is rare (1 %), as is one above it of points on a surface.
+/// ... and more than this share of their variance is across their plane. Of nine points spread over a ball a share
+/// below it is rare (1 %), as is one above it of points on a surface.
 const THICK: f64 = 0.025;
 
-/// Of some points of a cloud, by index, whether they are strays: sparse, and with neighbours that lie in no plane.
-pub(crate) fn strays(tree: &Neighbours, positions: &[[f64; 3]], which: &[u32]) -> Vec<bool> {
-    let around: Vec<(f64, f64)> = which.par_iter().map(|i| surroundings(tree, positions, *i)).collect();
+/// Whether points of a cloud, given by their indices, are outliers.
+pub(crate) fn outliers(tree: &Neighbours, positions: &[[f64; 3]], indices: &[u32]) -> Vec<bool> {
+    let around: Vec<(f64, f64)> = indices.par_iter().map(|i| surroundings(tree, positions, *i)).collect();
     let mut reaches: Vec<f64> = around.iter().map(|a| a.0).collect();
     if reaches.is_empty() {
         return Vec::new();
@@ -27,7 +31,8 @@ pub(crate) fn strays(tree: &Neighbours, positions: &[[f64; 3]], which: &[u32]) -
     around.iter().map(|(reach, thickness)| *reach > SPARSE * dense && *thickness > THICK).collect()
 }
 
-/// How far a point's neighbours are, in millimetres, and the share of their variance that is across their plane.
+/// The distance of a point's farthest neighbour in millimetres, and the share of the neighbours' variance across their
+/// plane.
 fn surroundings(tree: &Neighbours, positions: &[[f64; 3]], index: u32) -> (f64, f64) {
     let at = positions[index as usize];
     let near: Vec<DVec3> =
@@ -43,7 +48,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     #[test]
-    fn clutter_is_told_from_surfaces_dense_and_sparse() {
+    fn clutter_is_told_from_dense_and_sparse_surfaces() {
         let mut random = ChaCha8Rng::seed_from_u64(8);
         let mut ball = |radius: f64| loop {
             let p: [f64; 3] = std::array::from_fn(|_| random.random_range(-1.0..1.0));
@@ -52,7 +57,8 @@ mod tests {
                 return (p.map(|c| c * radius / length), p.map(|c| 2.0 * c * radius));
             }
         };
-        // Points on a sphere of radius 40, dense above and with a fifth of that density below; as many in the ball around it.
+        // Points on a sphere of radius 40, dense above and with a fifth of that density below; as many in the ball
+        // around it.
         let sphere: Vec<[f64; 3]> = (0..6000)
             .map(|_| ball(40.0).0)
             .enumerate()
@@ -61,12 +67,12 @@ mod tests {
             .collect();
         let clutter: Vec<[f64; 3]> = (0..sphere.len()).map(|_| ball(40.0).1).collect();
         let all = [sphere.clone(), clutter].concat();
-        let which: Vec<u32> = (0..all.len() as u32).collect();
-        let found = strays(&Neighbours::new(&all), &all, &which);
-        let share = |of: &[bool]| of.iter().filter(|s| **s).count() as f64 / of.len() as f64;
+        let indices: Vec<u32> = (0..all.len() as u32).collect();
+        let found = outliers(&Neighbours::new(&all), &all, &indices);
+        let share = |outliers: &[bool]| outliers.iter().filter(|o| **o).count() as f64 / outliers.len() as f64;
         let (on, off) = found.split_at(sphere.len());
         assert!(share(on) < 0.1 && share(off) > 0.85, "{} of the sphere, {} of the clutter", share(on), share(off));
-        let found = strays(&Neighbours::new(&sphere), &sphere, &which[..sphere.len()]);
+        let found = outliers(&Neighbours::new(&sphere), &sphere, &indices[..sphere.len()]);
         assert!(share(&found) < 0.01, "{} of a clean sphere", share(&found));
     }
 }

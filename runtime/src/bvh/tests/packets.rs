@@ -1,15 +1,15 @@
 //! Packets against the same triangle test over all triangles, without a tree.
 
-use super::group::Lines;
-use super::packet::{BothWays, Line, Octant, PACKET, Search, normal_length};
-use super::tests::{random_point, soup, sphere};
-use super::{Bvh, TriangleMesh};
+use super::{random_point, soup, sphere};
+use crate::bvh::Bvh;
+use crate::bvh::packet::{BothWays, HitCriteria, Line, Octant, PACKET, normal_length};
+use crate::mesh::TriangleMesh;
 use glam::{DVec3, Vec3A};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Woop, Benthin and Wald's test of one triangle, one operation at a time, in the order in which packets do it: t and the
-/// doubled area in sheared coordinates, whose sign is that of the normal against the line.
+/// Woop, Benthin and Wald's test of one triangle, one operation at a time, in the order in which packets do it: t and
+/// the doubled area in sheared coordinates, whose sign is that of the normal against the line.
 fn woop(line: Line, [a, b, c]: [Vec3A; 3]) -> Option<(f32, f32, f32)> {
     let (o, d) = (line.origin.to_array(), line.direction.to_array());
     let kz = (1..3).fold(0, |best, k| if d[k].abs() > d[best].abs() { k } else { best });
@@ -26,28 +26,29 @@ fn woop(line: Line, [a, b, c]: [Vec3A; 3]) -> Option<(f32, f32, f32)> {
     (inside && det != 0.0).then(|| (sz * (u * az + v * bz + w * cz) / det, det, d[kz]))
 }
 
-fn brute(bvh: &Bvh, mesh: &TriangleMesh, line: Line, search: Search) -> BothWays {
+fn brute(bvh: &Bvh, mesh: &TriangleMesh, line: Line, criteria: HitCriteria) -> BothWays {
     let mut found = BothWays::NOTHING;
     for triangle in &mesh.triangles {
-        let corners = triangle.map(|v| bvh.to_local(mesh.positions[v as usize]));
+        let corners = triangle.map(|v| bvh.to_local(mesh.positions[v as usize].into()));
         let Some((t, det, along)) = woop(line, corners) else { continue };
-        // A normal along the line looks away, so that its corners run clockwise.
-        let slant = if search.cosine > 0.0 { search.cosine * normal_length(corners) } else { 0.0 };
-        if search.facing * along * det + slant > 0.0 {
+        // A triangle whose normal goes with the line is back-facing: its corners run clockwise.
+        let slant = if criteria.cosine > 0.0 { criteria.cosine * normal_length(corners) } else { 0.0 };
+        if criteria.facing * along * det + slant > 0.0 {
             continue;
         }
-        let t = if t.abs() <= search.tolerance { 0.0 } else { t };
-        if (0.0..=search.reach).contains(&t) {
+        let t = if t.abs() <= criteria.tolerance { 0.0 } else { t };
+        if (0.0..=criteria.reach).contains(&t) {
             found.ahead = found.ahead.min(t);
         }
-        if (0.0..=search.reach).contains(&-t) {
+        if (0.0..=criteria.reach).contains(&-t) {
             found.behind = found.behind.min(-t);
         }
     }
     found
 }
 
-/// Not one bit may differ: coherent and incoherent packets, directions along axes and through vertices, all of `facing`.
+/// Not one bit may differ: coherent and incoherent packets, directions along axes and through vertices, all of
+/// `facing`.
 #[test]
 fn packets_agree_with_all_triangles_one_by_one() {
     let mut rng = ChaCha8Rng::seed_from_u64(31);
@@ -74,45 +75,45 @@ fn packets_agree_with_all_triangles_one_by_one() {
                         1 => direction[i % 3] = 0.0,
                         2 if !mesh.positions.is_empty() => {
                             let vertex = mesh.positions[rng.random_range(0..mesh.positions.len())];
-                            direction = bvh.to_local(vertex) - origin;
+                            direction = bvh.to_local(vertex.into()) - origin;
                         }
                         _ => {}
                     }
                     Line { origin, direction }
                 })
                 .collect();
-            let search = Search {
+            let criteria = HitCriteria {
                 reach: rng.random_range(0.5..20.0),
                 tolerance: [0.0, bvh.tolerance(), 0.5][case % 3],
                 facing: [0.0, 1.0, -1.0, 1.0][case / 3 % 4],
                 cosine: [0.0, 0.0, 0.0, 0.7][case / 3 % 4],
             };
             let mut found = [BothWays::NOTHING; PACKET];
-            bvh.cast_both_ways(&lines, search, &mut found);
+            bvh.cast_both_ways(&lines, criteria, &mut found);
             for (&line, found) in lines.iter().zip(found) {
-                assert_eq!(found, brute(&bvh, mesh, line, search), "{line:?} {search:?}");
+                assert_eq!(found, brute(&bvh, mesh, line, criteria), "{line:?} {criteria:?}");
                 hits += usize::from(found != BothWays::NOTHING);
-                // Vectors of four, which other processors take.
-                let mut narrow = [BothWays::NOTHING];
-                bvh.cast_groups::<4, 4>(&Lines::new(&[line]), Octant::of(line.direction), search, &mut narrow);
-                assert_eq!(narrow, [found], "{line:?} {search:?}");
+                // Four lanes, which other processors take.
+                let mut on_four_lanes = [BothWays::NOTHING];
+                bvh.cast_groups::<4, 4>(&[line], Octant::of(line.direction), criteria, &mut on_four_lanes);
+                assert_eq!(on_four_lanes, [found], "{line:?} {criteria:?}");
             }
         }
     }
     assert!(hits > 3000, "only {hits} lines hit anything");
 }
 
-/// A line through the inside of a closed mesh hits it ahead and behind, wherever it is aimed: at vertices, at the middles of
-/// edges, along axes, anywhere.
+/// A line through the inside of a closed mesh hits it ahead and behind, wherever it is aimed: at vertices, at the
+/// middles of edges, along axes, anywhere.
 #[test]
 fn no_line_slips_through_edges_and_vertices() {
     let mut rng = ChaCha8Rng::seed_from_u64(32);
-    for (rings, sectors, center) in [(2, 3, 0.0), (13, 18, 0.0), (90, 120, 500.0)] {
-        let center = DVec3::new(center, -center, 0.5 * center);
-        let mesh = sphere(rings, sectors, 50.0, center);
+    for (rings, sectors, centre) in [(2, 3, 0.0), (13, 18, 0.0), (90, 120, 500.0)] {
+        let centre = DVec3::new(centre, -centre, 0.5 * centre);
+        let mesh = sphere(rings, sectors, 50.0, centre);
         let bvh = Bvh::build(&mesh).unwrap();
-        let middle = bvh.to_local(center.to_array());
-        let search = Search { reach: 200.0, tolerance: bvh.tolerance(), facing: 0.0, cosine: 0.0 };
+        let middle = bvh.to_local(centre);
+        let criteria = HitCriteria { reach: 200.0, tolerance: bvh.tolerance(), facing: 0.0, cosine: 0.0 };
         for case in 0..15_000 {
             // Within the coarsest mesh's inscribed sphere.
             let away = if case % 3 == 0 { Vec3A::ZERO } else { random_point(&mut rng, 5.0).as_vec3a() };
@@ -121,7 +122,7 @@ fn no_line_slips_through_edges_and_vertices() {
             let lines: [Line; PACKET] = std::array::from_fn(|i| {
                 // Neighbouring triangles, mostly.
                 let triangle = mesh.triangles[(first + i / 4) % mesh.triangles.len()];
-                let [a, b] = [0, 1].map(|k| bvh.to_local(mesh.positions[triangle[(k + i) % 3] as usize]));
+                let [a, b] = [0, 1].map(|k| bvh.to_local(mesh.positions[triangle[(k + i) % 3] as usize].into()));
                 let direction = match i % 4 {
                     0 => a - origin,
                     1 => a + (b - a) * 0.5 - origin,
@@ -131,7 +132,7 @@ fn no_line_slips_through_edges_and_vertices() {
                 Line { origin, direction: direction.normalize() }
             });
             let mut found = [BothWays::NOTHING; PACKET];
-            bvh.cast_both_ways(&lines, search, &mut found);
+            bvh.cast_both_ways(&lines, criteria, &mut found);
             for (line, found) in lines.iter().zip(found) {
                 assert!(found.ahead < 60.0 && found.behind < 60.0, "{line:?}: {found:?}");
                 assert!(found.ahead > 10.0 && found.behind > 10.0, "{line:?}: {found:?}");

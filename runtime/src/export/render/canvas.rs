@@ -1,17 +1,17 @@
 //! Triangles to samples.
 
+use super::Layer;
 use super::paint::Paint;
 use super::view::Camera;
-use super::{Layer, view};
 use crate::export::colormap::NO_DATA;
-use crate::mesh::TriangleMesh;
-use crate::model::vector::{cross, length, scale, sub};
+use glam::DVec3;
 
-/// Two lights from the upper left and from the right, as right, up, towards the eye, with strengths; the rest is ambient.
+/// Two lights from the upper left and from the right, as right, up, towards the eye, with strengths; the rest is
+/// ambient.
 const LIGHTS: [([f32; 3], f32); 2] = [([-0.37, 0.56, 0.74], 0.5), ([0.62, 0.1, 0.78], 0.25)];
 const AMBIENT: f32 = 0.42;
 
-/// How much light surfaces return that show their back.
+/// The share of light that back-facing surfaces return.
 const BACK: f32 = 0.8;
 
 /// Nearest depths and their colours.
@@ -38,8 +38,8 @@ impl Canvas {
         Canvas { width, height, depth: vec![f32::NEG_INFINITY; width * height], colour: vec![[0; 3]; width * height] }
     }
 
-    /// Draws a layer's triangles.
-    pub(super) fn draw(&mut self, layer: &Layer<'_>, camera: &view::Camera) {
+    /// Draws a layer's triangles, but for those with corners that do not exist or are not finite.
+    pub(super) fn draw(&mut self, layer: &Layer<'_>, camera: &Camera) {
         for triangle in &layer.mesh.triangles {
             if let Some(corners) = corners(layer, camera, *triangle) {
                 self.triangle(&corners, layer.paint, camera.nearest);
@@ -83,35 +83,29 @@ impl Canvas {
 
 fn corners(layer: &Layer<'_>, camera: &Camera, triangle: [u32; 3]) -> Option<[Corner; 3]> {
     let mesh = layer.mesh;
-    let mut positions = [[0.0; 3]; 3];
-    for (p, &v) in positions.iter_mut().zip(&triangle) {
-        *p = *mesh.positions.get(v as usize)?;
-        if p.iter().any(|c| !c.is_finite()) {
-            return None;
-        }
+    if triangle.iter().any(|&v| v as usize >= mesh.positions.len()) {
+        return None;
     }
-    let face = face_normal(positions)?;
-    Some([0, 1, 2].map(|k| corner(layer, mesh, camera, triangle[k] as usize, positions[k], face)))
-}
-
-fn corner(layer: &Layer<'_>, mesh: &TriangleMesh, camera: &Camera, v: usize, at: [f64; 3], face: [f64; 3]) -> Corner {
+    let positions = mesh.corners(triangle);
+    if !positions.iter().all(|p| p.is_finite()) {
+        return None;
+    }
+    let face = mesh.triangle_normal(triangle)?;
     let grey = NO_DATA.map(f32::from);
-    Corner {
-        at: camera.project(at),
-        normal: camera.turn(mesh.normals.get(v).copied().unwrap_or(face)),
-        texcoord: mesh.texcoords.get(v).map_or([0.0; 2], |t| t.map(|c| c as f32)),
-        colour: match layer.paint {
-            Paint::Plain(colour) => colour.map(f32::from),
-            Paint::Vertices(colours) => colours.get(v).map_or(grey, |c| c.map(f32::from)),
-            Paint::Deviations(_) => grey,
-        },
-    }
-}
-
-fn face_normal([a, b, c]: [[f64; 3]; 3]) -> Option<[f64; 3]> {
-    let n = cross(sub(b, a), sub(c, a));
-    let l = length(n);
-    (l > 0.0).then(|| scale(n, 1.0 / l))
+    let corner = |k: usize| {
+        let v = triangle[k] as usize;
+        Corner {
+            at: camera.project(positions[k]),
+            normal: camera.turn(mesh.normals.get(v).map_or(face, |n| DVec3::from_array(*n))),
+            texcoord: mesh.texcoords.get(v).map_or([0.0; 2], |t| t.map(|c| c as f32)),
+            colour: match layer.paint {
+                Paint::Plain(colour) => colour.map(f32::from),
+                Paint::Vertices(colours) => colours.get(v).map_or(grey, |c| c.map(f32::from)),
+                Paint::Deviations(_) => grey,
+            },
+        }
+    };
+    Some([0, 1, 2].map(corner))
 }
 
 /// The lit colour at barycentric coordinates w.

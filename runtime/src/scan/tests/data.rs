@@ -1,6 +1,6 @@
 //! Real scans and other projects' awkward files, where the test data is at hand.
 
-use super::*;
+use crate::scan::{Unit, read};
 use std::path::PathBuf;
 
 fn data() -> Option<PathBuf> {
@@ -14,7 +14,7 @@ fn data() -> Option<PathBuf> {
 /// Points and triangles, or a part of the error.
 type Outcome = Result<(usize, usize), &'static str>;
 
-/// What awkward files must give.
+/// Awkward files and the outcomes of reading them.
 const AWKWARD: [(&str, Outcome); 53] = [
     ("pdal/LICENSE", Err("text that begins")),
     ("pdal/badheader.txt", Err("text that begins `X,Y,X`")),
@@ -75,7 +75,7 @@ const AWKWARD: [(&str, Outcome); 53] = [
 fn awkward_files_of_other_projects() {
     let Some(data) = data() else { return };
     for (name, expected) in AWKWARD {
-        let found = read(&data.join("nasty").join(name), &ReadOptions::default());
+        let found = read(&data.join("nasty").join(name), Unit::Mm);
         match (found, expected) {
             (Ok(scan), Ok(expected)) => assert_eq!((scan.source.points, scan.source.triangles), expected, "{name}"),
             (Err(error), Err(expected)) => assert!(error.to_string().contains(expected), "{error}, not: {expected}"),
@@ -97,12 +97,11 @@ const SCANS: [(&str, Unit, usize, usize, f64, f64); 5] = [
 fn real_scans() {
     let Some(data) = data() else { return };
     for (name, unit, points, triangles, noise, extent) in SCANS {
-        let scan = read(&data.join(name), &ReadOptions { unit, ..ReadOptions::default() }).unwrap();
+        let scan = read(&data.join(name), unit).unwrap();
         assert_eq!((scan.source.points, scan.source.triangles), (points, triangles), "{name}");
         // The cup's is known (0.3); the others' guard against changes.
         assert!((scan.noise / noise - 1.0).abs() < 0.05, "{name}: noise {}", scan.noise);
-        let (low, high) = scan.mesh.bounds().unwrap();
-        let largest = (0..3).map(|c| high[c] - low[c]).fold(0.0, f64::max);
+        let largest = scan.mesh.bounds().size().max_element();
         assert!((largest - extent).abs() < 0.5, "{name}: extent {largest}");
     }
 }

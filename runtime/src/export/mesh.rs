@@ -1,0 +1,159 @@
+//! Meshes as files: Wavefront OBJ, PLY (binary, little endian) and STL (binary).
+
+use super::atomic::{self, WriteError};
+use crate::mesh::TriangleMesh;
+use std::io::{self, Write};
+use std::path::Path;
+
+/// A format of meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// Text in double precision: positions, texture coordinates, normals and groups.
+    Obj,
+    /// Positions in double precision, normals and texture coordinates in single precision.
+    Ply,
+    /// Bare triangles in single precision.
+    Stl,
+}
+
+impl MeshFormat {
+    /// The format that the ending of a file's name says, in any case of letters; none where it says another.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_string_lossy().to_ascii_lowercase().as_str() {
+            "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "stl" => Some(Self::Stl),
+            _ => None,
+        }
+    }
+}
+
+/// Writes a mesh to a file. None of the formats says its unit: it is the millimetre, which OBJ and PLY have in a
+/// comment.
+///
+/// # Errors
+/// See [`atomic::write`]; or more triangles than STL can count (2^32 - 1).
+pub fn write(path: &Path, mesh: &TriangleMesh, format: MeshFormat) -> Result<(), WriteError> {
+    atomic::write_with(path, |out| write_to(out, mesh, format))
+}
+
+/// Writes a mesh to `out`.
+///
+/// # Errors
+/// Whatever `out` fails with; or more triangles than STL can count.
+pub fn write_to(out: &mut dyn Write, mesh: &TriangleMesh, format: MeshFormat) -> io::Result<()> {
+    match format {
+        MeshFormat::Obj => write_obj(out, mesh),
+        MeshFormat::Ply => write_ply(out, mesh),
+        MeshFormat::Stl => write_stl(out, mesh),
+    }
+}
+
+/// Numbers are written so that reading them gives the same doubles.
+fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+    writeln!(out, "# gmlc, unit: mm")?;
+    for [x, y, z] in &mesh.positions {
+        writeln!(out, "v {x} {y} {z}")?;
+    }
+    for [s, t] in &mesh.texcoords {
+        writeln!(out, "vt {s} {t}")?;
+    }
+    for [x, y, z] in &mesh.normals {
+        writeln!(out, "vn {x} {y} {z}")?;
+    }
+    let corner = match (mesh.texcoords.is_empty(), mesh.normals.is_empty()) {
+        (false, false) => |i: u32| format!("{i}/{i}/{i}"),
+        (false, true) => |i: u32| format!("{i}/{i}"),
+        (true, false) => |i: u32| format!("{i}//{i}"),
+        (true, true) => |i: u32| format!("{i}"),
+    };
+    let mut groups = mesh.groups.iter().peekable();
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        while let Some(group) = groups.next_if(|group| group.start <= i) {
+            // Control characters would end the line.
+            let name: String = group.name.chars().map(|c| if c.is_control() { '_' } else { c }).collect();
+            writeln!(out, "g {name}")?;
+        }
+        let [a, b, c] = triangle.map(|index| corner(index + 1));
+        writeln!(out, "f {a} {b} {c}")?;
+    }
+    Ok(())
+}
+
+fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment gmlc, unit: mm")?;
+    writeln!(out, "element vertex {}", mesh.positions.len())?;
+    writeln!(out, "property double x\nproperty double y\nproperty double z")?;
+    if !mesh.normals.is_empty() {
+        writeln!(out, "property float nx\nproperty float ny\nproperty float nz")?;
+    }
+    if !mesh.texcoords.is_empty() {
+        writeln!(out, "property float s\nproperty float t")?;
+    }
+    if !mesh.triangles.is_empty() {
+        writeln!(out, "element face {}", mesh.triangles.len())?;
+        writeln!(out, "property list uchar uint vertex_indices")?;
+    }
+    writeln!(out, "end_header")?;
+    for (i, position) in mesh.positions.iter().enumerate() {
+        for c in position {
+            out.write_all(&c.to_le_bytes())?;
+        }
+        let normal = mesh.normals.get(i).into_iter().flatten();
+        let texcoord = mesh.texcoords.get(i).into_iter().flatten();
+        for c in normal.chain(texcoord) {
+            out.write_all(&(*c as f32).to_le_bytes())?;
+        }
+    }
+    for triangle in &mesh.triangles {
+        out.write_all(&[3])?;
+        for index in triangle {
+            out.write_all(&index.to_le_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+/// A header of 80 bytes and a count; for each triangle its normal, its corners and two bytes of attributes.
+fn write_stl(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+    let Ok(count) = u32::try_from(mesh.triangles.len()) else {
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "an STL file holds at most 2^32 - 1 triangles"));
+    };
+    out.write_all(&[0; 80])?;
+    out.write_all(&count.to_le_bytes())?;
+    for &triangle in &mesh.triangles {
+        let [a, b, c] = mesh.corners(triangle);
+        for vector in [mesh.triangle_normal(triangle).unwrap_or_default(), a, b, c] {
+            out.write_all(bytemuck::bytes_of(&vector.as_vec3().to_array().map(f32::to_le_bytes)))?;
+        }
+        out.write_all(&[0; 2])?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Group;
+
+    #[test]
+    fn text_of_a_small_mesh() {
+        let mesh = TriangleMesh {
+            positions: vec![[0.0; 3], [1.5, 0.0, 0.0], [0.0, 1e-3, 0.0], [0.0, 0.0, 1e6]],
+            normals: vec![[0.0, 0.0, 1.0]; 4],
+            texcoords: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.5]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+            groups: vec![
+                Group { name: "hole[0]".into(), start: 0, end: 1 },
+                Group { name: "a\nb".into(), start: 1, end: 2 },
+            ],
+        };
+        let mut out = Vec::new();
+        write_to(&mut out, &mesh, MeshFormat::Obj).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let tail: Vec<&str> = text.lines().skip(13).collect();
+        assert_eq!(text.lines().nth(3), Some("v 0 0.001 0"));
+        assert_eq!(tail, ["g hole[0]", "f 1/1/1 2/2/2 3/3/3", "g a_b", "f 1/1/1 3/3/3 4/4/4"]);
+    }
+}
