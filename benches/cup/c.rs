@@ -1,27 +1,32 @@
 //! The peers in C, compiled and loaded.
 
+use gml_compiler::program::Order;
 use libloading::Library;
 use std::path::{Path, PathBuf};
 
-type PointsFunction =
+type GridFunction =
     unsafe extern "C" fn(x: *const f64, part: i32, u: *const f64, nu: i32, v: *const f64, nv: i32, out: *mut f64);
+type DerivativesFunction =
+    unsafe extern "C" fn(x: *const f64, part: i32, order: i32, u: *const f64, v: *const f64, n: i32, out: *mut f64);
+type JacobianFunction =
+    unsafe extern "C" fn(x: *const f64, part: i32, u: *const f64, v: *const f64, n: i32, out: *mut f64);
 type PullbackFunction = unsafe extern "C" fn(
     x: *const f64,
     part: i32,
     u: *const f64,
-    nu: i32,
     v: *const f64,
-    nv: i32,
+    n: i32,
     w: *const f64,
     gradient: *mut f64,
 );
 
 /// The functions of benches/peers/cup.c and waves.c.
 pub(crate) struct Peers {
-    points: PointsFunction,
-    jacobian: PointsFunction,
+    grid: GridFunction,
+    derivatives: DerivativesFunction,
+    jacobian: JacobianFunction,
     pullback: PullbackFunction,
-    waves: PointsFunction,
+    waves: GridFunction,
     /// Keeps the code of the functions.
     _library: Library,
     /// Which version it is.
@@ -34,6 +39,11 @@ pub(crate) struct Peers {
 /// does not multiply and add at once, as Cranelift's code does not.
 pub(crate) const VARIANTS: &[(&str, &str)] =
     if cfg!(target_arch = "x86_64") { &[("C", "native"), ("C, 128", "x86-64-v2")] } else { &[("C", "native")] };
+
+const PARAMETERS: usize = 15;
+
+/// Parameters that each part depends on.
+const ACTIVE: [usize; 3] = [9, 9, 15];
 
 /// Columns for which the C version has room.
 const MAX_COLUMNS: usize = 4096;
@@ -52,38 +62,47 @@ impl Peers {
         // SAFETY: the library has no initialisers, and its functions have the types that the files declare.
         unsafe {
             let library = Library::new(&made)?;
-            let points = *library.get::<PointsFunction>(b"cup_points\0")?;
-            let jacobian = *library.get::<PointsFunction>(b"cup_jacobian\0")?;
+            let grid = *library.get::<GridFunction>(b"cup_grid\0")?;
+            let derivatives = *library.get::<DerivativesFunction>(b"cup_derivatives\0")?;
+            let jacobian = *library.get::<JacobianFunction>(b"cup_jacobian\0")?;
             let pullback = *library.get::<PullbackFunction>(b"cup_pullback\0")?;
-            let waves = *library.get::<PointsFunction>(b"wave_points\0")?;
-            Ok(Peers { points, jacobian, pullback, waves, _library: library, name, command })
+            let waves = *library.get::<GridFunction>(b"wave_points\0")?;
+            Ok(Peers { grid, derivatives, jacobian, pullback, waves, _library: library, name, command })
         }
     }
 
-    /// Points of a part: `out[rows][columns][3]`.
-    pub(crate) fn points(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
-        check(x, [u, v], out.len(), 3);
+    /// Points of a part on a grid: `out[rows][columns][3]`.
+    pub(crate) fn grid(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
+        assert!(x.len() == PARAMETERS && u.len() <= MAX_COLUMNS && out.len() == 3 * u.len() * v.len());
         let (nu, nv) = (u.len() as i32, v.len() as i32);
         // SAFETY: the slices have the lengths that the function reads and writes.
-        unsafe { (self.points)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
+        unsafe { (self.grid)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
     }
 
-    /// The dense Jacobian of a part: `out[rows][columns][3][15]`.
-    pub(crate) fn jacobian(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], out: &mut [f64]) {
-        check(x, [u, v], out.len(), 45);
-        let (nu, nv) = (u.len() as i32, v.len() as i32);
-        // SAFETY: as above.
-        unsafe { (self.jacobian)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
-    }
-
-    /// Adds the sum of J^T w over the points of a part.
-    pub(crate) fn pullback(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], w: &[[f64; 3]], gradient: &mut [f64]) {
-        check(x, [u, v], w.len(), 1);
-        assert_eq!(gradient.len(), 15);
-        let (nu, nv) = (u.len() as i32, v.len() as i32);
-        let w = w.as_flattened().as_ptr();
-        // SAFETY: as above.
-        unsafe { (self.pullback)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, w, gradient.as_mut_ptr()) }
+    /// What an order evaluates of a part at scattered points, as gmlc lays it out.
+    pub(crate) fn evaluate(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], order: Order<'_>, out: &mut [f64]) {
+        let n = u.len();
+        let (derivatives, length) = match order {
+            Order::Points => (0, 3 * n),
+            Order::Partials => (1, 9 * n),
+            Order::SecondPartials => (2, 18 * n),
+            Order::Jacobian => (0, 3 * ACTIVE[part] * n),
+            Order::Pullback(w) => {
+                assert_eq!(w.len(), n);
+                (0, PARAMETERS)
+            }
+        };
+        assert!(x.len() == PARAMETERS && v.len() == n && out.len() == length);
+        let (x, part, n, out) = (x.as_ptr(), part as i32, n as i32, out.as_mut_ptr());
+        let (u, v) = (u.as_ptr(), v.as_ptr());
+        // SAFETY: the slices have the lengths that the functions read and write.
+        unsafe {
+            match order {
+                Order::Jacobian => (self.jacobian)(x, part, u, v, n, out),
+                Order::Pullback(w) => (self.pullback)(x, part, u, v, n, w.as_flattened().as_ptr(), out),
+                _ => (self.derivatives)(x, part, derivatives, u, v, n, out),
+            }
+        }
     }
 
     /// Points of a surface of waves.c, by its index.
@@ -93,12 +112,6 @@ impl Peers {
         // SAFETY: the slices have the lengths that the function reads and writes.
         unsafe { (self.waves)(x.as_ptr(), kind as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
     }
-}
-
-fn check(x: &[f64], [u, v]: [&[f64]; 2], length: usize, each: usize) {
-    assert_eq!(x.len(), 15);
-    assert!(u.len() <= MAX_COLUMNS);
-    assert_eq!(length, u.len() * v.len() * each);
 }
 
 /// Compiles C files to a shared library; the command, and whether it went well.

@@ -6,8 +6,8 @@ use std::process::Command;
 /// Names the Python to ask; without it `python3` is asked, which mostly has no JAX.
 const PYTHON: &str = "GMLC_JAX_PYTHON";
 
-/// Microseconds that M, the Jacobian and the pullback take in benches/peers/cup_jax.py, on one core.
-pub(crate) fn times() -> Option<[f64; 3]> {
+/// Microseconds that rows of the table take in benches/peers/cup_jax.py, on one core.
+pub(crate) fn times() -> Option<[(&'static str, f64); 3]> {
     let python = std::env::var_os(PYTHON);
     let asked = python.is_some();
     let python = python.unwrap_or_else(|| "python3".into());
@@ -22,13 +22,11 @@ pub(crate) fn times() -> Option<[f64; 3]> {
     let output = output.or_else(|_| Command::new(&python).arg(&script).output()).ok()?;
     let text = String::from_utf8_lossy(&output.stdout);
     let time = |name: &str| text.lines().find_map(|l| l.strip_prefix(name)?.trim().parse().ok());
-    let times = match [time("M "), time("Jacobian "), time("pullback ")] {
-        [Some(m), Some(jacobian), Some(pullback)] => [m, jacobian, pullback],
-        _ => {
-            println!("without JAX: the script failed\n{}", String::from_utf8_lossy(&output.stderr));
-            return None;
-        }
+    let times = ["points", "Jacobian", "pullback"].map(|name| (name, time(name)));
+    let [(a, Some(points)), (b, Some(jacobian)), (c, Some(pullback))] = times else {
+        println!("without JAX: the script failed\n{}", String::from_utf8_lossy(&output.stderr));
+        return None;
     };
     println!("{}", text.lines().next().unwrap_or_default());
-    Some(times)
+    Some([(a, points), (b, jacobian), (c, pullback)])
 }

@@ -1,56 +1,120 @@
-//! The cup against the same in C, with derivatives written by hand: how long points, Jacobian and pullback take, and
-//! whether they agree.
+//! The cup against the same in C, with derivatives written by hand: times of points and derivatives, and whether they agree.
 //!
-//! `cargo bench --bench cup` prints a table. The two are run by turns and the least time of each counts, so that ratios mean
-//! something on a machine that has other work. The grids are those of the outer and the inner surface (128 x 64) and of
-//! the handle (64 x 32): 18,432 points, 15 parameters, doubles, one thread. A second table shows how M and its gradient grow with points and with parameters.
+//! `cargo bench --bench cup` prints tables. The two are run by turns and the least time of each counts, so that ratios mean
+//! something on a machine that has other work. Fits evaluate scattered points: 66,191 of them, as many as the cup's scan has,
+//! on the outer and the inner surface and on the handle. Tessellations evaluate grids: 128 x 64 of either surface and 64 x 32
+//! of the handle, 18,432 points. 15 parameters, doubles, one thread. Another table shows how M and its gradient grow with
+//! points and with parameters.
 
 mod c;
 mod growth;
 mod jax;
 mod waves;
 
-use gml_compiler::program::{Instance, JacobianEntry, Options, Program, compile};
+use gml_compiler::program::{Instance, Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// Part of the script, part of the C version, columns, rows.
-const PARTS: [(&str, usize, usize, usize); 3] =
-    [("outside", 0, 128, 64), ("inside", 1, 128, 64), ("handle", 2, 64, 32)];
+/// The parts, as the C version numbers them: scattered points, columns and rows of the grid.
+const PARTS: [(&str, usize, [usize; 2]); 3] =
+    [("outside", 28_000, [128, 64]), ("inside", 26_000, [128, 64]), ("handle", 12_191, [64, 32])];
 
-/// What the two must agree to, relative to the largest value of the same kind: coordinates, derivatives by one parameter.
+/// What the two must agree to, relative to the largest value of the same kind.
 const TOLERANCE: f64 = 1e-12;
 
-/// A part on its grid, with room for what is computed there.
+/// A part of the cup with its sites, and room for what is computed there.
 struct Task {
     patch: usize,
     part: usize,
-    entries: Vec<JacobianEntry>,
+    /// Scattered.
+    u: Vec<f64>,
+    v: Vec<f64>,
+    w: Vec<[f64; 3]>,
     columns: Vec<f64>,
     rows: Vec<f64>,
-    /// Of every point.
-    w: Vec<[f64; 3]>,
-    points: Vec<f64>,
-    jacobian: Vec<f64>,
-    dense: Vec<f64>,
+    out: Vec<f64>,
 }
 
 impl Task {
-    fn new(program: &Program, (name, part, columns, rows): (&str, usize, usize, usize)) -> Task {
+    fn new(program: &Program, part: usize) -> Task {
+        let (name, count, sizes) = PARTS[part];
         let patch = program.parts().iter().position(|p| p.name == name).expect("the cup has this part");
-        let entries = program.jacobian_entries(patch);
-        let varying = entries.iter().filter(|e| e.constant.is_none()).count();
-        let even = |n: usize| -> Vec<f64> { (0..n).map(|i| i as f64 / (n - 1) as f64).collect() };
-        let (columns, rows) = (even(columns), even(rows));
-        let n = columns.len() * rows.len();
-        let w = (0..n).map(|i| [0.5, 1.3, 2.1].map(|k| (i as f64 * k).sin())).collect();
-        let jacobian = vec![0.0; n * varying];
-        Task { patch, part, entries, columns, rows, w, points: vec![0.0; 3 * n], jacobian, dense: vec![0.0; 45 * n] }
+        let [columns, rows] = sizes.map(|n| (0..n).map(|i| i as f64 / (n - 1) as f64).collect());
+        // Points that fill the square evenly, in no order.
+        let weyl = |step: f64| -> Vec<f64> { (0..count).map(|i| (0.5 + i as f64 * step).fract()).collect() };
+        let (u, v) = (weyl(0.754_877_666_246_692_7), weyl(0.569_840_290_998_053_3));
+        let w = (0..count).map(|i| [0.5, 1.3, 2.1].map(|k| (i as f64 * k).sin())).collect();
+        Task { patch, part, u, v, w, columns, rows, out: Vec::new() }
     }
 
-    fn grid(&self) -> [&[f64]; 2] {
-        [&self.columns, &self.rows]
+    fn sites(&self) -> Sites<'_> {
+        Sites::Scattered(&self.u, &self.v)
+    }
+
+    /// Evaluates what a row of the table says, of which `out` has the length.
+    fn ours(&mut self, instance: &Instance<'_>, row: Row) {
+        let mut out = std::mem::take(&mut self.out);
+        let sites = if row == Row::Grid { Sites::Grid(&self.columns, &self.rows) } else { self.sites() };
+        instance.evaluate(self.patch, sites, row.order(&self.w), &mut out).unwrap_or_else(|e| panic!("{}", e.message));
+        self.out = out;
+    }
+
+    /// The same in C.
+    fn theirs(&mut self, c: &c::Peers, x: &[f64], row: Row) {
+        let mut out = std::mem::take(&mut self.out);
+        match row {
+            Row::Grid => c.grid(x, self.part, [&self.columns, &self.rows], &mut out),
+            _ => c.evaluate(x, self.part, [&self.u, &self.v], row.order(&self.w), &mut out),
+        }
+        self.out = out;
+    }
+
+    /// Makes room for the results of a row.
+    fn clear(&mut self, program: &Program, row: Row) {
+        let width = row.order(&[]).width(&program.parts()[self.patch]);
+        self.out = match row {
+            Row::Grid => vec![0.0; width * self.columns.len() * self.rows.len()],
+            Row::Pullback => vec![0.0; program.parameters().len()],
+            _ => vec![0.0; width * self.u.len()],
+        };
+    }
+}
+
+/// A row of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Row {
+    Points,
+    Partials,
+    SecondPartials,
+    Jacobian,
+    Pullback,
+    /// Points on the grids.
+    Grid,
+}
+
+const ROWS: [Row; 6] = [Row::Points, Row::Partials, Row::SecondPartials, Row::Jacobian, Row::Pullback, Row::Grid];
+
+impl Row {
+    fn order(self, w: &[[f64; 3]]) -> Order<'_> {
+        match self {
+            Row::Points | Row::Grid => Order::Points,
+            Row::Partials => Order::Partials,
+            Row::SecondPartials => Order::SecondPartials,
+            Row::Jacobian => Order::Jacobian,
+            Row::Pullback => Order::Pullback(w),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Row::Points => "points",
+            Row::Partials => "partials",
+            Row::SecondPartials => "second partials",
+            Row::Jacobian => "Jacobian",
+            Row::Pullback => "pullback",
+            Row::Grid => "points, grids",
+        }
     }
 }
 
@@ -66,64 +130,40 @@ fn main() {
     };
     peers.iter().for_each(|c| println!("{}: {}\n", c.name, c.command));
     let x = [3.0, -2.0, 5.0, 0.2, -0.3, 0.4, 1.2, 41.0, 92.0, 0.93, 1.85, 0.97, 1.75, 0.22, 0.78];
-    let instance = program.instantiate(&x).unwrap_or_else(|e| panic!("{}", e.message));
-    let mut tasks = PARTS.map(|part| Task::new(&program, part));
-    peers.iter().for_each(|c| agree(c, &instance, &x, &mut tasks));
+    let mut tasks = [0, 1, 2].map(|part| Task::new(&program, part));
+    peers.iter().for_each(|c| agree(c, &program, &x, &mut tasks));
     time(&peers, &program, &x, &mut tasks);
     waves::table(&peers[0]);
     growth::table(&program);
 }
 
 /// Largest difference, relative to the largest value.
-fn deviation(ours: impl Iterator<Item = f64>, theirs: impl Iterator<Item = f64>) -> f64 {
+fn deviation(ours: &[f64], theirs: &[f64]) -> f64 {
     let (mut worst, mut largest) = (0.0f64, f64::MIN_POSITIVE);
-    for (a, b) in ours.zip(theirs) {
+    for (a, b) in ours.iter().zip(theirs) {
         worst = worst.max((a - b).abs());
         largest = largest.max(b.abs());
     }
     worst / largest
 }
 
-/// Our Jacobian as the version in C has it.
-fn dense(task: &Task) -> Vec<f64> {
-    let mut dense = vec![0.0; task.dense.len()];
-    let mut values = task.jacobian.iter();
-    for point in dense.chunks_exact_mut(45) {
-        for entry in &task.entries {
-            let value = entry.constant.or_else(|| values.next().copied()).unwrap_or(f64::NAN);
-            point[15 * usize::from(entry.coordinate) + entry.param as usize] = value;
+fn agree(c: &c::Peers, program: &Program, x: &[f64], tasks: &mut [Task]) {
+    let instance = program.instantiate(x).unwrap_or_else(|e| panic!("{}", e.message));
+    print!("differences from {}:", c.name);
+    for row in ROWS {
+        let mut worst = 0.0f64;
+        for task in &mut *tasks {
+            task.clear(program, row);
+            task.ours(&instance, row);
+            let ours = std::mem::take(&mut task.out);
+            task.clear(program, row);
+            task.theirs(c, x, row);
+            worst = worst.max(deviation(&ours, &task.out));
         }
+        print!(" {} {worst:.1e}", row.name());
+        assert!(worst <= TOLERANCE, "{} differ from the version in C by {worst:e}", row.name());
     }
-    dense
-}
-
-fn agree(c: &c::Peers, instance: &Instance<'_>, x: &[f64], tasks: &mut [Task]) {
-    let mut gradients = [vec![0.0; 15], vec![0.0; 15]];
-    let [mut of_points, mut of_jacobian] = [0.0f64; 2];
-    for task in tasks {
-        let n = task.w.len();
-        let mut theirs = vec![0.0; 3 * n];
-        c.points(x, task.part, task.grid(), &mut theirs);
-        instance.points_grid(task.patch, &task.columns, &task.rows, &mut task.points).expect("points");
-        of_points = of_points.max(deviation(task.points.iter().copied(), theirs.iter().copied()));
-
-        c.jacobian(x, task.part, [&task.columns, &task.rows], &mut task.dense);
-        instance.jacobian_grid(task.patch, &task.columns, &task.rows, &mut task.jacobian).expect("a Jacobian");
-        let ours = dense(task);
-        for param in 0..15 {
-            let of = |all: &[f64]| (0..3 * n).map(|i| all[15 * i + param]).collect::<Vec<_>>();
-            of_jacobian = of_jacobian.max(deviation(of(&ours).into_iter(), of(&task.dense).into_iter()));
-        }
-        instance.pullback_grid(task.patch, &task.columns, &task.rows, &task.w, &mut gradients[0]).expect("a pullback");
-        c.pullback(x, task.part, task.grid(), &task.w, &mut gradients[1]);
-    }
-    let [ours, theirs] = gradients;
-    // Sums of 18,432 terms of both signs: relative to the gradient's length.
-    let of_pullback = deviation(ours.into_iter(), theirs.into_iter());
-    println!("differences: M {of_points:.1e}, Jacobian {of_jacobian:.1e}, pullback {of_pullback:.1e}");
-    for (what, found) in [("M", of_points), ("Jacobian", of_jacobian), ("pullback", of_pullback)] {
-        assert!(found <= TOLERANCE, "{what} differs from the version in C by {found:e}");
-    }
+    println!();
 }
 
 /// Least times of two things that are done by turns, in microseconds.
@@ -140,101 +180,36 @@ fn by_turns(mut ours: impl FnMut(), mut theirs: impl FnMut()) -> [f64; 2] {
     least
 }
 
-/// The versions in C that ours is compared with, and what JAX takes, where it is there.
-struct Table<'a> {
-    peers: &'a [c::Peers],
-    jax: Option<[f64; 3]>,
-    rows: usize,
-}
-
-impl Table<'_> {
-    fn head(&self) {
-        print!("\n{:10}{:>10}", "us", "gmlc");
-        self.peers.iter().for_each(|c| print!("{:>10}{:>10}", c.name, "ratio"));
-        println!("{}", self.jax.map_or(String::new(), |_| format!("{:>10}{:>12}", "JAX", "JAX / gmlc")));
-    }
-
-    /// Prints the least times of all, which run by turns.
-    fn row(
-        &mut self,
-        name: &str,
-        tasks: &mut [Task],
-        mut ours: impl FnMut(&mut [Task]),
-        mut theirs: impl FnMut(&c::Peers, &mut [Task]),
-    ) {
-        let mut least = vec![f64::INFINITY; 1 + self.peers.len()];
+/// Prints the least times of all versions, which run by turns.
+fn time(peers: &[c::Peers], program: &Program, x: &[f64], tasks: &mut [Task]) {
+    let jax = jax::times();
+    print!("\n{:16}{:>10}", "us", "gmlc");
+    peers.iter().for_each(|c| print!("{:>10}{:>10}", c.name, "ratio"));
+    println!("{}", jax.map_or(String::new(), |_| format!("{:>10}{:>12}", "JAX", "JAX / gmlc")));
+    // Every run begins with new parameters, so that nothing of the last ones is of use.
+    let mut last = x.to_vec();
+    for row in ROWS {
+        tasks.iter_mut().for_each(|task| task.clear(program, row));
+        let mut least = vec![f64::INFINITY; 1 + peers.len()];
         let begin = Instant::now();
         while begin.elapsed() < Duration::from_secs(3) {
             for (k, least) in least.iter_mut().enumerate() {
                 let start = Instant::now();
                 match k.checked_sub(1) {
-                    None => ours(tasks),
-                    Some(k) => theirs(&self.peers[k], tasks),
+                    None => {
+                        last.iter_mut().for_each(|x| *x = x.next_up());
+                        let instance =
+                            program.instantiate(black_box(&last)).unwrap_or_else(|e| panic!("{}", e.message));
+                        tasks.iter_mut().for_each(|task| task.ours(&instance, row));
+                    }
+                    Some(k) => tasks.iter_mut().for_each(|task| task.theirs(&peers[k], black_box(x), row)),
                 }
                 *least = least.min(start.elapsed().as_secs_f64() * 1e6);
             }
         }
-        print!("{name:10}{:10.1}", least[0]);
+        print!("{:16}{:10.1}", row.name(), least[0]);
         least[1..].iter().for_each(|theirs| print!("{theirs:10.1}{:10.2}", least[0] / theirs));
-        println!(
-            "{}",
-            self.jax.map_or(String::new(), |t| format!("{:10.1}{:12.1}", t[self.rows], t[self.rows] / least[0]))
-        );
-        self.rows += 1;
+        let jax = jax.and_then(|times| times.into_iter().find(|(name, _)| *name == row.name()));
+        println!("{}", jax.map_or(String::new(), |(_, us)| format!("{us:10.1}{:12.1}", us / least[0])));
     }
-}
-
-fn time(peers: &[c::Peers], program: &Program, x: &[f64], tasks: &mut [Task]) {
-    let mut table = Table { peers, jax: jax::times(), rows: 0 };
-    table.head();
-    // Every run begins with new parameters, so that nothing of the last ones is of use.
-    let last = std::cell::Cell::new(x.to_vec());
-    let instance = || {
-        let mut x = last.take();
-        x.iter_mut().for_each(|x| *x = x.next_up());
-        let instance = program.instantiate(black_box(&x)).unwrap_or_else(|e| panic!("{}", e.message));
-        last.set(x);
-        instance
-    };
-    table.row(
-        "M",
-        tasks,
-        |tasks| {
-            let instance = instance();
-            for t in tasks {
-                instance.points_grid(t.patch, &t.columns, &t.rows, &mut t.points).expect("points");
-            }
-        },
-        |c, tasks| {
-            tasks.iter_mut().for_each(|t| c.points(black_box(x), t.part, [&t.columns, &t.rows], &mut t.points));
-        },
-    );
-    table.row(
-        "Jacobian",
-        tasks,
-        |tasks| {
-            let instance = instance();
-            for t in tasks {
-                instance.jacobian_grid(t.patch, &t.columns, &t.rows, &mut t.jacobian).expect("a Jacobian");
-            }
-        },
-        |c, tasks| {
-            tasks.iter_mut().for_each(|t| c.jacobian(black_box(x), t.part, [&t.columns, &t.rows], &mut t.dense));
-        },
-    );
-    let mut gradients = [[0.0; 15]; 2];
-    let [ours, theirs] = &mut gradients;
-    table.row(
-        "pullback",
-        tasks,
-        |tasks| {
-            let instance = instance();
-            for t in tasks {
-                instance.pullback_grid(t.patch, &t.columns, &t.rows, &t.w, ours).expect("a pullback");
-            }
-        },
-        |c, tasks| {
-            tasks.iter().for_each(|t| c.pullback(black_box(x), t.part, [&t.columns, &t.rows], &t.w, theirs));
-        },
-    );
 }

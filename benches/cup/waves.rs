@@ -2,7 +2,7 @@
 
 use super::by_turns;
 use super::c::Peers;
-use gml_compiler::program::{Options, Program, compile};
+use gml_compiler::program::{Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use std::hint::black_box;
 
@@ -38,12 +38,12 @@ pub(crate) fn table(c: &Peers) {
         let [mut grid, mut points, mut theirs] = [(); 3].map(|()| vec![0.0; 3 * SIDE * SIDE]);
         let instance = || program.instantiate(black_box(&X)).unwrap_or_else(|e| panic!("{}", e.message));
         let ours = by_turns(
-            || instance().points_grid(0, &even, &even, &mut grid).expect("points"),
-            || instance().points(0, &all_u, &all_v, &mut points).expect("points"),
+            || instance().evaluate(0, Sites::Grid(&even, &even), Order::Points, &mut grid).expect("points"),
+            || instance().evaluate(0, Sites::Scattered(&all_u, &all_v), Order::Points, &mut points).expect("points"),
         );
         assert_eq!(grid, points, "the same bits");
         let [again, by_c] = by_turns(
-            || instance().points_grid(0, &even, &even, &mut grid).expect("points"),
+            || instance().evaluate(0, Sites::Grid(&even, &even), Order::Points, &mut grid).expect("points"),
             || c.wave(black_box(&X), kind, [&even, &even], &mut theirs),
         );
         let worst = grid.iter().zip(&theirs).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);

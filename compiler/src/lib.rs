@@ -6,7 +6,7 @@
 //! 2. [`check`]: names, types, dimensions; generics are instantiated. The typed tree has no generics left.
 //! 3. `ir`: the typed tree lowered to scalar functions in SSA form; simplified; validated; printed; interpreted.
 //! 4. `diff`: tangent, Jacobian and pullback of those functions, again as functions.
-//! 5. [`jit`]: machine code for them, by Cranelift.
+//! 5. `jit`: machine code for them, by Cranelift.
 //! 6. [`program`]: what everything outside may know of a compiled script.
 //!
 //! [`session`] goes the same way with texts that are entered one after another.
@@ -20,7 +20,7 @@ pub mod diagnostic;
 mod diff;
 pub mod format;
 mod ir;
-pub mod jit;
+mod jit;
 mod operators;
 mod parameters;
 pub mod program;
@@ -38,6 +38,10 @@ pub use workers::Workers;
 pub mod internals {
     pub mod diff {
         pub use crate::diff::{DiffError, expand, jacobian, pullback, tangent};
+    }
+
+    pub mod jit {
+        pub use crate::jit::{Code, JitError, KernelShape, Listing, Options, Output, Points, Stopped};
     }
 
     pub mod ir {

@@ -1,18 +1,18 @@
-//! Work that may be done at once.
+//! Jobs that may run at once.
 
 use std::sync::Mutex;
 
-/// Who does work in parts that do not depend on each other: the compiler starts no threads, those that it is given may. What comes
-/// out is the same whoever does it.
+/// Runs jobs that do not depend on each other: the compiler itself starts no threads. Results are the same whichever thread
+/// runs a job.
 ///
 /// `run` calls a job for each number below the first argument, once each, at once where it can, and returns when all
 /// are done. It must be more than a pool whose threads take up other work while they wait: derivatives are made when they
 /// are first asked for, by one thread while others wait for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Workers {
-    /// How many jobs can be done at once; at least one.
+    /// Number of jobs that can run at once; at least one.
     pub count: usize,
-    /// Does jobs.
+    /// Runs jobs.
     pub run: fn(usize, &(dyn Fn(usize) + Sync)),
 }
 
@@ -20,7 +20,7 @@ impl Workers {
     /// One job after the other.
     pub const ONE: Workers = Workers { count: 1, run: |jobs, job| (0..jobs).for_each(job) };
 
-    /// What `work` makes of each job, in their order.
+    /// The results of `work`, in the order of the jobs.
     pub(crate) fn map<J: Sync, T: Send>(self, jobs: &[J], work: impl Fn(&J) -> T + Sync) -> Vec<T> {
         let made: Vec<Mutex<Option<T>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
         (self.run)(jobs.len(), &|i| {

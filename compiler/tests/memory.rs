@@ -5,8 +5,10 @@
 #[path = "suite/common/mod.rs"]
 mod common;
 
+use gml_compiler::Workers;
 use gml_compiler::internals::ir::{Binary, FunctionBuilder, Module, Parameter, Unary};
-use gml_compiler::jit::{Compiler, Limits, Options};
+use gml_compiler::internals::jit::{Code, Options};
+use gml_compiler::program::{Limits, Order, Sites};
 
 /// Pages of the process in memory; `None` where the system does not tell.
 fn resident() -> Option<usize> {
@@ -42,9 +44,11 @@ fn programs_are_freed() {
         let instance = program.instantiate(&[2.0]).expect("it exists");
         let (u, v) = ([0.25, 0.75], [0.5, 1.0]);
         let mut out = [0.0; 18];
-        instance.partials_grid(1, &u[..1], &v, &mut out).expect("it is finite");
-        instance.jacobian(0, &u, &v, &mut out[..6]).expect("it is finite");
-        instance.pullback_grid(0, &u, &v, &[[1.0; 3]; 4], &mut out[..1]).expect("it is finite");
+        instance.evaluate(1, Sites::Grid(&u[..1], &v), Order::Partials, &mut out).expect("it is finite");
+        instance.evaluate(0, Sites::Scattered(&u, &v), Order::Jacobian, &mut out[..6]).expect("it is finite");
+        instance
+            .evaluate(0, Sites::Grid(&u, &v), Order::Pullback(&[[1.0; 3]; 4]), &mut out[..1])
+            .expect("it is finite");
     });
     println!("{grown} pages more after {cycles} programs");
     // Every one has several pages of code: a leak of only the smallest is a page for each.
@@ -58,10 +62,9 @@ fn code_is_freed() {
     let mut module = Module::default();
     let id = module.add(builder.finish([("y".to_owned(), result)]));
     let cycle = || {
-        let mut compiler = Compiler::new(&module, Options::default()).expect("this machine is supported");
-        let routine = compiler.routine(id).expect("it compiles");
-        let code = compiler.finish().expect("it finishes");
-        assert_eq!(code.call_reals(routine, &[0.5], Limits::default()), Ok(vec![0.5 * 0.5f64.sin()]));
+        let compiled = Code::compile(&module, &[], &[id], Options::default(), Workers::ONE);
+        let (code, _) = compiled.expect("it compiles");
+        assert_eq!(code.call_reals(0, &[0.5], Limits::default()), Ok(vec![0.5 * 0.5f64.sin()]));
     };
     let grown = growth(1000, cycle);
     // Every program has a page of code at least: a leak is 1,000 pages.

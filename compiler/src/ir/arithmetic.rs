@@ -15,7 +15,7 @@ pub(crate) fn unary(op: Unary, x: f64) -> Option<f64> {
         Unary::Sign => sign(x),
         Unary::Sqrt => x.sqrt(),
         Unary::Exp => elementary::exp(x),
-        Unary::Ln => x.ln(),
+        Unary::Ln => elementary::ln(x),
         Unary::Sin => elementary::sin(x),
         Unary::Cos => elementary::cos(x),
         Unary::Tan => x.tan(),

@@ -1,102 +1,129 @@
 //! Finished machine code, and the only place that calls it.
 
-use super::compiler::{Entry, EntryKind, GridKernel, Kernel, Output, Routine};
-use super::context::{Context, Limits, Stop};
-use super::grid::Arguments;
+use super::compiler::{Compiler, JitError, KernelShape, Listing, Options, Output};
+use super::context::{Context, Limits, Trap};
 use super::memory::CodeMemory;
+use crate::ir::{FunctionId, Module};
+use crate::workers::Workers;
 
-/// Machine code of a program. Freed when dropped.
+/// Machine code of functions of one IR module: routines, which run once, and kernels, which run over many points. Freed
+/// when dropped; may be run by several threads at once.
 pub struct Code {
-    entries: Vec<Callable>,
-    /// Keeps the code of `entries`.
-    _memory: CodeMemory,
+    kernels: Vec<Kernel>,
+    routines: Vec<Routine>,
+    /// The memory that the addresses above point to.
+    _memories: Vec<CodeMemory>,
 }
 
-struct Callable {
-    entry: Entry,
-    address: *const u8,
-}
+/// The address of a compiled function.
+#[derive(Clone, Copy)]
+pub(super) struct Address(pub(super) *const u8);
 
-// SAFETY: the addresses are of code, which nothing changes until `_memory` is dropped, and which changes nothing but
-// its arguments; the memory itself is `Send` and `Sync`.
-unsafe impl Send for Code {}
+// SAFETY: it is of code, which nothing changes while the memory is there, and which changes nothing but its arguments.
+unsafe impl Send for Address {}
 // SAFETY: as above.
-unsafe impl Sync for Code {}
+unsafe impl Sync for Address {}
 
-/// Places at which a kernel is evaluated; all of one length.
+/// A compiled function that takes and gives 64-bit words.
+pub(super) struct Routine {
+    pub(super) address: Address,
+    pub(super) arguments: usize,
+    pub(super) results: usize,
+}
+
+/// A compiled loop over points.
+pub(super) struct Kernel {
+    pub(super) address: Address,
+    pub(super) shape: KernelShape,
+    /// Values that each point has of its own.
+    pub(super) values: usize,
+    pub(super) results: usize,
+    /// Points that are computed at once: 1 or 2.
+    pub(super) lanes: usize,
+}
+
+/// The points at which a kernel is evaluated.
 #[derive(Clone, Copy, Debug)]
 pub struct Points<'a> {
-    /// First surface parameter.
-    pub u: &'a [f64],
-    /// Second surface parameter.
-    pub v: &'a [f64],
-    /// Weights, one point after the other, for kernels that take them; else empty.
-    pub w: &'a [f64],
+    /// Number of points.
+    pub count: usize,
+    /// The arguments after the captures: the first one of every point, then the second of every point, and so on.
+    pub values: &'a [f64],
 }
 
-/// A grid: values of its rows and of its columns.
-#[derive(Clone, Copy, Debug)]
-pub struct GridTables<'a> {
-    /// How many rows there are; at least one.
-    pub row_count: usize,
-    /// Values of each row, one row after the other.
-    pub rows: &'a [f64],
-    /// How many columns there are; at least one. Two at once: at least two, and even where the kernel sums.
-    pub column_count: usize,
-    /// Values of each column, one column after the other. Two at once: of each pair of columns both of every value; the last pair of an odd
-    /// number is of the last two.
-    pub columns: &'a [f64],
-    /// Weights of the points, row after row, for kernels that take them; else empty.
-    pub w: &'a [[f64; 3]],
-}
-
-/// A kernel stopped early. What it wrote for the points before is there.
+/// A kernel stopped early. It may have written results of other points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stopped {
     /// Why.
-    pub stop: Stop,
+    pub trap: Trap,
     /// At which point.
     pub point: usize,
 }
 
 /// `(context, arguments, results) -> status`.
-type PlainFunction = unsafe extern "C" fn(*mut Context, *const u64, *mut u64) -> u32;
+type RoutineFunction = unsafe extern "C" fn(*mut Context, *const u64, *mut u64) -> u32;
 
-/// `(context, uniforms, u, v, w, n, out) -> status`.
-type KernelFunction =
-    unsafe extern "C" fn(*mut Context, *const f64, *const f64, *const f64, *const f64, i64, *mut f64) -> u32;
+/// `(context, captures, values, stride, n, out) -> status`.
+type KernelFunction = unsafe extern "C" fn(*mut Context, *const f64, *const f64, i64, i64, *mut f64) -> u32;
 
-/// `(context, arguments) -> status`.
-type GridFunction = unsafe extern "C" fn(*mut Context, *const Arguments) -> u32;
+/// Nodes below which compiling in a partition of its own takes longer than it saves.
+const WORTH_A_PARTITION: usize = 60;
+
+/// A routine is compiled in about this part of the time that a kernel of its size takes.
+const ROUTINE_COST: usize = 4;
 
 impl Code {
-    /// The entries must be finalized functions of the memory, with the signatures that their kind has.
-    pub(super) fn new(memory: CodeMemory, entries: &[Entry]) -> Code {
-        let address = |e: &Entry| memory.module().get_finalized_function(e.function);
-        let entries = entries.iter().map(|e| Callable { entry: e.clone(), address: address(e) }).collect();
-        Code { entries, _memory: memory }
+    /// Compiles functions of a valid module, with what they call. Gives the texts too, where the options ask for them.
+    ///
+    /// # Errors
+    /// [`JitError`]; of several the first one, in the order of kernels and then routines.
+    pub fn compile(
+        module: &Module,
+        kernels: &[KernelShape],
+        routines: &[FunctionId],
+        options: Options,
+        workers: Workers,
+    ) -> Result<(Code, Vec<Listing>), JitError> {
+        // Texts are in the order of what was asked for.
+        let workers = if options.listings { Workers::ONE } else { workers };
+        let partitions = partitions(module, kernels, routines, workers.count);
+        let compiled = workers.map(&partitions, |partition| partition.compile(module, kernels, options));
+        if let Some((_, error)) = compiled.iter().filter_map(|c| c.as_ref().err()).min_by_key(|(place, _)| *place) {
+            return Err(error.clone());
+        }
+        let mut code = Code { kernels: Vec::new(), routines: Vec::new(), _memories: Vec::new() };
+        let (mut placed, mut listings) = (Vec::new(), Vec::new());
+        for compiled in compiled.into_iter().flatten() {
+            placed.extend(compiled.kernels);
+            code.routines.extend(compiled.routines);
+            code._memories.push(compiled.memory);
+            listings.extend(compiled.listings);
+        }
+        placed.sort_by_key(|(place, _)| *place);
+        code.kernels = placed.into_iter().map(|(_, kernel)| kernel).collect();
+        Ok((code, listings))
     }
 
     /// Runs a routine on words: the bits of reals, integers, 0 or 1 for truth values.
     ///
     /// # Errors
-    /// Why it stopped early; the results are then not written.
+    /// The trap that stopped it; the results are then not written.
     ///
     /// # Panics
-    /// If `arguments` or `results` do not have the routine's lengths, or it is not of this code.
-    pub fn call(&self, routine: Routine, arguments: &[u64], results: &mut [u64], limits: Limits) -> Result<(), Stop> {
-        let Callable { entry, address } = &self.entries[routine.0 as usize];
-        assert!(matches!(entry.kind, EntryKind::Routine), "a routine of another program");
-        assert_eq!((arguments.len(), results.len()), (entry.inputs, entry.results), "lengths of a routine's slices");
+    /// If there is no such routine, or `arguments` or `results` do not have its lengths.
+    pub fn call(&self, routine: usize, arguments: &[u64], results: &mut [u64], limits: Limits) -> Result<(), Trap> {
+        let routine = &self.routines[routine];
+        assert_eq!(arguments.len(), routine.arguments, "length of a routine's arguments");
+        assert_eq!(results.len(), routine.results, "length of a routine's results");
         let mut context = Context::new(limits);
-        // SAFETY: a routine was compiled with this signature (`Compiler::routine`), and its code lives as
-        // long as `self`. It reads `inputs` words and writes `results` words, which the slices have (asserted), and
-        // reads and writes the context, which is alive and not shared.
+        // SAFETY: a routine was compiled with this signature (`Compiler::routine`), and its code lives as long as `self`.
+        // It reads the arguments and writes the results, whose lengths are asserted, and reads and writes the context,
+        // which is alive and not shared.
         let status = unsafe {
-            let function = std::mem::transmute::<*const u8, PlainFunction>(*address);
+            let function = std::mem::transmute::<*const u8, RoutineFunction>(routine.address.0);
             function(&raw mut context, arguments.as_ptr(), results.as_mut_ptr())
         };
-        if status == 0 { Ok(()) } else { Err(Stop::from_status(status)) }
+        Trap::check(status)
     }
 
     /// Runs a routine of reals.
@@ -106,118 +133,161 @@ impl Code {
     ///
     /// # Panics
     /// As [`Code::call`].
-    pub fn call_reals(&self, routine: Routine, arguments: &[f64], limits: Limits) -> Result<Vec<f64>, Stop> {
+    pub fn call_reals(&self, routine: usize, arguments: &[f64], limits: Limits) -> Result<Vec<f64>, Trap> {
         let arguments: Vec<u64> = arguments.iter().map(|x| x.to_bits()).collect();
-        let mut results = vec![0; self.entries[routine.0 as usize].entry.results];
+        let mut results = vec![0; self.routines[routine].results];
         self.call(routine, &arguments, &mut results, limits)?;
         Ok(results.into_iter().map(f64::from_bits).collect())
     }
 
     /// Runs a kernel over points. `out` has the kernel's results for every point, one point after the other; or, where
-    /// it accumulates, one set of results to which is added. `limits` are for each point.
+    /// it accumulates, one set of results to which sums are added (those of the even points and of the odd points, so
+    /// that they do not depend on the lanes). `limits` are for each point.
     ///
     /// # Errors
-    /// Why and where it stopped early.
+    /// The trap and the point that stopped it.
     ///
     /// # Panics
-    /// If a slice does not have the length that the kernel's shape asks for, or it is not of this code.
+    /// If there is no such kernel, or a slice does not have the length that its shape asks for.
     pub fn run(
         &self,
-        kernel: Kernel,
-        uniforms: &[f64],
+        kernel: usize,
+        captures: &[f64],
         points: Points<'_>,
         out: &mut [f64],
         limits: Limits,
     ) -> Result<(), Stopped> {
-        let Callable { entry, address } = &self.entries[kernel.0 as usize];
-        let EntryKind::Kernel(shape) = entry.kind else { panic!("a kernel of another program") };
-        let n = points.u.len();
-        let outputs =
-            if shape.output == Output::Accumulate { Some(entry.results) } else { entry.results.checked_mul(n) };
-        assert_eq!(uniforms.len(), entry.inputs, "length of a kernel's uniforms");
-        assert_eq!(points.v.len(), n, "length of v");
-        assert_eq!(Some(points.w.len()), shape.weights.checked_mul(n), "length of w");
-        assert_eq!(Some(out.len()), outputs, "length of a kernel's output");
-        let mut context = Context::new(limits);
-        // SAFETY: a kernel was compiled with this signature (`Compiler::kernel`), and its code lives as long
-        // as `self`. It reads `inputs` uniforms, n entries of u, v and, with weights, of w, and writes the results of
-        // every point, or of one where it accumulates: the slices have these lengths (asserted). It reads and writes the
-        // context, which is alive and not shared. n is a slice's length, so that it fits in i64.
-        let status = unsafe {
-            let function = std::mem::transmute::<*const u8, KernelFunction>(*address);
-            let (u, v, w) = (points.u.as_ptr(), points.v.as_ptr(), points.w.as_ptr());
-            function(&raw mut context, uniforms.as_ptr(), u, v, w, n as i64, out.as_mut_ptr())
+        let kernel = &self.kernels[kernel];
+        let Points { count, values } = points;
+        let whole = count - count % kernel.lanes;
+        let located = |Stopped { trap, point }: Stopped| {
+            // Which of the two points it was: each is run alone.
+            let both = if kernel.lanes == 2 { point..point + 2 } else { 0..0 };
+            let alone = |point| Some(Stopped { trap: kernel.run_alone(captures, points, point, limits).err()?, point });
+            both.into_iter().find_map(alone).unwrap_or(Stopped { trap, point })
         };
-        if status == 0 {
+        let run_last = || {
+            let last = kernel.run_alone(captures, points, count - 1, limits);
+            last.map_err(|trap| Stopped { trap, point: count - 1 })
+        };
+        if kernel.shape.output == Output::Store {
+            assert_eq!(Some(out.len()), kernel.results.checked_mul(count), "length of a kernel's output");
+            let (paired, rest) = out.split_at_mut(whole * kernel.results);
+            kernel.run(captures, values, [count, whole], paired, limits).map_err(located)?;
+            if whole < count {
+                rest.copy_from_slice(&run_last()?[..kernel.results]);
+            }
             return Ok(());
         }
-        Err(Stopped { stop: Stop::from_status(status), point: context.point as usize })
+        assert_eq!(out.len(), kernel.results, "length of a kernel's output");
+        let mut sums = vec![0.0; 2 * kernel.results];
+        kernel.run(captures, values, [count, whole], &mut sums, limits).map_err(located)?;
+        if whole < count {
+            let last = run_last()?;
+            (0..sums.len()).step_by(2).for_each(|k| sums[k] += last[k]);
+        }
+        out.iter_mut().zip(sums.chunks_exact(2)).for_each(|(out, halves)| *out += halves[0] + halves[1]);
+        Ok(())
     }
+}
 
-    /// Whether a kernel takes two columns at once.
-    ///
-    /// # Panics
-    /// If it is not of this code.
-    #[must_use]
-    pub fn is_wide(&self, kernel: GridKernel) -> bool {
-        matches!(self.entries[kernel.0 as usize].entry.kind, EntryKind::Grid(_, true))
-    }
-
-    /// Runs a kernel over a grid. It writes the results of every point, row after row; or, where it sums, the sums of every row, and
-    /// adds to those of every column (in the order of `columns`).
-    ///
-    /// # Errors
-    /// Why it stopped early.
-    ///
-    /// # Panics
-    /// If a slice does not have the length that the kernel's shape asks for, or it is not of this code.
-    pub fn run_grid(
+impl Kernel {
+    /// Runs over the first `n` of `stride` points; `n` is a multiple of the lanes. Results of points are stored one after the
+    /// other; sums of even and odd points side by side.
+    fn run(
         &self,
-        kernel: GridKernel,
-        uniforms: &[f64],
-        tables: GridTables<'_>,
+        captures: &[f64],
+        values: &[f64],
+        [stride, n]: [usize; 2],
         out: &mut [f64],
-        column_sums: &mut [f64],
         limits: Limits,
-    ) -> Result<(), Stop> {
-        let Callable { entry, address } = &self.entries[kernel.0 as usize];
-        let EntryKind::Grid(shape, wide) = entry.kind else { panic!("a grid kernel of another program") };
-        let GridTables { row_count, column_count, .. } = tables;
-        let points = row_count.checked_mul(column_count);
-        assert!(row_count > 0 && column_count > usize::from(wide), "a grid of points");
-        let stored = if wide { column_count.next_multiple_of(2) } else { column_count };
-        assert_eq!(uniforms.len(), entry.inputs, "length of a kernel's uniforms");
-        assert_eq!(Some(tables.rows.len()), row_count.checked_mul(shape.row_values), "values of rows");
-        assert_eq!(Some(tables.columns.len()), stored.checked_mul(shape.column_values), "values of columns");
-        let (written, summed, weights) = match shape.row_sums {
-            None => (points.and_then(|n| n.checked_mul(entry.results)), Some(0), Some(0)),
-            Some(n) => (row_count.checked_mul(n), column_count.checked_mul(entry.results - n), points),
-        };
-        assert!(shape.row_sums.is_none() || stored == column_count, "an even number of columns");
-        assert_eq!(Some(out.len()), written, "length of a kernel's output");
-        assert_eq!(Some(column_sums.len()), summed, "length of the columns' sums");
-        assert_eq!(Some(tables.w.len()), weights, "length of w");
-        let point_bytes = shape.point_bytes(entry.results);
+    ) -> Result<(), Stopped> {
+        let outputs =
+            if self.shape.output == Output::Store { self.results.checked_mul(n) } else { Some(2 * self.results) };
+        assert_eq!(captures.len(), self.shape.captures, "length of a kernel's captures");
+        assert_eq!(Some(values.len()), self.values.checked_mul(stride), "length of the points' values");
+        assert!(n <= stride && n % self.lanes == 0 && Some(out.len()) == outputs, "whole pairs of points");
         let mut context = Context::new(limits);
-        let arguments = Arguments {
-            uniforms: uniforms.as_ptr(),
-            rows: tables.rows.as_ptr(),
-            columns: tables.columns.as_ptr(),
-            weights: tables.w.as_flattened().as_ptr(),
-            out: out.as_mut_ptr(),
-            column_sums: column_sums.as_mut_ptr(),
-            row_count: row_count as i64,
-            row_bytes: (column_count * point_bytes) as i64,
-            last: ((column_count - if wide { 2 } else { 1 }) * point_bytes) as i64,
-        };
-        // SAFETY: an entry of this kind was compiled with this signature (`Compiler::grid`), and its code lives as long as
-        // `self`. It reads the uniforms, the tables and, if it takes them, the weights, and writes the results of every
-        // point, or the sums of rows and columns: the slices have these lengths (asserted; with two columns at once the last pair of
-        // an odd number is written where the last two columns are). The context is alive and not shared.
+        // SAFETY: a kernel was compiled with this signature (`Compiler::kernel`), and its code lives as long as the `Code` that
+        // has it. It reads the captures and `n` of each `stride` values, and writes the results of `n` points, or two sums
+        // of each: the slices have these lengths (asserted; they are those of slices, so that they fit in i64). It reads
+        // and writes the context, which is alive and not shared.
         let status = unsafe {
-            let function = std::mem::transmute::<*const u8, GridFunction>(*address);
-            function(&raw mut context, &raw const arguments)
+            let function = std::mem::transmute::<*const u8, KernelFunction>(self.address.0);
+            let (captures, values) = (captures.as_ptr(), values.as_ptr());
+            function(&raw mut context, captures, values, stride as i64, n as i64, out.as_mut_ptr())
         };
-        if status == 0 { Ok(()) } else { Err(Stop::from_status(status)) }
+        Trap::check(status).map_err(|trap| Stopped { trap, point: context.point as usize })
+    }
+
+    /// Runs one point in both of two lanes.
+    fn run_alone(&self, captures: &[f64], points: Points<'_>, index: usize, limits: Limits) -> Result<Vec<f64>, Trap> {
+        let value = |k: usize| [points.values[k * points.count + index]; 2];
+        let values: Vec<f64> = (0..self.values).flat_map(value).collect();
+        let mut out = vec![0.0; 2 * self.results];
+        self.run(captures, &values, [2; 2], &mut out, limits).map_err(|stopped| stopped.trap)?;
+        Ok(out)
+    }
+}
+
+/// The functions that one worker compiles.
+#[derive(Clone, Default)]
+struct Partition<'a> {
+    /// Places of kernels, ascending.
+    kernels: Vec<usize>,
+    routines: &'a [FunctionId],
+}
+
+/// The code of a partition.
+struct Compiled {
+    memory: CodeMemory,
+    kernels: Vec<(usize, Kernel)>,
+    routines: Vec<Routine>,
+    listings: Vec<Listing>,
+}
+
+/// Divides the work: the largest kernels first, each to the partition with the least work so far.
+fn partitions<'a>(
+    module: &Module,
+    kernels: &[KernelShape],
+    routines: &'a [FunctionId],
+    count: usize,
+) -> Vec<Partition<'a>> {
+    let size = |f: FunctionId| module.function(f).nodes.len();
+    let all: usize = kernels.iter().map(|k| size(k.function)).sum();
+    let count = count.min(all / WORTH_A_PARTITION).clamp(1, kernels.len().max(1));
+    let mut loads = vec![0; count];
+    loads[0] = routines.iter().map(|r| size(*r)).sum::<usize>() / ROUTINE_COST;
+    let mut largest: Vec<usize> = (0..kernels.len()).collect();
+    largest.sort_by_key(|place| std::cmp::Reverse(size(kernels[*place].function)));
+    let mut partitions = vec![Partition::default(); count];
+    partitions[0].routines = routines;
+    for place in largest {
+        let least = (0..count).min_by_key(|partition| loads[*partition]).unwrap_or(0);
+        loads[least] += size(kernels[place].function);
+        partitions[least].kernels.push(place);
+    }
+    partitions.iter_mut().for_each(|partition| partition.kernels.sort_unstable());
+    partitions
+}
+
+impl Partition<'_> {
+    /// An error has its place among all that was asked for, routines after kernels.
+    fn compile(
+        &self,
+        module: &Module,
+        shapes: &[KernelShape],
+        options: Options,
+    ) -> Result<Compiled, (usize, JitError)> {
+        let mut compiler = Compiler::new(module, options).map_err(|e| (0, e))?;
+        // Kernels first: functions that they share with routines are compiled to run fast.
+        for place in &self.kernels {
+            compiler.kernel(shapes[*place]).map_err(|e| (*place, e))?;
+        }
+        for (place, function) in self.routines.iter().enumerate() {
+            compiler.routine(*function).map_err(|e| (shapes.len() + place, e))?;
+        }
+        let (memory, kernels, routines, listings) = compiler.finish().map_err(|e| (usize::MAX, e))?;
+        Ok(Compiled { memory, kernels: self.kernels.iter().copied().zip(kernels).collect(), routines, listings })
     }
 }

@@ -1,14 +1,13 @@
-//! From functions of one IR module to a [`Code`].
+//! From functions of one IR module to machine code.
 
-use super::code::Code;
+use super::code::{Address, Kernel, Routine};
 use super::context::MAX_FRAME;
-use super::grid::{self, GridShape};
-use super::memory::{CodeMemory, Effort};
+use super::memory::{CodeMemory, OptLevel};
 use super::plan::Plan;
-use super::vector::can_be_wide;
+use super::vector::has_vector_form;
 use super::{kernel, lower};
 use crate::ir::hash::HashMap;
-use crate::ir::{Function, FunctionId, Module, Op, Type, Value};
+use crate::ir::{FunctionId, Module, Type};
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::{AbiParam, Signature, types};
 use cranelift_frontend::FunctionBuilderContext;
@@ -35,18 +34,15 @@ pub enum JitError {
     Backend(String, String),
 }
 
-/// How to compile.
+/// Options of a compilation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// Let Cranelift verify its input. Tests do.
     pub verify: bool,
-    /// Keep the text of what was compiled, for [`Compiler::listings`].
+    /// Keep the text of what was compiled.
     pub listings: bool,
-    /// Compile everything in linear time to code that is slower to run. Else this is done with routines, which run once
-    /// for every x, and with what would take too long.
-    pub quick: bool,
-    /// Do not compute two points at once. Results are the same; tests compare.
-    pub narrow: bool,
+    /// Compute one point at a time. Results are the same; tests compare.
+    pub one_lane: bool,
 }
 
 /// The text of a compiled function.
@@ -60,85 +56,28 @@ pub struct Listing {
     pub assembly: String,
 }
 
-/// A plain function of a [`Code`]: takes and gives 64-bit words.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Routine(pub(super) u32);
-
-/// A function of a [`Code`] that runs over a batch of points.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kernel(pub(super) u32);
-
-/// A function of a [`Code`] that runs over a grid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GridKernel(pub(super) u32);
-
-/// What a kernel makes of its function's results.
+/// Use that a kernel makes of its function's results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     /// Every point's results are written, point after point.
     Store,
-    /// The results are added over all points, in their order, to one set of results.
+    /// The results are added over all points to one set of results.
     Accumulate,
 }
 
-/// A kernel: a function of uniforms, u, v and, if it takes them, three weights a point; all Real.
+/// A kernel: a function `(captures.., values of a point..) -> results..`, all Real, as a loop over points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct KernelShape {
     /// The function.
     pub function: FunctionId,
-    /// How many of its first parameters are the same for all points.
-    pub uniforms: usize,
-    /// How many weights of each point follow after u and v.
-    pub weights: usize,
-    /// What becomes of the results.
+    /// Number of its first parameters, which are the same for all points.
+    pub captures: usize,
+    /// Whether results are stored or summed.
     pub output: Output,
 }
 
-/// What a kernel computes, but for names and places in the source.
-#[derive(PartialEq, Eq, Hash)]
-struct Computation {
-    nodes: Vec<(Op, Type)>,
-    results: Vec<Value>,
-    uniforms: usize,
-    weights: usize,
-    accumulates: bool,
-}
-
-impl Computation {
-    fn new(function: &Function, shape: KernelShape) -> Computation {
-        Computation {
-            nodes: function.nodes.iter().map(|n| (n.op.clone(), n.ty)).collect(),
-            results: function.results.clone(),
-            uniforms: shape.uniforms,
-            weights: shape.weights,
-            accumulates: shape.output == Output::Accumulate,
-        }
-    }
-}
-
-/// Something that `Code` can call.
-#[derive(Clone, Debug)]
-pub(super) struct Entry {
-    pub(super) function: FuncId,
-    /// Words that it reads: arguments of a routine, uniforms of a kernel.
-    pub(super) inputs: usize,
-    /// Words that it writes: in all, for every point, or accumulated.
-    pub(super) results: usize,
-    /// What it is.
-    pub(super) kind: EntryKind,
-}
-
-/// What `Code` can call, by signature.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum EntryKind {
-    Routine,
-    Kernel(KernelShape),
-    /// Whether it computes two points at once.
-    Grid(GridShape, bool),
-}
-
-/// Compiles functions of one module. What it has compiled is freed with it, or belongs to the [`Code`].
-pub struct Compiler<'m> {
+/// Compiles functions of one module. The code is freed with it, or belongs to the `CodeMemory` that `finish` returns.
+pub(super) struct Compiler<'m> {
     pub(super) module: &'m Module,
     pub(super) plan: Plan,
     pub(super) memory: CodeMemory,
@@ -146,13 +85,12 @@ pub struct Compiler<'m> {
     natives: HashMap<FunctionId, FuncId>,
     /// Those of them that are still to be compiled.
     pending: Vec<FunctionId>,
-    pub(super) entries: Vec<Entry>,
-    /// Kernels by what they compute: parts that differ in their uniforms alone share them.
-    kernels: HashMap<Computation, Kernel>,
+    /// Kernels and routines in the order of their compilation; `finish` fills in their addresses.
+    kernels: Vec<(FuncId, Kernel)>,
+    routines: Vec<(FuncId, Routine)>,
     nodes: usize,
     listings: Option<Vec<Listing>>,
-    quick: bool,
-    narrow: bool,
+    one_lane: bool,
     /// Reused from function to function.
     context: Option<(Context, FunctionBuilderContext)>,
 }
@@ -160,8 +98,8 @@ pub struct Compiler<'m> {
 /// Nodes that one [`Compiler`] lowers, bodies counted wherever they are lowered in place: seconds of work.
 const MAX_NODES: usize = 1_000_000;
 
-/// Instructions, and calls times instructions, of one function of Cranelift up to which it is compiled thoroughly: the
-/// register allocator then looks at every value that lives over a call for every call. At this many it takes about a tenth of a second.
+/// Instructions, and calls times instructions, of one function of Cranelift up to which it is optimised: the register
+/// allocator looks at every value that lives over a call for every call. At this many it takes about a tenth of a second.
 const MOST_INSTRUCTIONS: usize = 50_000;
 const MOST_CALLS_BY_INSTRUCTIONS: usize = 5_000_000;
 
@@ -170,19 +108,18 @@ impl<'m> Compiler<'m> {
     ///
     /// # Errors
     /// Where Cranelift does not know this machine.
-    pub fn new(module: &'m Module, options: Options) -> Result<Compiler<'m>, JitError> {
+    pub(super) fn new(module: &'m Module, options: Options) -> Result<Compiler<'m>, JitError> {
         Ok(Compiler {
             module,
             plan: Plan::new(module),
             memory: CodeMemory::new(options)?,
             natives: HashMap::default(),
             pending: Vec::new(),
-            entries: Vec::new(),
-            kernels: HashMap::default(),
+            kernels: Vec::new(),
+            routines: Vec::new(),
             nodes: 0,
             listings: options.listings.then(Vec::new),
-            quick: options.quick,
-            narrow: options.narrow,
+            one_lane: options.one_lane,
             context: None,
         })
     }
@@ -191,97 +128,59 @@ impl<'m> Compiler<'m> {
     ///
     /// # Errors
     /// [`JitError`].
-    pub fn routine(&mut self, id: FunctionId) -> Result<Routine, JitError> {
+    pub(super) fn routine(&mut self, id: FunctionId) -> Result<(), JitError> {
         let function = match self.natives.get(&id) {
             Some(known) => *known,
             None => {
-                let function = self.declare(&self.plain_signature(), &self.module.function(id).name)?;
+                let function = self.declare(&self.signature(3), &self.module.function(id).name)?;
                 self.natives.insert(id, function);
-                self.compile_plain(id, Effort::Quick)?;
+                self.compile_plain(id, OptLevel::None)?;
                 function
             }
         };
         self.compile_pending()?;
         let f = self.module.function(id);
-        let entry = Entry { function, inputs: f.params.len(), results: f.results.len(), kind: EntryKind::Routine };
-        Ok(Routine(self.add(entry)))
+        let routine =
+            Routine { address: Address(std::ptr::null()), arguments: f.params.len(), results: f.results.len() };
+        self.routines.push((function, routine));
+        Ok(())
     }
 
-    /// Compiles a function into a loop over points, with what it calls.
+    /// Compiles a function into a loop over points, with what it calls: over two points at once where all that differs
+    /// between points has a form for vectors.
     ///
     /// # Errors
     /// [`JitError`].
-    pub fn kernel(&mut self, shape: KernelShape) -> Result<Kernel, JitError> {
-        let f = self.module.function(shape.function);
-        let params = shape.uniforms + 2 + shape.weights;
-        let reals = f.params.iter().map(|p| p.ty).chain(f.result_types()).all(|ty| ty == Type::Real);
-        if params != f.params.len() || !reals {
-            return Err(JitError::Shape(f.name.clone()));
-        }
-        let computation = Computation::new(f, shape);
-        if let Some(known) = self.kernels.get(&computation) {
-            return Ok(*known);
-        }
-        let mut signature = self.memory.module().make_signature();
-        signature.params.extend([AbiParam::new(types::I64); 7]);
-        signature.returns.push(AbiParam::new(types::I32));
-        let function = self.declare(&signature, &f.name)?;
-        self.define(function, &f.name, signature, Effort::Thorough, |compiler, context, frontend| {
-            kernel::build(compiler, shape, context, frontend)
-        })?;
-        self.compile_pending()?;
-        let entry =
-            Entry { function, inputs: shape.uniforms, results: f.results.len(), kind: EntryKind::Kernel(shape) };
-        let kernel = Kernel(self.add(entry));
-        self.kernels.insert(computation, kernel);
-        Ok(kernel)
-    }
-
-    /// A function of the module.
-    #[must_use]
-    pub fn function(&self, id: FunctionId) -> &'m Function {
-        self.module.function(id)
-    }
-
-    /// Compiles a function into loops over a grid, with what it calls.
-    ///
-    /// # Errors
-    /// [`JitError`].
-    pub fn grid(&mut self, shape: GridShape) -> Result<GridKernel, JitError> {
+    pub(super) fn kernel(&mut self, shape: KernelShape) -> Result<(), JitError> {
         let f = self.module.function(shape.function);
         let reals = f.params.iter().map(|p| p.ty).chain(f.result_types()).all(|ty| ty == Type::Real);
-        if shape.params() != f.params.len() || shape.row_sums.is_some_and(|n| n > f.results.len()) || !reals {
-            return Err(JitError::Shape(f.name.clone()));
-        }
-        let wide = !self.narrow && can_be_wide(f, &kernel::varying(f, shape.uniforms));
-        let mut signature = self.memory.module().make_signature();
-        signature.params.extend([AbiParam::new(types::I64); 2]);
-        signature.returns.push(AbiParam::new(types::I32));
+        let values = f.params.len().checked_sub(shape.captures).filter(|_| reals);
+        let values = values.ok_or_else(|| JitError::Shape(f.name.clone()))?;
+        let two_lanes = !self.one_lane && has_vector_form(f, &kernel::varying(f, shape.captures));
+        let signature = self.signature(6);
         let function = self.declare(&signature, &f.name)?;
-        self.define(function, &f.name, signature, Effort::Thorough, |compiler, context, frontend| {
-            grid::build(compiler, shape, wide, context, frontend)
+        self.define(function, &f.name, signature, OptLevel::Speed, |compiler, context, frontend| {
+            kernel::build(compiler, shape, two_lanes, context, frontend)
         })?;
         self.compile_pending()?;
-        let kind = EntryKind::Grid(shape, wide);
-        Ok(GridKernel(self.add(Entry { function, inputs: shape.uniforms, results: f.results.len(), kind })))
+        let lanes = if two_lanes { 2 } else { 1 };
+        let kernel = Kernel { address: Address(std::ptr::null()), shape, values, results: f.results.len(), lanes };
+        self.kernels.push((function, kernel));
+        Ok(())
     }
 
-    /// The text of everything compiled so far; empty unless asked for in the options.
-    #[must_use]
-    pub fn listings(&self) -> &[Listing] {
-        self.listings.as_deref().unwrap_or(&[])
-    }
-
-    /// Makes what was compiled callable.
+    /// Makes what was compiled callable, with its texts if the options ask for them.
     ///
     /// # Errors
     /// Where the operating system gives no executable memory.
-    pub fn finish(mut self) -> Result<Code, JitError> {
-        self.memory
-            .module_mut()
-            .finalize_definitions()
-            .map_err(|e| JitError::Backend("program".to_owned(), e.to_string()))?;
-        Ok(Code::new(self.memory, &self.entries))
+    pub(super) fn finish(mut self) -> Result<(CodeMemory, Vec<Kernel>, Vec<Routine>, Vec<Listing>), JitError> {
+        let module = self.memory.module_mut();
+        module.finalize_definitions().map_err(|e| JitError::Backend("program".to_owned(), e.to_string()))?;
+        let address = |function| Address(module.get_finalized_function(function));
+        let kernels = self.kernels.into_iter().map(|(f, kernel)| Kernel { address: address(f), ..kernel }).collect();
+        let routines =
+            self.routines.into_iter().map(|(f, routine)| Routine { address: address(f), ..routine }).collect();
+        Ok((self.memory, kernels, routines, self.listings.unwrap_or_default()))
     }
 
     /// The code of a function, which is compiled later if it is not yet.
@@ -289,7 +188,7 @@ impl<'m> Compiler<'m> {
         if let Some(native) = self.natives.get(&id) {
             return Ok(*native);
         }
-        let signature = self.plain_signature();
+        let signature = self.signature(3);
         let native = self.declare(&signature, &self.module.function(id).name)?;
         self.natives.insert(id, native);
         self.pending.push(id);
@@ -305,25 +204,25 @@ impl<'m> Compiler<'m> {
         Ok(())
     }
 
-    /// `(context, arguments, results) -> status`.
-    fn plain_signature(&self) -> Signature {
+    /// A function of `words` addresses or counts to a status; a routine has three: `(context, arguments, results)`.
+    fn signature(&self, words: usize) -> Signature {
         let mut signature = self.memory.module().make_signature();
-        signature.params.extend([AbiParam::new(types::I64); 3]);
+        signature.params.extend(std::iter::repeat_n(AbiParam::new(types::I64), words));
         signature.returns.push(AbiParam::new(types::I32));
         signature
     }
 
     fn compile_pending(&mut self) -> Result<(), JitError> {
         while let Some(id) = self.pending.pop() {
-            self.compile_plain(id, Effort::Thorough)?;
+            self.compile_plain(id, OptLevel::Speed)?;
         }
         Ok(())
     }
 
-    fn compile_plain(&mut self, id: FunctionId, effort: Effort) -> Result<(), JitError> {
+    fn compile_plain(&mut self, id: FunctionId, level: OptLevel) -> Result<(), JitError> {
         let name = &self.module.function(id).name;
-        let signature = self.plain_signature();
-        self.define(self.natives[&id], name, signature, effort, |compiler, context, frontend| {
+        let signature = self.signature(3);
+        self.define(self.natives[&id], name, signature, level, |compiler, context, frontend| {
             lower::build_plain(compiler, id, context, frontend)
         })
     }
@@ -339,17 +238,17 @@ impl<'m> Compiler<'m> {
         function: FuncId,
         name: &str,
         signature: Signature,
-        effort: Effort,
+        level: OptLevel,
         build: impl FnOnce(&mut Self, &mut Context, &mut FunctionBuilderContext) -> Result<(), JitError>,
     ) -> Result<(), JitError> {
         let new = || (self.memory.module().make_context(), FunctionBuilderContext::new());
         let (mut context, mut frontend) = self.context.take().unwrap_or_else(new);
         context.func.signature = signature;
         build(self, &mut context, &mut frontend)?;
-        let effort = if self.quick || takes_long(&context.func) { Effort::Quick } else { effort };
+        let level = if takes_long(&context.func) { OptLevel::None } else { level };
         let clif = self.listings.is_some().then(|| context.func.display().to_string());
         context.set_disasm(self.listings.is_some());
-        self.memory.define(function, &mut context, effort).map_err(|e| backend(name, &e))?;
+        self.memory.define(function, &mut context, level).map_err(|e| backend(name, &e))?;
         let compiled = context.compiled_code();
         let frame = compiled.and_then(|c| c.buffer.frame_layout()).map_or(0, |l| l.frame_to_fp_offset);
         if frame > MAX_FRAME {
@@ -363,14 +262,9 @@ impl<'m> Compiler<'m> {
         self.context = Some((context, frontend));
         Ok(())
     }
-
-    fn add(&mut self, entry: Entry) -> u32 {
-        self.entries.push(entry);
-        (self.entries.len() - 1) as u32
-    }
 }
 
-/// Whether a function would take too long to compile thoroughly.
+/// Whether a function would take too long to optimise.
 fn takes_long(function: &cranelift_codegen::ir::Function) -> bool {
     let insts = function.layout.blocks().flat_map(|b| function.layout.block_insts(b));
     let calls = insts.filter(|i| function.dfg.insts[*i].opcode().is_call()).count();

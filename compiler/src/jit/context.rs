@@ -1,4 +1,4 @@
-//! What generated code knows of the world: its budget; and the statuses that it returns.
+//! The context that generated code runs in, which has its budget, and the statuses that it returns.
 
 use crate::ir::FailureId;
 use std::mem::offset_of;
@@ -6,7 +6,7 @@ use std::mem::offset_of;
 /// Bounds of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Turns of loops and calls, for one evaluation or one point of a batch.
+    /// Iterations of loops and calls, for one evaluation or one point of a batch.
     pub steps: u32,
     /// Calls within calls.
     pub depth: u32,
@@ -18,9 +18,9 @@ impl Default for Limits {
     }
 }
 
-/// Why generated code stopped early.
+/// Why generated code stopped early. (It never faults: this is a status that it returns.)
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stop {
+pub enum Trap {
     /// More steps than the limit.
     Steps,
     /// More calls within calls than the limit, or than the stack has room for.
@@ -34,13 +34,14 @@ pub(super) const FIRST_FAILURE: i64 = 3;
 pub(super) const STEPS: i64 = 1;
 pub(super) const DEPTH: i64 = 2;
 
-impl Stop {
-    /// What a status other than 0 says.
-    pub(super) fn from_status(status: u32) -> Stop {
+impl Trap {
+    /// The trap of a status.
+    pub(super) fn check(status: u32) -> Result<(), Trap> {
         match i64::from(status) {
-            STEPS => Stop::Steps,
-            DEPTH => Stop::Depth,
-            s => Stop::Failure(FailureId((s - FIRST_FAILURE) as u32)),
+            0 => Ok(()),
+            STEPS => Err(Trap::Steps),
+            DEPTH => Err(Trap::Depth),
+            s => Err(Trap::Failure(FailureId((s - FIRST_FAILURE) as u32))),
         }
     }
 }

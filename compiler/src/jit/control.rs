@@ -33,8 +33,8 @@ impl Lowering<'_, '_, '_> {
         Ok(results)
     }
 
-    /// Runs a body `count` times: a do-while behind a guard, so that what is invariant moves out of it. Its turns are
-    /// taken from the budget before it begins.
+    /// Runs a body `count` times: a do-while behind a guard, so that invariants move out of it. Its steps are taken from the
+    /// budget before it begins.
     pub(super) fn repeat(
         &mut self,
         count: Value,
@@ -43,11 +43,11 @@ impl Lowering<'_, '_, '_> {
         invariant: &[Lowered],
     ) -> Result<Vec<Value>, JitError> {
         let init = self.values(init);
-        let (start, turn, after) =
+        let (start, iteration, after) =
             (self.builder.create_block(), self.builder.create_block(), self.builder.create_block());
-        let index = self.builder.append_block_param(turn, types::I64);
+        let index = self.builder.append_block_param(iteration, types::I64);
         let types: Vec<ClifType> = init.iter().map(|v| self.builder.func.dfg.value_type(*v)).collect();
-        let carried: Vec<Value> = types.iter().map(|ty| self.builder.append_block_param(turn, *ty)).collect();
+        let carried: Vec<Value> = types.iter().map(|ty| self.builder.append_block_param(iteration, *ty)).collect();
         let results: Vec<Value> = types.iter().map(|ty| self.builder.append_block_param(after, *ty)).collect();
 
         let any = self.builder.ins().icmp_imm_s(IntCC::SignedGreaterThan, count, 0);
@@ -57,9 +57,9 @@ impl Lowering<'_, '_, '_> {
         self.take_steps(count);
         let zero = self.builder.ins().iconst(types::I64, 0);
         let first: Vec<Value> = std::iter::once(zero).chain(init.iter().copied()).collect();
-        self.builder.ins().jump(turn, &block_arguments(&first));
+        self.builder.ins().jump(iteration, &block_arguments(&first));
 
-        self.builder.switch_to_block(turn);
+        self.builder.switch_to_block(iteration);
         let changing = std::iter::once(index).chain(carried).map(Lowered::One);
         let arguments: Vec<Lowered> = changing.chain(invariant.iter().cloned()).collect();
         let values = self.body(body, &arguments)?;
@@ -67,7 +67,7 @@ impl Lowering<'_, '_, '_> {
         let next = self.builder.ins().iadd_imm_s(index, 1);
         let more = self.builder.ins().icmp(IntCC::SignedLessThan, next, count);
         let again: Vec<Value> = std::iter::once(next).chain(values.iter().copied()).collect();
-        self.builder.ins().brif(more, turn, &block_arguments(&again), after, &block_arguments(&values));
+        self.builder.ins().brif(more, iteration, &block_arguments(&again), after, &block_arguments(&values));
         self.builder.switch_to_block(after);
         Ok(results)
     }

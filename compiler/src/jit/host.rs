@@ -1,7 +1,7 @@
 //! Functions that generated code calls: the operations for which there is no instruction.
 //!
-//! They are the interpreter's own, so that native code gives the same bits. Each is there for a number, and for a pair of each
-//! operand in memory, where the pair of results goes: in place of the first. Those of
+//! They are the interpreter's own, so that native code gives the same bits. Each is there for one lane, and for two: pairs of
+//! operands are in memory, and the pair of results replaces the first. Those of
 //! [`elementary`](crate::ir::elementary) compute a pair at once, the others one number after the other.
 
 #[cfg(target_arch = "x86_64")]
@@ -28,6 +28,14 @@ pub(super) struct Symbols {
 
 /// Sine and cosine at once, in memory: where the number is comes the sine, and the cosine after it.
 pub(super) const SIN_COS: Symbols = Symbols { one: "gml_sin_cos", two: "gml_sin_cos_2" };
+
+/// One, two or three powers of the same number and its logarithm, in memory: the number becomes the logarithm, each exponent
+/// its power.
+pub(super) const POWERS: [Symbols; 3] = [
+    Symbols { one: "gml_powers_1", two: "gml_powers_1_2" },
+    Symbols { one: "gml_powers_2", two: "gml_powers_2_2" },
+    Symbols { one: "gml_powers_3", two: "gml_powers_3_2" },
+];
 
 /// The functions for an operation; `None` where there are instructions for it.
 pub(super) fn unary(op: Unary) -> Option<Symbols> {
@@ -103,7 +111,6 @@ macro_rules! one_by_one {
 }
 
 one_by_one! {
-    gml_ln, gml_ln_2(x) = x.ln();
     gml_tan, gml_tan_2(x) = x.tan();
     gml_asin, gml_asin_2(x) = x.asin();
     gml_acos, gml_acos_2(x) = x.acos();
@@ -175,7 +182,62 @@ macro_rules! elementary_functions {
                 elementary::pow_of($load(&place[0]), $load(&place[1])).store(&mut place[0]);
             }
 
-            pub(super) fn all() -> [HostFunction; 10] {
+            $(#[$attribute])*
+            extern "C" fn ln(x: f64) -> f64 {
+                elementary::ln_of(x)
+            }
+
+            $(#[$attribute])*
+            extern "C" fn ln_2(place: &mut [Two; 1]) {
+                elementary::ln_of($load(&place[0])).store(&mut place[0]);
+            }
+
+            $(#[$attribute])*
+            extern "C" fn powers_1(place: &mut [f64; 2]) {
+                let [x, exponents @ ..] = *place;
+                place[0] = elementary::ln_of(x);
+                (0..1).for_each(|k| place[k + 1] = elementary::pow_of(x, exponents[k]));
+            }
+
+            $(#[$attribute])*
+            extern "C" fn powers_1_2(place: &mut [Two; 2]) {
+                let x = $load(&place[0]);
+                elementary::ln_of(x).store(&mut place[0]);
+                elementary::pow_of(x, $load(&place[1])).store(&mut place[1]);
+            }
+
+            $(#[$attribute])*
+            extern "C" fn powers_2(place: &mut [f64; 3]) {
+                let [x, exponents @ ..] = *place;
+                place[0] = elementary::ln_of(x);
+                (0..2).for_each(|k| place[k + 1] = elementary::pow_of(x, exponents[k]));
+            }
+
+            $(#[$attribute])*
+            extern "C" fn powers_2_2(place: &mut [Two; 3]) {
+                let x = $load(&place[0]);
+                elementary::ln_of(x).store(&mut place[0]);
+                elementary::pow_of(x, $load(&place[1])).store(&mut place[1]);
+                elementary::pow_of(x, $load(&place[2])).store(&mut place[2]);
+            }
+
+            $(#[$attribute])*
+            extern "C" fn powers_3(place: &mut [f64; 4]) {
+                let [x, exponents @ ..] = *place;
+                place[0] = elementary::ln_of(x);
+                (0..3).for_each(|k| place[k + 1] = elementary::pow_of(x, exponents[k]));
+            }
+
+            $(#[$attribute])*
+            extern "C" fn powers_3_2(place: &mut [Two; 4]) {
+                let x = $load(&place[0]);
+                elementary::ln_of(x).store(&mut place[0]);
+                elementary::pow_of(x, $load(&place[1])).store(&mut place[1]);
+                elementary::pow_of(x, $load(&place[2])).store(&mut place[2]);
+                elementary::pow_of(x, $load(&place[3])).store(&mut place[3]);
+            }
+
+            pub(super) fn all() -> [HostFunction; 18] {
                 [
                     HostFunction { name: "gml_sin", address: sin as *const u8 },
                     HostFunction { name: "gml_cos", address: cos as *const u8 },
@@ -187,6 +249,14 @@ macro_rules! elementary_functions {
                     HostFunction { name: "gml_sin_cos_2", address: sin_cos_2 as *const u8 },
                     HostFunction { name: "gml_exp_2", address: exp_2 as *const u8 },
                     HostFunction { name: "gml_pow_2", address: pow_2 as *const u8 },
+                    HostFunction { name: "gml_ln", address: ln as *const u8 },
+                    HostFunction { name: "gml_ln_2", address: ln_2 as *const u8 },
+                    HostFunction { name: "gml_powers_1", address: powers_1 as *const u8 },
+                    HostFunction { name: "gml_powers_2", address: powers_2 as *const u8 },
+                    HostFunction { name: "gml_powers_3", address: powers_3 as *const u8 },
+                    HostFunction { name: "gml_powers_1_2", address: powers_1_2 as *const u8 },
+                    HostFunction { name: "gml_powers_2_2", address: powers_2_2 as *const u8 },
+                    HostFunction { name: "gml_powers_3_2", address: powers_3_2 as *const u8 },
                 ]
             }
         }

@@ -1,18 +1,28 @@
-//! Functions as loops over a batch of points.
+//! Functions as loops over points, one or two at once.
+//!
+//! Every lane computes what the code for one point does, with the same operations: results are the same to the bit. Even
+//! and odd points are summed apart in either case.
 
 use super::compiler::{Compiler, JitError, KernelShape, Output};
 use super::context::Context;
+use super::libcalls::is_libcall;
 use super::lower::{Frame, Lowered, Lowering, TRUSTED};
+use super::vector::PAIRS;
 use crate::ir::{Function, Op, Type};
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{BlockArg, InstBuilder, StackSlotData, StackSlotKind, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 
-/// Builds `(context, uniforms, u, v, w, n, out) -> status`. Nodes that depend on uniforms only are computed once, before
-/// the loop.
+/// Most loop invariants that stay in registers, of which there are 16; more of them, or all where the loop has calls, are in
+/// memory.
+const MOST_IN_REGISTERS: usize = 11;
+
+/// Builds `(context, captures, values, stride, n, out) -> status`. Nodes that depend on captures only are computed once,
+/// before the loop.
 pub(super) fn build(
     compiler: &mut Compiler<'_>,
     shape: KernelShape,
+    two_lanes: bool,
     context: &mut cranelift_codegen::Context,
     frontend: &mut FunctionBuilderContext,
 ) -> Result<(), JitError> {
@@ -20,11 +30,11 @@ pub(super) fn build(
     let entry = builder.create_block();
     builder.append_block_params_for_function_params(entry);
     builder.switch_to_block(entry);
-    let &[context, uniforms, u, v, w, n, out] = builder.block_params(entry) else {
+    let &[context, captures, values, stride, n, out] = builder.block_params(entry) else {
         unreachable!("it has this signature")
     };
     let (early_fail, late_fail) = (builder.create_block(), builder.create_block());
-    let (some, turn, done) = (builder.create_block(), builder.create_block(), builder.create_block());
+    let (some, body, done) = (builder.create_block(), builder.create_block(), builder.create_block());
     let any = builder.ins().icmp_imm_s(IntCC::SignedGreaterThan, n, 0);
     builder.ins().brif(any, some, [], done, []);
 
@@ -32,23 +42,37 @@ pub(super) fn build(
     let mut lowering = Lowering::new(compiler, builder, context, early_fail);
     let function = lowering.compiler.module.function(shape.function);
     let mut frame = Frame::new(function);
-    before(&mut lowering, &mut frame, shape, uniforms)?;
+    invariants(&mut lowering, &mut frame, shape, two_lanes, captures)?;
     let zero = lowering.builder.ins().iconst(types::I64, 0);
-    lowering.builder.ins().jump(turn, &[BlockArg::Value(zero)]);
+    lowering.builder.ins().jump(body, &[BlockArg::Value(zero)]);
 
-    let index = lowering.builder.append_block_param(turn, types::I64);
-    lowering.builder.switch_to_block(turn);
+    let index = lowering.builder.append_block_param(body, types::I64);
+    lowering.builder.switch_to_block(body);
     lowering.fail = late_fail;
+    lowering.two_lanes = two_lanes;
     if lowering.compiler.plan.counts_steps(shape.function) {
         let steps = lowering.builder.ins().load(types::I64, TRUSTED, context, Context::STEPS_PER_POINT);
         lowering.builder.ins().store(TRUSTED, steps, context, Context::STEPS);
     }
-    find_point(&mut lowering, &mut frame, shape, index, [u, v, w]);
-    lowering.anchors(&mut frame)?;
-    put(&mut lowering, &mut frame, shape.output, index, out)?;
-    let next = lowering.builder.ins().iadd_imm_s(index, 1);
+    let offset = lowering.builder.ins().imul_imm_s(index, 8);
+    let stride = lowering.builder.ins().imul_imm_s(stride, 8);
+    let mut place = lowering.builder.ins().iadd(values, offset);
+    for value in &mut frame.values[shape.captures..function.params.len()] {
+        *value = Lowered::Stored(place, 0);
+        place = lowering.builder.ins().iadd(place, stride);
+    }
+    lowering.pinned_nodes(&mut frame)?;
+    match shape.output {
+        Output::Store => {
+            let offset = lowering.builder.ins().imul_imm_s(index, 8 * function.results.len() as i64);
+            let place = lowering.builder.ins().iadd(out, offset);
+            store(&mut lowering, &mut frame, place)?;
+        }
+        Output::Accumulate => accumulate(&mut lowering, &mut frame, index, out)?,
+    }
+    let next = lowering.builder.ins().iadd_imm_s(index, if two_lanes { 2 } else { 1 });
     let more = lowering.builder.ins().icmp(IntCC::SignedLessThan, next, n);
-    lowering.builder.ins().brif(more, turn, &[BlockArg::Value(next)], done, []);
+    lowering.builder.ins().brif(more, body, &[BlockArg::Value(next)], done, []);
 
     lowering.builder.switch_to_block(done);
     lowering.return_status(0);
@@ -61,107 +85,135 @@ pub(super) fn build(
     Ok(())
 }
 
-/// What comes before the loop: what depends on uniforms alone. Reals of it that the loop uses go to the stack.
-fn before<'m>(
+/// Computes the loop's invariants, which depend on captures alone. Those that the loop uses go to the stack, as a call in
+/// the loop keeps no register; two lanes have them twice.
+fn invariants<'m>(
     lowering: &mut Lowering<'_, '_, 'm>,
     frame: &mut Frame<'m>,
     shape: KernelShape,
-    uniforms: Value,
+    two_lanes: bool,
+    captures: Value,
 ) -> Result<(), JitError> {
-    let types = frame.function.params[..shape.uniforms].iter().map(|p| p.ty);
-    let uniforms = lowering.words(uniforms, types);
-    frame.values[..uniforms.len()].clone_from_slice(&uniforms);
-    let varying = varying(frame.function, shape.uniforms);
-    for node in frame.function.values().filter(|v| !varying[v.0 as usize]) {
+    let function = frame.function;
+    let types = function.params[..shape.captures].iter().map(|p| p.ty);
+    let captures = lowering.words(captures, types);
+    frame.values[..captures.len()].clone_from_slice(&captures);
+    let varying = varying(function, shape.captures);
+    for node in function.values().filter(|v| !varying[v.0 as usize]) {
         lowering.demand(frame, node)?;
     }
-    let mut kept: Vec<(usize, Value)> = Vec::new();
-    for (i, used) in used_by(frame.function, &varying).into_iter().enumerate() {
-        if let Lowered::One(value) = frame.values[i]
-            && used
-            && frame.function.nodes[i].ty == Type::Real
-        {
-            kept.push((i, value));
-        }
-    }
-    if kept.is_empty() {
+    let used = used_by(function, &varying);
+    let moved = |i: &usize| {
+        let lowered = &frame.values[*i];
+        used[*i] && (matches!(lowered, Lowered::One(_)) || two_lanes && matches!(lowered, Lowered::Stored(..)))
+    };
+    let moved: Vec<usize> = (0..function.nodes.len()).filter(moved).collect();
+    let calls = function.nodes.iter().zip(&varying).any(|(n, varies)| *varies && is_libcall(&n.op, n.ty));
+    let in_registers = two_lanes && !calls && moved.len() <= MOST_IN_REGISTERS;
+    if moved.is_empty() {
         return Ok(());
     }
-    let bytes = u32::try_from(8 * kept.len()).unwrap_or(u32::MAX);
-    let slot = lowering.builder.create_sized_stack_slot(StackSlotData::new(StackSlotKind::ExplicitSlot, bytes, 3));
+    let (flags, size) = if two_lanes { (PAIRS, 16) } else { (TRUSTED, 8) };
+    let bytes = u32::try_from(size as usize * moved.len()).unwrap_or(u32::MAX);
+    let slot = StackSlotData::new(StackSlotKind::ExplicitSlot, bytes, 4);
+    let slot = lowering.builder.create_sized_stack_slot(slot);
     let base = lowering.builder.ins().stack_addr(types::I64, slot, 0);
-    for (offset, (i, value)) in (0..).step_by(8).zip(kept) {
-        lowering.builder.ins().store(TRUSTED, value, base, offset);
-        frame.values[i] = Lowered::Stored(base, offset);
+    for (offset, i) in (0..).step_by(size as usize).zip(moved) {
+        let mut value = lowering.value(&frame.values[i]);
+        if two_lanes {
+            value = lowering.splat(value);
+        }
+        frame.values[i] = if in_registers || function.nodes[i].ty != Type::Real {
+            Lowered::One(value)
+        } else {
+            lowering.builder.ins().store(flags, value, base, offset);
+            Lowered::Stored(base, offset)
+        };
     }
     Ok(())
 }
 
-/// What becomes of a point's results: stored at its place, or added to the sums there.
-fn put<'m>(
+/// Most results that are all computed before the first is stored: their common operands are then loaded once.
+const MOST_AT_ONCE: usize = 3;
+
+/// Stores the results of a point; or of two, one after the other, by pairs of words.
+fn store<'m>(lowering: &mut Lowering<'_, '_, 'm>, frame: &mut Frame<'m>, place: Value) -> Result<(), JitError> {
+    let results = &frame.function.results;
+    if !lowering.two_lanes {
+        for (offset, result) in (0..).step_by(8).zip(results) {
+            let value = lowering.demanded(frame, *result)?;
+            lowering.builder.ins().store(TRUSTED, value, place, offset);
+        }
+        return Ok(());
+    }
+    if results.len() <= MOST_AT_ONCE {
+        for result in results {
+            lowering.demand(frame, *result)?;
+        }
+    }
+    let Some(first) = results.first() else { return Ok(()) };
+    let first = lowering.demanded(frame, *first)?;
+    let (mut before, n) = (first, results.len() as i32);
+    // Words k - 1 and k of the first point where k - 1 is even, of the second where it begins at an even word there.
+    for (start, result) in (0..).zip(&results[1..]) {
+        let value = lowering.demanded(frame, *result)?;
+        if start % 2 == 0 {
+            let pair = lowering.firsts(before, value);
+            lowering.builder.ins().store(PAIRS, pair, place, 8 * start);
+        }
+        if (start + n) % 2 == 0 {
+            let pair = lowering.seconds(before, value);
+            lowering.builder.ins().store(PAIRS, pair, place, 8 * (start + n));
+        }
+        before = value;
+    }
+    if n % 2 == 1 {
+        let pair = if n == 1 { first } else { lowering.outer_lanes(before, first) };
+        lowering.builder.ins().store(PAIRS, pair, place, 8 * (n - 1));
+    }
+    Ok(())
+}
+
+/// Adds the results of a point to the sum of the even or of the odd points; or of two points to both sums, which are side
+/// by side.
+fn accumulate<'m>(
     lowering: &mut Lowering<'_, '_, 'm>,
     frame: &mut Frame<'m>,
-    output: Output,
     index: Value,
     out: Value,
 ) -> Result<(), JitError> {
-    let results = &frame.function.results;
-    let place = match output {
-        Output::Store => {
-            let offset = lowering.builder.ins().imul_imm_s(index, 8 * results.len() as i64);
-            lowering.builder.ins().iadd(out, offset)
-        }
-        Output::Accumulate => out,
-    };
-    for (offset, result) in (0..).step_by(8).zip(results) {
-        let mut value = lowering.demanded(frame, *result)?;
-        if output == Output::Accumulate {
-            let sum = lowering.builder.ins().load(types::F64, TRUSTED, place, offset);
-            value = lowering.builder.ins().fadd(sum, value);
-        }
-        lowering.store_word(place, offset, value);
+    let (mut place, mut ty) = (out, types::F64X2);
+    if !lowering.two_lanes {
+        let odd = lowering.builder.ins().band_imm_s(index, 1);
+        let offset = lowering.builder.ins().imul_imm_s(odd, 8);
+        (place, ty) = (lowering.builder.ins().iadd(out, offset), types::F64);
+    }
+    for (offset, result) in (0..).step_by(16).zip(&frame.function.results) {
+        let value = lowering.demanded(frame, *result)?;
+        let sum = lowering.builder.ins().load(ty, PAIRS, place, offset);
+        let sum = lowering.builder.ins().fadd(sum, value);
+        lowering.builder.ins().store(PAIRS, sum, place, offset);
     }
     Ok(())
 }
 
-/// Which nodes depend on more than the first parameters.
-pub(super) fn varying(function: &Function, uniforms: usize) -> Vec<bool> {
+/// Marks the nodes that depend on more than the captures.
+pub(super) fn varying(function: &Function, captures: usize) -> Vec<bool> {
     let mut varying: Vec<bool> = Vec::with_capacity(function.nodes.len());
     for node in &function.nodes {
-        let mut any = matches!(node.op, Op::Param(i) if i as usize >= uniforms);
+        let mut any = matches!(node.op, Op::Param(i) if i as usize >= captures);
         node.op.visit_operands(|v| any |= varying[v.0 as usize]);
         varying.push(any);
     }
     varying
 }
 
-/// Which nodes those of a set use, and the results are.
-pub(super) fn used_by(function: &Function, users: &[bool]) -> Vec<bool> {
+/// Marks the operands of some nodes, and the results.
+fn used_by(function: &Function, users: &[bool]) -> Vec<bool> {
     let mut used = vec![false; function.nodes.len()];
     for (node, _) in function.nodes.iter().zip(users).filter(|(_, user)| **user) {
         node.op.visit_operands(|v| used[v.0 as usize] = true);
     }
     function.results.iter().for_each(|r| used[r.0 as usize] = true);
     used
-}
-
-/// Where u, v and the weights of the point at an index are.
-fn find_point(
-    lowering: &mut Lowering<'_, '_, '_>,
-    frame: &mut Frame<'_>,
-    shape: KernelShape,
-    index: Value,
-    [u, v, w]: [Value; 3],
-) {
-    let builder = &mut lowering.builder;
-    let offset = builder.ins().imul_imm_s(index, 8);
-    let mut places = vec![(builder.ins().iadd(u, offset), 0), (builder.ins().iadd(v, offset), 0)];
-    if shape.weights > 0 {
-        let offset = builder.ins().imul_imm_s(index, 8 * shape.weights as i64);
-        let base = builder.ins().iadd(w, offset);
-        places.extend((0..shape.weights as i32).map(|c| (base, 8 * c)));
-    }
-    for (k, (base, offset)) in places.into_iter().enumerate() {
-        frame.values[shape.uniforms + k] = Lowered::Stored(base, offset);
-    }
 }

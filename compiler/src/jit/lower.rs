@@ -1,8 +1,8 @@
 //! IR nodes to Cranelift instructions.
 
-use super::called::{circular, is_called};
 use super::compiler::{Compiler, JitError};
 use super::context::{Context, DEPTH};
+use super::libcalls::{is_libcall, powers, sincos_pairs};
 use super::vector::PAIRS;
 use crate::ir::hash::HashMap;
 use crate::ir::{self, Function, FunctionId, Op, Type};
@@ -22,20 +22,20 @@ pub(super) struct Lowering<'a, 'f, 'm> {
     pub(super) builder: FunctionBuilder<'f>,
     /// Address of the [`Context`].
     pub(super) context: Value,
-    /// Where to go with a status that is not 0.
+    /// The block that takes a status other than 0.
     pub(super) fail: Block,
     /// Reals are pairs of reals and truth values pairs of masks ([`vector`](super::vector)).
-    pub(super) wide: bool,
+    pub(super) two_lanes: bool,
     pub(super) hosts: HashMap<&'static str, FuncRef>,
     pub(super) natives: HashMap<FunctionId, FuncRef>,
     /// Stack slots for arguments and results of calls, by their size in words.
     pub(super) slots: HashMap<(bool, usize), StackSlot>,
 }
 
-/// What a node became.
+/// The form of a lowered node.
 ///
 /// A loop over points calls functions, and a call keeps no vector register: a real that lived over it would go to the
-/// stack and come back. What is in memory anyway therefore stays there until an instruction uses it (most take an
+/// stack and come back. Reals that are in memory therefore stay there until an instruction uses them (most take an
 /// operand from memory), which also leaves the register allocator little to do.
 #[derive(Clone, Debug)]
 pub(super) enum Lowered {
@@ -56,19 +56,22 @@ pub(super) struct Frame<'m> {
     pub(super) function: &'m Function,
     pub(super) values: Vec<Lowered>,
     /// Sine and cosine of the same number, by that.
-    pub(super) circular: HashMap<ir::Value, [ir::Value; 2]>,
+    pub(super) sincos: HashMap<ir::Value, [ir::Value; 2]>,
+    /// Powers and logarithms of the same number, by that.
+    pub(super) powers: HashMap<ir::Value, Vec<ir::Value>>,
 }
 
 impl<'m> Frame<'m> {
     pub(super) fn new(function: &'m Function) -> Frame<'m> {
-        Frame { function, values: vec![Lowered::Nothing; function.nodes.len()], circular: circular(function) }
+        let values = vec![Lowered::Nothing; function.nodes.len()];
+        Frame { function, values, sincos: sincos_pairs(function), powers: powers(function) }
     }
 
     pub(super) fn is_missing(&self, v: ir::Value) -> bool {
         matches!(self.values[v.0 as usize], Lowered::Nothing)
     }
 
-    /// What some nodes became.
+    /// The forms of some nodes.
     pub(super) fn all(&self, values: &[ir::Value]) -> Vec<Lowered> {
         values.iter().map(|v| self.values[v.0 as usize].clone()).collect()
     }
@@ -93,7 +96,7 @@ pub(super) fn build_plain(
     let arguments = lowering.words(arguments, function.params.iter().map(|p| p.ty));
     let mut frame = Frame::new(function);
     frame.values[..arguments.len()].clone_from_slice(&arguments);
-    lowering.anchors(&mut frame)?;
+    lowering.pinned_nodes(&mut frame)?;
     for (offset, result) in (0..).step_by(8).zip(&function.results) {
         let value = lowering.demanded(&mut frame, *result)?;
         lowering.store_word(results, offset, value);
@@ -117,7 +120,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             builder,
             context,
             fail,
-            wide: false,
+            two_lanes: false,
             hosts: HashMap::default(),
             natives: HashMap::default(),
             slots: HashMap::default(),
@@ -133,7 +136,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     pub(super) fn function(&mut self, function: &'m Function, arguments: &[Lowered]) -> Result<Vec<Lowered>, JitError> {
         let mut frame = Frame::new(function);
         frame.values[..arguments.len()].clone_from_slice(arguments);
-        self.anchors(&mut frame)?;
+        self.pinned_nodes(&mut frame)?;
         for result in &function.results {
             self.demand(&mut frame, *result)?;
         }
@@ -142,15 +145,15 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
 
     /// Lowers the nodes of a function that may end it early, in their order, and all calls, with what they need. Results
     /// are to be demanded after them.
-    pub(super) fn anchors(&mut self, frame: &mut Frame<'m>) -> Result<(), JitError> {
+    pub(super) fn pinned_nodes(&mut self, frame: &mut Frame<'m>) -> Result<(), JitError> {
         let function = frame.function;
         self.compiler.spend(&function.name, function.nodes.len())?;
         for (i, node) in (0..).zip(&function.nodes) {
-            let anchor = match &node.op {
+            let pinned = match &node.op {
                 Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Guard { .. } => true,
-                op => is_called(op, node.ty),
+                op => is_libcall(op, node.ty),
             };
-            if anchor {
+            if pinned {
                 self.demand(frame, ir::Value(i))?;
             }
         }
@@ -171,7 +174,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
             let first = open.len();
             op.visit_operands(|v| open.extend(frame.is_missing(v).then_some(v)));
             if open.len() == first {
-                if !self.sine_and_cosine(frame, op) {
+                if !self.joint_call(frame, node, op) {
                     frame.values[node.0 as usize] = self.node(frame, op, *ty)?;
                 }
             } else {
@@ -192,7 +195,7 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
         match *lowered {
             Lowered::One(value) => value,
             Lowered::Stored(base, offset) => {
-                let (ty, flags) = if self.wide { (types::F64X2, PAIRS) } else { (types::F64, TRUSTED) };
+                let (ty, flags) = if self.two_lanes { (types::F64X2, PAIRS) } else { (types::F64, TRUSTED) };
                 self.builder.ins().load(ty, flags, base, offset)
             }
             Lowered::Constant(bits) => self.constant(f64::from_bits(bits)),

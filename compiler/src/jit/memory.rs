@@ -13,36 +13,35 @@ use std::sync::OnceLock;
 pub(super) struct CodeMemory {
     /// Taken only by `drop`.
     module: Option<JITModule>,
-    /// For code that is made in linear time.
-    quick: OwnedTargetIsa,
-    /// For code that is to run fast.
-    thorough: OwnedTargetIsa,
+    unoptimised: OwnedTargetIsa,
+    optimised: OwnedTargetIsa,
 }
 
-/// What code is to be good at.
+/// Cranelift's level of optimisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Effort {
-    /// At being made: in linear time.
-    Quick,
-    /// At running.
-    Thorough,
+pub(super) enum OptLevel {
+    /// Not at all, in linear time: for code that runs once for every x.
+    None,
+    /// For code that is to run fast.
+    Speed,
 }
 
 impl CodeMemory {
     /// An empty module for the machine that this runs on.
     pub(super) fn new(options: Options) -> Result<CodeMemory, JitError> {
-        let thorough = target(options, Effort::Thorough)?;
-        let mut builder = JITBuilder::with_isa(thorough.clone(), cranelift_module::default_libcall_names());
+        let optimised = target(options, OptLevel::Speed)?;
+        let unoptimised = target(options, OptLevel::None)?;
+        let mut builder = JITBuilder::with_isa(optimised.clone(), cranelift_module::default_libcall_names());
         builder.symbols(host::all().into_iter().map(|f| (f.name, f.address)));
-        Ok(CodeMemory { module: Some(JITModule::new(builder)), quick: target(options, Effort::Quick)?, thorough })
+        Ok(CodeMemory { module: Some(JITModule::new(builder)), unoptimised, optimised })
     }
 
     /// Compiles a function that was built in `context` and takes its code. (What `JITModule::define_function` does, with
     /// a choice of targets.)
-    pub(super) fn define(&mut self, id: FuncId, context: &mut Context, effort: Effort) -> Result<(), ModuleError> {
-        let target: &dyn TargetIsa = match effort {
-            Effort::Quick => &*self.quick,
-            Effort::Thorough => &*self.thorough,
+    pub(super) fn define(&mut self, id: FuncId, context: &mut Context, level: OptLevel) -> Result<(), ModuleError> {
+        let target: &dyn TargetIsa = match level {
+            OptLevel::None => &*self.unoptimised,
+            OptLevel::Speed => &*self.optimised,
         };
         context.compile(target, &mut Default::default())?;
         let Some(code) = context.compiled_code() else { return Ok(()) };
@@ -77,19 +76,19 @@ impl Drop for CodeMemory {
 unsafe impl Sync for CodeMemory {}
 
 /// The machine that this runs on, with its settings, made once for each combination of them.
-fn target(options: Options, effort: Effort) -> Result<OwnedTargetIsa, JitError> {
+fn target(options: Options, level: OptLevel) -> Result<OwnedTargetIsa, JitError> {
     static TARGETS: [OnceLock<Result<OwnedTargetIsa, JitError>>; 4] = [const { OnceLock::new() }; 4];
-    let index = usize::from(options.verify) + 2 * usize::from(effort == Effort::Quick);
-    TARGETS[index].get_or_init(|| make_target(options, effort)).clone()
+    let index = usize::from(options.verify) + 2 * usize::from(level == OptLevel::None);
+    TARGETS[index].get_or_init(|| make_target(options, level)).clone()
 }
 
-fn make_target(options: Options, effort: Effort) -> Result<OwnedTargetIsa, JitError> {
-    let quick = effort == Effort::Quick;
+fn make_target(options: Options, level: OptLevel) -> Result<OwnedTargetIsa, JitError> {
+    let fast = level == OptLevel::Speed;
     let host = |e: &dyn std::fmt::Display| JitError::Host(e.to_string());
     let mut flags = settings::builder();
     let values = [
-        ("opt_level", if quick { "none" } else { "speed" }),
-        ("regalloc_algorithm", if quick { "single_pass" } else { "backtracking" }),
+        ("opt_level", if fast { "speed" } else { "none" }),
+        ("regalloc_algorithm", if fast { "backtracking" } else { "single_pass" }),
         // Calls reach anywhere in the address space.
         ("use_colocated_libcalls", "false"),
         ("is_pic", "false"),

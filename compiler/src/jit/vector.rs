@@ -1,4 +1,4 @@
-//! Two points at once: what differs when reals are pairs and truth values are pairs of masks.
+//! Two lanes, a point in each: what differs when reals are pairs and truth values are pairs of masks.
 //!
 //! Every lane computes what the scalar code does, with the same operations: results are the same to the bit.
 
@@ -9,9 +9,9 @@ use cranelift_codegen::ir::{Endianness, InstBuilder, MemFlagsData, Value, types}
 /// Memory of pairs: there and its own, but only aligned to its halves.
 pub(super) const PAIRS: MemFlagsData = MemFlagsData::new().with_notrap();
 
-/// Whether everything that depends on more than the first parameters has instructions or functions for pairs: all but integers,
-/// branches, loops and calls.
-pub(super) fn can_be_wide(function: &Function, varying: &[bool]) -> bool {
+/// Whether everything that differs between points has instructions or functions for pairs: all but integers, branches,
+/// loops and calls.
+pub(super) fn has_vector_form(function: &Function, varying: &[bool]) -> bool {
     let plain = |op: &Op, ty: Type| match op {
         Op::Param(_) | Op::Real(_) => ty == Type::Real,
         Op::Unary(op, a) => function.ty(*a) != Type::Int && !matches!(op, Unary::ToReal | Unary::ToInt),
@@ -26,7 +26,7 @@ pub(super) fn can_be_wide(function: &Function, varying: &[bool]) -> bool {
 impl Lowering<'_, '_, '_> {
     /// A real constant.
     pub(super) fn constant(&mut self, x: f64) -> Value {
-        if !self.wide {
+        if !self.two_lanes {
             return self.builder.ins().f64const(x);
         }
         let bytes = [x.to_le_bytes(); 2].as_flattened().to_vec();
@@ -37,12 +37,12 @@ impl Lowering<'_, '_, '_> {
     /// A truth value.
     pub(super) fn truth(&mut self, holds: bool) -> Value {
         let one = self.builder.ins().iconst(types::I8, i64::from(holds));
-        if self.wide { self.widened(one) } else { one }
+        if self.two_lanes { self.splat(one) } else { one }
     }
 
     /// `if condition { a } else { b }`.
     pub(super) fn select(&mut self, condition: Value, a: Value, b: Value) -> Value {
-        if !self.wide {
+        if !self.two_lanes {
             return self.builder.ins().select(condition, a, b);
         }
         let ty = self.builder.func.dfg.value_type(a);
@@ -58,8 +58,8 @@ impl Lowering<'_, '_, '_> {
         condition
     }
 
-    /// A real or truth value as a pair.
-    pub(super) fn widened(&mut self, value: Value) -> Value {
+    /// A real or truth value in both lanes.
+    pub(super) fn splat(&mut self, value: Value) -> Value {
         match self.builder.func.dfg.value_type(value) {
             types::F64 => self.builder.ins().splat(types::F64X2, value),
             types::I8 => {
@@ -83,11 +83,6 @@ impl Lowering<'_, '_, '_> {
     /// The first lane of one pair and the second of another.
     pub(super) fn outer_lanes(&mut self, a: Value, b: Value) -> Value {
         self.lanes(a, b, 0, 24)
-    }
-
-    /// The second lane of one pair and the first of another.
-    pub(super) fn inner_lanes(&mut self, a: Value, b: Value) -> Value {
-        self.lanes(a, b, 8, 16)
     }
 
     /// Two lanes of two pairs, by the index of their first byte; those of b begin at 16.

@@ -1,7 +1,7 @@
 //! Bounds of the parameters at x, and how they follow other parameters.
 
 use super::Program;
-use super::derivatives::positions;
+use super::functions::{BOUNDS, positions};
 use crate::diff::{self, DiffError};
 use crate::ir::{FunctionId, Module, interpret};
 
@@ -65,7 +65,7 @@ impl Program {
     #[must_use]
     pub fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         assert_eq!(x.len(), self.parameters.len(), "a value for every parameter");
-        let Ok(flat) = self.kernels.bounds(x, self.limits) else {
+        let Ok(flat) = self.routines.call_reals(BOUNDS, x, self.limits) else {
             return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()];
         };
         let lower = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };

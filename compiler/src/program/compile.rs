@@ -1,22 +1,17 @@
-//! From text to a program: all stages.
+//! From text to a program.
 
-use super::derivatives::ModelFunctions;
-use super::grids::Grids;
-use super::kernels::Kernels;
-use super::on_demand::OnDemand;
-use super::{Part, Program, check};
+use super::{Program, check, pipeline};
 use crate::check::{CheckOptions, InputValue, typed};
 use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::diff::DiffError;
 use crate::ir::inline::{InlineError, SizeLimits};
-use crate::ir::lower;
-use crate::jit::{JitError, Limits};
+use crate::jit::Limits;
 use crate::source::{Loader, SourceFile, Sources, Span};
 use crate::workers::Workers;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
-/// How to compile.
+/// Options of a compilation.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Values of inputs by name; the others have their defaults.
@@ -25,9 +20,9 @@ pub struct Options {
     pub check: CheckOptions,
     /// The limits of every evaluation.
     pub limits: Limits,
-    /// Who does what can be done at once.
+    /// The threads, if any, for work that can be done at once.
     pub workers: Workers,
-    /// How many operations each function may have that is compiled, and its derivatives.
+    /// Most operations of each function that is compiled, derivatives included.
     pub operations: usize,
 }
 
@@ -43,7 +38,7 @@ impl Default for Options {
     }
 }
 
-/// What comes out of a script without errors.
+/// The result of compiling a script without errors.
 pub struct Compilation {
     /// The program.
     pub program: Program,
@@ -53,7 +48,7 @@ pub struct Compilation {
     pub sources: Sources,
 }
 
-/// What comes out of a script with errors.
+/// The result of compiling a script with errors.
 #[derive(Clone, Debug, Error)]
 #[error("{}", summary(.diagnostics, .sources))]
 pub struct Failed {
@@ -61,27 +56,6 @@ pub struct Failed {
     pub diagnostics: Vec<Diagnostic>,
     /// The files that the spans are in.
     pub sources: Sources,
-}
-
-/// Why a checked model cannot be compiled.
-#[derive(Clone, Debug, Error)]
-pub(super) enum BuildError {
-    #[error(transparent)]
-    Inline(#[from] InlineError),
-    #[error(transparent)]
-    Diff(#[from] DiffError),
-    #[error(transparent)]
-    Jit(#[from] JitError),
-}
-
-impl BuildError {
-    fn diagnostic(&self, model: Span) -> Diagnostic {
-        match self {
-            BuildError::Inline(e) => size_error(e),
-            BuildError::Diff(e) => derivative_error(e),
-            BuildError::Jit(e) => Diagnostic::new(Code::MachineCode, model, e.to_string()),
-        }
-    }
 }
 
 /// A stage of [`compile`].
@@ -100,7 +74,7 @@ pub enum Stage {
 /// Compiles a script: its last model, or the one that the options name.
 ///
 /// # Errors
-/// What is wrong with the script, in the order of its text.
+/// All errors of the script, and its warnings, in the order of its text.
 pub fn compile(script: SourceFile, loader: &dyn Loader, options: &Options) -> Result<Compilation, Failed> {
     compile_observed(script, loader, options, &mut |_| {})
 }
@@ -150,10 +124,7 @@ fn build_observed(
     done: &mut dyn FnMut(Stage),
 ) -> Result<Program, Diagnostic> {
     let span = model.parts.first().map_or(Span::default(), |p| p.span);
-    build(model, sources, options, done).map_err(|e| match e {
-        NotBuilt::Lower(e) => e.diagnostic(),
-        NotBuilt::Build(e) => e.diagnostic(span),
-    })
+    pipeline::build(model, sources, options, done).map_err(|e| e.diagnostic(span))
 }
 
 /// Why a derivative cannot be had, for the user.
@@ -164,52 +135,12 @@ pub(crate) fn derivative_error(e: &DiffError) -> Diagnostic {
     }
 }
 
-fn size_error(e: &InlineError) -> Diagnostic {
+pub(super) fn size_error(e: &InlineError) -> Diagnostic {
     let error = Diagnostic::new(Code::TooLarge, e.span(), e.to_string());
     match e {
         InlineError::TooLarge { .. } => error.hint("the limit can be raised: --limit operations=N"),
         InlineError::TooDeep { .. } => error,
     }
-}
-
-enum NotBuilt {
-    Lower(lower::TooLarge),
-    Build(BuildError),
-}
-
-/// The stages after the check.
-fn build(
-    typed: typed::Model,
-    sources: &Sources,
-    options: &Options,
-    done: &mut dyn FnMut(Stage),
-) -> Result<Program, NotBuilt> {
-    let limits = SizeLimits { nodes: options.operations, ..SizeLimits::default() };
-    let mut lowered = lower::lower_within(&typed, limits).map_err(NotBuilt::Lower)?;
-    done(Stage::Lower);
-    let functions = ModelFunctions::new(&mut lowered, options.workers).map_err(NotBuilt::Build)?;
-    done(Stage::Differentiate);
-    let kernels = Kernels::new(&functions, options.workers).map_err(|e| NotBuilt::Build(e.into()))?;
-    done(Stage::MachineCode);
-    let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
-        name: part.name.clone(),
-        group: part.group.clone(),
-        active: functions.jacobian.active.clone(),
-    });
-    Ok(Program {
-        name: lowered.name.clone(),
-        doc: lowered.doc.clone(),
-        parameters: lowered.params.clone(),
-        inputs: lowered.inputs.clone(),
-        parts: parts.collect(),
-        sources: sources.clone(),
-        typed,
-        functions,
-        kernels,
-        derived: OnDemand::new(options.workers),
-        grids: Grids::default(),
-        limits: options.limits,
-    })
 }
 
 /// The first error, with its place, for callers that show nothing else.

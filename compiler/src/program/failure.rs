@@ -1,19 +1,19 @@
-//! Why an evaluation failed, said with the place in the source and the values that led there.
+//! Errors of evaluations, with the place in the source and the values that led there.
 
-use super::compile::BuildError;
-use super::derivatives::SlopeValue;
+use super::evaluators::Evaluator;
+use super::functions::{EntryValue, REQUIRES};
 use super::instance::Instance;
-use super::on_demand::Derivative;
-use super::{Parameter, Program, Quantity};
+use super::pipeline::BuildError;
+use super::{Order, Parameter, Program, Quantity};
 use crate::ir::interpret::RunError;
 use crate::ir::scalar::Scalar;
 use crate::ir::{FunctionId, LoweredRequire, Module, interpret};
-use crate::jit::Stop;
+use crate::jit::Trap;
 use crate::source::Span;
 use std::fmt::Write as _;
 use thiserror::Error;
 
-/// How many operations are run again to find where a limit on steps was met.
+/// Most operations that are run again to find the place at which a limit on steps was met.
 const REPLAYED_STEPS: u64 = 1_000_000;
 
 /// A model could not be evaluated.
@@ -32,7 +32,15 @@ pub struct EvaluationError {
     pub circumstances: String,
 }
 
-/// What was being evaluated.
+impl EvaluationError {
+    /// A sentence without a place.
+    pub fn new(sentence: impl ToString) -> EvaluationError {
+        let message = sentence.to_string();
+        EvaluationError { sentence: message.clone(), message, span: None, part: None, circumstances: String::new() }
+    }
+}
+
+/// The model or part that was being evaluated.
 pub(super) struct Place<'x> {
     x: &'x [f64],
     patch: Option<usize>,
@@ -40,7 +48,7 @@ pub(super) struct Place<'x> {
 }
 
 impl<'x> Place<'x> {
-    /// What all parts have in common.
+    /// The model: what all parts have in common.
     pub(super) fn of_model(x: &'x [f64]) -> Place<'x> {
         Place { x, patch: None, uv: None }
     }
@@ -58,9 +66,8 @@ impl Program {
         for (index, require) in self.functions.requires.iter().enumerate() {
             let mut holds = [0];
             let place = Place::of_model(x);
-            let (code, routine) = self.kernels.require(index);
-            let call = code.call(routine, &require.arguments(&bits), &mut holds, self.limits);
-            call.map_err(|stop| self.stopped(stop, &place))?;
+            let call = self.routines.call(REQUIRES + index, &require.arguments(&bits), &mut holds, self.limits);
+            call.map_err(|trap| self.trapped(trap, &place))?;
             if holds[0] == 0 {
                 let used = self.used_params(require);
                 return Err(self.error(Some(require.span), &require.message, &place, Some(&used)));
@@ -73,23 +80,21 @@ impl Program {
     pub(super) fn holds(&self, require: usize, x: &[f64]) -> bool {
         let bits: Vec<u64> = self.functions.requires[require].arguments(x).into_iter().map(f64::to_bits).collect();
         let mut holds = [0];
-        let (code, routine) = self.kernels.require(require);
-        let call = code.call(routine, &bits, &mut holds, self.limits);
-        call.is_ok() && holds[0] != 0
+        self.routines.call(REQUIRES + require, &bits, &mut holds, self.limits).is_ok() && holds[0] != 0
     }
 
     /// The error for code that stopped early.
-    pub(super) fn stopped(&self, stop: Stop, place: &Place<'_>) -> EvaluationError {
-        match stop {
-            Stop::Failure(id) => {
+    pub(super) fn trapped(&self, trap: Trap, place: &Place<'_>) -> EvaluationError {
+        match trap {
+            Trap::Failure(id) => {
                 let failure = &self.functions.module.failures[id.0 as usize];
                 self.error(Some(failure.span), &failure.message, place, None)
             }
-            Stop::Steps => {
+            Trap::Steps => {
                 let message = format!("the evaluation takes more than {} steps (see --limit steps)", self.limits.steps);
                 self.error(self.span_of(place), &message, place, None)
             }
-            Stop::Depth => {
+            Trap::Depth => {
                 let message = format!(
                     "calls are nested deeper than {} (see --limit depth), or than there is memory for",
                     self.limits.depth
@@ -174,22 +179,20 @@ impl Program {
         require.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
     }
 
-    /// The error for a derivative that cannot be made.
-    pub(super) fn not_made(&self, derivative: Derivative, error: &BuildError) -> EvaluationError {
-        let what = match derivative {
-            Derivative::Partials => "derivatives by u and v",
-            Derivative::SecondPartials => "second derivatives by u and v",
-            Derivative::Pullback => "gradients",
-        };
-        self.too_large(what, error)
-    }
-
     /// The error for code that cannot be made.
-    pub(super) fn too_large(&self, what: &str, error: &BuildError) -> EvaluationError {
+    pub(super) fn not_made(&self, on_grid: bool, order: Order<'_>, error: &BuildError) -> EvaluationError {
+        let what = match order {
+            _ if on_grid => "evaluation on grids",
+            Order::Points => "points",
+            Order::Partials => "derivatives by u and v",
+            Order::SecondPartials => "second derivatives by u and v",
+            Order::Jacobian => "derivatives by parameters",
+            Order::Pullback(_) => "gradients",
+        };
         let span = match error {
             BuildError::Inline(e) => Some(e.span()),
             BuildError::Diff(e) => Some(e.span()),
-            BuildError::Jit(_) => None,
+            BuildError::Lower(_) | BuildError::Jit(_) => None,
         };
         self.error(span, &format!("{what} cannot be had: {error}"), &Place { x: &[], patch: None, uv: None }, Some(&[]))
     }
@@ -200,13 +203,14 @@ impl Instance<'_> {
     pub(super) fn not_finite(
         &self,
         patch: usize,
-        (module, function): (&Module, FunctionId),
+        evaluator: &Evaluator,
         arguments: &[f64],
         uv: [f64; 2],
     ) -> EvaluationError {
         let program = self.program;
-        let captured = self.origin_in_prelude(patch).or_else(|| self.origin_in_slopes(patch));
-        let found = captured.or_else(|| origin(program, module, function, arguments));
+        let captured = self.origin_in_prelude(patch).or_else(|| self.origin_in_prelude_jacobian(patch));
+        let function = evaluator.functions[evaluator.of_part[patch]];
+        let found = captured.or_else(|| origin(program, &evaluator.module, function, arguments));
         let value = self.is_finite_at(patch, uv);
         self.not_finite_there(patch, found, value, Some(uv))
     }
@@ -236,8 +240,8 @@ impl Instance<'_> {
     }
 
     /// The error for a capture without a finite derivative, which all points have in common.
-    pub(super) fn slope_not_finite(&self, patch: usize) -> EvaluationError {
-        self.not_finite_there(patch, self.origin_in_slopes(patch), true, None)
+    pub(super) fn capture_not_differentiable(&self, patch: usize) -> EvaluationError {
+        self.not_finite_there(patch, self.origin_in_prelude_jacobian(patch), true, None)
     }
 
     /// The error for sums that are too large although every term is finite.
@@ -246,7 +250,7 @@ impl Instance<'_> {
         self.program.error(None, message, &Place::of_part(&self.x, patch, None), None)
     }
 
-    /// Where a capture of a part became infinite or NaN.
+    /// The place at which a capture of a part became infinite or NaN.
     fn origin_in_prelude(&self, patch: usize) -> Option<Span> {
         let functions = &self.program.functions;
         let part = &functions.parts[patch];
@@ -254,22 +258,22 @@ impl Instance<'_> {
         self.origin_of_result(functions.prelude, *bad)
     }
 
-    /// Where the derivative of a part's capture became infinite or NaN.
-    fn origin_in_slopes(&self, patch: usize) -> Option<Span> {
+    /// The place at which the derivative of a part's capture became infinite or NaN.
+    fn origin_in_prelude_jacobian(&self, patch: usize) -> Option<Span> {
         let functions = &self.program.functions;
-        let slopes = self.slopes().ok()?;
-        let computed = functions.parts[patch].slopes.iter().filter_map(|slope| match slope.value {
-            SlopeValue::Computed(k) => Some(k),
-            SlopeValue::Constant(_) => None,
+        let jacobian = self.prelude_jacobian().ok()?;
+        let computed = functions.parts[patch].entries.iter().filter_map(|entry| match entry.value {
+            EntryValue::Computed(k) => Some(k),
+            EntryValue::Constant(_) => None,
         });
-        let bad = computed.into_iter().find(|k| !slopes[*k as usize].is_finite())?;
-        self.origin_of_result(functions.slopes, bad)
+        let bad = computed.into_iter().find(|k| !jacobian[*k as usize].is_finite())?;
+        self.origin_of_result(functions.prelude_jacobian, bad)
     }
 
-    /// Where a result of a function of the parameters became infinite or NaN.
+    /// The place at which a result of a function of the parameters became infinite or NaN.
     fn origin_of_result(&self, function: FunctionId, result: u32) -> Option<Span> {
         // The interpreter looks for the first result that is not finite: let it be the only one.
-        let mut module = self.program.functions.module.clone();
+        let mut module = Module::clone(&self.program.functions.module);
         let mut function = module.function(function).clone();
         function.results = vec![function.results[result as usize]];
         function.result_names.truncate(1);
@@ -278,7 +282,7 @@ impl Instance<'_> {
     }
 }
 
-/// Where the first result that is not finite became so.
+/// The place at which the first result that is not finite became so.
 fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {
     let arguments: Vec<Scalar> = arguments.iter().map(|x| Scalar::Real(*x)).collect();
     interpret::non_finite(module, function, &arguments, program.replay_limits()).ok().flatten()

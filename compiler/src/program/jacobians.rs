@@ -1,7 +1,7 @@
-//! The Jacobians of parts by parameters, from bodies and the slopes of their captures.
+//! The Jacobians of parts by parameters: of bodies, in the directions of the prelude's Jacobian.
 
-use super::compile::BuildError;
-use super::derivatives::{BodyFunction, PartSlope, SlopeValue, pick, positions};
+use super::functions::{BodyFunction, EntryValue, PreludeEntry, pick, positions};
+use super::pipeline::BuildError;
 use crate::diff::{self, Directions, Rate};
 use crate::ir::hash::HashMap;
 use crate::ir::{FunctionId, Module, Parameter};
@@ -10,24 +10,24 @@ use crate::workers::Workers;
 /// A part's Jacobian.
 #[derive(Clone)]
 pub(super) struct Jacobian {
-    /// `(C.., slopes.., u, v) -> (point's derivative by each active parameter)..`.
+    /// `(C.., entries.., u, v) -> (point's derivative by each active parameter)..`.
     pub(super) function: FunctionId,
-    /// Which slopes it takes.
-    pub(super) slopes: Vec<u32>,
+    /// Which results of the prelude's Jacobian it takes.
+    pub(super) entries: Vec<u32>,
     /// Parameters that the part depends on, ascending.
     pub(super) active: Vec<u32>,
 }
 
-/// What parts with one Jacobian have in common.
+/// The properties of a part that determine its Jacobian.
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Kind {
     body: usize,
-    /// For each slope, the position of the capture, the parameter's rank among those with slopes, and the bits of its
-    /// value where it is constant.
-    slopes: Vec<(u32, u32, Option<u64>)>,
+    /// For each entry of the prelude's Jacobian the capture, the parameter's rank among those that have entries, and the
+    /// bits of its value where it is constant.
+    entries: Vec<(u32, u32, Option<u64>)>,
 }
 
-/// What was made of a kind.
+/// The Jacobian of a kind.
 struct Made {
     function: FunctionId,
     /// The ranks of the parameters by which the derivative is not always zero.
@@ -40,18 +40,18 @@ const GROUP: usize = 300;
 /// Groups at most. They are the same whoever works on them, lest what is made depends on it.
 const MOST_GROUPS: usize = 8;
 
-/// The Jacobian of each part, of which the body and the slopes are given.
+/// The Jacobian of each part, of which the body and the entries of the prelude's Jacobian are given.
 pub(super) fn of_parts(
     module: &mut Module,
     bodies: &[BodyFunction],
-    parts: &[(usize, Vec<PartSlope>)],
+    parts: &[(usize, Vec<PreludeEntry>)],
     workers: Workers,
 ) -> Result<Vec<Jacobian>, BuildError> {
     let mut kinds = Vec::new();
     let mut places: HashMap<Kind, usize> = HashMap::default();
     let mut of_part = Vec::new();
-    for (body, slopes) in parts {
-        let (kind, params, taken) = kind(*body, slopes);
+    for (body, entries) in parts {
+        let (kind, params, taken) = kind(*body, entries);
         let place = *places.entry(kind).or_insert_with_key(|kind| {
             kinds.push(kind.clone());
             kinds.len() - 1
@@ -59,33 +59,33 @@ pub(super) fn of_parts(
         of_part.push((place, params, taken));
     }
     let made = differentiate(module, bodies, &kinds, workers)?;
-    let jacobian = |(place, params, slopes): (usize, Vec<u32>, Vec<u32>)| Jacobian {
+    let jacobian = |(place, params, entries): (usize, Vec<u32>, Vec<u32>)| Jacobian {
         function: made[place].function,
-        slopes,
+        entries,
         active: made[place].active.iter().map(|rank| params[*rank as usize]).collect(),
     };
     Ok(of_part.into_iter().map(jacobian).collect())
 }
 
-/// A part's kind, the parameters of the ranks, and the slopes that are taken.
-fn kind(body: usize, slopes: &[PartSlope]) -> (Kind, Vec<u32>, Vec<u32>) {
-    let mut params: Vec<u32> = slopes.iter().map(|s| s.param).collect();
+/// A part's kind, the parameters of the ranks, and the entries that it takes.
+fn kind(body: usize, entries: &[PreludeEntry]) -> (Kind, Vec<u32>, Vec<u32>) {
+    let mut params: Vec<u32> = entries.iter().map(|s| s.param).collect();
     params.sort_unstable();
     params.dedup();
     let rank = |param: u32| params.binary_search(&param).map_or(u32::MAX, |rank| rank as u32);
     let mut taken = Vec::new();
-    let pattern = slopes.iter().map(|slope| {
-        let constant = match slope.value {
-            SlopeValue::Constant(x) => Some(x.to_bits()),
-            SlopeValue::Computed(k) => {
+    let pattern = entries.iter().map(|entry| {
+        let constant = match entry.value {
+            EntryValue::Constant(x) => Some(x.to_bits()),
+            EntryValue::Computed(k) => {
                 taken.push(k);
                 None
             }
         };
-        (slope.position, rank(slope.param), constant)
+        (entry.capture, rank(entry.param), constant)
     });
-    let slopes = pattern.collect();
-    (Kind { body, slopes }, params, taken)
+    let entries = pattern.collect();
+    (Kind { body, entries }, params, taken)
 }
 
 /// The derivatives of all kinds: in groups, each of which works on a copy of what it needs of the module.
@@ -102,7 +102,7 @@ fn differentiate(
         let roots: Vec<FunctionId> = kinds.iter().map(|k| bodies[k.body].points).collect();
         let mut own = whole.reached(&roots);
         let made: Vec<Made> =
-            kinds.iter().map(|kind| jacobian(&mut own, bodies[kind.body], &kind.slopes)).collect::<Result<_, _>>()?;
+            kinds.iter().map(|kind| jacobian(&mut own, bodies[kind.body], &kind.entries)).collect::<Result<_, _>>()?;
         Ok((own, made))
     });
     let mut all = Vec::new();
@@ -130,17 +130,17 @@ fn groups<'k>(module: &Module, bodies: &[BodyFunction], kinds: &'k [Kind]) -> Ve
         .collect()
 }
 
-/// The derivative of a body in the directions of the slopes.
-fn jacobian(module: &mut Module, body: BodyFunction, slopes: &[(u32, u32, Option<u64>)]) -> Result<Made, BuildError> {
+/// The derivative of a body in the directions of the entries.
+fn jacobian(module: &mut Module, body: BodyFunction, entries: &[(u32, u32, Option<u64>)]) -> Result<Made, BuildError> {
     let n = body.captures as u32;
     let old = &module.function(body.points).params;
     let mut params = old[..body.captures].to_vec();
     let mut rates = vec![Vec::new(); old.len()];
-    for (position, rank, constant) in slopes {
+    for (position, rank, constant) in entries {
         let rate = match constant {
             Some(bits) => Rate::Constant(f64::from_bits(*bits)),
             None => {
-                params.push(Parameter::real(format!("slope{}", params.len() - body.captures)));
+                params.push(Parameter::real(format!("entry{}", params.len() - body.captures)));
                 Rate::Param(params.len() as u32 - 1)
             }
         };

@@ -6,9 +6,9 @@ use thiserror::Error;
 /// A limit.
 #[derive(Clone, Copy, Debug)]
 pub struct Limit {
-    /// What options call it.
+    /// Its name in options.
     pub name: &'static str,
-    /// What it bounds.
+    /// A description of the quantity that it bounds.
     pub bounds: &'static str,
     get: fn(&Options) -> u64,
     set: fn(&mut Options, u64),

@@ -3,24 +3,24 @@
 //! [`compile`] runs all stages. A [`Program`] then answers for any parameters x: their bounds, and an [`Instance`], whose
 //! patches of surface are evaluated in batches, with derivatives.
 //!
-//! What the parts have in common is computed once for each x: the *prelude* takes the parameters to *captures*, and a
+//! Values that depend on x alone are computed once for each x: the *prelude* takes the parameters to *captures*, and a
 //! part's *body* takes captures, u and v to a point. The prelude is differentiated forward, sparsely; bodies whichever
-//! way is cheaper (`derivatives`; what not everybody needs when it is first asked for: `on_demand`). All of it is machine code (`kernels`); where that meets a failure or a value
-//! that is not finite, the interpreter goes the same way again to find the place in the source (`failure`).
+//! way is cheaper. `pipeline` has all stages on one page; what not everybody needs is made when it is first asked for
+//! (`evaluators`). All of it is machine code; where that meets a failure or a value that is not finite, the interpreter goes
+//! the same way again to find the place in the source (`failure`).
 
 mod bounds;
 mod compile;
 mod constants;
-mod derivatives;
+mod evaluators;
 mod failure;
-mod grids;
+mod functions;
 mod instance;
 mod jacobians;
-mod kernels;
 mod limits;
-mod on_demand;
-mod on_grid;
+mod pipeline;
 mod probe;
+mod sites;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -32,9 +32,10 @@ pub use constants::check;
 pub use failure::EvaluationError;
 pub use instance::Instance;
 pub use limits::{LIMITS, Limit, LimitError};
-pub use on_grid::JacobianEntry;
+pub use sites::{Order, Sites};
 pub use text::EmitStage;
 
+pub use crate::jit::{Limits, Trap};
 pub use crate::parameters::{Input, Parameter, Part, Quantity};
 
 pub(crate) use compile::{build_model, derivative_error};
@@ -43,12 +44,10 @@ pub(crate) use failure::shown as shown_parameter;
 
 use crate::check::typed;
 use crate::ir::interpret;
-use crate::jit::Limits;
+use crate::jit::Code;
 use crate::source::Sources;
-use derivatives::ModelFunctions;
-use grids::Grids;
-use kernels::Kernels;
-use on_demand::{Derivative, OnDemand};
+use evaluators::Evaluators;
+use functions::ModelFunctions;
 
 /// A compiled script: a model as machine code, with its derivatives. Freed when dropped; may be used by several
 /// threads at once.
@@ -61,9 +60,9 @@ pub struct Program {
     sources: Sources,
     typed: typed::Model,
     functions: ModelFunctions,
-    kernels: Kernels,
-    derived: OnDemand,
-    grids: Grids,
+    /// Those of [`ModelFunctions::routines`].
+    routines: Code,
+    evaluators: Evaluators,
     limits: Limits,
 }
 
@@ -109,8 +108,8 @@ impl Program {
     /// # Errors
     /// If one is too large.
     pub fn prepare(&self) -> Result<(), EvaluationError> {
-        for derivative in Derivative::ALL {
-            self.derived.get(&self.functions, derivative).map_err(|e| self.not_made(derivative, e))?;
+        for order in Order::ALL {
+            self.evaluators.get(&self.functions, false, order).map_err(|e| self.not_made(false, order, e))?;
         }
         Ok(())
     }

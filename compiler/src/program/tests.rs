@@ -1,6 +1,6 @@
 //! What programs are made of: parts that are alike share their functions, and nothing grows faster than the script.
 
-use super::{Compilation, EmitStage, Options, Program, compile};
+use super::{Compilation, EmitStage, Options, Order, Program, Sites, compile};
 use crate::ir::FunctionId;
 use crate::source::{NoFiles, SourceFile};
 use crate::workers::Workers;
@@ -61,18 +61,18 @@ fn merged_parts_keep_their_values() {
         let at = if row { [i * 10.0 + 5.0, i * i + 3.0] } else { [ring * turn.cos(), ring * turn.sin()] };
         let expected = [at[0] + r * cos, at[1] + r * sin, h * v];
         let mut point = [0.0; 3];
-        instance.points(k, &[u], &[v], &mut point).expect("it is finite");
+        instance.evaluate(k, Sites::Scattered(&[u], &[v]), Order::Points, &mut point).expect("it is finite");
         assert!(near(&point, &expected), "{}: {point:?} is not {expected:?}", part.name);
 
         let by = [[cos, sin, 0.0], [0.0, 0.0, v], [turn.cos(), turn.sin(), 0.0]];
         let active: &[u32] = if row { &[0, 1] } else { &[0, 1, 2] };
         assert_eq!(part.active, active);
         let mut jacobian = vec![0.0; 3 * active.len()];
-        instance.jacobian(k, &[u], &[v], &mut jacobian).expect("it is finite");
+        instance.evaluate(k, Sites::Scattered(&[u], &[v]), Order::Jacobian, &mut jacobian).expect("it is finite");
         assert!(near(&jacobian, &by[..active.len()].concat()), "{}: {jacobian:?}", part.name);
 
         let (w, mut gradient) = ([0.3, -0.7, 1.1], [0.0; 3]);
-        instance.pullback(k, &[u], &[v], &[w], &mut gradient).expect("it is finite");
+        instance.evaluate(k, Sites::Scattered(&[u], &[v]), Order::Pullback(&[w]), &mut gradient).expect("it is finite");
         let transposed = [0, 1, 2].map(|p| {
             let part = active.contains(&(p as u32));
             if part { (0..3).map(|c| w[c] * by[p][c]).sum() } else { 0.0 }
@@ -80,7 +80,7 @@ fn merged_parts_keep_their_values() {
         assert!(near(&gradient, &transposed), "{}: {gradient:?} is not {transposed:?}", part.name);
 
         let mut partials = [0.0; 9];
-        instance.partials(k, &[u], &[v], &mut partials).expect("it is finite");
+        instance.evaluate(k, Sites::Scattered(&[u], &[v]), Order::Partials, &mut partials).expect("it is finite");
         let around = std::f64::consts::TAU * r;
         assert!(near(&partials[3..6], &[-around * sin, around * cos, 0.0]), "{}: {partials:?}", part.name);
     }
@@ -124,7 +124,7 @@ fn derivatives_on_demand_are_made_once() {
     let instance = program.instantiate(&program.defaults()).expect("it exists");
     let run = || {
         let mut out = [0.0; 18];
-        instance.second_partials(0, &[0.2], &[0.4], &mut out).expect("it is finite");
+        instance.evaluate(0, Sites::Scattered(&[0.2], &[0.4]), Order::SecondPartials, &mut out).expect("it is finite");
         out
     };
     let expected = run();
@@ -142,7 +142,7 @@ fn a_recursive_function_in_a_condition() {
     let instance = program.instantiate(&[0.5]).unwrap();
     let slope = |v: f64| {
         let mut jacobian = [0.0; 3];
-        instance.jacobian(0, &[0.5], &[v], &mut jacobian).unwrap();
+        instance.evaluate(0, Sites::Scattered(&[0.5], &[v]), Order::Jacobian, &mut jacobian).unwrap();
         jacobian
     };
     // halve(0.9) = 0.3 + 0.5 * halve(0.45) = 0.5625 < 1.8; halve(-0.5) = 0.5 > -1.
@@ -168,7 +168,9 @@ fn workers_change_nothing() {
         let instance = program.instantiate(&[2.5]).expect("it exists");
         for patch in 0..program.parts().len() {
             let mut jacobian = [0.0; 3];
-            instance.jacobian(patch, &[0.2], &[0.7], &mut jacobian).expect("it is finite");
+            instance
+                .evaluate(patch, Sites::Scattered(&[0.2], &[0.7]), Order::Jacobian, &mut jacobian)
+                .expect("it is finite");
             out.extend(jacobian);
         }
         (program.emit(EmitStage::Ir), out)

@@ -1,19 +1,17 @@
 //! A program as text, for people.
 
-use super::Program;
-use super::compile::BuildError;
-use super::grids::{self, Grids, OnGrid};
-use super::kernels::Kernels;
-use super::on_demand::Derivative;
+use super::evaluators::OPTIONS;
+use super::{Order, Program};
 use crate::check;
 use crate::diff;
 use crate::ir::call_graph::CallGraph;
 use crate::ir::print::gml;
 use crate::ir::{FunctionId, Module};
-use crate::jit::Listing;
+use crate::jit::{Code, Listing, Options};
+use crate::workers::Workers;
 use std::fmt::Write as _;
 
-/// What a script has become.
+/// A stage of the compiler whose result can be shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmitStage {
     /// The typed tree.
@@ -43,7 +41,7 @@ impl Program {
     #[must_use]
     pub fn derivative_text(&self, wrt: Option<&str>) -> String {
         let mut text = String::new();
-        let mut module = self.functions.module.clone();
+        let mut module = Module::clone(&self.functions.module);
         for (part, functions) in self.parts.iter().zip(&self.functions.parts) {
             let chosen =
                 |i: u32| part.active.contains(&i) && wrt.is_none_or(|name| self.parameters[i as usize].name == name);
@@ -73,33 +71,40 @@ impl Program {
         let mut roots = vec![("bounds".to_owned(), functions.bounds)];
         roots.extend(functions.requires.iter().map(|r| (format!("require {}", r.message), r.function)));
         roots.push(("captures".to_owned(), functions.prelude));
-        roots.push(("derivatives of captures".to_owned(), functions.slopes));
+        roots.push(("derivatives of captures".to_owned(), functions.prelude_jacobian));
         let mut text = String::new();
         for (title, root) in roots {
             write_function(&mut text, &title, &functions.module, root);
         }
-        for (part, f) in self.parts.iter().zip(&functions.parts) {
-            let title = |what| format!("{}: {what}", part.name);
-            write_function(&mut text, &title("points"), &functions.module, functions.bodies[f.body].points);
-            write_function(&mut text, &title("jacobian"), &functions.module, f.jacobian.function);
-            for derivative in Derivative::ALL {
-                let title = title(match derivative {
-                    Derivative::Partials => "partials",
-                    Derivative::SecondPartials => "second partials",
-                    Derivative::Pullback => "pullback",
-                });
-                match self.derived.get(functions, derivative) {
-                    Ok(derived) => write_function(&mut text, &title, &derived.module, derived.functions[f.body]),
-                    Err(e) => _ = writeln!(text, "; {title}: {e}"),
+        for order in Order::ALL {
+            let evaluator = match self.evaluators.get(functions, false, order) {
+                Ok(evaluator) => evaluator,
+                Err(e) => {
+                    let _ = writeln!(text, "; {}: {e}", order.name());
+                    continue;
                 }
+            };
+            for (part, function) in self.parts.iter().zip(&evaluator.of_part) {
+                let title = format!("{}: {}", part.name, order.name());
+                write_function(&mut text, &title, &evaluator.module, evaluator.functions[*function]);
             }
         }
-        for (what, title) in OnGrid::ALL {
-            let write = |stage: &str, module: &Module, f: FunctionId| {
-                write_function(&mut text, &format!("{title} on grids, {stage}"), module, f);
-            };
-            if let Err(e) = grids::show(functions, &self.derived, what, write) {
-                _ = writeln!(text, "; {title} on grids: {e}");
+        for order in ON_GRIDS {
+            match self.evaluators.get(functions, true, order) {
+                Ok(evaluator) => {
+                    for split in &evaluator.splits {
+                        let stages = [
+                            ("once a column", split.columns),
+                            ("once a row", split.rows),
+                            ("at every point", split.inner),
+                        ];
+                        for (stage, function) in stages {
+                            let title = format!("{} on grids, {stage}", order.name());
+                            write_function(&mut text, &title, &evaluator.module, function);
+                        }
+                    }
+                }
+                Err(e) => _ = writeln!(text, "; {} on grids: {e}", order.name()),
             }
         }
         text
@@ -107,18 +112,25 @@ impl Program {
 
     fn listing(&self, which: impl Fn(&Listing) -> &str) -> String {
         let mut text = String::new();
-        let mut write = |suffix: &str, listings: Result<Vec<Listing>, BuildError>| match listings {
+        let mut write = |suffix: &str, listings: Result<Vec<Listing>, String>| match listings {
             Ok(listings) => listings.iter().for_each(|l| _ = writeln!(text, "; {}{suffix}\n{}", l.name, which(l))),
             Err(e) => _ = writeln!(text, "; {e}"),
         };
-        write("", Kernels::listings(&self.functions).map_err(BuildError::from));
-        Derivative::ALL.into_iter().for_each(|d| write("", self.derived.listings(&self.functions, d)));
-        for (what, title) in OnGrid::ALL {
-            write(&format!(" ({title} on grids)"), Grids::listings(&self.functions, &self.derived, what));
+        let (functions, options) = (&self.functions, Options { listings: true, ..OPTIONS });
+        let routines = Code::compile(&functions.module, &[], &functions.routines(), options, Workers::ONE);
+        write("", routines.map(|(_, listings)| listings).map_err(|e| e.to_string()));
+        let all = Order::ALL.map(|order| (false, order)).into_iter().chain(ON_GRIDS.map(|order| (true, order)));
+        for (on_grid, order) in all {
+            let suffix = if on_grid { format!(" ({} on grids)", order.name()) } else { String::new() };
+            let evaluator = self.evaluators.get(functions, on_grid, order).map_err(ToString::to_string);
+            write(&suffix, evaluator.and_then(|e| e.listings().map_err(|e| e.to_string())));
         }
         text
     }
 }
+
+/// Orders whose evaluation on grids is shown; the others are seldom asked for.
+const ON_GRIDS: [Order<'static>; 2] = [Order::Points, Order::Partials];
 
 /// A function with those that it uses.
 fn write_function(text: &mut String, title: &str, module: &Module, root: FunctionId) {

@@ -9,7 +9,7 @@ impl Program {
     /// interpreter computes them.)
     ///
     /// # Errors
-    /// Where one cannot be computed, or is negative.
+    /// If one cannot be computed, or is negative.
     ///
     /// # Panics
     /// If x does not have a value for every parameter.

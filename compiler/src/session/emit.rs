@@ -7,15 +7,15 @@ use crate::diff;
 use crate::ir::call_graph::CallGraph;
 use crate::ir::print::gml;
 use crate::ir::{self, FunctionId, Module};
-use crate::jit::{self, Compiler};
+use crate::jit;
 use crate::program::{EmitStage, Failed, derivative_error};
 use crate::source::{Loader, Span};
+use crate::workers::Workers;
 use std::fmt::Write as _;
 
 /// An expression as machine code.
 pub struct Native {
     code: jit::Code,
-    routine: jit::Routine,
     arguments: Vec<u64>,
     results: usize,
     limits: jit::Limits,
@@ -26,9 +26,9 @@ impl Native {
     ///
     /// # Errors
     /// If it does not end within its limits, or fails.
-    pub fn run(&self) -> Result<(), jit::Stop> {
+    pub fn run(&self) -> Result<(), jit::Trap> {
         let mut results = vec![0; self.results];
-        self.code.call(self.routine, &self.arguments, &mut results, self.limits)
+        self.code.call(0, &self.arguments, &mut results, self.limits)
     }
 }
 
@@ -46,15 +46,9 @@ impl Session {
             if stage == EmitStage::Ir {
                 return Ok(listing(&module, function));
             }
-            let options = jit::Options { verify: false, listings: true, quick: false, narrow: false };
-            let span = asked.span;
-            let mut compiler = Compiler::new(&module, options).map_err(|e| machine_code(&e, span))?;
-            compiler.routine(function).map_err(|e| machine_code(&e, span))?;
+            let (_, listings) = compile(&module, function, asked.span, true)?;
             let which = |l: &jit::Listing| if stage == EmitStage::Clif { l.clif.clone() } else { l.assembly.clone() };
-            let text = compiler.listings().iter().map(|l| format!("; {}\n{}\n", l.name, which(l))).collect();
-            // The code was compiled only for its listing, and is freed here.
-            drop(compiler.finish().map_err(|e| machine_code(&e, span))?);
-            Ok(text)
+            Ok(listings.iter().map(|l| format!("; {}\n{}\n", l.name, which(l))).collect())
         })
     }
 
@@ -78,13 +72,10 @@ impl Session {
     pub fn native(&mut self, text: &str, limits: jit::Limits, loader: &dyn Loader) -> Result<Native, Failed> {
         self.with_expression(text, loader, |s, checked, asked| {
             let (module, function) = inlined(checked)?;
-            let span = asked.span;
-            let mut compiler = Compiler::new(&module, jit::Options::default()).map_err(|e| machine_code(&e, span))?;
-            let routine = compiler.routine(function).map_err(|e| machine_code(&e, span))?;
-            let code = compiler.finish().map_err(|e| machine_code(&e, span))?;
+            let (code, _) = compile(&module, function, asked.span, false)?;
             let x = s.model.as_ref().map_or(&[][..], |m| m.values());
             let arguments = x.iter().map(|x| x.to_bits()).collect();
-            Ok(Native { code, routine, arguments, results: module.function(function).results.len(), limits })
+            Ok(Native { code, arguments, results: module.function(function).results.len(), limits })
         })
     }
 }
@@ -110,6 +101,14 @@ fn listing(module: &Module, function: FunctionId) -> String {
     text
 }
 
-fn machine_code(e: &jit::JitError, span: Span) -> Vec<Diagnostic> {
-    vec![Diagnostic::new(Code::MachineCode, span, e.to_string())]
+/// A function as the one routine of its code.
+fn compile(
+    module: &Module,
+    function: FunctionId,
+    span: Span,
+    listings: bool,
+) -> Result<(jit::Code, Vec<jit::Listing>), Vec<Diagnostic>> {
+    let options = jit::Options { listings, ..jit::Options::default() };
+    jit::Code::compile(module, &[], &[function], options, Workers::ONE)
+        .map_err(|e| vec![Diagnostic::new(Code::MachineCode, span, e.to_string())])
 }

@@ -3,8 +3,7 @@
 use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::ir::lower::lower;
 use gml_compiler::internals::ir::validate::validate;
-use gml_compiler::jit::Limits;
-use gml_compiler::program::{Options, Program, check, compile};
+use gml_compiler::program::{Limits, Options, Order, Program, Sites, check, compile};
 use gml_compiler::source::{NoFiles, SourceFile, Sources};
 use gml_compiler::syntax;
 use std::collections::BTreeMap;
@@ -88,13 +87,29 @@ fn evaluate(program: &Program) -> Stage {
         let (u, v) = ([0.0, 0.3, 1.0], [0.0, 0.6, 1.0]);
         let n = u.len();
         for (patch, part) in program.parts().iter().enumerate().take(4) {
-            let finite = instance.points(patch, &u, &v, &mut vec![0.0; 3 * n]).is_ok();
-            drop(instance.second_partials(patch, &u, &v, &mut vec![0.0; 18 * n]));
-            drop(instance.jacobian(patch, &u, &v, &mut vec![0.0; 3 * n * part.active.len()]));
+            let finite =
+                instance.evaluate(patch, Sites::Scattered(&u, &v), Order::Points, &mut vec![0.0; 3 * n]).is_ok();
+            drop(instance.evaluate(patch, Sites::Scattered(&u, &v), Order::SecondPartials, &mut vec![0.0; 18 * n]));
+            drop(instance.evaluate(
+                patch,
+                Sites::Scattered(&u, &v),
+                Order::Jacobian,
+                &mut vec![0.0; 3 * n * part.active.len()],
+            ));
             let mut gradient = vec![0.0; x.len()];
-            drop(instance.pullback(patch, &u, &v, &vec![[1.0, -0.5, 0.25]; n], &mut gradient));
-            drop(instance.points_grid(patch, &u, &v, &mut vec![0.0; 3 * n * n]));
-            drop(instance.pullback_grid(patch, &u, &v, &vec![[1.0, -0.5, 0.25]; n * n], &mut gradient));
+            drop(instance.evaluate(
+                patch,
+                Sites::Scattered(&u, &v),
+                Order::Pullback(&vec![[1.0, -0.5, 0.25]; n]),
+                &mut gradient,
+            ));
+            drop(instance.evaluate(patch, Sites::Grid(&u, &v), Order::Points, &mut vec![0.0; 3 * n * n]));
+            drop(instance.evaluate(
+                patch,
+                Sites::Grid(&u, &v),
+                Order::Pullback(&vec![[1.0, -0.5, 0.25]; n * n]),
+                &mut gradient,
+            ));
             if finite {
                 stage = stage.max(Stage::Evaluated);
             }

@@ -4,7 +4,7 @@ use crate::common::Random;
 use crate::differences::{Slope, slopes};
 use crate::oracle::Oracle;
 use gml_compiler::diagnostic::Code;
-use gml_compiler::program::{Compilation, Instance, Options, Program, compile};
+use gml_compiler::program::{Compilation, Instance, Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 
 /// What was looked at.
@@ -115,7 +115,8 @@ impl Place<'_> {
     /// Native code against the interpreter. Simplification may reorder operations: not to the bit.
     fn values(&self, oracle: &Oracle, instance: &Instance<'_>, random: &mut Random) -> Result<(), String> {
         let (u, v) = self.uvs(random);
-        let native = self.batch(3, u.len(), |out| instance.points(self.part, &u, &v, out))?;
+        let native =
+            self.batch(3, u.len(), |out| instance.evaluate(self.part, Sites::Scattered(&u, &v), Order::Points, out))?;
         for (i, (u, v)) in u.iter().zip(&v).enumerate() {
             let expected = oracle.point(self.part, self.x, [*u, *v])?;
             all_close(&format!("points of {}", self.name()), &native[3 * i..3 * i + 3], &expected, 1e-10)?;
@@ -123,45 +124,20 @@ impl Place<'_> {
         Ok(())
     }
 
-    /// Grids against the evaluation point by point: the same operations, so the same bits; sums in another order.
+    /// Grids against the evaluation point by point: the same operations, so the same bits.
     fn grids(&self, instance: &Instance<'_>, random: &mut Random) -> Result<(), String> {
         let (u, v) = self.uvs(random);
-        let v = &v[..2];
-        let (all_u, all_v): (Vec<f64>, Vec<f64>) = v.iter().flat_map(|v| u.iter().map(move |u| (*u, *v))).unzip();
-        let n = all_u.len();
-        let pairs = [
-            self.batch(3, n, |out| instance.points_grid(self.part, &u, v, out))?,
-            self.batch(3, n, |out| instance.points(self.part, &all_u, &all_v, out))?,
-            self.batch(9, n, |out| instance.partials_grid(self.part, &u, v, out))?,
-            self.batch(9, n, |out| instance.partials(self.part, &all_u, &all_v, out))?,
-        ];
-        for pair in pairs.chunks_exact(2) {
-            if let Some(k) = (0..pair[0].len()).find(|k| pair[0][*k].to_bits() != pair[1][*k].to_bits()) {
-                return Err(format!("{} on a grid: number {k} is {}, not {}", self.name(), pair[0][k], pair[1][k]));
-            }
-        }
-        let entries = self.program.jacobian_entries(self.part);
-        let entries: Vec<_> = entries.iter().filter(|e| e.constant.is_none()).collect();
-        let jacobian = self.batch(entries.len(), n, |out| instance.jacobian_grid(self.part, &u, v, out))?;
-        let active = &self.program.parts()[self.part].active;
-        let dense = self.batch(3 * active.len(), n, |out| instance.jacobian(self.part, &all_u, &all_v, out))?;
-        for (i, value) in jacobian.iter().enumerate() {
-            let (point, entry) = (i / entries.len(), entries[i % entries.len()]);
-            let rank = active.iter().position(|a| *a == entry.param).unwrap_or(usize::MAX);
-            let expected = dense[3 * (point * active.len() + rank) + usize::from(entry.coordinate)];
-            if value.to_bits() != expected.to_bits() {
-                return Err(format!("Jacobian of {} on a grid: {value}, not {expected}", self.name()));
-            }
-        }
-        let w = vec![[0.4, -0.7, 0.6]; n];
-        let pulled = [
-            self.batch(self.x.len(), 1, |out| instance.pullback_grid(self.part, &u, v, &w, out))?,
-            self.batch(self.x.len(), 1, |out| instance.pullback(self.part, &all_u, &all_v, &w, out))?,
-        ];
-        let size: f64 = dense.iter().map(|d| d.abs()).sum();
-        for (grid, batch) in pulled[0].iter().zip(&pulled[1]) {
-            if !((grid - batch).abs() <= 1e-11 * (1.0 + size)) {
-                return Err(format!("pullback of {} on a grid: {grid}, not {batch}", self.name()));
+        let grid = Sites::Grid(&u, &v[..2]);
+        let (all_u, all_v) = grid.expanded();
+        let scattered = Sites::Scattered(&all_u, &all_v);
+        for order in [Order::Points, Order::Partials, Order::SecondPartials, Order::Jacobian] {
+            let width = order.width(&self.program.parts()[self.part]);
+            let [grid, batch] = [grid, scattered]
+                .map(|sites| self.batch(width, sites.count(), |out| instance.evaluate(self.part, sites, order, out)));
+            let (grid, batch) = (grid?, batch?);
+            if let Some(k) = (0..grid.len()).find(|k| grid[*k].to_bits() != batch[*k].to_bits()) {
+                let name = self.name();
+                return Err(format!("{order:?} of {name} on a grid: number {k} is {}, not {}", grid[k], batch[k]));
             }
         }
         Ok(())
@@ -170,8 +146,12 @@ impl Place<'_> {
     /// First and second partials by u and v against differences of points and of partials.
     fn partials(&self, instance: &Instance<'_>, seen: &mut Seen, random: &mut Random) -> Result<(), String> {
         let (u, v) = (random.between(0.1, 0.9), random.between(0.1, 0.9));
-        let all = self.batch(18, 1, |out| instance.second_partials(self.part, &[u], &[v], out))?;
-        let first = |u: f64, v: f64| self.batch(9, 1, |out| instance.partials(self.part, &[u], &[v], out));
+        let all = self.batch(18, 1, |out| {
+            instance.evaluate(self.part, Sites::Scattered(&[u], &[v]), Order::SecondPartials, out)
+        })?;
+        let first = |u: f64, v: f64| {
+            self.batch(9, 1, |out| instance.evaluate(self.part, Sites::Scattered(&[u], &[v]), Order::Partials, out))
+        };
         all_close("partials of two functions", &all[..9], &first(u, v)?, 1e-11)?;
         let by_u = slopes(9, |t| first(u + t, v).ok());
         let by_v = slopes(9, |t| first(u, v + t).ok());
@@ -198,19 +178,23 @@ impl Place<'_> {
         let w = [0; 3].map(|_| random.between(-1.0, 1.0));
 
         let active = &self.program.parts()[self.part].active;
-        let jacobian = self.batch(3 * active.len(), 1, |out| instance.jacobian(self.part, &[u], &[v], out))?;
+        let jacobian = self.batch(3 * active.len(), 1, |out| {
+            instance.evaluate(self.part, Sites::Scattered(&[u], &[v]), Order::Jacobian, out)
+        })?;
         let times = |dx: &[f64]| -> [f64; 3] {
             [0, 1, 2].map(|c| active.iter().enumerate().map(|(k, p)| jacobian[3 * k + c] * dx[*p as usize]).sum())
         };
         let points = |t: f64| {
             let moved = self.program.instantiate(&along(x, &a, t)).ok()?;
-            self.batch(3, 1, |out| moved.points(self.part, &[u], &[v], out)).ok()
+            self.batch(3, 1, |out| moved.evaluate(self.part, Sites::Scattered(&[u], &[v]), Order::Points, out)).ok()
         };
         seen.compare(&format!("Jv of {}", self.name()), &times(&a), &slopes(3, points))?;
 
         let pulled = |x: &[f64]| {
             let moved = self.program.instantiate(x).map_err(|e| e.message)?;
-            self.batch(x.len(), 1, |out| moved.pullback(self.part, &[u], &[v], &[w], out))
+            self.batch(x.len(), 1, |out| {
+                moved.evaluate(self.part, Sites::Scattered(&[u], &[v]), Order::Pullback(&[w]), out)
+            })
         };
         let gradient = pulled(x)?;
         // Of the size of the terms, which may cancel: the sum is made in another order, by other formulas.

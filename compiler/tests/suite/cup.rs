@@ -1,6 +1,7 @@
 //! The cup against a second implementation, written from the formulas of the language's first page.
 
 use crate::common::{Random, example};
+use gml_compiler::program::{Order, Sites};
 
 type Point = [f64; 3];
 
@@ -69,7 +70,7 @@ fn the_cup_is_what_its_formulas_say() {
         let (u, v): (Vec<f64>, Vec<f64>) = (0..100).map(|_| (random.next(), random.next())).unzip();
         for (patch, part) in program.parts().iter().enumerate() {
             let mut out = vec![0.0; 300];
-            instance.points(patch, &u, &v, &mut out).unwrap();
+            instance.evaluate(patch, Sites::Scattered(&u, &v), Order::Points, &mut out).unwrap();
             for i in 0..100 {
                 let expected = surface(&x, &part.name, u[i], v[i]);
                 for c in 0..3 {

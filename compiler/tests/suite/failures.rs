@@ -1,8 +1,7 @@
 //! What is said where a model cannot be evaluated.
 
 use crate::common::program;
-use gml_compiler::jit::Limits;
-use gml_compiler::program::{Options, Program, compile};
+use gml_compiler::program::{Limits, Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 
 /// The message of instantiating and evaluating the points of the first part.
@@ -12,7 +11,7 @@ fn message(program: &Program, x: &[f64], u: &[f64], v: &[f64]) -> String {
         Err(e) => return e.message,
     };
     let mut out = vec![0.0; 3 * u.len()];
-    match instance.points(0, u, v, &mut out) {
+    match instance.evaluate(0, Sites::Scattered(u, v), Order::Points, &mut out) {
         Ok(()) => panic!("{out:?} instead of a failure"),
         Err(e) => e.message,
     }
@@ -42,11 +41,11 @@ fn derivatives_that_are_not_finite_are_found() {
     let program = program("m.gml", script);
     let instance = program.instantiate(&[1.0]).unwrap();
     let mut out = [0.0; 9];
-    let error = instance.partials(0, &[0.0], &[0.5], &mut out).unwrap_err();
+    let error = instance.evaluate(0, Sites::Scattered(&[0.0], &[0.5]), Order::Partials, &mut out).unwrap_err();
     insta::assert_snapshot!(error.message, @"m.gml:3:20: the derivative of `sqrt(a * u)` is not finite (in part p; at u = 0, v = 0.5; where a = 1)");
     // By the parameter it is finite: the tangent of a * u is 0 there.
     let mut out = [1.0; 3];
-    instance.jacobian(0, &[0.0], &[0.5], &mut out).unwrap();
+    instance.evaluate(0, Sites::Scattered(&[0.0], &[0.5]), Order::Jacobian, &mut out).unwrap();
     assert_eq!(out, [0.0; 3]);
 }
 

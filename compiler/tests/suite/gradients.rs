@@ -1,7 +1,7 @@
 //! Derivatives of the examples against central differences.
 
 use crate::common::{Random, deviation, scale};
-use gml_compiler::program::{Instance, Program};
+use gml_compiler::program::{Instance, Order, Program, Sites};
 
 /// Points at which each patch is looked at.
 const POINTS: usize = 12;
@@ -15,7 +15,7 @@ const TOLERANCE: f64 = 1e-7;
 
 fn points(instance: &Instance<'_>, patch: usize, u: &[f64], v: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; 3 * u.len()];
-    instance.points(patch, u, v, &mut out).unwrap();
+    instance.evaluate(patch, Sites::Scattered(u, v), Order::Points, &mut out).unwrap();
     out
 }
 
@@ -32,9 +32,9 @@ fn check_parameters(program: &Program, random: &mut Random) {
         for (patch, part) in program.parts().iter().enumerate() {
             let active = part.active.len();
             let mut jacobian = vec![0.0; 3 * active * POINTS];
-            instance.jacobian(patch, &u, &v, &mut jacobian).unwrap();
+            instance.evaluate(patch, Sites::Scattered(&u, &v), Order::Jacobian, &mut jacobian).unwrap();
             let mut gradient = vec![0.0; x.len()];
-            instance.pullback(patch, &u, &v, &w, &mut gradient).unwrap();
+            instance.evaluate(patch, Sites::Scattered(&u, &v), Order::Pullback(&w), &mut gradient).unwrap();
             for param in 0..x.len() {
                 let position = part.active.iter().position(|a| *a as usize == param);
                 let derivative: Vec<f64> = match position {
@@ -72,10 +72,10 @@ fn check_partials(program: &Program, random: &mut Random) {
             (0..POINTS).map(|_| (random.between(0.05, 0.95), random.between(0.05, 0.95))).unzip();
         for (patch, part) in program.parts().iter().enumerate() {
             let mut all = vec![0.0; 18 * POINTS];
-            instance.second_partials(patch, &u, &v, &mut all).unwrap();
+            instance.evaluate(patch, Sites::Scattered(&u, &v), Order::SecondPartials, &mut all).unwrap();
             let partials = |u: &[f64], v: &[f64]| {
                 let mut out = vec![0.0; 9 * POINTS];
-                instance.partials(patch, u, v, &mut out).unwrap();
+                instance.evaluate(patch, Sites::Scattered(u, v), Order::Partials, &mut out).unwrap();
                 out
             };
             let moved = |a: &[f64], h: f64| -> Vec<f64> { a.iter().map(|a| a + h).collect() };

@@ -2,7 +2,7 @@
 //! any other is reported with its place in the source. (Rules of single operations: compiler/src/diff/tests/special.rs.)
 
 use crate::common::program;
-use gml_compiler::program::Program;
+use gml_compiler::program::{Order, Program, Sites};
 
 /// A model with one expression of a parameter `a`, which the point's height is, and of `u`.
 fn height(expression: &str) -> Program {
@@ -12,32 +12,23 @@ fn height(expression: &str) -> Program {
     program("m.gml", &text)
 }
 
-/// The height's derivatives by a and b at u, v = 0.5, from the Jacobian, the pullback, and both on a grid; or what is said.
-fn slopes(program: &Program, a: f64, u: f64) -> [Result<[f64; 2], String>; 4] {
+/// The height's derivatives by a and b at u, v = 0.5, from the Jacobian at the point and on a grid, and the pullback; or what is said.
+fn slopes(program: &Program, a: f64, u: f64) -> [Result<[f64; 2], String>; 3] {
     let instance = program.instantiate(&[a, 2.0]).unwrap_or_else(|e| panic!("{}", e.message));
     let active = program.parts()[0].active.clone();
-    let entries = program.jacobian_entries(0);
-    let mut dense = vec![0.0; 3 * active.len()];
-    let batch = instance.jacobian(0, &[u], &[0.5], &mut dense).map(|()| {
-        let mut slopes = [0.0; 2];
-        active.iter().zip(dense.chunks_exact(3)).for_each(|(p, d)| slopes[*p as usize] = d[2]);
-        slopes
-    });
-    let mut sparse = vec![0.0; entries.iter().filter(|e| e.constant.is_none()).count()];
-    let grid = instance.jacobian_grid(0, &[u], &[0.5], &mut sparse).map(|()| {
-        let mut values = sparse.iter();
-        let mut slopes = [0.0; 2];
-        for entry in &entries {
-            let value = entry.constant.unwrap_or_else(|| *values.next().unwrap());
-            slopes[entry.param as usize] = value;
-        }
-        slopes
-    });
-    let w = [[0.0, 0.0, 1.0]];
-    let (mut back, mut back_grid) = ([0.0; 2], [0.0; 2]);
-    let reverse = instance.pullback(0, &[u], &[0.5], &w, &mut back).map(|()| back);
-    let reverse_grid = instance.pullback_grid(0, &[u], &[0.5], &w, &mut back_grid).map(|()| back_grid);
-    [batch, grid, reverse, reverse_grid].map(|r| r.map_err(|e| e.message))
+    let jacobian = |sites: Sites<'_>| {
+        let mut dense = vec![0.0; 3 * active.len()];
+        instance.evaluate(0, sites, Order::Jacobian, &mut dense).map(|()| {
+            let mut slopes = [0.0; 2];
+            active.iter().zip(dense.chunks_exact(3)).for_each(|(p, d)| slopes[*p as usize] = d[2]);
+            slopes
+        })
+    };
+    let mut back = [0.0; 2];
+    let order = Order::Pullback(&[[0.0, 0.0, 1.0]]);
+    let reverse = instance.evaluate(0, Sites::Scattered(&[u], &[0.5]), order, &mut back).map(|()| back);
+    let (batch, grid) = (jacobian(Sites::Scattered(&[u], &[0.5])), jacobian(Sites::Grid(&[u], &[0.5])));
+    [batch, grid, reverse].map(|r| r.map_err(|e| e.message))
 }
 
 #[track_caller]
@@ -111,8 +102,9 @@ fn a_quotient_by_zero_is_reported() {
     let program = height("b / (a * u)");
     let instance = program.instantiate(&[0.0, 2.0]).unwrap();
     let mut out = [0.0; 3];
-    let message = instance.points(0, &[0.5], &[0.5], &mut out).unwrap_err().message;
+    let message = instance.evaluate(0, Sites::Scattered(&[0.5], &[0.5]), Order::Points, &mut out).unwrap_err().message;
     assert!(message.contains("(b / (a * u))` is not a finite number"), "{message}");
-    let message = instance.jacobian(0, &[0.5], &[0.5], &mut [0.0; 6]).unwrap_err().message;
+    let message =
+        instance.evaluate(0, Sites::Scattered(&[0.5], &[0.5]), Order::Jacobian, &mut [0.0; 6]).unwrap_err().message;
     assert!(message.starts_with("m.gml:3:") && message.contains("b / (a * u)"), "{message}");
 }

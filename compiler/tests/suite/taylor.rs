@@ -2,7 +2,7 @@
 //! would end. (The remainder of a function that is linear along d is rounding from the start.)
 
 use crate::common::{Random, example, examples, model, scale};
-use gml_compiler::program::Program;
+use gml_compiler::program::{Order, Program, Sites};
 use std::path::Path;
 
 const POINTS: usize = 8;
@@ -20,7 +20,7 @@ const SLOPE: f64 = 1.8;
 fn points(program: &Program, x: &[f64], patch: usize, [u, v]: [&[f64]; 2]) -> Option<Vec<f64>> {
     let mut out = vec![0.0; 3 * u.len()];
     let instance = program.instantiate(x).ok()?;
-    instance.points(patch, u, v, &mut out).ok().map(|()| out)
+    instance.evaluate(patch, Sites::Scattered(u, v), Order::Points, &mut out).ok().map(|()| out)
 }
 
 /// The remainders at every step that can be had, with the size of the coordinates.
@@ -34,7 +34,7 @@ fn remainders(
     let instance = program.instantiate(x).unwrap();
     let active = &program.parts()[patch].active;
     let mut jacobian = vec![0.0; 3 * active.len() * POINTS];
-    instance.jacobian(patch, uv[0], uv[1], &mut jacobian).unwrap();
+    instance.evaluate(patch, Sites::Scattered(uv[0], uv[1]), Order::Jacobian, &mut jacobian).unwrap();
     let at = points(program, x, patch, uv).unwrap();
     let derivative = |i: usize| -> f64 {
         let entries = &jacobian[3 * active.len() * (i / 3)..];

@@ -1,7 +1,7 @@
 //! Programs are compiled on several threads at once, and one program is evaluated on several: all find what one thread does.
 
 use crate::common::{Random, example};
-use gml_compiler::program::{Instance, Program};
+use gml_compiler::program::{Instance, Order, Program, Sites};
 use std::sync::Barrier;
 
 const THREADS: usize = 4;
@@ -14,14 +14,14 @@ fn everything(program: &Program, instance: &Instance<'_>) -> Vec<u64> {
     let w: Vec<[f64; 3]> = (0..36).map(|_| [0; 3].map(|_| random.between(-1.0, 1.0))).collect();
     let mut all = Vec::new();
     for (patch, part) in program.parts().iter().enumerate().take(3) {
-        let varying = program.jacobian_entries(patch).iter().filter(|e| e.constant.is_none()).count();
-        let lengths = [18 * 6, 9 * 36, varying * 36, program.parameters().len(), 3 * part.active.len() * 6];
+        let active = part.active.len();
+        let lengths = [18 * 6, 9 * 36, 3 * active * 36, program.parameters().len(), 3 * active * 6];
         let [mut second, mut partials, mut jacobian, mut gradient, mut dense] = lengths.map(|n| vec![0.0; n]);
-        instance.second_partials(patch, &u, &v, &mut second).unwrap();
-        instance.partials_grid(patch, &u, &v, &mut partials).unwrap();
-        instance.jacobian_grid(patch, &u, &v, &mut jacobian).unwrap();
-        instance.pullback_grid(patch, &u, &v, &w, &mut gradient).unwrap();
-        instance.jacobian(patch, &u, &v, &mut dense).unwrap();
+        instance.evaluate(patch, Sites::Scattered(&u, &v), Order::SecondPartials, &mut second).unwrap();
+        instance.evaluate(patch, Sites::Grid(&u, &v), Order::Partials, &mut partials).unwrap();
+        instance.evaluate(patch, Sites::Grid(&u, &v), Order::Jacobian, &mut jacobian).unwrap();
+        instance.evaluate(patch, Sites::Grid(&u, &v), Order::Pullback(&w), &mut gradient).unwrap();
+        instance.evaluate(patch, Sites::Scattered(&u, &v), Order::Jacobian, &mut dense).unwrap();
         all.extend([second, partials, jacobian, gradient, dense].concat().into_iter().map(f64::to_bits));
     }
     all

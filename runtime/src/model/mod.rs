@@ -13,10 +13,11 @@ mod tessellation;
 mod texels;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
+pub use gml_compiler::program::{EvaluationError, Order, Sites};
 pub use motion::Motion;
 pub use reference::{ReferenceError, ReferenceSurface};
 pub use sensitivities::{PartSensitivities, Sensitivities};
 pub use sensitivity_maps::{SensitivityMap, SensitivityMaps};
-pub use surface::{EvaluationError, Instance, Model, Partials, SecondPartials};
+pub use surface::{Instance, Model, Partials, SecondPartials};
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;

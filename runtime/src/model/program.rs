@@ -1,13 +1,7 @@
 //! Compiled scripts as models.
 
-use super::surface::{EvaluationError, Instance, Model, Partials, SecondPartials};
-use gml_compiler::program::{self, BoundDerivative, Parameter, Part, Program};
-
-impl From<program::EvaluationError> for EvaluationError {
-    fn from(error: program::EvaluationError) -> EvaluationError {
-        EvaluationError { message: error.message }
-    }
-}
+use super::surface::{Instance, Model};
+use gml_compiler::program::{self, BoundDerivative, EvaluationError, Order, Parameter, Part, Program, Sites};
 
 impl Model for Program {
     fn name(&self) -> &str {
@@ -40,44 +34,13 @@ impl Model for Program {
 }
 
 impl Instance for program::Instance<'_> {
-    fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
-        Ok(program::Instance::points(self, patch, u, v, out.as_flattened_mut())?)
-    }
-
-    fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError> {
-        Ok(program::Instance::partials(self, patch, u, v, bytemuck::cast_slice_mut(out))?)
-    }
-
-    fn points_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
-        Ok(program::Instance::points_grid(self, patch, u, v, out.as_flattened_mut())?)
-    }
-
-    fn partials_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError> {
-        Ok(program::Instance::partials_grid(self, patch, u, v, bytemuck::cast_slice_mut(out))?)
-    }
-
-    fn second_partials(
+    fn evaluate(
         &self,
         patch: usize,
-        u: &[f64],
-        v: &[f64],
-        out: &mut [SecondPartials],
+        sites: Sites<'_>,
+        order: Order<'_>,
+        out: &mut [f64],
     ) -> Result<(), EvaluationError> {
-        Ok(program::Instance::second_partials(self, patch, u, v, bytemuck::cast_slice_mut(out))?)
-    }
-
-    fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
-        Ok(program::Instance::jacobian(self, patch, u, v, out)?)
-    }
-
-    fn pullback(
-        &self,
-        patch: usize,
-        u: &[f64],
-        v: &[f64],
-        w: &[[f64; 3]],
-        gradient: &mut [f64],
-    ) -> Result<(), EvaluationError> {
-        Ok(program::Instance::pullback(self, patch, u, v, w, gradient)?)
+        program::Instance::evaluate(self, patch, sites, order, out)
     }
 }

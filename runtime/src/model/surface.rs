@@ -2,8 +2,7 @@
 //! derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
 
 use bytemuck::{Pod, Zeroable};
-use gml_compiler::program::{BoundDerivative, Parameter, Part};
-use thiserror::Error;
+use gml_compiler::program::{BoundDerivative, EvaluationError, Order, Parameter, Part, Sites};
 
 /// A point of a surface with its first partial derivatives. Millimetres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -61,80 +60,78 @@ pub trait Model: Sync {
     fn instantiate<'a>(&'a self, x: &[f64]) -> Result<Box<dyn Instance + 'a>, EvaluationError>;
 }
 
-/// A model at certain parameters. Batches: `u`, `v` and the output have one entry a point.
+/// A model at certain parameters.
 pub trait Instance: Sync {
-    /// Points of patch `patch`.
+    /// Evaluates a patch: `out` has [`Order::width`] numbers for every site, one site after the other; or, for a pullback, an
+    /// entry for every parameter of the model, to which is added.
     ///
     /// # Errors
     /// A limit, or a value that is not finite. (Fits that want to go on treat the patch as absent.)
-    fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError>;
+    fn evaluate(
+        &self,
+        patch: usize,
+        sites: Sites<'_>,
+        order: Order<'_>,
+        out: &mut [f64],
+    ) -> Result<(), EvaluationError>;
+}
 
-    /// Points with first partials.
-    ///
-    /// # Errors
-    /// As `points`.
-    fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError>;
-
-    /// Points at every u for every v, u running fastest: what `points` gives there, faster where the model can.
-    ///
-    /// # Errors
-    /// As `points`.
-    fn points_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
-        let (u, v) = every_point(u, v);
-        self.points(patch, &u, &v, out)
+/// [`Instance::evaluate`] with the types of its results. `u`, `v` and the output have one entry a point; of grids the output has
+/// one for every u for every v, u running fastest. Errors are those of `evaluate`.
+#[allow(clippy::missing_errors_doc)]
+impl<'a> dyn Instance + 'a {
+    /// Points of patch `patch`.
+    pub fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
+        self.evaluate(patch, Sites::Scattered(u, v), Order::Points, out.as_flattened_mut())
     }
 
-    /// Points with first partials at every u for every v, u running fastest.
-    ///
-    /// # Errors
-    /// As `points`.
-    fn partials_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError> {
-        let (u, v) = every_point(u, v);
-        self.partials(patch, &u, &v, out)
+    /// Points with first partials.
+    pub fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError> {
+        self.evaluate(patch, Sites::Scattered(u, v), Order::Partials, bytemuck::cast_slice_mut(out))
     }
 
     /// Points with first and second partials.
-    ///
-    /// # Errors
-    /// As `points`.
-    fn second_partials(
+    pub fn second_partials(
         &self,
         patch: usize,
         u: &[f64],
         v: &[f64],
         out: &mut [SecondPartials],
-    ) -> Result<(), EvaluationError>;
+    ) -> Result<(), EvaluationError> {
+        self.evaluate(patch, Sites::Scattered(u, v), Order::SecondPartials, bytemuck::cast_slice_mut(out))
+    }
+
+    /// Points on a grid.
+    pub fn points_grid(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
+        self.evaluate(patch, Sites::Grid(u, v), Order::Points, out.as_flattened_mut())
+    }
+
+    /// Points with first partials on a grid.
+    pub fn partials_grid(
+        &self,
+        patch: usize,
+        u: &[f64],
+        v: &[f64],
+        out: &mut [Partials],
+    ) -> Result<(), EvaluationError> {
+        self.evaluate(patch, Sites::Grid(u, v), Order::Partials, bytemuck::cast_slice_mut(out))
+    }
 
     /// dS/dx over the patch's active parameters: `out[(i * active + a) * 3 + c]` is the derivative of coordinate c of
     /// point i with respect to parameter `parts()[patch].active[a]`.
-    ///
-    /// # Errors
-    /// As `points`.
-    fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError>;
+    pub fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
+        self.evaluate(patch, Sites::Scattered(u, v), Order::Jacobian, out)
+    }
 
     /// Adds sum over i of (dS/dx at point i)^T w[i] to `gradient`, which has an entry for every parameter of the model.
-    ///
-    /// # Errors
-    /// As `points`.
-    fn pullback(
+    pub fn pullback(
         &self,
         patch: usize,
         u: &[f64],
         v: &[f64],
         w: &[[f64; 3]],
         gradient: &mut [f64],
-    ) -> Result<(), EvaluationError>;
-}
-
-/// Why a model could not be evaluated.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error("{message}")]
-pub struct EvaluationError {
-    /// A sentence for the user, with the place in the source where there is one (`cup.gml:12:5: ...`).
-    pub message: String,
-}
-
-/// Every point of a grid, row after row.
-pub(crate) fn every_point(u: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    v.iter().flat_map(|v| u.iter().map(move |u| (*u, *v))).unzip()
+    ) -> Result<(), EvaluationError> {
+        self.evaluate(patch, Sites::Scattered(u, v), Order::Pullback(w), gradient)
+    }
 }

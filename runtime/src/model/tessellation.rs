@@ -1,8 +1,7 @@
 //! A model's surface as triangles whose vertices know their patch and parameters.
 
 use super::atlas::Atlas;
-use super::surface::every_point;
-use super::{EvaluationError, Instance, Model, Partials, SecondPartials};
+use super::{EvaluationError, Instance, Model, Partials, SecondPartials, Sites};
 use crate::mesh::{Group, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -59,7 +58,7 @@ impl Grid {
     pub(super) fn new(instance: &dyn Instance, patch: usize, u: &[f64], v: &[f64]) -> Result<Self, EvaluationError> {
         let mut partials = vec![Partials::default(); u.len() * v.len()];
         instance.partials_grid(patch, u, v, &mut partials)?;
-        let (u, v) = every_point(u, v);
+        let (u, v) = Sites::Grid(u, v).expanded();
         let normals = unit_normals(instance, patch, &u, &v, &partials)?;
         Ok(Self { u, v, partials, normals })
     }

@@ -37,7 +37,7 @@ pub(super) fn times_ln<L: Lanes>(x: L, y: L) -> [L; 2] {
 /// The logarithm in two parts: x = 2^k z with z from 0.69 to 1.37, ln x = k ln 2 - ln c + ln(1 + r), where c from the
 /// table is nearly 1 / z and of so few bits that r = c z - 1 is exact.
 #[inline(always)]
-fn ln<L: Lanes>(x: L) -> [L; 2] {
+pub(super) fn ln<L: Lanes>(x: L) -> [L; 2] {
     let offset = x.plus_bits(L::all_bits(1.0f64.to_bits() - LOG_ORIGIN));
     // 2^52 with an integer in its last bits is their sum.
     let two_52 = (1u64 << 52) as f64;

@@ -20,7 +20,7 @@ impl Lowering<'_, '_, '_> {
             Unary::Sqrt => self.builder.ins().sqrt(a),
             Unary::Floor => self.builder.ins().floor(a),
             Unary::Ceil => self.builder.ins().ceil(a),
-            Unary::Not if self.wide => self.builder.ins().bnot(a),
+            Unary::Not if self.two_lanes => self.builder.ins().bnot(a),
             Unary::Not => self.builder.ins().bxor_imm_u(a, 1),
             Unary::ToReal => self.builder.ins().fcvt_from_sint(types::F64, a),
             Unary::ToInt => self.builder.ins().fcvt_to_sint_sat(types::I64, a),

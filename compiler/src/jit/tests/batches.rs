@@ -1,5 +1,6 @@
 //! Kernels against single calls.
 
+use super::super::Stopped;
 use super::*;
 use crate::ir::{Binary, Compare, Failure, Unary};
 
@@ -27,13 +28,17 @@ fn surface() -> (Module, FunctionId) {
 fn run(
     module: &Module,
     shape: KernelShape,
-    uniforms: &[f64],
-    points: Points<'_>,
+    captures: &[f64],
+    values: &[&[f64]],
     out: &mut [f64],
-) -> Result<(), super::super::Stopped> {
-    let mut compiler = Compiler::new(module, OPTIONS).unwrap();
-    let kernel = compiler.kernel(shape).unwrap();
-    compiler.finish().unwrap().run(kernel, uniforms, points, out, Limits { steps: 100, depth: 10 })
+) -> Result<(), Stopped> {
+    let code = compiled(module, &[shape], &[], OPTIONS).unwrap();
+    let points = Points { count: values[0].len(), values: &values.concat() };
+    code.run(0, captures, points, out, Limits { steps: 100, depth: 10 })
+}
+
+fn stored(function: FunctionId, captures: usize) -> KernelShape {
+    KernelShape { function, captures, output: Output::Store }
 }
 
 fn grid(n: usize, end: f64) -> (Vec<f64>, Vec<f64>) {
@@ -44,12 +49,11 @@ fn grid(n: usize, end: f64) -> (Vec<f64>, Vec<f64>) {
 fn a_batch_is_its_points() {
     let (module, id) = surface();
     let (u, v) = grid(37, 0.7);
-    let shape = KernelShape { function: id, uniforms: 2, weights: 0, output: Output::Store };
     let mut out = vec![0.0; 3 * u.len()];
-    run(&module, shape, &[1.5, 2.0], Points { u: &u, v: &v, w: &[] }, &mut out).unwrap();
+    run(&module, stored(id, 2), &[1.5, 2.0], &[&u, &v], &mut out).unwrap();
     let native = Native::new(&module, id);
     for i in 0..u.len() {
-        let single = native.code.call_reals(native.routine, &[1.5, 2.0, u[i], v[i]], Limits::default()).unwrap();
+        let single = native.code.call_reals(0, &[1.5, 2.0, u[i], v[i]], Limits::default()).unwrap();
         assert_eq!(out[3 * i..3 * i + 3], single[..]);
     }
 }
@@ -58,24 +62,22 @@ fn a_batch_is_its_points() {
 fn a_failure_names_its_point() {
     let (module, id) = surface();
     let (u, v) = grid(100, 1.0);
-    let shape = KernelShape { function: id, uniforms: 2, weights: 0, output: Output::Store };
     let mut out = vec![0.0; 300];
-    let stopped = run(&module, shape, &[1.5, 2.0], Points { u: &u, v: &v, w: &[] }, &mut out).unwrap_err();
+    let stopped = run(&module, stored(id, 2), &[1.5, 2.0], &[&u, &v], &mut out).unwrap_err();
     assert_eq!(stopped.point, 75);
-    assert_eq!(stopped.stop, Stop::Failure(crate::ir::FailureId(0)));
-    assert_ne!(out[74 * 3], 0.0, "the points before are there");
-    assert_eq!(out[75 * 3..], [0.0; 75], "the others are not touched");
+    assert_eq!(stopped.trap, Trap::Failure(crate::ir::FailureId(0)));
+    assert_ne!(out[73 * 3], 0.0, "the points before this pair are there");
+    assert_eq!(out[74 * 3..], [0.0; 78], "the others are not touched");
 }
 
 #[test]
 fn an_empty_batch_does_nothing() {
     let (module, id) = surface();
-    let shape = KernelShape { function: id, uniforms: 2, weights: 0, output: Output::Store };
-    run(&module, shape, &[f64::NAN; 2], Points { u: &[], v: &[], w: &[] }, &mut []).unwrap();
+    run(&module, stored(id, 2), &[f64::NAN; 2], &[&[], &[]], &mut []).unwrap();
 }
 
 #[test]
-fn accumulation_adds_in_order() {
+fn even_and_odd_points_are_summed_apart() {
     // (a, u, v, w0, w1, w2) -> (a * u * w0, v * w1 + w2)
     let mut raw = Raw::new(&[Type::Real; 6]);
     let au = raw.real(Op::Binary(Binary::Mul, Value(0), Value(1)));
@@ -84,22 +86,25 @@ fn accumulation_adds_in_order() {
     let second = raw.real(Op::Binary(Binary::Add, vw, Value(5)));
     let mut module = Module::default();
     let id = module.add(raw.returns(&[first, second]));
-    let (u, v) = grid(50, 1.0);
-    let w: Vec<[f64; 3]> = (0..50).map(|i| [f64::from(i) * 0.1, -0.3, 1.0 / f64::from(i + 1)]).collect();
-    let shape = KernelShape { function: id, uniforms: 1, weights: 3, output: Output::Accumulate };
-    let mut out = [10.0, 20.0];
-    run(&module, shape, &[0.7], Points { u: &u, v: &v, w: w.as_flattened() }, &mut out).unwrap();
-    let mut expected = [10.0, 20.0];
-    for i in 0..50 {
-        expected[0] += 0.7 * u[i] * w[i][0];
-        expected[1] += v[i] * w[i][1] + w[i][2];
+    for n in [1, 2, 49, 50] {
+        let (u, v) = grid(n, 1.0);
+        let w: [Vec<f64>; 3] =
+            [|i| i as f64 * 0.1, |_| -0.3, |i| 1.0 / (i + 1) as f64].map(|w: fn(usize) -> f64| (0..n).map(w).collect());
+        let shape = KernelShape { function: id, captures: 1, output: Output::Accumulate };
+        let mut out = [10.0, 20.0];
+        run(&module, shape, &[0.7], &[&u, &v, &w[0], &w[1], &w[2]], &mut out).unwrap();
+        let mut sums = [[0.0; 2]; 2];
+        for i in 0..n {
+            sums[0][i % 2] += 0.7 * u[i] * w[0][i];
+            sums[1][i % 2] += v[i] * w[1][i] + w[2][i];
+        }
+        assert_eq!(out, [10.0 + (sums[0][0] + sums[0][1]), 20.0 + (sums[1][0] + sums[1][1])]);
     }
-    assert_eq!(out, expected);
 }
 
 #[test]
 fn steps_are_counted_for_each_point() {
-    // (u, v) -> a loop of 60 turns at every point; 100 steps are allowed.
+    // (u, v) -> a loop of 60 iterations at every point; 100 steps are allowed.
     let mut module = Module::default();
     let mut raw = Raw::new(&[Type::Int, Type::Real, Type::Real]);
     let sum = raw.real(Op::Binary(Binary::Add, Value(1), Value(2)));
@@ -110,30 +115,13 @@ fn steps_are_counted_for_each_point() {
     let turns = raw.node(turns, Type::Multi);
     let result = raw.real(Op::Project(turns, 0));
     let id = module.add(raw.returns(&[result]));
-    let shape = KernelShape { function: id, uniforms: 0, weights: 0, output: Output::Store };
     let mut out = [0.0; 10];
-    run(&module, shape, &[], Points { u: &[1.0; 10], v: &[0.5; 10], w: &[] }, &mut out).unwrap();
+    run(&module, stored(id, 0), &[], &[&[1.0; 10], &[0.5; 10]], &mut out).unwrap();
     assert_eq!(out, [31.0; 10]);
 }
 
 #[test]
 fn a_kernel_of_another_shape_is_refused() {
     let (module, id) = surface();
-    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
-    let shape = KernelShape { function: id, uniforms: 3, weights: 0, output: Output::Store };
-    assert_eq!(compiler.kernel(shape), Err(JitError::Shape("test".to_owned())));
-}
-
-#[test]
-fn equal_kernels_are_one() {
-    let (mut module, id) = surface();
-    let mut twin = module.function(id).clone();
-    twin.name = "twin".to_owned();
-    let twin = module.add(twin);
-    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
-    let mut kernel =
-        |function, uniforms, output| compiler.kernel(KernelShape { function, uniforms, weights: 0, output }).unwrap();
-    let one = kernel(id, 2, Output::Store);
-    assert_eq!(one, kernel(twin, 2, Output::Store));
-    assert_ne!(one, kernel(twin, 2, Output::Accumulate));
+    assert_eq!(compiled(&module, &[stored(id, 5)], &[], OPTIONS).err(), Some(JitError::Shape("test".to_owned())));
 }

@@ -27,7 +27,7 @@ fn a_branch_runs_one_side_only() {
     let id = module.add(raw.returns(&[result]));
     let native = Native::new(&module, id);
     assert_eq!(native.call(&[Scalar::Bool(true), real(2.0)], Limits::default()), Ok(vec![real(3.0)]));
-    assert_eq!(native.call(&[Scalar::Bool(false), real(2.0)], Limits::default()), Err(Stop::Failure(FailureId(0))));
+    assert_eq!(native.call(&[Scalar::Bool(false), real(2.0)], Limits::default()), Err(Trap::Failure(FailureId(0))));
 }
 
 /// (n, x, y) -> n turns of (a, b) = (b + i, a * y), from (x, y).
@@ -67,7 +67,7 @@ fn loops_end_at_the_limit() {
     let limits = Limits { steps: 100, depth: 10 };
     assert!(native.call(&[Scalar::Int(100), real(0.5), real(0.9)], limits).is_ok());
     for n in [101, i64::MAX] {
-        assert_eq!(native.call(&[Scalar::Int(n), real(0.5), real(0.9)], limits), Err(Stop::Steps));
+        assert_eq!(native.call(&[Scalar::Int(n), real(0.5), real(0.9)], limits), Err(Trap::Steps));
     }
 }
 
@@ -114,8 +114,8 @@ fn recursion_ends_at_the_depth() {
     let call = |n, limits| native.call(&[Scalar::Int(n), real(2.0)], limits);
     assert_eq!(call(10, Limits::default()), Ok(vec![real(12.0)]));
     assert_eq!(call(50, Limits { steps: 1000, depth: 50 }), Ok(vec![real(52.0)]));
-    assert_eq!(call(51, Limits { steps: 1000, depth: 50 }), Err(Stop::Depth));
-    assert_eq!(call(51, Limits { steps: 50, depth: 100 }), Err(Stop::Steps));
+    assert_eq!(call(51, Limits { steps: 1000, depth: 50 }), Err(Trap::Depth));
+    assert_eq!(call(51, Limits { steps: 50, depth: 100 }), Err(Trap::Steps));
 }
 
 #[test]
@@ -124,8 +124,8 @@ fn recursion_ends_before_the_stack_does() {
     let limits = Limits { steps: u32::MAX, depth: u32::MAX };
     // In a thread of the default size, and on whatever the test runs.
     let run = || Native::new(&module, id).call(&[Scalar::Int(1_000_000), real(2.0)], limits);
-    assert_eq!(run(), Err(Stop::Depth));
-    std::thread::scope(|s| assert_eq!(s.spawn(run).join().unwrap(), Err(Stop::Depth)));
+    assert_eq!(run(), Err(Trap::Depth));
+    std::thread::scope(|s| assert_eq!(s.spawn(run).join().unwrap(), Err(Trap::Depth)));
 }
 
 #[test]
@@ -155,22 +155,21 @@ fn giants_are_refused() {
     }
     let mut module = Module::default();
     let id = module.add(raw.returns(&[x]));
-    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
-    assert!(matches!(compiler.routine(id), Err(JitError::TooLarge(..))));
+    assert!(matches!(compiled(&module, &[], &[id], OPTIONS), Err(JitError::TooLarge(..))));
 }
 
 #[test]
 fn large_frames_are_refused() {
     // 40,000 values that live over as many calls need more stack than a frame may have. (They would also keep the
-    // thorough register allocator busy for minutes.)
+    // backtracking register allocator busy for minutes.)
     let (module, id) = recursion(40_000);
-    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
-    assert!(matches!(compiler.routine(id), Err(JitError::TooLarge(_, "it needs too much stack"))));
+    let refused = compiled(&module, &[], &[id], OPTIONS);
+    assert!(matches!(refused, Err(JitError::TooLarge(_, "it needs too much stack"))));
 }
 
 #[test]
 fn what_would_take_long_is_compiled_quickly() {
-    // 10,000 values that live over as many calls: half a minute for the thorough register allocator.
+    // 10,000 values that live over as many calls: half a minute for the backtracking register allocator.
     let (module, id) = recursion(10_000);
     let native = Native::new(&module, id);
     assert_eq!(native.call(&[Scalar::Int(0), real(2.0)], Limits::default()), Ok(vec![real(2.0)]));

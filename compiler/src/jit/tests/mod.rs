@@ -1,20 +1,21 @@
 //! Native code against the interpreter's semantics.
 
 mod batches;
-mod code_sets;
 mod control;
-mod grids;
+mod lanes;
 mod operations;
+mod partitions;
 mod random;
 mod resources;
 
-use super::{Code, Compiler, JitError, KernelShape, Limits, Options, Output, Points, Routine, Stop};
+use super::{Code, JitError, KernelShape, Limits, Options, Output, Points, Trap};
 use crate::ir::scalar::Scalar;
 use crate::ir::{Function, FunctionId, Module, Node, Op, Parameter, Type, Value};
 use crate::source::Span;
+use crate::workers::Workers;
 
 /// Tests let Cranelift verify what we give it.
-const OPTIONS: Options = Options { verify: true, listings: false, quick: false, narrow: false };
+const OPTIONS: Options = Options { verify: true, listings: false, one_lane: false };
 
 /// A function node by node, without the simplifications of the builder.
 struct Raw(Function);
@@ -53,24 +54,32 @@ impl Raw {
     }
 }
 
+/// Code without its texts.
+fn compiled(
+    module: &Module,
+    kernels: &[KernelShape],
+    routines: &[FunctionId],
+    options: Options,
+) -> Result<Code, JitError> {
+    Code::compile(module, kernels, routines, options, Workers::ONE).map(|(code, _)| code)
+}
+
 /// A function's code with its types.
 struct Native {
     code: Code,
-    routine: Routine,
     results: Vec<Type>,
 }
 
 impl Native {
     fn new(module: &Module, id: FunctionId) -> Native {
-        let mut compiler = Compiler::new(module, OPTIONS).expect("this machine is supported");
-        let routine = compiler.routine(id).expect("it compiles");
-        Native { code: compiler.finish().expect("it finishes"), routine, results: module.function(id).result_types() }
+        let code = compiled(module, &[], &[id], OPTIONS).expect("it compiles");
+        Native { code, results: module.function(id).result_types() }
     }
 
-    fn call(&self, arguments: &[Scalar], limits: Limits) -> Result<Vec<Scalar>, Stop> {
+    fn call(&self, arguments: &[Scalar], limits: Limits) -> Result<Vec<Scalar>, Trap> {
         let words: Vec<u64> = arguments.iter().map(|x| word(*x)).collect();
         let mut results = vec![0; self.results.len()];
-        self.code.call(self.routine, &words, &mut results, limits)?;
+        self.code.call(0, &words, &mut results, limits)?;
         Ok(results.iter().zip(&self.results).map(|(w, ty)| unword(*w, *ty)).collect())
     }
 }

@@ -14,7 +14,7 @@ fn agree(module: &Module, id: FunctionId, args: &[Scalar]) -> Result<(), TestCas
             let equal = expected.iter().zip(got).all(|(a, b)| same(*a, *b));
             prop_assert!(equal, "{expected:?} {got:?}\n{module}");
         }
-        (Err(interpret::RunError::Failed(a)), Err(Stop::Failure(b))) => prop_assert_eq!(a, b),
+        (Err(interpret::RunError::Failed(a)), Err(Trap::Failure(b))) => prop_assert_eq!(a, b),
         _ => prop_assert!(false, "{expected:?} {got:?}\n{module}"),
     }
     Ok(())

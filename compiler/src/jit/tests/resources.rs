@@ -23,9 +23,7 @@ fn failed_compilations_are_freed() {
     let tangent = raw.node(Op::Tangent { function: id, args: vec![Value(0)], seeds: vec![] }, Type::Multi);
     let result = raw.real(Op::Project(tangent, 0));
     let bad = module.add(raw.returns(&[result]));
-    let mut compiler = Compiler::new(&module, OPTIONS).unwrap();
-    compiler.routine(id).unwrap();
-    assert_eq!(compiler.routine(bad), Err(JitError::Tangent("test".to_owned())));
+    assert_eq!(compiled(&module, &[], &[id, bad], OPTIONS).err(), Some(JitError::Tangent("test".to_owned())));
 }
 
 #[test]
@@ -49,9 +47,9 @@ fn threads_compile_and_run_at_once() {
 #[test]
 fn listings_show_both_texts() {
     let (module, id) = module();
-    let mut compiler = Compiler::new(&module, Options { listings: true, ..OPTIONS }).unwrap();
-    compiler.routine(id).unwrap();
-    let [listing] = compiler.listings() else { panic!("one function") };
+    let options = Options { listings: true, ..OPTIONS };
+    let (_, listings) = Code::compile(&module, &[], &[id], options, Workers::ONE).unwrap();
+    let [listing] = &listings[..] else { panic!("one function") };
     assert!(listing.clif.contains("fmul"), "{}", listing.clif);
     assert!(listing.assembly.contains("ret"), "{}", listing.assembly);
 }

@@ -1,6 +1,6 @@
-//! Where a surface jumps, or has a kink, as a parameter passes the place at which a comparison changes its outcome.
+//! Finds jumps and kinks of surfaces: values of a parameter at which a comparison changes its outcome.
 
-use super::super::Program;
+use super::super::{Order, Program, Sites};
 use super::shown;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::interpret::{self, Limits};
@@ -9,13 +9,13 @@ use crate::ir::{FunctionId, Module, Op, call_graph::CallGraph};
 use crate::source::Span;
 use std::collections::HashSet;
 
-/// How many steps a parameter's range is divided into.
+/// Steps into which a parameter's range is divided.
 const STEPS: usize = 24;
-/// Where a surface is looked at; no round numbers, where surfaces have their seams.
+/// The points (u, v) that are tried; no round numbers, where surfaces have their seams.
 const POINTS: [[f64; 2]; 3] = [[0.137, 0.412], [0.561, 0.783], [0.883, 0.219]];
-/// How far from the place of change the two sides are compared, of the parameter's range.
+/// Distance from the place of change at which the two sides are compared, as a share of the parameter's range.
 const ASIDE: f64 = 1e-9;
-/// How many operations all of it may take.
+/// Most operations that all of it may take.
 const BUDGET: u64 = 10_000_000;
 
 pub(super) fn probe(program: &Program) -> Vec<Diagnostic> {
@@ -71,7 +71,7 @@ impl Probe<'_> {
                 if self.seen.contains(&(change.span, param)) {
                     continue;
                 }
-                // A place that is the same at all points does not depend on u and v: no seam that wanders over the surface.
+                // A place that is the same at all points does not depend on u and v: it is not a seam that wanders.
                 let everywhere =
                     changes.iter().all(|l| l.iter().any(|c| c.span == change.span && near(c.at, change.at)));
                 let aside = ASIDE * (high - low);
@@ -83,7 +83,7 @@ impl Probe<'_> {
         }
     }
 
-    /// Where comparisons change their outcome at a point of a part; nothing where the evaluation fails or takes too long.
+    /// The changes of comparisons at a point of a part; none where the evaluation fails or takes too long.
     fn changes(&mut self, part: usize, param: usize, uv: [f64; 2]) -> Option<Vec<Change>> {
         let mut x = self.program.defaults();
         let (low, high) = self.program.range(&x, param);
@@ -158,8 +158,8 @@ impl Probe<'_> {
             let instance = self.program.instantiate(&x).ok()?;
             let (u, v) = ([uv[0]], [uv[1]]);
             let (mut point, mut jacobian) = (vec![0.0; 3], vec![0.0; 3 * active.len()]);
-            instance.points(part, &u, &v, &mut point).ok()?;
-            instance.jacobian(part, &u, &v, &mut jacobian).ok()?;
+            instance.evaluate(part, Sites::Scattered(&u, &v), Order::Points, &mut point).ok()?;
+            instance.evaluate(part, Sites::Scattered(&u, &v), Order::Jacobian, &mut jacobian).ok()?;
             Some((point, jacobian))
         };
         let ((p, dp), (q, dq)) = (side(-1.0)?, side(1.0)?);

@@ -1,17 +1,17 @@
-//! What only running a model tells: whether it can be evaluated where it stands, which parameters do nothing, which values
-//! of them can never be used, and where its surfaces jump or have kinks as a parameter passes a branch.
+//! Findings that need the model to run: that it cannot be evaluated at its defaults, that parameters do nothing, that some
+//! of their values can never be used, and that its surfaces jump or have kinks as a parameter passes a branch.
 //!
 //! All of it samples: it finds what shows at some tens of settings, and proves nothing.
 
 mod jumps;
 mod ranges;
 
-use super::{EvaluationError, Parameter, Program, Quantity};
+use super::{EvaluationError, Order, Parameter, Program, Quantity, Sites};
 use crate::diagnostic::{Code, Diagnostic};
 
 impl Program {
-    /// Runs the model at some settings of its parameters. An error where it cannot be evaluated at its defaults; warnings
-    /// of what is most likely not meant.
+    /// Runs the model at some settings of its parameters. Returns an error where it cannot be evaluated at its defaults, and
+    /// warnings of what is most likely not meant.
     #[must_use]
     pub fn probe(&self) -> Vec<Diagnostic> {
         if let Err(error) = self.evaluate_at_defaults() {
@@ -31,9 +31,14 @@ impl Program {
         let (u, v): (Vec<f64>, Vec<f64>) = steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip();
         for (k, part) in self.parts.iter().enumerate() {
             let mut out = vec![0.0; u.len() * 9.max(3 * part.active.len())];
-            instance.points(k, &u, &v, &mut out[..3 * u.len()])?;
-            instance.partials(k, &u, &v, &mut out[..9 * u.len()])?;
-            instance.jacobian(k, &u, &v, &mut out[..3 * part.active.len() * u.len()])?;
+            instance.evaluate(k, Sites::Scattered(&u, &v), Order::Points, &mut out[..3 * u.len()])?;
+            instance.evaluate(k, Sites::Scattered(&u, &v), Order::Partials, &mut out[..9 * u.len()])?;
+            instance.evaluate(
+                k,
+                Sites::Scattered(&u, &v),
+                Order::Jacobian,
+                &mut out[..3 * part.active.len() * u.len()],
+            )?;
         }
         Ok(())
     }

@@ -6,10 +6,12 @@
 mod operations;
 mod scripts;
 
+use gml_compiler::Workers;
 use gml_compiler::internals::ir::interpret::{self, RunError};
 use gml_compiler::internals::ir::scalar::Scalar;
 use gml_compiler::internals::ir::{FunctionId, Module, Type};
-use gml_compiler::jit::{Code, Compiler, Limits, Options, Routine, Stop};
+use gml_compiler::internals::jit::{Code, Options};
+use gml_compiler::program::{Limits, Trap};
 
 /// Why there is no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,26 +55,26 @@ impl<'m> Evaluator<'m> for Interpreter<'m> {
 struct Native<'m> {
     module: &'m Module,
     code: Code,
-    routines: Vec<(FunctionId, Routine)>,
+    /// In the order of the code's routines.
+    functions: Vec<FunctionId>,
 }
 
 impl<'m> Evaluator<'m> for Native<'m> {
     fn new(module: &'m Module, functions: &[FunctionId]) -> Native<'m> {
-        let options = Options { verify: true, listings: false, quick: false, narrow: false };
-        let mut compiler = Compiler::new(module, options).expect("this machine is supported");
-        let routines = functions.iter().map(|f| (*f, compiler.routine(*f).expect("it compiles"))).collect();
-        Native { module, code: compiler.finish().expect("it finishes"), routines }
+        let options = Options { verify: true, ..Options::default() };
+        let (code, _) = Code::compile(module, &[], functions, options, Workers::ONE).expect("it compiles");
+        Native { module, code, functions: functions.to_vec() }
     }
 
     fn call(&self, function: FunctionId, arguments: &[Scalar]) -> Outcome {
-        let (_, routine) = self.routines.iter().find(|(f, _)| *f == function).expect("one that was compiled");
+        let routine = self.functions.iter().position(|f| *f == function).expect("one that was compiled");
         let words: Vec<u64> = arguments.iter().map(|x| word(*x)).collect();
         let types = self.module.function(function).result_types();
         let mut results = vec![0; types.len()];
-        self.code.call(*routine, &words, &mut results, Limits::default()).map_err(|stop| match stop {
-            Stop::Failure(failure) => Fault::Failure(failure.0),
-            Stop::Steps => Fault::Steps,
-            Stop::Depth => Fault::Depth,
+        self.code.call(routine, &words, &mut results, Limits::default()).map_err(|trap| match trap {
+            Trap::Failure(failure) => Fault::Failure(failure.0),
+            Trap::Steps => Fault::Steps,
+            Trap::Depth => Fault::Depth,
         })?;
         Ok(results.into_iter().zip(types).map(|(word, ty)| scalar(word, ty)).collect())
     }

@@ -2,6 +2,7 @@
 
 use super::geometry::*;
 use crate::common::{Random, deviation, scale};
+use gml_compiler::program::{Order, Sites};
 
 /// Surfaces over parameters: lengths a and b, a bare number n, an angle w.
 const SURFACES: &str = "
@@ -100,14 +101,14 @@ fn derivatives_of_every_surface() {
             assert!(du < 1e-6 && dv < 1e-6, "partials of {}: {du:e} {dv:e} at {x:?}", part.name);
 
             let mut second = vec![0.0; 18 * n];
-            instance.second_partials(k, &u[..n], &v[..n], &mut second).unwrap();
+            instance.evaluate(k, Sites::Scattered(&u[..n], &v[..n]), Order::SecondPartials, &mut second).unwrap();
 
             let w: Vec<Point> = u.iter().map(|_| [0; 3].map(|_| random.between(-1.0, 1.0))).collect();
             let mut gradient = vec![0.0; x.len()];
-            instance.pullback(k, &u, &v, &w, &mut gradient).unwrap();
+            instance.evaluate(k, Sites::Scattered(&u, &v), Order::Pullback(&w), &mut gradient).unwrap();
             let active = part.active.len();
             let mut jacobian = vec![0.0; 3 * active * u.len()];
-            instance.jacobian(k, &u, &v, &mut jacobian).unwrap();
+            instance.evaluate(k, Sites::Scattered(&u, &v), Order::Jacobian, &mut jacobian).unwrap();
             for (a, param) in part.active.iter().enumerate() {
                 let param = *param as usize;
                 let column: Vec<usize> =

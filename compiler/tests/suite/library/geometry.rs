@@ -2,7 +2,7 @@
 #![allow(unreachable_pub, reason = "it is a module of a test")]
 
 use crate::common::{Random, program};
-use gml_compiler::program::{Instance, Program};
+use gml_compiler::program::{Instance, Order, Program, Sites};
 
 pub type Point = [f64; 3];
 
@@ -47,14 +47,14 @@ pub fn defaults(program: &Program) -> Instance<'_> {
 /// Points of a part with their partial derivatives by u and v.
 pub fn partials(instance: &Instance<'_>, part: usize, u: &[f64], v: &[f64]) -> Vec<[Point; 3]> {
     let mut out = vec![0.0; 9 * u.len()];
-    instance.partials(part, u, v, &mut out).unwrap();
+    instance.evaluate(part, Sites::Scattered(u, v), Order::Partials, &mut out).unwrap();
     let triple = |k: &[f64]| [k[0], k[1], k[2]];
     out.chunks_exact(9).map(|c| [triple(&c[..3]), triple(&c[3..6]), triple(&c[6..])]).collect()
 }
 
 pub fn points(instance: &Instance<'_>, part: usize, u: &[f64], v: &[f64]) -> Vec<Point> {
     let mut out = vec![0.0; 3 * u.len()];
-    instance.points(part, u, v, &mut out).unwrap();
+    instance.evaluate(part, Sites::Scattered(u, v), Order::Points, &mut out).unwrap();
     out.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect()
 }
 

@@ -2,6 +2,7 @@
 
 use super::geometry::*;
 use crate::common::Random;
+use gml_compiler::program::{Order, Sites};
 
 #[test]
 fn a_bezier_curve_is_a_mean_by_bernstein_polynomials() {
@@ -140,7 +141,9 @@ fn a_natural_spline_passes_through_its_points_and_its_curvature_does_not_jump() 
         let knots: Vec<f64> = (0..n).map(|i| i as f64 / (n - 1) as f64).collect();
         let around: Vec<f64> = knots.iter().flat_map(|k| [k - step, k + step]).collect();
         let mut out = vec![0.0; 18 * around.len()];
-        instance.second_partials(0, &around, &vec![0.5; around.len()], &mut out).unwrap();
+        instance
+            .evaluate(0, Sites::Scattered(&around, &vec![0.5; around.len()]), Order::SecondPartials, &mut out)
+            .unwrap();
         let at = |i: usize, k: usize| [out[18 * i + k], out[18 * i + k + 1], out[18 * i + k + 2]];
         for i in 0..n {
             close(at(2 * i, 0), p[i], 1e-6);

@@ -198,7 +198,7 @@ impl Objective<'_> {
     /// A `require` that does not hold or bounds without room.
     pub(crate) fn place(&self, at: &Estimate) -> Result<Placed<'_>, EvaluationError> {
         let Some(x) = self.space.x(&at.z) else {
-            return Err(EvaluationError { message: "the bounds of the parameters leave no room".into() });
+            return Err(EvaluationError::new("the bounds of the parameters leave no room"));
         };
         let instance = self.space.model.instantiate(&x)?;
         let facets = self.layout.facets(&*instance);

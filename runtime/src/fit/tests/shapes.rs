@@ -2,7 +2,7 @@
 
 use super::number::{Dual, Jet, Number};
 use crate::fit::FitOptions;
-use crate::model::{EvaluationError, Instance, Model, Partials, SecondPartials};
+use crate::model::{EvaluationError, Instance, Model, Order, Partials, SecondPartials, Sites};
 use gml_compiler::program::{BoundDerivative, Parameter, Part, Quantity};
 use std::f64::consts::TAU;
 
@@ -120,54 +120,36 @@ impl<F: Formula> Made<'_, F> {
 }
 
 impl<F: Formula> Instance for Made<'_, F> {
-    fn points(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [[f64; 3]]) -> Result<(), EvaluationError> {
-        for ((u, v), out) in u.iter().zip(v).zip(out) {
-            *out = self.model.formula.surface(patch, &self.x, *u, *v);
-        }
-        Ok(())
-    }
-    fn partials(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [Partials]) -> Result<(), EvaluationError> {
-        for ((u, v), out) in u.iter().zip(v).zip(out) {
-            *out = self.jet(patch, *u, *v).first;
-        }
-        Ok(())
-    }
-    fn second_partials(
+    fn evaluate(
         &self,
         patch: usize,
-        u: &[f64],
-        v: &[f64],
-        out: &mut [SecondPartials],
+        sites: Sites<'_>,
+        order: Order<'_>,
+        out: &mut [f64],
     ) -> Result<(), EvaluationError> {
-        for ((u, v), out) in u.iter().zip(v).zip(out) {
-            *out = self.jet(patch, *u, *v);
-        }
-        Ok(())
-    }
-    fn jacobian(&self, patch: usize, u: &[f64], v: &[f64], out: &mut [f64]) -> Result<(), EvaluationError> {
         let active = &self.model.parts[patch].active;
-        for (i, (u, v)) in u.iter().zip(v).enumerate() {
-            let s = self.dual(patch, *u, *v);
-            for (a, k) in active.iter().enumerate() {
-                for c in 0..3 {
-                    out[(i * active.len() + a) * 3 + c] = s[c].d[*k as usize];
+        let (u, v) = sites.expanded();
+        for (i, (u, v)) in u.into_iter().zip(v).enumerate() {
+            let jet = || bytemuck::cast::<SecondPartials, [f64; 18]>(self.jet(patch, u, v));
+            let width = order.width(&self.model.parts[patch]);
+            match order {
+                Order::Points => {
+                    out[3 * i..3 * i + 3].copy_from_slice(&self.model.formula.surface(patch, &self.x, u, v));
                 }
-            }
-        }
-        Ok(())
-    }
-    fn pullback(
-        &self,
-        patch: usize,
-        u: &[f64],
-        v: &[f64],
-        w: &[[f64; 3]],
-        gradient: &mut [f64],
-    ) -> Result<(), EvaluationError> {
-        for ((u, v), w) in u.iter().zip(v).zip(w) {
-            let s = self.dual(patch, *u, *v);
-            for (k, g) in gradient.iter_mut().enumerate() {
-                *g += w[0] * s[0].d[k] + w[1] * s[1].d[k] + w[2] * s[2].d[k];
+                Order::Partials | Order::SecondPartials => {
+                    out[width * i..width * (i + 1)].copy_from_slice(&jet()[..width]);
+                }
+                Order::Jacobian => {
+                    let s = self.dual(patch, u, v);
+                    let by_param = active.iter().flat_map(|k| [0, 1, 2].map(|c| s[c].d[*k as usize]));
+                    out[width * i..width * (i + 1)].iter_mut().zip(by_param).for_each(|(out, d)| *out = d);
+                }
+                Order::Pullback(w) => {
+                    let s = self.dual(patch, u, v);
+                    for (k, g) in out.iter_mut().enumerate() {
+                        *g += w[i][0] * s[0].d[k] + w[i][1] * s[1].d[k] + w[i][2] * s[2].d[k];
+                    }
+                }
             }
         }
         Ok(())

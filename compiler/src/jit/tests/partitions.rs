@@ -1,9 +1,7 @@
 //! Code that several workers make against that of one.
 
-use super::super::CodeSet;
 use super::*;
 use crate::ir::{Binary, Unary};
-use crate::workers::Workers;
 
 /// `(u, v) -> k sin(k sin(... u)) + v`, of a size that grows with k.
 fn tower(module: &mut Module, k: usize) -> FunctionId {
@@ -19,7 +17,7 @@ fn tower(module: &mut Module, k: usize) -> FunctionId {
 }
 
 fn stored(function: FunctionId) -> KernelShape {
-    KernelShape { function, uniforms: 0, weights: 0, output: Output::Store }
+    KernelShape { function, captures: 0, output: Output::Store }
 }
 
 #[test]
@@ -28,15 +26,13 @@ fn any_number_of_workers_gives_the_same() {
     let functions: Vec<FunctionId> = (1..=9).map(|k| tower(&mut module, k)).collect();
     let shapes: Vec<KernelShape> = functions.iter().map(|f| stored(*f)).collect();
     let values = |count: usize| -> Vec<f64> {
-        let (set, _) = CodeSet::compile(&module, &shapes, &functions, OPTIONS, Workers::many(count)).unwrap();
+        let (code, _) = Code::compile(&module, &shapes, &functions, OPTIONS, Workers::many(count)).unwrap();
         let mut values = Vec::new();
         for place in 0..functions.len() {
-            let (code, kernel) = set.kernel(place);
             let mut out = [0.0];
-            let points = Points { u: &[0.3], v: &[10.0 * place as f64], w: &[] };
-            code.run(kernel, &[], points, &mut out, Limits::default()).unwrap();
-            let (code, routine) = set.routine(place);
-            let plain = code.call_reals(routine, &[0.3, 10.0 * place as f64], Limits::default()).unwrap();
+            let points = Points { count: 1, values: &[0.3, 10.0 * place as f64] };
+            code.run(place, &[], points, &mut out, Limits::default()).unwrap();
+            let plain = code.call_reals(place, &[0.3, 10.0 * place as f64], Limits::default()).unwrap();
             assert_eq!(plain, out);
             values.extend(out);
         }
@@ -56,10 +52,10 @@ fn the_first_error_is_given_whichever_worker_meets_it() {
     let mut shapes: Vec<KernelShape> = (1..=9).map(|k| stored(tower(&mut module, k))).collect();
     for place in [3, 7] {
         module.functions[shapes[place].function.0 as usize].name = format!("wrong{place}");
-        shapes[place].uniforms = 5;
+        shapes[place].captures = 5;
     }
     for count in 1..6 {
-        let error = CodeSet::compile(&module, &shapes, &[], OPTIONS, Workers::many(count)).err();
+        let error = Code::compile(&module, &shapes, &[], OPTIONS, Workers::many(count)).err();
         assert_eq!(error, Some(JitError::Shape("wrong3".to_owned())));
     }
 }

@@ -1,10 +1,8 @@
-//! Grids: two columns at once and one after the other give the same bits, and those of single calls.
+//! Two points at once and one after the other give the same bits, and those of single calls.
 
 use super::*;
 use crate::diff;
-use crate::ir::hoist::grid::{GridSplit, split_grid};
 use crate::ir::{Binary, Compare, Failure, Unary, arithmetic, interpret};
-use crate::jit::{GridShape, GridTables};
 
 /// (a, b, u, v) -> results with everything that there are instructions for.
 fn plain() -> (Module, FunctionId) {
@@ -41,60 +39,36 @@ fn plain() -> (Module, FunctionId) {
 
 const U: [f64; 6] = [0.1, 0.5, 0.5, 0.9, 1.3, -2.0];
 const V: [f64; 3] = [0.5, 1.1, -0.4];
-const UNIFORMS: [f64; 2] = [0.7, 0.3];
+const CAPTURES: [f64; 2] = [0.7, 0.3];
 
-/// Runs the stages of a function over the grid above; `row_sums` as in the shape.
-fn run(
-    module: &Module,
-    stages: GridSplit,
-    function: FunctionId,
-    row_sums: Option<usize>,
-    options: Options,
-) -> (bool, Vec<f64>, Vec<f64>) {
-    let mut compiler = Compiler::new(module, options).unwrap();
-    let stored = |function| KernelShape { function, uniforms: 2, weights: 0, output: Output::Store };
-    let rows = compiler.kernel(stored(stages.rows)).unwrap();
-    let columns = compiler.kernel(stored(stages.columns)).unwrap();
-    let (row_values, column_values) = (stages.row_values, stages.column_values);
-    let inner = compiler.grid(GridShape { function, uniforms: 2, row_values, column_values, row_sums }).unwrap();
-    let code = compiler.finish().unwrap();
-    let table = |kernel, n: usize, at: &[f64]| {
-        let mut out = vec![0.0; n * at.len()];
-        code.run(kernel, &UNIFORMS, Points { u: at, v: at, w: &[] }, &mut out, Limits::default()).unwrap();
-        out
-    };
-    let (rows, mut columns) = (table(rows, row_values, &V), table(columns, column_values, &U));
-    let wide = code.is_wide(inner);
-    if wide {
-        let both = |two: &[f64]| (0..column_values).flat_map(|k| [two[k], two[column_values + k]]).collect::<Vec<_>>();
-        columns = columns.chunks_exact(2 * column_values).flat_map(both).collect();
-    }
-    let w: Vec<[f64; 3]> = (0..18).map(|i| [0.3, -1.7, 0.9].map(|k| (k * f64::from(i)).sin())).collect();
+/// u and v of every point of a grid, but for the last: an odd number of points.
+fn sites() -> (Vec<f64>, Vec<f64>) {
+    V.iter().flat_map(|v| U.map(|u| (u, *v))).take(17).unzip()
+}
+
+/// The results of a function at all of them, and its two-lane code has been compiled.
+fn run(module: &Module, function: FunctionId, values: &[f64], output: Output, one_lane: bool) -> (bool, Vec<f64>) {
+    let shape = KernelShape { function, captures: 2, output };
+    let options = Options { listings: true, one_lane, ..OPTIONS };
+    let (code, listings) = Code::compile(module, &[shape], &[], options, Workers::ONE).unwrap();
     let results = module.function(function).results.len();
-    let (out, sums) = row_sums.map_or((18 * results, 0), |n| (3 * n, 6 * (results - n)));
-    let (mut out, mut sums) = (vec![0.0; out], vec![0.0; sums]);
-    let w = if row_sums.is_some() { &w[..] } else { &[] };
-    let tables = GridTables { row_count: 3, rows: &rows, column_count: 6, columns: &columns, w };
-    code.run_grid(inner, &UNIFORMS, tables, &mut out, &mut sums, Limits::default()).unwrap();
-    if wide && !sums.is_empty() {
-        let n = results - row_sums.unwrap();
-        let lanes = |pair: &[f64]| [0, 1].map(|lane| (0..n).map(|k| pair[2 * k + lane]).collect::<Vec<_>>()).concat();
-        sums = sums.chunks_exact(2 * n).flat_map(lanes).collect();
-    }
-    (wide, out, sums)
+    let mut out = vec![0.0; if output == Output::Store { 17 * results } else { results }];
+    code.run(0, &CAPTURES, Points { count: 17, values }, &mut out, Limits::default()).unwrap();
+    (listings[0].clif.contains("f64x2"), out)
 }
 
 #[test]
 fn two_at_once_are_the_same_as_one() {
-    let (mut module, id) = plain();
-    let stages = split_grid(&mut module, id, 2);
-    let (wide, pairs, _) = run(&module, stages, stages.inner, None, OPTIONS);
-    let (narrow, single, _) = run(&module, stages, stages.inner, None, Options { narrow: true, ..OPTIONS });
-    assert!(wide && !narrow);
+    let (module, id) = plain();
+    let (u, v) = sites();
+    let values = [&u[..], &v].concat();
+    let (paired, pairs) = run(&module, id, &values, Output::Store, false);
+    let (also_paired, single) = run(&module, id, &values, Output::Store, true);
+    assert!(paired && !also_paired);
     let native = Native::new(&module, id);
     for (i, point) in pairs.chunks_exact(3).enumerate() {
-        let arguments = [UNIFORMS[0], UNIFORMS[1], U[i % 6], V[i / 6]];
-        let expected = native.code.call_reals(native.routine, &arguments, Limits::default()).unwrap();
+        let arguments = [CAPTURES[0], CAPTURES[1], u[i], v[i]];
+        let expected = native.code.call_reals(0, &arguments, Limits::default()).unwrap();
         let bits = |values: &[f64]| values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!(bits(point), bits(&expected), "at {arguments:?}");
         assert_eq!(bits(&single[3 * i..3 * i + 3]), bits(&expected), "at {arguments:?}");
@@ -102,24 +76,38 @@ fn two_at_once_are_the_same_as_one() {
 }
 
 #[test]
-fn sums_do_not_depend_on_the_width() {
+fn sums_do_not_depend_on_the_lanes() {
     let (mut module, id) = plain();
-    let stages = split_grid(&mut module, id, 2);
-    let wrt: Vec<u32> = (0..(2 + stages.row_values + stages.column_values) as u32).collect();
-    let pullback = diff::pullback(&mut module, stages.inner, &wrt, false).unwrap();
-    let row_sums = Some(2 + stages.row_values);
-    let (wide, rows, columns) = run(&module, stages, pullback, row_sums, OPTIONS);
-    let (narrow, rows_1, columns_1) = run(&module, stages, pullback, row_sums, Options { narrow: true, ..OPTIONS });
-    assert!(wide && !narrow);
-    assert!(rows.iter().chain(&columns).any(|x| *x != 0.0));
-    // Where u is v the derivative of the root is not finite, in either case.
+    let pullback = diff::pullback(&mut module, id, &[0, 1], false).unwrap();
+    let (u, v) = sites();
+    let w = (0..51).map(|i| (0.9 * f64::from(i)).sin());
+    let values: Vec<f64> = [u, v].concat().into_iter().chain(w).collect();
+    let (paired, pairs) = run(&module, pullback, &values, Output::Accumulate, false);
+    let (also_paired, single) = run(&module, pullback, &values, Output::Accumulate, true);
+    assert!(paired && !also_paired);
+    assert!(pairs.iter().any(|x| *x != 0.0));
     let text = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>();
-    assert_eq!([text(&rows), text(&columns)], [text(&rows_1), text(&columns_1)]);
+    assert_eq!(text(&pairs), text(&single));
+}
+
+/// Where one of two points fails, it is named, whichever it is.
+#[test]
+fn the_lane_that_fails_is_found() {
+    let (module, id) = plain();
+    let code =
+        compiled(&module, &[KernelShape { function: id, captures: 2, output: Output::Store }], &[], OPTIONS).unwrap();
+    for bad in 0..7 {
+        let mut values = [0.5; 14];
+        values[bad] = 1e7;
+        let mut out = [0.0; 21];
+        let stopped = code.run(0, &CAPTURES, Points { count: 7, values: &values }, &mut out, Limits::default());
+        assert_eq!(stopped.map_err(|s| (s.point, s.trap)), Err((bad, Trap::Failure(crate::ir::FailureId(0)))));
+    }
 }
 
 /// Integers have no instructions for pairs: one point after the other.
 #[test]
-fn integers_are_narrow() {
+fn integers_take_one_lane() {
     let mut module = Module::default();
     let mut raw = Raw::new(&[Type::Real; 4]);
     let product = raw.real(Op::Binary(Binary::Mul, Value(2), Value(3)));
@@ -128,11 +116,11 @@ fn integers_are_narrow() {
     let sin = raw.real(Op::Unary(Unary::Sin, product));
     let sum = raw.real(Op::Binary(Binary::Add, back, sin));
     let id = module.add(raw.returns(&[sum]));
-    let stages = split_grid(&mut module, id, 2);
-    let (wide, out, _) = run(&module, stages, stages.inner, None, OPTIONS);
-    assert!(!wide);
+    let (u, v) = sites();
+    let (paired, out) = run(&module, id, &[&u[..], &v].concat(), Output::Store, false);
+    assert!(!paired);
     let value = |x: f64| x.trunc() + arithmetic::unary(Unary::Sin, x).unwrap();
-    assert_eq!(out, V.iter().flat_map(|v| U.map(|u| value(u * v))).collect::<Vec<f64>>());
+    assert_eq!(out, u.iter().zip(&v).map(|(u, v)| value(u * v)).collect::<Vec<f64>>());
 }
 
 /// Elementary functions of both u and v, with arguments that are in their range in one lane alone, or in none.
@@ -155,17 +143,26 @@ fn elementary_functions_of_pairs() {
         results.push(raw.real(Op::Unary(Cos, sum)));
         results.extend([Atan2, Pow, Rem].map(|op| raw.real(Op::Binary(op, x, u))));
         results.push(raw.real(Op::Binary(Pow, u, x)));
+        // Powers of one number: two, three, and one more, and a logarithm.
+        let base = raw.real(Op::Binary(Mul, v, v));
+        for k in 0..6 {
+            let of = if k < 2 { sum } else { base };
+            let exponent = raw.constant(f64::from(k) * 0.75 - 1.1);
+            results.push(raw.real(Op::Binary(Pow, of, exponent)));
+        }
+        results.push(raw.real(Op::Unary(Ln, base)));
         let count = results.len();
         let id = module.add(raw.returns(&results));
-        let stages = split_grid(&mut module, id, 2);
-        let (wide, pairs, _) = run(&module, stages, stages.inner, None, OPTIONS);
-        let (_, single, _) = run(&module, stages, stages.inner, None, Options { narrow: true, ..OPTIONS });
-        assert!(wide);
+        let (u, v) = sites();
+        let values = [&u[..], &v].concat();
+        let (paired, pairs) = run(&module, id, &values, Output::Store, false);
+        let (_, single) = run(&module, id, &values, Output::Store, true);
+        assert!(paired);
         // NaN is NaN, whatever its bits.
         let shown = |values: &[f64]| values.iter().map(|x| format!("{x:?}")).collect::<Vec<_>>();
         assert_eq!(shown(&pairs), shown(&single));
         for (i, point) in pairs.chunks_exact(count).enumerate() {
-            let arguments = [UNIFORMS[0], UNIFORMS[1], U[i % 6], V[i / 6]];
+            let arguments = [CAPTURES[0], CAPTURES[1], u[i], v[i]];
             let interpreted = interpret::run_real(&module, id, &arguments, interpret::Limits::default()).unwrap();
             assert_eq!(shown(point), shown(&interpreted), "at {arguments:?}");
         }

@@ -1,0 +1,254 @@
+//! All stages after the check, in their order: those that every script passes through, and those that run when their
+//! results are first asked for.
+
+use super::bounds::BoundsJacobian;
+use super::compile::{Options, Stage, derivative_error, size_error};
+use super::evaluators::{Evaluator, Evaluators, OPTIONS};
+use super::functions::{self, BodyFunction, ModelFunctions, PartFunctions, pick, positions};
+use super::{Order, Part, Program, jacobians};
+use crate::check::typed;
+use crate::diagnostic::{self, Diagnostic};
+use crate::diff::{self, DiffError};
+use crate::ir::hash::HashMap;
+use crate::ir::hoist::grid::split_grid;
+use crate::ir::hoist::prelude::{Whole, split_all};
+use crate::ir::inline::{InlineError, SizeLimits};
+use crate::ir::merge::merge_bodies;
+use crate::ir::reassociate::reassociate;
+use crate::ir::separable::decompose;
+use crate::ir::{self, FunctionId, LoweredModel, Module, Parameter, lower};
+use crate::jit::{Code, JitError, KernelShape, Output};
+use crate::source::{Sources, Span};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// Why a checked model cannot be compiled.
+#[derive(Clone, Debug, Error)]
+pub(super) enum BuildError {
+    #[error(transparent)]
+    Lower(#[from] lower::TooLarge),
+    #[error(transparent)]
+    Inline(#[from] InlineError),
+    #[error(transparent)]
+    Diff(#[from] DiffError),
+    #[error(transparent)]
+    Jit(#[from] JitError),
+}
+
+impl BuildError {
+    /// For the user; `model` is the place where no other is known.
+    pub(super) fn diagnostic(&self, model: Span) -> Diagnostic {
+        match self {
+            BuildError::Lower(e) => e.diagnostic(),
+            BuildError::Inline(e) => size_error(e),
+            BuildError::Diff(e) => derivative_error(e),
+            BuildError::Jit(e) => Diagnostic::new(diagnostic::Code::MachineCode, model, e.to_string()),
+        }
+    }
+}
+
+/// The stages after the check; points and Jacobians are compiled at once.
+pub(super) fn build(
+    typed: typed::Model,
+    sources: &Sources,
+    options: &Options,
+    done: &mut dyn FnMut(Stage),
+) -> Result<Program, BuildError> {
+    let limits = SizeLimits { nodes: options.operations, ..SizeLimits::default() };
+    let mut lowered = lower::lower_within(&typed, limits)?;
+    done(Stage::Lower);
+    let functions = model_functions(&mut lowered, options)?;
+    done(Stage::Differentiate);
+    let (routines, _) = Code::compile(&functions.module, &[], &functions.routines(), OPTIONS, options.workers)?;
+    let evaluators = Evaluators::new(options.workers);
+    for order in [Order::Points, Order::Jacobian] {
+        evaluators.get(&functions, false, order).map_err(Clone::clone)?;
+    }
+    done(Stage::MachineCode);
+    let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
+        name: part.name.clone(),
+        group: part.group.clone(),
+        active: functions.jacobian.active.clone(),
+    });
+    Ok(Program {
+        parts: parts.collect(),
+        name: lowered.name,
+        doc: lowered.doc,
+        parameters: lowered.params,
+        inputs: lowered.inputs,
+        sources: sources.clone(),
+        typed,
+        functions,
+        routines,
+        evaluators,
+        limits: options.limits,
+    })
+}
+
+/// From the functions that the lowering wrote to prelude and bodies, with their derivatives by the parameters.
+fn model_functions(lowered: &mut LoweredModel, options: &Options) -> Result<ModelFunctions, BuildError> {
+    let mut module = std::mem::take(&mut lowered.module);
+    let requires = std::mem::take(&mut lowered.requires);
+    let surface = |p: &ir::LoweredPart| Whole { function: p.surface, uniform: p.params.clone() };
+    let surfaces: Vec<Whole> = lowered.parts.iter().map(surface).collect();
+    let tolerances: Vec<Option<FunctionId>> = lowered.parts.iter().map(|p| p.tolerance).collect();
+    let mut roots: Vec<FunctionId> = surfaces.iter().map(|s| s.function).collect();
+    roots.push(lowered.bounds);
+    roots.extend(requires.iter().map(|r| r.function));
+    roots.extend(tolerances.iter().flatten());
+
+    // Derivatives that the script takes become functions; calls what they call.
+    diff::expand(&mut module, &roots)?;
+    ir::inline(&mut module, &roots)?;
+    ir::simplify(&mut module, &roots);
+    // Values of the parameters, of u and of v apart. Texts show surfaces as they are before they are decomposed.
+    for surface in &surfaces {
+        reassociate(&mut module, surface.function, surface.uniform.len());
+    }
+    let mut separate = |s: &Whole| Whole { function: decompose(&mut module, s.function, s.uniform.len()), ..s.clone() };
+    let wholes: Vec<Whole> = surfaces.iter().map(&mut separate).collect();
+    // The prelude has all that depends on the parameters alone; bodies the rest, one for parts that are alike.
+    let params: Vec<Parameter> = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
+    let mut split = split_all(&mut module, params, &wholes);
+    merge_bodies(&mut module, &mut split);
+    // Again, as constants were not captured and came back to the points.
+    let mut known: HashMap<FunctionId, FunctionId> = HashMap::default();
+    for body in &mut split.bodies {
+        let (function, captures) = (body.function, body.captures.len());
+        body.function = *known.entry(function).or_insert_with(|| decompose(&mut module, function, captures));
+    }
+    // Derivatives by the parameters: of the bounds, of the prelude, and of the bodies in its directions.
+    let bounds_jacobian = BoundsJacobian::new(&mut module, lowered.bounds, lowered.params.len())?;
+    let (prelude_jacobian, entries) = functions::prelude_jacobian(&mut module, split.prelude)?;
+    let (bodies, of_part) = functions::bodies(&split.bodies);
+    let of_parts = split.bodies.iter().map(|part| functions::entries_of_part(&part.captures, &entries));
+    let of_parts: Vec<_> = of_part.into_iter().zip(of_parts).collect();
+    let jacobians = jacobians::of_parts(&mut module, &bodies, &of_parts, options.workers)?;
+    let parts = surfaces.into_iter().zip(split.bodies).zip(of_parts).zip(jacobians);
+    let parts = parts.map(|(((surface, part), (body, entries)), jacobian)| PartFunctions {
+        surface,
+        body,
+        captures: part.captures,
+        jacobian,
+        entries,
+    });
+    let functions = ModelFunctions {
+        module: Arc::default(),
+        bounds: lowered.bounds,
+        bounds_jacobian,
+        requires,
+        prelude: split.prelude,
+        prelude_jacobian,
+        bodies,
+        parts: parts.collect(),
+        tolerances,
+    };
+    Ok(functions.drop_unreached(module))
+}
+
+/// The functions of an order at the points of all parts, compiled.
+pub(super) fn differentiated(
+    evaluators: &Evaluators,
+    model: &ModelFunctions,
+    order: Order<'_>,
+) -> Result<Evaluator, BuildError> {
+    let points = || model.bodies.iter().map(|b| b.points).collect::<Vec<_>>();
+    let mut of_part: Vec<usize> = model.parts.iter().map(|p| p.body).collect();
+    let (module, functions) = match order {
+        Order::Points => (model.module.clone(), points()),
+        Order::Jacobian => {
+            let functions: Vec<FunctionId> = model.parts.iter().map(|p| p.jacobian.function).collect();
+            let (different, of_parts) = different(&functions);
+            of_part = of_parts;
+            (model.module.clone(), different)
+        }
+        Order::Partials | Order::Pullback(_) => of_bodies(&model.module, points(), model, order)?,
+        Order::SecondPartials => {
+            let partials = evaluators.get(model, false, Order::Partials).map_err(Clone::clone)?;
+            of_bodies(&partials.module, partials.functions.clone(), model, order)?
+        }
+    };
+    let (values, output) = if let Order::Pullback(_) = order { (5, Output::Accumulate) } else { (2, Output::Store) };
+    let captures = |f: &FunctionId| module.function(*f).params.len() - values;
+    let shapes = functions.iter().map(|f| KernelShape { function: *f, captures: captures(f), output }).collect();
+    Evaluator::new(module, functions, of_part, Vec::new(), shapes, evaluators.workers)
+}
+
+/// The same functions for grids: values of columns, values of rows, and what is left at every point.
+pub(super) fn split_for_grids(
+    evaluators: &Evaluators,
+    model: &ModelFunctions,
+    order: Order<'_>,
+) -> Result<Evaluator, BuildError> {
+    let scattered = evaluators.get(model, false, order).map_err(Clone::clone)?;
+    let (mut module, mut functions) = (Module::clone(&scattered.module), scattered.functions.clone());
+    module.drop_unreached(&mut functions);
+    let (mut splits, mut shapes) = (Vec::new(), Vec::new());
+    for (function, KernelShape { captures, output, .. }) in functions.iter().zip(&scattered.shapes) {
+        let split = split_grid(&mut module, *function, *captures);
+        let with_row = captures + split.row_values;
+        for (function, captures) in [(split.columns, *captures), (split.rows, *captures), (split.inner, with_row)] {
+            shapes.push(KernelShape { function, captures, output: *output });
+        }
+        splits.push(split);
+    }
+    Evaluator::new(Arc::new(module), functions, scattered.of_part.clone(), splits, shapes, evaluators.workers)
+}
+
+/// The different ones of some functions, and which of them each is.
+fn different(functions: &[FunctionId]) -> (Vec<FunctionId>, Vec<usize>) {
+    let mut different = functions.to_vec();
+    different.sort_unstable();
+    different.dedup();
+    let place = |f: &FunctionId| different.binary_search(f).unwrap_or(0);
+    let of_part = functions.iter().map(place).collect();
+    (different, of_part)
+}
+
+/// A derivative of functions of all bodies, in a module of its own.
+fn of_bodies(
+    module: &Module,
+    mut functions: Vec<FunctionId>,
+    model: &ModelFunctions,
+    order: Order<'_>,
+) -> Result<(Arc<Module>, Vec<FunctionId>), BuildError> {
+    let mut module = module.clone();
+    module.drop_unreached(&mut functions);
+    for (function, BodyFunction { captures, varied, .. }) in functions.iter_mut().zip(&model.bodies) {
+        *function = match order {
+            Order::Pullback(_) => {
+                let wrt: Vec<u32> = (0..*varied as u32).collect();
+                diff::pullback(&mut module, *function, &wrt, false)?
+            }
+            Order::SecondPartials => second_partials(&mut module, *function, *captures as u32)?,
+            Order::Points | Order::Partials | Order::Jacobian => partials(&mut module, *function, *captures as u32)?,
+        };
+    }
+    module.drop_unreached(&mut functions);
+    Ok((Arc::new(module), functions))
+}
+
+/// `(C.., u, v) -> (point, du, dv)`.
+fn partials(module: &mut Module, points: FunctionId, captures: u32) -> Result<FunctionId, BuildError> {
+    let uv = [captures, captures + 1];
+    let (first, pattern) = diff::jacobian(module, points, &uv)?;
+    let entries = positions(&pattern, 3);
+    let mut picks: Vec<Option<usize>> = (0..3).map(Some).collect();
+    picks.extend(uv.iter().flat_map(|p| [0, 1, 2].map(|r| entries.get(&(r, *p)).copied())));
+    let partials = pick(module.function(first), "partials", &picks);
+    Ok(module.add(partials))
+}
+
+/// `(C.., u, v) -> (point, du, dv, duu, duv, dvv)` from the partials.
+fn second_partials(module: &mut Module, partials: FunctionId, captures: u32) -> Result<FunctionId, BuildError> {
+    let [u, v] = [captures, captures + 1];
+    let (second, pattern) = diff::jacobian(module, partials, &[u, v])?;
+    let entries = positions(&pattern, 9);
+    let mut picks: Vec<Option<usize>> = (0..9).map(Some).collect();
+    // The partials of du are duu and duv; of those of dv, dvv is new.
+    for (results, param) in [(3..6, u), (3..6, v), (6..9, v)] {
+        picks.extend(results.map(|r| entries.get(&(r, param)).copied()));
+    }
+    let second = pick(module.function(second), "second_partials", &picks);
+    Ok(module.add(second))
+}
