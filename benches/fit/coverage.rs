@@ -1,6 +1,7 @@
-//! How often 95 % intervals (the estimate and 1.96 standard deviations either way) hold the truth: scans of the cup with points spread
-//! evenly over its surface, displaced along the normal. Once by white noise, once by waves of noise over a few millimetres
-//! with a little white noise on them. `naive` intervals are those that take residuals for independent of each other.
+//! How often 95 % intervals (the estimate and 1.96 standard deviations either way) hold the truth: scans of the cup
+//! with points spread evenly over its surface, displaced along the normal. Once by white noise, once by waves of noise
+//! over a few millimetres with a little white noise on them. `naive` intervals are those that take residuals for
+//! independent of each other.
 
 use crate::program;
 use gml_compiler::program::Program;
@@ -24,7 +25,8 @@ const LENGTH: f64 = 8.0;
 /// Draws from which the largest area that one stands for is taken.
 const PROBES: usize = 3000;
 /// Where the cup is and how it is shaped.
-const TRUTH: [f64; 15] = [30.0, -12.0, 55.0, 0.7, 0.4, -0.9, 3.0, 44.0, 80.0, 0.97, 1.8, 0.9, 1.75, 0.25, 0.84];
+pub(crate) const TRUTH: [f64; 15] =
+    [30.0, -12.0, 55.0, 0.7, 0.4, -0.9, 3.0, 44.0, 80.0, 0.97, 1.8, 0.9, 1.75, 0.25, 0.84];
 
 /// Prints both tables, over so many scans each.
 pub(crate) fn run(scans: usize) {
@@ -33,7 +35,7 @@ pub(crate) fn run(scans: usize) {
         let mut tallies = vec![Tally::default(); TRUTH.len()];
         let mut counted = 0;
         for seed in 0..scans as u64 {
-            let scan = simulated(&program, waves, seed);
+            let scan = simulated(&program, &TRUTH, waves, seed);
             let start = program.parameters().iter().zip(TRUTH).map(|(p, x)| (p.name.clone(), x)).collect();
             let mut options = FitOptions::default();
             (options.start, options.no_pose) = (start, true);
@@ -79,9 +81,9 @@ fn count(result: &FitResult, tallies: &mut [Tally]) -> bool {
 }
 
 /// Points spread evenly over the surface, with noise along the normal, which points out.
-fn simulated(program: &Program, waves: bool, seed: u64) -> Scan {
+pub(crate) fn simulated(program: &Program, truth: &[f64; 15], waves: bool, seed: u64) -> Scan {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let instance = Model::instantiate(program, &TRUTH).unwrap_or_else(|e| panic!("{e}"));
+    let instance = Model::instantiate(program, truth).unwrap_or_else(|e| panic!("{e}"));
     let field = Field::new(&mut random);
     let mut mesh = TriangleMesh::default();
     let largest = (0..PROBES).map(|_| area(&draw(program, &*instance, &mut random))).fold(0.0, f64::max);

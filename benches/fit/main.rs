@@ -1,16 +1,18 @@
-//! How often and how fast fits succeed, and whether what they say of themselves is true.
-//! `GMLC_TEST_DATA=... cargo bench --bench fit -- [WHAT [COUNT [FIRST]]]`, where WHAT is one of
+//! How often and how fast fits succeed, and whether what they say of themselves is true. `GMLC_TEST_DATA=... cargo
+//! bench --bench fit -- [WHAT [COUNT [FIRST]]]`, where WHAT is one of
 //!
-//! - `success` (also without any word): the cup from COUNT random starts of three kinds (see `cup`; `near`, `nothing` or `defaults`
-//!   behind the counts chooses some);
+//! - `success` (also without any word): the cup from COUNT random starts of three kinds (see `cup`; `near`, `nothing`
+//!   or `defaults` behind the counts chooses some);
 //! - `examples [SEEDS [NAME]]`: every example, or one, against virtual scans of it (needs no data);
+//! - `far [CUPS]`: simulated cups whose shape is far from the script's defaults (needs no data);
 //! - `scans`: the four real scans of the data;
-//! - `coverage [SCANS]`: how often the 95 % intervals of the cup's parameters hold the truth, for white noise and for noise whose
-//!   neighbours depend on each other (needs no data).
+//! - `coverage [SCANS]`: how often the 95 % intervals of the cup's parameters hold the truth, for white noise and for
+//!   noise whose neighbours depend on each other (needs no data).
 
 mod coverage;
 mod cup;
 mod examples;
+mod far;
 mod matrix;
 mod scans;
 
@@ -39,8 +41,9 @@ fn main() {
             Err(_) => println!("skipped: GMLC_TEST_DATA is not set"),
         },
         Some("examples") => examples::run(count(5), words.get(1..).unwrap_or_default()),
+        Some("far") => far::run(count(12)),
         Some("coverage") => coverage::run(count(200)),
-        Some(other) => println!("{other}: expected success, examples, scans or coverage"),
+        Some(other) => println!("{other}: expected success, examples, far, scans or coverage"),
     }
 }
 

@@ -1,12 +1,13 @@
-//! The constants that decide how a fit goes about its work: how much is tried, when something is good enough, and what is
-//! accepted. Lengths are in radii of gyration of the scan ("radii") or in sigma, the scale of the loss. Numbers of points are
-//! those of samples, even in space where nothing else is said. the decision record 0025 says what became of fits with half and with
-//! twice of each. Bounds on rounding errors stand beside the code that they guard.
+//! The constants that decide how a fit goes about its work: how much is tried, when something is good enough, and what
+//! is accepted. Lengths are in radii of gyration of the scan ("radii") or in sigma, the scale of the loss. Numbers of
+//! points are those of samples, even in space where nothing else is said. docs/decisions/0029-tuning-constants.md says
+//! what became of fits with half and with twice of each. Bounds on rounding errors stand beside the code that they
+//! guard.
 
 // ---------------------------------------------------------------------------------------------------------- Screening
 
-/// A rung of the screening: every candidate is optimised over all coordinates, from a coarse scale of the loss to a finer one
-/// (graduated non-convexity).
+/// A rung of the screening: every candidate is optimised over all coordinates, from a coarse scale of the loss to a
+/// finer one (graduated non-convexity).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Rung<'s> {
     /// Distinct candidates that are taken over from the rung before.
@@ -15,8 +16,8 @@ pub(crate) struct Rung<'s> {
     pub(crate) points: usize,
     /// Scales of the loss in turn. Radii.
     pub(crate) scales: &'s [f64],
-    /// Whether points belong to the side of a wall that their normals say. Above about 0.15 radii walls are thinner than the
-    /// scale and the sides are still to be learnt.
+    /// Whether points belong to the side of a wall that their normals say. Above about 0.15 radii walls are thinner
+    /// than the scale and the sides are still to be learnt.
     pub(crate) sided: bool,
 }
 
@@ -46,22 +47,25 @@ pub(crate) const RESTARTED: usize = 2;
 pub(crate) const COMPARED: usize = 1500;
 /// Candidates are the same whose parameters move the surface apart by less, in radii, ...
 pub(crate) const SAME_PARAMETERS: f64 = 0.05;
-/// ... and whose parts have means that differ by less than this many radii, and covariances by less than this many squared.
+/// ... and whose parts have means that differ by less than this many radii, and covariances by less than this many
+/// squared.
 pub(crate) const SAME_MOMENTS: f64 = 0.1;
-/// Samples each way of a patch for its moments. Around a circle they do not depend on where samples begin if there are more than two.
+/// Samples each way of a patch for its moments. Around a circle they do not depend on where samples begin if there are
+/// more than two.
 pub(crate) const MOMENT_SAMPLES: usize = 6;
 
 /// The share of points near a start, below which scales are doubled until they reach it, or the widest one (radii).
 pub(crate) const CAPTURED: f64 = 0.5;
 pub(crate) const WIDEST: f64 = 20.0;
-/// Inlier ratio at the scale `FINE` below which a near start is given up for all orientations before its parts are looked at
-/// (0024), ...
+/// Inlier ratio at the scale `FINE` below which a near start is given up for all orientations before its parts are
+/// looked at (0024), ...
 pub(crate) const HOPELESS: f64 = 0.5;
 /// ... and above which no orientations are screened: a wrong pose does not have it (0017).
 pub(crate) const CONVINCING: f64 = 0.9;
 /// The objective of another pose must be this part of the near start's to be preferred.
 pub(crate) const CLEARLY_BETTER: f64 = 0.9;
-/// A scan that is larger or smaller than the model at its start by more was hardly read in its unit: 25.4 of inches is the least.
+/// A scan that is larger or smaller than the model at its start by more was hardly read in its unit: 25.4 of inches is
+/// the least.
 pub(crate) const ANOTHER_UNIT: f64 = 15.0;
 
 // ------------------------------------------------------------------------------------------------------- Orientations
@@ -85,19 +89,15 @@ pub(crate) const FIELD_MARGIN: f64 = 0.5;
 
 // --------------------------------------------------------------------------------------------------- Shape proposals
 
-/// Shapes beside the start's and the default's that are tried in all orientations.
+/// Shapes beside the start's and the default's that are tried in all orientations: of twelve cups far from the script's
+/// defaults three were not found without them (0029).
 pub(crate) const PROPOSALS: usize = 4;
-/// Shapes that are drawn, and rounds in which the best `PARENTS` are mutated, `MUTATIONS` times each.
+/// Shapes that are drawn. Mutating the best of them in rounds found no more (0029).
 pub(crate) const PROPOSAL_DRAWS: usize = 512;
-pub(crate) const MUTATION_ROUNDS: usize = 4;
-pub(crate) const PARENTS: usize = 8;
-pub(crate) const MUTATIONS: usize = 16;
-/// How far the first mutations go each way, halved from round to round, and how far proposals are apart in some parameter: as
-/// fractions of the parameters' ranges.
-pub(crate) const MUTATION_REACH: f64 = 0.3;
+/// How far proposals are apart in some parameter, as a fraction of its range.
 pub(crate) const PROPOSALS_APART: f64 = 0.12;
-/// Points of a shape, of pairs of which distances are taken; bins of the distribution of distances, and what they span (radii:
-/// no two points of a scan are likely to be farther apart).
+/// Points of a shape, of pairs of which distances are taken; bins of the distribution of distances, and what they span
+/// (radii: no two points of a scan are likely to be farther apart).
 pub(crate) const D2_POINTS: usize = 120;
 pub(crate) const D2_BINS: usize = 24;
 pub(crate) const D2_SPAN: f64 = 5.0;
@@ -115,9 +115,11 @@ pub(crate) struct PerMember {
     pub(crate) most: usize,
 }
 
-/// The mean loss of a group's own points over that of the others, below which the group needs no restart at the final scale ...
+/// The mean loss of a group's own points over that of the others, below which the group needs no restart at the final
+/// scale ...
 pub(crate) const ACCEPTED: f64 = 1.1;
-/// ... and at a coarser one, where half of the near starts took the next local minimum for the right one with the former (0024).
+/// ... and at a coarser one, where half of the near starts took the next local minimum for the right one with the
+/// former (0024).
 pub(crate) const CLEAR: f64 = 0.5;
 /// Rounds over all groups.
 pub(crate) const RESTART_ROUNDS: usize = 3;
@@ -130,8 +132,8 @@ pub(crate) const VARIANTS: PerMember = PerMember { each: 12, most: 48 };
 pub(crate) const AROUND_START: f64 = 0.4;
 /// Angles about the axis of symmetry of the other parts.
 pub(crate) const ANGLES: u32 = 16;
-/// A group without so many points that no other part explains is left alone; those on which it is optimised alone, and those by
-/// which starts are ranked.
+/// A group without so many points that no other part explains is left alone; those on which it is optimised alone, and
+/// those by which starts are ranked.
 pub(crate) const LEAST_OWN: usize = 8;
 pub(crate) const OWN_POINTS: usize = 200;
 pub(crate) const RANKED_POINTS: usize = 80;
@@ -144,7 +146,8 @@ pub(crate) const JOINT: usize = 2;
 pub(crate) const JOINT_POINTS: usize = 800;
 pub(crate) const SMALL_GROUP: usize = 2;
 pub(crate) const SMALL_GROUP_POINTS: usize = 3000;
-/// Starts are the same whose values move the surface by less (radii), whose motions do, or whose angles (radians) differ by less.
+/// Starts are the same whose values move the surface by less (radii), whose motions do, or whose angles (radians)
+/// differ by less.
 pub(crate) const SAME_START: f64 = 0.1;
 /// Of small groups, by less than this many scales of the loss (0024).
 pub(crate) const SMALL_GROUP_STARTS: f64 = 3.0;
@@ -158,32 +161,32 @@ pub(crate) const JOINT_ITERATIONS: u32 = 12;
 pub(crate) const JOINT_STEP: f64 = 5e-4;
 /// Chord error (radii) of a group's facets, while it is alone.
 pub(crate) const PART_CHORD: f64 = 0.005;
-/// Points of the other parts that decide whether they have an axis of symmetry, the eigenvalue of a motion that leaves their
-/// surface where it is, and the part of it that is a rotation.
+/// Points of the other parts that decide whether they have an axis of symmetry, the eigenvalue of a motion that leaves
+/// their surface where it is, and the part of it that is a rotation.
 pub(crate) const AXIS_POINTS: u32 = 20;
 pub(crate) const AXIS_EIGENVALUE: f64 = 1e-3;
 pub(crate) const AXIS_TURN: f64 = 0.3;
-/// Exchanges of parameters that are tried, and the factor on the objective within which a surface is the same but for where it is
-/// sampled.
+/// Exchanges of parameters that are tried, and the factor on the objective within which a surface is the same but for
+/// where it is sampled.
 pub(crate) const EXCHANGES: usize = 128;
 pub(crate) const SAME_SURFACE: f64 = 1.01;
 
 // ------------------------------------------------------------------------------------------------- Points and facets
 
-/// Points of a scan of which the registration takes its samples; the refinement has as many, as dense as the scan, before it has
-/// all (0017).
+/// Points of a scan of which the registration takes its samples; the refinement has as many, as dense as the scan,
+/// before it has all (0017).
 pub(crate) const THIN_POINTS: usize = 6000;
 /// Cells of a sample with less than this share of the median number of points count as empty (0023).
 pub(crate) const EMPTY_CELL: f64 = 0.05;
-/// Passes of the statistical removal of outliers, the points of a cloud that it looks at, and the share that a cloud without
-/// clutter keeps; a cluttered one is sampled by density (0023).
+/// Passes of the statistical removal of outliers, the points of a cloud that it looks at, and the share that a cloud
+/// without clutter keeps; a cluttered one is sampled by density (0023).
 pub(crate) const OUTLIER_PASSES: usize = 2;
 pub(crate) const OUTLIER_POINTS: usize = 30_000;
 pub(crate) const CLEAN_CLOUD: f64 = 0.95;
 /// Points whose distance to the next one is looked at for the spacing of all.
 pub(crate) const SPACING_POINTS: usize = 2000;
-/// Chord error (radii) of the facets on which the refinement and everything after it work, and of those of the registration.
-/// Facets are for the search only; feet lie on the exact surface.
+/// Chord error (radii) of the facets on which the refinement and everything after it work, and of those of the
+/// registration. Facets are for the search only; feet lie on the exact surface.
 pub(crate) const CHORD: f64 = 0.002;
 pub(crate) const START_CHORD: f64 = 0.01;
 /// Size of a model (radii), and how many cells of facets it has at least, so that boxes stay small.
@@ -194,11 +197,12 @@ pub(crate) const CURVATURE_CELLS: usize = 12;
 pub(crate) const MOST_CELLS: f64 = 48.0;
 /// Samples each way of a patch for the velocities by which rigid parameters are recognised.
 pub(crate) const VELOCITY_SAMPLES: usize = 5;
-/// Sum of weights from which the normals of the scan decide which way a patch faces, and the share of it that must say inwards.
+/// Sum of weights from which the normals of the scan decide which way a patch faces, and the share of it that must say
+/// inwards.
 pub(crate) const FACING_POINTS: f64 = 10.0;
 pub(crate) const FACING_CLEAR: f64 = 0.85;
-/// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit; where points are dense, in distances
-/// between neighbours: enough for all steps that remain to all points after some of them were fitted (0024).
+/// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit; where points are dense, in
+/// distances between neighbours: enough for all steps that remain to all points after some of them were fitted (0024).
 pub(crate) const REACH_SIGMAS: f64 = 0.15;
 pub(crate) const REACH_SPACINGS: f64 = 2.0;
 /// Points are dense where the latter is below this many radii. Beyond it, too many facets are within reach.
@@ -210,8 +214,8 @@ pub(crate) const REACH_LIMIT: f64 = 0.06;
 pub(crate) const STEP_LIMIT: f64 = 2.0;
 /// A step shorter than this (sigma) gains less than the objective is rounded by: the gradient judges it (0017).
 pub(crate) const ROUNDED_STEP: f64 = 2e-3;
-/// Levenberg and Marquardt's damping, relative to the diagonal: the first, and factors on it after a step with a good and with a
-/// poor ratio of the gain to the predicted one, after a rejected step, and where the matrix is singular.
+/// Levenberg and Marquardt's damping, relative to the diagonal: the first, and factors on it after a step with a good
+/// and with a poor ratio of the gain to the predicted one, after a rejected step, and where the matrix is singular.
 pub(crate) const DAMPING_START: f64 = 1e-4;
 pub(crate) const GOOD_RATIO: f64 = 0.75;
 pub(crate) const POOR_RATIO: f64 = 0.25;
@@ -219,7 +223,8 @@ pub(crate) const DAMPING_GOOD: f64 = 0.2;
 pub(crate) const DAMPING_POOR: f64 = 3.0;
 pub(crate) const DAMPING_REJECTED: f64 = 8.0;
 pub(crate) const DAMPING_SINGULAR: f64 = 100.0;
-/// The damping is at least the first, at least the second once it has been raised, and beyond the third no step is possible.
+/// The damping is at least the first, at least the second once it has been raised, and beyond the third no step is
+/// possible.
 pub(crate) const DAMPING_LEAST: f64 = 1e-9;
 pub(crate) const DAMPING_RAISED: f64 = 1e-6;
 pub(crate) const DAMPING_MOST: f64 = 1e8;
@@ -228,23 +233,26 @@ pub(crate) const LEAST_CURVATURE: f64 = 0.3;
 /// Feet of points are exact to this (sigma) in the registration and in the annealing, and at the final scale.
 pub(crate) const ROUGH_TOLERANCE: f64 = 1e-3;
 pub(crate) const FOOT_TOLERANCE: f64 = 1e-5;
-/// Annealing: points, the first scale (radii), levels at most, Gauss-Newton steps at a level, and the last step (sigma).
+/// Annealing: points, the first scale (radii), levels at most, Gauss-Newton steps at a level, and the last step
+/// (sigma).
 pub(crate) const ANNEALING_POINTS: usize = 2000;
 pub(crate) const ANNEALING_START: f64 = 0.05;
 pub(crate) const ANNEALING_LEVELS: usize = 6;
 pub(crate) const ANNEALING_ITERATIONS: u32 = 12;
 pub(crate) const ANNEALING_STEP: f64 = 1e-3;
-/// A scale is final if the next one is larger than this part of it; no level goes down farther than by the second factor.
+/// A scale is final if the next one is larger than this part of it; no level goes down farther than by the second
+/// factor.
 pub(crate) const SCALE_SETTLED: f64 = 0.9;
 pub(crate) const SCALE_FASTEST: f64 = 0.35;
 /// The least spread of residuals (radii): that of scans without any noise.
 pub(crate) const LEAST_SPREAD: f64 = 1e-6;
-/// At the final scale: Gauss-Newton steps, and the last step (sigma): single points that change patches move the optimum by as
-/// much (0017).
+/// At the final scale: Gauss-Newton steps, and the last step (sigma): single points that change patches move the
+/// optimum by as much (0017).
 pub(crate) const POLISH_ITERATIONS: u32 = 30;
 pub(crate) const POLISH_STEP: f64 = 2e-4;
-/// L-BFGS, where Gauss-Newton does not converge: iterations, the gradient at which it ends, corrections that are kept, rounds in which
-/// the set of coordinates at bounds settles, and the part of sigma by which the first step moves the surface.
+/// L-BFGS, where Gauss-Newton does not converge: iterations, the gradient at which it ends, corrections that are kept,
+/// rounds in which the set of coordinates at bounds settles, and the part of sigma by which the first step moves the
+/// surface.
 pub(crate) const LBFGS_ITERATIONS: u32 = 40;
 pub(crate) const LBFGS_GRADIENT: f64 = 1e-7;
 pub(crate) const LBFGS_MEMORY: usize = 8;
@@ -253,46 +261,49 @@ pub(crate) const LBFGS_FIRST_STEP: f64 = 3.0;
 
 // ------------------------------------------------------------------------------------------------------ Coverage term
 
-/// Scales of the term (radii): from ends that are far beyond the scan to those that are hardly so; the last one is the points' own,
-/// but not below the second.
+/// Scales of the term (radii): from ends that are far beyond the scan to those that are hardly so; the last one is the
+/// points' own, but not below the second.
 pub(crate) const COVERAGE_SCALES: [f64; 2] = [0.1, 0.03];
 pub(crate) const COVERAGE_FINEST: f64 = 0.01;
-/// Places on the model in all, about (0023), and at most each way on a patch; samples each way from which a patch's size follows.
+/// Places on the model in all, about (0023), and at most each way on a patch; samples each way from which a patch's
+/// size follows.
 pub(crate) const COVERAGE_PLACES: f64 = 8000.0;
 pub(crate) const PLACES_EACH_WAY: usize = 400;
 pub(crate) const PLACE_SAMPLES: usize = 8;
-/// Directions from which a place may be seen, the cosine of those that are too grazing, and how far above the surface (radii) rays
-/// begin.
+/// Directions from which a place may be seen, the cosine of those that are too grazing, and how far above the surface
+/// (radii) rays begin.
 pub(crate) const VIEW_DIRECTIONS: usize = 48;
 pub(crate) const GRAZING_VIEW: f64 = 0.15;
 pub(crate) const VIEW_OFFSET: f64 = 1e-3;
-/// Neighbours in a cloud that say on which sides of a place there are points (0023), and nearest points among which those are sought
-/// that face the same way.
+/// Neighbours in a cloud that say on which sides of a place there are points (0023), and nearest points among which
+/// those are sought that face the same way.
 pub(crate) const SUPPORT_NEIGHBOURS: usize = 12;
 pub(crate) const SUPPORT_NEAREST: usize = 24;
 
 // ---------------------------------------------------------------------------------------------------------- Inference
 
-/// Blocks in which residuals depend on each other: edges that are tried, each half of the last one, from half the scan's radius
-/// of gyration on; the fewest that estimate a variance.
+/// Blocks in which residuals depend on each other: edges that are tried, each half of the last one, from half the
+/// scan's radius of gyration on; the fewest that estimate a variance.
 pub(crate) const BLOCK_EDGES: i32 = 8;
 pub(crate) const FEWEST_BLOCKS: usize = 40;
-/// Residuals depend on each other where the ratio of block sums, 1 of independent ones, is above the first number by so many of
-/// its standard deviations.
+/// Residuals depend on each other where the ratio of block sums, 1 of independent ones, is above the first number by so
+/// many of its standard deviations.
 pub(crate) const BLOCK_CLEAR: f64 = 1.15;
 pub(crate) const BLOCK_SIGNIFICANT: f64 = 4.0;
 /// Cap on the correction for dependence across the borders of blocks: beyond it the extrapolation is not reliable.
 pub(crate) const BLOCK_CORRECTION: f64 = 1.5;
 /// Positions of the grid over which block sums are averaged: together they act like a triangular kernel (Bartlett's).
 pub(crate) const BLOCK_GRIDS: usize = 4;
-/// Numbers that may be kept for the leverages of blocks: 256 MB. Where there are so many blocks, none has any leverage to speak of
-/// (0024).
+/// Numbers that may be kept for the leverages of blocks: 256 MB. Where there are so many blocks, none has any leverage
+/// to speak of (0024).
 pub(crate) const BLOCK_ROOM: usize = 1 << 25;
 /// Cap on the leverage h in 1 / (1 - h): a residual is corrected by at most the factor 10.
 pub(crate) const LEVERAGE_CAP: f64 = 0.9;
-/// How much farther away than a point's own patch another one may be for a correspondence switch (sigma): as far as searches look.
+/// How much farther away than a point's own patch another one may be for a correspondence switch (sigma): as far as
+/// searches look.
 pub(crate) const SWITCH_REACH: f64 = REACH_SIGMAS;
-/// Cap on the part of the curvature that switches take away in any direction: the rest is too uncertain to be divided by.
+/// Cap on the part of the curvature that switches take away in any direction: the rest is too uncertain to be divided
+/// by.
 pub(crate) const SWITCH_CAP: f64 = 0.8;
 /// How often the covariance is computed with the switches that it suggests.
 pub(crate) const SWITCH_ROUNDS: usize = 3;

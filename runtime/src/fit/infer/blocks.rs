@@ -29,10 +29,10 @@ impl Blocks {
         (patch, x | y << 21 | z << 42)
     }
 
-    /// The blocks in which scores depend on each other, from the sizes of block sums: those of independent scores grow like the
-    /// root of their number, so that sum over blocks of (sum of scores)^2 / sum of scores^2 is 1 whatever the size. None where
-    /// it is not clearly more. The edge taken is the one at which the ratio is largest: in larger blocks the fit itself has made
-    /// the sums small. `points` have the position and the patch of every score.
+    /// The blocks in which scores depend on each other, from the sizes of block sums: those of independent scores grow
+    /// like the root of their number, so that sum over blocks of (sum of scores)^2 / sum of scores^2 is 1 whatever the
+    /// size. None where it is not clearly more. The edge taken is the one at which the ratio is largest: in larger
+    /// blocks the fit itself has made the sums small. `points` have the position and the patch of every score.
     pub(crate) fn find(points: &[(DVec3, u32)], scores: &[f64], radius: f64) -> Option<Self> {
         let total: f64 = scores.iter().map(|z| z * z).sum();
         if !(total > 0.0) {
@@ -75,7 +75,8 @@ struct OfEdge {
     clear: bool,
 }
 
-/// Scores in the order of a walk through the smallest cubes, patch by patch: those of a larger cube stand together as well.
+/// Scores in the order of a walk through the smallest cubes, patch by patch: those of a larger cube stand together as
+/// well.
 struct Sorted(Vec<(u32, u64, f64)>);
 
 impl Sorted {
@@ -111,8 +112,8 @@ mod tests {
             .collect();
         let white: Vec<f64> = points.iter().map(|_| random.random_range(-1.0..1.0)).collect();
         assert_eq!(Blocks::find(&points, &white, 50.0), None);
-        // A random value on every square of 5 mm, and white noise of the same size: of n = 20000 * 25 / 10000 = 50 points
-        // a square, the variance of the mean is 1 + (n - 1) / 2 times that of independent ones.
+        // A random value on every square of 5 mm, and white noise of the same size: of n = 20000 * 25 / 10000 = 50
+        // points a square, the variance of the mean is 1 + (n - 1) / 2 times that of independent ones.
         let levels: Vec<f64> = (0..400).map(|_| random.random_range(-1.0..1.0)).collect();
         let at =
             |p: DVec3| levels[(((p.x + 50.0) / 5.0) as usize).min(19) * 20 + (((p.y + 50.0) / 5.0) as usize).min(19)];

@@ -1,5 +1,5 @@
-//! The block bootstrap (Kuensch 1989): scans are drawn from the scan itself with repetitions, in blocks so that residuals that
-//! depend on each other stay together, and fitted again from where the fit ended.
+//! The block bootstrap (Kuensch 1989): scans are drawn from the scan itself with repetitions, in blocks so that
+//! residuals that depend on each other stay together, and fitted again from where the fit ended.
 
 use super::blocks::Blocks;
 use super::sandwich::Uncertainty;

@@ -10,9 +10,9 @@ use crate::fit::tuning::{BLOCK_GRIDS, BLOCK_ROOM, LEVERAGE_CAP};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-/// Sum of (score J) (score J)^T, for residuals that do not depend on each other. Scores are divided by 1 - h: a point's leverage
-/// h = weight J (sum of weight J^T J)^-1 J^T is the part of its residual that the fit has absorbed. `inverse` is that inverse
-/// (MacKinnon and White 1985, HC3).
+/// Sum of (score J) (score J)^T, for residuals that do not depend on each other. Scores are divided by 1 - h: a point's
+/// leverage h = weight J (sum of weight J^T J)^-1 J^T is the part of its residual that the fit has absorbed. `inverse`
+/// is that inverse (MacKinnon and White 1985, HC3).
 pub(crate) fn of_points(all: &AllRows, inverse: &DMatrix<f64>) -> DMatrix<f64> {
     let squared = |rows: &Rows| {
         let inverse = among(inverse, &rows.columns);
@@ -29,8 +29,8 @@ pub(crate) fn of_points(all: &AllRows, inverse: &DMatrix<f64>) -> DMatrix<f64> {
     meat
 }
 
-/// Sum over blocks of (sum of scores J) (sum of scores J)^T, the mean over some positions of the grid, with the leverages of the
-/// blocks (Bell and McCaffrey 2002, CR3). `inverse` as in `of_points`.
+/// Sum over blocks of (sum of scores J) (sum of scores J)^T, the mean over some positions of the grid, with the
+/// leverages of the blocks (Bell and McCaffrey 2002, CR3). `inverse` as in `of_points`.
 pub(crate) fn of_blocks(objective: &Objective, all: &AllRows, blocks: Blocks, inverse: &DMatrix<f64>) -> DMatrix<f64> {
     let total = inverse.nrows();
     let shifts: Vec<DVec3> = (1..=BLOCK_GRIDS).map(|i| DVec3::new(halton(i, 0), halton(i, 1), halton(i, 2))).collect();
@@ -111,9 +111,9 @@ impl Grid {
 }
 
 impl Block {
-    /// The sum as it would be had the fit not seen the block, s + M A s + (M A)^2 s + ..., where M is the block's square and A
-    /// the inverse of all squares' sum: sum of w J (1 - H)^-1 d, with H = J A J^T w. The series ends where the rest would be that
-    /// of a leverage above the cap.
+    /// The sum as it would be had the fit not seen the block, s + M A s + (M A)^2 s + ..., where M is the block's
+    /// square and A the inverse of all squares' sum: sum of w J (1 - H)^-1 d, with H = J A J^T w. The series ends where
+    /// the rest would be that of a leverage above the cap.
     fn left_out(&self, inverse: &DMatrix<f64>) -> DVector<f64> {
         let mut sum = DVector::from_column_slice(&self.sum);
         if self.square.is_empty() {

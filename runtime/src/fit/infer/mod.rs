@@ -1,5 +1,6 @@
-//! Inference: how well the scan determines the parameters (the sandwich estimator with dependent residuals, the block bootstrap),
-//! which held values it contradicts (Wald), which parts it does not show, and which of several models it supports.
+//! Inference: how well the scan determines the parameters (the sandwich estimator with dependent residuals, the block
+//! bootstrap), which held values it contradicts (Wald), which parts it does not show, and which of several models it
+//! supports.
 
 mod blocks;
 pub(crate) mod bootstrap;

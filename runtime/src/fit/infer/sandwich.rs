@@ -1,5 +1,5 @@
-//! How well the scan determines the coordinates: the sandwich estimator of their covariance (Huber 1967; with blocks as in
-//! cluster-robust estimators), and what it does not determine at all.
+//! How well the scan determines the coordinates: the sandwich estimator of their covariance (Huber 1967; with blocks as
+//! in cluster-robust estimators), and what it does not determine at all.
 
 use super::blocks::Blocks;
 use super::meat;
@@ -33,8 +33,8 @@ pub(crate) struct Uncertainty {
 const SINGULAR: f64 = 1e-10;
 const NO_INFLUENCE: f64 = 1e-12;
 
-/// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as known. None where the model does not exist or
-/// no point has a foot.
+/// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as known. None where the model does not
+/// exist or no point has a foot.
 pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Uncertainty> {
     let dim = objective.space.dim();
     let all = AllRows::new(objective, at)?;

@@ -1,7 +1,7 @@
 //! Tail probabilities.
 
-/// The probability that a chi-squared variable with `degrees` degrees of freedom exceeds `x` (Abramowitz and Stegun 26.4.4 and
-/// 26.4.5: finite sums, from the complementary error function where `degrees` is odd).
+/// The probability that a chi-squared variable with `degrees` degrees of freedom exceeds `x` (Abramowitz and Stegun
+/// 26.4.4 and 26.4.5: finite sums, from the complementary error function where `degrees` is odd).
 pub(crate) fn chi_squared_tail(x: f64, degrees: usize) -> f64 {
     if !(x > 0.0) || degrees == 0 {
         return 1.0;

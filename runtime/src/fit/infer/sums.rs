@@ -7,8 +7,8 @@ use nalgebra::DMatrix;
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// Sums over all points of factors times J J^T, by the parameters, shift and turn. `factors` has those of every point of some
-/// rows, one for each of the sums.
+/// Sums over all points of factors times J J^T, by the parameters, shift and turn. `factors` has those of every point
+/// of some rows, one for each of the sums.
 pub(crate) fn squares<const N: usize>(
     all: &AllRows,
     total: usize,
@@ -36,7 +36,8 @@ pub(crate) fn squares<const N: usize>(
     sums
 }
 
-/// What a residual contributes to the gradient of the objective: weight times signed distance, of which J is the direction.
+/// What a residual contributes to the gradient of the objective: weight times signed distance, of which J is the
+/// direction.
 pub(crate) fn score(point: &RowPoint) -> f64 {
     point.weight * point.distance
 }

@@ -1,8 +1,8 @@
-//! Correspondence switches: points that are about as near to one patch as to another. Every point belongs to the nearest surface,
-//! so that the objective is a minimum of functions, with a kink where a point changes sides: there the gradient jumps down. The
-//! mean Hessian over the region in which the truth may lie is smaller by that than the one at the optimum, which no point's own
-//! curvature shows, and standard deviations are larger. Where a small part meets a large one a few such points matter as much as
-//! all others.
+//! Correspondence switches: points that are about as near to one patch as to another. Every point belongs to the
+//! nearest surface, so that the objective is a minimum of functions, with a kink where a point changes sides: there the
+//! gradient jumps down. The mean Hessian over the region in which the truth may lie is smaller by that than the one at
+//! the optimum, which no point's own curvature shows, and standard deviations are larger. Where a small part meets a
+//! large one a few such points matter as much as all others.
 
 use super::sums::score;
 use crate::fit::correspond::cache::CacheSlice;
@@ -31,7 +31,8 @@ struct Contribution {
     slopes: Vec<f64>,
 }
 
-/// All points that have another patch nearly as near; `held` coordinates do not vary. None where the model does not exist.
+/// All points that have another patch nearly as near; `held` coordinates do not vary. None where the model does not
+/// exist.
 pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Vec<Switch>> {
     let placed = objective.place(at).ok()?;
     let chunks = objective.chunks();
@@ -105,8 +106,8 @@ fn contributions(objective: &Objective, placed: &Placed, points: &[Correspondenc
     all
 }
 
-/// The mean Hessian over estimates that are distributed as `covariance` says: `bread`, the one without switches, less the sum of
-/// N(difference; 0, slope^T C slope) slope slope^T over the switches, as min(f, g) has the second derivative
+/// The mean Hessian over estimates that are distributed as `covariance` says: `bread`, the one without switches, less
+/// the sum of N(difference; 0, slope^T C slope) slope slope^T over the switches, as min(f, g) has the second derivative
 /// -delta(g - f) (g' - f')^2 beside its branches'.
 pub(crate) fn smoothed(bread: &DMatrix<f64>, switches: &[Switch], covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let dim = bread.nrows();

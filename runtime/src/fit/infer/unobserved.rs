@@ -1,5 +1,5 @@
-//! Unobserved parts: a handle that was not scanned hides in a wall, takes some of the wall's points, and looks as well determined
-//! as if it had been there.
+//! Unobserved parts: a handle that was not scanned hides in a wall, takes some of the wall's points, and looks as well
+//! determined as if it had been there.
 
 use super::sandwich::Uncertainty;
 use crate::fit::problem::objective::Objective;
@@ -31,10 +31,10 @@ pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncerta
     uncertainty
 }
 
-/// Whether a group's parts have points of their own, or else earn their parameters by Schwarz's criterion: without them the
-/// mean loss would be larger by so much that n ln(mean loss) grows by more than k ln n, for k parameters and n effective
-/// points. None where that cannot be said: where the group has no points at all, of which another warning speaks, or the model
-/// does not exist.
+/// Whether a group's parts have points of their own, or else earn their parameters by Schwarz's criterion: without them
+/// the mean loss would be larger by so much that n ln(mean loss) grows by more than k ln n, for k parameters and n
+/// effective points. None where that cannot be said: where the group has no points at all, of which another warning
+/// speaks, or the model does not exist.
 fn is_observed(solution: &Solution, uncertainty: &Uncertainty, group: &Group) -> Option<bool> {
     let level = &solution.level;
     let points = &level.problem.thin;

@@ -8,8 +8,8 @@ use crate::fit::result::HypothesisTest;
 use crate::fit::tuning::CHORD;
 use nalgebra::{DMatrix, DVector};
 
-/// Tests every parameter that was fixed at a value of `options.start`, each by itself (the others released as well), and all
-/// of them together where there are several.
+/// Tests every parameter that was fixed at a value of `options.start`, each by itself (the others released as well),
+/// and all of them together where there are several.
 pub(crate) fn test(solution: &Solution) -> Vec<HypothesisTest> {
     let problem = solution.level.problem;
     let parameters = problem.model.parameters();

@@ -27,7 +27,8 @@ impl Candidate {
     }
 }
 
-/// The objective over some points at a scale of the loss in radii of the scan, with the sides of patches where they are known.
+/// The objective over some points at a scale of the loss in radii of the scan, with the sides of patches where they are
+/// known.
 pub(crate) fn objective<'s>(
     level: &'s Level<'s>,
     points: &'s Points,
@@ -37,8 +38,8 @@ pub(crate) fn objective<'s>(
     Objective { signs, ..level.objective(points, Loss::welsch(scale * level.problem.radius)) }
 }
 
-/// Minimises an objective from a candidate, and learns anew which way patches face if `sides` says so. None where the model
-/// does not exist or the fit is cancelled.
+/// Minimises an objective from a candidate, and learns anew which way patches face if `sides` says so. None where the
+/// model does not exist or the fit is cancelled.
 pub(crate) fn minimise(
     level: &Level,
     objective: &Objective,

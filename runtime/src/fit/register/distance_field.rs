@@ -1,5 +1,5 @@
-//! A distance field of the model at fixed parameters: distances on a grid of voxels, so that hundreds of orientations can
-//! be tried for the price of one exact evaluation.
+//! A distance field of the model at fixed parameters: distances on a grid of voxels, so that hundreds of orientations
+//! can be tried for the price of one exact evaluation.
 
 use crate::fit::correspond::facets::Facets;
 use crate::fit::problem::isometry::Isometry;
@@ -20,8 +20,8 @@ pub(crate) struct DistanceField {
 }
 
 impl DistanceField {
-    /// The field of some facets, and a margin about their box for a scan of radius `radius`; farther out it is continued along
-    /// straight lines. None where there are no facets.
+    /// The field of some facets, and a margin about their box for a scan of radius `radius`; farther out it is
+    /// continued along straight lines. None where there are no facets.
     pub(crate) fn new(facets: &Facets, radius: f64) -> Option<Self> {
         let (low, high) = facets.bounds()?;
         let margin = FIELD_MARGIN * radius;
@@ -74,8 +74,8 @@ impl DistanceField {
         (mix(y0, y1, f.z) + off, gradient)
     }
 
-    /// Aligns the model with the points by Gauss-Newton steps over rigid motions, from `motion`; returns the motion and the
-    /// mean loss there. Local motions turn about `centre`.
+    /// Aligns the model with the points by Gauss-Newton steps over rigid motions, from `motion`; returns the motion and
+    /// the mean loss there. Local motions turn about `centre`.
     pub(crate) fn align(&self, points: &Points, loss: Loss, motion: Isometry, centre: DVec3) -> (Isometry, f64) {
         let mut at = motion;
         let (mut value, mut step) = self.step(points, loss, &at, centre);
@@ -132,7 +132,8 @@ mod tests {
         let field = DistanceField::new(&layout.facets(&*instance), 20.0).unwrap();
         for q in [DVec3::new(24.0, 6.0, -15.0), DVec3::new(1.0, 60.0, 2.0), DVec3::new(-90.0, 80.0, 200.0)] {
             let (d, slope) = field.at(q);
-            // Voxels of 4.5 mm: away from the surface, where the distance has its kink, the error of interpolation stays below one.
+            // Voxels of 4.5 mm: away from the surface, where the distance has its kink, the error of interpolation
+            // stays below one.
             assert!((d - (q.length() - 40.0).abs()).abs() < 0.1 * d + 1.0, "{q} {d}");
             let outward = slope.dot(q.normalize()) * (q.length() - 40.0).signum();
             assert!(outward > 0.9, "{q} {slope}");

@@ -61,8 +61,8 @@ pub(crate) fn groups(level: &Level) -> Vec<Group> {
     groups
 }
 
-/// The mean loss of the points that only the group can explain over that of the others: about 1 where the group fits as well as
-/// the rest. None where the model does not exist.
+/// The mean loss of the points that only the group can explain over that of the others: about 1 where the group fits as
+/// well as the rest. None where the model does not exist.
 pub(crate) fn loss_ratio(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<f64> {
     let placed = objective.place(at).ok()?;
     let losses = objective.psi_of_points(&placed, &at.motion);
@@ -74,8 +74,8 @@ pub(crate) fn loss_ratio(objective: &Objective, at: &Estimate, explained: &[bool
     Some(mean(false) / mean(true))
 }
 
-/// Which points patches outside the group explain, and the rotation that leaves those patches' surface where it is, if there is
-/// one and the motion is a variable (else it would be no part of the result).
+/// Which points patches outside the group explain, and the rotation that leaves those patches' surface where it is, if
+/// there is one and the motion is a variable (else it would be no part of the result).
 pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
     let mut placed = objective.place(at).ok()?;
     placed.facets.remove(|patch| group.patches[patch]);

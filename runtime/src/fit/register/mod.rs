@@ -30,15 +30,15 @@ pub(crate) struct Registration<'a> {
 pub(crate) struct Seeds {
     /// The user's.
     pub(crate) start: Estimate,
-    /// Those that decide between two names for the same surface: the start's if that is near, else the script's defaults.
+    /// Those that decide between two names for the same surface: the start's if that is near, else the script's
+    /// defaults.
     pub(crate) reference: Estimate,
 }
 
-/// Finds where to begin: near the start, or at the best of all orientations. Near starts that lead to nothing convincing are
-/// given up where the pose may be searched.
+/// Finds where to begin: near the start, or at the best of all orientations. Near starts that lead to nothing
+/// convincing are given up where the pose may be searched.
 ///
-/// # Errors
-/// The model cannot be evaluated at the start.
+/// # Errors The model cannot be evaluated at the start.
 pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>, FitError> {
     let level = problem.start_level()?;
     warn_of_unit(problem, level.space.radius);

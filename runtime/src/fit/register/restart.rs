@@ -1,5 +1,5 @@
-//! Multi-start restarts of parameters that shape only some parts (a handle): the rest of the model may fit well while they are
-//! in the basin of another local minimum, or while the model is turned about the rest's axis of symmetry.
+//! Multi-start restarts of parameters that shape only some parts (a handle): the rest of the model may fit well while
+//! they are in the basin of another local minimum, or while the model is turned about the rest's axis of symmetry.
 
 use super::Seeds;
 use super::candidate::{Candidate, by_value, minimise, objective};
@@ -42,8 +42,8 @@ pub(crate) enum Scope {
     Doubtful,
 }
 
-/// Tries other values of every group of local parameters; returns the candidate, or a better one. Among equally good ones (a
-/// curve run backwards is the same curve) it takes the one nearest to the reference.
+/// Tries other values of every group of local parameters; returns the candidate, or a better one. Among equally good
+/// ones (a curve run backwards is the same curve) it takes the one nearest to the reference.
 pub(crate) fn restart(plan: &Restart, candidate: Candidate) -> Candidate {
     let groups = groups(plan.level);
     let mut best = candidate;
@@ -51,8 +51,8 @@ pub(crate) fn restart(plan: &Restart, candidate: Candidate) -> Candidate {
         let mut again = false;
         for group in &groups {
             let Some(Restarted { better, ratio }) = restart_group(plan, group, round, &best) else { continue };
-            // What did not succeed is tried once more with other values; and a rest that fits better shows more clearly what it
-            // leaves over, if there is any doubt or another group left.
+            // What did not succeed is tried once more with other values; and a rest that fits better shows more clearly
+            // what it leaves over, if there is any doubt or another group left.
             again |= !(ratio < ACCEPTED);
             if let Some(better) = better {
                 let improved = better.value < (1.0 - WORTH_ANOTHER_ROUND) * best.value;
@@ -74,8 +74,8 @@ struct Restarted {
     ratio: f64,
 }
 
-/// Restarts one group. None where it has hardly any points of its own, where the model does not exist, or where there is no
-/// need to.
+/// Restarts one group. None where it has hardly any points of its own, where the model does not exist, or where there
+/// is no need to.
 fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) -> Option<Restarted> {
     let Restart { level, seeds, points, scale, scope } = *plan;
     let thin = &level.problem.thin;
@@ -145,8 +145,8 @@ fn jointly(level: &Level, points: &Points, scale: f64, candidates: Vec<Candidate
     candidates.into_par_iter().filter_map(minimise).collect()
 }
 
-/// Estimates to restart from: the present values of the group's parameters, the seeds', and values spread over the bounds and
-/// about the start's. `KNOWN` of them are known already.
+/// Estimates to restart from: the present values of the group's parameters, the seeds', and values spread over the
+/// bounds and about the start's. `KNOWN` of them are known already.
 fn starts(plan: &Restart, group: &Group, from: &Candidate, round: usize) -> Vec<Estimate> {
     let Restart { level, seeds: Seeds { start, reference }, .. } = *plan;
     let with = |values: &dyn Fn(usize) -> f64| {
@@ -215,9 +215,9 @@ impl<'s> Local<'s> {
         Objective { space, layout: &self.layout, ..objective }
     }
 
-    /// A group of few parameters: what the other parts explain may hide all points of a small part, so that the known starts are
-    /// tried on everything. At a fine scale they may all be too far off to feel the points, which the best of what the part alone
-    /// comes to does.
+    /// A group of few parameters: what the other parts explain may hide all points of a small part, so that the known
+    /// starts are tried on everything. At a fine scale they may all be too far off to feel the points, which the best
+    /// of what the part alone comes to does.
     fn small_group(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
         let Ranked { known, all } = self.rank(starts);
         let near = SAME_START.min(SMALL_GROUP_STARTS * scale);
@@ -227,8 +227,8 @@ impl<'s> Local<'s> {
         jointly(self.level, points, scale, chosen)
     }
 
-    /// A group of many: the likeliest starts first, batch by batch, until a candidate is `accepted`. Each is optimised over the
-    /// group's parameters alone, and the best of a batch over everything.
+    /// A group of many: the likeliest starts first, batch by batch, until a candidate is `accepted`. Each is optimised
+    /// over the group's parameters alone, and the best of a batch over everything.
     fn batches(
         &self,
         starts: &[Estimate],
@@ -296,8 +296,8 @@ impl<'s> Local<'s> {
         by_value(candidates.par_iter().filter_map(minimise).collect())
     }
 
-    /// Some candidates and the best of others, `most` in all, of which no two are within `near` (scan's radii) of each other or of the
-    /// former.
+    /// Some candidates and the best of others, `most` in all, of which no two are within `near` (scan's radii) of each
+    /// other or of the former.
     fn spread(&self, mut chosen: Vec<Candidate>, others: Vec<Candidate>, most: usize, near: f64) -> Vec<Candidate> {
         let (space, radius) = (&self.level.space, self.level.problem.radius);
         let apart = |a: &Estimate, b: &Estimate| {

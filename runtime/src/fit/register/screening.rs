@@ -16,7 +16,8 @@ use crate::fit::tuning::{
 };
 use rayon::prelude::*;
 
-/// The best place to begin from near the start, with its inlier ratio. `searched` says whether there are others, far from it.
+/// The best place to begin from near the start, with its inlier ratio. `searched` says whether there are others, far
+/// from it.
 pub(crate) fn near(level: &Level, seeds: &Seeds, searched: bool) -> (Candidate, f64) {
     let from = Candidate::new(level, seeds.start.clone());
     let points = level.problem.thin.sample(COMPARED);

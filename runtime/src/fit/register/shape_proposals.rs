@@ -1,22 +1,15 @@
-//! Other shapes to begin from: parameters for which pairs of the model's surface points have the distances of the scan's.
-//! The distribution of such distances (Osada et al., "Shape distributions", D2) does not depend on the pose.
+//! Other shapes to begin from: parameters for which pairs of the model's surface points have the distances of the
+//! scan's. The distribution of such distances (Osada et al., "Shape distributions", D2) does not depend on the pose.
 
 use crate::fit::halton::halton;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::tuning::{
-    D2_BINS, D2_GRID, D2_POINTS, D2_SPAN, MUTATION_REACH, MUTATION_ROUNDS, MUTATIONS, PARENTS, PROPOSAL_DRAWS,
-    PROPOSALS, PROPOSALS_APART,
-};
+use crate::fit::tuning::{D2_BINS, D2_GRID, D2_POINTS, D2_SPAN, PROPOSAL_DRAWS, PROPOSALS, PROPOSALS_APART};
 use crate::model::Instance;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Parameters as fractions of the ranges in which they are sought, with the distance of their distribution from the scan's.
-type Shape = (f64, Vec<f64>);
-
-/// Up to `PROPOSALS` shapes whose distribution is nearest to the scan's, none nearly the same as another: the best of a
-/// low-discrepancy sequence, mutated in a few rounds.
+/// Up to `PROPOSALS` shapes whose distribution is nearest to the scan's, none nearly the same as another.
 pub(crate) fn propose(level: &Level, start: &Estimate) -> Vec<Estimate> {
     let problem = level.problem;
     let dim = start.z.len();
@@ -24,35 +17,22 @@ pub(crate) fn propose(level: &Level, start: &Estimate) -> Vec<Estimate> {
         return Vec::new();
     }
     let ranges: Vec<(f64, f64)> = (0..dim).map(|k| level.space.search_range(k, start.z[k], problem.radius)).collect();
-    let values = |unit: &[f64]| unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
     let scanned = distances(&problem.thin.sample(D2_POINTS).position, problem.radius);
-    let judge = |unit: Vec<f64>| {
-        let z: Vec<f64> = values(&unit);
-        (of_model(level, &z).map_or(f64::INFINITY, |d| earth_movers(&d, &scanned)), unit)
+    let draw = |i: usize| {
+        let unit: Vec<f64> = (0..dim).map(|n| halton(i, n)).collect();
+        let z: Vec<f64> = unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
+        Some((earth_movers(&of_model(level, &z)?, &scanned), unit, z))
     };
-    let mut shapes: Vec<Shape> =
-        (1..=PROPOSAL_DRAWS).into_par_iter().map(|i| judge((0..dim).map(|n| halton(i, n)).collect())).collect();
+    let mut shapes: Vec<(f64, Vec<f64>, Vec<f64>)> = (1..=PROPOSAL_DRAWS).into_par_iter().filter_map(draw).collect();
     shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
-    for round in 0..MUTATION_ROUNDS {
-        let reach = MUTATION_REACH * 0.5_f64.powi(round as i32);
-        let mutated = |c: usize| {
-            let (_, parent) = shapes.get(c / MUTATIONS)?;
-            let draw = |n: usize| halton(1 + round * PARENTS * MUTATIONS + c, n) - 0.5;
-            Some(judge(parent.iter().enumerate().map(|(n, t)| (t + 2.0 * reach * draw(n)).clamp(0.0, 1.0)).collect()))
-        };
-        let children: Vec<Shape> = (0..PARENTS * MUTATIONS).into_par_iter().filter_map(mutated).collect();
-        shapes.extend(children);
-        shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
-        shapes.truncate(4 * PARENTS);
-    }
-    let mut chosen: Vec<Vec<f64>> = Vec::new();
-    for (off, unit) in shapes {
+    let mut chosen: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
+    for (_, unit, z) in shapes {
         let near = |other: &Vec<f64>| unit.iter().zip(other).all(|(a, b)| (a - b).abs() < PROPOSALS_APART);
-        if chosen.len() < PROPOSALS && off.is_finite() && !chosen.iter().any(near) {
-            chosen.push(unit);
+        if chosen.len() < PROPOSALS && !chosen.iter().any(|(other, _)| near(other)) {
+            chosen.push((unit, z));
         }
     }
-    chosen.iter().map(|unit| Estimate { z: values(unit), motion: start.motion }).collect()
+    chosen.into_iter().map(|(_, z)| Estimate { z, motion: start.motion }).collect()
 }
 
 /// A cumulative distribution of distances.

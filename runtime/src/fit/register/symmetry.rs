@@ -1,4 +1,5 @@
-//! Parameter symmetries: parameters that can be exchanged without changing the surface. A curve run backwards is the same curve.
+//! Parameter symmetries: parameters that can be exchanged without changing the surface. A curve run backwards is the
+//! same curve.
 
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
@@ -8,8 +9,8 @@ use gml_compiler::program::Quantity;
 /// Coordinates that change places.
 type Pairs = Vec<(usize, usize)>;
 
-/// The estimates that follow from `at` by exchanging coordinates `members` in pairs, and that lie nearer to the reference and are
-/// as good by `objective`. `size` is the scale of lengths (millimetres).
+/// The estimates that follow from `at` by exchanging coordinates `members` in pairs, and that lie nearer to the
+/// reference and are as good by `objective`. `size` is the scale of lengths (millimetres).
 pub(crate) fn equivalents(
     objective: &Objective,
     at: &Estimate,
