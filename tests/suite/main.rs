@@ -9,6 +9,7 @@ mod inspect;
 #[cfg(unix)]
 mod interrupt;
 mod nist;
+mod prose;
 mod repl;
 mod search;
 mod support;
