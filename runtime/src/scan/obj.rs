@@ -1,202 +1,276 @@
-//! Wavefront OBJ: vertices, texture coordinates, normals, polygons and groups. Materials, points, lines and curves are
-//! skipped; so are colours and comments behind the numbers. Bytes that are not UTF-8 may stand in names and comments.
+//! Wavefront OBJ, read by `tobj` from a prepared text.
+//!
+//! The preparation removes or rewrites everything that `tobj` does not accept: bytes that are not UTF-8, continued
+//! lines, colours and comments behind the numbers, materials without a name, points and lines among the faces, and
+//! files of points only. It also records line numbers and groups.
 
 use super::error::ScanFault;
-use super::raw::{RawMesh, fan, is_usable};
+use super::raw::{RawMesh, is_usable};
 use crate::mesh::Group;
 use std::borrow::Cow;
+use std::io::{self, BufRead, Read};
+use tobj::{LoadError, LoadOptions};
 
 const FORMAT: &str = "OBJ";
 
-/// The things that a corner of a face names, in the order in which slashes separate them: keyword, and what a user
-/// calls it.
-const KINDS: [(&str, &str); 3] = [("v", "vertex"), ("vt", "texture coordinate"), ("vn", "normal")];
-
-/// The index of a texture coordinate or a normal that a corner does not have.
-const ABSENT: u32 = u32::MAX;
-
 /// Reads an OBJ file. Polygons become fans; without any face it is a cloud of points.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
-    let text = String::from_utf8_lossy(bytes);
-    let text = text.trim_start_matches('\u{feff}');
-    let mut reader = Reader::default();
-    // Faces may name what stands further down.
-    for (_, statement) in statements(text) {
-        let keyword = statement.split_whitespace().next();
-        if let Some(kind) = KINDS.iter().position(|kind| Some(kind.0) == keyword) {
-            reader.totals[kind] += 1;
-        }
-    }
-    if reader.totals[0] == 0 {
+    let prepared = Prepared::new(&String::from_utf8_lossy(bytes))?;
+    if prepared.vertices == 0 {
         return Err(ScanFault::NoVertices);
     }
-    for (line, statement) in statements(text) {
-        reader.take(line, &statement)?;
-    }
-    reader.finish()
+    if prepared.triangles == 0 { prepared.cloud() } else { prepared.mesh() }
 }
 
-/// The statements of a text without their comments, and their lines, counted from 1. A backslash continues a line.
-fn statements(text: &str) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
-    let mut lines = text.lines().enumerate();
-    std::iter::from_fn(move || {
-        let (i, line) = lines.next()?;
-        let mut line = Cow::Borrowed(line);
-        while let Some(continued) = line.trim_end().strip_suffix('\\') {
-            line = Cow::Owned(format!("{continued} {}", lines.next().map_or("", |(_, next)| next)));
-        }
-        if let Some(comment) = line.find('#') {
-            line = Cow::Owned(line[..comment].to_owned());
-        }
-        Some((i + 1, line))
-    })
-}
-
+/// The statements of the geometry, and their counts before any number is parsed.
 #[derive(Default)]
-struct Reader {
-    /// The numbers of vertices, texture coordinates and normals in the file.
-    totals: [usize; 3],
-    positions: Vec<[f64; 3]>,
-    texcoords: Vec<[f64; 2]>,
-    normals: Vec<[f64; 3]>,
-    /// The indices at the triangles' corners, of each kind.
-    triangles: [Vec<[u32; 3]>; 3],
+struct Prepared {
+    text: String,
+    /// Line in the file of every line of `text`, counted from 1.
+    lines: Vec<u32>,
+    vertices: usize,
+    texcoords: usize,
+    normals: usize,
+    triangles: usize,
     groups: Vec<Group>,
+    /// A face has a corner without texture coordinate; without normal.
+    bare_texcoord: bool,
+    bare_normal: bool,
 }
 
-impl Reader {
-    fn take(&mut self, line: usize, statement: &str) -> Result<(), ScanFault> {
-        let mut words = statement.split_whitespace();
+impl Prepared {
+    fn new(text: &str) -> Result<Self, ScanFault> {
+        let mut prepared = Self::default();
+        let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
+        while let Some((i, line)) = lines.next() {
+            let mut line = Cow::Borrowed(line);
+            while let Some(continued) = line.trim_end().strip_suffix('\\') {
+                line = Cow::Owned(format!("{continued} {}", lines.next().map_or("", |(_, next)| next)));
+            }
+            prepared.take(&line, i + 1)?;
+        }
+        if let Some(last) = prepared.groups.last_mut() {
+            last.end = prepared.triangles;
+        }
+        prepared.groups.retain(|group| group.start < group.end);
+        Ok(prepared)
+    }
+
+    fn take(&mut self, line: &str, number: usize) -> Result<(), ScanFault> {
+        let line = line.split('#').next().unwrap_or_default();
+        let mut words = line.split_whitespace();
         let Some(keyword) = words.next() else { return Ok(()) };
-        let fault = |expected: &str| {
-            let statement: String = statement.trim().chars().take(60).collect();
-            ScanFault::malformed(FORMAT, format!("line {line}"), format!("expected {expected}, found `{statement}`"))
-        };
         match keyword {
             "v" => {
-                let position = numbers(words.clone()).ok_or_else(|| fault("`v` and three numbers"))?;
+                let count = words.clone().count();
                 // A fourth number is the weight; more are a colour.
-                self.positions.push(if words.clone().count() == 4 {
-                    let weight = numbers(words.skip(3)).filter(|[weight]| *weight != 0.0);
-                    let [weight] = weight.ok_or_else(|| fault("a weight (the fourth number) other than zero"))?;
-                    position.map(|c| c / weight)
-                } else {
-                    position
-                });
+                self.push(keyword, words.take(if count == 4 { 4 } else { 3 }), number);
+                self.vertices += 1;
             }
             "vt" => {
-                let texcoord = numbers(words.chain(std::iter::once("0")));
-                self.texcoords.push(texcoord.ok_or_else(|| fault("`vt` and two numbers"))?);
+                self.push(keyword, words.chain(std::iter::once("0")).take(2), number);
+                self.texcoords += 1;
             }
-            "vn" => self.normals.push(numbers(words).ok_or_else(|| fault("`vn` and three numbers"))?),
-            // With fewer corners it is a point or a line.
-            "f" if words.clone().count() >= 3 => {
-                let mut corners = Vec::new();
-                for corner in words {
-                    let corner = self.corner(line, corner)?;
-                    corners.push(corner.ok_or_else(|| fault("`f` and corners such as 1, 1/2, 1//3 or 1/2/3"))?);
-                }
-                for triangle in fan(corners.len()) {
-                    for (kind, indices) in self.triangles.iter_mut().enumerate() {
-                        indices.push(triangle.map(|c| corners[c][kind]));
-                    }
-                }
+            "vn" => {
+                self.push(keyword, words.take(3), number);
+                self.normals += 1;
             }
-            "g" | "o" => self.begin_group(&words.collect::<Vec<_>>().join(" ")),
+            "f" => self.take_face(words, number)?,
+            "g" | "o" => {
+                let name = words.collect::<Vec<_>>().join(" ");
+                let start = self.triangles;
+                if let Some(last) = self.groups.last_mut() {
+                    last.end = start;
+                } else if start > 0 {
+                    self.groups.push(Group { name: "unnamed".into(), start: 0, end: start });
+                }
+                let name = if name.is_empty() { "unnamed".to_owned() } else { name };
+                self.groups.push(Group { name, start, end: start });
+            }
             _ => {}
         }
         Ok(())
     }
 
-    /// The indices that a corner names, from 0; none where it is no corner.
-    fn corner(&self, line: usize, corner: &str) -> Result<Option<[u32; 3]>, ScanFault> {
-        let read = [self.positions.len(), self.texcoords.len(), self.normals.len()];
-        let mut indices = [ABSENT; 3];
-        for (kind, word) in corner.split('/').enumerate() {
-            if kind > 2 || kind == 0 && word.is_empty() {
-                return Ok(None);
-            }
-            // An index of texture coordinates or normals that the file does not have is as good as none.
-            if word.is_empty() || kind > 0 && self.totals[kind] == 0 {
-                continue;
-            }
-            let Ok(index) = word.parse::<i64>() else { return Ok(None) };
-            // Negative indices count back from the face's line.
-            let (place, count) = if index < 0 {
-                (index.checked_add_unsigned(read[kind] as u64), read[kind])
-            } else {
-                (index.checked_sub(1), self.totals[kind])
-            };
-            let place = place.and_then(|place| u32::try_from(place).ok()).filter(|place| (*place as usize) < count);
-            let Some(place) = place else {
-                let place = format!("line {line}");
-                return Err(ScanFault::IndexOutOfRange { place, what: KINDS[kind].1, index, count });
-            };
-            indices[kind] = place;
+    fn take_face<'a>(&mut self, words: impl Iterator<Item = &'a str> + Clone, number: usize) -> Result<(), ScanFault> {
+        let corners = words.clone().count();
+        if corners < 3 {
+            return Ok(()); // A point or a line.
         }
-        Ok(Some(indices))
+        for corner in words.clone() {
+            let mut indices = corner.split('/').skip(1);
+            self.bare_texcoord |= indices.next().is_none_or(str::is_empty);
+            self.bare_normal |= indices.next().is_none_or(str::is_empty);
+            // Indices of more digits overflow inside `tobj`.
+            if corner.split('/').any(|index| index.len() > 18) {
+                return Err(ScanFault::malformed(FORMAT, format!("line {number}"), "an index has more than 18 digits"));
+            }
+        }
+        self.push("f", words, number);
+        self.triangles += corners - 2;
+        Ok(())
     }
 
-    fn begin_group(&mut self, name: &str) {
-        let start = self.triangles[0].len();
-        if self.groups.is_empty() && start > 0 {
-            self.groups.push(Group { name: "unnamed".to_owned(), start: 0, end: start });
+    fn push<'a>(&mut self, keyword: &str, words: impl Iterator<Item = &'a str>, number: usize) {
+        self.text.push_str(keyword);
+        for word in words {
+            self.text.push(' ');
+            self.text.push_str(word);
         }
-        self.end_group();
-        let name = if name.is_empty() { "unnamed" } else { name };
-        self.groups.push(Group { name: name.to_owned(), start, end: start });
+        self.text.push('\n');
+        self.lines.push(u32::try_from(number).unwrap_or(u32::MAX));
     }
 
-    fn end_group(&mut self) {
-        if let Some(last) = self.groups.last_mut() {
-            last.end = self.triangles[0].len();
+    fn mesh(self) -> Result<RawMesh, ScanFault> {
+        let mut reader = CountedLines { rest: self.text.as_bytes(), lines: 0 };
+        let options = LoadOptions { triangulate: true, ..LoadOptions::default() };
+        let loaded = tobj::load_obj_buf(&mut reader, &options, |_| Err(LoadError::MaterialParseError));
+        let (models, _) = loaded.map_err(|error| self.explain(error, reader.lines))?;
+        // Without `o` and `g` there is one model.
+        let mesh = models.into_iter().next().map(|model| model.mesh).unwrap_or_default();
+        let positions: Vec<[f64; 3]> = mesh.positions.as_chunks().0.to_vec();
+        // `tobj` drops vertices that no face uses; they are checked all the same.
+        let suspicious = positions.len() < self.vertices || positions.iter().flatten().any(|&c| !is_usable(c));
+        if let Some(fault) = suspicious.then(|| self.non_finite()).flatten() {
+            return Err(fault);
         }
-    }
-
-    fn finish(mut self) -> Result<RawMesh, ScanFault> {
-        self.end_group();
-        self.groups.retain(|group| group.start < group.end);
-        let [triangles, texcoord_indices, normal_indices] = self.triangles;
-        let mut raw = RawMesh::default();
-        if triangles.is_empty() {
-            if self.normals.len() == self.positions.len() {
-                raw.normals = self.normals;
-            }
-            raw.positions = self.positions;
-            return Ok(raw);
-        }
-        raw.corner_normals = at_corners(&normal_indices, &self.normals);
-        raw.corner_texcoords = at_corners(&texcoord_indices, &self.texcoords);
-        raw.groups = self.groups;
-        // Vertices come in the order of their first use. Those that no face uses are left out, but looked at all the
-        // same.
-        if let Some(i) = self.positions.iter().position(|p| !p.iter().all(|c| is_usable(*c))) {
-            return Err(ScanFault::NonFinite { vertex: i + 1, at: self.positions[i] });
-        }
-        let mut numbers = vec![ABSENT; self.positions.len()];
-        let mut number = |vertex: u32| {
-            let number = &mut numbers[vertex as usize];
-            if *number == ABSENT {
-                *number = raw.positions.len() as u32;
-                raw.positions.push(self.positions[vertex as usize]);
-            }
-            *number
+        let corners = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
+        let mut raw = RawMesh {
+            positions,
+            triangles: corners(&mesh.indices),
+            groups: self.groups,
+            ..RawMesh::default()
         };
-        raw.triangles = triangles.into_iter().map(|triangle| triangle.map(&mut number)).collect();
+        if !self.bare_normal && self.normals > 0 {
+            let values = mesh.normals.as_chunks::<3>().0;
+            raw.corner_normals = corners(&mesh.normal_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();
+        }
+        if !self.bare_texcoord && self.texcoords > 0 {
+            let values = mesh.texcoords.as_chunks::<2>().0;
+            raw.corner_texcoords =
+                corners(&mesh.texcoord_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();
+        }
         Ok(raw)
     }
-}
 
-/// The first N of some words as numbers; none where there are fewer or one is no number.
-fn numbers<'a, const N: usize>(words: impl Iterator<Item = &'a str>) -> Option<[f64; N]> {
-    let numbers: Option<Vec<f64>> = words.take(N).map(|word| word.parse().ok()).collect();
-    numbers?.try_into().ok()
-}
-
-/// The values at the corners of all triangles; none where a corner has none.
-fn at_corners<const N: usize>(triangles: &[[u32; 3]], values: &[[f64; N]]) -> Vec<[[f64; N]; 3]> {
-    if values.is_empty() || triangles.iter().flatten().any(|index| *index == ABSENT) {
-        return Vec::new();
+    /// A file without faces, of which `tobj` keeps nothing.
+    fn cloud(self) -> Result<RawMesh, ScanFault> {
+        let mut raw = RawMesh::default();
+        for (keyword, numbers, line) in self.number_lines() {
+            let fault = || ScanFault::malformed(FORMAT, format!("line {line}"), "expected three numbers");
+            let values = numbers.ok_or_else(fault)?;
+            match (keyword, &values[..]) {
+                ("v", &[x, y, z]) => raw.positions.push([x, y, z]),
+                ("v", &[x, y, z, w]) => raw.positions.push([x / w, y / w, z / w]),
+                ("vn", &[x, y, z]) => raw.normals.push([x, y, z]),
+                ("vt", _) => {}
+                _ => return Err(fault()),
+            }
+        }
+        if raw.normals.len() != raw.positions.len() {
+            raw.normals.clear();
+        }
+        Ok(raw)
     }
-    triangles.iter().map(|triangle| triangle.map(|index| values[index as usize])).collect()
+
+    /// Lines of numbers: keyword, numbers if they parse, line in the file.
+    fn number_lines(&self) -> impl Iterator<Item = (&str, Option<Vec<f64>>, u32)> {
+        self.text.lines().zip(&self.lines).filter_map(|(text, &line)| {
+            let (keyword, rest) = text.split_once(' ').unwrap_or((text, ""));
+            let numbers = || rest.split_whitespace().map(|word| word.parse().ok()).collect();
+            (keyword != "f").then(|| (keyword, numbers(), line))
+        })
+    }
+
+    /// The first vertex that is not usable, by its number in the file.
+    fn non_finite(&self) -> Option<ScanFault> {
+        let vertices = self.number_lines().filter(|(keyword, ..)| *keyword == "v");
+        vertices.enumerate().find_map(|(i, (_, numbers, _))| match numbers.unwrap_or_default()[..] {
+            [x, y, z, ..] if ![x, y, z].into_iter().all(is_usable) => {
+                Some(ScanFault::NonFinite { vertex: i + 1, at: [x, y, z] })
+            }
+            _ => None,
+        })
+    }
+
+    /// An error of `tobj` with the line that it is about, after `lines` have been read.
+    fn explain(&self, error: LoadError, lines: usize) -> ScanFault {
+        if matches!(
+            error,
+            LoadError::FaceVertexOutOfBounds | LoadError::FaceTexCoordOutOfBounds | LoadError::FaceNormalOutOfBounds
+        ) && let Some(fault) = self.index_out_of_range()
+        {
+            return fault;
+        }
+        let index = lines.saturating_sub(1);
+        let text: String = self.text.lines().nth(index).unwrap_or_default().chars().take(60).collect();
+        let message = match error {
+            LoadError::PositionParseError => "expected `v` and three numbers",
+            LoadError::ScalingByZeroError => "the vertex's weight (its fourth number) is zero",
+            LoadError::NormalParseError => "expected `vn` and three numbers",
+            LoadError::TexcoordParseError => "expected `vt` and two numbers",
+            LoadError::FaceParseError => "expected `f` and corners such as 1, 1/2, 1//3 or 1/2/3",
+            _ => return ScanFault::malformed(FORMAT, "faces", error.to_string()),
+        };
+        let line = self.lines.get(index).copied().unwrap_or_default();
+        ScanFault::malformed(FORMAT, format!("line {line}"), format!("{message}, found `{text}`"))
+    }
+
+    /// The first face with an index that is out of range. Negative indices count back from the face's line.
+    fn index_out_of_range(&self) -> Option<ScanFault> {
+        let totals = [self.vertices, self.texcoords, self.normals];
+        let mut so_far = [0_usize; 3];
+        for (text, line) in self.text.lines().zip(&self.lines) {
+            let (keyword, rest) = text.split_once(' ').unwrap_or((text, ""));
+            match keyword {
+                "v" => so_far[0] += 1,
+                "vt" => so_far[1] += 1,
+                "vn" => so_far[2] += 1,
+                _ => {}
+            }
+            for corner in rest.split_whitespace().take(if keyword == "f" { usize::MAX } else { 0 }) {
+                for (kind, index) in corner.split('/').take(3).enumerate() {
+                    let Ok(index) = index.parse::<i64>() else { continue };
+                    let (size, total) = (index.unsigned_abs(), totals[kind]);
+                    let bad = if index < 0 { size > so_far[kind] as u64 } else { size == 0 || size > total as u64 };
+                    if bad && (total > 0 || kind == 0) {
+                        let what = ["vertex", "texture coordinate", "normal"][kind];
+                        return Some(ScanFault::IndexOutOfRange {
+                            place: format!("line {line}"),
+                            what,
+                            index,
+                            count: if index < 0 { so_far[kind] } else { total },
+                        });
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// Hands out a text line by line and counts how many were taken, so that an error can name its line.
+struct CountedLines<'a> {
+    rest: &'a [u8],
+    lines: usize,
+}
+
+impl Read for CountedLines<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let n = self.fill_buf()?.read(buffer)?;
+        self.consume(n);
+        Ok(n)
+    }
+}
+
+impl BufRead for CountedLines<'_> {
+    fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        let end = self.rest.iter().position(|&b| b == b'\n').map_or(self.rest.len(), |i| i + 1);
+        Ok(&self.rest[..end])
+    }
+
+    fn consume(&mut self, n: usize) {
+        self.lines += self.rest[..n].iter().filter(|&&b| b == b'\n').count();
+        self.rest = &self.rest[n..];
+    }
 }
