@@ -4,8 +4,8 @@
 //!
 //! # Example
 //!
-//! A script, a scan, and what [`inspect()`] finds: the parameters of the scanned can, and the deviations from the fitted
-//! model.
+//! A script, a scan, and what [`inspect()`] finds: the parameters of the scanned can, and the deviations from the
+//! fitted model.
 //!
 //! ```
 //! use gml_compiler::program::{Options, compile};
@@ -50,10 +50,10 @@
 //! - [`simulate`]: the virtual laser scanner.
 //! - [`model`]: a model as evaluable surface patches; tessellation, charts and texels.
 //! - [`bvh`]: nearest hits of rays and closest points on a triangle mesh.
-//! - [`fit`]: parameters and pose from a scan; search over discrete inputs.
+//! - [`mod@fit`]: parameters and pose from a scan; search over discrete inputs.
 //! - [`variance`]: distances from every texel of the model's surface to the scan; statistics.
 //! - [`export`]: the documents: X3D, pictures, meshes, report.
-//! - [`inspect`]: fit, measure and document.
+//! - [`mod@inspect`]: fit, measure and document.
 //! - [`workers`]: threads for the compiler's work.
 //!
 //! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `simulate` uses `bvh`; `export` reads all

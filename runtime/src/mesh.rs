@@ -1,6 +1,7 @@
 //! Triangle meshes, the plain data that stages exchange, and boxes of points. Millimetres, doubles.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,6 +83,61 @@ impl TriangleMesh {
     pub fn bounds(&self) -> Bounds {
         self.positions.iter().map(|p| DVec3::from_array(*p)).collect()
     }
+}
+
+impl TriangleMesh {
+    /// A mesh of some triangles, with the vertices that they use in the order of their first use.
+    #[must_use]
+    pub(crate) fn submesh(&self, triangles: impl Iterator<Item = [u32; 3]>) -> Self {
+        let mut renumbered = vec![u32::MAX; self.positions.len()];
+        let mut mesh = Self::default();
+        for triangle in triangles {
+            let triangle = triangle.map(|old| {
+                let new = &mut renumbered[old as usize];
+                if *new == u32::MAX {
+                    *new = mesh.positions.len() as u32;
+                    mesh.positions.push(self.positions[old as usize]);
+                    mesh.normals.extend(self.normals.get(old as usize));
+                }
+                *new
+            });
+            mesh.triangles.push(triangle);
+        }
+        mesh
+    }
+
+    /// The edges that belong to a single triangle, ordered by their vertices.
+    #[must_use]
+    pub(crate) fn boundary_edges(&self) -> Vec<BoundaryEdge> {
+        let of_triangle = |(i, t): (usize, &[u32; 3])| {
+            let t = *t;
+            (0..3).map(move |k| {
+                let (a, b) = (t[k], t[(k + 1) % 3]);
+                (a.min(b), a.max(b), a < b, i as u32)
+            })
+        };
+        let mut edges: Vec<(u32, u32, bool, u32)> =
+            self.triangles.par_iter().enumerate().flat_map_iter(of_triangle).collect();
+        edges.par_sort_unstable();
+        let runs = edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1));
+        runs.filter_map(|run| match *run {
+            [(low, high, forward, triangle)] if low != high => {
+                let ends = if forward { [low, high] } else { [high, low] };
+                Some(BoundaryEdge { ends, triangle })
+            }
+            _ => None,
+        })
+        .collect()
+    }
+}
+
+/// An edge that belongs to a single triangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BoundaryEdge {
+    /// Its vertices, in the triangle's order.
+    pub(crate) ends: [u32; 2],
+    /// Index of the triangle.
+    pub(crate) triangle: u32,
 }
 
 /// Renumbers vertices so that those of `count` that no triangle uses can be left out; returns which are used.

@@ -14,11 +14,11 @@ pub struct Deviations {
     pub outward: Vec<f32>,
     /// Distance to the scan along -normal, positive; NaN if there is none.
     pub inward: Vec<f32>,
-    /// Whether a closed hole of the scan ([`FilledHoles`](super::FilledHoles)) is nearer than the scan: such a texel
+    /// Whether a closed hole of the scan is nearer than the scan: such a texel
     /// has no distance, since nothing was measured there. Empty if no holes were closed.
     pub filled: Vec<bool>,
     /// Cosine of the angle between the direction of texel i's ray and the surface's own normal, if normals are averaged
-    /// ([`average_normals`](super::average_normals)); empty if rays follow the surface's normals.
+    /// ([`DistanceKind::AveragedNormal`](super::DistanceKind)); empty if rays follow the surface's normals.
     pub cosine: Vec<f32>,
 }
 

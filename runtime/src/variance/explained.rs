@@ -96,12 +96,13 @@ fn explain_part(
             columns.column_mut(c).fill(0.0);
         }
     }
-    let whole = distances.norm_squared();
+    let total_square = distances.norm_squared();
     let area: f64 = inliers.iter().map(|k| f64::from(texels.area[part.texels[*k]]).max(0.0)).sum();
-    if !(whole > 0.0 && area > 0.0 && columns.iter().all(|x| x.is_finite())) {
+    if !(total_square > 0.0 && area > 0.0 && columns.iter().all(|x| x.is_finite())) {
         return None;
     }
-    let share = |first: usize, count: usize| explained(&columns.columns(first, count).into_owned(), &distances) / whole;
+    let share =
+        |first: usize, count: usize| explained(&columns.columns(first, count).into_owned(), &distances) / total_square;
     let mut effects: Vec<ParameterEffect> = part
         .active
         .iter()
@@ -110,7 +111,7 @@ fn explain_part(
             let (square, product) = (columns.column(c).norm_squared(), columns.column(c).dot(&distances));
             let (name, quantity) = parameters.get(*p)?;
             let change = product / square;
-            let share = product * change / whole;
+            let share = product * change / total_square;
             let effect = ParameterEffect { name: name.clone(), change, unit: quantity.unit().to_owned(), share };
             (square > 0.0 && change.is_finite()).then_some(effect)
         })
@@ -119,11 +120,11 @@ fn explain_part(
     let remaining = (1.0 - share(0, active + 6)).max(0.0);
     Some(Explanation {
         texels: inliers.len(),
-        rms: (whole / area).sqrt(),
+        rms: (total_square / area).sqrt(),
         parameters: effects,
         all_parameters: share(0, active),
         position: share(active, 6),
-        form: (remaining * whole / area).sqrt(),
+        form: (remaining * total_square / area).sqrt(),
     })
 }
 

@@ -173,7 +173,7 @@ pub fn measure(
     let forms = form_deviations(&deviations, &shapes);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     if let Some(maps) = &maps {
-        let range = |map| SensitivityRange::of(map, &maps.texels, &deviations.texels);
+        let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);
         report.sensitivities = maps.maps.iter().map(range).collect();
     }
     report.distance = options.distance.name().to_owned();

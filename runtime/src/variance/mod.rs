@@ -1,6 +1,6 @@
 //! Variance analysis: distances from every texel of the model's surface to the scan, and their statistics.
 //!
-//! [`measure`] is the whole analysis. Its stages: [`cast`](cast()) casts the rays, natively or by a compute shader, and
+//! [`measure()`] is the whole analysis. Its stages: [`cast()`] casts the rays, natively or by a compute shader, and
 //! gives [`Deviations`]; [`DistanceTexture`] codes them as the paper does; [`VarianceReport`] has the statistics.
 
 mod averaging;

@@ -103,7 +103,7 @@ pub struct SensitivityRange {
 impl SensitivityRange {
     /// The range of a map, whose values are of the texels `indices`; all zero if nothing depends on the parameter.
     #[must_use]
-    pub fn of(map: &SensitivityMap, indices: &[u32], texels: &Texels) -> Self {
+    pub fn new(map: &SensitivityMap, indices: &[u32], texels: &Texels) -> Self {
         let (mut min, mut max, mut squares, mut total) = (f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0);
         for (value, i) in map.values.iter().zip(indices).filter(|(value, _)| value.is_finite()) {
             let (value, area) = (f64::from(*value), f64::from(texels.area[*i as usize]).max(0.0));

@@ -67,7 +67,7 @@ impl Unmatched {
         model: &TriangleMesh,
         max_distance: f64,
         oriented: bool,
-    ) -> Result<Unmatched, BvhError> {
+    ) -> Result<Self, BvhError> {
         let bvh = Bvh::build(model)?;
         let explained = |triangle: &[u32; 3]| {
             let centre = centre(scan, *triangle);
@@ -83,15 +83,20 @@ impl Unmatched {
         // The sort is stable: pieces of one size stay in the order of the scan.
         pieces.sort_by(|a, b| b.0.area.total_cmp(&a.0.area));
         let area: f64 = pieces.iter().map(|(p, _)| p.area).sum();
-        let whole: f64 = scan.triangles.iter().map(|t| scan.triangle_area(*t)).sum();
+        let scan_area: f64 = scan.triangles.iter().map(|t| scan.triangle_area(*t)).sum();
         let summary = UnmatchedSummary {
             area,
-            share: if whole > 0.0 { area / whole } else { 0.0 },
+            share: if scan_area > 0.0 { area / scan_area } else { 0.0 },
             triangles: left.len(),
             pieces: pieces.len(),
             largest: pieces.iter().take(LISTED).map(|(p, _)| p.clone()).collect(),
         };
-        Ok(Unmatched { mesh: extract(scan, pieces.into_iter().map(|(_, t)| t)), summary })
+        let mut mesh = scan.submesh(pieces.iter().flat_map(|(_, triangles)| triangles).copied());
+        for (k, (piece, _)) in pieces.iter().enumerate() {
+            let start = mesh.groups.last().map_or(0, |g| g.end);
+            mesh.groups.push(Group { name: format!("piece{k}"), start, end: start + piece.triangles });
+        }
+        Ok(Self { mesh, summary })
     }
 }
 
@@ -176,29 +181,6 @@ fn piece(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Piece {
     let Bounds { low, high } = bounds;
     let centre = if area > 0.0 { moment / area } else { bounds.centre() };
     Piece { area, triangles: triangles.len(), centre: centre.into(), low: low.into(), high: high.into() }
-}
-
-/// A mesh of some triangles with the vertices that they use, one group per piece.
-fn extract(scan: &TriangleMesh, pieces: impl Iterator<Item = Vec<[u32; 3]>>) -> TriangleMesh {
-    let mut renumbered = vec![u32::MAX; scan.positions.len()];
-    let mut mesh = TriangleMesh::default();
-    for (k, triangles) in pieces.enumerate() {
-        let start = mesh.triangles.len();
-        for triangle in triangles {
-            let renumber = triangle.map(|old| {
-                let new = &mut renumbered[old as usize];
-                if *new == u32::MAX {
-                    *new = mesh.positions.len() as u32;
-                    mesh.positions.push(scan.positions[old as usize]);
-                    mesh.normals.extend(scan.normals.get(old as usize));
-                }
-                *new
-            });
-            mesh.triangles.push(renumber);
-        }
-        mesh.groups.push(Group { name: format!("piece{k}"), start, end: mesh.triangles.len() });
-    }
-    mesh
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::{Distances, Rays};
 use crate::bvh::ClosestPoint;
-use crate::mesh::TriangleMesh;
+use crate::mesh::{BoundaryEdge, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -56,26 +56,16 @@ struct BoundaryEdges {
 
 impl BoundaryEdges {
     fn new(mesh: &TriangleMesh) -> Self {
-        let key = |triangle: &[u32; 3], k: usize| {
-            let (a, b) = (triangle[(k + 1) % 3], triangle[(k + 2) % 3]);
-            u64::from(a.min(b)) << 32 | u64::from(a.max(b))
-        };
-        let mut all: Vec<u64> = mesh.triangles.par_iter().flat_map_iter(|t| (0..3).map(|k| key(t, k))).collect();
-        all.par_sort_unstable();
-        let single: Vec<u64> = all.chunk_by(|a, b| a == b).filter(|run| run.len() == 1).map(|run| run[0]).collect();
-        drop(all);
-        let mut vertices = vec![false; mesh.positions.len()];
-        for edge in &single {
-            vertices[(edge >> 32) as usize] = true;
-            vertices[(edge & u64::from(u32::MAX)) as usize] = true;
+        let mut edges = vec![0; mesh.triangles.len()];
+        let mut on_boundary = vec![false; mesh.positions.len()];
+        for BoundaryEdge { ends, triangle } in mesh.boundary_edges() {
+            let corners = mesh.triangles[triangle as usize];
+            let bits = (0..3).map(|k| u8::from(!ends.contains(&corners[k])) << k);
+            edges[triangle as usize] |= bits.sum::<u8>();
+            ends.iter().for_each(|v| on_boundary[*v as usize] = true);
         }
-        let bits = |f: &dyn Fn(usize) -> bool| (0..3).map(|k| u8::from(f(k)) << k).sum();
-        let edges = |t: &[u32; 3]| bits(&|k| single.binary_search(&key(t, k)).is_ok());
-        let corners = |t: &[u32; 3]| bits(&|k| vertices[t[k] as usize]);
-        Self {
-            edges: mesh.triangles.par_iter().map(edges).collect(),
-            corners: mesh.triangles.par_iter().map(corners).collect(),
-        }
+        let corners = |t: &[u32; 3]| (0..3).map(|k| u8::from(on_boundary[t[k] as usize]) << k).sum();
+        Self { edges, corners: mesh.triangles.par_iter().map(corners).collect() }
     }
 
     fn contain(&self, closest: &ClosestPoint) -> bool {

@@ -1,6 +1,6 @@
 //! Datums: surfaces of a form in a position, and the distances of points to them.
 
-use super::chebyshev::{MOST, Row};
+use super::linear::{MOST, Row};
 use glam::DVec3;
 
 /// A plane, a sphere, a cylinder or a cone.

@@ -4,8 +4,8 @@
 //! their distances) are then compared with the form in the position and size that suit them best: by least squares, and
 //! by the narrowest zone (minimum zone, ISO 1101; Chebyshev approximation).
 
-mod chebyshev;
 mod datum;
+mod linear;
 mod roundness;
 mod shape;
 #[cfg(test)]
@@ -91,8 +91,8 @@ pub(in crate::variance) fn form_deviations(
             return None;
         }
         let points: Vec<DVec3> = members.iter().map(|i| measured(deviations, *i)).collect();
-        let zone = shape.datum().and_then(|datum| zone::of(&points, datum, shape.shape));
-        let roundness = shape.axis.and_then(|axis| roundness::of(deviations, &members, axis));
+        let zone = shape.datum().and_then(|datum| zone::zone(&points, datum, shape.shape));
+        let roundness = shape.axis.and_then(|axis| roundness::roundness(deviations, &members, axis));
         Some(FormDeviation { shape: shape.shape, zone, roundness })
     };
     shapes.par_iter().zip(members).map(of_part).collect()

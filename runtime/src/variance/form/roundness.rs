@@ -5,7 +5,7 @@
 //! to its axis. In the plane of the section, as ISO 12181-1 defines its profile, the same deviations are longer by one
 //! over the cosine of the angle between normal and plane; both are computed.
 
-use super::chebyshev::{self, Row};
+use super::linear::{self, MOST, Row};
 use super::{FEWEST, Roundness};
 use crate::robust::{MAD_TO_SD, median, median_and_deviation};
 use crate::variance::Deviations;
@@ -59,7 +59,11 @@ impl Polar {
 }
 
 /// The roundness of texels with a distance, about an axis (a point and a unit direction).
-pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DVec3, DVec3)) -> Option<Roundness> {
+pub(super) fn roundness(
+    deviations: &Deviations,
+    members: &[usize],
+    (origin, axis): (DVec3, DVec3),
+) -> Option<Roundness> {
     let texels = &deviations.texels;
     let height = |i: usize| (DVec3::from(texels.position[i]) - origin).dot(axis);
     let (low, high) = members.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), i| {
@@ -85,11 +89,11 @@ pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DV
         let (angle, deviation) = (across.dot(y).atan2(across.dot(x)), f64::from(deviations.signed(i)));
         sections[place.min(SECTIONS - 1)].push(Polar { angle, deviation, outward });
     }
-    let found: Vec<(usize, Rings)> =
-        sections.iter().enumerate().filter_map(|(k, section)| Some((k, rings(section)?))).collect();
-    let (place, worst) = found.iter().max_by(|a, b| a.1.across[1].total_cmp(&b.1.across[1]))?;
+    let rings: Vec<(usize, Rings)> =
+        sections.iter().enumerate().filter_map(|(k, section)| Some((k, Rings::new(section)?))).collect();
+    let (place, worst) = rings.iter().max_by(|a, b| a.1.across[1].total_cmp(&b.1.across[1]))?;
     let at = origin + axis * (low + (*place as f64 + 0.5) / SECTIONS as f64 * (high - low));
-    let mut narrowest: Vec<f64> = found.iter().map(|(_, rings)| rings.across[1]).collect();
+    let mut narrowest: Vec<f64> = rings.iter().map(|(_, rings)| rings.across[1]).collect();
     let median = median(&mut narrowest)?;
     let [least_squares, minimum_zone] = worst.across;
     Some(Roundness {
@@ -97,7 +101,7 @@ pub(super) fn of(deviations: &Deviations, members: &[usize], (origin, axis): (DV
         minimum_zone,
         in_plane: worst.in_plane,
         at: at.into(),
-        sections: found.len(),
+        sections: rings.len(),
         median,
     })
 }
@@ -116,47 +120,38 @@ struct Rings {
     in_plane: [f64; 2],
 }
 
-/// The rings of a section; none if it does not have points all around.
-fn rings(section: &[Polar]) -> Option<Rings> {
-    let mut seen = [false; SECTORS];
-    for point in section {
-        seen[(((point.angle / TAU).rem_euclid(1.0)) * SECTORS as f64) as usize % SECTORS] = true;
-    }
-    if section.len() < FEWEST || seen.iter().filter(|s| **s).count() < SECTORS_NEEDED {
-        return None;
-    }
-    let mut kept = section.to_vec();
-    for _ in 0..3 {
-        let circle = least_squares(&kept.iter().map(Polar::across).collect::<Vec<Row>>())?;
-        let error = |point: &Polar| point.across().error(&circle).abs();
-        let limit = OUTLYING * MAD_TO_SD * median(&mut section.iter().map(error).collect::<Vec<f64>>())?;
-        kept = section.iter().filter(|point| error(point) <= limit).copied().collect();
-        // If half of a section are outliers, it has no circle.
-        if 2 * kept.len() < section.len() {
+impl Rings {
+    /// The rings of a section; none if it does not have points all around.
+    fn new(section: &[Polar]) -> Option<Self> {
+        let mut seen = [false; SECTORS];
+        for point in section {
+            seen[(((point.angle / TAU).rem_euclid(1.0)) * SECTORS as f64) as usize % SECTORS] = true;
+        }
+        if section.len() < FEWEST || seen.iter().filter(|s| **s).count() < SECTORS_NEEDED {
             return None;
         }
+        let mut inliers = section.to_vec();
+        for _ in 0..3 {
+            let circle = linear::least_squares(inliers.iter().map(Polar::across), 3)?.0;
+            let error = |point: &Polar| point.across().error(&circle).abs();
+            let limit = OUTLYING * MAD_TO_SD * median(&mut section.iter().map(error).collect::<Vec<f64>>())?;
+            inliers = section.iter().filter(|point| error(point) <= limit).copied().collect();
+            // If half of a section are outliers, it has no circle.
+            if 2 * inliers.len() < section.len() {
+                return None;
+            }
+        }
+        let widths = |row: fn(&Polar) -> Row| {
+            let rows: Vec<Row> = inliers.iter().map(row).collect();
+            let least_squares = width(&rows, &linear::least_squares(rows.iter().copied(), 3)?.0);
+            Some([least_squares, least_squares.min(width(&rows, &linear::chebyshev(&rows, 3)))])
+        };
+        Some(Self { across: widths(Polar::across)?, in_plane: widths(Polar::in_plane)? })
     }
-    let widths = |row: fn(&Polar) -> Row| {
-        let rows: Vec<Row> = kept.iter().map(row).collect();
-        let best = chebyshev::solve(&rows, 3);
-        let widths = [width(&rows, &least_squares(&rows)?), width(&rows, &[best[0], best[1], best[2]])];
-        Some([widths[0], widths[0].min(widths[1])])
-    };
-    Some(Rings { across: widths(Polar::across)?, in_plane: widths(Polar::in_plane)? })
 }
 
-fn least_squares(rows: &[Row]) -> Option<[f64; 3]> {
-    let (mut normal, mut right) = (glam::DMat3::ZERO, DVec3::ZERO);
-    for row in rows {
-        let f = DVec3::new(row.factors[0], row.factors[1], row.factors[2]);
-        normal += glam::DMat3::from_cols(f * f.x, f * f.y, f * f.z);
-        right += f * row.value;
-    }
-    let found = (normal.determinant() > 0.0).then(|| normal.inverse() * right)?;
-    found.is_finite().then(|| found.to_array())
-}
-
-fn width(rows: &[Row], circle: &[f64; 3]) -> f64 {
+/// The width of the ring about a circle that contains all rows.
+fn width(rows: &[Row], circle: &[f64; MOST]) -> f64 {
     let errors = rows.iter().map(|r| r.error(circle));
     let (low, high) = errors.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(e), h.max(e)));
     high - low

@@ -1,4 +1,4 @@
-use super::chebyshev::{Row, solve};
+use super::linear::{Row, chebyshev};
 use super::{FormDeviation, Roundness, Shape, form_deviations, recognise};
 use crate::model::{Atlas, Model, Motion, Texels};
 use crate::variance::Deviations;
@@ -200,9 +200,9 @@ fn chebyshevs_approximation_agrees_with_all_references() {
             let error = |r: &Row| r.value - r.factors.iter().zip(x).map(|(f, x)| f * x).sum::<f64>();
             rows.iter().map(|r| error(r).abs()).fold(0.0, f64::max)
         };
-        let found = largest(&solve(&rows, count));
+        let found = largest(&chebyshev(&rows, count));
         // By random search from there no better one is found, at any scale.
-        let mut best = solve(&rows, count);
+        let mut best = chebyshev(&rows, count);
         for k in 0..20_000 {
             let reach = 0.3f64.powi(k % 12);
             let mut other = best;
@@ -213,5 +213,5 @@ fn chebyshevs_approximation_agrees_with_all_references() {
         }
         assert!(found <= largest(&best) * (1.0 + 1e-9), "{found} {}", largest(&best));
     }
-    assert_eq!(solve(&[], 3)[0], 0.0);
+    assert_eq!(chebyshev(&[], 3)[0], 0.0);
 }

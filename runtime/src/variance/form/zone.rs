@@ -1,12 +1,11 @@
 //! The zone that contains the points.
 
 use super::Zone;
-use super::chebyshev::{self, MOST, Row};
 use super::datum::Datum;
+use super::linear::{self, Row};
 use super::shape::Shape;
 use crate::robust::{MAD_TO_SD, median_and_deviation};
 use glam::DVec3;
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// Points of a least squares fit, evenly spread; the widths of the zones are of all points.
@@ -28,7 +27,7 @@ const RUNS: usize = 32;
 const OUTLYING: f64 = 4.0;
 
 /// The zone of points, from a first guess of the surface; none if they do not determine it.
-pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
+pub(super) fn zone(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
     let characteristic = match shape {
         Shape::Plane => "flatness",
         Shape::Sphere => "sphericity",
@@ -36,18 +35,18 @@ pub(super) fn of(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
         Shape::Cone => "conicity",
         Shape::Revolution => return None,
     };
-    let mut kept = points.to_vec();
+    let mut inliers = points.to_vec();
     // Outliers are decided by a surface without them: a few rounds suffice, since the first is close to the model's
     // own.
     for _ in 0..3 {
-        let fitted = least_squares(&kept, datum, TRIED);
-        kept = without_outlying(points, fitted)?;
+        let fitted = least_squares(&inliers, datum, TRIED);
+        inliers = without_outlying(points, fitted)?;
     }
-    let (least_squares, minimum_zone) = widths(&kept, datum)?;
-    let outlying = points.len() - kept.len();
+    let (least_squares, minimum_zone) = widths(&inliers, datum)?;
+    let outlying = points.len() - inliers.len();
     let with_outlying = if outlying == 0 { [least_squares, minimum_zone] } else { widths(points, datum)?.into() };
     let characteristic = characteristic.to_owned();
-    Some(Zone { characteristic, least_squares, minimum_zone, points: kept.len(), outlying, with_outlying })
+    Some(Zone { characteristic, least_squares, minimum_zone, points: inliers.len(), outlying, with_outlying })
 }
 
 /// The widths of the zones of least squares and of the minimum zone.
@@ -65,45 +64,21 @@ fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
     let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| placed.height(*p)).collect();
     let (middle, spread) = median_and_deviation(&mut sample)?;
     let limit = OUTLYING * MAD_TO_SD * spread;
-    let kept = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
-    let kept: Vec<DVec3> = points.par_iter().filter(kept).copied().collect();
+    let near = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
+    let inliers: Vec<DVec3> = points.par_iter().filter(near).copied().collect();
     // If most points lie on the surface up to rounding, the others are form and not noise.
-    Some(if 2 * kept.len() > points.len() { kept } else { points.to_vec() })
+    Some(if 2 * inliers.len() > points.len() { inliers } else { points.to_vec() })
 }
 
 /// Gauss-Newton.
 fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
     let step = points.len().div_ceil(most).max(1);
-    let count = datum.unknowns();
     for _ in 0..8 {
-        let mut normal = DMatrix::<f64>::zeros(count, count);
-        let mut right = DVector::<f64>::zeros(count);
         let placed = datum.placed();
-        for row in points.iter().step_by(step).map(|p| placed.row(*p)) {
-            for i in 0..count {
-                right[i] += row.factors[i] * row.value;
-                for k in 0..=i {
-                    normal[(i, k)] += row.factors[i] * row.factors[k];
-                }
-            }
-        }
-        // Unknowns of different units are scaled.
-        let scale: Vec<f64> = (0..count).map(|i| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE)).collect();
-        for i in 0..count {
-            right[i] /= scale[i];
-            for k in 0..=i {
-                normal[(i, k)] /= scale[i] * scale[k];
-                normal[(k, i)] = normal[(i, k)];
-            }
-        }
-        // Unknowns that the points do not determine, such as the tilt of a ring, stay.
-        let Ok(found) = normal.svd(true, true).solve(&right, 1e-10) else { return datum };
-        let change: [f64; MOST] = std::array::from_fn(|k| if k < count { found[k] / scale[k] } else { 0.0 });
-        if !change.iter().all(|x| x.is_finite()) {
-            return datum;
-        }
+        let rows = points.iter().step_by(step).map(|p| placed.row(*p));
+        let Some((change, norm)) = linear::least_squares(rows, datum.unknowns()) else { return datum };
         datum = datum.moved(&change);
-        if found.norm() <= CONVERGED * (points.len() as f64 / step as f64).sqrt() {
+        if norm <= CONVERGED * (points.len() as f64 / step as f64).sqrt() {
             break;
         }
     }
@@ -118,7 +93,7 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
     for _ in 0..40 {
         let placed = datum.placed();
         let rows: Vec<Row> = chosen.iter().map(|i| placed.row(points[*i])).collect();
-        let change = chebyshev::solve(&rows, datum.unknowns());
+        let change = linear::chebyshev(&rows, datum.unknowns());
         if !change.iter().all(|x| x.is_finite()) {
             break;
         }

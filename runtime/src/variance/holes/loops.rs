@@ -1,7 +1,6 @@
 //! The rims of holes: closed chains of edges that belong to a single triangle.
 
-use crate::mesh::TriangleMesh;
-use rayon::prelude::*;
+use crate::mesh::{BoundaryEdge, TriangleMesh};
 use std::collections::HashMap;
 
 /// A closed chain of boundary edges that meets no vertex twice. It runs against the triangles' edges, so that a
@@ -16,30 +15,13 @@ pub(super) struct Loop {
 
 /// All rims of a mesh, in an order that depends on the mesh only. Rims that touch in a vertex are separated; edges of
 /// more than two triangles, or of two triangles with opposite orientations, do not belong to a rim.
-pub(super) fn of(mesh: &TriangleMesh) -> Vec<Loop> {
-    let mut edges: Vec<(u32, u32, bool, u32)> = mesh
-        .triangles
-        .par_iter()
-        .enumerate()
-        .flat_map_iter(|(i, t)| {
-            (0..3).map(move |k| {
-                let (a, b) = (t[k], t[(k + 1) % 3]);
-                (a.min(b), a.max(b), a < b, i as u32)
-            })
-        })
-        .collect();
-    edges.par_sort_unstable();
+pub(super) fn find(mesh: &TriangleMesh) -> Vec<Loop> {
     // From the end of each boundary edge back to its start.
     let mut back: HashMap<u32, Vec<(u32, u32)>> = HashMap::new();
     let mut starts = Vec::new();
-    for run in edges.chunk_by(|a, b| (a.0, a.1) == (b.0, b.1)) {
-        if let [(low, high, forward, triangle)] = *run
-            && low != high
-        {
-            let (from, to) = if forward { (high, low) } else { (low, high) };
-            back.entry(from).or_default().push((to, triangle));
-            starts.push(from);
-        }
+    for BoundaryEdge { ends: [from, to], triangle } in mesh.boundary_edges() {
+        back.entry(to).or_default().push((from, triangle));
+        starts.push(to);
     }
     let mut rims = Vec::new();
     for start in starts {

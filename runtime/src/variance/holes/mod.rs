@@ -41,19 +41,10 @@ impl FilledHoles {
     /// scan around it.
     #[must_use]
     pub(in crate::variance) fn new(scan: &TriangleMesh, size: f64) -> FilledHoles {
-        let rims = loops::of(scan);
+        let rims = loops::find(scan);
         let closed: Vec<Option<Vec<[u32; 3]>>> = rims.par_iter().map(|rim| close(scan, rim, size)).collect();
-        let mut renumbered = std::collections::HashMap::new();
-        let mut mesh = TriangleMesh::default();
-        for triangle in closed.iter().flatten().flatten() {
-            let triangle = triangle.map(|old| {
-                *renumbered.entry(old).or_insert_with(|| {
-                    mesh.positions.push(scan.positions[old as usize]);
-                    mesh.positions.len() as u32 - 1
-                })
-            });
-            mesh.triangles.push(triangle);
-        }
+        let mut mesh = scan.submesh(closed.iter().flatten().flatten().copied());
+        mesh.normals.clear();
         let filled = closed.iter().flatten().count();
         // The sum of nothing is -0.
         let area = 0.0 + mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum::<f64>();

@@ -1,4 +1,4 @@
-//! Chebyshev approximation: the linear fit with the least largest error.
+//! Linear fits to equations: by least squares, and with the least largest error (Chebyshev approximation).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,6 +19,33 @@ impl Row {
     }
 }
 
+/// Least squares over `count` unknowns. Unknowns that the rows do not determine, such as the tilt of a ring, are zero. Also
+/// returns the norm of the solution in units of the rows' values; none if the solution is not finite.
+pub(super) fn least_squares(rows: impl Iterator<Item = Row>, count: usize) -> Option<([f64; MOST], f64)> {
+    let mut normal = DMatrix::<f64>::zeros(count, count);
+    let mut right = DVector::<f64>::zeros(count);
+    for row in rows {
+        for i in 0..count {
+            right[i] += row.factors[i] * row.value;
+            for k in 0..=i {
+                normal[(i, k)] += row.factors[i] * row.factors[k];
+            }
+        }
+    }
+    // Unknowns of different units are scaled.
+    let scale: Vec<f64> = (0..count).map(|i| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE)).collect();
+    for i in 0..count {
+        right[i] /= scale[i];
+        for k in 0..=i {
+            normal[(i, k)] /= scale[i] * scale[k];
+            normal[(k, i)] = normal[(i, k)];
+        }
+    }
+    let scaled = normal.svd(true, true).solve(&right, 1e-10).ok()?;
+    let solution = std::array::from_fn(|k| if k < count { scaled[k] / scale[k] } else { 0.0 });
+    solution.iter().all(|x| x.is_finite()).then(|| (solution, scaled.norm()))
+}
+
 /// Largest number of simplex steps: far more than needed, but rounding must not cause an endless loop.
 const STEPS: usize = 500;
 
@@ -36,7 +63,7 @@ enum Entry {
 /// This is a linear programme with two constraints per row; its dual has one constraint per unknown and one more, so
 /// that the simplex method on the dual inverts matrices of at most seven rows, however many points there are (Watson,
 /// 'Approximation Theory and Numerical Methods', 1980, sect. 2.3).
-pub(super) fn solve(rows: &[Row], count: usize) -> [f64; MOST] {
+pub(super) fn chebyshev(rows: &[Row], count: usize) -> [f64; MOST] {
     let scale: [f64; MOST] = std::array::from_fn(|k| {
         let largest = rows.iter().map(|r| r.factors[k].abs()).fold(0.0, f64::max);
         if largest > 0.0 { 1.0 / largest } else { 1.0 }
