@@ -8,8 +8,7 @@
 //! fitted model.
 //!
 //! ```
-//! use gml_compiler::program::{Options, compile};
-//! use gml_compiler::source::{NoFiles, SourceFile};
+//! use gml_compiler::{NoFiles, Options, SourceFile, compile};
 //! use gml_runtime::{
 //!     Fineness, FitOptions, MeasureOptions, Model, Resolution, Scanner, Silent, Tessellation, inspect, scan, simulate,
 //! };

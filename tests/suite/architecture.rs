@@ -79,6 +79,13 @@ fn the_runtimes_modules_use_what_they_may() {
 }
 
 #[test]
+fn stages_behind_programs_are_the_compilers_own() {
+    for folder in ["src", "runtime/src"] {
+        must_not_name(folder, &["gml_compiler::ir", "gml_compiler::diff", "gml_compiler::jit"]);
+    }
+}
+
+#[test]
 fn unsafe_code_is_where_it_may_be() {
     for folder in ["src", "compiler/src", "runtime/src"] {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);

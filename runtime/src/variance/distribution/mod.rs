@@ -178,8 +178,8 @@ impl Distribution {
     fn describe(&self, weighting: Weighting, magnitude: bool, (mean, variance): (f64, f64)) -> SignedMoments {
         let figure = Figure::Value { magnitude };
         let total = self.before(self.len(), weighting);
-        let [p1, p5, p25, p50, p75, p95, p99] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]
-            .map(|share| self.quantile(figure, weighting, share * total));
+        let [p1, p5, p25, p50, p75, p95, p99] =
+            [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99].map(|share| self.quantile(figure, weighting, share * total));
         let (min, max) = self.range(figure).unwrap_or((f64::NAN, f64::NAN));
         SignedMoments {
             mean,
@@ -195,7 +195,9 @@ impl Distribution {
     /// Weight of the first `count` samples.
     fn before(&self, count: usize, weighting: Weighting) -> f64 {
         match weighting {
-            Weighting::Area => self.areas.get(count / BLOCK).unwrap_or(&0.0) + area(&self.samples[count / BLOCK * BLOCK..count]),
+            Weighting::Area => {
+                self.areas.get(count / BLOCK).unwrap_or(&0.0) + area(&self.samples[count / BLOCK * BLOCK..count])
+            }
             Weighting::Texel => count as f64,
         }
     }
@@ -213,7 +215,9 @@ impl Distribution {
     fn range(&self, figure: Figure) -> Option<(f64, f64)> {
         let ends = self.pieces(figure).into_iter().flat_map(|p| [p.samples.start, p.samples.end - 1]);
         let ends = ends.map(|i| figure.of(self.samples[i]));
-        ends.fold(None, |range, x| range.map_or(Some((x, x)), |(low, high): (f64, f64)| Some((low.min(x), high.max(x)))))
+        ends.fold(None, |range, x| {
+            range.map_or(Some((x, x)), |(low, high): (f64, f64)| Some((low.min(x), high.max(x))))
+        })
     }
 
     /// The value of a figure below which the weight `goal` lies: linear in cumulative weight between samples, each of
