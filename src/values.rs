@@ -17,8 +17,8 @@ const UNITS: [(&str, Quantity, f64); 7] = [
     ("turn", Quantity::Angle, std::f64::consts::TAU),
 ];
 
-/// Parses a value of the given quantity, in millimetres or radians; the error is a predicate such as `is not positive`. A
-/// length or an angle requires a unit, so that nobody takes `r=4` for 4 mm and somebody else for 4 cm.
+/// Parses a value of the given quantity, in millimetres or radians; the error is a predicate such as `is not positive`.
+/// A length or an angle requires a unit, so that nobody takes `r=4` for 4 mm and somebody else for 4 cm.
 pub(crate) fn parse(text: &str, quantity: Quantity) -> Result<f64, String> {
     let text = text.trim();
     if quantity == Quantity::Bool {
@@ -78,8 +78,8 @@ pub(crate) fn fraction(text: &str) -> Result<f64, String> {
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("is not between 0 and 1".into()) }
 }
 
-/// Parses a tolerance: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either order; the last unit holds for
-/// both numbers.
+/// Parses a tolerance: `0.5mm` is from -0.5 to 0.5, `+0.3/-0.1mm` from -0.1 to 0.3 in either order; the last unit holds
+/// for both numbers.
 pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
     let Some((first, second)) = text.split_once('/') else {
         return positive_length(text).map(|t| Tolerance { lower: -t, upper: t });
@@ -95,8 +95,8 @@ pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
     Ok(Tolerance { lower: a.min(b), upper: a.max(b) })
 }
 
-/// Parses a number of texels per side, which must be a power of two because X3D viewers resample other textures, or the width
-/// of a texel.
+/// Parses a number of texels per side, which must be a power of two because X3D viewers resample other textures, or the
+/// width of a texel.
 pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
     let Ok(size) = text.trim().parse::<u32>() else { return positive_length(text).map(Resolution::Texel) };
     if size.is_power_of_two() && (SMALLEST..=LARGEST).contains(&size) {
@@ -135,8 +135,8 @@ pub(crate) fn range(text: &str) -> Result<Range, String> {
     Ok(Range { name, low, high })
 }
 
-/// Parses `name=value` of an input: true or false, a whole number, or a number with an optional unit. The compiler checks it
-/// against the declaration.
+/// Parses `name=value` of an input: true or false, a whole number, or a number with an optional unit. The compiler
+/// checks it against the declaration.
 pub(crate) fn input(text: &str) -> Result<(String, InputValue), String> {
     let (name, value) = assignment(text)?;
     if let Ok(flag) = value.parse() {

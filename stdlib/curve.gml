@@ -1,5 +1,5 @@
-// Curves are functions of t over 0..1 whose values are points in the plane or in space. A profile, for `revolve`, is a curve in the
-// plane whose first coordinate is the radius and whose second is the height.
+// Curves are functions of t over 0..1 whose values are points in the plane or in space. A profile, for `revolve`, is a
+// curve in the plane whose first coordinate is the radius and whose second is the height.
 
 /// The straight line from a to b, in the plane or in space.
 /// ```gml
@@ -7,8 +7,8 @@
 /// ```
 fn line(a, b) = |t: real| mix(a, b, t)
 
-/// The part of a circle in the plane from one angle to another, counterclockwise where `to` is the greater. Angles count from
-/// the x axis and may be any.
+/// The part of a circle in the plane from one angle to another, counterclockwise where `to` is the greater. Angles
+/// count from the x axis and may be any.
 /// ```gml
 /// distance(arc((1mm, 0mm), 2mm, 0deg, 180deg)(0.5), (1mm, 2mm)) < 1e-9mm   // = true
 /// ```
@@ -17,7 +17,8 @@ fn arc(center: point2, radius: length, from: angle, to: angle) = |t: real| {
   (center.x + radius * cos(a), center.y + radius * sin(a))
 }
 
-/// The circular arc from a to b by way of a point between them, in the plane or in space. The three must not lie on one line.
+/// The circular arc from a to b by way of a point between them, in the plane or in space. The three must not lie on one
+/// line.
 /// ```gml
 /// let c = arc_through((2mm, 0mm), (0mm, 2mm), (-2mm, 0mm))
 /// c(0)                 // = (2, 0) mm
@@ -53,9 +54,10 @@ fn ellipse(a: length, b: length, center: point2 = (0mm, 0mm)) = |t: real| (
   center.y + b * sin(t * 1turn),
 )
 
-/// The superellipse |x / a|^n + |y / b|^n = 1 in the plane, counterclockwise from the x axis (Lamé). n = 2 is an ellipse, 1 a
-/// rhombus, 2.5 Piet Hein's, and the greater n the closer to a rectangle; n is 1 or more. t is not the usual
-/// parameter, in which the curve would have cusps at the axes, but in proportion to the angle of the ellipse's point in that direction.
+/// The superellipse |x / a|^n + |y / b|^n = 1 in the plane, counterclockwise from the x axis (Lamé). n = 2 is an
+/// ellipse, 1 a rhombus, 2.5 Piet Hein's, and the greater n the closer to a rectangle; n is 1 or more. t is not the
+/// usual parameter, in which the curve would have cusps at the axes, but in proportion to the angle of the ellipse's
+/// point in that direction.
 /// ```gml
 /// superellipse(4mm, 2mm, 2.5)(0)     // = (4, 0) mm
 /// norm(superellipse(4mm, 4mm, 2)(0.1))     // = 4 mm
@@ -71,8 +73,8 @@ fn superellipse(a: length, b: length, n: real, center: point2 = (0mm, 0mm)) = |t
 /// ```
 fn superradius(angle: angle, n: real) = (abs(cos(angle)) ^ n + abs(sin(angle)) ^ n) ^ (-1 / n)
 
-/// The Bezier curve with these control points, as many as you like, in the plane or in space (de Casteljau). It starts at the
-/// first and ends at the last.
+/// The Bezier curve with these control points, as many as you like, in the plane or in space (de Casteljau). It starts
+/// at the first and ends at the last.
 /// ```gml
 /// bezier([(0mm, 0mm), (0mm, 2mm), (2mm, 2mm)])(0.5)   // = (0.5, 1.5) mm
 /// ```
@@ -83,8 +85,8 @@ fn _casteljau(points, t) =
   if len(points) == 1 { points[0] }
   else { _casteljau(for i in 0..len(points) - 1 { mix(points[i], points[i + 1], t) }, t) }
 
-/// A helix about the z axis that rises from the plane of x and y, counterclockwise from the x axis. `turns` need not be whole; a
-/// negative `pitch` (rise in a turn) makes it fall. `top` is the radius at its end, where that differs.
+/// A helix about the z axis that rises from the plane of x and y, counterclockwise from the x axis. `turns` need not be
+/// whole; a negative `pitch` (rise in a turn) makes it fall. `top` is the radius at its end, where that differs.
 /// ```gml
 /// helix(5mm, 2mm, 3)(0)     // = (5, 0, 0) mm
 /// distance(helix(5mm, 2mm, 3)(1), (5mm, 0mm, 6mm)) < 1e-9mm     // = true
@@ -92,8 +94,8 @@ fn _casteljau(points, t) =
 fn helix(radius: length, pitch: length, turns: real, top: length = radius) = |t: real|
   polar(mix(radius, top, t), turns * t * 1turn, pitch * turns * t)
 
-/// A spiral of Archimedes in the plane: the radius grows in proportion to the angle, from `inner` to `outer` in `turns` turns
-/// counterclockwise.
+/// A spiral of Archimedes in the plane: the radius grows in proportion to the angle, from `inner` to `outer` in `turns`
+/// turns counterclockwise.
 /// ```gml
 /// spiral(1mm, 5mm, 2)(0)     // = (1, 0) mm
 /// norm(spiral(1mm, 5mm, 2)(0.5))     // = 3 mm
@@ -131,8 +133,8 @@ fn _joined(curves, shares, i: int, x) =
   else if x < shares[i] { curves[i](keep_within(x / shares[i], 0, 1)) }
   else { _joined(curves, shares, i + 1, x - shares[i]) }
 
-/// A curve in the plane as one in space, in the half plane of x (its first coordinate) and z (its second), as profiles are. A curve in space
-/// stays as it is. For the plane of x and y there is lift.
+/// A curve in the plane as one in space, in the half plane of x (its first coordinate) and z (its second), as profiles
+/// are. A curve in space stays as it is. For the plane of x and y there is lift.
 /// ```gml
 /// spatial(line((1mm, 0mm), (3mm, 4mm)))(0.5)   // = (2, 0, 2) mm
 /// ```

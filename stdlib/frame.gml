@@ -1,9 +1,11 @@
-// Moving, turning and scaling. The functions that take a shape take a point, a curve, a surface, the parts of a model, and arrays and
-// records of such: `cylinder(2mm, 5mm).rotate(30deg).translate((0mm, 0mm, 1mm))`. Rotations (`euler`, `about_x`, ...) are functions of
-// points and vectors, frames (`place`, `look_at`, ...) are functions of shapes. Angles count by the right-hand rule.
+// Moving, turning and scaling. The functions that take a shape take a point, a curve, a surface, the parts of a model,
+// and arrays and records of such: `cylinder(2mm, 5mm).rotate(30deg).translate((0mm, 0mm, 1mm))`. Rotations (`euler`,
+// `about_x`, ...) are functions of points and vectors, frames (`place`, `look_at`, ...) are functions of shapes. Angles
+// count by the right-hand rule.
 
-/// What f, a function of points, makes of a shape: of a point, of every point of a curve or surface, or of all that an array, a
-/// record or a model's parts hold. Rotations such as euler(..) and frames such as place(..) are functions of points, too.
+/// What f, a function of points, makes of a shape: of a point, of every point of a curve or surface, or of all that an
+/// array, a record or a model's parts hold. Rotations such as euler(..) and frames such as place(..) are functions of
+/// points, too.
 /// ```gml
 /// transform((1mm, 2mm, 3mm), |p| p * 2)                    // = (2, 4, 6) mm
 /// norm(transform(sphere(5mm), |p| p * 2)(0.3, 0.6))        // = 10 mm
@@ -39,8 +41,8 @@ fn rotate(shape, angle: angle, axis = (0, 0, 1)) {
 fn rotate_about(shape, center, angle: angle, axis = (0, 0, 1)) =
   shape.translate(-center).rotate(angle, axis).translate(center)
 
-/// The shape scaled about the origin: by one number, or along x, y and z by a number each. An odd count of negative numbers
-/// turns surfaces inside out: use mirror instead.
+/// The shape scaled about the origin: by one number, or along x, y and z by a number each. An odd count of negative
+/// numbers turns surfaces inside out: use mirror instead.
 /// ```gml
 /// (1mm, 2mm, 3mm).scale(2)        // = (2, 4, 6) mm
 /// (1mm, 2mm, 3mm).scale(z: 0.5)   // = (1, 2, 1.5) mm
@@ -54,8 +56,8 @@ fn scale(shape, by: real = 1, x: real = by, y: real = by, z: real = by) =
 /// ```
 fn stretch(shape, by: vec3) = transform(shape, |p| (p.x * by.x, p.y * by.y, p.z * by.z))
 
-/// The shape mirrored in the plane through the point `through` at right angles to `normal` (in the plane: in that line). A
-/// surface's u runs backwards then, so that its outer side stays outside.
+/// The shape mirrored in the plane through the point `through` at right angles to `normal` (in the plane: in that
+/// line). A surface's u runs backwards then, so that its outer side stays outside.
 /// ```gml
 /// (1mm, 2mm, 3mm).mirror()                                   // = (-1, 2, 3) mm
 /// (1mm, 2mm, 3mm).mirror((0, 0, 1), (0mm, 0mm, 10mm))        // = (1, 2, 17) mm
@@ -122,8 +124,8 @@ fn euler(alpha: angle, beta: angle, gamma: angle) {
   )
 }
 
-/// The rotation about an axis through the origin by the right-hand rule, as a function of points and vectors. The axis may have
-/// any length but 0.
+/// The rotation about an axis through the origin by the right-hand rule, as a function of points and vectors. The axis
+/// may have any length but 0.
 /// ```gml
 /// norm(axis_angle((0, 0, 2), 90deg)((1, 0, 0)) - (0, 1, 0)) < 1e-12   // = true
 /// ```
@@ -138,8 +140,8 @@ fn axis_angle(axis, angle: angle) {
 /// ```
 fn basis(x, y, z) = |p| x * p.x + y * p.y + z * p.z
 
-/// The least rotation that carries the direction `from` to the direction `to`. They must not be opposite. (Moeller and Hughes 1999:
-/// Rodrigues' formula with the sine and cosine given by the vectors.)
+/// The least rotation that carries the direction `from` to the direction `to`. They must not be opposite. (Moeller and
+/// Hughes 1999: Rodrigues' formula with the sine and cosine given by the vectors.)
 /// ```gml
 /// align((0, 0, 1), (1, 0, 0))((0mm, 0mm, 5mm))   // = (5, 0, 0) mm
 /// ```
@@ -160,8 +162,9 @@ fn inverse_rotation(rotation) {
   |p| (dot(x, p), dot(y, p), dot(z, p))
 }
 
-/// A frame: puts shapes that are made about the origin at `origin`, turned by `rotation` (such as euler(..), about_z(..), or any
-/// function of points that is one). It is applied to points, curves, surfaces, and all that hold such.
+/// A frame: puts shapes that are made about the origin at `origin`, turned by `rotation` (such as euler(..),
+/// about_z(..), or any function of points that is one). It is applied to points, curves, surfaces, and all that hold
+/// such.
 /// ```gml
 /// let pose = place((10mm, 0mm, 0mm), about_z(180deg))
 /// norm(pose((2mm, 0mm, 1mm)) - (8mm, 0mm, 1mm)) < 1e-9mm   // = true
@@ -169,8 +172,8 @@ fn inverse_rotation(rotation) {
 /// ```
 fn place(origin, rotation = unturned) = |shape| transform(shape, |p| origin + rotation(p))
 
-/// The frame at `origin` whose z axis points to `target` and whose y axis lies on the side of `up`, which must not be parallel
-/// to the z axis.
+/// The frame at `origin` whose z axis points to `target` and whose y axis lies on the side of `up`, which must not be
+/// parallel to the z axis.
 /// ```gml
 /// look_at((0mm, 0mm, 9mm), (5mm, 0mm, 9mm))((1mm, 2mm, 3mm))   // = (3, 1, 11) mm
 /// ```
@@ -180,7 +183,8 @@ fn look_at(origin, target, up = (0, 0, 1)) {
   place(origin, basis(x, cross(z, x), z))
 }
 
-/// The frame at a curve's point for t: z along the curve, y on the side of `up`, which must not be parallel to the curve there.
+/// The frame at a curve's point for t: z along the curve, y on the side of `up`, which must not be parallel to the
+/// curve there.
 /// ```gml
 /// let ramp = line((0mm, 0mm, 0mm), (10mm, 0mm, 0mm))
 /// frame_at(ramp, 0.5)((0mm, 1mm, 0mm))   // = (5, 0, 1) mm
@@ -197,8 +201,8 @@ fn frame_at(curve, t, up = (0, 0, 1)) {
 /// ```
 fn compose(outer, inner) = |shape| outer(inner(shape))
 
-/// The inverse of a frame that keeps lengths and angles, such as place, look_at and what compose makes of them: it takes shapes
-/// back to the origin.
+/// The inverse of a frame that keeps lengths and angles, such as place, look_at and what compose makes of them: it
+/// takes shapes back to the origin.
 /// ```gml
 /// let pose = place((1mm, 2mm, 3mm), euler(10deg, 20deg, 30deg))
 /// norm(inverse(pose)(pose((4mm, 5mm, 6mm))) - (4mm, 5mm, 6mm)) < 1e-9mm   // = true

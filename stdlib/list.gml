@@ -1,4 +1,5 @@
-// Arrays, beside the built-in `len`, `sum`, `fold`, `min` and `max`, and `for x in xs { ... }`. Their lengths are known while compiling.
+// Arrays, beside the built-in `len`, `sum`, `fold`, `min` and `max`, and `for x in xs { ... }`. Their lengths are known
+// while compiling.
 
 /// f of every element of xs.
 /// ```gml

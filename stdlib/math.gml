@@ -1,8 +1,8 @@
-// Numbers: mixing, ranges, smooth steps and easing. Arguments may be numbers of any dimension where nothing else is said, and
-// points and vectors where that makes sense. Roots, powers and the functions of angles are built in.
+// Numbers: mixing, ranges, smooth steps and easing. Arguments may be numbers of any dimension where nothing else is
+// said, and points and vectors where that makes sense. Roots, powers and the functions of angles are built in.
 
-/// The value between a (t = 0) and b (t = 1): a + (b - a) t. For numbers, points and vectors of any dimension (elsewhere
-/// called lerp); t may lie outside of 0..1.
+/// The value between a (t = 0) and b (t = 1): a + (b - a) t. For numbers, points and vectors of any dimension
+/// (elsewhere called lerp); t may lie outside of 0..1.
 /// ```gml
 /// mix(2mm, 4mm, 0.5)              // = 3 mm
 /// mix((0mm, 0mm), (8mm, 4mm), 0.25)   // = (2, 1) mm
@@ -63,7 +63,8 @@ fn smoothstep(from, to, x) {
   t * t * (3 - 2 * t)
 }
 
-/// 0 below `from`, 1 above `to`, and 6 t^5 - 15 t^4 + 10 t^3 in between: the curvature does not jump either (Perlin 2002).
+/// 0 below `from`, 1 above `to`, and 6 t^5 - 15 t^4 + 10 t^3 in between: the curvature does not jump either (Perlin
+/// 2002).
 /// ```gml
 /// smootherstep(0mm, 4mm, 1mm)   // = 0.103515625
 /// ```
@@ -72,20 +73,22 @@ fn smootherstep(from, to, x) {
   t ^ 3 * (10 - 15 * t + 6 * t * t)
 }
 
-/// The absolute value without its corner: sqrt(x^2 + width^2). It is `width` at 0 and nears abs(x) away from it, by less than
-/// width^2 / (2 abs(x)). `width` has the dimension of x and is greater than 0.
+/// The absolute value without its corner: sqrt(x^2 + width^2). It is `width` at 0 and nears abs(x) away from it, by
+/// less than width^2 / (2 abs(x)). `width` has the dimension of x and is greater than 0.
 /// ```gml
 /// smooth_abs(-4mm, 3mm)   // = 5 mm
 /// ```
 fn smooth_abs(x, width) = sqrt(x * x + width * width)
 
-/// The smaller of a and b without a corner: too small by width / 2 where they are equal, by ever less where they differ.
+/// The smaller of a and b without a corner: too small by width / 2 where they are equal, by ever less where they
+/// differ.
 /// ```gml
 /// smooth_min(2mm, 6mm, 3mm)   // = 1.5 mm
 /// ```
 fn smooth_min(a, b, width) = (a + b - smooth_abs(a - b, width)) / 2
 
-/// The greater of a and b without a corner: too great by width / 2 where they are equal, by ever less where they differ.
+/// The greater of a and b without a corner: too great by width / 2 where they are equal, by ever less where they
+/// differ.
 /// ```gml
 /// smooth_max(2mm, 6mm, 3mm)   // = 6.5 mm
 /// ```
@@ -143,7 +146,8 @@ fn radians(angle: angle) = angle / 1rad
 /// ```
 fn log(x: real, base: real) = ln(x) / ln(base)
 
-/// The polynomial c[0] + c[1] x + c[2] x^2 + ... by Horner's scheme. The coefficients are of one dimension, x is a bare number.
+/// The polynomial c[0] + c[1] x + c[2] x^2 + ... by Horner's scheme. The coefficients are of one dimension, x is a bare
+/// number.
 /// ```gml
 /// polynomial([1mm, 2mm, 3mm], 2)   // = 17 mm
 /// ```
@@ -154,8 +158,8 @@ fn _horner(coefficients, x, i: int) =
   if i == len(coefficients) - 1 { coefficients[i] }
   else { coefficients[i] + _horner(coefficients, x, i + 1) * x }
 
-/// Which of n equal spans of 0..1 a number is in, counted from 0, and how far it is in it from 0 to 1. Where two spans meet it is in the
-/// second; what is below 0 or above 1 counts to the first or last span.
+/// Which of n equal spans of 0..1 a number is in, counted from 0, and how far it is in it from 0 to 1. Where two spans
+/// meet it is in the second; what is below 0 or above 1 counts to the first or last span.
 /// ```gml
 /// span_of(0.625, 4).x   // = 2
 /// span_of(0.625, 4).y   // = 0.5

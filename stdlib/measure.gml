@@ -6,8 +6,8 @@
 /// ```
 fn tangent(curve, t) = normalize(curve'(t))
 
-/// A curve's curvature: one by the radius of the circle that touches it best. In the plane it has a sign: positive where the curve
-/// turns left, as a counterclockwise circle does.
+/// A curve's curvature: one by the radius of the circle that touches it best. In the plane it has a sign: positive
+/// where the curve turns left, as a counterclockwise circle does.
 /// ```gml
 /// 1 / curvature(circle(5mm), 0.3)          // = 5 mm
 /// 1 / curvature(reversed(circle(5mm)), 0.3)   // = -5 mm
@@ -25,8 +25,8 @@ fn curvature(curve, t) {
 /// ```
 fn normal(surface, u, v) = normalize(cross(surface'u(u, v), surface'v(u, v)))
 
-/// The length of a curve between two values of its parameter, by Gauss and Legendre's rule of five nodes in each of 16 equal
-/// parts: for a smooth curve to some 12 digits. A kink between parts costs digits.
+/// The length of a curve between two values of its parameter, by Gauss and Legendre's rule of five nodes in each of 16
+/// equal parts: for a smooth curve to some 12 digits. A kink between parts costs digits.
 /// ```gml
 /// arc_length(line((0mm, 0mm), (3mm, 4mm)))             // = 5 mm
 /// arc_length(circle(10mm), 0, 0.25) / 1mm              // = 15.7079633
@@ -55,12 +55,14 @@ let _weights = [
   0.11846344252809454,
 ]
 
-/// The same curve at constant speed: its parameter goes in proportion to the length. The curve must nowhere stand still.
+/// The same curve at constant speed: its parameter goes in proportion to the length. The curve must nowhere stand
+/// still.
 ///
-/// The length up to the ends of 16 equal parts is had by Gauss and Legendre's rule of five nodes. In between, the old parameter
-/// starts as the polynomial of degree 5 in the length that has the right value, first and second derivative at both ends
-/// (Hermite), and is then improved by one step of Newton's method. The new curve lies exactly on the old one, is
-/// differentiated as any other, and its speed is constant to 1e-8 of it for an ellipse of 2 to 1, to more for what is less bent.
+/// The length up to the ends of 16 equal parts is had by Gauss and Legendre's rule of five nodes. In between, the old
+/// parameter starts as the polynomial of degree 5 in the length that has the right value, first and second derivative
+/// at both ends (Hermite), and is then improved by one step of Newton's method. The new curve lies exactly on the old
+/// one, is differentiated as any other, and its speed is constant to 1e-8 of it for an ellipse of 2 to 1, to more for
+/// what is less bent.
 /// ```gml
 /// let c = by_length(bezier([(0mm, 0mm), (0mm, 10mm), (30mm, 10mm)]))
 /// abs(arc_length(c, 0, 0.5) / arc_length(c) - 0.5) < 1e-9   // = true
@@ -109,8 +111,8 @@ fn by_length(curve) {
   }
 }
 
-/// The area that a closed curve in the plane encloses: positive where it runs counterclockwise. By Gauss and Legendre's rule as in
-/// arc_length, of Green's formula.
+/// The area that a closed curve in the plane encloses: positive where it runs counterclockwise. By Gauss and Legendre's
+/// rule as in arc_length, of Green's formula.
 /// ```gml
 /// sqrt(enclosed_area(ellipse(4mm, 1mm)) / radians(pi))   // = 2 mm
 /// ```

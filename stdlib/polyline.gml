@@ -1,7 +1,7 @@
 // Curves of straight lines, with and without rounded corners.
 
-/// Straight lines from point to point, in the plane or in space; each gets an equal share of t. A closed one returns to the
-/// first point.
+/// Straight lines from point to point, in the plane or in space; each gets an equal share of t. A closed one returns to
+/// the first point.
 /// ```gml
 /// polyline([(0mm, 0mm), (4mm, 0mm), (4mm, 2mm)])(0.75)                      // = (4, 1) mm
 /// polyline([(0mm, 0mm), (4mm, 0mm), (4mm, 3mm)], closed: true)(5 / 6)       // = (2, 1.5) mm
@@ -15,9 +15,9 @@ fn polyline(points, closed: bool = false) {
   }
 }
 
-/// Straight lines from point to point whose corners are rounded by arcs of a radius, in the plane or in space. t goes in
-/// proportion to the length. A closed one begins and ends in the middle of its first line. The radius may be 0mm; the arcs must find room
-/// on the lines, and no corner may turn back by 180deg.
+/// Straight lines from point to point whose corners are rounded by arcs of a radius, in the plane or in space. t goes
+/// in proportion to the length. A closed one begins and ends in the middle of its first line. The radius may be 0mm;
+/// the arcs must find room on the lines, and no corner may turn back by 180deg.
 /// ```gml
 /// let c = rounded_polyline([(0mm, 0mm), (10mm, 0mm), (10mm, 10mm)], radius: 2mm)
 /// c(0)                                              // = (0, 0) mm
@@ -56,8 +56,8 @@ fn rounded_polyline(points, radius: length, closed: bool = false) {
   }
 }
 
-/// A rectangle about the origin of the plane, counterclockwise from the middle of its right side; its corners, by default sharp,
-/// are rounded with `radius`. t goes in proportion to the length.
+/// A rectangle about the origin of the plane, counterclockwise from the middle of its right side; its corners, by
+/// default sharp, are rounded with `radius`. t goes in proportion to the length.
 /// ```gml
 /// rectangle(40mm, 20mm)(0)               // = (20, 0) mm
 /// rectangle(40mm, 20mm, radius: 5mm)(0.5)   // = (-20, 0) mm

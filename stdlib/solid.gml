@@ -1,6 +1,6 @@
-// Solids of several named surfaces that close without gaps, all normals outwards. They are models: their arguments are labelled, what is left out
-// has its default, and `part tin = capped_cylinder(radius: 40mm)` has the parts `tin.wall`, `tin.top` and `tin.base`. As any shape they
-// can be moved, turned, mirrored and repeated.
+// Solids of several named surfaces that close without gaps, all normals outwards. They are models: their arguments are
+// labelled, what is left out has its default, and `part tin = capped_cylinder(radius: 40mm)` has the parts `tin.wall`,
+// `tin.top` and `tin.base`. As any shape they can be moved, turned, mirrored and repeated.
 
 /// A box that stands on the plane of x and y, about the z axis: six faces.
 /// ```gml
@@ -25,8 +25,9 @@ model box {
   part front = _turned_twice(_above(height, width, depth / 2)).rotate(180deg).translate(lift)
 }
 
-/// A box with rounded edges that stands on the plane of x and y, about the z axis: six faces, twelve quarters of cylinders
-/// (edge[0] to edge[3] along x, then along y, then along z) and eight eighths of a sphere (corner[0] to corner[3] below, then above).
+/// A box with rounded edges that stands on the plane of x and y, about the z axis: six faces, twelve quarters of
+/// cylinders (edge[0] to edge[3] along x, then along y, then along z) and eight eighths of a sphere (corner[0] to
+/// corner[3] below, then above).
 /// ```gml
 /// let b = rounded_box(width: 40mm, depth: 20mm, height: 10mm, radius: 2mm)
 /// b.top(1, 1)           // = (18, 8, 10) mm

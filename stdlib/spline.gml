@@ -1,5 +1,6 @@
-// Curves that follow or pass through points: B-splines, rational curves and interpolation. Points may be in the plane or in space, and
-// depend on parameters; how many there are is known while compiling. Where t crosses from one piece to the next, nothing jumps.
+// Curves that follow or pass through points: B-splines, rational curves and interpolation. Points may be in the plane
+// or in space, and depend on parameters; how many there are is known while compiling. Where t crosses from one piece to
+// the next, nothing jumps.
 
 /// The cubic curve from a to b that leaves a with the velocity da and comes to b with db (Hermite).
 /// ```gml
@@ -13,9 +14,10 @@ fn _cubic(a, da, b, db, t) {
   a + (b - a) * s + da * (t * (1 - t) ^ 2) - db * (t * t * (1 - t))
 }
 
-/// The B-spline curve of a degree with these control points, in the plane or in space. Its knots are uniform; it begins at the first
-/// point and ends at the last, or, closed, runs around smoothly and touches none. There must be more points than the degree. A
-/// point moves the curve only near it: the curve at t is a mean of degree + 1 points. (de Boor's algorithm.)
+/// The B-spline curve of a degree with these control points, in the plane or in space. Its knots are uniform; it begins
+/// at the first point and ends at the last, or, closed, runs around smoothly and touches none. There must be more
+/// points than the degree. A point moves the curve only near it: the curve at t is a mean of degree + 1 points. (de
+/// Boor's algorithm.)
 /// ```gml
 /// let p = [(0mm, 0mm), (0mm, 4mm), (4mm, 4mm), (4mm, 0mm)]
 /// bspline(p)(0.5)                  // = (2, 3) mm
@@ -35,9 +37,9 @@ fn bspline(points, degree: int = 3, closed: bool = false) {
   }
 }
 
-/// The B-spline curve with given control points and knots: numbers that do not fall, degree + 1 more than there are points. t = 0 is the
-/// knot number `degree` (counted from 0), t = 1 the knot number len(points). A knot given k times leaves the curve degree - k times
-/// differentiable there.
+/// The B-spline curve with given control points and knots: numbers that do not fall, degree + 1 more than there are
+/// points. t = 0 is the knot number `degree` (counted from 0), t = 1 the knot number len(points). A knot given k times
+/// leaves the curve degree - k times differentiable there.
 /// ```gml
 /// let p = [(0mm, 0mm), (0mm, 4mm), (4mm, 4mm), (4mm, 0mm)]
 /// bspline_knots(p, [0, 0, 0, 0.25, 1, 1, 1])(0)      // = (0, 0) mm
@@ -55,7 +57,8 @@ fn bspline_knots(points, knots) {
   }
 }
 
-/// The B-spline curve with weights: the greater a point's weight (greater than 0), the more it draws the curve. Circles are among them.
+/// The B-spline curve with weights: the greater a point's weight (greater than 0), the more it draws the curve. Circles
+/// are among them.
 /// ```gml
 /// let corner = [(1mm, 0mm), (1mm, 1mm), (0mm, 1mm)]
 /// norm(nurbs(corner, [1, sqrt(0.5), 1], [0, 0, 0, 1, 1, 1])(0.3))   // = 1 mm
@@ -74,8 +77,9 @@ fn rational_bezier(points, weights) {
   |t: real| _projected(curve(t))
 }
 
-/// The curve through all points in turn, which at every point runs in parallel to the line between its neighbours (Catmull and Rom
-/// 1974). Each piece has an equal share of t. Where distances between points differ much, `centripetal` has no loops.
+/// The curve through all points in turn, which at every point runs in parallel to the line between its neighbours
+/// (Catmull and Rom 1974). Each piece has an equal share of t. Where distances between points differ much,
+/// `centripetal` has no loops.
 /// ```gml
 /// let p = [(0mm, 0mm), (1mm, 2mm), (4mm, 2mm), (5mm, 0mm)]
 /// catmull_rom(p)(1 / 3)                // = (1, 2) mm
@@ -90,8 +94,9 @@ fn catmull_rom(points, closed: bool = false) {
   }
 }
 
-/// The curve through all points in turn in which the share of t of each piece is in proportion to the square root of the distance of its
-/// ends: it has no loops or cusps between points (Yuksel, Schaefer and Keyser 2011). No two neighbours may be the same.
+/// The curve through all points in turn in which the share of t of each piece is in proportion to the square root of
+/// the distance of its ends: it has no loops or cusps between points (Yuksel, Schaefer and Keyser 2011). No two
+/// neighbours may be the same.
 /// ```gml
 /// let p = [(0mm, 0mm), (1mm, 0mm), (5mm, 0mm)]
 /// distance(centripetal(p)(1 / 3), (1mm, 0mm)) < 1e-9mm   // = true
@@ -112,8 +117,9 @@ fn centripetal(points, closed: bool = false) {
   }
 }
 
-/// The smoothest curve through all points in turn: a cubic spline whose curvature does not jump and ends at 0 (the natural spline). Each
-/// piece has an equal share of t, and every point moves all of the curve, by ever less away from it. There must be three points or more.
+/// The smoothest curve through all points in turn: a cubic spline whose curvature does not jump and ends at 0 (the
+/// natural spline). Each piece has an equal share of t, and every point moves all of the curve, by ever less away from
+/// it. There must be three points or more.
 /// ```gml
 /// let p = [(0mm, 0mm), (1mm, 2mm), (2mm, 0mm), (3mm, 2mm)]
 /// distance(natural_spline(p)(1 / 3), (1mm, 2mm)) < 1e-9mm   // = true

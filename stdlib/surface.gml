@@ -1,10 +1,10 @@
-// Surfaces are functions of (u, v), both over 0..1, whose values are points in space. The outer side is the one to which the cross product
-// of the derivatives by u and v points; `flip` turns it. Surfaces of revolution stand about the z axis: u runs around, from the x axis
-// counterclockwise, and v along the profile.
+// Surfaces are functions of (u, v), both over 0..1, whose values are points in space. The outer side is the one to
+// which the cross product of the derivatives by u and v points; `flip` turns it. Surfaces of revolution stand about the
+// z axis: u runs around, from the x axis counterclockwise, and v along the profile.
 
-/// A profile turned about the z axis: the whole way around, or from one angle to another. The profile gives (radius, height); u runs
-/// around, v along the profile. A profile that runs upwards has its normal away from the axis, one that runs
-/// inwards has it upwards.
+/// A profile turned about the z axis: the whole way around, or from one angle to another. The profile gives (radius,
+/// height); u runs around, v along the profile. A profile that runs upwards has its normal away from the axis, one that
+/// runs inwards has it upwards.
 /// ```gml
 /// revolve(|t| (2mm + t * 3mm, t * 8mm))(0, 0.5)                       // = (3.5, 0, 4) mm
 /// norm(revolve(line((2mm, 0mm), (2mm, 4mm)), to: 90deg)(1, 0) - (0mm, 2mm, 0mm)) < 1e-9mm   // = true
@@ -15,8 +15,8 @@ fn revolve(profile: real -> point2, from: angle = 0deg, to: angle = 360deg) = |u
   (p.x * cos(a), p.x * sin(a), p.y)
 }
 
-/// A surface turned inside out: the same points, v backwards, the normal the other way. Also all surfaces of a solid: what was full is
-/// hollow then.
+/// A surface turned inside out: the same points, v backwards, the normal the other way. Also all surfaces of a solid:
+/// what was full is hollow then.
 /// ```gml
 /// flip(cylinder(2mm, 5mm))(0, 0.2)              // = (2, 0, 4) mm
 /// normal(flip(cylinder(2mm, 5mm)), 0, 0.5)      // = (-1, 0, 0)
@@ -30,9 +30,10 @@ fn flip(surface) = each(surface, |s| |u: real, v: real| s(u, 1 - v))
 fn trim(surface: surface, u: vec2 = (0, 1), v: vec2 = (0, 1)) = |s: real, t: real|
   surface(mix(u.x, u.y, s), mix(v.x, v.y, t))
 
-/// A tube about a curve, u around it and v along, with the normal away from the curve. A curve in the plane counts as (radius,
-/// height) in the half plane of x and z. `radii` are the semi-axes of an elliptic section: the first in the plane at right angles
-/// to `up`, the second towards `up`, which must nowhere be parallel to the curve (sweep has no such direction). Both may be functions of v.
+/// A tube about a curve, u around it and v along, with the normal away from the curve. A curve in the plane counts as
+/// (radius, height) in the half plane of x and z. `radii` are the semi-axes of an elliptic section: the first in the
+/// plane at right angles to `up`, the second towards `up`, which must nowhere be parallel to the curve (sweep has no
+/// such direction). Both may be functions of v.
 /// ```gml
 /// let axis = line((0mm, 0mm, 0mm), (10mm, 0mm, 0mm))
 /// norm(tube(axis, radius: 2mm)(0.3, 0))                     // = 2 mm
@@ -99,8 +100,8 @@ fn cone(bottom: length, top: length, height: length) = revolve(|t: real| (mix(bo
 /// ```
 fn sphere(radius: length) = revolve(|t: real| (radius * sin(t * 180deg), -radius * cos(t * 180deg)))
 
-/// The zone of a sphere about the origin between two elevations above the equator (-90deg to 90deg), its normal outwards; with
-/// `around` also a part of it only: the azimuths from and to.
+/// The zone of a sphere about the origin between two elevations above the equator (-90deg to 90deg), its normal
+/// outwards; with `around` also a part of it only: the azimuths from and to.
 /// ```gml
 /// sphere_zone(5mm, 0deg, 90deg)(0, 0)   // = (5, 0, 0) mm
 /// norm(sphere_zone(5mm, 0deg, 90deg, around: (0deg, 90deg))(0.4, 0.3))   // = 5 mm
@@ -108,29 +109,30 @@ fn sphere(radius: length) = revolve(|t: real| (radius * sin(t * 180deg), -radius
 fn sphere_zone(radius: length, from: angle, to: angle, around: (angle, angle) = (0deg, 360deg)) =
   revolve(arc((0mm, 0mm), radius, from, to), around.x, around.y)
 
-/// An ellipsoid about the origin with semi-axes a, b and c along x, y and z, its normal outwards; v runs from the lowest to the
-/// highest point.
+/// An ellipsoid about the origin with semi-axes a, b and c along x, y and z, its normal outwards; v runs from the
+/// lowest to the highest point.
 /// ```gml
 /// ellipsoid(3mm, 4mm, 5mm)(0.25, 0.5).y   // = 4 mm
 /// ```
 fn ellipsoid(a: length, b: length, c: length) = sphere(1mm).stretch((a / 1mm, b / 1mm, c / 1mm))
 
-/// A torus about the z axis: a tube of radius `minor` about a circle of radius `major`. Normal outwards; v runs around the tube
-/// from its outermost circle upwards.
+/// A torus about the z axis: a tube of radius `minor` about a circle of radius `major`. Normal outwards; v runs around
+/// the tube from its outermost circle upwards.
 /// ```gml
 /// torus(10mm, 2mm)(0, 0)   // = (12, 0, 0) mm
 /// ```
 fn torus(major: length, minor: length) =
   revolve(|t: real| (major + minor * cos(t * 1turn), minor * sin(t * 1turn)))
 
-/// A paraboloid that opens upwards from the origin to a rim of a radius at a height, its normal downwards and outwards; flip it for
-/// the inside of a dish. Its focus is at the height radius^2 / (4 height).
+/// A paraboloid that opens upwards from the origin to a rim of a radius at a height, its normal downwards and outwards;
+/// flip it for the inside of a dish. Its focus is at the height radius^2 / (4 height).
 /// ```gml
 /// paraboloid(4mm, 8mm)(0, 0.5)   // = (2, 0, 2) mm
 /// ```
 fn paraboloid(radius: length, height: length) = revolve(|t: real| (radius * t, height * t * t))
 
-/// A helicoid: a ramp about the z axis between two radii, which rises counterclockwise by `pitch` in a turn. Normal upwards.
+/// A helicoid: a ramp about the z axis between two radii, which rises counterclockwise by `pitch` in a turn. Normal
+/// upwards.
 /// ```gml
 /// helicoid(2mm, 6mm, 10mm, 0.5)(0.5, 0)   // = (4, 0, 0) mm
 /// helicoid(2mm, 6mm, 10mm, 0.5)(0.5, 1).z   // = 5 mm
@@ -138,9 +140,10 @@ fn paraboloid(radius: length, height: length) = revolve(|t: real| (radius * t, h
 fn helicoid(inner: length, outer: length, pitch: length, turns: real) = |u: real, v: real|
   polar(mix(inner, outer, u), turns * v * 1turn, pitch * turns * v)
 
-/// The superellipsoid ((|x / a|^m + |y / b|^m)^(n / m) + |z / c|^n) = 1 about the origin (Barr 1981), its normal outwards; v runs
-/// from the lowest to the highest point. m shapes it seen from above, n seen from the side: 2 is round, 1 a rhombus, large
-/// exponents near a box. Both are 1 or more. The parameters go with the angles, not with Barr's powers, so that there are no cusps.
+/// The superellipsoid ((|x / a|^m + |y / b|^m)^(n / m) + |z / c|^n) = 1 about the origin (Barr 1981), its normal
+/// outwards; v runs from the lowest to the highest point. m shapes it seen from above, n seen from the side: 2 is
+/// round, 1 a rhombus, large exponents near a box. Both are 1 or more. The parameters go with the angles, not with
+/// Barr's powers, so that there are no cusps.
 /// ```gml
 /// superellipsoid(3mm, 4mm, 5mm, 2.5, 4)(0, 0.5).x             // = 3 mm
 /// norm(superellipsoid(5mm, 5mm, 5mm, 2, 2)(0.2, 0.7))         // = 5 mm
@@ -152,8 +155,9 @@ fn superellipsoid(a: length, b: length, c: length, m: real, n: real) = |u: real,
   (a * (ring * r * cos(up) * cos(around)), b * (ring * r * cos(up) * sin(around)), c * (r * sin(up)))
 }
 
-/// A supertoroid about the z axis (Barr 1981): a ring with the superellipse of exponent m and radius `major` seen from above, and a
-/// section that is a superellipse of exponent n with semi-axes `width` (along the radius) and `height`. Normal outwards.
+/// A supertoroid about the z axis (Barr 1981): a ring with the superellipse of exponent m and radius `major` seen from
+/// above, and a section that is a superellipse of exponent n with semi-axes `width` (along the radius) and `height`.
+/// Normal outwards.
 /// ```gml
 /// supertoroid(10mm, 2mm, 3mm, 4, 2.5)(0, 0)   // = (12, 0, 0) mm
 /// ```

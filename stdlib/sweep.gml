@@ -1,8 +1,8 @@
 // Surfaces that a curve makes when it moves: prisms, ruled and lofted surfaces, sections carried along a path.
 
-/// A curve in the plane of x and y raised along z: the wall of a prism. Where the curve runs counterclockwise the normal is outwards.
-/// On the way it can be turned by `twist` in all and scaled to `taper` times its size, both about the z axis. Of a curve in
-/// space every point is raised.
+/// A curve in the plane of x and y raised along z: the wall of a prism. Where the curve runs counterclockwise the
+/// normal is outwards. On the way it can be turned by `twist` in all and scaled to `taper` times its size, both about
+/// the z axis. Of a curve in space every point is raised.
 /// ```gml
 /// extrude(circle(5mm), 8mm)(0, 0.5)              // = (5, 0, 4) mm
 /// extrude(circle(5mm), 8mm, taper: 0.2)(0, 1)    // = (1, 0, 8) mm
@@ -22,7 +22,8 @@ fn extrude(curve: curve, height: length, twist: angle = 0deg, taper: real = 1) =
 /// ```
 fn fill(curve: curve, center = (0mm, 0mm, 0mm)) = |u: real, v: real| mix(lift(curve(u)), lift(center), v)
 
-/// A solid on a closed curve in the plane that runs counterclockwise about the z axis: {wall, top, base}, as extrude and fill make them.
+/// A solid on a closed curve in the plane that runs counterclockwise about the z axis: {wall, top, base}, as extrude
+/// and fill make them.
 /// ```gml
 /// prism(rectangle(40mm, 20mm), 5mm).top(0, 0)      // = (20, 0, 5) mm
 /// prism(regular_polygon(6, 10mm), 5mm).base(0, 1)  // = (10, 0, 0) mm
@@ -36,16 +37,17 @@ fn prism(curve: curve, height: length, twist: angle = 0deg, taper: real = 1) {
   }
 }
 
-/// The surface of the straight lines between points of two curves in space with the same t: u along the curves, v from the
-/// first to the second.
+/// The surface of the straight lines between points of two curves in space with the same t: u along the curves, v from
+/// the first to the second.
 /// ```gml
 /// let (a, b) = (line((0mm, 0mm, 0mm), (4mm, 0mm, 0mm)), line((0mm, 2mm, 0mm), (4mm, 2mm, 6mm)))
 /// ruled(a, b)(0.5, 0.5)   // = (2, 1, 1.5) mm
 /// ```
 fn ruled(a, b) = |u: real, v: real| mix(a(u), b(u), v)
 
-/// A smooth surface through curves in space (Catmull-Rom in v): u along the curves, v from the first to the last, or, `closed`,
-/// back to it. Where counterclockwise curves are stacked upwards the normal is outwards. Two curves give a ruled surface.
+/// A smooth surface through curves in space (Catmull-Rom in v): u along the curves, v from the first to the last, or,
+/// `closed`, back to it. Where counterclockwise curves are stacked upwards the normal is outwards. Two curves give a
+/// ruled surface.
 /// ```gml
 /// let ring = |r, z| |t| polar(r, t * 1turn, z)
 /// let vase = loft([ring(20mm, 0mm), ring(35mm, 30mm), ring(15mm, 60mm), ring(20mm, 80mm)])
@@ -54,15 +56,16 @@ fn ruled(a, b) = |u: real, v: real| mix(a(u), b(u), v)
 /// ```
 fn loft(curves, closed: bool = false) = |u: real, v: real| catmull_rom(for c in curves { c(u) }, closed)(v)
 
-/// A section carried along a curve without twisting about it: u along the section, v along the curve. A curve in the plane counts
-/// as (radius, height) in the half plane of x and z. The section is a curve in the plane of the normal and the binormal, or
-/// a function of (u, v), for one that changes. One that runs counterclockwise has its normal outwards.
+/// A section carried along a curve without twisting about it: u along the section, v along the curve. A curve in the
+/// plane counts as (radius, height) in the half plane of x and z. The section is a curve in the plane of the normal and
+/// the binormal, or a function of (u, v), for one that changes. One that runs counterclockwise has its normal outwards.
 ///
-/// The normal starts towards `up`, as far as that is at right angles to the curve, and is carried along by double reflection (Wang,
-/// Jüttler, Zheng and Liu, Computation of Rotation Minimizing Frames, 2008) from one to the next of `stations` equal steps of v; within
-/// a step from its beginning. Its error falls with the fourth power of their number: 32 steps leave about 1e-8 where the
-/// curve turns by 90deg, and 1e-6 where it turns twice around. `twist` is added evenly along v; with `closed`, for a curve that returns with the direction it
-/// started with, also what brings the section back to where it was.
+/// The normal starts towards `up`, as far as that is at right angles to the curve, and is carried along by double
+/// reflection (Wang, Jüttler, Zheng and Liu, Computation of Rotation Minimizing Frames, 2008) from one to the next of
+/// `stations` equal steps of v; within a step from its beginning. Its error falls with the fourth power of their
+/// number: 32 steps leave about 1e-8 where the curve turns by 90deg, and 1e-6 where it turns twice around. `twist` is
+/// added evenly along v; with `closed`, for a curve that returns with the direction it started with, also what brings
+/// the section back to where it was.
 /// ```gml
 /// let arch = |t| (10mm * cos(t * 180deg), 0mm, 10mm * sin(t * 180deg))
 /// norm(sweep(arch, circle(2mm), up: (0, 1, 0))(0, 0.7))    // = 10.198039 mm
@@ -102,17 +105,17 @@ fn sweep(
   }
 }
 
-/// A vector at right angles to the path at `from`, carried to `to` by double reflection. The first mirror is at right angles to the
-/// chord, whose direction is had from the velocity at two Gauss nodes, so that it does not vanish with the step; the second brings
-/// the reflected tangent to the tangent at the end.
+/// A vector at right angles to the path at `from`, carried to `to` by double reflection. The first mirror is at right
+/// angles to the chord, whose direction is had from the velocity at two Gauss nodes, so that it does not vanish with
+/// the step; the second brings the reflected tangent to the tangent at the end.
 fn _carried(path, normal, from, to) {
   let chord = path'(mix(from, to, 0.21132486540518713)) + path'(mix(from, to, 0.7886751345948129))
   let mirrored = reflect(tangent(path, from), chord)
   reflect(reflect(normal, chord), tangent(path, to) - mirrored)
 }
 
-/// A solid bar: a sweep with its ends filled, {wall, start, end}. The section is closed, runs counterclockwise, and can all be seen from its
-/// origin.
+/// A solid bar: a sweep with its ends filled, {wall, start, end}. The section is closed, runs counterclockwise, and can
+/// all be seen from its origin.
 /// ```gml
 /// let b = bar(line((0mm, 0mm, 0mm), (0mm, 0mm, 9mm)), rectangle(4mm, 2mm))
 /// b.end(0, 1)                      // = (0, 0, 9) mm
@@ -134,8 +137,8 @@ fn bar(
   }
 }
 
-/// A coil spring about the z axis: round wire of a radius along a helix from the plane of x and y upwards. `radius` is that of the
-/// wire's axis, `pitch` the rise in a turn, which must not be vertical.
+/// A coil spring about the z axis: round wire of a radius along a helix from the plane of x and y upwards. `radius` is
+/// that of the wire's axis, `pitch` the rise in a turn, which must not be vertical.
 /// ```gml
 /// coil(10mm, 5mm, 4, 1mm)(0, 0)   // = (9, 0, 0) mm
 /// ```

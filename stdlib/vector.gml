@@ -1,5 +1,5 @@
-// Vectors and points: `vec2` and `vec3` without dimension, `point2` and `point3` of lengths. Sums, differences and multiples are written
-// with operators; what is here takes both kinds, in the plane and in space where it makes sense.
+// Vectors and points: `vec2` and `vec3` without dimension, `point2` and `point3` of lengths. Sums, differences and
+// multiples are written with operators; what is here takes both kinds, in the plane and in space where it makes sense.
 
 /// The scalar product of two vectors of any length.
 /// ```gml
@@ -13,7 +13,8 @@ fn dot(a, b) = sum(for i in 0..len(a) { a[i] * b[i] })
 /// ```
 fn cross(a, b) = (a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
-/// The vector product of two vectors in the plane: the area of the parallelogram, positive where b lies counterclockwise of a.
+/// The vector product of two vectors in the plane: the area of the parallelogram, positive where b lies
+/// counterclockwise of a.
 /// ```gml
 /// cross2((2mm, 0mm), (1mm, 3mm)) / 1mm^2   // = 6
 /// ```
@@ -37,8 +38,8 @@ fn normalize(v) = v / norm(v)
 /// ```
 fn distance(a, b) = norm(b - a)
 
-/// The angle between two vectors, from 0deg to 180deg: atan2 of the lengths of their products, which is exact for small angles
-/// too. In the plane it has a sign: positive where b lies counterclockwise of a.
+/// The angle between two vectors, from 0deg to 180deg: atan2 of the lengths of their products, which is exact for small
+/// angles too. In the plane it has a sign: positive where b lies counterclockwise of a.
 /// ```gml
 /// angle_between((1, 0, 0), (0, 0, 5))      // = 90 deg
 /// angle_between((1mm, 1mm), (1mm, 0mm))    // = -45 deg
@@ -71,8 +72,8 @@ fn reflect(v, normal) = v - project(v, normal) * 2
 /// ```
 fn perpendicular(v) = (-v.y, v.x)
 
-/// A vector of length 1 at right angles to a vector in space: of what is left of the z axis, or of the x axis where v is
-/// within 26 degrees of the z axis.
+/// A vector of length 1 at right angles to a vector in space: of what is left of the z axis, or of the x axis where v
+/// is within 26 degrees of the z axis.
 /// ```gml
 /// perpendicular3((5, 0, 0))      // = (0, 0, 1)
 /// perpendicular3((0mm, 0mm, 2mm))   // = (1, 0, 0)
@@ -96,8 +97,8 @@ fn polar(radius, angle: angle, z = 0 * radius) = (radius * cos(angle), radius * 
 /// ```
 fn polar2(radius, angle: angle) = (radius * cos(angle), radius * sin(angle))
 
-/// The point at a distance from the origin, an angle (azimuth) about the z axis, and an angle (elevation) above the plane of x
-/// and y.
+/// The point at a distance from the origin, an angle (azimuth) about the z axis, and an angle (elevation) above the
+/// plane of x and y.
 /// ```gml
 /// spherical(2mm, 0deg, 0deg)   // = (2, 0, 0) mm
 /// norm(spherical(2mm, 30deg, 45deg))   // = 2 mm
@@ -108,8 +109,8 @@ fn spherical(radius, azimuth: angle, elevation: angle) = (
   radius * sin(elevation),
 )
 
-/// A point's distance from the z axis and its angle about it, from -180deg to 180deg: the inverse of polar (and of polar2). Of a
-/// point in space there is z, too.
+/// A point's distance from the z axis and its angle about it, from -180deg to 180deg: the inverse of polar (and of
+/// polar2). Of a point in space there is z, too.
 /// ```gml
 /// to_polar((3mm, 4mm)).radius        // = 5 mm
 /// to_polar((0mm, 2mm, 7mm)).angle    // = 90 deg

@@ -1,10 +1,11 @@
-//! How long it takes from text to machine code for M and its derivatives, by stage, and how that grows with the program.
+//! How long it takes from text to machine code for M and its derivatives, by stage, and how that grows with the
+//! program.
 //!
-//! `cargo bench --bench compile` prints two tables: models of this repository, and generated ones of growing size. Times are
-//! those of the clock, in milliseconds, the least of several compilations: machine code is made on as many threads as there
-//! are processors, so that other work on the machine counts. The column `cpu` is the processors' time in all.
-//! What only the first compilation of a process does (the code generator's tables, the library's parsing) is in the
-//! column `first`, which is the whole of the first one.
+//! `cargo bench --bench compile` prints two tables: models of this repository, and generated ones of growing size.
+//! Times are those of the clock, in milliseconds, the least of several compilations: machine code is made on as many
+//! threads as there are processors, so that other work on the machine counts. The column `cpu` is the processors' time
+//! in all. What only the first compilation of a process does (the code generator's tables, the library's parsing) is in
+//! the column `first`, which is the whole of the first one.
 
 mod scripts;
 

@@ -27,8 +27,8 @@ model flange {{
 /// Lines of one section of [`lines`], in the model and outside.
 const SECTION: usize = 40;
 
-/// A model of about so many lines: sections with functions of their own, parameters, local values, a require, and parts of
-/// several kinds, some of them in a loop; all in one pose.
+/// A model of about so many lines: sections with functions of their own, parameters, local values, a require, and parts
+/// of several kinds, some of them in a loop; all in one pose.
 pub(crate) fn lines(count: usize) -> String {
     let sections = count.div_ceil(SECTION);
     let mut text = String::from(

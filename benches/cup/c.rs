@@ -35,8 +35,8 @@ pub(crate) struct Peers {
     pub(crate) command: String,
 }
 
-/// Names of the versions in C, and the machines that they are compiled for: this one; and one whose vectors have 128 bits and that
-/// does not multiply and add at once, as Cranelift's code does not.
+/// Names of the versions in C, and the machines that they are compiled for: this one; and one whose vectors have 128
+/// bits and that does not multiply and add at once, as Cranelift's code does not.
 pub(crate) const VARIANTS: &[(&str, &str)] =
     if cfg!(target_arch = "x86_64") { &[("C", "native"), ("C, 128", "x86-64-v2")] } else { &[("C", "native")] };
 

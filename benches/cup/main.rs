@@ -1,10 +1,11 @@
-//! The cup against the same in C, with derivatives written by hand: times of points and derivatives, and whether they agree.
+//! The cup against the same in C, with derivatives written by hand: times of points and derivatives, and whether they
+//! agree.
 //!
-//! `cargo bench --bench cup` prints tables. The two are run by turns and the least time of each counts, so that ratios mean
-//! something on a machine that has other work. Fits evaluate scattered points: 66,191 of them, as many as the cup's scan has,
-//! on the outer and the inner surface and on the handle. Tessellations evaluate grids: 128 x 64 of either surface and 64 x 32
-//! of the handle, 18,432 points. 15 parameters, doubles, one thread. Another table shows how M and its gradient grow with
-//! points and with parameters.
+//! `cargo bench --bench cup` prints tables. The two are run by turns and the least time of each counts, so that ratios
+//! mean something on a machine that has other work. Fits evaluate scattered points: 66,191 of them, as many as the
+//! cup's scan has, on the outer and the inner surface and on the handle. Tessellations evaluate grids: 128 x 64 of
+//! either surface and 64 x 32 of the handle, 18,432 points. 15 parameters, doubles, one thread. Another table shows how
+//! M and its gradient grow with points and with parameters.
 
 mod c;
 mod growth;

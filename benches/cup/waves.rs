@@ -1,4 +1,5 @@
-//! Elementary functions of both u and v: two at once on a grid, one after the other point by point, and C with its library.
+//! Elementary functions of both u and v: two at once on a grid, one after the other point by point, and C with its
+//! library.
 
 use super::by_turns;
 use super::c::Peers;

@@ -4,8 +4,8 @@
 //! - nothing: the scan is turned at random and lies anywhere, and the shape parameters begin anywhere in their bounds;
 //! - defaults: as `nothing`, but beginning with the script's own defaults, as a user does who says nothing.
 //!
-//! Where GMLC_PEER_PYTHON names a Python with numpy, scipy and open3d, benches/peers/fit_scipy.py fits from the same near
-//! starts.
+//! Where GMLC_PEER_PYTHON names a Python with numpy, scipy and open3d, benches/peers/fit_scipy.py fits from the same
+//! near starts.
 //!
 //! A fit counts where its objective is that of the best one known (to 0.2 %) and the shape parameters are the same.
 

@@ -1,6 +1,6 @@
-//! Every example against virtual scans of it: those of its README's `gmlc scan` command, with other seeds for noise, losses
-//! and pose. A fit counts where every parameter is found to a tenth of how far it had to go from its default, or, where the scan does
-//! not say it that well, to three standard deviations of less than a tenth each.
+//! Every example against virtual scans of it: those of its README's `gmlc scan` command, with other seeds for noise,
+//! losses and pose. A fit counts where every parameter is found to a tenth of how far it had to go from its default,
+//! or, where the scan does not say it that well, to three standard deviations of less than a tenth each.
 
 use crate::{median, program, seconds};
 use gml_compiler::check::InputValue;

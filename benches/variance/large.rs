@@ -18,7 +18,8 @@ const ALONG: u32 = 2001;
 /// What has to be enough. Bytes.
 const MEMORY: u64 = 3_000_000_000;
 
-/// Builds the hierarchy over a wavy cylinder, bakes a texture of 2048 x 2048, and says how much memory the process had at most.
+/// Builds the hierarchy over a wavy cylinder, bakes a texture of 2048 x 2048, and says how much memory the process had
+/// at most.
 pub(crate) fn run() -> Result<(), Box<dyn Error>> {
     let text = "use std.surface (cylinder)\nmodel pipe { part side = cylinder(50mm, 250mm) }";
     let script = SourceFile { text: text.to_owned(), name: "pipe.gml".to_owned() };

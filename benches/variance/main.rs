@@ -1,12 +1,14 @@
-//! How long the deviations of a large texture take, by stage: the paper's cup at the position of its scan, a texture of 2048 x
-//! 2048, two directions a texel, 10 mm.
+//! How long the deviations of a large texture take, by stage: the paper's cup at the position of its scan, a texture of
+//! 2048 x 2048, two directions a texel, 10 mm.
 //!
-//! `GMLC_TEST_DATA=... cargo bench --bench variance` prints wall and processor seconds, the least of several runs, and queries
-//! (texels) a second. `-- --side 2304` takes another texture. With `-- --dump FILE` origins and normals are written, and what was found, for
-//! benches/variance/peers.py, which casts the same rays with other libraries and compares; likewise distances to closest points of some
-//! of the texels. With `GMLC_PEER_PYTHON=/path/to/python` that script runs at the end, on files of its own.
+//! `GMLC_TEST_DATA=... cargo bench --bench variance` prints wall and processor seconds, the least of several runs, and
+//! queries (texels) a second. `-- --side 2304` takes another texture. With `-- --dump FILE` origins and normals are
+//! written, and what was found, for benches/variance/peers.py, which casts the same rays with other libraries and
+//! compares; likewise distances to closest points of some of the texels. With `GMLC_PEER_PYTHON=/path/to/python` that
+//! script runs at the end, on files of its own.
 //!
-//! `-- --large` needs no data: a scan of ten million triangles is built and baked at, and the process's largest memory is printed.
+//! `-- --large` needs no data: a scan of ten million triangles is built and baked at, and the process's largest memory
+//! is printed.
 
 mod large;
 

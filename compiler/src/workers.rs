@@ -2,12 +2,12 @@
 
 use std::sync::Mutex;
 
-/// Runs jobs that do not depend on each other: the compiler itself starts no threads. Results are the same whichever thread
-/// runs a job.
+/// Runs jobs that do not depend on each other: the compiler itself starts no threads. Results are the same whichever
+/// thread runs a job.
 ///
 /// `run` calls a job for each number below the first argument, once each, at once where it can, and returns when all
-/// are done. It must be more than a pool whose threads take up other work while they wait: derivatives are made when they
-/// are first asked for, by one thread while others wait for it.
+/// are done. It must be more than a pool whose threads take up other work while they wait: derivatives are made when
+/// they are first asked for, by one thread while others wait for it.
 #[derive(Clone, Copy, Debug)]
 pub struct Workers {
     /// Number of jobs that can run at once; at least one.

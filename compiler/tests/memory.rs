@@ -1,6 +1,7 @@
 //! Dropped programs give their memory back. Alone in its process: what other tests allocate would be counted.
 //!
-//! `GMLC_PROGRAMS=10000 cargo test --release --test memory -- --nocapture` compiles, runs and drops so many instead of a thousand.
+//! `GMLC_PROGRAMS=10000 cargo test --release --test memory -- --nocapture` compiles, runs and drops so many instead of
+//! a thousand.
 
 #[path = "suite/common/mod.rs"]
 mod common;

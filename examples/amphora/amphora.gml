@@ -85,9 +85,10 @@ model amphora {
 /// Chebyshev's polynomials of the second kind at 2: 1, 4, 15, 56, ...
 fn chebyshev(k: int) -> int = if k <= 0 { k + 1 } else { 4 * chebyshev(k - 1) - chebyshev(k - 2) }
 
-/// Control points of the uniform cubic B-spline that runs through points and ends without curvature. Within, every point p
-/// wants p[i] = (c[i - 1] + 4 c[i] + c[i + 1]) / 6, and at the ends c = p. The inverse of the matrix (1 4 1) is known in closed form: its
-/// entry (i, j) is (-1)^(i + j) U(min(i, j)) U(n - 1 - max(i, j)) / U(n), with Chebyshev's U at 2.
+/// Control points of the uniform cubic B-spline that runs through points and ends without curvature. Within, every
+/// point p wants p[i] = (c[i - 1] + 4 c[i] + c[i + 1]) / 6, and at the ends c = p. The inverse of the matrix (1 4 1) is
+/// known in closed form: its entry (i, j) is (-1)^(i + j) U(min(i, j)) U(n - 1 - max(i, j)) / U(n), with Chebyshev's U
+/// at 2.
 fn control_points(p) {
   let n = len(p) - 2
   fn side(j) =

@@ -3,8 +3,8 @@ use std.offset (offset)
 use std.surface (disc, flip, revolve)
 use std.frame (translate)
 
-/// A bowl of sheet metal or clay: a flat foot, a wall that turns up in one sweep, and a rim that is turned outwards and rolled.
-/// It stands on the plane of x and y.
+/// A bowl of sheet metal or clay: a flat foot, a wall that turns up in one sweep, and a rim that is turned outwards and
+/// rolled. It stands on the plane of x and y.
 model bowl {
   /// Radius of the flat on which it stands.
   param foot: length in 15mm..80mm = 35mm
@@ -16,7 +16,8 @@ model bowl {
   param wall: length in 0.5mm..8mm = 3mm
   /// The angle at which the wall leaves the ground.
   param slope: angle in 5deg..65deg = 25deg
-  /// How closely the wall follows its tangents at foot and rim to where they meet: little is a slack wall, much a sharp turn.
+  /// How closely the wall follows its tangents at foot and rim to where they meet: little is a slack wall, much a sharp
+  /// turn.
   param fullness: real in 0.3..0.95 = 0.65
   /// Radius at which the rim is turned outwards, on the outer side.
   param curl: length in 0.5mm..15mm = 4mm
@@ -41,8 +42,8 @@ model bowl {
   part floor = disc(foot - wall * sin(slope)).translate((0mm, 0mm, wall * cos(slope)))
   part base = flip(disc(foot))
 
-  // The rim is turned outwards by a quarter of a turn and ends in a bead as high as the rim. Below, the two circles meet at
-  // this height above the turn's centre.
+  // The rim is turned outwards by a quarter of a turn and ends in a bead as high as the rim. Below, the two circles
+  // meet at this height above the turn's centre.
   let middle = (rim + curl, top)
   let lift = wall + curl - bead
   let meet = (curl ^ 2 - bead ^ 2 + lift ^ 2) / (2 * lift)

@@ -47,8 +47,8 @@ model column {
     polar(smooth - flute * hollow(a) * window(v), a, base_height + shaft_height * v)
   }
 
-  // The base, from the plinth upwards: torus, scotia, torus, and a flare into the shaft. Its heights are fractions of the
-  // whole base, as the canon has them.
+  // The base, from the plinth upwards: torus, scotia, torus, and a flare into the shaft. Its heights are fractions of
+  // the whole base, as the canon has them.
   let b = base_height
   let (half_width, lower, upper) = (lower_radius + base_spread, 0.135 * b, 0.085 * b)
   let below = (half_width - lower, 0.3 * b + lower)
@@ -88,7 +88,8 @@ model column {
     let wall = |u: real, v: real| (half, mix(-half, half, u), height * v)
     wall.polar_pattern(4)
   }
-  /// A square from which a disc is left out, in four pieces: what shows of a block under something round. It looks upwards.
+  /// A square from which a disc is left out, in four pieces: what shows of a block under something round. It looks
+  /// upwards.
   fn ledge(half: length, radius: length) {
     let edge = line((half, -half, 0mm), (half, half, 0mm))
     let quarter = arc((0mm, 0mm), radius, -45deg, 45deg)

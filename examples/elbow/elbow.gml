@@ -25,7 +25,8 @@ model elbow {
   param bend: angle in 20deg..120deg = 90deg
   /// Length of the longer leg, from the collar's face to the bend.
   param long_leg: length in 15mm..150mm = 50mm
-  /// Length of the shorter leg. An elbow can be turned around: that the legs are told apart by their length makes them unique.
+  /// Length of the shorter leg. An elbow can be turned around: that the legs are told apart by their length makes them
+  /// unique.
   param short_leg: length in 10mm..long_leg = 30mm
   /// How far the collars stand out from the pipe.
   param rim: length in 3mm..40mm = 14mm

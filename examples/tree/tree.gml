@@ -3,8 +3,8 @@ use std.frame (transform, translate)
 use std.surface (disc, ellipsoid, flip, tube)
 use std.vector (turned)
 
-/// A tree that is grown by recursion: every branch bends away from the one that bears it and forks into two, until the last
-/// ones end in leaves. It stands on the plane of x and y.
+/// A tree that is grown by recursion: every branch bends away from the one that bears it and forks into two, until the
+/// last ones end in leaves. It stands on the plane of x and y.
 model tree {
   /// How often the trunk forks.
   input forks: int in 0..6 = 4
@@ -27,7 +27,8 @@ model tree {
   /// Length of a leaf.
   param leaf: length in 4mm..60mm = 24mm
 
-  /// A branch in a frame in whose origin it begins and along whose z axis it leaves, with all that grows on it: it bends towards x.
+  /// A branch in a frame in whose origin it begins and along whose z axis it leaves, with all that grows on it: it
+  /// bends towards x.
   fn grow(frame, length: length, thickness: length, bend: angle, level: int) {
     let knee = (0mm, 0mm, length / 2)
     let tip = knee + (sin(bend), 0, cos(bend)) * (length / 2)

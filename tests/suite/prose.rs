@@ -13,7 +13,9 @@ fn files(folder: &Path, endings: &[&str], into: &mut Vec<PathBuf>) {
         let path = entry.expect("a folder's entry").path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() {
-            if !name.starts_with('.') && !["target", "out", "node_modules"].contains(&name.as_str()) {
+            // docs/std is generated, a paragraph a line.
+            let skipped = ["target", "out", "node_modules", "std"].contains(&name.as_str());
+            if !name.starts_with('.') && !skipped {
                 files(&path, endings, into);
             }
         } else if path.extension().is_some_and(|e| endings.contains(&e.to_string_lossy().as_ref())) {

@@ -338,8 +338,8 @@ pub fn lets(statements: &[Statement]) -> Vec<(LocalId, &Expr)> {
     lets
 }
 
-/// Those of some `let`s that the values of the locals in `needed` depend on, in their order. The locals that their values
-/// use are added to `needed`.
+/// Those of some `let`s that the values of the locals in `needed` depend on, in their order. The locals that their
+/// values use are added to `needed`.
 #[must_use]
 pub fn needed_lets<'t>(mut lets: Vec<(LocalId, &'t Expr)>, needed: &mut HashSet<LocalId>) -> Vec<(LocalId, &'t Expr)> {
     let mut kept = Vec::new();

@@ -122,8 +122,8 @@ impl Renderer<'_, '_> {
         chosen
     }
 
-    /// Whether a document fits: its text up to the first line end on this line or, if `whole`, each of its lines; and the
-    /// text after it up to the next line end.
+    /// Whether a document fits: its text up to the first line end on this line or, if `whole`, each of its lines; and
+    /// the text after it up to the next line end.
     fn fits(&self, start: Todo, rest: &[Todo], before: usize, whole: bool) -> bool {
         let mut room =
             self.width.saturating_sub(if self.fresh || self.owed { start.indent } else { self.column } + before);

@@ -116,9 +116,9 @@ impl Code {
         assert_eq!(arguments.len(), routine.arguments, "length of a routine's arguments");
         assert_eq!(results.len(), routine.results, "length of a routine's results");
         let mut context = Context::new(limits);
-        // SAFETY: a routine was compiled with this signature (`Compiler::routine`), and its code lives as long as `self`.
-        // It reads the arguments and writes the results, whose lengths are asserted, and reads and writes the context,
-        // which is alive and not shared.
+        // SAFETY: a routine was compiled with this signature (`Compiler::routine`), and its code lives as long as
+        // `self`. It reads the arguments and writes the results, whose lengths are asserted, and reads and writes the
+        // context, which is alive and not shared.
         let status = unsafe {
             let function = std::mem::transmute::<*const u8, RoutineFunction>(routine.address.0);
             function(&raw mut context, arguments.as_ptr(), results.as_mut_ptr())
@@ -192,8 +192,8 @@ impl Code {
 }
 
 impl Kernel {
-    /// Runs over the first `n` of `stride` points; `n` is a multiple of the lanes. Results of points are stored one after the
-    /// other; sums of even and odd points side by side.
+    /// Runs over the first `n` of `stride` points; `n` is a multiple of the lanes. Results of points are stored one
+    /// after the other; sums of even and odd points side by side.
     fn run(
         &self,
         captures: &[f64],
@@ -208,10 +208,10 @@ impl Kernel {
         assert_eq!(Some(values.len()), self.values.checked_mul(stride), "length of the points' values");
         assert!(n <= stride && n % self.lanes == 0 && Some(out.len()) == outputs, "whole pairs of points");
         let mut context = Context::new(limits);
-        // SAFETY: a kernel was compiled with this signature (`Compiler::kernel`), and its code lives as long as the `Code` that
-        // has it. It reads the captures and `n` of each `stride` values, and writes the results of `n` points, or two sums
-        // of each: the slices have these lengths (asserted; they are those of slices, so that they fit in i64). It reads
-        // and writes the context, which is alive and not shared.
+        // SAFETY: a kernel was compiled with this signature (`Compiler::kernel`), and its code lives as long as the
+        // `Code` that has it. It reads the captures and `n` of each `stride` values, and writes the results of `n`
+        // points, or two sums of each: the slices have these lengths (asserted; they are those of slices, so that they
+        // fit in i64). It reads and writes the context, which is alive and not shared.
         let status = unsafe {
             let function = std::mem::transmute::<*const u8, KernelFunction>(self.address.0);
             let (captures, values) = (captures.as_ptr(), values.as_ptr());

@@ -99,7 +99,8 @@ pub(super) struct Compiler<'m> {
 const MAX_NODES: usize = 1_000_000;
 
 /// Instructions, and calls times instructions, of one function of Cranelift up to which it is optimised: the register
-/// allocator looks at every value that lives over a call for every call. At this many it takes about a tenth of a second.
+/// allocator looks at every value that lives over a call for every call. At this many it takes about a tenth of a
+/// second.
 const MOST_INSTRUCTIONS: usize = 50_000;
 const MOST_CALLS_BY_INSTRUCTIONS: usize = 5_000_000;
 

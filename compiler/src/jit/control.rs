@@ -33,8 +33,8 @@ impl Lowering<'_, '_, '_> {
         Ok(results)
     }
 
-    /// Runs a body `count` times: a do-while behind a guard, so that invariants move out of it. Its steps are taken from the
-    /// budget before it begins.
+    /// Runs a body `count` times: a do-while behind a guard, so that invariants move out of it. Its steps are taken
+    /// from the budget before it begins.
     pub(super) fn repeat(
         &mut self,
         count: Value,

@@ -1,7 +1,7 @@
 //! Functions that generated code calls: the operations for which there is no instruction.
 //!
-//! They are the interpreter's own, so that native code gives the same bits. Each is there for one lane, and for two: pairs of
-//! operands are in memory, and the pair of results replaces the first. Those of
+//! They are the interpreter's own, so that native code gives the same bits. Each is there for one lane, and for two:
+//! pairs of operands are in memory, and the pair of results replaces the first. Those of
 //! [`elementary`](crate::ir::elementary) compute a pair at once, the others one number after the other.
 
 #[cfg(target_arch = "x86_64")]
@@ -29,8 +29,8 @@ pub(super) struct Symbols {
 /// Sine and cosine at once, in memory: where the number is comes the sine, and the cosine after it.
 pub(super) const SIN_COS: Symbols = Symbols { one: "gml_sin_cos", two: "gml_sin_cos_2" };
 
-/// One, two or three powers of the same number and its logarithm, in memory: the number becomes the logarithm, each exponent
-/// its power.
+/// One, two or three powers of the same number and its logarithm, in memory: the number becomes the logarithm, each
+/// exponent its power.
 pub(super) const POWERS: [Symbols; 3] = [
     Symbols { one: "gml_powers_1", two: "gml_powers_1_2" },
     Symbols { one: "gml_powers_2", two: "gml_powers_2_2" },
@@ -271,7 +271,7 @@ elementary_functions!(fused, fused_pair, #[target_feature(enable = "avx,fma")]);
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 fn fused_pair(place: &Two) -> Fused {
-    // SAFETY: only functions of the module `fused` come here, which generated code calls where `all` has seen that the machine
-    // has the instructions.
+    // SAFETY: only functions of the module `fused` come here, which generated code calls where `all` has seen that the
+    // machine has the instructions.
     unsafe { Fused::load(place) }
 }

@@ -1,7 +1,7 @@
 //! Functions as loops over points, one or two at once.
 //!
-//! Every lane computes what the code for one point does, with the same operations: results are the same to the bit. Even
-//! and odd points are summed apart in either case.
+//! Every lane computes what the code for one point does, with the same operations: results are the same to the bit.
+//! Even and odd points are summed apart in either case.
 
 use super::compiler::{Compiler, JitError, KernelShape, Output};
 use super::context::Context;
@@ -13,12 +13,12 @@ use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{BlockArg, InstBuilder, StackSlotData, StackSlotKind, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 
-/// Most loop invariants that stay in registers, of which there are 16; more of them, or all where the loop has calls, are in
-/// memory.
+/// Most loop invariants that stay in registers, of which there are 16; more of them, or all where the loop has calls,
+/// are in memory.
 const MOST_IN_REGISTERS: usize = 11;
 
-/// Builds `(context, captures, values, stride, n, out) -> status`. Nodes that depend on captures only are computed once,
-/// before the loop.
+/// Builds `(context, captures, values, stride, n, out) -> status`. Nodes that depend on captures only are computed
+/// once, before the loop.
 pub(super) fn build(
     compiler: &mut Compiler<'_>,
     shape: KernelShape,
@@ -85,8 +85,8 @@ pub(super) fn build(
     Ok(())
 }
 
-/// Computes the loop's invariants, which depend on captures alone. Those that the loop uses go to the stack, as a call in
-/// the loop keeps no register; two lanes have them twice.
+/// Computes the loop's invariants, which depend on captures alone. Those that the loop uses go to the stack, as a call
+/// in the loop keeps no register; two lanes have them twice.
 fn invariants<'m>(
     lowering: &mut Lowering<'_, '_, 'm>,
     frame: &mut Frame<'m>,
@@ -174,8 +174,8 @@ fn store<'m>(lowering: &mut Lowering<'_, '_, 'm>, frame: &mut Frame<'m>, place: 
     Ok(())
 }
 
-/// Adds the results of a point to the sum of the even or of the odd points; or of two points to both sums, which are side
-/// by side.
+/// Adds the results of a point to the sum of the even or of the odd points; or of two points to both sums, which are
+/// side by side.
 fn accumulate<'m>(
     lowering: &mut Lowering<'_, '_, 'm>,
     frame: &mut Frame<'m>,

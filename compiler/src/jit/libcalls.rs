@@ -50,8 +50,8 @@ pub(super) fn powers(function: &Function) -> HashMap<ir::Value, Vec<ir::Value>> 
 }
 
 impl Lowering<'_, '_, '_> {
-    /// Lowers a node, whose operands are lowered, with others of the same number by one call: sine and cosine; or powers and
-    /// the logarithm, which powers are computed from. False where there are no others that can be had now.
+    /// Lowers a node, whose operands are lowered, with others of the same number by one call: sine and cosine; or
+    /// powers and the logarithm, which powers are computed from. False where there are no others that can be had now.
     pub(super) fn joint_call(&mut self, frame: &mut Frame<'_>, node: ir::Value, op: &Op) -> bool {
         match op {
             Op::Unary(Unary::Sin | Unary::Cos, _) => self.sine_and_cosine(frame, op),

@@ -143,8 +143,8 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
         Ok(frame.all(&function.results))
     }
 
-    /// Lowers the nodes of a function that may end it early, in their order, and all calls, with what they need. Results
-    /// are to be demanded after them.
+    /// Lowers the nodes of a function that may end it early, in their order, and all calls, with what they need.
+    /// Results are to be demanded after them.
     pub(super) fn pinned_nodes(&mut self, frame: &mut Frame<'m>) -> Result<(), JitError> {
         let function = frame.function;
         self.compiler.spend(&function.name, function.nodes.len())?;
@@ -161,7 +161,8 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     }
 
     /// Lowers a node with what it needs, where that is still to be done. Values are thus made shortly before they are
-    /// used; in the order of a derivative's nodes, which has every value's tangents side by side, most would live at once.
+    /// used; in the order of a derivative's nodes, which has every value's tangents side by side, most would live at
+    /// once.
     pub(super) fn demand(&mut self, frame: &mut Frame<'m>, node: ir::Value) -> Result<(), JitError> {
         let function = frame.function;
         let mut open = vec![node];

@@ -36,8 +36,8 @@ impl CodeMemory {
         Ok(CodeMemory { module: Some(JITModule::new(builder)), unoptimised, optimised })
     }
 
-    /// Compiles a function that was built in `context` and takes its code. (What `JITModule::define_function` does, with
-    /// a choice of targets.)
+    /// Compiles a function that was built in `context` and takes its code. (What `JITModule::define_function` does,
+    /// with a choice of targets.)
     pub(super) fn define(&mut self, id: FuncId, context: &mut Context, level: OptLevel) -> Result<(), ModuleError> {
         let target: &dyn TargetIsa = match level {
             OptLevel::None => &*self.unoptimised,
@@ -63,8 +63,8 @@ impl CodeMemory {
 impl Drop for CodeMemory {
     fn drop(&mut self) {
         if let Some(module) = self.module.take() {
-            // SAFETY: addresses of the code are kept by `Code` alone, beside this, and called only while it is borrowed.
-            // It is being dropped (or was never made), so nothing runs the code now or later.
+            // SAFETY: addresses of the code are kept by `Code` alone, beside this, and called only while it is
+            // borrowed. It is being dropped (or was never made), so nothing runs the code now or later.
             unsafe { module.free_memory() };
         }
     }

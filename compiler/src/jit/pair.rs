@@ -140,8 +140,8 @@ pub(super) mod fused {
     /// An instruction of the machine.
     macro_rules! instruction {
         ($instruction:expr) => {
-            // SAFETY: SSE2 is on every x86-64. The one instruction that is not of it takes pairs, which there are only where
-            // `Fused::load` was called, on a machine that has it.
+            // SAFETY: SSE2 is on every x86-64. The one instruction that is not of it takes pairs, which there are only
+            // where `Fused::load` was called, on a machine that has it.
             unsafe { $instruction }
         };
     }

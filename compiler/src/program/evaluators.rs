@@ -1,5 +1,5 @@
-//! The machine code that evaluates parts: one cache for all of it, by kind of sites and by order. Code that not everybody
-//! needs is made when it is first asked for.
+//! The machine code that evaluates parts: one cache for all of it, by kind of sites and by order. Code that not
+//! everybody needs is made when it is first asked for.
 
 use super::Order;
 use super::functions::ModelFunctions;
@@ -23,8 +23,8 @@ pub(super) struct Evaluators {
 pub(super) struct Evaluator {
     /// The functions below, and what they name.
     pub(super) module: Arc<Module>,
-    /// `(captures.., u, v) -> results..`, or for a pullback `(captures.., u, v, w..) -> adjoints of captures..`. Parts that
-    /// are alike share one.
+    /// `(captures.., u, v) -> results..`, or for a pullback `(captures.., u, v, w..) -> adjoints of captures..`. Parts
+    /// that are alike share one.
     pub(super) functions: Vec<FunctionId>,
     /// Which of them each part has.
     pub(super) of_part: Vec<usize>,

@@ -114,7 +114,8 @@ pub(super) fn bodies(parts: &[Body]) -> (Vec<BodyFunction>, Vec<usize>) {
 }
 
 /// Differentiates the prelude by all parameters. Entries that are 1 or -1 are left out of the function, so that such
-/// factors vanish. (Other constants stay, lest parts in a loop differ in them.) Returns it with the entries of every capture.
+/// factors vanish. (Other constants stay, lest parts in a loop differ in them.) Returns it with the entries of every
+/// capture.
 pub(super) fn prelude_jacobian(
     module: &mut Module,
     prelude: FunctionId,

@@ -38,12 +38,12 @@ impl<'p> Instance<'p> {
         &self.x
     }
 
-    /// Evaluates a patch: `out` has [`Order::width`] numbers for every site, one site after the other; or, for a pullback,
-    /// an entry for every parameter of the model, to which it adds.
+    /// Evaluates a patch: `out` has [`Order::width`] numbers for every site, one site after the other; or, for a
+    /// pullback, an entry for every parameter of the model, to which it adds.
     ///
     /// # Errors
-    /// A failure of the script, a limit, or a value that is not finite. `out` may be written in part; of a pullback it is
-    /// unchanged.
+    /// A failure of the script, a limit, or a value that is not finite. `out` may be written in part; of a pullback it
+    /// is unchanged.
     ///
     /// # Panics
     /// If there is no such patch or a slice has the wrong length.
@@ -94,8 +94,9 @@ impl<'p> Instance<'p> {
         Ok(())
     }
 
-    /// Evaluates values of rows and of columns once each, and the rest at every point: the operations, and so the bits, of
-    /// the evaluation point by point. False where something fails or is not finite: that evaluation then gives the error.
+    /// Evaluates values of rows and of columns once each, and the rest at every point: the operations, and so the bits,
+    /// of the evaluation point by point. False where something fails or is not finite: that evaluation then gives the
+    /// error.
     fn evaluate_grid(
         &self,
         patch: usize,
@@ -264,7 +265,8 @@ impl<'p> Instance<'p> {
     }
 }
 
-/// The first value that is infinite or NaN. Whether there is one is found by integers, for which there are vector instructions.
+/// The first value that is infinite or NaN. Whether there is one is found by integers, for which there are vector
+/// instructions.
 fn first_not_finite(values: &[f64]) -> Option<usize> {
     const EXPONENT: u64 = 0x7ff0_0000_0000_0000;
     let any = |chunk: &[f64]| chunk.iter().fold(false, |any, x| any | (x.to_bits() & EXPONENT == EXPONENT));

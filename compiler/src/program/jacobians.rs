@@ -22,8 +22,8 @@ pub(super) struct Jacobian {
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Kind {
     body: usize,
-    /// For each entry of the prelude's Jacobian the capture, the parameter's rank among those that have entries, and the
-    /// bits of its value where it is constant.
+    /// For each entry of the prelude's Jacobian the capture, the parameter's rank among those that have entries, and
+    /// the bits of its value where it is constant.
     entries: Vec<(u32, u32, Option<u64>)>,
 }
 

@@ -1,13 +1,13 @@
 //! A compiled script, as everything outside the compiler knows it.
 //!
-//! [`compile`] runs all stages. A [`Program`] then answers for any parameters x: their bounds, and an [`Instance`], whose
-//! patches of surface are evaluated in batches, with derivatives.
+//! [`compile`] runs all stages. A [`Program`] then answers for any parameters x: their bounds, and an [`Instance`],
+//! whose patches of surface are evaluated in batches, with derivatives.
 //!
 //! Values that depend on x alone are computed once for each x: the *prelude* takes the parameters to *captures*, and a
 //! part's *body* takes captures, u and v to a point. The prelude is differentiated forward, sparsely; bodies whichever
 //! way is cheaper. `pipeline` has all stages on one page; what not everybody needs is made when it is first asked for
-//! (`evaluators`). All of it is machine code; where that meets a failure or a value that is not finite, the interpreter goes
-//! the same way again to find the place in the source (`failure`).
+//! (`evaluators`). All of it is machine code; where that meets a failure or a value that is not finite, the interpreter
+//! goes the same way again to find the place in the source (`failure`).
 
 mod bounds;
 mod compile;
@@ -103,7 +103,8 @@ impl Program {
         self.parameters.iter().map(|p| p.default).collect()
     }
 
-    /// Makes the derivatives that are otherwise made when they are first asked for: partials, second partials, pullbacks.
+    /// Makes the derivatives that are otherwise made when they are first asked for: partials, second partials,
+    /// pullbacks.
     ///
     /// # Errors
     /// If one is too large.

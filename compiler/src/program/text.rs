@@ -36,8 +36,8 @@ impl Program {
         }
     }
 
-    /// The surface of every part with its derivative with respect to a parameter, or to every one that it depends on, as
-    /// text that reads like the language. Empty where no part depends on the parameter.
+    /// The surface of every part with its derivative with respect to a parameter, or to every one that it depends on,
+    /// as text that reads like the language. Empty where no part depends on the parameter.
     #[must_use]
     pub fn derivative_text(&self, wrt: Option<&str>) -> String {
         let mut text = String::new();

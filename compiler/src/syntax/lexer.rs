@@ -1,5 +1,5 @@
-//! Text to raw tokens. Characters that are no token, and operators of other languages, are reported, and replaced by the
-//! token that was meant where that is clear, so that one slip gives one message.
+//! Text to raw tokens. Characters that are no token, and operators of other languages, are reported, and replaced by
+//! the token that was meant where that is clear, so that one slip gives one message.
 
 use super::layout::Lexeme;
 use super::spanned;

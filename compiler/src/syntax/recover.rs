@@ -20,7 +20,8 @@ const ERROR_LIMIT: usize = 20;
 /// Bytes that are parsed again because of broken statements, in all, after the first two passes.
 const PASSED_BYTES: usize = 8 << 20;
 
-/// The tree of a file, and its diagnostics in the order of the text. Statements that could not be parsed are error nodes.
+/// The tree of a file, and its diagnostics in the order of the text. Statements that could not be parsed are error
+/// nodes.
 #[must_use]
 pub fn parse(file: FileId, text: &str) -> (File, Vec<Diagnostic>) {
     if let Some(diagnostic) = too_long(file, text) {

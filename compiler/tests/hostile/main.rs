@@ -2,9 +2,9 @@
 //! are not valid.
 //!
 //! Every input is a text of the corpus (the language tests, the examples, the standard library, the blocks of the
-//! reference), or a random well-typed script, with some damage: to bytes, to tokens, to whole lines, to numbers, to nesting. It goes through
-//! all stages up to the evaluation of machine code, as far as it gets, with small limits. `GMLC_HOSTILE_COUNT` says
-//! how many inputs (some thousands by default), `GMLC_HOSTILE_SEED` which:
+//! reference), or a random well-typed script, with some damage: to bytes, to tokens, to whole lines, to numbers, to
+//! nesting. It goes through all stages up to the evaluation of machine code, as far as it gets, with small limits.
+//! `GMLC_HOSTILE_COUNT` says how many inputs (some thousands by default), `GMLC_HOSTILE_SEED` which:
 //!
 //! ```text
 //! GMLC_HOSTILE_COUNT=1000000 GMLC_HOSTILE_SEED=7 cargo test --release --workspace --test hostile -- --nocapture

@@ -1,4 +1,5 @@
-// Every curve and every surface of the library, of parameters: what its derivatives are tested on (compiler/tests/taylor.rs).
+// Every curve and every surface of the library, of parameters: what its derivatives are tested on
+// (compiler/tests/taylor.rs).
 
 model library {
   param a: length in 4mm..9mm = 6mm

@@ -1,5 +1,5 @@
-// Derivatives of first to third order, of what loops, folds, recurses, branches and captures, in points that are differentiated once more
-// by the parameters, forward and in reverse (compiler/tests/gradients.rs).
+// Derivatives of first to third order, of what loops, folds, recurses, branches and captures, in points that are
+// differentiated once more by the parameters, forward and in reverse (compiler/tests/gradients.rs).
 
 fn power(x: real, n: int) -> real = if n == 0 { 1.0 } else { x * power(x, n - 1) }
 /// As deep as `left` asks for: not written out.

@@ -1,7 +1,7 @@
 //! Random well-typed scripts: text that follows from bytes, so that fewer and smaller bytes make a smaller script.
 //!
-//! Everything is kept tame: parameters are near 1, denominators are away from 0, what is repeated does not grow. So every
-//! script is smooth at almost all parameters, and differences can tell whether its derivatives are right.
+//! Everything is kept tame: parameters are near 1, denominators are away from 0, what is repeated does not grow. So
+//! every script is smooth at almost all parameters, and differences can tell whether its derivatives are right.
 
 /// The types that values are made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-//! Random well-typed scripts, on which everything that can compute a value or a derivative must agree: the interpreter of
-//! the lowered functions, native code, tangents, pullbacks, differences.
+//! Random well-typed scripts, on which everything that can compute a value or a derivative must agree: the interpreter
+//! of the lowered functions, native code, tangents, pullbacks, differences.
 //!
 //! A few scripts that are the same every time by default; for `GMLC_RANDOM_SECONDS` seconds where that is set, from the
 //! seed `GMLC_RANDOM_SEED`:

@@ -162,7 +162,8 @@ impl Place<'_> {
         seen.compare(&format!("dvv of {}", self.name()), &all[15..18], &by_v[6..9])
     }
 
-    /// Derivatives by the parameters: Jacobian and pullback of native code, tangent, gradient and Hessian by the interpreter.
+    /// Derivatives by the parameters: Jacobian and pullback of native code, tangent, gradient and Hessian by the
+    /// interpreter.
     fn derivatives(
         &self,
         oracle: &mut Oracle,

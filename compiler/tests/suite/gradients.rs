@@ -158,9 +158,9 @@ fn derivatives_of_bounds() {
            param n: real in 1.5..6.5 = 3
            let wall = if a > 20mm { a / 10 } else { 2mm }
            param b: length in max(wall, 1mm)..half(a) = 5mm
-           param c: angle in -asin(b / a)..180deg * b / a = 0.1rad
+           param c: angle in -asin(b / a)..180deg * (b / a) = 0.1rad
            param d: length in 0mm..fold(1mm, 0..3, |s, i| s + b ^ 2 / a) = 1mm
-           param e: length in -floor(n) * 1mm..100mm = 1mm
+           param e: length in -floor(stop(n)) * 1mm..100mm = 1mm
            param f: length = 1mm
            part p = |u, v| (u * b + d, v * a, e + f * sin(c) * n)
          }",

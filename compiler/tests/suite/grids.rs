@@ -98,8 +98,8 @@ fn grids_are_their_points() {
     }
 }
 
-/// Among them the pullback against the transpose of the tangent to 1e-12, over every curve and surface of the library and over
-/// derivatives of up to third order.
+/// Among them the pullback against the transpose of the tangent to 1e-12, over every curve and surface of the library
+/// and over derivatives of up to third order.
 #[test]
 fn grids_of_the_library_are_their_points() {
     for name in ["library", "orders"] {

@@ -1,7 +1,7 @@
 //! Runs the language tests: `tests/language/*.gml` beside the workspace's manifest.
 //!
-//! A file holds cases, each begun by a line `// --- what it shows`. What the compiler must find is written above the line
-//! that it is found in, with its columns (from 1, the end excluded):
+//! A file holds cases, each begun by a line `// --- what it shows`. What the compiler must find is written above the
+//! line that it is found in, with its columns (from 1, the end excluded):
 //!
 //! ```text
 //! // Error: 9-12 what is said
@@ -10,8 +10,9 @@
 //! ```
 //!
 //! `Warning` likewise, and `Fails` for what fails when the model is run with the defaults of its parameters: a
-//! `require` that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. A line
-//! `// Parts:` lists the names of the model's parts. With `GMLC_UPDATE=1` the lines are rewritten to what was found, to be looked at before they are committed.
+//! `require` that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. A
+//! line `// Parts:` lists the names of the model's parts. With `GMLC_UPDATE=1` the lines are rewritten to what was
+//! found, to be looked at before they are committed.
 
 use gml_compiler::check::CheckOptions;
 use gml_compiler::check::typed::Model;
@@ -177,7 +178,8 @@ fn is_mark(line: &str) -> bool {
     MARKS.iter().chain([&PARTS]).any(|m| line.trim_start().starts_with(m))
 }
 
-/// The lines that differ, which are all marks: those of the test with `-`, those found with `+` and the line below them.
+/// The lines that differ, which are all marks: those of the test with `-`, those found with `+` and the line below
+/// them.
 fn difference(test: &str, found: &str) -> String {
     let (test, found): (Vec<&str>, Vec<&str>) = (test.lines().collect(), found.lines().collect());
     let mut out = String::new();

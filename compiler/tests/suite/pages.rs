@@ -1,10 +1,11 @@
-//! Runs the examples of the documentation: every block marked `gml` of the pages in docs/, of the README files, and of the doc comments
-//! of the standard library and of the examples.
+//! Runs the examples of the documentation: every block marked `gml` of the pages in docs/, of the README files, and of
+//! the doc comments of the standard library and of the examples.
 //!
-//! A block is entered in a session of its own, line by line. A line that ends in `// = VALUE` states what it gives, as a session
-//! prints it. A block marked `gml error` must not be accepted; where it holds a line `// Error: TEXT`, an error must say that. A block that
-//! begins with `// NAME.gml` is also a file for the blocks below it to `use`. Models are compiled, and instantiated with their
-//! defaults. In docs/diagnostics.md each block is a script in which the code that it stands below is found.
+//! A block is entered in a session of its own, line by line. A line that ends in `// = VALUE` states what it gives, as
+//! a session prints it. A block marked `gml error` must not be accepted; where it holds a line `// Error: TEXT`, an
+//! error must say that. A block that begins with `// NAME.gml` is also a file for the blocks below it to `use`. Models
+//! are compiled, and instantiated with their defaults. In docs/diagnostics.md each block is a script in which the code
+//! that it stands below is found.
 
 use gml_compiler::check;
 use gml_compiler::diagnostic::{Code, Diagnostic};

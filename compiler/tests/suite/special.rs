@@ -1,5 +1,6 @@
-//! The special points of differentiation in whole programs, forward and in reverse: a tangent that is zero stays zero, and
-//! any other is reported with its place in the source. (Rules of single operations: compiler/src/diff/tests/special.rs.)
+//! The special points of differentiation in whole programs, forward and in reverse: a tangent that is zero stays zero,
+//! and any other is reported with its place in the source. (Rules of single operations:
+//! compiler/src/diff/tests/special.rs.)
 
 use crate::common::program;
 use gml_compiler::program::{Order, Program, Sites};
@@ -12,7 +13,8 @@ fn height(expression: &str) -> Program {
     program("m.gml", &text)
 }
 
-/// The height's derivatives by a and b at u, v = 0.5, from the Jacobian at the point and on a grid, and the pullback; or what is said.
+/// The height's derivatives by a and b at u, v = 0.5, from the Jacobian at the point and on a grid, and the pullback;
+/// or what is said.
 fn slopes(program: &Program, a: f64, u: f64) -> [Result<[f64; 2], String>; 3] {
     let instance = program.instantiate(&[a, 2.0]).unwrap_or_else(|e| panic!("{}", e.message));
     let active = program.parts()[0].active.clone();

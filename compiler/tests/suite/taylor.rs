@@ -1,5 +1,6 @@
-//! Taylor remainders over all examples and all curves and surfaces of the library: |S(x + h d) - S(x) - h J d| falls with the square of h, which an error of any size in J
-//! would end. (The remainder of a function that is linear along d is rounding from the start.)
+//! Taylor remainders over all examples and all curves and surfaces of the library: |S(x + h d) - S(x) - h J d| falls
+//! with the square of h, which an error of any size in J would end. (The remainder of a function that is linear along d
+//! is rounding from the start.)
 
 use crate::common::{Random, example, examples, model, scale};
 use gml_compiler::program::{Order, Program, Sites};

@@ -1,4 +1,5 @@
-//! Programs are compiled on several threads at once, and one program is evaluated on several: all find what one thread does.
+//! Programs are compiled on several threads at once, and one program is evaluated on several: all find what one thread
+//! does.
 
 use crate::common::{Random, example};
 use gml_compiler::program::{Instance, Order, Program, Sites};

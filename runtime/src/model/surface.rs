@@ -41,8 +41,8 @@ pub trait Model: Sync {
     fn parts(&self) -> &[Part];
     /// Bounds of every parameter at x (a bound may depend on earlier parameters); infinite where there is none.
     fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)>;
-    /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend on,
-    /// the same pairs at any x.
+    /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend
+    /// on, the same pairs at any x.
     fn bounds_jacobian(&self, x: &[f64]) -> Vec<BoundDerivative>;
     /// Tolerances of the parts at x, for those to which the model gives one: the largest magnitude of a deviation in
     /// millimetres.
@@ -62,8 +62,8 @@ pub trait Model: Sync {
 
 /// A model at certain parameters.
 pub trait Instance: Sync {
-    /// Evaluates a patch: `out` has [`Order::width`] numbers for every site, one site after the other; or, for a pullback, an
-    /// entry for every parameter of the model, to which is added.
+    /// Evaluates a patch: `out` has [`Order::width`] numbers for every site, one site after the other; or, for a
+    /// pullback, an entry for every parameter of the model, to which is added.
     ///
     /// # Errors
     /// A limit, or a value that is not finite. (Fits that want to go on treat the patch as absent.)
@@ -76,8 +76,8 @@ pub trait Instance: Sync {
     ) -> Result<(), EvaluationError>;
 }
 
-/// [`Instance::evaluate`] with the types of its results. `u`, `v` and the output have one entry a point; of grids the output has
-/// one for every u for every v, u running fastest. Errors are those of `evaluate`.
+/// [`Instance::evaluate`] with the types of its results. `u`, `v` and the output have one entry a point; of grids the
+/// output has one for every u for every v, u running fastest. Errors are those of `evaluate`.
 #[allow(clippy::missing_errors_doc)]
 impl<'a> dyn Instance + 'a {
     /// Points of patch `patch`.

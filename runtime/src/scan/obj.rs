@@ -135,12 +135,8 @@ impl Prepared {
             return Err(fault);
         }
         let corners = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
-        let mut raw = RawMesh {
-            positions,
-            triangles: corners(&mesh.indices),
-            groups: self.groups,
-            ..RawMesh::default()
-        };
+        let mut raw =
+            RawMesh { positions, triangles: corners(&mesh.indices), groups: self.groups, ..RawMesh::default() };
         if !self.bare_normal && self.normals > 0 {
             let values = mesh.normals.as_chunks::<3>().0;
             raw.corner_normals = corners(&mesh.normal_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();
@@ -156,8 +152,15 @@ impl Prepared {
     /// A file without faces, of which `tobj` keeps nothing.
     fn cloud(self) -> Result<RawMesh, ScanFault> {
         let mut raw = RawMesh::default();
-        for (keyword, numbers, line) in self.number_lines() {
-            let fault = || ScanFault::malformed(FORMAT, format!("line {line}"), "expected three numbers");
+        for (i, (keyword, numbers)) in self.number_lines().enumerate() {
+            let fault = || {
+                let expected = match keyword {
+                    "v" => "expected `v` and three numbers",
+                    "vn" => "expected `vn` and three numbers",
+                    _ => "expected `vt` and two numbers",
+                };
+                self.fault(i, expected)
+            };
             let values = numbers.ok_or_else(fault)?;
             match (keyword, &values[..]) {
                 ("v", &[x, y, z]) => raw.positions.push([x, y, z]),
@@ -173,19 +176,26 @@ impl Prepared {
         Ok(raw)
     }
 
-    /// Lines of numbers: keyword, numbers if they parse, line in the file.
-    fn number_lines(&self) -> impl Iterator<Item = (&str, Option<Vec<f64>>, u32)> {
-        self.text.lines().zip(&self.lines).filter_map(|(text, &line)| {
+    /// The lines of numbers (all but faces): keyword, and the numbers if they parse.
+    fn number_lines(&self) -> impl Iterator<Item = (&str, Option<Vec<f64>>)> {
+        self.text.lines().filter_map(|text| {
             let (keyword, rest) = text.split_once(' ').unwrap_or((text, ""));
             let numbers = || rest.split_whitespace().map(|word| word.parse().ok()).collect();
-            (keyword != "f").then(|| (keyword, numbers(), line))
+            (keyword != "f").then(|| (keyword, numbers()))
         })
+    }
+
+    /// A message about a line of the prepared text, counted from 0.
+    fn fault(&self, index: usize, expected: &str) -> ScanFault {
+        let text: String = self.text.lines().nth(index).unwrap_or_default().chars().take(60).collect();
+        let line = self.lines.get(index).copied().unwrap_or_default();
+        ScanFault::malformed(FORMAT, format!("line {line}"), format!("{expected}, found `{text}`"))
     }
 
     /// The first vertex that is not usable, by its number in the file.
     fn non_finite(&self) -> Option<ScanFault> {
-        let vertices = self.number_lines().filter(|(keyword, ..)| *keyword == "v");
-        vertices.enumerate().find_map(|(i, (_, numbers, _))| match numbers.unwrap_or_default()[..] {
+        let vertices = self.number_lines().filter(|(keyword, _)| *keyword == "v");
+        vertices.enumerate().find_map(|(i, (_, numbers))| match numbers.unwrap_or_default()[..] {
             [x, y, z, ..] if ![x, y, z].into_iter().all(is_usable) => {
                 Some(ScanFault::NonFinite { vertex: i + 1, at: [x, y, z] })
             }
@@ -202,8 +212,6 @@ impl Prepared {
         {
             return fault;
         }
-        let index = lines.saturating_sub(1);
-        let text: String = self.text.lines().nth(index).unwrap_or_default().chars().take(60).collect();
         let message = match error {
             LoadError::PositionParseError => "expected `v` and three numbers",
             LoadError::ScalingByZeroError => "the vertex's weight (its fourth number) is zero",
@@ -212,8 +220,7 @@ impl Prepared {
             LoadError::FaceParseError => "expected `f` and corners such as 1, 1/2, 1//3 or 1/2/3",
             _ => return ScanFault::malformed(FORMAT, "faces", error.to_string()),
         };
-        let line = self.lines.get(index).copied().unwrap_or_default();
-        ScanFault::malformed(FORMAT, format!("line {line}"), format!("{message}, found `{text}`"))
+        self.fault(lines.saturating_sub(1), message)
     }
 
     /// The first face with an index that is out of range. Negative indices count back from the face's line.

@@ -1,5 +1,5 @@
-//! Curves through measured values: nonlinear least squares of a script's function, to full precision, by its exact Jacobian. The
-//! residuals are those of the response, not distances from the surface.
+//! Curves through measured values: nonlinear least squares of a script's function, to full precision, by its exact
+//! Jacobian. The residuals are those of the response, not distances from the surface.
 
 use gml_runtime::model::Model;
 use nalgebra::{DMatrix, DVector};
@@ -40,10 +40,10 @@ struct Linear {
     sum: f64,
 }
 
-/// Minimises the sum of squared differences between the response of the model's first part and the observations, from `start`:
-/// Levenberg-Marquardt with orthogonal factorisations and columns scaled by their largest norms so far (More 1978), which does
-/// not square the condition of the Jacobian. Bounds are not looked at. None where the model cannot be evaluated at
-/// the start, has no part, or there are not more observations than parameters.
+/// Minimises the sum of squared differences between the response of the model's first part and the observations, from
+/// `start`: Levenberg-Marquardt with orthogonal factorisations and columns scaled by their largest norms so far (More
+/// 1978), which does not square the condition of the Jacobian. Bounds are not looked at. None where the model cannot be
+/// evaluated at the start, has no part, or there are not more observations than parameters.
 pub(crate) fn regress(model: &dyn Model, observations: &[Observation], start: &[f64]) -> Option<Regression> {
     let n = start.len();
     if model.parts().is_empty() || observations.len() <= n || n == 0 {

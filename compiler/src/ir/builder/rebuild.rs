@@ -85,8 +85,8 @@ impl FunctionBuilder {
 }
 
 impl Function {
-    /// The function with other parameters. `args` are the values of the old ones; `replace` gives the values of the nodes that
-    /// become something else, in terms of the new parameters.
+    /// The function with other parameters. `args` are the values of the old ones; `replace` gives the values of the
+    /// nodes that become something else, in terms of the new parameters.
     pub(crate) fn with_params(
         &self,
         params: Vec<Parameter>,

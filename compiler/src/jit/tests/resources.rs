@@ -1,4 +1,5 @@
-//! Threads, failed compilations, and texts. (That code is freed is seen in a process of its own: compiler/tests/memory.rs.)
+//! Threads, failed compilations, and texts. (That code is freed is seen in a process of its own:
+//! compiler/tests/memory.rs.)
 
 use super::*;
 use crate::ir::{Binary, Unary};

@@ -1,5 +1,5 @@
-//! Findings that need the model to run: that it cannot be evaluated at its defaults, that parameters do nothing, that some
-//! of their values can never be used, and that its surfaces jump or have kinks as a parameter passes a branch.
+//! Findings that need the model to run: that it cannot be evaluated at its defaults, that parameters do nothing, that
+//! some of their values can never be used, and that its surfaces jump or have kinks as a parameter passes a branch.
 //!
 //! All of it samples: it finds what shows at some tens of settings, and proves nothing.
 
@@ -10,8 +10,8 @@ use super::{EvaluationError, Order, Parameter, Program, Quantity, Sites};
 use crate::diagnostic::{Code, Diagnostic};
 
 impl Program {
-    /// Runs the model at some settings of its parameters. Returns an error where it cannot be evaluated at its defaults, and
-    /// warnings of what is most likely not meant.
+    /// Runs the model at some settings of its parameters. Returns an error where it cannot be evaluated at its
+    /// defaults, and warnings of what is most likely not meant.
     #[must_use]
     pub fn probe(&self) -> Vec<Diagnostic> {
         if let Err(error) = self.evaluate_at_defaults() {

@@ -21,8 +21,8 @@ pub(super) fn probe(program: &Program) -> Vec<Diagnostic> {
     found
 }
 
-/// The position of setting `k` in the range of every parameter, from 0 to 1: points that fill space evenly (the additive
-/// recurrence of Roberts, whose steps are powers of the root of t^(d+1) = t + 1).
+/// The position of setting `k` in the range of every parameter, from 0 to 1: points that fill space evenly (the
+/// additive recurrence of Roberts, whose steps are powers of the root of t^(d+1) = t + 1).
 fn positions(n: usize, k: usize) -> Vec<f64> {
     let mut root = 2f64;
     for _ in 0..32 {
@@ -31,8 +31,8 @@ fn positions(n: usize, k: usize) -> Vec<f64> {
     (0..n).map(|i| (0.5 + k as f64 * root.powi(-(i as i32 + 1))).fract()).collect()
 }
 
-/// The setting at these positions (`None` for a default), where bounds may depend on preceding parameters. Fails with the
-/// index of the first parameter whose range is empty and the values so far.
+/// The setting at these positions (`None` for a default), where bounds may depend on preceding parameters. Fails with
+/// the index of the first parameter whose range is empty and the values so far.
 fn setting(program: &Program, positions: &[Option<f64>]) -> Result<Vec<f64>, (usize, Vec<f64>)> {
     let mut x = program.defaults();
     for (i, position) in positions.iter().enumerate() {
@@ -119,8 +119,9 @@ fn is_number(bound: &Expr) -> bool {
     }
 }
 
-/// Whether a requirement holds for parameter `i` at a position of its range, for some values of the others: all combinations
-/// of their bounds and defaults, where a condition that is monotonic in each has its extremes, and points between.
+/// Whether a requirement holds for parameter `i` at a position of its range, for some values of the others: all
+/// combinations of their bounds and defaults, where a condition that is monotonic in each has its extremes, and points
+/// between.
 fn is_accepted(program: &Program, require: usize, i: usize, position: f64, others: &[usize]) -> bool {
     let n = program.parameters.len();
     let corners = 3usize.pow(others.len() as u32);
@@ -138,7 +139,8 @@ fn is_accepted(program: &Program, require: usize, i: usize, position: f64, other
     })
 }
 
-/// The position nearest to an end of the range that is accepted; none if the end or a position next to it is, or no position.
+/// The position nearest to an end of the range that is accepted; none if the end or a position next to it is, or no
+/// position.
 fn last_accepted(end: f64, accepted: impl Fn(f64) -> bool) -> Option<f64> {
     if accepted(end) {
         return None;

@@ -290,7 +290,8 @@ impl Slip<'_, '_> {
                 .hint("to join arrays, use concat(a, b); values cannot be changed, so there is no increment")
         })
     }
-    /// `{radius = 2mm, height = 3mm}`, the first name at an index: the fields of a record. The grammar takes it for a block.
+    /// `{radius = 2mm, height = 3mm}`, the first name at an index: the fields of a record. The grammar takes it for a
+    /// block.
     pub(super) fn record_with_equals(&self, at: usize) -> Option<Diagnostic> {
         let before = |count: usize| self.token(at.checked_sub(count)?);
         let of_value = matches!(

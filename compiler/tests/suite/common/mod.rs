@@ -28,8 +28,8 @@ pub fn example(name: &str) -> Program {
     program(&format!("{name}.gml"), &text)
 }
 
-/// A script of the tests' own models, compiled: `library` has all curves and surfaces of the library, `orders` derivatives of
-/// all orders and through everything.
+/// A script of the tests' own models, compiled: `library` has all curves and surfaces of the library, `orders`
+/// derivatives of all orders and through everything.
 pub fn model(name: &str) -> Program {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/models").join(name).with_extension("gml");
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -61,7 +61,8 @@ impl Random {
         low + (high - low) * self.next()
     }
 
-    /// A value of a parameter within its bounds; where there are none, within 3 of its default (millimetres or radians).
+    /// A value of a parameter within its bounds; where there are none, within 3 of its default (millimetres or
+    /// radians).
     pub fn value(&mut self, parameter: &Parameter) -> f64 {
         let low =
             parameter.lower.max(parameter.default - if parameter.lower.is_finite() { f64::INFINITY } else { 3.0 });
@@ -86,11 +87,13 @@ impl Random {
     }
 }
 
-/// Steps of the differences, relative to the size of what is varied: from where truncation rules to where rounding does.
+/// Steps of the differences, relative to the size of what is varied: from where truncation rules to where rounding
+/// does.
 const STEPS: [f64; 8] = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6];
 
 /// How far a derivative is from central differences, relative to its largest entry (or to 1e-3 mm a unit, where the
-/// influence vanishes): the best of all steps, each extrapolated from h and h/2 (Richardson: the error is of order h^4).
+/// influence vanishes): the best of all steps, each extrapolated from h and h/2 (Richardson: the error is of order
+/// h^4).
 pub fn deviation(derivative: &[f64], scale: f64, mut f: impl FnMut(f64) -> Option<Vec<f64>>) -> f64 {
     let size = derivative.iter().fold(1e-3f64, |m, d| m.max(d.abs()));
     let mut best = f64::INFINITY;

@@ -1,7 +1,8 @@
 //! One suite for everything that runs functions: what holds of the interpreter holds of native code, to the bit.
 //!
 //! [`Evaluator`] has two implementations. Every case runs on both: each operation at special values (`operations`), the
-//! language tests and the examples (`scripts`). Where the language says what comes out, that is stated here, independent of either.
+//! language tests and the examples (`scripts`). Where the language says what comes out, that is stated here,
+//! independent of either.
 
 mod operations;
 mod scripts;

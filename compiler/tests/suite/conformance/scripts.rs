@@ -1,4 +1,5 @@
-//! Scripts: the language tests that run, and the examples, each requirement and part of them, and the derivatives of parts.
+//! Scripts: the language tests that run, and the examples, each requirement and part of them, and the derivatives of
+//! parts.
 
 use super::{Case, conforms};
 use gml_compiler::check::CheckOptions;

@@ -203,7 +203,7 @@ fn bad_files_get_a_clear_error() {
         (
             "a.obj",
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9223372036854775808\n".into(),
-            "line 4 names vertex -9223372036854775808, but there are 3",
+            "line 4: an index has more than 18 digits",
         ),
         (
             "a.obj",

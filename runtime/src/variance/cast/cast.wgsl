@@ -40,7 +40,8 @@ struct Setup {
 @group(0) @binding(0) var<uniform> setup: Setup;
 @group(0) @binding(1) var<storage, read> rays: array<Ray>;
 @group(0) @binding(2) var<storage, read_write> distances: array<vec2f>;
-// Nodes and blocks, as many bindings as they need, and node_at and corner_at, which find an element: bindings.rs adds them.
+// Nodes and blocks, as many bindings as they need, and node_at and corner_at, which find an element: bindings.rs adds
+// them.
 
 const FAR = 3.0e38;
 const MISS = -1.0;
