@@ -102,14 +102,14 @@ impl Raster {
             Some(Texel {
                 index: index as u32,
                 part: part_of[t as usize],
-                position: mix(&mesh.positions),
-                normal,
-                area: mesh.triangle_area(corners) / self.texel_area[t as usize],
+                position: mix(&mesh.positions).to_array(),
+                normal: normal.as_vec3().to_array(),
+                area: (mesh.triangle_area(corners) / self.texel_area[t as usize]) as f32,
             })
         };
         let part_names = mesh.groups.iter().map(|g| g.name.clone()).collect();
-        let texels = Texels::new(self.cells.iter().enumerate().filter_map(texel));
-        Texels { width: self.size, height: self.size, part_names, ..texels }
+        let texels: Vec<Texel> = self.cells.iter().enumerate().filter_map(texel).collect();
+        Texels { width: self.size, height: self.size, part_names, ..Texels::new(&texels) }
     }
 }
 

@@ -46,16 +46,16 @@ pub struct Tessellation {
 }
 
 /// A patch at every u of some columns for every v of some rows, u running fastest.
-pub(super) struct Grid {
+struct Grid {
     u: Vec<f64>,
     v: Vec<f64>,
-    pub(super) partials: Vec<Partials>,
+    partials: Vec<Partials>,
     /// Unit normals; none where the patch has no area.
-    pub(super) normals: Vec<Option<DVec3>>,
+    normals: Vec<Option<DVec3>>,
 }
 
 impl Grid {
-    pub(super) fn new(instance: &dyn Instance, patch: usize, u: &[f64], v: &[f64]) -> Result<Self, EvaluationError> {
+    fn new(instance: &dyn Instance, patch: usize, u: &[f64], v: &[f64]) -> Result<Self, EvaluationError> {
         let mut partials = vec![Partials::default(); u.len() * v.len()];
         instance.partials_grid(patch, u, v, &mut partials)?;
         let (u, v) = Sites::Grid(u, v).expanded();
@@ -145,7 +145,7 @@ impl Tessellation {
 ///
 /// # Errors
 /// The surface cannot be evaluated.
-fn unit_normals(
+pub(super) fn unit_normals(
     instance: &dyn Instance,
     patch: usize,
     u: &[f64],
@@ -171,7 +171,7 @@ fn unit_normals(
 
 /// The unit normal and the length of `du x dv`, unless the partial derivatives are parallel to rounding.
 #[inline]
-fn normal(p: &Partials) -> Option<(DVec3, f64)> {
+pub(super) fn normal(p: &Partials) -> Option<(DVec3, f64)> {
     let (du, dv) = (DVec3::from_array(p.du), DVec3::from_array(p.dv));
     let n = du.cross(dv);
     let size = n.length();

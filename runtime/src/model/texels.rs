@@ -1,7 +1,7 @@
 //! The places from which distances are measured.
 
-use super::tessellation::Grid;
-use super::{Atlas, Chart, EvaluationError, Instance, Model};
+use super::tessellation::{normal, unit_normals};
+use super::{Atlas, Chart, EvaluationError, Instance, Model, Partials};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -42,9 +42,14 @@ pub struct Texels {
 pub(super) struct Texel {
     pub(super) index: u32,
     pub(super) part: u32,
-    pub(super) position: DVec3,
-    pub(super) normal: DVec3,
-    pub(super) area: f64,
+    pub(super) position: [f64; 3],
+    pub(super) normal: [f32; 3],
+    pub(super) area: f32,
+}
+
+impl Texel {
+    /// A texel without surface.
+    const ABSENT: Self = Self { index: 0, part: 0, position: [0.0; 3], normal: [0.0; 3], area: f32::NAN };
 }
 
 impl Texels {
@@ -68,16 +73,15 @@ impl Texels {
     }
 
     /// Lays texels, ascending by index, out as arrays.
-    pub(super) fn new(texels: impl Iterator<Item = Texel>) -> Self {
-        let mut arrays = Self::default();
-        for texel in texels {
-            arrays.index.push(texel.index);
-            arrays.part.push(texel.part);
-            arrays.position.push(texel.position.to_array());
-            arrays.normal.push(texel.normal.as_vec3().to_array());
-            arrays.area.push(texel.area as f32);
+    pub(super) fn new(texels: &[Texel]) -> Self {
+        Self {
+            index: texels.iter().map(|t| t.index).collect(),
+            part: texels.iter().map(|t| t.part).collect(),
+            position: texels.iter().map(|t| t.position).collect(),
+            normal: texels.iter().map(|t| t.normal).collect(),
+            area: texels.iter().map(|t| t.area).collect(),
+            ..Self::default()
         }
-        arrays
     }
 
     fn append(&mut self, mut others: Self) {
@@ -123,7 +127,7 @@ impl Texels {
 
 /// Samples all charts' texels in some rows of the texture.
 fn sample_band(instance: &dyn Instance, atlas: &Atlas, rows: Range<u32>) -> Result<Texels, EvaluationError> {
-    let mut texels = vec![None; (rows.len() as u32 * atlas.size) as usize];
+    let mut texels = vec![Texel::ABSENT; rows.len() * atlas.size as usize];
     for (patch, chart) in atlas.charts.iter().enumerate() {
         let end = rows.end.min(chart.y + chart.height);
         let (high, wide) = block_of(chart);
@@ -131,12 +135,13 @@ fn sample_band(instance: &dyn Instance, atlas: &Atlas, rows: Range<u32>) -> Resu
             for x in (chart.x..chart.x + chart.width).step_by(wide as usize) {
                 let columns = x..(x + wide).min(chart.x + chart.width);
                 sample_block(instance, atlas, patch, columns, y..(y + high).min(end), |texel| {
-                    texels[(texel.index - rows.start * atlas.size) as usize] = Some(texel);
+                    texels[(texel.index - rows.start * atlas.size) as usize] = texel;
                 })?;
             }
         }
     }
-    Ok(Texels::new(texels.into_iter().flatten()))
+    texels.retain(|texel| !texel.area.is_nan());
+    Ok(Texels::new(&texels))
 }
 
 /// Rows and columns of a block of a chart's texels. The values that a model computes from u are kept from grid to grid
@@ -162,16 +167,27 @@ fn sample_block(
     // Rows of texels are those of the grid, or its columns.
     let (u_along, v_along) = if chart.transposed { (&down, &along) } else { (&along, &down) };
     let (u, v): (Vec<f64>, Vec<f64>) = (u_along.iter().map(|p| p.0).collect(), v_along.iter().map(|p| p.1).collect());
-    let grid = Grid::new(instance, patch, &u, &v)?;
+    let mut grid = vec![Partials::default(); u.len() * v.len()];
+    instance.partials_grid(patch, &u, &v, &mut grid)?;
+    let texel = |x: u32, y: u32, p: &Partials, normal: DVec3, size: f64| {
+        let (normal, area) = (normal.as_vec3().to_array(), (size * chart.cell()) as f32);
+        Texel { index: y * atlas.size + x, part: patch as u32, position: p.point, normal, area }
+    };
+    let mut poles = Vec::new();
     for (k, y) in rows.enumerate() {
         for (i, x) in columns.clone().enumerate() {
-            let at = if chart.transposed { i * down.len() + k } else { k * along.len() + i };
-            let Some(normal) = grid.normals[at] else { continue };
-            let p = &grid.partials[at];
-            let area = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv)).length() * chart.cell();
-            let position = DVec3::from_array(p.point);
-            write(Texel { index: y * atlas.size + x, part: patch as u32, position, normal, area });
+            let p = &grid[if chart.transposed { i * down.len() + k } else { k * along.len() + i }];
+            match normal(p) {
+                Some((normal, size)) => write(texel(x, y, p, normal, size)),
+                None => poles.push((x, y, *p)),
+            }
         }
+    }
+    let (u, v): (Vec<f64>, Vec<f64>) = poles.iter().map(|(x, y, _)| parameters(*x, *y)).unzip();
+    let partials: Vec<Partials> = poles.iter().map(|pole| pole.2).collect();
+    for ((x, y, p), normal) in poles.iter().zip(unit_normals(instance, patch, &u, &v, &partials)?) {
+        let size = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv)).length();
+        normal.into_iter().for_each(|normal| write(texel(*x, *y, p, normal, size)));
     }
     Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::layout::{Layout, bounds};
 use super::tree::{Tree, triangle_closest};
+use crate::mesh::Bounds;
 use glam::DVec3;
 
 /// The facets of a layout where certain parameters put them.
@@ -67,9 +68,8 @@ impl Facets<'_> {
     }
 
     /// The box around all facets, if there are any.
-    pub(crate) fn bounds(&self) -> Option<(DVec3, DVec3)> {
-        let (low, high) = bounds(&self.positions);
-        (low.cmple(high).all() && (high - low).max_element() > 0.0).then_some((low, high))
+    pub(crate) fn bounds(&self) -> Option<Bounds> {
+        Some(bounds(&self.positions)).filter(|bounds| bounds.size().max_element() > 0.0)
     }
 
     /// Area-weighted centre of the facets, and the radius of gyration about it. Millimetres.

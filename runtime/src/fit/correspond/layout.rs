@@ -4,6 +4,7 @@
 use super::facets::Facets;
 use super::tree::Tree;
 use crate::fit::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, MOST_CELLS};
+use crate::mesh::Bounds;
 use crate::model::{Instance, Model};
 use glam::DVec3;
 use std::ops::Range;
@@ -151,10 +152,8 @@ impl Layout {
 }
 
 /// The box around all positions that are finite.
-pub(super) fn bounds(positions: &[[f64; 3]]) -> (DVec3, DVec3) {
-    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let finite = positions.iter().map(|p| DVec3::from_array(*p)).filter(|p| p.is_finite());
-    finite.fold(start, |(low, high), p| (low.min(p), high.max(p)))
+pub(super) fn bounds(positions: &[[f64; 3]]) -> Bounds {
+    positions.iter().map(|p| DVec3::from_array(*p)).filter(|p| p.is_finite()).collect()
 }
 
 fn centre(quad: &Quad, positions: &[[f64; 3]]) -> DVec3 {

@@ -3,6 +3,7 @@
 use super::facet_block::{Asked, Block, Lanes, WIDTH};
 use super::facets::Facing;
 use crate::bvh::closest_weights;
+use crate::mesh::Bounds;
 use glam::{DVec3, Vec3, Vec4};
 
 /// A tree of axis-aligned boxes in fours, with blocks of four facets as leaves; children stand behind their parent, so
@@ -69,15 +70,9 @@ impl Tree {
 
     /// Fits every box to the corners of its facets; facets with a corner that is not finite are left out. `bounds`
     /// holds all corners, and `facet` has those of `count` facets, with their patches.
-    pub(crate) fn refit(
-        &mut self,
-        (low, high): (DVec3, DVec3),
-        count: usize,
-        facet: impl Fn(usize) -> ([DVec3; 4], u32),
-    ) {
-        let empty = !low.cmple(high).all();
-        self.origin = if empty { DVec3::ZERO } else { 0.5 * (low + high) };
-        let size = if empty { 0.0 } else { (high - low).max_element() };
+    pub(crate) fn refit(&mut self, bounds: Bounds, count: usize, facet: impl Fn(usize) -> ([DVec3; 4], u32)) {
+        self.origin = bounds.centre();
+        let size = bounds.size().max_element();
         // Rounding of a box and of a point to single precision moves a coordinate by less than 1e-7 of its size.
         let margin = Vec3::splat((4e-7 * size) as f32);
         self.blocks.clear();
@@ -190,22 +185,8 @@ fn halve<'i>(items: &'i mut [u32], centres: &[DVec3]) -> (&'i mut [u32], &'i mut
         let end = items.len();
         return items.split_at_mut(end);
     }
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for i in items.iter() {
-        let c = centres[*i as usize];
-        if c.is_finite() {
-            low = low.min(c);
-            high = high.max(c);
-        }
-    }
-    let extent = high - low;
-    let axis = if extent.x >= extent.y && extent.x >= extent.z {
-        0
-    } else if extent.y >= extent.z {
-        1
-    } else {
-        2
-    };
+    let bounds: Bounds = items.iter().map(|i| centres[*i as usize]).filter(|c| c.is_finite()).collect();
+    let axis = bounds.longest_axis();
     items.select_nth_unstable_by(half, |a, b| {
         centres[*a as usize][axis].total_cmp(&centres[*b as usize][axis]).then(a.cmp(b))
     });
@@ -258,9 +239,7 @@ mod tests {
         let (mut tree, order) = Tree::build(&points);
         // Refit to points that have moved since.
         let moved: Vec<DVec3> = points.iter().map(|p| *p * 1.3 + point(&mut rng) * 0.2).collect();
-        let low = moved.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let high = moved.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        tree.refit((low, high), moved.len(), |i| ([moved[order[i] as usize]; 4], 0));
+        tree.refit(moved.iter().copied().collect(), moved.len(), |i| ([moved[order[i] as usize]; 4], 0));
         for _ in 0..300 {
             let q = point(&mut rng) * 1.5;
             let mut found = (f64::INFINITY, usize::MAX);

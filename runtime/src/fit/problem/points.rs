@@ -1,6 +1,7 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
 use crate::fit::tuning::{CLEAN_CLOUD, EMPTY_CELL, OUTLIER_PASSES, OUTLIER_POINTS, SPACING_POINTS};
+use crate::mesh::Bounds;
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, outliers};
 use foldhash::fast::FixedState;
@@ -35,13 +36,13 @@ impl Points {
             position,
             cluttered: false,
         };
-        let (low, high) = all.bounds();
-        let cell = (high - low).max_element().max(f64::MIN_POSITIVE) / 64.0;
+        let bounds = all.bounds();
+        let cell = bounds.size().max_element().max(f64::MIN_POSITIVE) / 64.0;
         let mut order: Vec<(u64, u32)> = all
             .position
             .iter()
             .enumerate()
-            .map(|(i, p)| (morton(((*p - low) / cell).as_u64vec3()), i as u32))
+            .map(|(i, p)| (morton(((*p - bounds.low) / cell).as_u64vec3()), i as u32))
             .collect();
         order.sort_unstable();
         all.pick(order.iter().map(|(_, i)| *i as usize))
@@ -86,11 +87,9 @@ impl Points {
         median(&mut (0..self.len().saturating_sub(1)).step_by(step).map(apart).collect::<Vec<f64>>()).unwrap_or(0.0)
     }
 
-    /// The box around all points; around the origin if there are none.
-    pub(crate) fn bounds(&self) -> (DVec3, DVec3) {
-        let low = self.position.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let high = self.position.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
-        if self.position.is_empty() { (DVec3::ZERO, DVec3::ZERO) } else { (low, high) }
+    /// The box around all points.
+    fn bounds(&self) -> Bounds {
+        self.position.iter().copied().collect()
     }
 
     /// The mean.
@@ -116,14 +115,14 @@ impl Points {
         if self.cluttered {
             return self.every(count);
         }
-        let (low, high) = self.bounds();
-        let extent = (high - low).max_element();
+        let bounds = self.bounds();
+        let extent = bounds.size().max_element();
         // The cells that a surface fills grow like the square of their number along an edge.
         let (mut coarse, mut fine) = (1.0_f64, 4096.0_f64);
         let mut cells = (count as f64).sqrt().clamp(coarse, fine);
         let mut chosen = Vec::new();
         for _ in 0..14 {
-            let picked = self.one_a_cell(low, extent / cells);
+            let picked = self.one_a_cell(bounds.low, extent / cells);
             let ratio = count as f64 / picked.len() as f64;
             if picked.len() > count {
                 fine = cells;

@@ -6,6 +6,7 @@ use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::loss::{Counted, Loss};
 use crate::fit::problem::points::Points;
 use crate::fit::tuning::{ALIGNMENT_STEPS, FIELD_DAMPING, FIELD_GAIN, FIELD_MARGIN, VOXELS};
+use crate::mesh::Bounds;
 use glam::DVec3;
 use nalgebra::{Matrix6, Vector6};
 use rayon::prelude::*;
@@ -23,7 +24,7 @@ impl DistanceField {
     /// The field of some facets, and a margin about their box for a scan of radius `radius`; farther out it is
     /// continued along straight lines. None where there are no facets.
     pub(crate) fn new(facets: &Facets, radius: f64) -> Option<Self> {
-        let (low, high) = facets.bounds()?;
+        let Bounds { low, high } = facets.bounds()?;
         let margin = FIELD_MARGIN * radius;
         let (low, high) = (low - margin, high + margin);
         let cell = (high - low).max_element() / VOXELS;
