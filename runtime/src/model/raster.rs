@@ -1,7 +1,6 @@
 //! The triangles of a mesh on the texels of its texture.
 
 use super::Texels;
-use super::texels::Texel;
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
@@ -90,26 +89,24 @@ impl Raster {
         for (k, g) in mesh.groups.iter().enumerate() {
             part_of[g.start..g.end].fill(k as u32);
         }
-        let texel = |(index, cell): (usize, &Option<(u32, [f64; 3])>)| {
-            let (t, w) = (*cell)?;
+        let part_names = mesh.groups.iter().map(|g| g.name.clone()).collect();
+        let mut texels = Texels { width: self.size, height: self.size, part_names, ..Texels::default() };
+        for (index, cell) in self.cells.iter().enumerate() {
+            let Some((t, w)) = *cell else { continue };
             let corners = mesh.triangles[t as usize];
-            let facet_normal = mesh.triangle_normal(corners)?;
+            let Some(facet_normal) = mesh.triangle_normal(corners) else { continue };
             let mix = |values: &[[f64; 3]]| -> DVec3 {
                 corners.iter().zip(w).map(|(corner, weight)| weight * DVec3::from_array(values[*corner as usize])).sum()
             };
             let mixed = if mesh.normals.is_empty() { facet_normal } else { mix(&mesh.normals) };
             let normal = if mixed.length() > 1e-6 { mixed.normalize() } else { facet_normal };
-            Some(Texel {
-                index: index as u32,
-                part: part_of[t as usize],
-                position: mix(&mesh.positions).to_array(),
-                normal: normal.as_vec3().to_array(),
-                area: (mesh.triangle_area(corners) / self.texel_area[t as usize]) as f32,
-            })
-        };
-        let part_names = mesh.groups.iter().map(|g| g.name.clone()).collect();
-        let texels: Vec<Texel> = self.cells.iter().enumerate().filter_map(texel).collect();
-        Texels { width: self.size, height: self.size, part_names, ..Texels::new(&texels) }
+            texels.index.push(index as u32);
+            texels.part.push(part_of[t as usize]);
+            texels.position.push(mix(&mesh.positions).to_array());
+            texels.normal.push(normal.as_vec3().to_array());
+            texels.area.push((mesh.triangle_area(corners) / self.texel_area[t as usize]) as f32);
+        }
+        texels
     }
 }
 

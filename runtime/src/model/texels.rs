@@ -1,19 +1,12 @@
 //! The places from which distances are measured.
 
+use super::atlas::{Atlas, Chart};
 use super::tessellation::{normal, unit_normals};
-use super::{Atlas, Chart, EvaluationError, Instance, Model, Partials};
+use super::{EvaluationError, Instance, Model, Partials};
+use crate::mesh::retain_marked;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::ops::Range;
-
-/// The number of rows of the texture that are sampled together.
-const BAND: u32 = 16;
-
-/// The number of texels of a chart that are evaluated at once, as a grid: they stay in a core's own cache.
-const BLOCK: u32 = 4096;
-
-/// The number of bands that are in memory beside the arrays.
-const BANDS: usize = 64;
+use std::collections::BTreeMap;
 
 /// The covered texels of a texture: one ray origin and direction each. Structure of arrays, all of one length,
 /// ascending by `index`.
@@ -37,21 +30,6 @@ pub struct Texels {
     pub part_names: Vec<String>,
 }
 
-/// One covered texel; its fields are those of [`Texels`].
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Texel {
-    pub(super) index: u32,
-    pub(super) part: u32,
-    pub(super) position: [f64; 3],
-    pub(super) normal: [f32; 3],
-    pub(super) area: f32,
-}
-
-impl Texel {
-    /// A texel without surface.
-    const ABSENT: Self = Self { index: 0, part: 0, position: [0.0; 3], normal: [0.0; 3], area: f32::NAN };
-}
-
 impl Texels {
     /// Samples every chart's texels on the exact surface. A texel stands for the area `|du x dv|` at its centre times
     /// its extent in (u, v); one where the surface has no area is left out.
@@ -59,37 +37,67 @@ impl Texels {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn of_model(model: &dyn Model, instance: &dyn Instance, atlas: &Atlas) -> Result<Self, EvaluationError> {
-        let part_names = model.parts().iter().map(|p| p.name.clone()).collect();
-        let mut texels = Self { width: atlas.size, height: atlas.size, part_names, ..Self::default() };
-        let tops: Vec<u32> = (0..atlas.size).step_by(BAND as usize).collect();
-        for tops in tops.chunks(BANDS) {
-            let bands: Vec<Result<Self, _>> =
-                tops.par_iter().map(|top| sample_band(instance, atlas, *top..top + BAND)).collect();
-            for band in bands {
-                texels.append(band?);
+        let mut rows: Vec<Row> = atlas
+            .charts
+            .iter()
+            .enumerate()
+            .flat_map(|(patch, c)| {
+                (0..c.height).map(move |j| Row { patch, i: 0, j, first: (c.y + j) * atlas.size + c.x })
+            })
+            .collect();
+        // Charts do not overlap, so that rows in this order give ascending indices.
+        rows.sort_unstable_by_key(|row| row.first);
+        let count = rows.iter().map(|row| atlas.charts[row.patch].width as usize).sum();
+        let mut texels = Self {
+            width: atlas.size,
+            height: atlas.size,
+            index: vec![0; count],
+            part: vec![0; count],
+            position: vec![[0.0; 3]; count],
+            normal: vec![[0.0; 3]; count],
+            area: vec![0.0; count],
+            part_names: model.parts().iter().map(|p| p.name.clone()).collect(),
+        };
+        let mut rest = texels.places();
+        let mut blocks: BTreeMap<(usize, u32, u32), Vec<(Row, Places<'_>)>> = BTreeMap::new();
+        for row in rows {
+            let chart = &atlas.charts[row.patch];
+            let (high, wide) = block_of(chart);
+            for i in (0..chart.width).step_by(wide as usize) {
+                let places;
+                (places, rest) = rest.split_at(wide.min(chart.width - i) as usize);
+                let piece = Row { i, first: row.first + i, ..row };
+                blocks.entry((row.patch, row.j / high, i / wide)).or_default().push((piece, places));
             }
         }
+        let blocks: Vec<_> = blocks.into_iter().collect();
+        blocks.into_par_iter().try_for_each(|((patch, ..), block)| sample_block(instance, atlas, patch, block))?;
+        texels.drop_absent();
         Ok(texels)
     }
 
-    /// Lays texels, ascending by index, out as arrays.
-    pub(super) fn new(texels: &[Texel]) -> Self {
-        Self {
-            index: texels.iter().map(|t| t.index).collect(),
-            part: texels.iter().map(|t| t.part).collect(),
-            position: texels.iter().map(|t| t.position).collect(),
-            normal: texels.iter().map(|t| t.normal).collect(),
-            area: texels.iter().map(|t| t.area).collect(),
-            ..Self::default()
+    /// The places of all texels.
+    fn places(&mut self) -> Places<'_> {
+        Places {
+            index: &mut self.index,
+            part: &mut self.part,
+            position: &mut self.position,
+            normal: &mut self.normal,
+            area: &mut self.area,
         }
     }
 
-    fn append(&mut self, mut others: Self) {
-        self.index.append(&mut others.index);
-        self.part.append(&mut others.part);
-        self.position.append(&mut others.position);
-        self.normal.append(&mut others.normal);
-        self.area.append(&mut others.area);
+    /// Removes texels whose area is `ABSENT`.
+    fn drop_absent(&mut self) {
+        if !self.area.contains(&ABSENT) {
+            return;
+        }
+        let present: Vec<bool> = self.area.iter().map(|&a| a != ABSENT).collect();
+        retain_marked(&mut self.index, &present);
+        retain_marked(&mut self.part, &present);
+        retain_marked(&mut self.position, &present);
+        retain_marked(&mut self.normal, &present);
+        retain_marked(&mut self.area, &present);
     }
 
     /// For each part at most `most` of its texels, evenly spread.
@@ -125,30 +133,53 @@ impl Texels {
     }
 }
 
-/// Samples all charts' texels in some rows of the texture.
-fn sample_band(instance: &dyn Instance, atlas: &Atlas, rows: Range<u32>) -> Result<Texels, EvaluationError> {
-    let mut texels = vec![Texel::ABSENT; rows.len() * atlas.size as usize];
-    for (patch, chart) in atlas.charts.iter().enumerate() {
-        let end = rows.end.min(chart.y + chart.height);
-        let (high, wide) = block_of(chart);
-        for y in (rows.start.max(chart.y)..end).step_by(high as usize) {
-            for x in (chart.x..chart.x + chart.width).step_by(wide as usize) {
-                let columns = x..(x + wide).min(chart.x + chart.width);
-                sample_block(instance, atlas, patch, columns, y..(y + high).min(end), |texel| {
-                    texels[(texel.index - rows.start * atlas.size) as usize] = texel;
-                })?;
-            }
-        }
-    }
-    texels.retain(|texel| !texel.area.is_nan());
-    Ok(Texels::new(&texels))
+/// A piece of a row of a chart's texels: of patch `patch`, from column i of the chart's row j on, which is the texel
+/// `first` of the texture.
+#[derive(Clone, Copy)]
+struct Row {
+    patch: usize,
+    i: u32,
+    j: u32,
+    first: u32,
 }
 
-/// Rows and columns of a block of a chart's texels. The values that a model computes from u are kept from grid to grid
-/// while they stay the same: those of a whole row, or of some rows where the chart is turned.
+/// Rows and columns of texels of a chart that are evaluated at once, as a grid: they stay in a core's own cache. The
+/// values that a model computes from u are kept from grid to grid while these stay the same: those of a whole row, or
+/// of some rows where the chart is turned.
 fn block_of(chart: &Chart) -> (u32, u32) {
-    let width = chart.width.max(1);
-    if chart.transposed { (BAND, BLOCK / BAND) } else { ((BLOCK / width).clamp(1, BAND), width) }
+    if chart.transposed { (16, 256) } else { ((4096 / chart.width.max(1)).clamp(1, 16), chart.width.max(1)) }
+}
+
+/// The area of a texel without surface.
+const ABSENT: f32 = -1.0;
+
+/// The places of consecutive texels in all arrays.
+struct Places<'a> {
+    index: &'a mut [u32],
+    part: &'a mut [u32],
+    position: &'a mut [[f64; 3]],
+    normal: &'a mut [[f32; 3]],
+    area: &'a mut [f32],
+}
+
+impl<'a> Places<'a> {
+    fn split_at(self, count: usize) -> (Places<'a>, Places<'a>) {
+        let (index, index_rest) = self.index.split_at_mut(count);
+        let (part, part_rest) = self.part.split_at_mut(count);
+        let (position, position_rest) = self.position.split_at_mut(count);
+        let (normal, normal_rest) = self.normal.split_at_mut(count);
+        let (area, area_rest) = self.area.split_at_mut(count);
+        (
+            Places { index, part, position, normal, area },
+            Places {
+                index: index_rest,
+                part: part_rest,
+                position: position_rest,
+                normal: normal_rest,
+                area: area_rest,
+            },
+        )
+    }
 }
 
 /// Samples a block of one chart's texels at once.
@@ -156,38 +187,61 @@ fn sample_block(
     instance: &dyn Instance,
     atlas: &Atlas,
     patch: usize,
-    columns: Range<u32>,
-    rows: Range<u32>,
-    mut write: impl FnMut(Texel),
+    mut block: Vec<(Row, Places<'_>)>,
 ) -> Result<(), EvaluationError> {
+    let Some((Row { i: left, j: top, .. }, places)) = block.first() else { return Ok(()) };
     let chart = &atlas.charts[patch];
-    let parameters = |x: u32, y: u32| chart.parameters(x - chart.x, y - chart.y);
-    let along: Vec<(f64, f64)> = columns.clone().map(|x| parameters(x, rows.start)).collect();
-    let down: Vec<(f64, f64)> = rows.clone().map(|y| parameters(columns.start, y)).collect();
+    let (width, height) = (places.index.len(), block.len());
+    let along: Vec<(f64, f64)> = (0..width as u32).map(|i| chart.parameters(left + i, *top)).collect();
+    let across: Vec<(f64, f64)> = block.iter().map(|(row, _)| chart.parameters(*left, row.j)).collect();
     // Rows of texels are those of the grid, or its columns.
-    let (u_along, v_along) = if chart.transposed { (&down, &along) } else { (&along, &down) };
-    let (u, v): (Vec<f64>, Vec<f64>) = (u_along.iter().map(|p| p.0).collect(), v_along.iter().map(|p| p.1).collect());
-    let mut grid = vec![Partials::default(); u.len() * v.len()];
-    instance.partials_grid(patch, &u, &v, &mut grid)?;
-    let texel = |x: u32, y: u32, p: &Partials, normal: DVec3, size: f64| {
-        let (normal, area) = (normal.as_vec3().to_array(), (size * chart.cell()) as f32);
-        Texel { index: y * atlas.size + x, part: patch as u32, position: p.point, normal, area }
+    let (u, v): (Vec<f64>, Vec<f64>) = if chart.transposed {
+        (across.iter().map(|p| p.0).collect(), along.iter().map(|p| p.1).collect())
+    } else {
+        (along.iter().map(|p| p.0).collect(), across.iter().map(|p| p.1).collect())
     };
+    let mut grid = vec![Partials::default(); width * height];
+    instance.partials_grid(patch, &u, &v, &mut grid)?;
+    let place = |k: usize, i: usize| if chart.transposed { i * height + k } else { k * width + i };
     let mut poles = Vec::new();
-    for (k, y) in rows.enumerate() {
-        for (i, x) in columns.clone().enumerate() {
-            let p = &grid[if chart.transposed { i * down.len() + k } else { k * along.len() + i }];
-            match normal(p) {
-                Some((normal, size)) => write(texel(x, y, p, normal, size)),
-                None => poles.push((x, y, *p)),
-            }
+    for (k, (row, places)) in block.iter_mut().enumerate() {
+        write_row(chart, *row, |i| &grid[place(k, i)], places, |i| poles.push((k, i)));
+    }
+    let at = |&(k, i): &(usize, usize)| chart.parameters(block[k].0.i + i as u32, block[k].0.j);
+    let (u, v): (Vec<f64>, Vec<f64>) = poles.iter().map(at).unzip();
+    let partials: Vec<Partials> = poles.iter().map(|(k, i)| grid[place(*k, *i)]).collect();
+    let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+    for ((k, i), normal) in poles.into_iter().zip(normals) {
+        let (p, places) = (&grid[place(k, i)], &mut block[k].1);
+        if let Some(n) = normal {
+            let size = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv)).length();
+            (places.normal[i], places.area[i]) = (n.as_vec3().to_array(), (size * chart.cell()) as f32);
         }
     }
-    let (u, v): (Vec<f64>, Vec<f64>) = poles.iter().map(|(x, y, _)| parameters(*x, *y)).unzip();
-    let partials: Vec<Partials> = poles.iter().map(|pole| pole.2).collect();
-    for ((x, y, p), normal) in poles.iter().zip(unit_normals(instance, patch, &u, &v, &partials)?) {
-        let size = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv)).length();
-        normal.into_iter().for_each(|normal| write(texel(*x, *y, p, normal, size)));
-    }
     Ok(())
+}
+
+/// Writes a piece of a row, whose partial derivatives `partials` gives; calls `without` for the texels that have no
+/// normal of their own.
+fn write_row<'p>(
+    chart: &Chart,
+    row: Row,
+    partials: impl Fn(usize) -> &'p Partials,
+    places: &mut Places<'_>,
+    mut without: impl FnMut(usize),
+) {
+    let cell = chart.cell();
+    places.part.fill(row.patch as u32);
+    for i in 0..places.index.len() {
+        let p = partials(i);
+        places.index[i] = row.first + i as u32;
+        places.position[i] = p.point;
+        (places.normal[i], places.area[i]) = match normal(p) {
+            Some((n, size)) => (n.as_vec3().to_array(), (size * cell) as f32),
+            None => {
+                without(i);
+                ([0.0; 3], ABSENT)
+            }
+        };
+    }
 }
