@@ -24,12 +24,11 @@ pub(crate) fn nearest_of<'c>(name: &str, kinds: &[&[&'c str]]) -> Option<&'c str
                 continue;
             }
             let distance = strsim::osa_distance(&folded, &other);
-            let differ = without_doubles(&folded) != without_doubles(&other);
-            // Names of one letter are near to everything: only a doubled letter counts.
-            if distance > limit || differ && (distance >= count || distance >= length) {
+            if distance > limit || distance >= count || distance >= length {
                 continue;
             }
             let shared = folded.chars().zip(other.chars()).take_while(|(a, b)| a == b).count();
+            let differ = without_doubles(&folded) != without_doubles(&other);
             let nearness = (distance, differ, Reverse(shared), kind, count.abs_diff(length));
             if best.is_none_or(|(m, c)| (nearness, *candidate) < (m, c)) {
                 best = Some((nearness, candidate));

@@ -7,7 +7,7 @@
 //! A script, a scan, and what [`inspect()`] finds: the parameters of the scanned can, and the deviations from the
 //! fitted model.
 //!
-//! ```
+//! ```no_run
 //! use gml_compiler::{NoFiles, Options, SourceFile, compile};
 //! use gml_runtime::{
 //!     Fineness, FitOptions, MeasureOptions, Model, Resolution, Scanner, Silent, Tessellation, inspect, scan, simulate,

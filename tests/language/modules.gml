@@ -29,7 +29,7 @@ use "missing.gml" (a)
 use column (b)
 
 // Error: elsewhere: files use each other in a circle: circle_a.gml -> circle_b.gml -> circle_a.gml
-// Hint: move the shared definitions into a file that uses neither
+// Hint: move what both need into a file that uses neither
 // Error: elsewhere: this constant is defined in terms of itself
 // --- files that use each other
 use "circle_a.gml" (a)

@@ -80,7 +80,7 @@ let a = 'text'
 // Error: 25-26 '(' is never closed
 fn f(x: real) -> real = (x + 1
 // Error: 30-31 ')' has no opening bracket
-// Hint: leave it out
+// Hint: remove it
 fn g(x: real) -> real = x + 1)
 
 // --- only the last line of a block is its value

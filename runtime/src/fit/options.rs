@@ -2,6 +2,7 @@
 
 use crate::fit::problem::loss::LossKind;
 use crate::model::{EvaluationError, Model};
+use gml_compiler::program::Parameter;
 use gml_compiler::suggest;
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -96,6 +97,12 @@ impl FitError {
     }
 }
 
+/// The parameter that a wrong name most likely means: the nearest one, or one with which the name begins.
+fn nearest_parameter(name: &str, parameters: &[Parameter]) -> Option<String> {
+    let names = || parameters.iter().map(|p| p.name.as_str());
+    suggest::nearest(name, names()).or_else(|| names().find(|known| name.starts_with(known))).map(str::to_owned)
+}
+
 impl FitOptions {
     /// The options in terms of the model's parameters.
     ///
@@ -111,7 +118,7 @@ impl FitOptions {
         let index = |name: &String| {
             parameters.iter().position(|p| p.name == *name).ok_or_else(|| FitError::UnknownParameter {
                 name: name.clone(),
-                nearest: suggest::nearest(name, parameters.iter().map(|p| p.name.as_str())).map(str::to_owned),
+                nearest: nearest_parameter(name, parameters),
             })
         };
         let mut x: Vec<f64> = parameters.iter().map(|p| p.default).collect();
