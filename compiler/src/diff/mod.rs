@@ -196,7 +196,7 @@ fn clean(module: &mut Module, id: FunctionId) -> Result<(), DiffError> {
 
 /// An error if a function under construction has outgrown the limit.
 fn check_size(builder: &FunctionBuilder, function: &str, limit: usize) -> Result<(), DiffError> {
-    if builder.len() <= limit {
+    if builder.node_count() <= limit {
         return Ok(());
     }
     Err(InlineError::TooLarge { function: function.to_owned(), span: builder.span(), limit }.into())

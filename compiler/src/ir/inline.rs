@@ -134,7 +134,7 @@ impl Inliner<'_> {
     fn splice(&self, builder: &mut FunctionBuilder, function: &Function, args: &[Value]) -> Result<Vec<Value>, Span> {
         let mut rebuild = Rebuild::new(function, args);
         while let Some((_, node, op)) = rebuild.next(builder) {
-            if builder.len() > self.room {
+            if builder.node_count() > self.room {
                 return Err(node.span);
             }
             rebuild.push(match self.callee(builder, &op) {

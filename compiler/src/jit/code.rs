@@ -1,6 +1,6 @@
 //! Finished machine code, and the only place that calls it.
 
-use super::compiler::{Compiler, JitError, KernelShape, Listing, Options, Output};
+use super::compiler::{Compiler, Finished, JitError, KernelShape, Listing, Options, Output};
 use super::context::{Context, Limits, Trap};
 use super::memory::CodeMemory;
 use crate::ir::{FunctionId, Module};
@@ -287,7 +287,7 @@ impl Partition<'_> {
         for (place, function) in self.routines.iter().enumerate() {
             compiler.routine(*function).map_err(|e| (shapes.len() + place, e))?;
         }
-        let (memory, kernels, routines, listings) = compiler.finish().map_err(|e| (usize::MAX, e))?;
+        let Finished { memory, kernels, routines, listings } = compiler.finish().map_err(|e| (usize::MAX, e))?;
         Ok(Compiled { memory, kernels: self.kernels.iter().copied().zip(kernels).collect(), routines, listings })
     }
 }

@@ -76,6 +76,14 @@ pub struct KernelShape {
     pub output: Output,
 }
 
+/// Callable code: kernels and routines in the order of their compilation, and the memory that they lie in.
+pub(super) struct Finished {
+    pub(super) memory: CodeMemory,
+    pub(super) kernels: Vec<Kernel>,
+    pub(super) routines: Vec<Routine>,
+    pub(super) listings: Vec<Listing>,
+}
+
 /// Compiles functions of one module. The code is freed with it, or belongs to the `CodeMemory` that `finish` returns.
 pub(super) struct Compiler<'m> {
     pub(super) module: &'m Module,
@@ -174,14 +182,14 @@ impl<'m> Compiler<'m> {
     ///
     /// # Errors
     /// Where the operating system gives no executable memory.
-    pub(super) fn finish(mut self) -> Result<(CodeMemory, Vec<Kernel>, Vec<Routine>, Vec<Listing>), JitError> {
+    pub(super) fn finish(mut self) -> Result<Finished, JitError> {
         let module = self.memory.module_mut();
         module.finalize_definitions().map_err(|e| JitError::Backend("program".to_owned(), e.to_string()))?;
         let address = |function| Address(module.get_finalized_function(function));
         let kernels = self.kernels.into_iter().map(|(f, kernel)| Kernel { address: address(f), ..kernel }).collect();
         let routines =
             self.routines.into_iter().map(|(f, routine)| Routine { address: address(f), ..routine }).collect();
-        Ok((self.memory, kernels, routines, self.listings.unwrap_or_default()))
+        Ok(Finished { memory: self.memory, kernels, routines, listings: self.listings.unwrap_or_default() })
     }
 
     /// The code of a function, which is compiled later if it is not yet.

@@ -100,7 +100,7 @@ impl FunctionBuilder {
 
     /// The number of nodes so far, for limits on size.
     #[must_use]
-    pub fn len(&self) -> usize {
+    pub fn node_count(&self) -> usize {
         self.function.nodes.len()
     }
 

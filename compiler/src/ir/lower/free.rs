@@ -22,11 +22,7 @@ impl Free {
 
     fn expr(&mut self, expr: &Expr) {
         match &expr.kind {
-            ExprKind::Local(local) => {
-                if self.seen.insert(*local) {
-                    self.order.push(*local);
-                }
-            }
+            ExprKind::Local(local) if self.seen.insert(*local) => self.order.push(*local),
             // A local is used only after its binding.
             ExprKind::Block(statements, _) => self.seen.extend(statements.iter().filter_map(|s| match s {
                 Statement::Let(local, _) => Some(*local),

@@ -293,7 +293,7 @@ impl Frame<'_, '_> {
     /// Completes a function of the value of an expression.
     fn finish(mut self, expr: &Expr) -> Result<super::Function, TooLarge> {
         let results = self.expr(expr)?;
-        self.lowerer.nodes += self.b.len();
+        self.lowerer.nodes += self.b.node_count();
         let mut names = Vec::new();
         self.lowerer.model.name_scalars("", &expr.ty, &mut |name, _| names.push(name));
         Ok(self.b.finish(names.into_iter().zip(results)))
@@ -310,7 +310,7 @@ impl Frame<'_, '_> {
     fn check_size(&self, span: Span) -> Result<(), TooLarge> {
         // Inlining drops unused nodes: before it there may be more.
         let limit = self.lowerer.module.limits.nodes / 2 * 5;
-        if self.lowerer.nodes + self.b.len() <= limit {
+        if self.lowerer.nodes + self.b.node_count() <= limit {
             return Ok(());
         }
         Err(TooLarge { limit, span })

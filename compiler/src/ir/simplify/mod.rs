@@ -103,7 +103,7 @@ impl Simplifier<'_> {
 
     /// Puts the nodes of a body in the place of the operation that runs it; returns its results, those that are used.
     fn inlined(&mut self, builder: &mut FunctionBuilder, body: FunctionId, args: &[Value], used: &[u32]) -> Vec<Value> {
-        if self.made + builder.len() > MOST_SPECIALIZED_NODES {
+        if self.made + builder.node_count() > MOST_SPECIALIZED_NODES {
             let types = self.module.function(body).result_types();
             return builder.call(body, args.to_vec(), &types);
         }

@@ -26,7 +26,7 @@ pub(crate) struct Places {
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
     let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: 128 };
     let surface = Tessellation::new(model, instance, fineness)?;
-    let bvh = Bvh::build(&surface.mesh).map_err(|error| EvaluationError::new(error))?;
+    let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
     let total: f64 = gauges.iter().flatten().map(|g| g.area).sum();
     let spacing = (total / COVERAGE_PLACES).sqrt();
