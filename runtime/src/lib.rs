@@ -1,4 +1,4 @@
-//! Fits generative models to laser scans and measures the deviations ([VA]: Schinko, Ullrich, Schiffer and Fellner,
+//! Fits generative models to laser scans and measures the deviations (\[VA\]: Schinko, Ullrich, Schiffer and Fellner,
 //! *Variance Analysis and Comparison in Computer-Aided Design*). Models are compiled by `gml_compiler`. This crate
 //! parses no arguments and prints nothing.
 //!
@@ -7,7 +7,7 @@
 //! A script, a scan, and what [`inspect()`] finds: the parameters of the scanned can, and the deviations from the
 //! fitted model.
 //!
-//! ```no_run
+//! ```
 //! use gml_compiler::{NoFiles, Options, SourceFile, compile};
 //! use gml_runtime::{
 //!     Fineness, FitOptions, MeasureOptions, Model, Resolution, Scanner, Silent, Tessellation, inspect, scan, simulate,
@@ -15,12 +15,11 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let text = "
-//!     use std.surface (cylinder, disc)
-//!     model can {
+//!     use std.solid (capped_cylinder)
+//!     model tin {
 //!         param r: length in 15mm..25mm = 20mm
 //!         param h: length in 30mm..70mm = 50mm
-//!         part side = cylinder(r, h)
-//!         part lid = |u, v| disc(r)(u, v) + (0mm, 0mm, h)
+//!         part can = capped_cylinder(radius: r, height: h)
 //!     }";
 //! let script = SourceFile { name: "can.gml".to_owned(), text: text.to_owned() };
 //! let program = compile(script, &NoFiles, &Options::default())?.program;

@@ -1,4 +1,4 @@
-//! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) ([VA] eq. 1 and 2).
+//! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) (\[VA\] eq. 1 and 2).
 //!
 //! - [`FitOptions`], [`FitError`], [`FitResult`]: the input and the output of [`fit()`].
 //! - `problem`: the model, the scan, the parameterization of estimates, the loss and the objective.

@@ -1,4 +1,4 @@
-//! A mesh from elsewhere in the place of a model ([VA] sect. 6): texture coordinates of its own, or charts made here,
+//! A mesh from elsewhere in the place of a model (\[VA\] sect. 6): texture coordinates of its own, or charts made here,
 //! and the texels on its triangles.
 
 use super::atlas::Chart;

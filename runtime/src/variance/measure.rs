@@ -124,7 +124,7 @@ pub enum MeasureError {
     Interrupted,
 }
 
-/// Measures the deviations of a scan from a surface ([VA] sect. 5 and 6): casts rays from the texels of the surface,
+/// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface,
 /// computes statistics, tolerances, levels of detection and deviations of form, and finds what the model does not
 /// explain. `covariance` is that of the fitted parameters, if the model was fitted.
 ///

@@ -5,13 +5,13 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// Statistics of distances in millimetres, unsigned and signed. All are NaN (`null` in JSON) if nothing was measured.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moments {
-    /// Mean of the unsigned distances ([VA] sect. 6).
+    /// Mean of the unsigned distances (\[VA\] sect. 6).
     #[serde(deserialize_with = "null_as_nan")]
     pub mean: f64,
-    /// Largest unsigned distance ([VA] sect. 6).
+    /// Largest unsigned distance (\[VA\] sect. 6).
     #[serde(deserialize_with = "null_as_nan")]
     pub max: f64,
-    /// Standard deviation of the unsigned distances, of the population, not of a sample ([VA] sect. 6).
+    /// Standard deviation of the unsigned distances, of the population, not of a sample (\[VA\] sect. 6).
     #[serde(deserialize_with = "null_as_nan")]
     pub sd: f64,
     /// Smallest unsigned distance.

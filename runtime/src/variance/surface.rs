@@ -24,7 +24,7 @@ pub enum Reference<'a> {
         /// Where the scan lies: a scanned point is this motion of a point of the model.
         motion: Motion,
     },
-    /// A mesh from elsewhere ([VA] sect. 6). Millimetres.
+    /// A mesh from elsewhere (\[VA\] sect. 6). Millimetres.
     Mesh(&'a TriangleMesh),
 }
 

@@ -18,7 +18,7 @@ const INWARD: u8 = 64;
 /// Bit of the third channel: there is no distance, since the ray meets a closed hole of the scan.
 const FILLED: u8 = 32;
 
-/// Distances as the paper codes them ([VA] sect. 6), three bytes a texel, row 0 at the top: the distance along +normal
+/// Distances as the paper codes them (\[VA\] sect. 6), 3 bytes a texel, row 0 at the top: the distance along +normal
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
 /// +normal plus 64 if there is one along -normal (or 32 alone for a closed hole of the scan). Texels that no chart
 /// covers take the code of the nearest covered one if it is at most 8 texels away, so that no seam shows under

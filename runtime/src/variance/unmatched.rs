@@ -1,4 +1,4 @@
-//! The parts of the scan that the model does not explain: [VA] casts rays from the model only, so that whatever is far
+//! The parts of the scan that the model does not explain: \[VA\] casts rays from the model only, so that what is far
 //! from it or faces another way would be lost without notice.
 
 use crate::bvh::{Bvh, BvhError};

@@ -39,7 +39,7 @@ pub struct Report<'a> {
     /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
     /// The view shows the model upright.
     pub turned: [[f64; 3]; 3],
-    /// The distance texture as a PNG file, coded as in [VA] sect. 6.
+    /// The distance texture as a PNG file, coded as in \[VA\] sect. 6.
     pub distance_png: &'a [u8],
     /// The deviations in the colours of the scale as a PNG file.
     pub colour_png: &'a [u8],

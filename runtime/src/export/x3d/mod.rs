@@ -1,4 +1,4 @@
-//! One self-contained X3D file that shows the model (nominal), the scan as displacement of the model (actual, [VA]
+//! One self-contained X3D file that shows the model (nominal), the scan as displacement of the model (actual, \[VA\]
 //! sect. 7) and both, in desktop viewers and in browsers.
 //!
 //! The scan is not in the file as a mesh: shaders move the model's triangles along their normals by the distances
@@ -19,7 +19,7 @@ use thiserror::Error;
 pub struct X3dScene<'a> {
     /// The model, with normals and texture coordinates; one group a part.
     pub tessellation: &'a Tessellation,
-    /// The distance texture as a PNG file, RGB, coded as in [VA] sect. 6.
+    /// The distance texture as a PNG file, RGB, coded as in \[VA\] sect. 6.
     pub texture_png: &'a [u8],
     /// Its width and height: powers of two, because viewers resample others and so destroy the codes.
     pub texture_size: [u32; 2],

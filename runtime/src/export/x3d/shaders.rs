@@ -12,7 +12,7 @@ const SCALE_SAMPLES: usize = 17;
 /// A stage's name in X3D and its source.
 type Stage = (&'static str, &'static str);
 
-/// Displacement in the geometry stage, for desktop viewers ([VA] sect. 7).
+/// Displacement in the geometry stage, for desktop viewers (\[VA\] sect. 7).
 pub(super) const GEOMETRY: &[Stage] = &[
     ("VERTEX", include_str!("glsl/geometry.vert")),
     ("GEOMETRY", include_str!("glsl/geometry.geom")),

@@ -1,4 +1,4 @@
-//! The loss of a distance ([VA] eq. 2, where it is called psi, and others), and its scale from residuals.
+//! The loss of a distance (\[VA\] eq. 2, where it is called psi, and others), and its scale from residuals.
 
 use crate::robust::{MAD_TO_SD, median};
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use std::f64::consts::LN_2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LossKind {
-    /// 1 - exp(-d^2 / sigma^2) ([VA] eq. 2): quadratic for small distances, constant for large ones, so that points
+    /// 1 - exp(-d^2 / sigma^2) (\[VA\] eq. 2): quadratic for small distances, constant for large ones, so that points
     /// that the model does not explain do not pull it.
     #[default]
     Welsch,
@@ -37,7 +37,7 @@ pub(crate) struct Counted {
     pub(crate) curvature: f64,
 }
 
-/// Distances beyond this many sigma are not computed and count as psi = 1 ([VA] eq. 4) where psi is bounded; Welsch's
+/// Distances beyond this many sigma are not computed and count as psi = 1 (\[VA\] eq. 4) where psi is bounded; Welsch's
 /// psi there is 1 - 4.8e-6.
 const CUTOFF: f64 = 3.5;
 
@@ -116,13 +116,13 @@ impl Loss {
         }
     }
 
-    /// The scale for which psi(d + eps) = 1/2 ([VA] sect. 3), d + eps being what an inlier's distance may reach.
+    /// The scale for which psi(d + eps) = 1/2 (\[VA\] sect. 3), d + eps being what an inlier's distance may reach.
     pub(crate) fn with_half_at(kind: LossKind, distance: f64) -> Self {
         Self { kind, sigma: distance / Self::half_by_sigma(kind) }
     }
 }
 
-/// The inlier distance d + eps of [VA] sect. 3 in robust standard deviations of the residuals. At 3 the estimator is 97
+/// The inlier distance d + eps (\[VA\] sect. 3) in robust standard deviations of residuals. At 3 the estimator is 97
 /// % as efficient as least squares on Gaussian residuals.
 pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
 

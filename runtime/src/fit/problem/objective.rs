@@ -1,4 +1,4 @@
-//! The objective f = mean psi(d(M(x), s_i)) ([VA] eq. 1) with its gradient or its weighted normal equations.
+//! The objective f = mean psi(d(M(x), s_i)) (\[VA\] eq. 1) with its gradient or its weighted normal equations.
 
 use super::isometry::Isometry;
 use super::loss::{Counted, Loss};

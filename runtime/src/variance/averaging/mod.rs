@@ -1,7 +1,7 @@
 //! Normals that are averaged where patches meet.
 //!
 //! If patches are displaced along their own normals, they separate at an edge where the scan lies outside, and
-//! intersect where it lies inside ([VA], conclusion). Here patches that meet have one normal at their common edge,
+//! intersect where it lies inside (\[VA\], conclusion). Here patches that meet have one normal at their common edge,
 //! which turns to their own within a band beside it, so that the displaced surface is closed.
 
 mod crease;

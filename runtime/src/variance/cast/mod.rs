@@ -84,7 +84,7 @@ pub enum CastError {
 }
 
 /// Casts rays from every texel along +normal and along -normal to the nearest points of the scan, at most
-/// `max_distance` millimetres away, among the triangles that `facing` admits ([VA] alg. 2). Where the scan passes
+/// `max_distance` millimetres away, among the triangles that `facing` admits (\[VA\] alg. 2). Where the scan passes
 /// through the texel, as far as single precision can tell, both distances are zero. A texel whose position or normal is
 /// not finite, or whose normal is zero, has no data.
 ///
