@@ -36,7 +36,7 @@
 //! let [r, h] = [0, 1].map(|i| inspection.fit.parameters[i].value);
 //! assert!((r - 21.0).abs() < 0.05 && (h - 52.0).abs() < 0.1);
 //! let deviations = &inspection.measurement.report.overall;
-//! assert!(deviations.coverage > 0.9 && deviations.weighted.rms < 0.1);
+//! assert!(deviations.coverage > 0.8 && deviations.weighted.percentiles.p95 < 0.15);
 //! # Ok(())
 //! # }
 //! ```
