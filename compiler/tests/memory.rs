@@ -1,7 +1,7 @@
-//! Dropped programs give their memory back. Alone in its process: what other tests allocate would be counted.
+//! Dropped programs give their memory back. This test has a process of its own: allocations of other tests would count.
 //!
-//! `GMLC_PROGRAMS=10000 cargo test --release --test memory -- --nocapture` compiles, runs and drops so many instead of
-//! a thousand.
+//! `GMLC_PROGRAMS=10000 cargo test --release --workspace --test memory -- --nocapture` compiles, runs and drops 10,000
+//! programs instead of a thousand.
 
 #[path = "suite/common/mod.rs"]
 mod common;
@@ -11,17 +11,17 @@ use gml_compiler::internals::ir::{Binary, FunctionBuilder, Module, Parameter, Un
 use gml_compiler::internals::jit::{Code, Options};
 use gml_compiler::program::{Limits, Order, Sites};
 
-/// Pages of the process in memory; `None` where the system does not tell.
+/// Pages of the process in memory; `None` if the system does not report them.
 fn resident() -> Option<usize> {
     std::fs::read_to_string("/proc/self/statm").ok()?.split_whitespace().nth(1)?.parse().ok()
 }
 
-/// Programs that are compiled and dropped.
+/// Number of programs that are compiled and dropped.
 fn programs() -> usize {
     std::env::var("GMLC_PROGRAMS").ok().map_or(1000, |n| n.parse().expect("GMLC_PROGRAMS is a number"))
 }
 
-/// Pages more after so many cycles, which others went before.
+/// Growth in pages over a number of cycles, after some that warm up.
 fn growth(cycles: usize, cycle: impl Fn()) -> usize {
     (0..(cycles / 2).min(200)).for_each(|_| cycle());
     let Some(before) = resident() else { return 0 };
@@ -29,7 +29,7 @@ fn growth(cycles: usize, cycle: impl Fn()) -> usize {
     resident().unwrap_or(usize::MAX).saturating_sub(before)
 }
 
-/// One test, as two at once would see each other's memory.
+/// This is one test: two at once would count each other's memory.
 #[test]
 fn dropped_programs_leave_nothing() {
     code_is_freed();
@@ -52,7 +52,7 @@ fn programs_are_freed() {
             .expect("it is finite");
     });
     println!("{grown} pages more after {cycles} programs");
-    // Every one has several pages of code: a leak of only the smallest is a page for each.
+    // Every program has several pages of code: even the smallest leak is a page for each program.
     assert!(grown < 100 + cycles / 50, "{grown} pages more after {cycles} programs");
 }
 
@@ -68,6 +68,6 @@ fn code_is_freed() {
         assert_eq!(code.call_reals(0, &[0.5], Limits::default()), Ok(vec![0.5 * 0.5f64.sin()]));
     };
     let grown = growth(1000, cycle);
-    // Every program has a page of code at least: a leak is 1,000 pages.
+    // Every program has at least one page of code: a leak is 1,000 pages.
     assert!(grown < 50, "{grown} pages more after 1,000 programs");
 }

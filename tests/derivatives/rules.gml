@@ -1,4 +1,4 @@
-/// Powers, products, quotients and roots, each by the parameter in it.
+/// Powers, products, quotients and roots, each differentiated with respect to its parameter.
 model derivatives {
   param a: real = 2; param b: real = 3; param c: real in 0..10 = 1
 

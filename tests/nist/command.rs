@@ -1,5 +1,5 @@
-//! `cargo run --release --example nist_strd -- NAME.gml NAME.dat ...`: how many digits of NIST's certified values fits
-//! find.
+//! `cargo run --release --example nist_strd -- NAME.gml NAME.dat ...` prints how many digits of NIST's certified values
+//! fits find.
 
 #[path = "../suite/support/nist.rs"]
 mod nist;
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     if good { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// Prints what both starts lead to; whether the second one, and so the fit, is right.
+/// Prints the results from both starts; returns whether that from the second one is right.
 fn row(script: &Path, data: &Path) -> bool {
     let name = data.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let found = match nist::compare(script, data) {

@@ -1,6 +1,6 @@
 use std.surface (revolve)
 
-/// A cone about the z axis, wide above: its radius at height z is r + z tan(half).
+/// A cone about the z axis that widens upwards: its radius at height z is r + z tan(half).
 model cone {
   /// About the size of the object, in millimetres.
   input reach: real = 10

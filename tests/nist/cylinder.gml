@@ -1,6 +1,6 @@
 use std.surface (revolve)
 
-/// A cylinder about the z axis, longer than what was measured.
+/// A cylinder about the z axis, longer than the measured one.
 model cylinder {
   /// About the size of the object, in millimetres.
   input reach: real = 10

@@ -1,4 +1,4 @@
-/// A part of the plane z = 0, larger than what was measured.
+/// A part of the plane z = 0, larger than the measured one.
 model plane {
   /// About the size of the object, in millimetres.
   input reach: real = 10

@@ -21,7 +21,7 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
-/// The source without its tests (which may use what they please) and without comments.
+/// The source without its tests (which may use anything) and without comments.
 fn code(path: &Path) -> String {
     let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let body = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or("");
@@ -62,7 +62,7 @@ fn the_compiler_is_pure() {
 
 #[test]
 fn packages_hold_all_their_files() {
-    // Two steps up from a module lead out of the package's sources.
+    // A path that goes up two folders from a module leaves the package's sources.
     for folder in ["src", "compiler/src", "runtime/src", "stdlib"] {
         must_not_name(folder, &["include_str!(\"../..", "include_bytes!(\"../.."]);
     }

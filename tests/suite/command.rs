@@ -1,4 +1,4 @@
-//! The built command: what it prints, what it writes, how it fails.
+//! The built command: its printed text, its files, its failures.
 
 use crate::support::{example, fails, gmlc, json};
 use std::fs;
@@ -75,7 +75,7 @@ fn every_stage_is_emitted() {
     }
 }
 
-/// Scripts of a folder, one of them formatted, one not, one with an error.
+/// A folder with three scripts: one is formatted, one is not, one has an error.
 fn unformatted(folder: &std::path::Path) {
     let write = |name: &str, text: &str| {
         let path = folder.join(name);
@@ -120,14 +120,14 @@ fn formatting_reports_for_people_and_programs() {
     let document: serde_json::Value = serde_json::from_slice(&check.stdout).expect("JSON");
     assert_eq!(document[0], serde_json::json!({ "file": "all/deeper/bad.gml", "status": "changed", "line": 2 }));
     assert_eq!(document[2]["status"], "error");
-    // What cannot be read is left as it is.
+    // A script that cannot be parsed is left as it is.
     fails(folder.path(), &["fmt", "wrong.gml"], 1);
     assert_eq!(fs::read_to_string(folder.path().join("wrong.gml")).expect("a file"), "let a = (1\n");
     assert!(fails(folder.path(), &["fmt", "none.gml"], 1).contains("no such file"));
     assert!(fails(folder.path(), &["fmt", "-", "all"], 2).contains("cannot be combined"));
 }
 
-/// Mends are shown in the file that they are for.
+/// Suggestions are shown in the file that they change.
 #[test]
 fn several_files_with_errors_are_told_apart() {
     let folder = tempdir().expect("a folder");
@@ -221,7 +221,8 @@ fn what_is_wrong_with_files_and_options_is_said() {
     assert!(!folder.path().join("cup.obj").exists());
 }
 
-/// Every limit is met by a script that is fine without it, and the error names the option that raises it.
+/// For every limit there is a script that reaches it and compiles without it; the error names the option that raises
+/// the limit.
 #[test]
 fn limits_are_options() {
     let folder = tempdir().expect("a folder");
@@ -279,7 +280,7 @@ fn a_virtual_scan_is_the_same_for_the_same_seed() {
     assert!(bytes("a.ply") != bytes("c.ply"));
 }
 
-/// A picture has the size that was asked for, and the model in it; each view shows something else.
+/// A picture has the requested size and shows the model; each view gives another picture.
 #[test]
 fn a_model_as_a_picture() {
     let folder = tempdir().expect("a folder");
@@ -308,7 +309,7 @@ fn a_model_as_a_picture() {
     }
 }
 
-/// The mesh of a model as the reference: what is measured is the scanner's noise.
+/// With the mesh of the scanned model as the reference, the deviations are the scanner's noise.
 #[test]
 fn a_reference_mesh_without_texture_coordinates_is_measured() {
     let folder = tempdir().expect("a folder");
@@ -324,8 +325,8 @@ fn a_reference_mesh_without_texture_coordinates_is_measured() {
     assert!(out.contains("positive: the scan lies outside"), "{out}");
     let report = json(&folder.path().join("out/variance.json"));
     let rms = report["rms"].as_f64().expect("a number");
-    // Noise along the view direction, seen along the normal and interpolated between points: below its own 0.2 mm, and
-    // more than a third of it.
+    // The noise of 0.2 mm is along the view direction. Along the normal, and interpolated between points, it is
+    // smaller, but more than a third of that.
     assert!((0.07..0.2).contains(&rms), "rms {rms}");
     assert!(report["signed"]["mean"].as_f64().expect("a number").abs() < 0.02);
     assert!(report["coverage"].as_f64().expect("a number") > 0.85);

@@ -1,9 +1,9 @@
-//! What `gmlc check` says of mistakes: the cases of `tests/diagnostics/*.gml`, each printed exactly as a user reads it,
-//! as snapshots beside them.
+//! The diagnostics of `gmlc check` for the mistakes in `tests/diagnostics/*.gml`, printed exactly as a user reads them;
+//! snapshots stand beside the scripts.
 //!
-//! A case begins with a line `// --- what is wrong`, a further file of it with `// +++ its name`. Characters that an
-//! editor or git would not keep are written `{BOM}`, `{TAB}`, `{CR}` and `{NBSP}`; `{EOF}` ends a file without a line
-//! end. Every suggestion of every case is followed, and the finding must be gone.
+//! A case begins with a line `// --- its title`, each further file of the case with `// +++ its name`. Characters that
+//! an editor or git would not keep are written `{BOM}`, `{TAB}`, `{CR}` and `{NBSP}`; `{EOF}` ends a file without a
+//! line end. Every suggestion of every case is applied, after which its diagnostic must be gone.
 
 use crate::support::{gmlc_in, root, text};
 use gml_compiler::diagnostic::{Code, Severity};
@@ -61,14 +61,14 @@ impl Case {
         }
     }
 
-    /// What the user reads.
+    /// The text that the user reads.
     fn printed(&self) -> String {
         let folder = tempfile::tempdir().expect("a folder");
         self.write(folder.path());
         text(&gmlc_in(folder.path(), &["check", "script.gml"]).stderr)
     }
 
-    /// The findings as JSON.
+    /// The diagnostics as JSON.
     fn findings(&self) -> Vec<Value> {
         let folder = tempfile::tempdir().expect("a folder");
         self.write(folder.path());
@@ -77,7 +77,7 @@ impl Case {
         document["diagnostics"].as_array().expect("a list").clone()
     }
 
-    /// The case with the edits of a suggestion made.
+    /// The case after the edits of a suggestion.
     fn corrected(&self, suggestion: &Value) -> Case {
         let mut files = self.files.clone();
         for edit in suggestion["edits"].as_array().expect("edits").iter().rev() {
@@ -89,7 +89,7 @@ impl Case {
     }
 }
 
-/// What a function makes of every item, on two threads.
+/// Applies a function to every item, on two threads.
 fn parallel<T: Sync, R: Send>(items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let (left, right) = items.split_at(items.len() / 2);
     std::thread::scope(|scope| {
@@ -143,7 +143,7 @@ fn suggestions(finding: &Value) -> &Vec<Value> {
     finding["suggestions"].as_array().expect("a list")
 }
 
-/// The suggestions of a case that leave their finding, or bring about others.
+/// The suggestions of a case after which their diagnostic is still there, or others have come.
 fn uncorrected(case: &Case) -> String {
     let findings = case.findings();
     let mut wrong = String::new();
@@ -153,7 +153,7 @@ fn uncorrected(case: &Case) -> String {
         let same = |list: &[Value]| {
             list.iter().filter(|f| f["code"] == finding["code"] && f["message"] == finding["message"]).count()
         };
-        // Where an error is gone, warnings may come that were held back.
+        // Warnings are not reported beside errors: they may appear when an error is gone.
         let weight = |list: &[Value]| list.iter().filter(|f| f["severity"] == finding["severity"]).count();
         if same(&after) >= same(&findings) || weight(&after) >= weight(&findings) {
             let (title, question) = (&case.title, &suggestion["message"]);
@@ -163,7 +163,7 @@ fn uncorrected(case: &Case) -> String {
     wrong
 }
 
-/// These are limits, or need several files, a session or the command line.
+/// Codes without an example: they are limits, or need several files, a session or the command line.
 const WITHOUT_EXAMPLE: [Code; 12] = [
     Code::Derivative,
     Code::Internal,
@@ -194,8 +194,8 @@ fn every_code_is_explained_by_an_example_that_is_diagnosed_so() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The second half of docs/diagnostics.md repeats the explanations that the compiler has; `GMLC_UPDATE=1` in the
-/// environment writes it anew.
+/// The second half of docs/diagnostics.md repeats the compiler's explanations; `GMLC_UPDATE=1` in the environment
+/// writes it anew.
 #[test]
 fn the_page_of_diagnostics_has_all_explanations() {
     let path = root().join("docs/diagnostics.md");
@@ -224,7 +224,7 @@ fn codes_are_explained_on_the_command_line() {
     assert!(error.contains("dimension-mismatch"), "{error}");
 }
 
-/// Cases that quote the library, whose lines move: only what does not depend on them.
+/// Diagnostics that quote the library are compared in part: line numbers of the library change.
 #[test]
 fn mistakes_within_the_library_are_shown_at_the_call() {
     let table = [

@@ -29,7 +29,7 @@ fn every_command_of_the_documentation_works() {
                     continue;
                 }
             };
-            // What a page repeats from another one writes the same files.
+            // A command that a page repeats from another page writes the same files.
             if !run.insert(command.clone()) {
                 continue;
             }

@@ -1,5 +1,5 @@
-//! The examples: the commands of their READMEs are run, which draw the picture, scan the model with other parameters
-//! than its defaults, and inspect the scan from the defaults. The fit must find the parameters of the scan.
+//! The examples. The commands of their READMEs draw the picture, scan the model with other parameters than its
+//! defaults, and inspect the scan from the defaults. The fit must find the parameters of the scan.
 
 use crate::support::{commands, copy, gmlc, gmlc_in, json, parameter, root, text};
 use gml_compiler::program::{Options, compile};
@@ -15,12 +15,13 @@ use tempfile::tempdir;
 /// All but the cup, whose README scans another model than it fits: tests/suite/inspect.rs compares those.
 const EXAMPLES: [&str; 9] = ["amphora", "bowl", "can", "column", "elbow", "flange", "mug", "planter", "tree"];
 
-/// How far from the truth a parameter may be found, as a fraction of how far the fit had to take it from its default.
-/// What the noise leaves open is less for every parameter of every example (by the standard deviations that the fits
-/// state), and what is found by chance or not moved at all is more.
+/// Largest error of a fitted parameter, as a fraction of the difference between its truth and its default. By the
+/// standard deviations that the fits state, the noise moves every parameter of every example by less; a parameter that
+/// the fit leaves at its default, or finds by chance only, is off by more.
 const RECOVERED: f64 = 0.1;
 
-/// Of every example's texture at least this share lies on the model, and texels stand for the same area to this share.
+/// Least share of every example's texture that lies on the model, and largest relative difference of the mean areas
+/// that texels of different parts stand for.
 const USED: f64 = 0.85;
 const ALIKE: f64 = 0.1;
 
@@ -50,7 +51,7 @@ fn textures_are_well_used_and_their_texels_alike() {
 /// The largest picture in the repository, in bytes.
 const LARGEST_PICTURE: u64 = 150_000;
 
-/// Runs an example's README and compares what was found with what was scanned.
+/// Runs an example's README and compares the fitted parameters with the scanned ones.
 fn recovers(name: &str) {
     let folder = tempdir().expect("a folder");
     copy(&root().join("examples"), &folder.path().join("examples"));
@@ -64,7 +65,7 @@ fn recovers(name: &str) {
         }
         output.push_str(&gmlc(folder.path(), &args));
     }
-    // Other computers may round otherwise, which moves a pixel here and there.
+    // Other computers may round differently, which changes single pixels.
     let stale = difference(&picture, &root().join(format!("examples/{name}/{name}.png")));
     assert!(stale < 0.5, "the picture differs by {stale}: draw it anew with examples/render.sh");
 
@@ -150,7 +151,7 @@ fn every_example_is_complete() {
     }
 }
 
-/// The scripts are as `gmlc fmt` writes them, and nothing about them is worth a warning.
+/// The scripts are formatted as `gmlc fmt` does it, and compile without warnings.
 #[test]
 fn every_example_is_tidy() {
     gmlc(root(), &["fmt", "--check", "examples"]);
@@ -161,11 +162,10 @@ fn every_example_is_tidy() {
     }
 }
 
-/// Along its normal, every surface goes from the inside of the solid to its outside: the winding number of the model
-/// about a point, which is its solid angle as seen from there over that of the whole sphere (Jacobson, Kavan and
-/// Sorkine-Hornung 2013), is a whole number where the surface is closed, falls by one across it, and is 0 outside where
-/// the normals point out. Where parts run into each other (a handle in a wall) one side is buried in the other, and it
-/// is 1 or more.
+/// The normals of every surface point from the inside of the solid to its outside. This shows in the winding number of
+/// the model about a point, its solid angle as seen from there over that of the whole sphere (Jacobson, Kavan and
+/// Sorkine-Hornung 2013): for a closed surface it is a whole number, falls by one across the surface, and is 0 outside
+/// if the normals point outwards. Where one part runs into another (a handle in a wall) it is 1 or more.
 #[test]
 fn every_example_is_closed_and_faces_outwards() {
     for name in EXAMPLES.into_iter().chain(["cup"]) {
@@ -173,7 +173,8 @@ fn every_example_is_closed_and_faces_outwards() {
         for (kind, triangles) in samples(&mesh) {
             let around: Vec<f64> = triangles.iter().map(|t| winding(&mesh, outside(&mesh, *t))).collect();
             let right = around.iter().filter(|w| **w > -0.25 && (**w - w.round()).abs() < 0.25).count();
-            // Facets of neighbours overlap or leave slits, and there are open ends where one part runs into another.
+            // Triangles of neighbouring parts overlap or leave slits, and parts that run into another one have open
+            // ends.
             let share = right as f64 / around.len() as f64;
             assert!(share > 0.85, "{name}: {kind} has the winding numbers {around:.2?} outside");
         }
@@ -195,7 +196,7 @@ fn samples(mesh: &TriangleMesh) -> BTreeMap<&str, Vec<[u32; 3]>> {
     kinds
 }
 
-/// A point a little outside of a triangle's middle.
+/// A point a little outside of a triangle's centre.
 fn outside(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
     let corners = triangle.map(|v| mesh.positions[v as usize]);
     let normal = mesh.triangle_normal(triangle).expect("a triangle with an area");
@@ -203,7 +204,7 @@ fn outside(mesh: &TriangleMesh, triangle: [u32; 3]) -> [f64; 3] {
     [0, 1, 2].map(|k| corners.iter().map(|c| c[k]).sum::<f64>() / 3.0 + step * normal[k])
 }
 
-/// A model at its defaults in not too many triangles.
+/// A model at its defaults as a coarse mesh.
 fn coarse(name: &str) -> TriangleMesh {
     let path = root().join(format!("examples/{name}/{name}.gml"));
     let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));

@@ -1,4 +1,4 @@
-//! The whole pipeline: a model is scanned virtually, or a real scan is taken, and inspected.
+//! The whole pipeline: a virtual or a real scan is inspected.
 
 use crate::support::{example, fails, gmlc, json, parameter, test_data};
 use std::path::Path;
@@ -18,7 +18,7 @@ const DOCUMENTS: [&str; 10] = [
     "report.html",
 ];
 
-/// The octagonal cup, scanned coarsely in a random pose, is fitted by the round one from its defaults.
+/// The round cup is fitted, from its defaults, to a coarse scan of the octagonal cup in a random pose.
 #[test]
 fn a_virtual_scan_of_the_cup() {
     let folder = tempdir().expect("a folder");
@@ -37,8 +37,8 @@ fn a_virtual_scan_of_the_cup() {
     let truth = json(&folder.path().join("truth.json"));
     let fit = json(&folder.path().join("out/fit.json"));
     let true_value = |name: &str| truth["parameters"][name].as_f64().expect("a number");
-    // The footprint is an octagon around the circle, seen by a quarter of the points of the full scan: somewhat wider
-    // than the tolerances of the full one.
+    // The scan has a quarter of the points of the full one, and the footprint is an octagon around the circle: the
+    // tolerances are somewhat wider than those of the full scan.
     for (name, tolerance) in [("r", 0.3), ("h", 0.3), ("shape", 0.05), ("h1", 0.02), ("h2a", 0.05), ("h3b", 0.05)] {
         let difference = parameter(&fit, name) - true_value(name);
         assert!(difference.abs() < tolerance, "{name} is off by {difference}\n{out}");
@@ -110,14 +110,15 @@ fn the_real_scan_of_a_mug() {
         let parts = variance["parts"].as_array().expect("parts");
         parts.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("no part {name}")).clone()
     };
-    // The bulge does not pull the fit: the outer wall fits, and the wall is thin.
+    // The bulge does not affect the fit: the outer wall fits, and the wall is thin.
     assert!(part("outside")["median"].as_f64().expect("a number") < 0.25, "{out}");
     assert!(parameter(&fit, "wall") < 2.5, "{out}");
-    // And it shows.
+    // The deviations show the bulge.
     assert!(part("inside")["percentiles"]["p95"].as_f64().expect("a number") > 8.0, "{out}");
 }
 
-/// A small ball beside a large one that the model knows nothing of is left over, with its area, and nothing else is.
+/// The model is a large ball. A small ball beside it in the scan is reported as unmatched, with its area, and nothing
+/// else.
 #[test]
 fn what_the_model_lacks_is_listed() {
     let folder = tempdir().expect("a folder");
@@ -135,7 +136,7 @@ fn what_the_model_lacks_is_listed() {
     let (_, variance, out) = inspect(folder.path(), &["large.gml", "scan.ply", "--no-pose", "--max-distance", "4mm"]);
     let unmatched = &variance["unmatched"];
     let figure = |name: &str| unmatched[name].as_f64().expect("a number");
-    // All of it but slits of the scan.
+    // The whole small ball but slits of the scan.
     let ball = 4.0 * std::f64::consts::PI * 64.0;
     assert!((figure("area") - ball).abs() < 0.1 * ball, "{}\n{out}", figure("area"));
     assert_eq!(unmatched["pieces"], 1, "{unmatched}");
@@ -149,7 +150,7 @@ fn what_the_model_lacks_is_listed() {
     assert!(header.contains(&format!("element face {}", unmatched["triangles"])), "{header}");
 }
 
-/// Deviations of a can that is too large by 0.4 mm.
+/// Deviations of a can that is 0.4 mm too large.
 #[test]
 fn a_wrong_radius_is_named() {
     let folder = tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Ctrl-C ends a fit soon, with the best so far.
+//! Ctrl-C ends a fit within seconds, with the best solution so far.
 
 use crate::support::{example, gmlc, json, text};
 use std::process::{Command, Stdio};
@@ -10,7 +10,7 @@ fn an_interrupted_fit_leaves_the_best_so_far() {
     let folder = tempdir().expect("a folder");
     let (script, scan, fit) = (example("can/can.gml"), "scan.ply", "fit.json");
     gmlc(folder.path(), &["scan", &script, "--spacing", "2mm", "-o", scan]);
-    // So many draws take minutes.
+    // This number of bootstrap samples takes minutes.
     let child = Command::new(env!("CARGO_BIN_EXE_gmlc"))
         .args(["fit", &script, scan, "-o", fit, "--bootstrap", "100000"])
         .current_dir(folder.path())
@@ -23,7 +23,7 @@ fn an_interrupted_fit_leaves_the_best_so_far() {
     let sent = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill");
     assert!(sent.success());
     let output = child.wait_with_output().expect("its output");
-    // It takes a tenth of that; machines may be busy.
+    // An idle machine takes a tenth of this.
     assert!(pressed.elapsed() < Duration::from_secs(10), "{:?}", pressed.elapsed());
     let err = text(&output.stderr);
     assert!(output.status.code() == Some(1) && err.contains("interrupted"), "{:?} {err}", output.status);

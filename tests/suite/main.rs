@@ -1,4 +1,4 @@
-//! The built command, end to end: one binary, since each costs its linking.
+//! The built command, end to end. There is one test binary, because linking each takes long.
 
 mod architecture;
 mod command;

@@ -13,8 +13,8 @@ use gml_runtime::progress::Silent;
 use gml_runtime::scan::{Scan, ScanSource};
 use std::path::Path;
 
-/// Problems of the higher level of difficulty that the first start, far away, does not solve: from there the sum of
-/// squares has valleys that lead elsewhere (BoxBOD) or are followed for longer than the steps last (MGH10).
+/// Problems of the higher level of difficulty that are not solved from the first, distant start: there the valleys of
+/// the sum of squares lead elsewhere (BoxBOD), or are longer than the steps allow (MGH10).
 const FAR: [&str; 2] = ["BoxBOD", "MGH10"];
 
 #[test]
@@ -29,8 +29,8 @@ fn regressions_have_the_certified_digits_from_both_starts() {
             continue;
         }
         for (start, d) in strd::compare(&script, &path).unwrap_or_else(|e| panic!("{e}")).into_iter().enumerate() {
-            // Eleven digits are certified, and the condition of the worst of these problems takes two or three of
-            // sixteen from the parameters, and twice as many from their deviations.
+            // Eleven digits are certified. The condition of the worst of these problems costs the parameters two or
+            // three of sixteen digits, and their standard deviations twice as many.
             let far = start == 0 && FAR.contains(&name.as_str());
             let agrees = d.parameters >= 8.0 && d.deviations >= 6.0 && d.sum_of_squares >= 8.0;
             if !far && !agrees {
@@ -64,7 +64,7 @@ fn numbers(path: &Path) -> Vec<f64> {
     text.split_whitespace().map(|t| t.parse().expect("a number")).collect()
 }
 
-/// The orthogonal least-squares fit of a script to a file of points, its position found from nothing.
+/// The orthogonal least-squares fit of a script to a file of points, without a start value for the pose.
 fn surface(name: &str, points: &Path) -> (FitResult, Motion) {
     let positions: Vec<[f64; 3]> = numbers(points)[1..].chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect();
     let n = positions.len() as f64;
@@ -100,7 +100,7 @@ fn off_line(p: [f64; 3], at: [f64; 3], direction: [f64; 3]) -> f64 {
     [0, 1, 2].map(|k| d[k] - along * direction[k]).iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 
-/// Fits every file of a kind and compares; `check` gets the reference's numbers, the fit, and the model's z axis.
+/// Fits every file of a kind; `check` compares the reference's numbers with the fit and the model's z axis.
 fn each(script: &str, kind: &str, check: impl Fn(&[f64], &FitResult, &Motion, [f64; 3]) -> Vec<(f64, f64)>) {
     let Some(data) = test_data() else { return };
     for entry in std::fs::read_dir(data.join("nist-l2")).expect("a folder") {
@@ -112,7 +112,7 @@ fn each(script: &str, kind: &str, check: impl Fn(&[f64], &FitResult, &Motion, [f
         let (found, pose) = surface(script, &path);
         let axis = from(pose.point([0.0; 3]), pose.point([0.0, 0.0, 1.0]));
         for (off, size) in check(&numbers(&path.with_extension("fit")), &found, &pose, axis) {
-            // The certified fits are given to twenty digits; 1e-8 of the size is what is promised.
+            // The certified fits have twenty digits; gmlc promises 1e-8 of the size.
             assert!(off.abs() < 1e-8 * size, "{name}: off by {off:e}\n{found:?}");
         }
     }

@@ -7,13 +7,13 @@ use std::path::{Path, PathBuf};
 /// The last column of a comment or of a paragraph.
 const WIDTH: usize = 120;
 
-/// Files with one of the endings below a folder, without what builds and runs leave behind.
+/// Files with one of the endings below a folder, except those that builds and runs write.
 fn files(folder: &Path, endings: &[&str], into: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display())) {
         let path = entry.expect("a folder's entry").path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         if path.is_dir() {
-            // docs/std is generated, a paragraph a line.
+            // docs/std is generated, each paragraph as one line.
             let skipped = ["target", "out", "node_modules", "std"].contains(&name.as_str());
             if !name.starts_with('.') && !skipped {
                 files(&path, endings, into);
@@ -24,8 +24,8 @@ fn files(folder: &Path, endings: &[&str], into: &mut Vec<PathBuf>) {
     }
 }
 
-/// Places (file and line) of the lines that are too long, among those for which `counts` is true. Its second argument
-/// tells whether the line is in a fenced block.
+/// Places (file and line) of the lines that are too long, among those for which `counts` is true. The second argument
+/// of `counts` tells whether the line is in a fenced block.
 fn too_long(endings: &[&str], counts: impl Fn(&str, bool) -> bool) -> Vec<String> {
     let mut paths = Vec::new();
     files(root(), endings, &mut paths);

@@ -1,4 +1,4 @@
-//! `gmlc repl`: with lines on standard input, and driven through a pseudo-terminal as a person would.
+//! `gmlc repl`, with lines on standard input, and through a pseudo-terminal as a person uses it.
 
 use crate::support::{example, gmlc, gmlc_with_input, root};
 use rexpect::reader::Options;
@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Runs lines; the status and standard output.
+/// Runs lines; returns the exit status and standard output.
 fn lines(folder: &Path, args: &[&str], input: &str) -> (Option<i32>, String) {
     gmlc_with_input(folder, &[&["repl"], args].concat(), input)
 }
@@ -59,7 +59,7 @@ fn every_command_has_help_and_the_stages_are_shown() {
     }
 }
 
-/// The dialogues of the documentation: every line that is entered there, with what is printed.
+/// Enters every line of the documentation's dialogues and compares the printed text with the page.
 #[test]
 fn the_dialogues_of_the_documentation_hold() {
     let page = fs::read_to_string(root().join("docs/repl.md")).expect("the page");
@@ -74,7 +74,7 @@ fn the_dialogues_of_the_documentation_hold() {
     child.stdin.take().expect("a pipe").write_all(input.as_bytes()).expect("written");
     let output = child.wait_with_output().expect("its output");
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-    // Of errors and programs the page shows the first line only.
+    // The page shows only the first line of errors and programs.
     let mut rest = printed.lines();
     for line in told.lines() {
         let found = rest.by_ref().find(|l| l.trim_end() == line.trim_end());
@@ -102,7 +102,7 @@ fn files_that_change_are_read_again() {
     writeln!(input, ":set a=4mm\nlet c = b\nc").expect("written");
     assert_eq!(output.next().as_deref(), Some("c = 8 mm"));
     assert_eq!(output.next().as_deref(), Some("8 mm"));
-    // Of another length, so that the change shows whatever the clock of the file system.
+    // The new text has another length, so that the change is noticed even if the file system's clock is coarse.
     fs::write(&path, model("10.0")).expect("written");
     writeln!(input, "c").expect("written");
     assert_eq!(output.next().as_deref(), Some("m.gml has changed and is read again"));
@@ -111,7 +111,7 @@ fn files_that_change_are_read_again() {
     assert_eq!(child.wait().expect("its status").code(), Some(0));
 }
 
-/// A dialogue at a pseudo-terminal, with time enough for a slow machine.
+/// A dialogue at a pseudo-terminal, with timeouts for a slow machine.
 fn terminal(folder: &Path, args: &[&str]) -> PtySession {
     let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
     command.arg("repl").args(args).current_dir(folder);
@@ -120,7 +120,7 @@ fn terminal(folder: &Path, args: &[&str]) -> PtySession {
     spawn_with_options(command, options).expect("a pseudo-terminal")
 }
 
-/// Sends a line, and waits for a text that is not in it and the next prompt.
+/// Sends a line, and waits for a text that the line does not contain, and for the next prompt.
 fn ask(p: &mut PtySession, line: &str, expected: &str) {
     assert!(!line.contains(expected), "the echo of '{line}' would do");
     p.send_line(line).expect("sent");
@@ -128,7 +128,7 @@ fn ask(p: &mut PtySession, line: &str, expected: &str) {
     p.exp_string("> ").expect("a prompt");
 }
 
-/// The number before a unit that answers a line.
+/// Sends a line whose answer is a number with this unit; returns the number.
 fn number(p: &mut PtySession, line: &str, unit: &str) -> f64 {
     p.send_line(line).expect("sent");
     let (_, found) = p.exp_regex(&format!(r"\n-?[0-9.e-]+ {unit}")).unwrap_or_else(|e| panic!("{line}: {e}"));
@@ -151,7 +151,7 @@ fn a_dialogue_at_a_terminal() {
     p.exp_regex(r"-> length\r?\n").expect("its signature");
     p.exp_string("> ").expect("a prompt");
     ask(&mut p, "twice(a)", "84 mm");
-    // An error, and going on.
+    // The dialogue goes on after an error.
     ask(&mut p, "a + 1", "dimension-mismatch");
     ask(&mut p, "a / 2", "21 mm");
     // Tab completes a file's name, and a name of the model.
@@ -161,8 +161,8 @@ fn a_dialogue_at_a_terminal() {
     ask(&mut p, "(0.5)", "0.0625");
     ask(&mut p, ":set r=50mm", "\n");
     ask(&mut p, "r * 1.5", "75 mm");
-    // A derivative against differences. The dialogue prints six digits, of which four are left after the subtraction;
-    // the differences themselves are off by step^2 / 6 of the third derivative, less than 1e-4 here.
+    // A derivative against central differences. The dialogue prints six digits, of which the subtraction leaves four;
+    // the error of the differences is step^2 / 6 of the third derivative, less than 1e-4 here.
     p.send_line(":grad outer(0.9) * h").expect("sent");
     let (_, row) = p.exp_regex(r"shape +-?[0-9.]+ mm").expect("a row");
     p.exp_string("> ").expect("a prompt");
@@ -194,7 +194,7 @@ fn what_is_running_can_be_interrupted() {
     p.exp_string("Ctrl-D leaves").expect("a greeting");
     p.exp_string("> ").expect("a prompt");
     for (line, running, patience) in [
-        // Hours of work for the interpreter.
+        // This takes the interpreter hours.
         ("fold(0.0, 0..1000000000000, |a, i| a + sin(1deg * i))", Duration::from_millis(300), 5),
         (":fit scan.ply", Duration::from_millis(900), 20),
     ] {
@@ -204,7 +204,7 @@ fn what_is_running_can_be_interrupted() {
         p.send_control('c').expect("sent");
         p.exp_string("interrupted").unwrap_or_else(|e| panic!("{line}: {e}"));
         p.exp_string("> ").expect("a prompt");
-        // A second on an idle machine; the tests share theirs.
+        // An idle machine takes a second, but tests run side by side.
         assert!(asked.elapsed() < Duration::from_secs(patience), "{line}: {:?}", asked.elapsed());
         ask(&mut p, "40 + 2.5", "42.5");
     }

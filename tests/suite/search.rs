@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::path::Path;
 use tempfile::tempdir;
 
-/// Scans an example with an input, searches the input, and returns fit.json and what was printed.
+/// Scans an example with an input, searches the input, and returns fit.json and the printed text.
 fn searched(folder: &Path, name: &str, scan: &[&str], search: &str) -> (Value, String) {
     let script = example(name);
     let mut args = vec!["scan", &script, "-o", "scan.ply"];
@@ -15,7 +15,7 @@ fn searched(folder: &Path, name: &str, scan: &[&str], search: &str) -> (Value, S
     (json(&folder.join("fit.json")), text)
 }
 
-/// Panics unless a search ended with this value of an input, and strong evidence for it.
+/// Panics unless a search ended with this value of an input, with strong evidence for it.
 fn wins_clearly(fit: &Value, input: &str, value: i64, text: &str) {
     assert_eq!(fit["search"]["candidates"][0]["inputs"][input], value, "{text}");
     assert!(fit["search"]["margin"].as_f64() > Some(10.0), "{text}");
@@ -29,7 +29,7 @@ fn bolts_of_a_flange_are_counted() {
     wins_clearly(&fit, "bolts", 5, &text);
     assert_eq!(fit["search"]["candidates"].as_array().map(Vec::len), Some(2), "{text}");
     assert!(text.contains("bolts=5 wins, bolts=6 is next"), "{text}");
-    // The result is the winner's.
+    // The result is that of the winner.
     assert!((crate::support::parameter(&fit, "rim") - 86.0).abs() < 0.1, "{text}");
 }
 
@@ -47,7 +47,7 @@ fn sides_of_a_polygonal_cup_are_counted() {
     let scan = ["--input", "sides=7", "--spacing", "3mm", "--noise", "0.2mm"];
     let (fit, text) = searched(folder.path(), "cup/octagonal_cup.gml", &scan, "sides=7..8");
     wins_clearly(&fit, "sides", 7, &text);
-    // The corners stand out by 0.75 mm, as far as four standard deviations of the noise.
+    // The corners stand out by 0.75 mm, which is four standard deviations of the noise.
     assert!((crate::support::parameter(&fit, "wave") - 0.75).abs() < 0.05, "{text}");
 }
 

@@ -18,8 +18,8 @@ fn number(value: &serde_json::Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-/// A can that is a millimetre wider and higher: the scan is a millimetre away everywhere, be it looked for along plain
-/// normals or along averaged ones, which at the rim turn to its corner.
+/// The scanned can is a millimetre wider and higher than the model: the deviation is a millimetre everywhere, along
+/// plain normals as along averaged ones, which turn towards the corner at the rim.
 #[test]
 fn averaged_normals_forms_and_maps_of_a_can() {
     let folder = tempdir().expect("a folder");
@@ -36,7 +36,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
         plain.get("averaging_width").is_none() && plain.get("sensitivities").is_none() && plain.get("holes").is_none()
     );
     assert!(number(&plain["seconds"]["texels"]) > 0.0);
-    // Chords of the side leave the cylinder by up to 0.02 mm; the lid is plane.
+    // The chords of the side are up to 0.02 mm away from the cylinder; the lid is plane.
     assert!((number(&plain["mean"]) - 0.99).abs() < 0.01, "{text}");
     let [side, lid] = [&plain["parts"][0]["form"], &plain["parts"][1]["form"]];
     assert_eq!(
@@ -58,7 +58,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     assert!(!folder.join("plain/distance.exr").exists());
     assert_eq!((report["distance"].as_str(), number(&report["averaging_width"])), (Some("averaged-normal"), 2.0));
     assert!(text.contains("along averaged normals"), "{text}");
-    // Single precision.
+    // The distances are in single precision.
     assert!((number(&report["max"]) - 1.0).abs() < 1e-5, "{}", report["max"]);
     assert!(number(&report["coverage"]) > 0.999);
     let maps = report["sensitivities"].as_array().expect("maps");
@@ -110,7 +110,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     assert!(error.contains("has no parameters"), "{error}");
 }
 
-/// A plate of 40 mm with a hole of 3 x 3 mm and one of 12 x 12 mm, half a millimetre above.
+/// A plate of 40 mm, half a millimetre above the model, with a hole of 3 x 3 mm and one of 12 x 12 mm.
 #[test]
 fn small_holes_are_filled_and_not_measured() {
     let folder = tempdir().expect("a folder");
@@ -145,7 +145,7 @@ fn small_holes_are_filled_and_not_measured() {
             "{text}"
         );
         assert!((number(&holes["area"]) - 9.0).abs() < 1e-9);
-        // Texels of 0.16 mm: a row more or less on each side.
+        // Texels are 0.16 mm wide: the count is exact to a row on each side.
         assert!((number(&report["filled_area"]) - 9.0).abs() < 2.0, "{}", report["filled_area"]);
         let expected = 1600.0 - 9.0 - 144.0;
         assert!((number(&report["measured_area"]) - expected).abs() < 10.0, "{}", report["measured_area"]);

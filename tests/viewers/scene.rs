@@ -1,6 +1,6 @@
-//! Documents whose appearance is known, for looking at in viewers (tests/viewers/README.md): a cylinder (radius 40,
-//! height 90) whose scan has, seen from the front, a red bump of 8 mm on the upper left, a blue dent of 6 mm on the
-//! lower right, a hole in the middle, and a lid that is 2 mm too high.
+//! Documents of known appearance, to be looked at in viewers (tests/viewers/README.md): a cylinder of radius 40 and
+//! height 90. Seen from the front, its scan has a red bump of 8 mm on the upper left, a blue dent of 6 mm on the lower
+//! right, a hole in the middle, and a lid that is 2 mm too high.
 
 use gml_runtime::export::picture::{self, Picture};
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
@@ -30,8 +30,8 @@ const NAMES: [&str; 2] = ["wall", "lid \"<2>\" & 'more'"];
 const WALL: [usize; 4] = [10, 10, 400, 240];
 const LID: [usize; 4] = [20, 300, 150, 150];
 
-/// Writes the documents into $GMLC_VIEWERS, or a temporary folder, and looks at the front view: the bump is red, the
-/// dent blue, the hole grey.
+/// Writes the documents into $GMLC_VIEWERS, or a temporary folder, and checks the front view: the bump is red, the dent
+/// blue, the hole grey.
 #[test]
 fn a_scene_of_known_appearance() {
     let temporary = tempfile::tempdir().expect("a folder");
@@ -161,7 +161,7 @@ fn tessellation() -> Tessellation {
     Tessellation { mesh, origins }
 }
 
-/// What ray casting would find.
+/// The deviations that ray casting would find.
 fn deviations() -> Deviations {
     let mut texels = Texels { width: SIDE as u32, height: SIDE as u32, ..Texels::default() };
     let (mut outward, mut inward) = (Vec::new(), Vec::new());
@@ -179,7 +179,7 @@ fn deviations() -> Deviations {
                 texels.normal.push(normal.map(|c| c as f32));
                 texels.area.push(if part == 0 { 1.0 } else { 2.0 * v as f32 });
                 let d = d.map_or(f32::NAN, |d| d as f32);
-                // The far side of the scan is in reach where the near one is outside, so that the nearer has to win.
+                // Where the scan lies outside, its far side is within reach, too: the nearer hit has to win.
                 outward.push(if d >= 0.0 { d } else { f32::NAN });
                 inward.push(if d >= 0.0 { 9.5 } else { -d });
             }

@@ -1,9 +1,9 @@
-//! Counts what the current thread allocates.
+//! Counts the bytes that the current thread allocates.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-/// The system's allocator, counting.
+/// The system's allocator with counters.
 pub(crate) struct Counting;
 
 thread_local! {
@@ -11,13 +11,13 @@ thread_local! {
     static PEAK: Cell<isize> = const { Cell::new(0) };
 }
 
-/// Counts from here on.
+/// Resets the counters.
 pub(crate) fn begin() {
     USED.set(0);
     PEAK.set(0);
 }
 
-/// The most bytes that were in use at once since [`begin`], beside those of then.
+/// The largest number of bytes in use at once since [`begin`], less those in use at that moment.
 pub(crate) fn peak() -> usize {
     PEAK.get().max(0) as usize
 }
@@ -30,7 +30,7 @@ fn count(bytes: isize) {
     });
 }
 
-// SAFETY: everything is handed on to the system's allocator; counting allocates nothing.
+// SAFETY: every call is passed on to the system's allocator; counting allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count(layout.size() as isize);

@@ -1,4 +1,4 @@
-//! What is damaged.
+//! The texts that are damaged.
 
 use gml_compiler::check::CheckOptions;
 use gml_compiler::program::check;
@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Cases of the language tests, examples, modules of the standard library, blocks of the reference. Texts without a
-/// mistake occur several times, as what becomes of them comes further.
+/// mistake occur several times, because their damaged versions reach later stages.
 pub(crate) fn texts() -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let mut texts = Vec::new();
@@ -54,7 +54,7 @@ fn scripts(folder: &Path) -> Vec<PathBuf> {
     entries(folder).into_iter().filter(|p| p.extension().is_some_and(|e| e == "gml")).collect()
 }
 
-/// A case of the language tests without what is expected of it.
+/// A case of the language tests without its expectations.
 fn without_marks(case: &str) -> String {
     case.lines().skip(1).filter(|line| !line.trim_start().starts_with("//")).map(|line| format!("{line}\n")).collect()
 }

@@ -1,10 +1,10 @@
-//! How texts are damaged.
+//! Damage to texts.
 
-/// Choices that follow from a seed: splitmix64 (Steele, Lea and Flood 2014).
+/// Random choices from a seed: splitmix64 (Steele, Lea and Flood 2014).
 pub(crate) struct Random(u64);
 
 impl Random {
-    /// Those of the input with that number.
+    /// The choices of the input with that number.
     pub(crate) fn new(seed: u64, number: u64) -> Random {
         let mut random = Random(seed.wrapping_mul(0xd1b5_4a32_d192_ed03) ^ number);
         random.next();
@@ -19,7 +19,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Below `n`, which is not 0.
+    /// A number below `n`, which is not 0.
     pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
@@ -33,7 +33,7 @@ impl Random {
     }
 }
 
-/// What a token is, so that it can be replaced by one of its kind.
+/// The kind of a token, so that another one of this kind can replace it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Name,
@@ -51,7 +51,7 @@ fn kind(c: char) -> Kind {
     }
 }
 
-/// Splits where a token may begin or end: names, numbers with their units, spaces, signs.
+/// Splits a text where a token may begin or end: names, numbers with their units, spaces, signs.
 pub(crate) fn pieces(text: &str) -> Vec<String> {
     let mut pieces: Vec<String> = Vec::new();
     let mut last = None;
@@ -112,7 +112,7 @@ const SIGNS: [&str; 26] = [
     ";", ":", "|", "=",
 ];
 
-/// Operators, each of which may stand where another of its group does.
+/// Groups of operators that may replace each other.
 const OPERATORS: [&[&str]; 3] =
     [&["+", "-", "*", "/", "%", "^"], &["==", "!=", "<", "<=", ">", ">="], &["(", ")", "[", "]", "{", "}"]];
 
@@ -143,7 +143,7 @@ const WORDS: [&str; 25] = [
     "place", "pi", "real", "int", "length", "surface", "point3", "_", "abs", "atan2", "x",
 ];
 
-/// What is put around something, many times.
+/// Beginnings and ends that are put around tokens, many times.
 const NESTS: [(&str, &str); 14] = [
     ("(", ")"),
     ("[", "]"),
@@ -161,7 +161,7 @@ const NESTS: [(&str, &str); 14] = [
     ("", ".x"),
 ];
 
-/// Something of the corpus, damaged.
+/// A damaged text of the corpus.
 pub(crate) fn input(corpus: &[String], random: &mut Random) -> String {
     let mut text = if random.below(4) == 0 {
         let length = random.below(250);
@@ -169,7 +169,7 @@ pub(crate) fn input(corpus: &[String], random: &mut Random) -> String {
     } else {
         corpus[random.below(corpus.len())].clone()
     };
-    // Whole texts one after the other: their names meet.
+    // Whole texts are joined, so that their names collide.
     if random.below(16) == 0 {
         text.push_str(&corpus[random.below(corpus.len())]);
     }
@@ -179,7 +179,7 @@ pub(crate) fn input(corpus: &[String], random: &mut Random) -> String {
         _ => {}
     }
     let mut tokens = pieces(&text);
-    // Half of all inputs are damaged in one place only: they come furthest.
+    // Half of all inputs are damaged in one place only: they reach the latest stages.
     let times = 1 + random.below(2) * random.below(2) * random.below(5) + random.below(2) * random.below(2);
     for _ in 0..times {
         if tokens.is_empty() {
@@ -274,7 +274,7 @@ fn token(tokens: &mut Vec<String>, corpus: &[String], random: &mut Random) {
     }
 }
 
-/// A token, rarely a space.
+/// Chooses a token, rarely a space.
 fn place(tokens: &[String], random: &mut Random) -> usize {
     let places = [0; 6].map(|_| random.below(tokens.len()));
     let worth = |at: &usize| {
@@ -284,7 +284,7 @@ fn place(tokens: &[String], random: &mut Random) -> usize {
     places.into_iter().find(worth).unwrap_or(places[0])
 }
 
-/// Puts another token of the same kind in its place, mostly one of the same text: the result often still has a meaning.
+/// Replaces a token by another one of its kind, mostly one of the same text: the result often still has a meaning.
 fn of_its_kind(tokens: &mut [String], random: &mut Random) {
     let at = place(tokens, random);
     let known: &[&str] = match kind_of(&tokens[at]) {
@@ -309,7 +309,7 @@ fn of_its_kind(tokens: &mut [String], random: &mut Random) {
     tokens[at] = other.to_owned();
 }
 
-/// Puts something around some tokens, up to thousands of times.
+/// Wraps some tokens, up to thousands of times.
 fn nest(tokens: &mut Vec<String>, at: usize, random: &mut Random) {
     let to = (at + 1 + random.below(8)).min(tokens.len());
     let (open, close) = NESTS[random.below(NESTS.len())];

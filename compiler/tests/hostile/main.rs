@@ -1,17 +1,16 @@
-//! Scripts that somebody damaged: nothing panics, hangs, takes the machine's memory, or is accepted into functions that
-//! are not valid.
+//! Damaged scripts: none of them makes the compiler panic, hang, exhaust memory, or produce invalid functions.
 //!
 //! Every input is a text of the corpus (the language tests, the examples, the standard library, the blocks of the
 //! reference), or a random well-typed script, with some damage: to bytes, to tokens, to whole lines, to numbers, to
-//! nesting. It goes through all stages up to the evaluation of machine code, as far as it gets, with small limits.
-//! `GMLC_HOSTILE_COUNT` says how many inputs (some thousands by default), `GMLC_HOSTILE_SEED` which:
+//! nesting. It passes through all stages that accept it, up to the evaluation of machine code, with small limits.
+//! `GMLC_HOSTILE_COUNT` sets the number of inputs (by default some thousands), `GMLC_HOSTILE_SEED` chooses them:
 //!
 //! ```text
 //! GMLC_HOSTILE_COUNT=1000000 GMLC_HOSTILE_SEED=7 cargo test --release --workspace --test hostile -- --nocapture
 //! ```
 //!
-//! What is found is made smaller and printed. How many inputs reached which stage, the slowest and the one that took
-//! the most memory are printed too.
+//! An input that fails is reduced and printed. The test also prints how many inputs reached each stage, the slowest
+//! input, and the one that took the most memory.
 
 mod allocator;
 mod corpus;
@@ -31,16 +30,17 @@ use survive::{STAGES, Stage};
 #[global_allocator]
 static ALLOCATOR: allocator::Counting = allocator::Counting;
 
-/// What one input may take, in bytes. An honest model takes a hundredth.
+/// Limit of the memory for one input, in bytes. A sensible model takes a hundredth.
 const MEMORY: usize = 512 << 20;
 
-/// What one input may take of a processor's time. This is not the optimised compiler.
+/// Limit of the processor time for one input.
 const TIME: Duration = Duration::from_secs(10);
 
-/// What is being looked at, from which processor time on.
+/// The present input, and the processor time at which it began.
 static CURRENT: Mutex<Option<(Duration, String)>> = Mutex::new(None);
 
-/// Processor time of a thread: a busy machine makes nothing look slow. Where the system does not tell, the time of day.
+/// Processor time of a thread, which does not depend on other work of the machine; elapsed time if the system does not
+/// report it.
 struct Clock {
     task: PathBuf,
     start: Instant,
@@ -63,14 +63,14 @@ fn setting(name: &str, default: u64) -> u64 {
     std::env::var(name).ok().map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name} is a number")))
 }
 
-/// What an input came to.
+/// The result of an input.
 struct Outcome {
     stage: Stage,
     time: Duration,
     memory: usize,
 }
 
-/// Looks at an input; what is wrong as an error.
+/// Runs an input; an error describes the failure.
 fn look_at(clock: &Clock, text: &str, deep: bool) -> Result<Outcome, String> {
     let start = clock.now();
     *CURRENT.lock().unwrap() = Some((start, text.to_owned()));
@@ -95,7 +95,7 @@ fn look_at(clock: &Clock, text: &str, deep: bool) -> Result<Outcome, String> {
     Ok(Outcome { stage, time, memory })
 }
 
-/// Ends the process, with the input, where an input does not come to an end.
+/// Prints the input and ends the process if an input does not terminate.
 fn watch(clock: &Clock, done: &AtomicBool) {
     while !done.load(Ordering::Relaxed) {
         std::thread::sleep(Duration::from_millis(200));
@@ -109,7 +109,7 @@ fn watch(clock: &Clock, done: &AtomicBool) {
     }
 }
 
-/// The input without all that can be left out while it stays wrong, in pieces that get smaller.
+/// Reduces an input that fails: leaves out pieces, ever smaller ones, without which it still fails.
 fn shrunk(clock: &Clock, text: &str, deep: bool) -> String {
     let mut pieces = damage::pieces(text);
     let mut size = pieces.len().div_ceil(2);
@@ -178,7 +178,7 @@ impl Summary {
     }
 }
 
-/// One test, as two at once would be seen as one input.
+/// This is one test: two at once would share the present input.
 #[test]
 fn damaged_scripts_are_survived() {
     let (count, seed) = (setting("GMLC_HOSTILE_COUNT", 2000), setting("GMLC_HOSTILE_SEED", 1));
@@ -191,7 +191,7 @@ fn damaged_scripts_are_survived() {
         for i in 0..count {
             let mut random = Random::new(seed, i);
             let text = damage::input(&corpus, &mut random);
-            // Machine code takes much longer to make than anything before it.
+            // Making machine code takes much longer than all stages before it.
             let deep = random.below(3) == 0;
             summary.add(&clock, text, deep);
             if i % 50_000 == 49_999 {

@@ -1,4 +1,4 @@
-//! A text through all stages, with small limits.
+//! Runs a text through all stages, with small limits.
 
 use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::ir::lower::lower;
@@ -8,7 +8,7 @@ use gml_compiler::source::{NoFiles, SourceFile, Sources};
 use gml_compiler::syntax;
 use std::collections::BTreeMap;
 
-/// How far an input came.
+/// The last stage that an input reached.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Stage {
     Unreadable,
@@ -23,7 +23,7 @@ pub(crate) enum Stage {
 
 pub(crate) const STAGES: usize = 8;
 
-/// What the stages are, for people.
+/// Descriptions of the stages for people.
 pub(crate) const NAMES: [&str; STAGES] = [
     "could not be parsed",
     "had an error of names, types or dimensions",
@@ -35,12 +35,12 @@ pub(crate) const NAMES: [&str; STAGES] = [
     "were evaluated with their derivatives",
 ];
 
-/// What is small enough for every input to be done in a moment.
+/// Limits with which every input takes a moment.
 fn options() -> CheckOptions {
     CheckOptions { instances: 500, nodes: 100_000, depth: 100, iterations: 512, ..CheckOptions::default() }
 }
 
-/// Takes a text as far as it goes; what is wrong as an error.
+/// Runs a text through the stages that accept it; an error describes the failure.
 pub(crate) fn survive(text: &str, deep: bool) -> Result<Stage, String> {
     let mut sources = Sources::default();
     let main = sources.add("test.gml", text);
@@ -76,7 +76,7 @@ pub(crate) fn survive(text: &str, deep: bool) -> Result<Stage, String> {
     }
 }
 
-/// Whatever can be asked of a program, at its defaults and beside them.
+/// All evaluations of a program, at its defaults and beside them.
 fn evaluate(program: &Program) -> Stage {
     let mut stage = Stage::Compiled;
     let beside = program.parameters().iter().map(|p| p.default * 0.75 + 0.1).collect();

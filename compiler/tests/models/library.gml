@@ -1,5 +1,5 @@
-// Every curve and every surface of the library, of parameters: what its derivatives are tested on
-// (compiler/tests/taylor.rs).
+// Every curve and every surface of the library as functions of parameters, to test their derivatives
+// (compiler/tests/suite/taylor.rs).
 
 model library {
   param a: length in 4mm..9mm = 6mm
@@ -50,7 +50,7 @@ model library {
   part lofted = loft([spatial(circle(a)), |t| (b * cos(t * 1turn), b * sin(t * 1turn), a), |t| (bend + a * cos(t * 1turn), a * sin(t * 1turn), 2 * a)])
   part sheet = thicken(torus(a, b * k), b * k / 3, around: true)
 
-  // Placed.
+  // Surfaces that are moved.
   let cap = paraboloid(a, b)
   part moved = [cap.translate((a, bend, b)), cap.rotate(turn, (k, 1, n)), cap.rotate_about((a, b, bend), turn), cap.scale(k),
     cap.stretch((1, k, n)), cap.mirror((1, k, n)), cap.transform(about_x(turn)), cap.transform(about_y(turn)),

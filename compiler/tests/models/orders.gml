@@ -1,14 +1,15 @@
-// Derivatives of first to third order, of what loops, folds, recurses, branches and captures, in points that are
-// differentiated once more by the parameters, forward and in reverse (compiler/tests/gradients.rs).
+// Surfaces that contain derivatives of first to third order of functions with loops, folds, recursion, branches and
+// captured values. The tests differentiate them once more with respect to the parameters, forward and in reverse
+// (compiler/tests/suite/gradients.rs).
 
 fn power(x: real, n: int) -> real = if n == 0 { 1.0 } else { x * power(x, n - 1) }
-/// As deep as `left` asks for: not written out.
+/// Recursion with depth `left`, which is not unrolled.
 fn depth(x: real, left: real) -> real = if left < 0.4 { x ^ 3 } else { 3 * depth(x / 2, left / 2) + x ^ 4 }
 fn folded(x: real, k: real) -> real = fold(1.0, 1..4, |acc, i| acc * sin(x * k * i * 1rad) + x ^ i)
-/// Too many turns to be written out.
+/// A loop that is too long to be unrolled.
 fn iterated(x: real, k: real) -> real = loop(x, 200, |y, i| y + 0.01 * sin((y + k) * 1rad))
 fn summed(x: real, k: real) -> real = sum(for i in 1..5 { exp(-i * x * k) })
-/// On either side of a place that no parameter moves.
+/// A branch at a place that no parameter moves.
 fn branched(x: real, m: real, k: real) -> real = if x > 0.5 { (x * m) ^ 5 * k } else { sin(x * m * 1rad) * k ^ 2 }
 fn curve_of(k: real) = |t| (t ^ 4 * k, cos(t * k * 1rad), ln(1 + t * k))
 fn by_hand(x: real) -> real = x ^ 4
@@ -32,7 +33,7 @@ model orders {
   part fourth = of(d', d'', d''')
   part fifth = of(s''', b'', b''')
   part sixth = of(y''', |x| curve_of(k)'''(x).x, |x| curve_of(m)'''(x).z)
-  // By what a closure has captured, and mixed.
+  // With respect to a captured value, and mixed.
   part seventh = of(|x| (|c| curve_of(c)'(x).y)''(k), |x| (|c| (|t| folded(t, c))'(x))''(m), |x| (|p, q| p ^ 3 * sin(q * k * 1rad))'p'q'p(x, m))
   part eighth = |p, q| {
     let surface = |u, v| (1mm * u ^ 3 * v ^ 2 * k, 1mm * sin(u * v * m * 1rad), 1mm * exp(u * k + v))

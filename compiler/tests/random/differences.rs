@@ -1,14 +1,14 @@
-//! Derivatives by differences.
+//! Derivatives by finite differences.
 
-/// A derivative along a line and how far it may be off; nothing where a kink or a jump is near, or where rounding is
-/// too large.
+/// A derivative along a line with a bound of its error; none if a kink or a jump is near, or if rounding errors are too
+/// large.
 pub(crate) type Slope = Option<(f64, f64)>;
 
-/// From where truncation rules to where rounding does.
+/// Steps, from those at which truncation dominates to those at which rounding does.
 const STEPS: [f64; 4] = [4e-3, 1e-3, 2e-4, 4e-5];
 
-/// The derivatives of all values of `f` at 0 by central differences of fourth order: for each value at the step of
-/// those at which halving it changes least.
+/// The derivatives of all values of `f` at 0 by central differences of fourth order: for each value at that step whose
+/// halving changes the derivative least.
 pub(crate) fn slopes(count: usize, mut f: impl FnMut(f64) -> Option<Vec<f64>>) -> Vec<Slope> {
     let mut best: Vec<Slope> = vec![None; count];
     for step in STEPS {

@@ -1,18 +1,19 @@
-//! Random well-typed scripts: text that follows from bytes, so that fewer and smaller bytes make a smaller script.
+//! Random well-typed scripts. The text is made from bytes, so that fewer and smaller bytes make a smaller script.
 //!
-//! Everything is kept tame: parameters are near 1, denominators are away from 0, what is repeated does not grow. So
-//! every script is smooth at almost all parameters, and differences can tell whether its derivatives are right.
+//! Values stay moderate: parameters are near 1, denominators are away from 0, repeated operations do not grow.
+//! Therefore every script is smooth at almost all parameters, and finite differences show whether its derivatives are
+//! right.
 
-/// The types that values are made of.
+/// The types of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ty {
     Real,
     Length,
     Angle,
-    /// A whole number that is known while compiling.
+    /// A whole number that is known when the script is compiled.
     Int,
     Point,
-    /// `[real]` of three.
+    /// `[real]` with three elements.
     Reals,
     /// `{a: real, b: length}`.
     Record,
@@ -30,7 +31,7 @@ struct Callee {
     result: Ty,
 }
 
-/// A script that follows from the bytes. Without any it is the smallest there is.
+/// The script of some bytes. Without any bytes it is the smallest script.
 pub(crate) fn script(bytes: &[u8]) -> String {
     let mut generator =
         Generator { bytes, at: 0, fuel: 90, names: 0, primes: 0, scope: Vec::new(), functions: Vec::new() };
@@ -40,17 +41,17 @@ pub(crate) fn script(bytes: &[u8]) -> String {
 struct Generator<'b> {
     bytes: &'b [u8],
     at: usize,
-    /// Expressions that may still be made.
+    /// Number of expressions that may still be made.
     fuel: usize,
     names: usize,
-    /// Derivatives around the expression that is made: each makes it several times as large.
+    /// Number of derivatives around the present expression: each makes it several times as large.
     primes: usize,
     scope: Vec<(String, Ty)>,
     functions: Vec<Callee>,
 }
 
 impl Generator<'_> {
-    /// Below n; 0 when the bytes are used up.
+    /// A number below n; 0 when the bytes are used up.
     fn below(&mut self, n: usize) -> usize {
         let byte = self.bytes.get(self.at).copied().unwrap_or(0);
         self.at += 1;
@@ -72,7 +73,7 @@ impl Generator<'_> {
         Some(names[names.len() - 1 - back].clone())
     }
 
-    /// What is made with more names in scope.
+    /// Runs a generator with more names in scope.
     fn within<T>(&mut self, names: &[(&str, Ty)], make: impl FnOnce(&mut Self) -> T) -> T {
         let mark = self.scope.len();
         self.scope.extend(names.iter().map(|(n, t)| ((*n).to_owned(), *t)));
@@ -239,7 +240,7 @@ impl Generator<'_> {
         })
     }
 
-    /// Whether there is nothing left to make large expressions of.
+    /// Whether no more large expressions may be made.
     fn is_leaf(&mut self, depth: usize) -> bool {
         self.fuel = self.fuel.saturating_sub(1);
         depth == 0 || self.fuel == 0

@@ -1,14 +1,14 @@
-//! Random well-typed scripts, on which everything that can compute a value or a derivative must agree: the interpreter
-//! of the lowered functions, native code, tangents, pullbacks, differences.
+//! Random well-typed scripts. On each, all ways to compute a value or a derivative must agree: the interpreter of the
+//! lowered functions, native code, tangents, pullbacks, finite differences.
 //!
-//! A few scripts that are the same every time by default; for `GMLC_RANDOM_SECONDS` seconds where that is set, from the
-//! seed `GMLC_RANDOM_SEED`:
+//! By default there are a few scripts, the same in every run. If `GMLC_RANDOM_SECONDS` is set, the test runs for that
+//! time, from the seed `GMLC_RANDOM_SEED`:
 //!
 //! ```text
 //! GMLC_RANDOM_SECONDS=60 cargo test --release --workspace --test random -- --nocapture
 //! ```
 //!
-//! A script that fails is made smaller and printed.
+//! A script that fails is reduced and printed.
 
 #[path = "../suite/common/mod.rs"]
 mod common;
@@ -23,7 +23,7 @@ use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
 
-/// How many scripts there are by default.
+/// Number of scripts by default.
 const SCRIPTS: usize = 40;
 
 fn setting(name: &str) -> Option<u64> {
@@ -31,7 +31,7 @@ fn setting(name: &str) -> Option<u64> {
     Some(text.parse().unwrap_or_else(|_| panic!("{name} is a whole number")))
 }
 
-/// What is wrong with the script of some bytes.
+/// Checks the script of some bytes; returns the failure.
 fn wrong(bytes: &[u8], seen: &mut properties::Seen) -> Option<String> {
     let text = generate::script(bytes);
     match catch_unwind(AssertUnwindSafe(|| properties::hold(&text, seen))) {
@@ -40,7 +40,7 @@ fn wrong(bytes: &[u8], seen: &mut properties::Seen) -> Option<String> {
     }
 }
 
-/// The smallest script that is wrong, on the way that proptest takes.
+/// The smallest script that fails, by proptest's reduction.
 fn smallest(tree: &mut impl ValueTree<Value = Vec<u8>>, first: String) -> (String, String) {
     let (mut bytes, mut reason) = (tree.current(), first);
     let start = Instant::now();
@@ -83,12 +83,12 @@ fn random_scripts_agree_with_themselves() {
     eprintln!("{scripts} scripts in {:.0} s: {seen:?}", start.elapsed().as_secs_f64());
     assert_eq!(findings, 0, "printed above");
     assert!(seen.refused * 20 <= scripts, "few are refused as too large: {seen:?}");
-    // Nothing would be shown if no differences could be had, or if everything were zero.
+    // The test would show nothing if there were no differences, or if all derivatives were zero.
     assert!(seen.compared * 10 > seen.compared_or_skipped * 8, "most can be compared: {seen:?}");
     assert!(seen.nonzero * 5 > seen.compared, "derivatives are not zero: {seen:?}");
 }
 
-/// Without any bytes the script is the smallest, and what there is of it is right.
+/// Without any bytes the script is the smallest one, and all properties hold for it.
 #[test]
 fn the_smallest_script() {
     assert_eq!(wrong(&[], &mut properties::Seen::default()), None);

@@ -1,4 +1,4 @@
-//! A script by the interpreter: lowered, its derivatives expanded, neither inlined nor simplified otherwise.
+//! A script in the interpreter: lowered, with its derivatives expanded, and neither inlined nor simplified.
 
 use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::diff::{self, expand};
@@ -9,7 +9,8 @@ use gml_compiler::program::check;
 use gml_compiler::source::{NoFiles, Sources};
 use std::collections::BTreeMap;
 
-/// The functions of a script's parts. Each takes the parameters that it uses; arguments and results here are of all.
+/// The functions of a script's parts. Each function takes the parameters that it uses; arguments and results of the
+/// methods are for all parameters.
 pub(crate) struct Oracle {
     module: Module,
     pub(crate) parts: Vec<LoweredPart>,
@@ -71,7 +72,7 @@ impl Oracle {
         Ok(self.of_all(d, &results[d.params.len()..]))
     }
 
-    /// What there is for each parameter that a part uses, with zeros for the others.
+    /// Values for the parameters that a part uses, extended by zeros for the others.
     fn of_all(&self, d: &Derivatives, used: &[f64]) -> Vec<f64> {
         let mut all = vec![0.0; self.params];
         d.params.iter().zip(used).for_each(|(i, x)| all[*i as usize] = *x);

@@ -1,4 +1,4 @@
-//! What must hold of every script.
+//! Properties of every script.
 
 use crate::common::Random;
 use crate::differences::{Slope, slopes};
@@ -7,18 +7,18 @@ use gml_compiler::diagnostic::Code;
 use gml_compiler::program::{Compilation, Instance, Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 
-/// What was looked at.
+/// Counts of the comparisons.
 #[derive(Debug, Default)]
 pub(crate) struct Seen {
     /// Scripts that are too large once they are differentiated.
     pub(crate) refused: usize,
-    /// Derivatives that differences could be had for, and those among them that are not zero.
+    /// Derivatives that were compared with differences, and those among them that are not zero.
     pub(crate) compared: usize,
     pub(crate) nonzero: usize,
     pub(crate) compared_or_skipped: usize,
 }
 
-/// Points at which each part is looked at.
+/// Number of points at which each part is evaluated.
 const POINTS: usize = 3;
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
@@ -41,14 +41,14 @@ fn along(x: &[f64], direction: &[f64], t: f64) -> Vec<f64> {
 }
 
 impl Seen {
-    /// Compares derivatives with differences wherever these can be had.
+    /// Compares derivatives with finite differences where these exist.
     fn compare(&mut self, what: &str, exact: &[f64], approximate: &[Slope]) -> Result<(), String> {
         for (k, (exact, approximate)) in exact.iter().zip(approximate).enumerate() {
             self.compared_or_skipped += 1;
             let Some((slope, change)) = approximate else { continue };
             self.compared += 1;
             self.nonzero += usize::from(*exact != 0.0);
-            // The change by halving the step is what truncation and rounding are at most, a few times over.
+            // Errors of truncation and rounding are at most a few times the change by halving the step.
             let tolerance = 20.0 * change + 1e-6 * (1.0 + slope.abs());
             if !((exact - slope).abs() <= tolerance) {
                 return Err(format!("{what}, number {k}: {exact}, but differences give {slope} (+- {change:e})"));
@@ -58,7 +58,7 @@ impl Seen {
     }
 }
 
-/// Whether everything agrees about a script; else what does not.
+/// Checks that all evaluations of a script agree; an error names one that does not.
 pub(crate) fn hold(text: &str, seen: &mut Seen) -> Result<(), String> {
     let script = SourceFile { name: "random.gml".to_owned(), text: text.to_owned() };
     let program = match compile(script, &NoFiles, &Options::default()) {
@@ -71,7 +71,7 @@ pub(crate) fn hold(text: &str, seen: &mut Seen) -> Result<(), String> {
     };
     let mut oracle = Oracle::new(text)?;
     let mut random = Random(text.len() as u64);
-    // Not the defaults, which have simple relations to one another.
+    // The defaults would be too special: they have simple ratios.
     let x: Vec<f64> = program.defaults().iter().map(|x| x + random.between(-0.2, 0.2)).collect();
     let instance = program.instantiate(&x).map_err(|e| e.message)?;
     for part in 0..program.parts().len() {
@@ -100,7 +100,7 @@ impl Place<'_> {
         (0..POINTS).map(|_| (random.between(0.05, 0.95), random.between(0.05, 0.95))).unzip()
     }
 
-    /// A batch of one of the evaluations, `width` numbers a point.
+    /// One of the evaluations at all points, with `width` numbers a point.
     fn batch<E: std::fmt::Display>(
         &self,
         width: usize,
@@ -112,7 +112,7 @@ impl Place<'_> {
         Ok(out)
     }
 
-    /// Native code against the interpreter. Simplification may reorder operations: not to the bit.
+    /// Native code against the interpreter; not to the bit, because simplification may reorder operations.
     fn values(&self, oracle: &Oracle, instance: &Instance<'_>, random: &mut Random) -> Result<(), String> {
         let (u, v) = self.uvs(random);
         let native =
@@ -143,7 +143,7 @@ impl Place<'_> {
         Ok(())
     }
 
-    /// First and second partials by u and v against differences of points and of partials.
+    /// First and second partial derivatives in u and v against differences of points and of partials.
     fn partials(&self, instance: &Instance<'_>, seen: &mut Seen, random: &mut Random) -> Result<(), String> {
         let (u, v) = (random.between(0.1, 0.9), random.between(0.1, 0.9));
         let all = self.batch(18, 1, |out| {
@@ -162,8 +162,8 @@ impl Place<'_> {
         seen.compare(&format!("dvv of {}", self.name()), &all[15..18], &by_v[6..9])
     }
 
-    /// Derivatives by the parameters: Jacobian and pullback of native code, tangent, gradient and Hessian by the
-    /// interpreter.
+    /// Derivatives with respect to the parameters: Jacobian and pullback in native code, tangent, gradient and Hessian
+    /// in the interpreter.
     fn derivatives(
         &self,
         oracle: &mut Oracle,
@@ -198,7 +198,7 @@ impl Place<'_> {
             })
         };
         let gradient = pulled(x)?;
-        // Of the size of the terms, which may cancel: the sum is made in another order, by other formulas.
+        // Relative to the size of the terms, which may cancel: the sum is computed in another order, by other formulas.
         let size: f64 = jacobian.iter().map(|j| j.abs()).sum();
         let difference = dot(&w, &times(&a)) - dot(&gradient, &a);
         if !(difference.abs() <= 1e-12 * (1.0 + size)) {

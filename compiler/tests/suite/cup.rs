@@ -51,7 +51,7 @@ fn surface(x: &[f64], part: &str, u: f64, v: f64) -> Point {
         _ => {
             let (c, d) = handle(x, v);
             let length = d[0].hypot(d[1]);
-            // The curve lies in y = 0: its normals are y and what is at right angles to both.
+            // The curve lies in y = 0: its normals are y, and the vector perpendicular to y and to the tangent.
             let (b, along) = ([0.0, 1.0, 0.0], [d[0] / length, 0.0, d[1] / length]);
             let n = [along[2], 0.0, -along[0]];
             add([c[0], 0.0, c[1]], add(scaled(n, 5.0 * a.cos()), scaled(b, 5.0 * a.sin())))
@@ -74,7 +74,7 @@ fn the_cup_is_what_its_formulas_say() {
             for i in 0..100 {
                 let expected = surface(&x, &part.name, u[i], v[i]);
                 for c in 0..3 {
-                    // Some roundings of numbers of a few hundred millimetres.
+                    // A few rounding errors of numbers of some hundred millimetres.
                     let error = (out[3 * i + c] - expected[c]).abs();
                     assert!(error < 1e-12 * 300.0, "{} at {}, {}: {error}", part.name, u[i], v[i]);
                 }

@@ -1,10 +1,10 @@
-//! What is said where a model cannot be evaluated.
+//! Messages for models that cannot be evaluated.
 
 use crate::common::program;
 use gml_compiler::program::{Limits, Options, Order, Program, Sites, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 
-/// The message of instantiating and evaluating the points of the first part.
+/// The error message from instantiating the model and evaluating points of its first part.
 fn message(program: &Program, x: &[f64], u: &[f64], v: &[f64]) -> String {
     let instance = match program.instantiate(x) {
         Ok(instance) => instance,
@@ -43,7 +43,7 @@ fn derivatives_that_are_not_finite_are_found() {
     let mut out = [0.0; 9];
     let error = instance.evaluate(0, Sites::Scattered(&[0.0], &[0.5]), Order::Partials, &mut out).unwrap_err();
     insta::assert_snapshot!(error.message, @"m.gml:3:20: the derivative of `sqrt(a * u)` is not finite (in part p; at u = 0, v = 0.5; where a = 1)");
-    // By the parameter it is finite: the tangent of a * u is 0 there.
+    // The derivative with respect to the parameter is finite: the tangent of a * u is 0 there.
     let mut out = [1.0; 3];
     instance.evaluate(0, Sites::Scattered(&[0.0], &[0.5]), Order::Jacobian, &mut out).unwrap();
     assert_eq!(out, [0.0; 3]);

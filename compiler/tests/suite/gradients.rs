@@ -3,14 +3,14 @@
 use crate::common::{Random, deviation, scale};
 use gml_compiler::program::{Instance, Order, Program, Sites};
 
-/// Points at which each patch is looked at.
+/// Number of points at which each patch is evaluated.
 const POINTS: usize = 12;
 
-/// Parameter vectors for each model; of models with many parts, which are much alike, fewer.
+/// Number of parameter vectors for each model; fewer for models with many parts, which are much alike.
 const VECTORS: usize = 20;
 const LEAST_VECTORS: usize = 4;
 
-/// What the derivatives must agree to, relative to the largest one of the patch by the same parameter.
+/// Tolerance of the derivatives, relative to the largest one of the patch with respect to the same parameter.
 const TOLERANCE: f64 = 1e-7;
 
 fn points(instance: &Instance<'_>, patch: usize, u: &[f64], v: &[f64]) -> Vec<f64> {
@@ -56,7 +56,7 @@ fn check_parameters(program: &Program, random: &mut Random) {
 
                 let product: f64 = derivative.iter().zip(w.as_flattened()).map(|(d, w)| d * w).sum();
                 let size: f64 = derivative.iter().zip(w.as_flattened()).map(|(d, w)| (d * w).abs()).sum();
-                // The same sum in another order, and by other formulas.
+                // The pullback computes the same sum in another order, by other formulas.
                 let error = (gradient[param] - product).abs();
                 assert!(error <= 1e-12 * size.max(1.0), "pullback of {} to {name}: {error:e} at {x:?}", part.name);
             }
@@ -113,7 +113,7 @@ fn check_partials(program: &Program, random: &mut Random) {
     }
 }
 
-/// Bounds by every parameter, where they depend on any.
+/// Derivatives of bounds with respect to every parameter, if they depend on any.
 fn check_bounds(program: &Program, random: &mut Random) {
     let finite = |x: &[f64]| -> Vec<f64> {
         let both = program.bounds(x).into_iter().flat_map(|(low, high)| [low, high]);
@@ -168,7 +168,7 @@ fn derivatives_of_bounds() {
     check_bounds(&program, &mut Random(11));
     let dependences: Vec<(usize, usize)> =
         program.bounds_jacobian(&program.defaults()).iter().map(|d| (d.parameter, d.by)).collect();
-    // The bound of e depends on n, in steps: with derivative 0.
+    // The bound of e depends on n in steps: the derivative is 0.
     assert_eq!(dependences, [(2, 0), (3, 0), (3, 2), (4, 0), (4, 2), (5, 1)]);
     let can = crate::common::example("can/can");
     check_bounds(&can, &mut Random(12));
@@ -178,7 +178,7 @@ fn derivatives_of_bounds() {
     assert_eq!(of_can, [["neck_radius", "body_radius"], ["stand_radius", "body_radius"]]);
 }
 
-/// Every part of every example, by every parameter.
+/// Every part of every example, with respect to every parameter.
 #[test]
 fn derivatives_of_every_example() {
     let names = crate::common::examples();
@@ -198,7 +198,7 @@ fn derivatives_of_every_example() {
     });
 }
 
-/// Of derivatives of first to third order, through loops, folds, recursion, branches and closures.
+/// Surfaces that contain derivatives of first to third order, through loops, folds, recursion, branches and closures.
 #[test]
 fn derivatives_of_derivatives() {
     let program = crate::common::model("orders");

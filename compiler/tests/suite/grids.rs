@@ -1,12 +1,12 @@
-//! Evaluation on grids against the evaluation point by point, over all examples.
+//! Evaluation on grids against evaluation point by point, for all examples.
 
 use crate::common::{Random, example, examples, model, program};
 use gml_compiler::program::{Instance, Order, Program, Sites};
 
-/// Columns and rows: even and odd numbers, and one of either.
+/// Numbers of columns and rows: even, odd, and one.
 const SIZES: [(usize, usize); 4] = [(6, 4), (7, 3), (1, 2), (2, 1)];
 
-/// Of models with many parts, which are much alike, so many are looked at.
+/// Number of parts that are evaluated of models with many parts, which are much alike.
 const PARTS: usize = 12;
 
 fn every_point(u: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
@@ -17,7 +17,7 @@ fn bits(values: &[f64]) -> Vec<u64> {
     values.iter().map(|x| x.to_bits()).collect()
 }
 
-/// Points, partials and Jacobian are the same operations in both ways: equal to the bit.
+/// Points, partials and Jacobian come from the same operations in both ways: they are equal to the bit.
 fn check_stored(instance: &Instance<'_>, program: &Program, patch: usize, [u, v]: [&[f64]; 2]) {
     let name = format!("{} of {}, {} by {}", program.parts()[patch].name, program.name(), u.len(), v.len());
     let (all_u, all_v) = every_point(u, v);
@@ -44,7 +44,7 @@ fn check_stored(instance: &Instance<'_>, program: &Program, patch: usize, [u, v]
     assert_eq!(bits(&grid), bits(&batch), "second partials: {name}");
 }
 
-/// A pullback is the transpose of the Jacobian: sums in another order, equal but for rounding.
+/// A pullback is the transpose of the Jacobian with sums in another order: equal but for rounding.
 fn check_pullback(instance: &Instance<'_>, program: &Program, patch: usize, [u, v]: [&[f64]; 2], random: &mut Random) {
     let (all_u, all_v) = every_point(u, v);
     let w: Vec<[f64; 3]> = all_u.iter().map(|_| [0; 3].map(|_| random.between(-1.0, 1.0))).collect();
@@ -53,7 +53,7 @@ fn check_pullback(instance: &Instance<'_>, program: &Program, patch: usize, [u, 
     instance.evaluate(patch, Sites::Grid(u, v), Order::Pullback(&w), &mut grid).unwrap();
     instance.evaluate(patch, Sites::Scattered(&all_u, &all_v), Order::Pullback(&w), &mut batch).unwrap();
     assert_eq!(bits(&grid), bits(&batch), "pullback of {}", program.parts()[patch].name);
-    // The transpose of the Jacobian, with the size of what is summed.
+    // The transpose of the Jacobian, and the size of the terms of each sum.
     let active = &program.parts()[patch].active;
     let mut jacobian = vec![0.0; 3 * active.len() * w.len()];
     instance.evaluate(patch, Sites::Scattered(&all_u, &all_v), Order::Jacobian, &mut jacobian).unwrap();
@@ -68,7 +68,7 @@ fn check_pullback(instance: &Instance<'_>, program: &Program, patch: usize, [u, 
     }
     let most = size.iter().fold(1e-300f64, |m, s| m.max(*s));
     for (param, parameter) in program.parameters().iter().enumerate() {
-        // What cancels between captures may be larger than what is left of it.
+        // Terms that cancel between captures may be larger than the result.
         let tolerance = 1e-12 * size[param].max(1e-3 * most).max(1e-3);
         let error = (batch[param] - product[param]).abs();
         let (part, name) = (&program.parts()[patch].name, &parameter.name);
@@ -98,8 +98,8 @@ fn grids_are_their_points() {
     }
 }
 
-/// Among them the pullback against the transpose of the tangent to 1e-12, over every curve and surface of the library
-/// and over derivatives of up to third order.
+/// The same for every curve and surface of the library and for derivatives of up to third order; here the pullback
+/// agrees with the transpose of the tangent to 1e-12.
 #[test]
 fn grids_of_the_library_are_their_points() {
     for name in ["library", "orders"] {

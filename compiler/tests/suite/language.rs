@@ -1,18 +1,18 @@
 //! Runs the language tests: `tests/language/*.gml` beside the workspace's manifest.
 //!
-//! A file holds cases, each begun by a line `// --- what it shows`. What the compiler must find is written above the
-//! line that it is found in, with its columns (from 1, the end excluded):
+//! A file holds cases, each of which begins with a line `// --- its title`. The expected diagnostics stand above the
+//! line that they are for, with their columns (from 1, the end excluded):
 //!
 //! ```text
-//! // Error: 9-12 what is said
-//! // Hint: how it is mended
+//! // Error: 9-12 the message
+//! // Hint: the hint
 //! let a = sin(30)
 //! ```
 //!
-//! `Warning` likewise, and `Fails` for what fails when the model is run with the defaults of its parameters: a
-//! `require` that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. A
-//! line `// Parts:` lists the names of the model's parts. With `GMLC_UPDATE=1` the lines are rewritten to what was
-//! found, to be looked at before they are committed.
+//! `Warning` is used likewise, and `Fails` for failures of the model at the defaults of its parameters: a `require`
+//! that does not hold, or a part that cannot be evaluated. A case without such lines compiles and runs. A line
+//! `// Parts:` lists the names of the model's parts. With `GMLC_UPDATE=1` the test rewrites these lines to the present
+//! results; check them before you commit them.
 
 use gml_compiler::check::CheckOptions;
 use gml_compiler::check::typed::Model;
@@ -36,7 +36,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/language")
 }
 
-/// Files that the tests `use` lie in a folder of their own.
+/// Loads the files that the tests `use` from a folder of their own.
 struct Files;
 
 impl Loader for Files {
@@ -69,7 +69,7 @@ fn language() {
     assert!(wrong.is_empty(), "\n{wrong}");
 }
 
-/// The texts between the lines that begin a case, those lines included.
+/// The texts of the cases, with the lines that begin them.
 fn cases(text: &str) -> Vec<String> {
     let mut cases: Vec<String> = vec![String::new()];
     for line in text.split_inclusive('\n') {
@@ -83,7 +83,7 @@ fn cases(text: &str) -> Vec<String> {
     cases
 }
 
-/// The case with what is found, in place of what was expected.
+/// The case with the present results in place of the expected ones.
 fn annotated(case: &str) -> String {
     let text: String = case.split_inclusive('\n').filter(|line| !is_mark(line) || line.starts_with(PARTS)).collect();
     let mut sources = Sources::default();
@@ -110,7 +110,7 @@ fn annotated(case: &str) -> String {
     out
 }
 
-/// What fails when the model is run with its defaults: requirements, then each part at some points.
+/// The failure of the model at its defaults: of its requirements, then of each part at some points.
 fn failures(model: &Model) -> Vec<Diagnostic> {
     let mut lowered = match lower(model) {
         Ok(lowered) => lowered,
@@ -156,7 +156,7 @@ fn evaluate(module: &Module, function: FunctionId, args: &[Scalar]) -> Result<Ve
     })
 }
 
-/// The line that a finding is in (from 0), and how it is written above it.
+/// The line of a diagnostic (from 0), and the text that stands above it.
 fn mark(text: &str, main: FileId, word: &str, finding: &Diagnostic) -> (usize, String) {
     let Span { file, start, end } = finding.span;
     let hint = finding.hint.iter().map(|h| format!("\n// Hint: {h}")).collect::<String>();
@@ -178,8 +178,8 @@ fn is_mark(line: &str) -> bool {
     MARKS.iter().chain([&PARTS]).any(|m| line.trim_start().starts_with(m))
 }
 
-/// The lines that differ, which are all marks: those of the test with `-`, those found with `+` and the line below
-/// them.
+/// The lines that differ, which are all expectations: those of the test with `-`, the present ones with `+`, and the
+/// line below them.
 fn difference(test: &str, found: &str) -> String {
     let (test, found): (Vec<&str>, Vec<&str>) = (test.lines().collect(), found.lines().collect());
     let mut out = String::new();

@@ -1,4 +1,5 @@
-//! What the compiler makes of scripts: one binary for all that may run in one process, since each costs its linking.
+//! Tests of compiled scripts. There is one test binary for all that may run in one process, because linking each takes
+//! long.
 
 mod common;
 mod conformance;

@@ -1,11 +1,11 @@
 //! Runs the examples of the documentation: every block marked `gml` of the pages in docs/, of the README files, and of
 //! the doc comments of the standard library and of the examples.
 //!
-//! A block is entered in a session of its own, line by line. A line that ends in `// = VALUE` states what it gives, as
-//! a session prints it. A block marked `gml error` must not be accepted; where it holds a line `// Error: TEXT`, an
-//! error must say that. A block that begins with `// NAME.gml` is also a file for the blocks below it to `use`. Models
-//! are compiled, and instantiated with their defaults. In docs/diagnostics.md each block is a script in which the code
-//! that it stands below is found.
+//! A block is entered in a session of its own, line by line. A line that ends in `// = VALUE` states its value as a
+//! session prints it. A block marked `gml error` must be rejected; if it contains a line `// Error: TEXT`, an error
+//! must contain that text. A block that begins with `// NAME.gml` is also a file that the blocks below it can `use`.
+//! Models are compiled, and instantiated with their defaults. In docs/diagnostics.md each block is a script for which
+//! the compiler reports the code of the heading above it.
 
 use gml_compiler::check;
 use gml_compiler::diagnostic::{Code, Diagnostic};
@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// How much a stated number may differ from the one found, both having six significant digits.
+/// Relative tolerance of stated numbers, which have six significant digits.
 const TOLERANCE: f64 = 1e-5;
 
 fn root() -> PathBuf {
@@ -40,10 +40,10 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
 
 /// A fenced block.
 struct Block {
-    /// What stands after the backticks: `gml`, `gml error`, `sh`.
+    /// The text after the backticks: `gml`, `gml error`, `sh`.
     kind: String,
     text: String,
-    /// The line of its first line, from 1.
+    /// The number of its first line, from 1.
     line: usize,
     /// The heading that it stands under.
     heading: String,
@@ -68,7 +68,7 @@ fn blocks(markdown: &str) -> Vec<Block> {
     blocks
 }
 
-/// Files that blocks of the same page are, and those beside it.
+/// Files that stand as blocks on the same page, and files beside the page.
 struct Files {
     known: BTreeMap<String, String>,
     folder: PathBuf,
@@ -82,7 +82,7 @@ impl Loader for Files {
     }
 }
 
-/// Enters the block after what stands before every block; what is wrong with the block.
+/// Enters a block after `before`; returns the block's failures.
 fn run(before: &str, block: &Block, files: &dyn Loader) -> Vec<String> {
     let mut session = Session::new(session::Options::default());
     session.enter(before, files).unwrap_or_else(|e| panic!("{before}: {e}"));
@@ -101,7 +101,7 @@ fn says(error: &Diagnostic, text: &str) -> bool {
     error.message.contains(text) || error.label.contains(text) || error.hint.as_ref().is_some_and(|h| h.contains(text))
 }
 
-/// Enters a block and compiles its model; the values with the lines (from 0) that they end on.
+/// Enters a block and compiles its model; returns the values with the lines (from 0) on which they end.
 fn attempt(session: &mut Session, text: &str, files: &dyn Loader) -> Result<Vec<(usize, String)>, Vec<Diagnostic>> {
     let answers = session.enter(text, files).map_err(|e| e.diagnostics)?;
     if session.model().is_some() {
@@ -145,7 +145,7 @@ fn agree(a: &str, b: &str) -> bool {
         })
 }
 
-/// Numbers, and what is between them.
+/// Splits a text into numbers and the texts between them.
 fn pieces(text: &str) -> Vec<String> {
     let mut pieces: Vec<String> = Vec::new();
     let mut number = false;
@@ -162,7 +162,7 @@ fn pieces(text: &str) -> Vec<String> {
     pieces
 }
 
-/// What is wrong with the examples of a page, and how many there are.
+/// Adds the failures of a page's examples to `wrong`; returns the number of examples.
 fn check_page(path: &Path, wrong: &mut String) -> usize {
     let name = path.strip_prefix(root()).unwrap_or(path).display().to_string();
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -205,7 +205,7 @@ fn every_example_of_a_diagnostic() {
     let mut wrong = String::new();
     for block in blocks(&page).iter().filter(|b| b.kind == "gml") {
         let script = SourceFile { name: "example.gml".to_owned(), text: block.text.clone() };
-        // As `gmlc check` does, where nothing is wrong that compiling tells.
+        // Like `gmlc check`, which adds lints and probes if the script compiles.
         let found = match program::compile(script, &NoFiles, &Options::default()) {
             Ok(compilation) => [compilation.warnings, lints(&block.text), compilation.program.probe()].concat(),
             Err(failed) if failed.diagnostics.iter().all(|d| d.code == Code::NoModel) => {
@@ -228,7 +228,7 @@ fn lints(text: &str) -> Vec<Diagnostic> {
     check::lints(&syntax::parse(FileId(0), text).0)
 }
 
-/// The items of a script, those of its models among them.
+/// The items of a script, with those of its models.
 fn items(text: &str) -> Vec<Item> {
     let (tree, _) = syntax::parse(FileId(0), text);
     let of_models = tree.items.iter().filter_map(|i| match &i.kind {

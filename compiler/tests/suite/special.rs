@@ -5,7 +5,7 @@
 use crate::common::program;
 use gml_compiler::program::{Order, Program, Sites};
 
-/// A model with one expression of a parameter `a`, which the point's height is, and of `u`.
+/// A model whose height is an expression of a parameter `a` and of `u`.
 fn height(expression: &str) -> Program {
     let text = format!(
         "model m {{\n  param a: real = 0; param b: real = 2\n  part p = |u, v| (u * 1mm, v * 1mm, 1mm * ({expression}))\n}}\n"
@@ -13,8 +13,8 @@ fn height(expression: &str) -> Program {
     program("m.gml", &text)
 }
 
-/// The height's derivatives by a and b at u, v = 0.5, from the Jacobian at the point and on a grid, and the pullback;
-/// or what is said.
+/// The derivatives of the height with respect to a and b at u, v = 0.5, from the Jacobian at the point and on a grid,
+/// and from the pullback; or the error message.
 fn slopes(program: &Program, a: f64, u: f64) -> [Result<[f64; 2], String>; 3] {
     let instance = program.instantiate(&[a, 2.0]).unwrap_or_else(|e| panic!("{}", e.message));
     let active = program.parts()[0].active.clone();
@@ -81,7 +81,7 @@ fn any_other_tangent_is_reported() {
 
 #[test]
 fn powers_at_zero() {
-    // By the exponent 0, by the base 0 where the exponent is above 1.
+    // The derivative with respect to the exponent is 0, that with respect to the base is 0 if the exponent is above 1.
     equal("a ^ b", 0.0, 0.5, [0.0, 0.0]);
     equal("(a * u) ^ b", 1.0, 0.0, [0.0, 0.0]);
     // An integer exponent has its own rule: negative bases have powers.
@@ -98,7 +98,7 @@ fn the_side_that_is_not_taken_is_not_touched() {
     equal("if a * u > 0 { b / (a * u) } else { b }", 0.0, 0.5, [0.0, 1.0]);
 }
 
-/// The value itself has no number there: that is what is said.
+/// The value itself is not a number there: the message says so.
 #[test]
 fn a_quotient_by_zero_is_reported() {
     let program = height("b / (a * u)");

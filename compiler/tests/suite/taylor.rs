@@ -1,6 +1,6 @@
-//! Taylor remainders over all examples and all curves and surfaces of the library: |S(x + h d) - S(x) - h J d| falls
-//! with the square of h, which an error of any size in J would end. (The remainder of a function that is linear along d
-//! is rounding from the start.)
+//! Taylor remainders of all examples and all curves and surfaces of the library: |S(x + h d) - S(x) - h J d| falls with
+//! the square of h; with an error of any size in J it would fall linearly. (If the function is linear along d, the
+//! remainder consists of rounding errors only.)
 
 use crate::common::{Random, example, examples, model, scale};
 use gml_compiler::program::{Order, Program, Sites};
@@ -8,14 +8,14 @@ use std::path::Path;
 
 const POINTS: usize = 8;
 
-/// Of models with many parts, which are much alike, so many are looked at.
+/// Number of parts that are tested of models with many parts, which are much alike.
 const PARTS: usize = 8;
 
-/// Steps, each half of the one before; the first is a hundredth of what the parameters measure.
+/// Number of steps, each half of the one before; the first is a hundredth of the parameters' size.
 const STEPS: i32 = 14;
 
-/// Least slope of the logarithm of the remainder by that of the step. It is 2 as the step goes to 0; higher orders
-/// bend it a little where steps are large.
+/// Least slope of the remainder over the step on logarithmic scales. It tends to 2 as the step goes to 0; with large
+/// steps higher orders change it a little.
 const SLOPE: f64 = 1.8;
 
 fn points(program: &Program, x: &[f64], patch: usize, [u, v]: [&[f64]; 2]) -> Option<Vec<f64>> {
@@ -24,7 +24,7 @@ fn points(program: &Program, x: &[f64], patch: usize, [u, v]: [&[f64]; 2]) -> Op
     instance.evaluate(patch, Sites::Scattered(u, v), Order::Points, &mut out).ok().map(|()| out)
 }
 
-/// The remainders at every step that can be had, with the size of the coordinates.
+/// The remainders at all steps at which the model exists, and the size of the coordinates.
 fn remainders(
     program: &Program,
     x: &[f64],
@@ -51,7 +51,7 @@ fn remainders(
     ((0..STEPS).filter_map(|k| remainder(0.01 * 0.5f64.powi(k))).collect(), size)
 }
 
-/// Looks at so many parts of a model; returns of how many the remainder could be seen.
+/// Tests a number of parts of a model; returns how many have a remainder above rounding errors.
 fn check(name: &str, program: &Program, parts: usize, random: &mut Random) -> usize {
     let mut compared = 0;
     let x = random.parameters(program);
@@ -61,7 +61,7 @@ fn check(name: &str, program: &Program, parts: usize, random: &mut Random) -> us
     for patch in (0..program.parts().len()).step_by(step) {
         let (u, v): (Vec<f64>, Vec<f64>) = (0..POINTS).map(|_| (random.next(), random.between(0.05, 0.95))).unzip();
         let (all, size) = remainders(program, &x, &direction, patch, [&u, &v]);
-        // Far from rounding, which is some 1e-16 of the coordinates and of what they are made of.
+        // Remainders far above rounding errors, which are some 1e-16 of the coordinates and of their terms.
         let clear: Vec<&(f64, f64)> = all.iter().filter(|(_, r)| *r > 1e-10 * size).collect();
         let Some([(h, r), (k, s)]) = clear.len().checked_sub(4).map(|i| [clear[i], clear[i + 3]]) else {
             continue;
@@ -85,7 +85,7 @@ fn remainders_are_of_second_order() {
 fn so_are_those_of_the_library() {
     let program = model("library");
     let compared: usize = (0..3).map(|seed| check("library", &program, usize::MAX, &mut Random(seed))).sum();
-    // Of planes, patches and the like the remainder is zero.
+    // The remainder of planes, patches and the like is zero.
     assert!(compared > 150, "only {compared} parts were not linear");
 }
 
@@ -96,7 +96,7 @@ fn so_are_those_of_derivatives_of_any_order() {
     assert!(compared >= 40, "only {compared} of 48 parts were not linear");
 }
 
-/// What the library has to offer is there: a new curve or surface is to be added to the model.
+/// The model contains everything that the library has: add a new curve or surface of the library to it.
 #[test]
 fn the_model_of_the_library_is_complete() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));

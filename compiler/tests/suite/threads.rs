@@ -1,5 +1,5 @@
-//! Programs are compiled on several threads at once, and one program is evaluated on several: all find what one thread
-//! does.
+//! Programs are compiled on several threads at once, and one program is evaluated on several: the results are those of
+//! one thread.
 
 use crate::common::{Random, example};
 use gml_compiler::program::{Instance, Order, Program, Sites};
@@ -8,7 +8,7 @@ use std::sync::Barrier;
 const THREADS: usize = 4;
 const SCRIPTS: [&str; 4] = ["cup/cup", "can/can", "elbow/elbow", "bowl/bowl"];
 
-/// Everything that a program can compute of its first parts, as bits.
+/// All evaluations of a program's first parts, as bits.
 fn everything(program: &Program, instance: &Instance<'_>) -> Vec<u64> {
     let mut random = Random(31);
     let (u, v): (Vec<f64>, Vec<f64>) = (0..6).map(|_| (random.next(), random.between(0.05, 0.95))).unzip();
@@ -28,7 +28,7 @@ fn everything(program: &Program, instance: &Instance<'_>) -> Vec<u64> {
     all
 }
 
-/// All of it for one script, compiled here and now.
+/// The same for one script, compiled by this call.
 fn compiled(name: &str) -> Vec<u64> {
     let program = example(name);
     let instance = program.instantiate(&program.defaults()).unwrap();

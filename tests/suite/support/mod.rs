@@ -55,7 +55,7 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// What a page asks of its reader.
+/// A step that a page asks its reader to take.
 pub(crate) enum Step {
     /// The arguments of a command: a line that begins with `gmlc` in a fenced block marked `sh`. One that ends with a
     /// backslash goes on in the next.

@@ -1,4 +1,4 @@
-//! Curves through measured values: nonlinear least squares of a script's function, to full precision, by its exact
+//! Nonlinear regression: least squares of a script's function over measured values, to full precision, with its exact
 //! Jacobian. The residuals are those of the response, not distances from the surface.
 
 use gml_runtime::model::Model;
@@ -15,7 +15,7 @@ pub(crate) struct Observation {
     pub(crate) response: f64,
 }
 
-/// What a regression found.
+/// The result of a regression.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Regression {
     /// The model's parameters in its order.
@@ -24,16 +24,16 @@ pub(crate) struct Regression {
     pub(crate) sd: Vec<f64>,
     /// The sum of squared residuals.
     pub(crate) sum_of_squares: f64,
-    /// Steps that were tried.
+    /// Number of steps that were tried.
     pub(crate) iterations: usize,
-    /// Whether steps have become as small as rounding.
+    /// Whether the last steps were as small as rounding errors.
     pub(crate) converged: bool,
 }
 
-/// Steps at most.
+/// Largest number of steps.
 const ITERATIONS: usize = 5000;
 
-/// Residuals and Jacobian at a place.
+/// Residuals and Jacobian at some parameters.
 struct Linear {
     residual: DVector<f64>,
     jacobian: DMatrix<f64>,
@@ -42,8 +42,8 @@ struct Linear {
 
 /// Minimises the sum of squared differences between the response of the model's first part and the observations, from
 /// `start`: Levenberg-Marquardt with orthogonal factorisations and columns scaled by their largest norms so far (More
-/// 1978), which does not square the condition of the Jacobian. Bounds are not looked at. None where the model cannot be
-/// evaluated at the start, has no part, or there are not more observations than parameters.
+/// 1978), which does not square the condition of the Jacobian. Bounds are ignored. None if the model cannot be
+/// evaluated at the start or has no part, or if there are not more observations than parameters.
 pub(crate) fn regress(model: &dyn Model, observations: &[Observation], start: &[f64]) -> Option<Regression> {
     let n = start.len();
     if model.parts().is_empty() || observations.len() <= n || n == 0 {
@@ -77,7 +77,7 @@ pub(crate) fn regress(model: &dyn Model, observations: &[Observation], start: &[
         }
         converged = small || damping > 1e30;
     }
-    // What rounding of the sum hides, undamped steps still improve.
+    // Undamped steps still improve the parameters where rounding of the sum hides the gain.
     for _ in 0..10 {
         let Some(step) = solve(&at, &scale, 0.0) else { break };
         let next = &x + &step;

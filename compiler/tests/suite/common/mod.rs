@@ -1,4 +1,4 @@
-//! What the tests of whole programs share.
+//! Code that the tests of whole programs share.
 #![allow(unreachable_pub, reason = "it is a module of several tests")]
 #![allow(dead_code, reason = "not every test uses all of it")]
 
@@ -28,8 +28,8 @@ pub fn example(name: &str) -> Program {
     program(&format!("{name}.gml"), &text)
 }
 
-/// A script of the tests' own models, compiled: `library` has all curves and surfaces of the library, `orders`
-/// derivatives of all orders and through everything.
+/// A script of the tests' own models, compiled: `library` has all curves and surfaces of the library, `orders` has
+/// derivatives of several orders, through loops, recursion, branches and closures.
 pub fn model(name: &str) -> Program {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/models").join(name).with_extension("gml");
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -61,7 +61,7 @@ impl Random {
         low + (high - low) * self.next()
     }
 
-    /// A value of a parameter within its bounds; where there are none, within 3 of its default (millimetres or
+    /// A value of a parameter within its bounds or, if there are none, within 3 of its default (millimetres or
     /// radians).
     pub fn value(&mut self, parameter: &Parameter) -> f64 {
         let low =
@@ -70,7 +70,7 @@ impl Random {
             parameter.upper.min(parameter.default + if parameter.upper.is_finite() { f64::INFINITY } else { 3.0 });
         let low = if low.is_finite() { low } else { parameter.default - 3.0 };
         let high = if high.is_finite() { high } else { parameter.default + 3.0 };
-        // Not at the bound itself: differences need room.
+        // Values keep away from the bounds: differences need room.
         self.between(low + 0.01 * (high - low), high - 0.01 * (high - low))
     }
 
@@ -87,12 +87,12 @@ impl Random {
     }
 }
 
-/// Steps of the differences, relative to the size of what is varied: from where truncation rules to where rounding
-/// does.
+/// Steps of the differences, relative to the size of the variable: from those at which truncation dominates to those at
+/// which rounding does.
 const STEPS: [f64; 8] = [1e-2, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6];
 
-/// How far a derivative is from central differences, relative to its largest entry (or to 1e-3 mm a unit, where the
-/// influence vanishes): the best of all steps, each extrapolated from h and h/2 (Richardson: the error is of order
+/// Difference between a derivative and central differences, relative to its largest entry (or to 1e-3 mm a unit, if the
+/// influence vanishes): the least of all steps, each extrapolated from h and h/2 (Richardson: the error is of order
 /// h^4).
 pub fn deviation(derivative: &[f64], scale: f64, mut f: impl FnMut(f64) -> Option<Vec<f64>>) -> f64 {
     let size = derivative.iter().fold(1e-3f64, |m, d| m.max(d.abs()));
@@ -112,7 +112,7 @@ pub fn deviation(derivative: &[f64], scale: f64, mut f: impl FnMut(f64) -> Optio
     best
 }
 
-/// The size of what a parameter measures: steps are relative to it.
+/// The size of a parameter, to which steps are relative.
 pub fn scale(program: &Program, param: usize, x: &[f64]) -> f64 {
     let p = &program.parameters()[param];
     let range = p.upper - p.lower;

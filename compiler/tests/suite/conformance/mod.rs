@@ -1,8 +1,8 @@
-//! One suite for everything that runs functions: what holds of the interpreter holds of native code, to the bit.
+//! One suite for everything that runs functions: interpreter and native code agree to the bit.
 //!
 //! [`Evaluator`] has two implementations. Every case runs on both: each operation at special values (`operations`), the
-//! language tests and the examples (`scripts`). Where the language says what comes out, that is stated here,
-//! independent of either.
+//! language tests and the examples (`scripts`). Results that the language defines are stated here, independently of
+//! both.
 
 mod operations;
 mod scripts;
@@ -17,7 +17,7 @@ use gml_compiler::program::{Limits, Trap};
 /// Why there is no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
-    /// A guard, by its failure's index.
+    /// A guard failed; the index of its failure.
     Failure(u32),
     Steps,
     Depth,
@@ -27,14 +27,14 @@ type Outcome = Result<Vec<Scalar>, Fault>;
 
 /// Runs functions of a module.
 trait Evaluator<'m> {
-    /// Gets ready for these functions.
+    /// Prepares these functions.
     fn new(module: &'m Module, functions: &[FunctionId]) -> Self;
 
     /// Runs one of them.
     fn call(&self, function: FunctionId, arguments: &[Scalar]) -> Outcome;
 }
 
-/// Node by node.
+/// The interpreter, node by node.
 struct Interpreter<'m>(&'m Module);
 
 impl<'m> Evaluator<'m> for Interpreter<'m> {
@@ -56,7 +56,7 @@ impl<'m> Evaluator<'m> for Interpreter<'m> {
 struct Native<'m> {
     module: &'m Module,
     code: Code,
-    /// In the order of the code's routines.
+    /// The functions, in the order of the code's routines.
     functions: Vec<FunctionId>,
 }
 
@@ -98,7 +98,7 @@ fn scalar(word: u64, ty: Type) -> Scalar {
     }
 }
 
-/// Equal to the bit; the payload of a NaN means nothing.
+/// Equality to the bit; the payload of a NaN does not matter.
 fn same(a: Scalar, b: Scalar) -> bool {
     match (a, b) {
         (Scalar::Real(a), Scalar::Real(b)) => a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()),
@@ -113,14 +113,14 @@ fn same_outcome(a: &Outcome, b: &Outcome) -> bool {
     }
 }
 
-/// Functions of a module, and what they are run with.
+/// Functions of a module, and their arguments.
 struct Case {
     name: String,
     module: Module,
     runs: Vec<(FunctionId, Vec<Scalar>)>,
 }
 
-/// What the runs of a case come to.
+/// The results of the runs of a case.
 fn outcomes<'m, E: Evaluator<'m>>(case: &'m Case) -> Vec<Outcome> {
     let mut functions: Vec<FunctionId> = case.runs.iter().map(|(f, _)| *f).collect();
     functions.sort_unstable();
@@ -129,7 +129,7 @@ fn outcomes<'m, E: Evaluator<'m>>(case: &'m Case) -> Vec<Outcome> {
     case.runs.iter().map(|(f, arguments)| evaluator.call(*f, arguments)).collect()
 }
 
-/// Every run of a case on both; how many there were that gave results.
+/// Runs a case on both evaluators; returns the number of runs that gave results.
 fn conforms(case: &Case) -> usize {
     let (interpreted, native) = (outcomes::<Interpreter<'_>>(case), outcomes::<Native<'_>>(case));
     for (k, (a, b)) in interpreted.iter().zip(&native).enumerate() {

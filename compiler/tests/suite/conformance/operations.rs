@@ -58,7 +58,7 @@ const UNARY: [Unary; 19] = [
 
 const COMPARES: [Compare; 6] = [Compare::Eq, Compare::Ne, Compare::Lt, Compare::Le, Compare::Gt, Compare::Ge];
 
-/// A function of one operation on its parameters, without the simplifications of the builder.
+/// A function that applies one operation to its parameters, without the simplifications of the builder.
 fn function(params: &[Type], op: Op, ty: Type) -> Function {
     let span = Span::default();
     let mut nodes: Vec<Node> =
@@ -137,7 +137,7 @@ fn run<'m, E: Evaluator<'m>>(module: &'m Module, arguments: &[Scalar]) -> Outcom
     E::new(module, &[FunctionId(0)]).call(FunctionId(0), arguments)
 }
 
-/// What the language says, whatever runs it.
+/// Results that the language defines, for both evaluators.
 #[test]
 fn stated_results() {
     let (a, b) = (Value(0), Value(1));
@@ -210,7 +210,7 @@ fn stated_results() {
     }
 }
 
-/// A guard that does not hold is a failure, on both.
+/// A guard that does not hold is a failure in both evaluators.
 #[test]
 fn guards_fail() {
     let mut module = Module::default();

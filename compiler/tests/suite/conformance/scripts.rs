@@ -1,4 +1,4 @@
-//! Scripts: the language tests that run, and the examples, each requirement and part of them, and the derivatives of
+//! Scripts: each requirement and each part of the language tests that run and of the examples, and the derivatives of
 //! parts.
 
 use super::{Case, conforms};

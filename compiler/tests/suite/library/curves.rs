@@ -16,7 +16,7 @@ fn arcs_through_three_points() {
         let nearest = found.iter().map(|f| norm(sub(f[0], p[1]))).fold(f64::INFINITY, f64::min);
         let step = norm(found[0][1]) / 400.0;
         assert!(nearest < step, "passes {p:?} at a distance of {nearest}");
-        // Of one curvature, and in one plane.
+        // The arc has constant curvature and lies in one plane.
         let axis = unit(cross(sub(p[1], p[0]), sub(p[2], p[0])));
         for f in &found {
             assert!(dot(axis, sub(f[0], p[0])).abs() < 1e-8, "in the plane");
@@ -28,7 +28,7 @@ fn arcs_through_three_points() {
 #[test]
 fn curves_by_length_have_constant_speed() {
     let t: Vec<f64> = (0..=1000).map(|k| f64::from(k) / 1000.0).collect();
-    // With how far the speed may be off the mean, relative.
+    // Each with the largest relative difference between its speed and the mean.
     for (text, tolerance) in [
         ("ellipse(20mm, 10mm)", 3e-8),
         ("bezier([(0mm, 0mm), (0mm, 20mm), (30mm, 20mm), (30mm, 0mm)])", 1e-12),

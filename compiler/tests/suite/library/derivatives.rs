@@ -82,7 +82,7 @@ fn derivatives_of_every_surface() {
     let parts: String = PARTS.iter().map(|(name, text)| format!("part p_{name} = {text}\n")).collect();
     let program = model(&format!("{SURFACES}{parts}"));
     let mut random = Random(7);
-    // In the middle, and at the edges and corners of the square.
+    // Points in the middle, and at the edges and corners of the square.
     let inside: Vec<(f64, f64)> = (0..4).map(|_| (random.between(0.05, 0.95), random.between(0.05, 0.95))).collect();
     let rim = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.5, 0.0), (0.5, 1.0), (0.0, 0.5), (1.0, 0.5)];
     let (u, v): (Vec<f64>, Vec<f64>) = inside.iter().chain(&rim).copied().unzip();
@@ -122,7 +122,7 @@ fn derivatives_of_every_surface() {
                 });
                 let name = &program.parameters()[param].name;
                 assert!(error < 1e-6, "d {} / d {name}: {error:e} at {x:?}", part.name);
-                // The same sum in another order, and by other formulas.
+                // The pullback computes the same sum in another order, by other formulas.
                 let product: f64 = derivative.iter().zip(w.as_flattened()).map(|(d, w)| d * w).sum();
                 let error = (gradient[param] - product).abs();
                 assert!(

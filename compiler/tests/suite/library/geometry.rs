@@ -1,4 +1,4 @@
-//! Vectors, and what the tests of the library ask of a model.
+//! Vectors, and the evaluations of models that the tests of the library use.
 #![allow(unreachable_pub, reason = "it is a module of a test")]
 
 use crate::common::{Random, program};
@@ -34,7 +34,7 @@ pub fn unit(a: Point) -> Point {
     scaled(a, 1.0 / norm(a))
 }
 
-/// A model of these statements, at its defaults.
+/// A model with these statements, at its defaults.
 pub fn model(statements: &str) -> Program {
     program("library.gml", &format!("model m {{\n{statements}\n}}\n"))
 }
@@ -44,7 +44,7 @@ pub fn defaults(program: &Program) -> Instance<'_> {
     program.instantiate(&x).unwrap()
 }
 
-/// Points of a part with their partial derivatives by u and v.
+/// Points of a part with their partial derivatives in u and v.
 pub fn partials(instance: &Instance<'_>, part: usize, u: &[f64], v: &[f64]) -> Vec<[Point; 3]> {
     let mut out = vec![0.0; 9 * u.len()];
     instance.evaluate(part, Sites::Scattered(u, v), Order::Partials, &mut out).unwrap();

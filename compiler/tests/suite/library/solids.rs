@@ -1,4 +1,4 @@
-//! Solids are closed, have their outer side outside, and have the volume that they should have.
+//! Solids are closed, face outwards, and have the right volume.
 
 use super::geometry::*;
 use gml_compiler::program::{Instance, Program};
@@ -17,7 +17,8 @@ fn volume(program: &Program) -> f64 {
     (0..program.parts().len()).map(part).sum()
 }
 
-/// The four edges of a part, as points at the same shares of their length in both senses; no edge at a pole.
+/// The four edges of a part, each as points that divide it evenly, so that an edge in the opposite direction has the
+/// same points; a pole is not an edge.
 fn edges(instance: &Instance<'_>, part: usize) -> Vec<Vec<Point>> {
     let share: Vec<f64> = (1..=7).map(|k| f64::from(k) / 8.0).collect();
     let side = |at: f64| vec![at; share.len()];
@@ -83,7 +84,7 @@ fn solids_are_closed_and_have_their_volume() {
         let program = model(&format!("part solid = {text}"));
         assert_closed(&program);
         let found = volume(&program);
-        // Corners within a patch (of polygons), and sharp bends, cost the rule its digits.
+        // The rule loses digits at corners within a patch (of polygons) and at sharp bends.
         let corners = text.contains("polygon") || text.contains("rectangle");
         let tolerance = if corners {
             5e-3

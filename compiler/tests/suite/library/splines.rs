@@ -23,7 +23,7 @@ fn a_bezier_curve_is_a_mean_by_bernstein_polynomials() {
     }
 }
 
-/// The basis function of Cox and de Boor, with the convention 0/0 = 0; the last span holds its end.
+/// The basis function of Cox and de Boor, with the convention 0/0 = 0; the last span includes its end.
 fn basis(knots: &[f64], i: usize, degree: usize, x: f64) -> f64 {
     if degree == 0 {
         let last = knots[i + 1] == knots[knots.len() - 1] && x == knots[i + 1] && knots[i] < knots[i + 1];
@@ -52,7 +52,7 @@ fn b_splines_are_those_of_cox_and_de_boor() {
             close(found[0], spline(&knots, &p, degree, t * spans as f64), 1e-12);
         }
 
-        // Periodic: the points go on from the start, the knots are all the whole numbers.
+        // Periodic: the points are repeated from the start, and the knots are the whole numbers.
         let around: Vec<Point> = (0..n + degree).map(|i| p[i % n]).collect();
         let knots: Vec<f64> = (0..n + 2 * degree + 1).map(|k| k as f64 - degree as f64).collect();
         let found = curve(&format!("bspline({}, degree: {degree}, closed: true)", written(&p)), &t);
@@ -86,7 +86,7 @@ fn b_splines_with_given_knots() {
 
 #[test]
 fn rational_splines_make_a_circle() {
-    // Nine points, all the way around (Piegl and Tiller, The NURBS Book, section 7.5).
+    // A full circle from nine points (Piegl and Tiller, The NURBS Book, section 7.5).
     let w = 0.5f64.sqrt();
     let corners = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)];
     let p: Vec<Point> = corners.iter().map(|(x, y)| [f64::from(*x), f64::from(*y), 2.0]).collect();
