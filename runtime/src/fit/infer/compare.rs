@@ -40,7 +40,8 @@ pub(crate) struct Comparison {
 /// (Schwarz 1978). All are judged at one scale, the least of the fits' own, as a wider one forgives more. A difference
 /// beyond 10 is strong (Kass and Raftery 1995).
 ///
-/// # Errors A scan without points, or a model that cannot be evaluated where its fit ended.
+/// # Errors
+/// A scan without points, or a model that cannot be evaluated where its fit ended.
 pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitError> {
     let points = Points::of(scan);
     let radius = points.gyration();

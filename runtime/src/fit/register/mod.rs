@@ -38,7 +38,8 @@ pub(crate) struct Seeds {
 /// Finds where to begin: near the start, or at the best of all orientations. Near starts that lead to nothing
 /// convincing are given up where the pose may be searched.
 ///
-/// # Errors The model cannot be evaluated at the start.
+/// # Errors
+/// The model cannot be evaluated at the start.
 pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>, FitError> {
     let level = problem.start_level()?;
     warn_of_unit(problem, level.space.radius);

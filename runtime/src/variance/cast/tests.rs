@@ -38,11 +38,11 @@ fn directions(rings: u32, sectors: u32) -> Vec<DVec3> {
 fn star(
     rings: u32,
     sectors: u32,
-    center: DVec3,
+    centre: DVec3,
     radius: impl Fn(DVec3) -> f64,
     mut keep: impl FnMut(u32, u32) -> bool,
 ) -> TriangleMesh {
-    let positions = directions(rings, sectors).into_iter().map(|d| (center + d * radius(d)).to_array()).collect();
+    let positions = directions(rings, sectors).into_iter().map(|d| (centre + d * radius(d)).to_array()).collect();
     let at = |i: u32, j: u32| i * sectors + j % sectors;
     let mut triangles = Vec::new();
     for i in 0..rings - 1 {
@@ -63,12 +63,12 @@ fn cast(points: &[(DVec3, DVec3)], scan: &TriangleMesh, max_distance: f64, devic
 /// Every ray goes through a vertex of the scan; far from the origin of coordinates.
 #[test]
 fn a_sphere_and_a_larger_one_differ_by_a_constant() {
-    let center = DVec3::new(4e5, -1e6, 300.0);
+    let centre = DVec3::new(4e5, -1e6, 300.0);
     // Without the first and the last ring, which are the scan's open ends.
     let inner = directions(50, 60)[60..49 * 60].to_vec();
-    let points: Vec<_> = inner.into_iter().map(|d| (center + d * 40.0, d)).collect();
+    let points: Vec<_> = inner.into_iter().map(|d| (centre + d * 40.0, d)).collect();
     for offset in [1.25, -0.75, 0.0] {
-        let scan = star(50, 60, center, |_| 40.0 + offset, |_, _| true);
+        let scan = star(50, 60, centre, |_| 40.0 + offset, |_, _| true);
         let Cast { deviations, device, notice } = cast(&points, &scan, 2.0, Device::Cpu);
         assert_eq!((device.as_str(), notice), ("cpu", None));
         for i in 0..points.len() {
@@ -150,16 +150,16 @@ fn distances_do_not_depend_on_the_number_of_threads() {
 /// Random texels on a sphere and a rough scan of it with noise and holes.
 fn rough_scene(count: usize) -> (Vec<(DVec3, DVec3)>, TriangleMesh) {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let center = DVec3::new(100.0, -250.0, 1000.0);
+    let centre = DVec3::new(100.0, -250.0, 1000.0);
     let points = (0..count)
         .map(|_| {
             let d = DVec3::from(std::array::from_fn::<f64, 3, _>(|_| rng.random_range(-1.0..1.0))).normalize();
-            (center + d * 50.0, d)
+            (centre + d * 50.0, d)
         })
         .collect();
     let wave = |d: DVec3| (7.0 * d.x).sin() * (5.0 * d.y).cos() * (6.0 * d.z).sin();
     let mut noise = ChaCha8Rng::seed_from_u64(8);
-    let mut scan = star(150, 220, center, |d| 50.0 + 2.5 * wave(d), |i, j| (i * 31 + j * 17) % 97 != 0);
+    let mut scan = star(150, 220, centre, |d| 50.0 + 2.5 * wave(d), |i, j| (i * 31 + j * 17) % 97 != 0);
     for p in &mut scan.positions {
         p.iter_mut().for_each(|x| *x += noise.random_range(-0.1..0.1));
     }
@@ -391,14 +391,14 @@ fn closest_points_do_not_leak_from_free_edges() {
 /// A sphere scanned from a smaller one that is off its centre: |p - c| is known.
 #[test]
 fn closest_points_of_a_sphere_are_radial() {
-    let center = DVec3::new(30.0, -20.0, 10.0);
-    let mesh = star(180, 360, center, |_| 41.0, |_, _| true);
+    let centre = DVec3::new(30.0, -20.0, 10.0);
+    let mesh = star(180, 360, centre, |_| 41.0, |_, _| true);
     let off = DVec3::new(0.6, -0.2, 0.3);
     let points: Vec<_> =
-        directions(30, 40).into_iter().filter(|d| d.z.abs() < 0.9).map(|d| (center + off + d * 40.0, d)).collect();
+        directions(30, 40).into_iter().filter(|d| d.z.abs() < 0.9).map(|d| (centre + off + d * 40.0, d)).collect();
     let found = closest(texels(&points), &Bvh::build(&mesh).unwrap(), &mesh, 5.0, Facing::SAME).unwrap().deviations;
     for (i, (p, _)) in points.iter().enumerate() {
-        let expected = 41.0 - (*p - center).length();
+        let expected = 41.0 - (*p - centre).length();
         // The facets lie within the sphere by at most r (1 - cos(1 degree / sqrt 2)).
         assert!((f64::from(found.signed(i)) - expected).abs() < 0.004, "{} {expected}", found.signed(i));
     }
