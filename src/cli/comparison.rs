@@ -13,7 +13,7 @@ pub(crate) struct ScanArgs {
     /// The scan: .ply, .obj or .stl
     #[arg(value_name = "SCAN")]
     pub(crate) scan: PathBuf,
-    /// Unit of the scan's coordinates: mm, cm, m or in
+    /// Unit of the scan's coordinates: um, mm, cm, m, in or ft
     #[arg(long, value_name = "UNIT", default_value = "mm")]
     pub(crate) unit: Unit,
 }
@@ -183,7 +183,7 @@ pub(crate) struct VarianceArgs {
     pub(crate) values: ValueArgs,
     #[command(flatten)]
     pub(crate) scan: ScanArgs,
-    /// Unit of the reference mesh's coordinates
+    /// Unit of the reference mesh's coordinates: um, mm, cm, m, in or ft
     #[arg(long, value_name = "UNIT", default_value = "mm")]
     pub(crate) reference_unit: Unit,
     #[command(flatten)]
