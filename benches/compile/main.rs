@@ -18,9 +18,9 @@ use std::time::{Duration, Instant};
 /// One compilation, in milliseconds.
 #[derive(Clone, Copy, Default)]
 struct Times {
-    /// Of each stage.
+    /// Time of each stage.
     stages: [f64; 4],
-    /// Of all processors.
+    /// Time of all processors together.
     cpu: f64,
 }
 

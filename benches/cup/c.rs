@@ -29,7 +29,7 @@ pub(crate) struct Peers {
     waves: GridFunction,
     /// Keeps the code of the functions.
     _library: Library,
-    /// Which version it is.
+    /// The version.
     pub(crate) name: &'static str,
     /// How it was compiled.
     pub(crate) command: String,
@@ -79,7 +79,7 @@ impl Peers {
         unsafe { (self.grid)(x.as_ptr(), part as i32, u.as_ptr(), nu, v.as_ptr(), nv, out.as_mut_ptr()) }
     }
 
-    /// What an order evaluates of a part at scattered points, as gmlc lays it out.
+    /// The results of an order for a part at scattered points, in the layout of gmlc.
     pub(crate) fn evaluate(&self, x: &[f64], part: usize, [u, v]: [&[f64]; 2], order: Order<'_>, out: &mut [f64]) {
         let n = u.len();
         let (derivatives, length) = match order {

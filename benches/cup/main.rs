@@ -21,7 +21,7 @@ use std::time::{Duration, Instant};
 const PARTS: [(&str, usize, [usize; 2]); 3] =
     [("outside", 28_000, [128, 64]), ("inside", 26_000, [128, 64]), ("handle", 12_191, [64, 32])];
 
-/// What the two must agree to, relative to the largest value of the same kind.
+/// Largest difference between the two, relative to the largest value of the same kind.
 const TOLERANCE: f64 = 1e-12;
 
 /// A part of the cup with its sites, and room for what is computed there.

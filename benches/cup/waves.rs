@@ -15,7 +15,7 @@ const HEIGHTS: [(&str, &str); 4] = [
     ("exponential", "a * exp(-k * u * v)"),
 ];
 
-/// Of a, b, k and n.
+/// Values of a, b, k and n.
 const X: [f64; 4] = [3.0, 0.3, 5.0, 2.5];
 
 const SIDE: usize = 128;

@@ -24,7 +24,7 @@ const WAVES: usize = 60;
 const LENGTH: f64 = 8.0;
 /// Draws from which the largest area that one stands for is taken.
 const PROBES: usize = 3000;
-/// Where the cup is and how it is shaped.
+/// Pose and shape of the cup.
 pub(crate) const TRUTH: [f64; 15] =
     [30.0, -12.0, 55.0, 0.7, 0.4, -0.9, 3.0, 44.0, 80.0, 0.97, 1.8, 0.9, 1.75, 0.25, 0.84];
 
@@ -53,7 +53,7 @@ pub(crate) fn run(scans: usize) {
     }
 }
 
-/// Of one parameter over all scans.
+/// Results of one parameter over all scans.
 #[derive(Clone, Default)]
 struct Tally {
     /// How often the interval held the truth: ours, and the naive one.

@@ -53,7 +53,7 @@ pub(crate) fn run(seeds: usize, words: &[String]) {
     }
 }
 
-/// What a README scans.
+/// A scan that a README makes.
 struct Case {
     program: Program,
     truth: Vec<f64>,

@@ -15,7 +15,7 @@ use std::time::Instant;
 const AROUND: u32 = 2500;
 const ALONG: u32 = 2001;
 
-/// What has to be enough. Bytes.
+/// Limit of the memory. Bytes.
 const MEMORY: u64 = 3_000_000_000;
 
 /// Builds the hierarchy over a wavy cylinder, bakes a texture of 2048 x 2048, and says how much memory the process had

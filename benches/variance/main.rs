@@ -28,10 +28,10 @@ use std::time::Instant;
 /// Side of the texture where no other is asked for.
 const SIDE: u32 = 2048;
 
-/// Of so many texels one is compared with others' closest points.
+/// One texel in this many is compared with the closest points of other programs.
 const CLOSEST_STEP: usize = 20;
 
-/// How far rays go. Millimetres.
+/// Length of the rays. Millimetres.
 const MAX_DISTANCE: f64 = 10.0;
 
 /// The least times of each stage so far: name, wall, processor.

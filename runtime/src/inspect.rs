@@ -64,7 +64,7 @@ pub fn inspect(
     Inspection::of_fit(model, fit, scan, measure_options, progress)
 }
 
-/// What documents say of their origin.
+/// The origin that documents state.
 #[derive(Clone, Copy, Debug)]
 pub struct Origin<'a> {
     /// Path of the script.

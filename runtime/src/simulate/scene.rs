@@ -10,7 +10,7 @@ pub(super) struct Scene {
     bvh: Bvh,
     /// Unit normals of the triangles; zero for those without area, which no ray hits.
     normals: Vec<DVec3>,
-    /// How far shadow rays start off the surface: a triangle's centroid lies below a curved one. Millimetres.
+    /// Distance from the surface at which shadow rays start: a triangle's centroid lies below a curved one. mm.
     lift: f64,
 }
 

@@ -31,11 +31,12 @@ const MAX_DISTANCE: f64 = 0.1;
 pub struct MeasureOptions {
     /// How fine the texture is.
     pub resolution: Resolution,
-    /// How far from the surface the scan is looked for, in millimetres; by default a tenth of the surface's diagonal.
+    /// Largest distance from the surface at which the scan is looked for, in millimetres; by default a tenth of the
+    /// surface's diagonal.
     pub max_distance: Option<f64>,
     /// The largest angle between the normals of surface and scan, in radians; at most a right angle.
     pub max_angle: f64,
-    /// Where distances are measured to.
+    /// The points of the scan to which distances are measured.
     pub distance: DistanceKind,
     /// Width of the band beside an edge in which averaged normals turn back to the surface's own, in millimetres; by
     /// default a fiftieth of the surface's diagonal, at most a tenth.
@@ -44,7 +45,7 @@ pub struct MeasureOptions {
     pub fill_holes: Option<f64>,
     /// The tolerance of parts to which the model gives none.
     pub tolerance: Option<Tolerance>,
-    /// What casts the rays.
+    /// The device that casts the rays.
     pub device: Device,
     /// Whether maps of sensitivities are computed.
     pub sensitivity_maps: bool,
@@ -80,7 +81,7 @@ pub struct Measurement {
     pub unmatched: TriangleMesh,
     /// The triangles that close holes of the scan, if that was requested.
     pub filled: Option<TriangleMesh>,
-    /// How far the surface moves where parameters change, if that was requested.
+    /// Maps of the surface's movement per unit of each parameter, if they were requested.
     pub sensitivity_maps: Option<SensitivityMaps>,
 }
 

@@ -22,15 +22,15 @@ pub struct VarianceReport {
     pub sign_convention: String,
     /// Unit of all lengths; areas are in its square.
     pub unit: String,
-    /// Where distances are measured to: along the model's `normal`, along its `averaged-normal`, or to the `closest`
-    /// point of the scan.
+    /// The points to which distances are measured: along the model's `normal`, along its `averaged-normal`, or to the
+    /// `closest` point of the scan.
     pub distance: String,
     /// Width of the band beside an edge in which averaged normals turn. Millimetres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub averaging_width: Option<f64>,
     /// Length of the rays. Millimetres.
     pub max_distance: f64,
-    /// What cast the rays: `cpu`, or `gpu: ` and the adapter's name.
+    /// The device that cast the rays: `cpu`, or `gpu: ` and the adapter's name.
     pub device: String,
     /// Width and height of the texture.
     pub resolution: [u32; 2],
@@ -52,7 +52,7 @@ pub struct VarianceReport {
     /// The holes of the scan that were closed, if that was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holes: Option<HoleSummary>,
-    /// How far the surface moves along its normal where a parameter changes, if that was requested.
+    /// The surface's movement along its normal per unit of each parameter, if it was requested.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sensitivities: Vec<SensitivityRange>,
     /// The part of the scan that the model does not explain.

@@ -12,7 +12,7 @@ use std::time::Instant;
 /// detail needs them close together.
 const LONGEST_EDGE: f64 = 1.0 / 150.0;
 
-/// What a scan is measured from, in the scan's position.
+/// The surface that a scan is compared with, in the scan's position.
 #[derive(Clone, Copy)]
 pub enum Reference<'a> {
     /// A model.
@@ -21,7 +21,7 @@ pub enum Reference<'a> {
         model: &'a dyn Model,
         /// Values of its parameters, in their order. Millimetres and radians.
         x: &'a [f64],
-        /// Where the scan lies: a scanned point is this motion of a point of the model.
+        /// The pose of the scan: a scanned point is this motion of a point of the model.
         motion: Motion,
     },
     /// A mesh from elsewhere (\[VA\] sect. 6). Millimetres.
@@ -55,7 +55,7 @@ pub(super) struct Surface<'a> {
     pub(super) tolerances: Vec<Option<Tolerance>>,
     /// Sentences for the user.
     pub(super) notices: Vec<String>,
-    /// What derivatives are computed from; none for a mesh.
+    /// The model that derivatives are computed from; none for a mesh.
     parametrised: Option<Parametrised<'a>>,
 }
 

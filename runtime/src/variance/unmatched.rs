@@ -148,7 +148,7 @@ fn join_neighbours(scan: &TriangleMesh, triangles: &[[u32; 3]], parent: &mut [u3
     for vertex in &vertices {
         let [x, y, z] = cell(at(*vertex));
         for near in (0..27).filter_map(|k| cells.get(&[x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1])) {
-            // Of a crowded cell only the first few are compared: the others are joined to these in their own turn.
+            // Only the first few of a crowded cell are compared: the others are joined to these in their own turn.
             for other in near.iter().take(CROWD).filter(|other| at(**other).distance(at(*vertex)) <= reach) {
                 join(parent, *vertex, *other);
             }

@@ -59,7 +59,7 @@ pub enum X3dError {
     /// A distance that is no positive finite number.
     #[error("{what} must be positive, not {value}")]
     Distance {
-        /// Which.
+        /// The field.
         what: &'static str,
         /// Its value.
         value: f64,

@@ -298,7 +298,7 @@ impl Frame {
 /// A part's triangles with vertices of their own.
 struct Part {
     name: String,
-    /// Which vertices of the mesh it has.
+    /// The vertices of the mesh that it has.
     vertices: Vec<u32>,
     /// Its triangles, as indices into `vertices`.
     triangles: Vec<[u32; 3]>,

@@ -122,7 +122,7 @@ fn normals_turn_within_the_band_only() {
         if to_rim > 2.01 {
             assert_eq!(a, b, "{position}");
         } else {
-            // Of a normal and one at 45 degrees to it, mixed: linear in the added vector.
+            // A normal mixed with one at 45 degrees to it: linear in the added vector.
             let share = 1.0 - to_rim / 2.0;
             let half = std::f64::consts::FRAC_1_SQRT_2;
             let expected = (share * half).atan2(1.0 - share * (1.0 - half));

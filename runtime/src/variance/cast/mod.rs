@@ -17,7 +17,7 @@ use gpu::{Gpu, GpuError};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-/// What casts the rays.
+/// The device that casts the rays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Device {
@@ -30,7 +30,7 @@ pub enum Device {
     Gpu,
 }
 
-/// Which of the scan's triangles count.
+/// The triangles of the scan that count.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Facing {
     /// Triangles whose normal makes at most this angle with the model's (radians, at most a right angle). The other
@@ -66,7 +66,7 @@ impl Default for Facing {
 pub struct Cast {
     /// The distances.
     pub deviations: Deviations,
-    /// What cast the rays: `cpu`, or `gpu: ` and the adapter's name.
+    /// The device that cast the rays: `cpu`, or `gpu: ` and the adapter's name.
     pub device: String,
     /// A sentence for the user if another device than the requested one cast the rays.
     pub notice: Option<String>,
@@ -120,7 +120,7 @@ pub(in crate::variance) fn closest(
     Ok(Cast { deviations: distances.with(texels, max_distance), device: "cpu".to_owned(), notice: None })
 }
 
-/// Where distances are measured to.
+/// The points of the scan to which distances are measured.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DistanceKind {
     /// Along the model's normal, as displacement shaders draw it.

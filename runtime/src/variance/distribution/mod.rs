@@ -32,7 +32,7 @@ impl Sample {
     }
 }
 
-/// How much a sample counts.
+/// The weight of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Weighting {
     /// By its area.
@@ -126,7 +126,7 @@ impl Distribution {
         weighted.filter(|(_, weight)| *weight > 0.0)
     }
 
-    /// How far samples are from a distance, with their areas, in ascending order: both sides merged, equal distances
+    /// Offsets of the samples from a distance, with their areas, in ascending order: both sides merged, equal offsets
     /// by their areas.
     fn outwards(&self, from: f64) -> impl Iterator<Item = (f64, f32)> {
         let offset = move |s: &Sample| ((f64::from(s.distance()) - from).abs(), s.area());

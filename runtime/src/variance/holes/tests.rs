@@ -85,7 +85,7 @@ fn small_holes_of_a_sphere_are_closed_and_large_ones_are_not() {
     assert_eq!(FilledHoles::new(&closed, 8.0).summary.filled, 0);
 }
 
-/// What looks at a closed hole is neither measured nor without a word, and nothing else changes.
+/// Texels opposite a closed hole are counted as such and not as measured, and nothing else changes.
 #[test]
 fn texels_that_look_at_closed_holes_are_a_class_of_their_own() {
     let mut all = SMALL.to_vec();

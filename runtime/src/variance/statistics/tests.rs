@@ -126,7 +126,7 @@ fn random_values_agree_with_the_definitions() {
     let texels: Vec<_> = (0..3001)
         .map(|_| {
             let d: f64 = if rng.random_bool(0.1) { f64::NAN } else { rng.random_range(-4.0..4.0f64).powi(3) / 16.0 };
-            // What single precision holds.
+            // The values as single precision holds them.
             (f64::from(d as f32), f64::from(rng.random_range(0.0..2.0f32)), 0)
         })
         .collect();
