@@ -57,7 +57,7 @@ impl Facets<'_> {
     /// The distance from `q` to the nearest facet, which is below `limit`; `limit` if there is none.
     pub(crate) fn distance(&self, q: DVec3, limit: f64) -> f64 {
         let mut least = limit * limit;
-        self.tree.visit(&self.tree.asked(q, None, 0.0), least, |quad, _, limit| {
+        self.tree.visit(q, least, |quad, limit| {
             let c = self.quad(quad as u32);
             let (_, first) = triangle_closest(q, c[0], c[1], c[2]);
             let (_, second) = triangle_closest(q, c[0], c[2], c[3]);

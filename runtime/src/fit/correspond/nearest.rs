@@ -80,17 +80,15 @@ struct Search<'s> {
 
 impl<'s> Search<'s> {
     fn run(facets: &'s Facets<'s>, query: Query<'s>) -> Self {
-        let Query { q, facing, hint, except, reach, .. } = query;
+        let Query { q, hint, except, .. } = query;
         let mut search = Self { facets, query, least: f64::INFINITY, best: None, listed: [(0, 0.0); LISTED], count: 0 };
         let mut limit = search.limit();
         if (hint as usize) < facets.layout.quads.len() {
-            limit = search.visit(hint, 0.0, limit);
+            limit = search.visit(hint, limit);
         }
-        // A facet that faces away by little may turn to the point as the model moves.
-        let across = if reach > 0.0 { -Facing::GRAZING } else { 0.0 };
-        facets.tree.visit(&facets.tree.asked(q, facing, across), limit, |quad, lower, limit| {
+        facets.tree.visit(q, limit, |quad, limit| {
             let skipped = quad as u32 == hint || except == Some(facets.layout.quads[quad].patch);
-            if skipped { limit } else { search.visit(quad as u32, lower, limit) }
+            if skipped { limit } else { search.visit(quad as u32, limit) }
         });
         search
     }
@@ -101,10 +99,10 @@ impl<'s> Search<'s> {
         if reach > 0.0 { (self.least.sqrt().min(cutoff) + reach).powi(2) } else { self.least.min(cutoff * cutoff) }
     }
 
-    /// Takes in a facet whose squared distance is not below `lower`; returns the limit from then on.
-    fn visit(&mut self, quad: u32, lower: f64, limit: f64) -> f64 {
+    /// Takes in a facet; returns the limit from then on.
+    fn visit(&mut self, quad: u32, limit: f64) -> f64 {
         let before = self.least;
-        let distance = self.distance(quad, lower, limit);
+        let distance = self.distance(quad, limit);
         if self.query.reach > 0.0 && distance <= limit {
             if let Some(slot) = self.listed.get_mut(self.count) {
                 *slot = (quad, distance);
@@ -115,12 +113,8 @@ impl<'s> Search<'s> {
     }
 
     /// Puts a facet into `best` if it is nearer than `least` and counts. Returns its squared distance, also where it is
-    /// grazing; infinity where it is back-facing or beyond `limit`, and `lower` where that is enough to tell that it is
-    /// not the nearest.
-    fn distance(&mut self, quad: u32, lower: f64, limit: f64) -> f64 {
-        if lower >= self.least {
-            return lower;
-        }
+    /// grazing (it may turn to the point as the model moves); infinity where it is back-facing or beyond `limit`.
+    fn distance(&mut self, quad: u32, limit: f64) -> f64 {
         let Query { q, facing, .. } = self.query;
         let Quad { patch, .. } = self.facets.layout.quads[quad as usize];
         let corner = self.facets.quad(quad);
