@@ -3,6 +3,7 @@
 //! - [`FitOptions`], [`FitError`], [`FitResult`]: the input and the output of [`fit()`].
 //! - `problem`: the model, the scan, the parameterization of estimates, the loss and the objective.
 //! - `correspond`: which place of the model's surface belongs to a point of the scan.
+//! - `optimise`: minimisation of the objective inside the bounds.
 //! - `register`: global registration, which finds where to begin.
 //! - `refine`: local refinement from coarse to fine.
 //! - `infer`: standard deviations, tests, comparisons.
@@ -11,6 +12,7 @@ mod correspond;
 mod halton;
 mod infer;
 mod monitor;
+mod optimise;
 mod options;
 mod problem;
 mod refine;

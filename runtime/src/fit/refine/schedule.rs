@@ -1,9 +1,9 @@
 //! From where the registration ended to the optimum: from coarse to fine, in the scale of the loss and in points
 //! (graduated non-convexity), to the scale that the scan's noise suggests.
 
-use super::gauss_newton::{self, Minimum, Stop};
-use super::lbfgs;
 use crate::fit::correspond::cache::FootCache;
+use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
+use crate::fit::optimise;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
 use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
@@ -14,7 +14,7 @@ use crate::fit::register::candidate::Candidate;
 use crate::fit::register::restart::{Restart, Scope, restart};
 use crate::fit::tuning::{
     ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, CHORD, FOOT_TOLERANCE,
-    LBFGS_GRADIENT, LBFGS_ITERATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED,
+    LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED,
     THIN_POINTS,
 };
 use std::sync::Arc;
@@ -110,7 +110,7 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
             ..level.objective(points, loss)
         };
         let stop = Stop { iterations: ANNEALING_ITERATIONS, step: ANNEALING_STEP * loss.sigma };
-        if let Some(minimum) = minimise(&objective, guess.estimate.clone(), stop) {
+        if let Some(minimum) = optimise::minimise(&objective, guess.estimate.clone(), stop) {
             let signs = level.problem.facing(&minimum.evaluation, &guess.signs);
             guess =
                 Guess { estimate: minimum.estimate, loss, signs, iterations: guess.iterations + minimum.iterations };
@@ -167,15 +167,4 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
     });
     let Minimum { estimate, evaluation, converged, iterations: more } = minimum;
     Solution { level, estimate, evaluation, loss, signs, converged, cache, iterations: iterations + more }
-}
-
-/// Gauss-Newton, and where that does not arrive L-BFGS from where it is, with steps that need no model of the
-/// distances.
-fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
-    let newton = gauss_newton::minimise(objective, start, stop)?;
-    if newton.converged {
-        return Some(newton);
-    }
-    let rest = lbfgs::minimise(objective, newton.estimate.clone(), LBFGS_ITERATIONS, LBFGS_GRADIENT);
-    Some(rest.filter(|rest| rest.evaluation.value < newton.evaluation.value).unwrap_or(newton))
 }

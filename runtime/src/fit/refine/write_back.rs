@@ -1,7 +1,7 @@
 //! The motion written back into the script's own pose parameters.
 
-use super::gauss_newton::{Damping, damped_step};
 use super::schedule::{Guess, POLISH, Solution, polish};
+use crate::fit::optimise::gauss_newton::{Damping, damped_step};
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;

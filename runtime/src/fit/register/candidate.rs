@@ -1,12 +1,12 @@
 //! Candidates for the place from which the refinement begins.
 
 use super::part_moments::PartMoments;
+use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
-use crate::fit::refine::gauss_newton::{self, Stop};
 use crate::fit::tuning::{RUNG_ITERATIONS, RUNG_STEP, Rung, SAME_PARAMETERS, SIDES_POINTS, SIDES_SCALE};
 use rayon::prelude::*;
 

@@ -7,11 +7,11 @@ use super::group::{Axis, Group, groups, loss_ratio, unexplained};
 use super::symmetry::equivalents;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::halton::halton;
+use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::{Estimate, Parameterization};
 use crate::fit::problem::points::Points;
-use crate::fit::refine::gauss_newton::{self, Stop};
 use crate::fit::tuning::{
     ACCEPTED, ALONE, ALONE_COARSE, ALONE_FINE, ALONE_ITERATIONS, ALONE_STEP, ANGLES, AROUND_START, BATCH, CLEAR,
     EQUAL_VALUES, JOINT, JOINT_ITERATIONS, JOINT_POINTS, JOINT_STEP, LEAST_OWN, MODEL_SIZE, OWN_POINTS, PART_CHORD,
