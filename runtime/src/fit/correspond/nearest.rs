@@ -3,12 +3,11 @@
 use super::facets::{Facets, Facing, Orientation};
 use super::layout::Quad;
 use super::tree::triangle_closest;
+use crate::fit::tuning::{GRAZING, LISTED};
 use glam::DVec3;
 
 /// The hint of a query that has none.
 pub(crate) const NO_HINT: u32 = u32::MAX;
-/// Facets that a search lists for the slack. Where more are within reach, nothing is known of the slack.
-const LISTED: usize = 48;
 
 /// A point whose nearest facet is searched for.
 #[derive(Clone, Copy)]
@@ -48,7 +47,7 @@ pub(crate) struct Nearest {
 /// The triangle of a facet that is nearest so far.
 struct Best {
     quad: u32,
-    /// Which of the facet's corners are the triangle's.
+    /// The facet's corners that are the triangle's.
     corners: [usize; 3],
     weights: [f64; 3],
 }
@@ -56,18 +55,18 @@ struct Best {
 impl Facets<'_> {
     /// The nearest point; None where no facet counts.
     pub(crate) fn nearest(&self, query: Query) -> Option<Nearest> {
-        Search::run(self, query).nearest()
+        NearestSearch::run(self, query).nearest()
     }
 
     /// The nearest point, and how far the model may move (millimetres) until another one can be the answer. Facets
     /// beside the nearest one are not another answer. The slack is not positive where nothing is known of it.
     pub(crate) fn nearest_and_slack(&self, query: Query) -> (Option<Nearest>, f64) {
-        let search = Search::run(self, query);
+        let search = NearestSearch::run(self, query);
         (search.nearest(), search.slack())
     }
 }
 
-struct Search<'s> {
+struct NearestSearch<'s> {
     facets: &'s Facets<'s>,
     query: Query<'s>,
     /// Squared distance of the nearest facet that counts, and which that is.
@@ -78,7 +77,7 @@ struct Search<'s> {
     count: usize,
 }
 
-impl<'s> Search<'s> {
+impl<'s> NearestSearch<'s> {
     fn run(facets: &'s Facets<'s>, query: Query<'s>) -> Self {
         let Query { q, hint, except, .. } = query;
         let mut search = Self { facets, query, least: f64::INFINITY, best: None, listed: [(0, 0.0); LISTED], count: 0 };
@@ -176,6 +175,6 @@ impl<'s> Search<'s> {
         let corner = self.facets.quad(best.quad);
         let [a, b, c] = best.corners.map(|k| corner[k]);
         let cosine = (b - a).cross(c - a).normalize_or_zero().dot(facing.normal);
-        facing.signs[patch as usize] != 0 && cosine.abs() < Facing::GRAZING
+        facing.signs[patch as usize] != 0 && cosine.abs() < GRAZING
     }
 }

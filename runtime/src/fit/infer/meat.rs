@@ -93,7 +93,7 @@ struct Grid {
 struct Block {
     key: Key,
     columns: Vec<usize>,
-    /// Of score times J.
+    /// Sum of score times J.
     sum: Vec<f64>,
     /// The upper triangle of the sum of weight J^T J, row by row; empty where there is no room for it.
     square: Vec<f64>,

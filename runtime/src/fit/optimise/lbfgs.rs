@@ -3,7 +3,9 @@
 use super::gauss_newton::{Minimum, pushed};
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::tuning::{LBFGS_FIRST_STEP, LBFGS_GRADIENT, LBFGS_ITERATIONS, LBFGS_MEMORY, LBFGS_ROUNDS};
+use crate::fit::tuning::{
+    LBFGS_COST, LBFGS_FIRST_STEP, LBFGS_GAIN, LBFGS_GRADIENT, LBFGS_ITERATIONS, LBFGS_MEMORY, LBFGS_ROUNDS,
+};
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
@@ -27,7 +29,7 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate) -> Option<Minimum
             break;
         }
         round(objective, &mut at, &held);
-        if !(before - at.evaluation.value > 1e-9 * before) {
+        if !(before - at.evaluation.value > LBFGS_GAIN * before) {
             // No progress although the gradient is not small: kinks of the objective, where correspondences switch, end
             // it here.
             at.converged = true;
@@ -56,7 +58,7 @@ fn round(objective: &Objective, at: &mut Minimum, held: &[bool]) {
     let begin = vec![0.0; problem.free.len()];
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), LBFGS_MEMORY)
         .with_tolerance_grad(LBFGS_GRADIENT * stretch)
-        .and_then(|solver| solver.with_tolerance_cost(1e-10 * at.evaluation.value));
+        .and_then(|solver| solver.with_tolerance_cost(LBFGS_COST * at.evaluation.value));
     let Ok(solver) = solver else { return };
     let run = Executor::new(problem, solver)
         .configure(|state| {

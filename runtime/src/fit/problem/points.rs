@@ -1,6 +1,9 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
-use crate::fit::tuning::{CLEAN_CLOUD, EMPTY_CELL, OUTLIER_PASSES, OUTLIER_POINTS, SPACING_POINTS};
+use crate::fit::tuning::{
+    CLEAN_CLOUD, EMPTY_CELL, MOST_SAMPLE_CELLS, OUTLIER_PASSES, OUTLIER_POINTS, SAMPLE_AIM, SAMPLE_ENOUGH,
+    SAMPLE_ROUNDS, SPACING_POINTS, WALK_CELLS,
+};
 use crate::mesh::Bounds;
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, outliers};
@@ -37,7 +40,7 @@ impl Points {
             cluttered: false,
         };
         let bounds = all.bounds();
-        let cell = bounds.size().max_element().max(f64::MIN_POSITIVE) / 64.0;
+        let cell = bounds.size().max_element().max(f64::MIN_POSITIVE) / WALK_CELLS;
         let mut order: Vec<(u64, u32)> = all
             .position
             .iter()
@@ -118,10 +121,10 @@ impl Points {
         let bounds = self.bounds();
         let extent = bounds.size().max_element();
         // The cells that a surface fills grow like the square of their number along an edge.
-        let (mut coarse, mut fine) = (1.0_f64, 4096.0_f64);
+        let (mut coarse, mut fine) = (1.0_f64, MOST_SAMPLE_CELLS);
         let mut cells = (count as f64).sqrt().clamp(coarse, fine);
         let mut chosen = Vec::new();
-        for _ in 0..14 {
+        for _ in 0..SAMPLE_ROUNDS {
             let picked = self.one_a_cell(bounds.low, extent / cells);
             let ratio = count as f64 / picked.len() as f64;
             if picked.len() > count {
@@ -129,11 +132,11 @@ impl Points {
             } else {
                 coarse = cells;
                 chosen = picked;
-                if ratio < 1.05 {
+                if ratio < SAMPLE_ENOUGH {
                     break;
                 }
             }
-            let next = cells * (0.975 * ratio).sqrt();
+            let next = cells * (SAMPLE_AIM * ratio).sqrt();
             cells = if next > coarse && next < fine { next } else { (coarse * fine).sqrt() };
         }
         chosen.sort_unstable();

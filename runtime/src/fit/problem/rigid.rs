@@ -1,15 +1,12 @@
 //! Parameters of a script that move the whole model rigidly, and how they are recognised.
 
 use super::points::Points;
-use crate::fit::tuning::VELOCITY_SAMPLES;
+use crate::fit::tuning::{OTHER_PLACE_REACH, OTHER_PLACES, RIGID, VELOCITY_SAMPLES};
 use crate::model::{EvaluationError, Instance, Model};
 use crate::scan::Scan;
 use glam::DVec3;
 use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, Matrix6, Vector6};
-
-/// A field counts as rigid up to this fraction of its size: far above rounding, far below any true deformation.
-const RIGID: f64 = 1e-8;
 
 /// The parameters whose derivative is a rigid-motion field, dM/dx_i = a + w x p over the whole model, at `x` and at two
 /// other places within the bounds. Ascending.
@@ -20,7 +17,7 @@ pub(crate) fn recognise(model: &dyn Model, x: &[f64], size: f64) -> Result<Rigid
     let mut rigid = vec![true; x.len()];
     let mut still = vec![true; x.len()];
     let mut rank = 0;
-    for (place, x) in std::iter::once(x.to_vec()).chain([0.23, -0.31].map(|f| moved(model, x, size, f))).enumerate() {
+    for (place, x) in std::iter::once(x.to_vec()).chain(OTHER_PLACES.map(|f| moved(model, x, size, f))).enumerate() {
         let field = match model.instantiate(&x).and_then(|instance| VelocityField::sample(model, &*instance)) {
             Ok(field) => field,
             // Elsewhere the model may be impossible; the start decides then.
@@ -48,8 +45,8 @@ pub(crate) fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
     let x: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
     let size = Points::of(scan).gyration().max(f64::MIN_POSITIVE);
     // A model that does not exist at its defaults is taken to have none; a fit of it fails with the reason.
-    let found = recognise(model, &x, size).map(|rigid| rigid.indices).unwrap_or_default();
-    found.into_iter().map(|i| model.parameters()[i].name.clone()).collect()
+    let indices = recognise(model, &x, size).map(|rigid| rigid.indices).unwrap_or_default();
+    indices.into_iter().map(|i| model.parameters()[i].name.clone()).collect()
 }
 
 /// The parameters that move the whole model rigidly.
@@ -69,7 +66,7 @@ fn moved(model: &dyn Model, x: &[f64], size: f64, fraction: f64) -> Vec<f64> {
     for i in 0..x.len() {
         let (low, high) = model.bounds(&x)[i];
         let reach = if low.is_finite() && high.is_finite() {
-            0.3 * (high - low)
+            OTHER_PLACE_REACH * (high - low)
         } else if model.parameters()[i].quantity == Quantity::Length {
             size
         } else {

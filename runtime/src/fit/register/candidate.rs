@@ -119,9 +119,9 @@ pub(crate) fn distinct(level: &Level, candidates: Vec<Candidate>, count: usize) 
         }
         let Some((_, moments)) = &shape else { continue };
         let moments = moments.moved(motion);
-        let same = |(other, its): &(Candidate, PartMoments)| {
+        let same = |(other, moments_of_other): &(Candidate, PartMoments)| {
             level.space.apart(&candidate.estimate, &other.estimate) < SAME_PARAMETERS * radius
-                && moments.same(its, radius)
+                && moments.same(moments_of_other, radius)
         };
         if !chosen.iter().any(same) {
             chosen.push((candidate, moments));

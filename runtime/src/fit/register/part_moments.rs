@@ -1,5 +1,5 @@
-//! Where the parts of a model are, whatever their symmetry: candidates that differ by a turn of a can about its axis
-//! are one.
+//! The places of a model's parts, whatever their symmetry: candidates that differ by a turn of a can about its axis are
+//! one.
 
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::parameterization::Parameterization;

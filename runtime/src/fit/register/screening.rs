@@ -1,4 +1,4 @@
-//! Where to begin: near the start, or at the best of orientations that cover all rotations.
+//! Screening: candidates near the start, or in orientations that cover all rotations.
 
 use super::Seeds;
 use super::candidate::{Candidate, by_value, climb, distinct, objective};

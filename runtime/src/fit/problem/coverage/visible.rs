@@ -3,7 +3,7 @@
 use crate::bvh::Bvh;
 use crate::fit::halton::halton;
 use crate::fit::tuning::{
-    CHORD, COVERAGE_PLACES, GRAZING_VIEW, PLACE_SAMPLES, PLACES_EACH_WAY, VIEW_DIRECTIONS, VIEW_OFFSET,
+    CHORD, COVERAGE_PLACES, GRAZING_VIEW, PLACE_SAMPLES, PLACE_SEGMENTS, PLACES_EACH_WAY, VIEW_DIRECTIONS, VIEW_OFFSET,
 };
 use crate::model::{EvaluationError, Fineness, Instance, Model, Partials, Tessellation};
 use glam::DVec3;
@@ -24,7 +24,7 @@ pub(crate) struct Places {
 /// # Errors
 /// The model cannot be tessellated.
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
-    let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: 128 };
+    let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: PLACE_SEGMENTS };
     let surface = Tessellation::new(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
@@ -35,8 +35,8 @@ pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) ->
         let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, PLACES_EACH_WAY));
         Some(visible(&bvh, patch, grid(instance, patch, sides)?, VIEW_OFFSET * radius))
     };
-    let found: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
-    Ok(found.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
+    let by_patch: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
+    Ok(by_patch.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
 }
 
 /// The size of a patch.
