@@ -10,7 +10,6 @@
 //! - `infer`: standard deviations, tests, comparisons.
 
 mod correspond;
-mod halton;
 mod infer;
 mod monitor;
 mod optimise;
@@ -20,6 +19,7 @@ mod refine;
 mod register;
 mod report;
 mod result;
+mod sampling;
 mod search;
 mod tuning;
 

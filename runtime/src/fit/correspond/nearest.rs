@@ -122,7 +122,7 @@ impl<'s> NearestSearch<'s> {
             let [a, b, c] = corners.map(|k: usize| corner[k]);
             let (weights, d2) = triangle_closest(q, a, b, c);
             // The orientation matters only where the triangle is near.
-            if d2 > limit.min(least) && d2 >= self.least {
+            if d2 > limit.min(least) && d2 > self.least {
                 continue;
             }
             let orientation = facing.map_or(Orientation::FrontFacing, |f| f.orientation(patch, a, b, c));
@@ -130,7 +130,9 @@ impl<'s> NearestSearch<'s> {
                 continue;
             }
             least = least.min(d2);
-            if orientation == Orientation::FrontFacing && d2 < self.least {
+            // Of equally near facets the first one is the answer, whatever the order of visits.
+            let first = d2 == self.least && self.best.as_ref().is_some_and(|best| quad < best.quad);
+            if orientation == Orientation::FrontFacing && (d2 < self.least || first) {
                 self.least = d2;
                 self.best = Some(Best { quad, corners, weights });
             }

@@ -95,16 +95,9 @@ impl Points {
         self.position.iter().copied().collect()
     }
 
-    /// The mean.
-    pub(crate) fn centre(&self) -> DVec3 {
-        self.position.iter().copied().sum::<DVec3>() / self.len().max(1) as f64
-    }
-
-    /// Root mean square distance from the mean.
+    /// The radius of gyration.
     pub(crate) fn gyration(&self) -> f64 {
-        let centre = self.centre();
-        let sum: f64 = self.position.iter().map(|p| p.distance_squared(centre)).sum();
-        (sum / self.len().max(1) as f64).sqrt()
+        gyration(&self.position)
     }
 
     /// About `count` points, one per cell of a cubic grid, the one nearest to the cell's centre: even in space,
@@ -192,6 +185,18 @@ struct Cell {
     off: f64,
     index: usize,
     count: u32,
+}
+
+/// The mean of points.
+pub(crate) fn mean(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len().max(1) as f64
+}
+
+/// The radius of gyration of points: their root mean square distance from the mean.
+pub(crate) fn gyration(points: &[DVec3]) -> f64 {
+    let mean = mean(points);
+    let sum: f64 = points.iter().map(|p| p.distance_squared(mean)).sum();
+    (sum / points.len().max(1) as f64).sqrt()
 }
 
 /// Interleaves the bits of a cell's coordinates (21 of each): neighbours in space come out near in order.

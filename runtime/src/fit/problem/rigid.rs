@@ -1,6 +1,7 @@
 //! Parameters of a script that move the whole model rigidly, and how they are recognised.
 
-use super::points::Points;
+use super::points::{Points, gyration, mean};
+use crate::fit::sampling::cell_centres;
 use crate::fit::tuning::{OTHER_PLACE_REACH, OTHER_PLACES, RIGID, VELOCITY_SAMPLES};
 use crate::model::{EvaluationError, Instance, Model};
 use crate::scan::Scan;
@@ -89,7 +90,7 @@ pub(crate) struct VelocityField {
 impl VelocityField {
     /// Samples every patch on a grid in its inside. Points that are not finite are left out.
     pub(crate) fn sample(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        let (u, v) = grid();
+        let [u, v] = cell_centres([VELOCITY_SAMPLES; 2]);
         let count = model.parameters().len();
         let mut field = Self { points: Vec::new(), velocity: vec![Vec::new(); count] };
         for (patch, part) in model.parts().iter().enumerate() {
@@ -125,11 +126,7 @@ impl VelocityField {
 
     /// Per parameter the rigid motion (a, w) whose field it is, if it is one.
     fn rigid_motions(&self) -> Vec<Option<Vector6<f64>>> {
-        let centre = self.points.iter().copied().sum::<DVec3>() / self.points.len().max(1) as f64;
-        let radius = (self.points.iter().map(|p| p.distance_squared(centre)).sum::<f64>()
-            / self.points.len().max(1) as f64)
-            .sqrt();
-        let radius = radius.max(f64::MIN_POSITIVE);
+        let (centre, radius) = (mean(&self.points), gyration(&self.points).max(f64::MIN_POSITIVE));
         let rows = |p: &DVec3| {
             let p = (*p - centre) / radius;
             // The field of shift a and turn w: a + w x p.
@@ -176,9 +173,4 @@ fn rank_of(columns: &[Vector6<f64>]) -> usize {
     }
     let matrix = DMatrix::from_fn(6, columns.len(), |r, c| columns[c][r] / columns[c].norm().max(f64::MIN_POSITIVE));
     matrix.svd(false, false).singular_values.iter().filter(|s| **s > 1e-6).count()
-}
-
-fn grid() -> (Vec<f64>, Vec<f64>) {
-    let at = |i: usize| (i as f64 + 0.5) / VELOCITY_SAMPLES as f64;
-    (0..VELOCITY_SAMPLES * VELOCITY_SAMPLES).map(|k| (at(k % VELOCITY_SAMPLES), at(k / VELOCITY_SAMPLES))).unzip()
 }

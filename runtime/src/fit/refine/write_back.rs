@@ -6,6 +6,7 @@ use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::parameterization::Parameterization;
+use crate::fit::problem::points::mean;
 use crate::fit::problem::rigid::VelocityField;
 use crate::fit::tuning::{CHORD, POSE_LAST_ROUNDS, POSE_ROUNDS, POSE_STEPS, POSE_TURN, WRITTEN_BACK};
 use crate::model::{EvaluationError, Model};
@@ -78,7 +79,7 @@ pub(crate) fn parameters_at(
 ) -> Result<(Vec<f64>, f64), EvaluationError> {
     let instance = model.instantiate(x)?;
     let rest = VelocityField::sample(model, &*instance)?.points;
-    let centre = rest.iter().copied().sum::<DVec3>() / rest.len().max(1) as f64;
+    let centre = mean(&rest);
     let turn = motion.rotation.to_scaled_axis();
     let shift = motion.apply(centre) - centre;
     let steps = (turn.length() / POSE_TURN).ceil().max(POSE_STEPS) as u32;

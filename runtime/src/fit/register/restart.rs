@@ -6,12 +6,12 @@ use super::candidate::{Candidate, by_value, minimise, objective};
 use super::group::{Group, Rest, groups, loss_ratio, rest};
 use super::symmetry::equivalents;
 use crate::fit::correspond::layout::Layout;
-use crate::fit::halton::halton;
 use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::{Estimate, Parameterization};
 use crate::fit::problem::points::Points;
+use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     ACCEPTED, ALONE, ALONE_COARSE, ALONE_FINE, ALONE_ITERATIONS, ALONE_STEP, ANGLES, AROUND_START, BATCH, CLEAR,
     EQUAL_VALUES, JOINT, JOINT_ITERATIONS, JOINT_POINTS, JOINT_STEP, LEAST_UNEXPLAINED, MODEL_SIZE, PART_CHORD,

@@ -1,9 +1,9 @@
 //! Other shapes to begin from: parameters for which pairs of the model's surface points have the distances of the
 //! scan's. The distribution of such distances (Osada et al., "Shape distributions", D2) does not depend on the pose.
 
-use crate::fit::halton::halton;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Estimate;
+use crate::fit::sampling::halton;
 use crate::fit::tuning::{D2_BINS, D2_GRID, D2_POINTS, D2_SPAN, PROPOSAL_DRAWS, PROPOSALS, PROPOSALS_APART};
 use crate::model::Instance;
 use glam::DVec3;
