@@ -173,8 +173,8 @@ pub(crate) const SAME_SURFACE: f64 = 1.01;
 
 // --------------------------------------------------------------------------------------------------------------- Loss
 
-/// Distances beyond so many sigma are not computed where the loss is bounded, and their loss is 1 ([VA] eq. 4): Welsch's
-/// there is 1 - 4.8e-6.
+/// Distances beyond so many sigma are not computed where the loss is bounded, and their loss is 1 ([VA] eq. 4):
+/// Welsch's there is 1 - 4.8e-6.
 pub(crate) const CUTOFF_SIGMAS: f64 = 3.5;
 /// The distance up to which points are inliers (d + eps in [VA] sect. 3), in robust standard deviations of the
 /// residuals. At 3 the estimator is 97 % as efficient as least squares on Gaussian residuals.
@@ -318,8 +318,8 @@ pub(crate) const POLISH_STEP: f64 = 2e-4;
 pub(crate) const SQUARED_TOLERANCE: f64 = 1e-12;
 pub(crate) const SQUARED_STEP: f64 = 1e-11;
 /// L-BFGS, where Gauss-Newton does not converge: iterations; the gradient, the relative gain of a step and that of a
-/// round at which it ends; corrections that are kept; rounds in which the set of coordinates at bounds settles; sigma over
-/// the distance by which the first step moves the surface.
+/// round at which it ends; corrections that are kept; rounds in which the set of coordinates at bounds settles; sigma
+/// over the distance by which the first step moves the surface.
 pub(crate) const LBFGS_ITERATIONS: u32 = 40;
 pub(crate) const LBFGS_GRADIENT: f64 = 1e-7;
 pub(crate) const LBFGS_COST: f64 = 1e-10;
@@ -386,7 +386,7 @@ pub(crate) const UNEXPLAINED_SHARE: f64 = 0.1;
 pub(crate) const BOOTSTRAP_ITERATIONS: u32 = 10;
 pub(crate) const BOOTSTRAP_TOLERANCE: f64 = 1e-4;
 
-// ----------------------------------------------------------------------------------------- Warnings and model selection
+// ---------------------------------------------------------------------------------------- Warnings and model selection
 
 /// A model explains a scan of which at least this share is near it.
 pub(crate) const EXPLAINED: f64 = 0.5;
@@ -401,10 +401,12 @@ pub(crate) const NAMED: f64 = 0.05;
 /// with fewer points hardly shown.
 pub(crate) const HARDLY_DETERMINED: f64 = 0.1;
 pub(crate) const HARDLY_ANY_POINTS: f64 = 10.0;
-/// The best of several models, this number of them, are fitted again, each from the shape of the best other one, so that
-/// a fit that went astray does not decide; unless the winner has strong evidence and at least this ratio of inliers.
+/// The best of several models, this number of them, are fitted again, each from the shape of the best other one, so
+/// that a fit that went astray does not decide; unless the winner has strong evidence and at least this ratio of
+/// inliers.
 pub(crate) const FINALISTS: usize = 3;
 pub(crate) const CONVINCING_INLIERS: f64 = 0.95;
-/// Differences of BIC (Kass and Raftery 1995): below the first hardly worth a mention, above the second strong evidence.
+/// Differences of BIC (Kass and Raftery 1995): below the first hardly worth a mention, above the second strong
+/// evidence.
 pub(crate) const SOME_EVIDENCE: f64 = 2.0;
 pub(crate) const STRONG_EVIDENCE: f64 = 10.0;

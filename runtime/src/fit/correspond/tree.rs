@@ -104,8 +104,8 @@ impl Tree {
         }
     }
 
-    /// Visits facets near a point, nearest boxes first. `item` gets a facet and the squared limit, and returns the limit
-    /// from then on.
+    /// Visits facets near a point, nearest boxes first. `item` gets a facet and the squared limit, and returns the
+    /// limit from then on.
     pub(crate) fn visit(&self, q: DVec3, limit: f64, mut item: impl FnMut(usize, f64) -> f64) {
         if self.nodes.is_empty() {
             return;

@@ -36,9 +36,9 @@ pub(crate) struct Comparison {
 }
 
 /// Compares fits of several models to one scan: BIC = n ln(mean loss) + k ln n, for k parameters and n independent
-/// points. With the squared distance as the loss this is the criterion of least squares with a variance that is not known
-/// (Schwarz 1978). All are judged at one scale, the least of the fits' own, as a wider one forgives more. A difference
-/// beyond 10 is strong (Kass and Raftery 1995).
+/// points. With the squared distance as the loss this is the criterion of least squares with a variance that is not
+/// known (Schwarz 1978). All are judged at one scale, the least of the fits' own, as a wider one forgives more. A
+/// difference beyond 10 is strong (Kass and Raftery 1995).
 ///
 /// # Errors A scan without points, or a model that cannot be evaluated where its fit ended.
 pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitError> {

@@ -33,8 +33,8 @@ pub(crate) struct Uncertainty {
 const SINGULAR: f64 = 1e-10;
 const NO_INFLUENCE: f64 = 1e-12;
 
-/// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as determined. None where the model does not
-/// exist or no point has a foot.
+/// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as determined. None where the model does
+/// not exist or no point has a foot.
 pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Uncertainty> {
     let dim = objective.space.dim();
     let all = AllRows::new(objective, at)?;
@@ -158,7 +158,8 @@ impl Inverse {
         if sound.is_empty() {
             return None;
         }
-        // Within what is determined: the curvatures where their sum is positive, as at an optimum it should be, else the weights.
+        // Within what is determined: the curvatures where their sum is positive, as at an optimum it should be, else
+        // the weights.
         let basis = DMatrix::from_columns(&sound);
         let within = |m: &DMatrix<f64>| basis.transpose() * scaled(m) * &basis;
         let inner = within(bread).cholesky().or_else(|| within(weighted).cholesky())?.inverse();

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 
 /// A point with another patch within reach.
 pub(crate) struct Switch {
-    /// By how much more the other patch would count: sigma^2 / 2 times the difference of the losses. Square millimetres.
+    /// By how much more the other patch would count: sigma^2 / 2 times the difference of the losses. Square
+    /// millimetres.
     difference: f64,
     /// Its derivative by the scaled local coordinates.
     slope: DVector<f64>,

@@ -1,5 +1,5 @@
-//! The space of estimates: an estimate (the script's free parameters and a rigid motion), its scaled local coordinates, and
-//! the bounds.
+//! The space of estimates: an estimate (the script's free parameters and a rigid motion), its scaled local coordinates,
+//! and the bounds.
 
 use super::isometry::{Isometry, left_jacobian};
 use crate::model::Model;

@@ -51,8 +51,8 @@ pub(crate) fn restart(plan: &Restart, candidate: Candidate) -> Candidate {
         let mut again = false;
         for group in &groups {
             let Some(Restarted { better, ratio }) = restart_group(plan, group, round, &best) else { continue };
-            // A group that still fits badly is tried once more with other values; and a rest that fits better shows more
-            // clearly which points it leaves over, if there is any doubt or another group left.
+            // A group that still fits badly is tried once more with other values; and a rest that fits better shows
+            // more clearly which points it leaves over, if there is any doubt or another group left.
             again |= !(ratio < ACCEPTED);
             if let Some(better) = better {
                 let improved = better.value < (1.0 - WORTH_ANOTHER_ROUND) * best.value;
@@ -221,8 +221,8 @@ impl<'s> Local<'s> {
         Objective { space, layout: &self.layout, ..objective }
     }
 
-    /// A group of few parameters: minimises over everything from the known starts and from the best optimum of the group
-    /// alone. At a fine scale all known starts may be too far off to feel the points, and that optimum is not.
+    /// A group of few parameters: minimises over everything from the known starts and from the best optimum of the
+    /// group alone. At a fine scale all known starts may be too far off to feel the points, and that optimum is not.
     fn small_group(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
         let Ranked { known, all } = self.rank(starts);
         let near = SAME_START.min(SMALL_GROUP_STARTS * scale);

@@ -1,7 +1,7 @@
 //! The coverage term: from the model to the scan. The objective looks from the scan to the model, so that nothing pulls
-//! back an end of the model that has grown beyond what was scanned. This term counts the loss of e for places spread evenly
-//! over what could be seen of the model; e is how far a place lies beyond the scan along the model's own surface. Where
-//! the scan passes by a place e is zero: what both terms could speak of is left to the other one.
+//! back an end of the model that has grown beyond what was scanned. This term counts the loss of e for places spread
+//! evenly over what could be seen of the model; e is how far a place lies beyond the scan along the model's own
+//! surface. Where the scan passes by a place e is zero: what both terms could speak of is left to the other one.
 
 mod scanned;
 mod visible;
