@@ -79,6 +79,17 @@ fn the_runtimes_modules_use_what_they_may() {
 }
 
 #[test]
+fn stages_of_a_fit_know_only_earlier_ones() {
+    let stages = ["correspond", "problem", "optimise", "register", "refine", "infer"];
+    for (i, stage) in stages.iter().enumerate() {
+        let later: Vec<String> =
+            stages[i + 1..].iter().flat_map(|s| [format!("fit::{s}"), format!("super::{s}")]).collect();
+        let later: Vec<&str> = later.iter().map(String::as_str).collect();
+        must_not_name(&format!("runtime/src/fit/{stage}"), &later);
+    }
+}
+
+#[test]
 fn stages_behind_programs_are_the_compilers_own() {
     for folder in ["src", "runtime/src"] {
         must_not_name(folder, &["gml_compiler::internals"]);

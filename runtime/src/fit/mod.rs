@@ -1,22 +1,29 @@
+<<<<<<< HEAD
 //! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) (\[VA\] eq. 1 and 2).
+=======
+//! Parameters and pose from a scan: minimises the mean loss of the distances d(M(x), s_i) from the scan's
+//! points s_i to the model M(x) (\[VA\] eq. 1 and 2).
+>>>>>>> fit
 //!
 //! - [`FitOptions`], [`FitError`], [`FitResult`]: the input and the output of [`fit()`].
 //! - `problem`: the model, the scan, the parameterization of estimates, the loss and the objective.
 //! - `correspond`: which place of the model's surface belongs to a point of the scan.
+//! - `optimise`: minimisation of the objective inside the bounds.
 //! - `register`: global registration, which finds where to begin.
 //! - `refine`: local refinement from coarse to fine.
 //! - `infer`: standard deviations, tests, comparisons.
 
 mod correspond;
-mod halton;
 mod infer;
 mod monitor;
+mod optimise;
 mod options;
 mod problem;
 mod refine;
 mod register;
 mod report;
 mod result;
+mod sampling;
 mod search;
 mod tuning;
 

@@ -24,7 +24,17 @@ pub struct TracePoint {
     pub inliers: f64,
 }
 
-/// Records of a fit. Nothing in it affects the fit but `cancelled`.
+/// Records of a fit so far.
+pub(crate) struct Records {
+    /// In the order of the steps.
+    pub(crate) trace: Vec<TracePoint>,
+    /// In the order in which they came.
+    pub(crate) warnings: Vec<String>,
+    /// By stage.
+    pub(crate) seconds: BTreeMap<String, f64>,
+}
+
+/// The observer of a fit. Nothing in it affects the fit but `cancelled`.
 pub(crate) struct Monitor<'a> {
     pub(crate) progress: &'a dyn Progress,
     /// Evaluations of the objective.
@@ -83,9 +93,10 @@ impl<'a> Monitor<'a> {
         self.evaluations.load(Ordering::Relaxed)
     }
 
-    /// The trace, the warnings and the seconds by stage, in the order in which they came.
-    pub(crate) fn records(&self) -> (Vec<TracePoint>, Vec<String>, BTreeMap<String, f64>) {
-        (lock(&self.trace).clone(), lock(&self.warnings).clone(), lock(&self.seconds).clone())
+    /// The records so far.
+    pub(crate) fn records(&self) -> Records {
+        let (trace, warnings) = (lock(&self.trace).clone(), lock(&self.warnings).clone());
+        Records { trace, warnings, seconds: lock(&self.seconds).clone() }
     }
 }
 

@@ -2,12 +2,16 @@
 
 use crate::fit::infer::Inference;
 use crate::fit::infer::sandwich::Uncertainty;
+use crate::fit::monitor::Records;
 use crate::fit::problem::Problem;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{Covariance, FitResult, FittedParameter};
+use crate::fit::tuning::{
+    EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, NAMED,
+};
 use nalgebra::DVector;
 
 /// The result of a fit.
@@ -51,14 +55,14 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         })
         .collect();
     warn(problem, &parameters, &solution.evaluation, &deviations);
-    if inliers < 0.5 * points {
+    if inliers < EXPLAINED * points {
         monitor.warn(format!(
             "only {:.0} % of the scan's points lie near the model: it does not explain this scan, or the fit has failed",
             100.0 * inliers / points
         ));
     }
     let rms = (d2 / inliers.max(1.0)).sqrt();
-    if rms > FOREIGN.0 * problem.scan.noise && rms > FOREIGN.1 * problem.radius {
+    if rms > FOREIGN_NOISE * problem.scan.noise && rms > FOREIGN_RADIUS * problem.radius {
         monitor.warn(format!(
             "what lies near the model is {rms:.3} mm off (root mean square), {:.0} times the scan's noise: no model of this family has the scan's shape, or the fit has failed",
             rms / problem.scan.noise.max(1e-9 * problem.radius)
@@ -74,7 +78,7 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         monitor.warn("the last stage did not converge");
     }
     let coverage = covered(solution);
-    let (trace, warnings, seconds) = monitor.records();
+    let Records { trace, warnings, seconds } = monitor.records();
     FitResult {
         model: problem.model.name().to_owned(),
         script: String::new(),
@@ -110,7 +114,7 @@ fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     let parameters = problem.model.parameters();
     let determined = |i: &usize| {
         let row = slope.row(*i);
-        row.amax() > 0.0 && row.iter().zip(&uncertainty.known).all(|(s, known)| *s == 0.0 || *known)
+        row.amax() > 0.0 && row.iter().zip(&uncertainty.determined).all(|(s, determined)| *s == 0.0 || *determined)
     };
     let chosen: Vec<usize> = (0..parameters.len()).filter(determined).collect();
     let rows = slope.select_rows(&chosen);
@@ -149,11 +153,6 @@ fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     }
 }
 
-/// Residuals above this multiple of the noise and this fraction of the scan's radius are not due to the scanner.
-const FOREIGN: (f64, f64) = (5.0, 0.015);
-/// Correlations beyond this are worth a warning.
-const INSEPARABLE: f64 = 0.999;
-
 /// A sentence on a combination of coordinates that leaves every distance as it is.
 fn undetermined(level: &Level, direction: &DVector<f64>) -> String {
     let Level { problem, space, .. } = level;
@@ -163,10 +162,10 @@ fn undetermined(level: &Level, direction: &DVector<f64>) -> String {
         .free
         .iter()
         .zip(shape)
-        .filter(|(_, s)| s.abs() > 0.05 * largest)
+        .filter(|(_, s)| s.abs() > NAMED * largest)
         .map(|(i, s)| format!("{:+.2} `{}`", s / largest, problem.model.parameters()[*i].name))
         .collect();
-    let moves = pose.iter().any(|p| p.abs() > 0.05 * largest);
+    let moves = pose.iter().any(|p| p.abs() > NAMED * largest);
     match (named.is_empty(), moves) {
         (true, _) => "the scan does not determine the whole pose: the model is symmetric, and can be turned or shifted within itself".to_owned(),
         (false, true) => format!("the scan does not determine a common change of the pose and of {}", named.join(" ")),
@@ -185,14 +184,14 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
         } else if p.at_bound {
             monitor.warn(format!("`{}` ended at a bound ({} {})", p.name, p.value, p.unit));
         } else if let Some(sd) = deviations[i]
-            && sd > 0.1 * problem.radius.max(p.value.abs())
+            && sd > HARDLY_DETERMINED * problem.radius.max(p.value.abs())
             && p.unit == "mm"
         {
             monitor.warn(format!("the scan hardly determines `{}` (standard deviation {sd:.3} mm)", p.name));
         }
     }
     for (part, sum) in problem.model.parts().iter().zip(&evaluation.patches) {
-        if sum.inliers < 10.0 {
+        if sum.inliers < HARDLY_ANY_POINTS {
             monitor.warn(format!(
                 "almost no point of the scan belongs to `{}`: what only shapes it is not determined",
                 part.name

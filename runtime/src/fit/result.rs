@@ -23,7 +23,7 @@ pub struct FitResult {
     /// where the script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pose: Option<Motion>,
-    /// Mean loss over the scan's points (\[VA\] eq. 1, where the loss is psi): between 0 and 1 for bounded losses.
+    /// Mean loss over the scan's points (\[VA\] eq. 1): between 0 and 1 for bounded losses.
     pub objective: f64,
     /// The final scale of the loss. Millimetres.
     pub sigma: f64,
@@ -175,7 +175,7 @@ pub struct Bootstrap {
     /// Edge of the blocks. Millimetres; absent where single points were drawn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<f64>,
-    /// Of every free parameter, in the script's order.
+    /// The spread of every free parameter, in the script's order.
     pub parameters: Vec<Resampled>,
 }
 

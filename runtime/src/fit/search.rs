@@ -6,22 +6,12 @@ use super::infer::compare::{Rival, compare};
 use super::options::{FitError, FitOptions};
 use super::problem::rigid::pose_parameters;
 use super::result::{FitResult, Search, SearchCandidate};
+use super::tuning::{CONVINCING_INLIERS, FINALISTS, SOME_EVIDENCE, STRONG_EVIDENCE};
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::scan::Scan;
 use std::collections::BTreeMap;
 use thiserror::Error;
-
-/// The best candidates of this number are fitted again, each from the shape of the best other one, so that a fit that
-/// went astray does not decide.
-const FINALISTS: usize = 3;
-
-/// The second round is skipped if the winner has strong evidence and at least this ratio of inliers.
-const CONVINCING_INLIERS: f64 = 0.95;
-
-/// Differences of BIC (Kass and Raftery 1995): below the first hardly worth a mention, above the second strong
-/// evidence.
-const MARGINS: (f64, f64) = (2.0, 10.0);
 
 /// Values of the inputs that are searched, by name.
 pub type InputValues = BTreeMap<String, i64>;
@@ -64,8 +54,8 @@ impl Evidence {
     #[must_use]
     pub fn of_margin(margin: f64) -> Self {
         match margin {
-            m if m < MARGINS.0 => Self::None,
-            m if m < MARGINS.1 => Self::Some,
+            m if m < SOME_EVIDENCE => Self::None,
+            m if m < STRONG_EVIDENCE => Self::Some,
             _ => Self::Strong,
         }
     }

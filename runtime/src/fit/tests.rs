@@ -8,5 +8,4 @@ mod number;
 pub(crate) mod shapes;
 mod statistics;
 mod success;
-mod timing;
 mod trouble;

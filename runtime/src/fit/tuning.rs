@@ -134,8 +134,8 @@ pub(crate) const AROUND_START: f64 = 0.4;
 pub(crate) const ANGLES: u32 = 16;
 /// A group without so many points that no other part explains is left alone; those on which it is optimised alone, and
 /// those by which starts are ranked.
-pub(crate) const LEAST_OWN: usize = 8;
-pub(crate) const OWN_POINTS: usize = 200;
+pub(crate) const LEAST_UNEXPLAINED: usize = 8;
+pub(crate) const UNEXPLAINED_POINTS: usize = 200;
 pub(crate) const RANKED_POINTS: usize = 80;
 /// Starts from which the group is optimised alone, and how many at a time: after each batch the best is judged (0024).
 pub(crate) const ALONE: PerMember = PerMember { each: 4, most: 20 };
@@ -149,7 +149,7 @@ pub(crate) const SMALL_GROUP_POINTS: usize = 3000;
 /// Starts are the same whose values move the surface by less (radii), whose motions do, or whose angles (radians)
 /// differ by less.
 pub(crate) const SAME_START: f64 = 0.1;
-/// Of small groups, by less than this many scales of the loss (0024).
+/// Those of small groups are whose values move it by less than this many scales of the loss (0024).
 pub(crate) const SMALL_GROUP_STARTS: f64 = 3.0;
 /// The scales at which a group is optimised alone: a coarse one (radii), then this part of the final one.
 pub(crate) const ALONE_COARSE: f64 = 0.1;
@@ -171,8 +171,37 @@ pub(crate) const AXIS_TURN: f64 = 0.3;
 pub(crate) const EXCHANGES: usize = 128;
 pub(crate) const SAME_SURFACE: f64 = 1.01;
 
+// --------------------------------------------------------------------------------------------------------------- Loss
+
+/// Distances beyond so many sigma are not computed where the loss is bounded, and their loss is 1 (\[VA\] eq. 4):
+/// Welsch's there is 1 - 4.8e-6.
+pub(crate) const CUTOFF_SIGMAS: f64 = 3.5;
+/// The distance up to which points are inliers (d + eps in \[VA\] sect. 3), in robust standard deviations of the
+/// residuals. At 3 the estimator is 97 % as efficient as least squares on Gaussian residuals.
+pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
+
 // ------------------------------------------------------------------------------------------------- Points and facets
 
+/// The fewest points that are fitted: three do not determine a surface.
+pub(crate) const FEWEST_POINTS: usize = 4;
+/// Points are sorted by cells of a grid with so many along its longest edge, so that neighbours are near in memory.
+pub(crate) const WALK_CELLS: f64 = 64.0;
+/// A sample even in space has one point a cell: the most cells along an edge, rounds in which their number is sought,
+/// the factor by which a sample may be too small, and the factor on the number of points that a round aims at.
+pub(crate) const MOST_SAMPLE_CELLS: f64 = 4096.0;
+pub(crate) const SAMPLE_ROUNDS: usize = 14;
+pub(crate) const SAMPLE_ENOUGH: f64 = 1.05;
+pub(crate) const SAMPLE_AIM: f64 = 0.975;
+/// Points of a chunk, the unit of parallel work and of the order of sums. Few points make the second number of chunks
+/// all the same, as long as a chunk has the third number of points.
+pub(crate) const CHUNK_POINTS: usize = 512;
+pub(crate) const FEW_CHUNKS: usize = 16;
+pub(crate) const LEAST_CHUNK: usize = 96;
+/// Chunks whose rows of the Jacobian are computed at a time: memory does not grow with the scan.
+pub(crate) const CHUNKS_AT_ONCE: usize = 64;
+/// Rows of more points are computed anew in each pass: those of so many take 160 MB of a model with a hundred
+/// parameters.
+pub(crate) const KEPT_ROWS: usize = 200_000;
 /// Points of a scan of which the registration takes its samples; the refinement has as many, as dense as the scan,
 /// before it has all (0017).
 pub(crate) const THIN_POINTS: usize = 6000;
@@ -197,6 +226,20 @@ pub(crate) const CURVATURE_CELLS: usize = 12;
 pub(crate) const MOST_CELLS: f64 = 48.0;
 /// Samples each way of a patch for the velocities by which rigid parameters are recognised.
 pub(crate) const VELOCITY_SAMPLES: usize = 5;
+/// A field of velocities is rigid up to this part of its size: far above rounding, far below any true deformation.
+pub(crate) const RIGID: f64 = 1e-8;
+/// Places beside the start at which it must be: steps of all parameters in this part of their bounds, or about the size
+/// of the scan.
+pub(crate) const OTHER_PLACES: [f64; 2] = [0.23, -0.31];
+pub(crate) const OTHER_PLACE_REACH: f64 = 0.3;
+/// The motion is written into pose parameters in turns of so many radians, in so many steps at least, with so many
+/// Gauss-Newton steps after each and after the last one.
+pub(crate) const POSE_TURN: f64 = 0.1;
+pub(crate) const POSE_STEPS: f64 = 4.0;
+pub(crate) const POSE_ROUNDS: u32 = 3;
+pub(crate) const POSE_LAST_ROUNDS: u32 = 30;
+/// The distance (radii) up to which they reproduce it.
+pub(crate) const WRITTEN_BACK: f64 = 1e-6;
 /// Sum of weights from which the normals of the scan decide which way a patch faces, and the share of it that must say
 /// inwards.
 pub(crate) const FACING_POINTS: f64 = 10.0;
@@ -207,6 +250,25 @@ pub(crate) const REACH_SIGMAS: f64 = 0.15;
 pub(crate) const REACH_SPACINGS: f64 = 2.0;
 /// Points are dense where the latter is below this many radii. Beyond it, too many facets are within reach.
 pub(crate) const REACH_LIMIT: f64 = 0.06;
+/// Facets that a search lists for the slack. Where more are within reach, nothing is known of the slack.
+pub(crate) const LISTED: usize = 48;
+/// The cosine between normals up to which a facet that faces away is grazing: it may turn over within the last steps of
+/// a fit.
+pub(crate) const GRAZING: f64 = 0.1;
+/// Newton's method for a foot: evaluations at most (four suffice except across a sharp bend), the factor on a step that
+/// led away, and the longest step along a closed patch, whose period is 1.
+pub(crate) const FOOT_EVALUATIONS: usize = 16;
+pub(crate) const BACKTRACK: f64 = 0.25;
+pub(crate) const SEAM_STEP: f64 = 0.25;
+/// Steps are Newton's where the Hessian's diagonal is larger than this part of the metric's, and its determinant than
+/// this part of the diagonal's product; else they are Gauss-Newton's.
+pub(crate) const CURVED_CLEARLY: f64 = 1e-3;
+pub(crate) const CURVED_SOUNDLY: f64 = 1e-6;
+/// Newton's method on a patch's Taylor polynomial: steps at most, the part of the tolerance that the polynomial may be
+/// off by, and the assumed ratio of third to second derivatives (2 pi for a sine whose period is the patch).
+pub(crate) const TAYLOR_STEPS: usize = 4;
+pub(crate) const TAYLOR_SHARE: f64 = 0.1;
+pub(crate) const TAYLOR_GROWTH: f64 = 16.0;
 
 // --------------------------------------------------------------------------------------------------------- Refinement
 
@@ -228,6 +290,8 @@ pub(crate) const DAMPING_SINGULAR: f64 = 100.0;
 pub(crate) const DAMPING_LEAST: f64 = 1e-9;
 pub(crate) const DAMPING_RAISED: f64 = 1e-6;
 pub(crate) const DAMPING_MOST: f64 = 1e8;
+/// The part of the damping that is relative to the largest diagonal element: it holds coordinates without influence.
+pub(crate) const DAMPING_FLOOR: f64 = 1e-4;
 /// The loss's second derivative counts for at least this part of its weight, so that no step runs away.
 pub(crate) const LEAST_CURVATURE: f64 = 0.3;
 /// Feet of points are exact to this (sigma) in the registration and in the annealing, and at the final scale.
@@ -250,11 +314,16 @@ pub(crate) const LEAST_SPREAD: f64 = 1e-6;
 /// optimum by as much (0017).
 pub(crate) const POLISH_ITERATIONS: u32 = 30;
 pub(crate) const POLISH_STEP: f64 = 2e-4;
-/// L-BFGS, where Gauss-Newton does not converge: iterations, the gradient at which it ends, corrections that are kept,
-/// rounds in which the set of coordinates at bounds settles, and the part of sigma by which the first step moves the
-/// surface.
+/// Exactness of feet and the last step (radii) of least squares, which is for those who want every digit.
+pub(crate) const SQUARED_TOLERANCE: f64 = 1e-12;
+pub(crate) const SQUARED_STEP: f64 = 1e-11;
+/// L-BFGS, where Gauss-Newton does not converge: iterations; the gradient, the relative gain of a step and that of a
+/// round at which it ends; corrections that are kept; rounds in which the set of coordinates at bounds settles; sigma
+/// over the distance by which the first step moves the surface.
 pub(crate) const LBFGS_ITERATIONS: u32 = 40;
 pub(crate) const LBFGS_GRADIENT: f64 = 1e-7;
+pub(crate) const LBFGS_COST: f64 = 1e-10;
+pub(crate) const LBFGS_GAIN: f64 = 1e-9;
 pub(crate) const LBFGS_MEMORY: usize = 8;
 pub(crate) const LBFGS_ROUNDS: u32 = 6;
 pub(crate) const LBFGS_FIRST_STEP: f64 = 3.0;
@@ -270,6 +339,8 @@ pub(crate) const COVERAGE_FINEST: f64 = 0.01;
 pub(crate) const COVERAGE_PLACES: f64 = 8000.0;
 pub(crate) const PLACES_EACH_WAY: usize = 400;
 pub(crate) const PLACE_SAMPLES: usize = 8;
+/// Facets each way at most, of the surface against which views of places are tested.
+pub(crate) const PLACE_SEGMENTS: u32 = 128;
 /// Directions from which a place may be seen, the cosine of those that are too grazing, and how far above the surface
 /// (radii) rays begin.
 pub(crate) const VIEW_DIRECTIONS: usize = 48;
@@ -310,7 +381,32 @@ pub(crate) const SWITCH_ROUNDS: usize = 3;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A part is observed of whose points more than this share are near nothing else, however badly the rest fits (0023).
-pub(crate) const OWN_SHARE: f64 = 0.1;
+pub(crate) const UNEXPLAINED_SHARE: f64 = 0.1;
 /// Gauss-Newton steps of a drawn scan, which begins beside its optimum, and how exact feet are then (sigma).
 pub(crate) const BOOTSTRAP_ITERATIONS: u32 = 10;
 pub(crate) const BOOTSTRAP_TOLERANCE: f64 = 1e-4;
+
+// ---------------------------------------------------------------------------------------- Warnings and model selection
+
+/// A model explains a scan of which at least this share is near it.
+pub(crate) const EXPLAINED: f64 = 0.5;
+/// Residuals above this multiple of the noise and this many radii are not due to the scanner.
+pub(crate) const FOREIGN_NOISE: f64 = 5.0;
+pub(crate) const FOREIGN_RADIUS: f64 = 0.015;
+/// Correlations beyond this are worth a warning.
+pub(crate) const INSEPARABLE: f64 = 0.999;
+/// Coordinates of an undetermined direction are named that have this part of its largest one.
+pub(crate) const NAMED: f64 = 0.05;
+/// A length is hardly determined whose standard deviation is above this part of the radius or of its value, and a part
+/// with fewer points hardly shown.
+pub(crate) const HARDLY_DETERMINED: f64 = 0.1;
+pub(crate) const HARDLY_ANY_POINTS: f64 = 10.0;
+/// The best of several models, this number of them, are fitted again, each from the shape of the best other one, so
+/// that a fit that went astray does not decide; unless the winner has strong evidence and at least this ratio of
+/// inliers.
+pub(crate) const FINALISTS: usize = 3;
+pub(crate) const CONVINCING_INLIERS: f64 = 0.95;
+/// Differences of BIC (Kass and Raftery 1995): below the first hardly worth a mention, above the second strong
+/// evidence.
+pub(crate) const SOME_EVIDENCE: f64 = 2.0;
+pub(crate) const STRONG_EVIDENCE: f64 = 10.0;

@@ -2,6 +2,7 @@
 
 use super::layout::{Layout, bounds};
 use super::tree::{Tree, triangle_closest};
+use crate::fit::tuning::GRAZING;
 use crate::mesh::Bounds;
 use glam::DVec3;
 
@@ -24,11 +25,11 @@ pub(crate) struct Facing<'a> {
     pub(crate) signs: &'a [i8],
 }
 
-/// Which way the outward normal of a triangle points, seen along a point's.
+/// The orientation of a triangle's outward normal, seen along a point's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Orientation {
     FrontFacing,
-    /// Away, but by less than `Facing::GRAZING`.
+    /// Away, but by less than `GRAZING`.
     Grazing,
     BackFacing,
 }
@@ -57,7 +58,7 @@ impl Facets<'_> {
     /// The distance from `q` to the nearest facet, which is below `limit`; `limit` if there is none.
     pub(crate) fn distance(&self, q: DVec3, limit: f64) -> f64 {
         let mut least = limit * limit;
-        self.tree.visit(&self.tree.asked(q, None, 0.0), least, |quad, _, limit| {
+        self.tree.visit(q, least, |quad, limit| {
             let c = self.quad(quad as u32);
             let (_, first) = triangle_closest(q, c[0], c[1], c[2]);
             let (_, second) = triangle_closest(q, c[0], c[2], c[3]);
@@ -91,10 +92,6 @@ impl Facets<'_> {
 }
 
 impl Facing<'_> {
-    /// The cosine between normals up to which a facet counts as grazing: it may turn over within the last steps of a
-    /// fit.
-    pub(super) const GRAZING: f64 = 0.1;
-
     /// The orientation of a triangle of a patch; front-facing where the patch's sides are not known.
     pub(super) fn orientation(&self, patch: u32, a: DVec3, b: DVec3, c: DVec3) -> Orientation {
         let area = (b - a).cross(c - a);
@@ -102,7 +99,7 @@ impl Facing<'_> {
         // By squares: roots cost more than all the rest.
         if along >= 0.0 {
             Orientation::FrontFacing
-        } else if along * along <= Self::GRAZING * Self::GRAZING * area.length_squared() {
+        } else if along * along <= GRAZING * GRAZING * area.length_squared() {
             Orientation::Grazing
         } else {
             Orientation::BackFacing

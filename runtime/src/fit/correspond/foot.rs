@@ -1,5 +1,8 @@
 //! Distances to the exact surface: the nearest facet's point is refined by projected Newton steps in (u, v).
 
+use crate::fit::tuning::{
+    BACKTRACK, CURVED_CLEARLY, CURVED_SOUNDLY, FOOT_EVALUATIONS, SEAM_STEP, TAYLOR_GROWTH, TAYLOR_SHARE, TAYLOR_STEPS,
+};
 use crate::model::{EvaluationError, Instance, SecondPartials};
 use glam::DVec3;
 
@@ -16,17 +19,9 @@ pub(crate) struct Foot {
     pub(crate) d2: f64,
 }
 
-/// Limit of Newton evaluations of a foot point; four suffice except across a sharp bend.
-const EVALUATIONS: usize = 16;
-
-/// Assumed ratio of third to second derivatives: for a sine whose period is the patch it is 2 pi.
-const GROWTH: f64 = 16.0;
-/// Limit of Newton steps on a Taylor polynomial.
-const TAYLOR_STEPS: usize = 4;
-
 /// The iteration of one foot point.
 #[derive(Clone, Copy)]
-struct Search {
+struct Iteration {
     /// Index of the point.
     index: usize,
     trial: [f64; 2],
@@ -39,7 +34,7 @@ struct Search {
 ///
 /// # Errors
 /// The patch cannot be evaluated.
-pub(crate) fn refine(
+pub(crate) fn foot_points(
     instance: &dyn Instance,
     patch: usize,
     closed: [bool; 2],
@@ -48,36 +43,36 @@ pub(crate) fn refine(
     tolerance: f64,
 ) -> Result<Vec<Foot>, EvaluationError> {
     let mut feet = vec![Foot { d2: f64::INFINITY, ..Foot::default() }; q.len()];
-    let mut active: Vec<Search> =
-        uv.iter().enumerate().map(|(index, uv)| Search { index, trial: *uv, step: [0.0; 2] }).collect();
+    let mut active: Vec<Iteration> =
+        uv.iter().enumerate().map(|(index, uv)| Iteration { index, trial: *uv, step: [0.0; 2] }).collect();
     let (mut u, mut v, mut surface) = (Vec::new(), Vec::new(), Vec::new());
-    for _ in 0..EVALUATIONS {
+    for _ in 0..FOOT_EVALUATIONS {
         if active.is_empty() {
             break;
         }
         u.clear();
         v.clear();
-        u.extend(active.iter().map(|s| s.trial[0]));
-        v.extend(active.iter().map(|s| s.trial[1]));
+        u.extend(active.iter().map(|i| i.trial[0]));
+        v.extend(active.iter().map(|i| i.trial[1]));
         surface.resize(active.len(), SecondPartials::default());
         instance.second_partials(patch, &u, &v, &mut surface)?;
-        let mut kept = 0;
+        let mut remaining = 0;
         for i in 0..active.len() {
-            let mut search = active[i];
-            let index = search.index;
-            if advance(&mut search, &mut feet[index], &surface[i], q[index], closed, tolerance) {
-                active[kept] = search;
-                kept += 1;
+            let mut iteration = active[i];
+            let index = iteration.index;
+            if advance(&mut iteration, &mut feet[index], &surface[i], q[index], closed, tolerance) {
+                active[remaining] = iteration;
+                remaining += 1;
             }
         }
-        active.truncate(kept);
+        active.truncate(remaining);
     }
     Ok(feet)
 }
 
 /// Accepts a trial if it is nearer and chooses the next one; false when the iteration is over.
 fn advance(
-    search: &mut Search,
+    iteration: &mut Iteration,
     foot: &mut Foot,
     s: &SecondPartials,
     q: DVec3,
@@ -88,28 +83,28 @@ fn advance(
     let r = point - q;
     let d2 = r.length_squared();
     if d2 <= foot.d2 {
-        *foot = Foot { uv: search.trial, point, normal: du.cross(dv), d2 };
+        *foot = Foot { uv: iteration.trial, point, normal: du.cross(dv), d2 };
         let second = [s.duu, s.duv, s.dvv].map(|d| r.dot(DVec3::from_array(d)));
         let (step, gain) =
-            newton(search.trial, closed, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
+            newton(iteration.trial, closed, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
         // `gain` is the predicted decrease of d^2; below rounding nothing is gained.
         if gain <= (tolerance * tolerance).max(1e-16 * d2) {
             return false;
         }
-        if let Some(there) = finish(search.trial, step, s, q, closed, tolerance) {
+        if let Some(there) = finish(iteration.trial, step, s, q, closed, tolerance) {
             if there.d2 < foot.d2 {
                 *foot = there;
             }
             return false;
         }
-        search.step = step;
+        iteration.step = step;
     } else {
-        search.step = search.step.map(|s| 0.25 * s);
-        if search.step.iter().all(|s| s.abs() < 1e-14) {
+        iteration.step = iteration.step.map(|s| BACKTRACK * s);
+        if iteration.step.iter().all(|s| s.abs() < 1e-14) {
             return false;
         }
     }
-    search.trial = stepped(foot.uv, search.step, closed);
+    iteration.trial = stepped(foot.uv, iteration.step, closed);
     true
 }
 
@@ -124,7 +119,7 @@ fn stepped(uv: [f64; 2], step: [f64; 2], closed: [bool; 2]) -> [f64; 2] {
     })
 }
 
-/// The foot on the surface's Taylor polynomial of second order about `uv`, where that is the surface to a tenth of
+/// The foot on the surface's Taylor polynomial of second order about `uv`, where that is the surface to a small part of
 /// `tolerance`: close to the foot the surface need not be evaluated again. `step` is the first one.
 fn finish(
     uv: [f64; 2],
@@ -141,13 +136,13 @@ fn finish(
     // The next term of the series, from the last one and from how much faster a surface's higher derivatives grow.
     let beyond = |step: [f64; 2]| {
         let [a, b] = step.map(f64::abs);
-        GROWTH / 6.0 * (size[0] * a * a * a + size[1] * b * b * b + 3.0 * mixed * a * b * (a + b))
+        TAYLOR_GROWTH / 6.0 * (size[0] * a * a * a + size[1] * b * b * b + 3.0 * mixed * a * b * (a + b))
     };
     let mut walked = [0.0; 2];
     let mut step = step;
     for _ in 0..TAYLOR_STEPS {
         walked = [walked[0] + step[0], walked[1] + step[1]];
-        if !(beyond(walked) <= 0.1 * tolerance) {
+        if !(beyond(walked) <= TAYLOR_SHARE * tolerance) {
             return None;
         }
         let [a, b] = walked;
@@ -174,11 +169,11 @@ fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: 
     // If the full Hessian is not safely positive (the point lies beyond a centre of curvature), the metric alone
     // (Gauss-Newton) still gives a descent direction.
     let mut h = [metric[0] + bend[0], metric[1] + bend[1], metric[2] + bend[2]];
-    let positive = |k: usize| h[2 * k] > 1e-3 * metric[2 * k];
+    let positive = |k: usize| h[2 * k] > CURVED_CLEARLY * metric[2 * k];
     let both = free[0] && free[1];
     if (free[0] && !positive(0))
         || (free[1] && !positive(1))
-        || (both && h[0] * h[2] - h[1] * h[1] <= 1e-6 * h[0] * h[2])
+        || (both && h[0] * h[2] - h[1] * h[1] <= CURVED_SOUNDLY * h[0] * h[2])
     {
         h = [metric[0] + bend[0].abs(), metric[1], metric[2] + bend[2].abs()];
     }
@@ -197,7 +192,8 @@ fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: 
     };
     // A step that leaves through one edge follows the edge: the other variable is solved again.
     for k in 0..2 {
-        let clipped = if closed[k] { step[k].clamp(-0.25, 0.25) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
+        let clipped =
+            if closed[k] { step[k].clamp(-SEAM_STEP, SEAM_STEP) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
         if clipped != step[k] {
             step[k] = clipped;
             let other = 1 - k;
@@ -207,7 +203,8 @@ fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: 
         }
     }
     for k in 0..2 {
-        step[k] = if closed[k] { step[k].clamp(-0.25, 0.25) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
+        step[k] =
+            if closed[k] { step[k].clamp(-SEAM_STEP, SEAM_STEP) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
     }
     let linear = g[0] * step[0] + g[1] * step[1];
     let quadratic = h[0] * step[0] * step[0] + 2.0 * h[1] * step[0] * step[1] + h[2] * step[1] * step[1];

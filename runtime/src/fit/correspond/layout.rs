@@ -125,11 +125,8 @@ impl Layout {
     }
 
     pub(super) fn refit(&self, tree: &mut Tree, positions: &[[f64; 3]]) {
-        let facet = |quad: usize| {
-            let Quad { patch, vertices, .. } = self.quads[quad];
-            (vertices.map(|v| DVec3::from_array(positions[v as usize])), patch)
-        };
-        tree.refit(bounds(positions), self.quads.len(), facet);
+        let facet = |quad: usize| self.quads[quad].vertices.map(|v| DVec3::from_array(positions[v as usize]));
+        tree.refit(bounds(positions), facet);
     }
 
     /// Whether two facets are the same or share a corner, within one patch.

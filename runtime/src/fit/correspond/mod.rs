@@ -2,7 +2,6 @@
 //! point, the exact foot point on the surface, and a cache of foot points between evaluations.
 
 pub(crate) mod cache;
-mod facet_block;
 pub(crate) mod facets;
 pub(crate) mod foot;
 pub(crate) mod layout;

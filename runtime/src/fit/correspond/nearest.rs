@@ -3,12 +3,11 @@
 use super::facets::{Facets, Facing, Orientation};
 use super::layout::Quad;
 use super::tree::triangle_closest;
+use crate::fit::tuning::{GRAZING, LISTED};
 use glam::DVec3;
 
 /// The hint of a query that has none.
 pub(crate) const NO_HINT: u32 = u32::MAX;
-/// Facets that a search lists for the slack. Where more are within reach, nothing is known of the slack.
-const LISTED: usize = 48;
 
 /// A point whose nearest facet is searched for.
 #[derive(Clone, Copy)]
@@ -48,7 +47,7 @@ pub(crate) struct Nearest {
 /// The triangle of a facet that is nearest so far.
 struct Best {
     quad: u32,
-    /// Which of the facet's corners are the triangle's.
+    /// The facet's corners that are the triangle's.
     corners: [usize; 3],
     weights: [f64; 3],
 }
@@ -56,18 +55,18 @@ struct Best {
 impl Facets<'_> {
     /// The nearest point; None where no facet counts.
     pub(crate) fn nearest(&self, query: Query) -> Option<Nearest> {
-        Search::run(self, query).nearest()
+        NearestSearch::run(self, query).nearest()
     }
 
     /// The nearest point, and how far the model may move (millimetres) until another one can be the answer. Facets
     /// beside the nearest one are not another answer. The slack is not positive where nothing is known of it.
     pub(crate) fn nearest_and_slack(&self, query: Query) -> (Option<Nearest>, f64) {
-        let search = Search::run(self, query);
+        let search = NearestSearch::run(self, query);
         (search.nearest(), search.slack())
     }
 }
 
-struct Search<'s> {
+struct NearestSearch<'s> {
     facets: &'s Facets<'s>,
     query: Query<'s>,
     /// Squared distance of the nearest facet that counts, and which that is.
@@ -78,19 +77,17 @@ struct Search<'s> {
     count: usize,
 }
 
-impl<'s> Search<'s> {
+impl<'s> NearestSearch<'s> {
     fn run(facets: &'s Facets<'s>, query: Query<'s>) -> Self {
-        let Query { q, facing, hint, except, reach, .. } = query;
+        let Query { q, hint, except, .. } = query;
         let mut search = Self { facets, query, least: f64::INFINITY, best: None, listed: [(0, 0.0); LISTED], count: 0 };
         let mut limit = search.limit();
         if (hint as usize) < facets.layout.quads.len() {
-            limit = search.visit(hint, 0.0, limit);
+            limit = search.visit(hint, limit);
         }
-        // A facet that faces away by little may turn to the point as the model moves.
-        let across = if reach > 0.0 { -Facing::GRAZING } else { 0.0 };
-        facets.tree.visit(&facets.tree.asked(q, facing, across), limit, |quad, lower, limit| {
+        facets.tree.visit(q, limit, |quad, limit| {
             let skipped = quad as u32 == hint || except == Some(facets.layout.quads[quad].patch);
-            if skipped { limit } else { search.visit(quad as u32, lower, limit) }
+            if skipped { limit } else { search.visit(quad as u32, limit) }
         });
         search
     }
@@ -101,10 +98,10 @@ impl<'s> Search<'s> {
         if reach > 0.0 { (self.least.sqrt().min(cutoff) + reach).powi(2) } else { self.least.min(cutoff * cutoff) }
     }
 
-    /// Takes in a facet whose squared distance is not below `lower`; returns the limit from then on.
-    fn visit(&mut self, quad: u32, lower: f64, limit: f64) -> f64 {
+    /// Takes in a facet; returns the limit from then on.
+    fn visit(&mut self, quad: u32, limit: f64) -> f64 {
         let before = self.least;
-        let distance = self.distance(quad, lower, limit);
+        let distance = self.distance(quad, limit);
         if self.query.reach > 0.0 && distance <= limit {
             if let Some(slot) = self.listed.get_mut(self.count) {
                 *slot = (quad, distance);
@@ -115,12 +112,8 @@ impl<'s> Search<'s> {
     }
 
     /// Puts a facet into `best` if it is nearer than `least` and counts. Returns its squared distance, also where it is
-    /// grazing; infinity where it is back-facing or beyond `limit`, and `lower` where that is enough to tell that it is
-    /// not the nearest.
-    fn distance(&mut self, quad: u32, lower: f64, limit: f64) -> f64 {
-        if lower >= self.least {
-            return lower;
-        }
+    /// grazing (it may turn to the point as the model moves); infinity where it is back-facing or beyond `limit`.
+    fn distance(&mut self, quad: u32, limit: f64) -> f64 {
         let Query { q, facing, .. } = self.query;
         let Quad { patch, .. } = self.facets.layout.quads[quad as usize];
         let corner = self.facets.quad(quad);
@@ -129,7 +122,7 @@ impl<'s> Search<'s> {
             let [a, b, c] = corners.map(|k: usize| corner[k]);
             let (weights, d2) = triangle_closest(q, a, b, c);
             // The orientation matters only where the triangle is near.
-            if d2 > limit.min(least) && d2 >= self.least {
+            if d2 > limit.min(least) && d2 > self.least {
                 continue;
             }
             let orientation = facing.map_or(Orientation::FrontFacing, |f| f.orientation(patch, a, b, c));
@@ -137,7 +130,9 @@ impl<'s> Search<'s> {
                 continue;
             }
             least = least.min(d2);
-            if orientation == Orientation::FrontFacing && d2 < self.least {
+            // Of equally near facets the first one is the answer, whatever the order of visits.
+            let first = d2 == self.least && self.best.as_ref().is_some_and(|best| quad < best.quad);
+            if orientation == Orientation::FrontFacing && (d2 < self.least || first) {
                 self.least = d2;
                 self.best = Some(Best { quad, corners, weights });
             }
@@ -182,6 +177,6 @@ impl<'s> Search<'s> {
         let corner = self.facets.quad(best.quad);
         let [a, b, c] = best.corners.map(|k| corner[k]);
         let cosine = (b - a).cross(c - a).normalize_or_zero().dot(facing.normal);
-        facing.signs[patch as usize] != 0 && cosine.abs() < Facing::GRAZING
+        facing.signs[patch as usize] != 0 && cosine.abs() < GRAZING
     }
 }

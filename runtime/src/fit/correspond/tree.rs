@@ -1,18 +1,15 @@
 //! A tree of boxes over facets, refitted as the model moves.
 
-use super::facet_block::{Asked, Block, Lanes, WIDTH};
-use super::facets::Facing;
 use crate::bvh::closest_weights;
 use crate::mesh::Bounds;
 use glam::{DVec3, Vec3, Vec4};
 
-/// A tree of axis-aligned boxes in fours, with blocks of four facets as leaves; children stand behind their parent, so
-/// that one pass backwards refits all.
+/// A tree of axis-aligned boxes in fours, with single facets as leaves; children stand behind their parent, so that one
+/// pass backwards refits all.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     nodes: Vec<Node>,
-    blocks: Vec<Block>,
-    /// Coordinates of boxes and blocks are relative to this. Millimetres.
+    /// Coordinates of boxes are relative to this. Millimetres.
     origin: DVec3,
 }
 
@@ -21,10 +18,12 @@ pub(crate) struct Tree {
 struct Node {
     low: [Vec4; 3],
     high: [Vec4; 3],
-    /// Nodes, blocks with `LEAF` added to their number, or `NONE`.
+    /// Nodes, facets with `LEAF` added to their number, or `NONE`.
     child: [u32; WIDTH],
 }
 
+/// Children of a node.
+const WIDTH: usize = 4;
 const LEAF: u32 = 1 << 31;
 const NONE: u32 = u32::MAX;
 /// Every level leaves at most three boxes for later, and sixteen levels hold all the facets that there may be.
@@ -34,9 +33,9 @@ impl Node {
     const EMPTY: Self = Self { low: [Vec4::INFINITY; 3], high: [Vec4::NEG_INFINITY; 3], child: [NONE; WIDTH] };
 
     /// Lower bounds of the squared distances from `q` to the children's boxes; infinite for an empty box.
-    fn distances(&self, q: Lanes) -> Vec4 {
-        let off = |k: usize, q: Vec4| (self.low[k] - q).max(q - self.high[k]).max(Vec4::ZERO);
-        let (x, y, z) = (off(0, q.x), off(1, q.y), off(2, q.z));
+    fn distances(&self, q: [Vec4; 3]) -> Vec4 {
+        let off = |k: usize| (self.low[k] - q[k]).max(q[k] - self.high[k]).max(Vec4::ZERO);
+        let (x, y, z) = (off(0), off(1), off(2));
         (x * x + y * y + z * z) * (1.0 - 1e-6)
     }
 }
@@ -53,52 +52,49 @@ impl Tree {
         (tree, order)
     }
 
-    /// Adds a node over some facets, the first of which opens a block; returns the node's number.
+    /// Adds a node over some facets, which stand from `first` on in the order; returns the node's number.
     fn grow(&mut self, items: &mut [u32], first: usize, centres: &[DVec3]) -> u32 {
         let number = self.nodes.len();
         self.nodes.push(Node::EMPTY);
+        if items.len() <= WIDTH {
+            for k in 0..items.len() {
+                self.nodes[number].child[k] = LEAF + (first + k) as u32;
+            }
+            return number as u32;
+        }
         let (left, right) = halve(items, centres);
         let ((a, b), (c, d)) = (halve(left, centres), halve(right, centres));
-        let mut block = first;
+        let mut first = first;
         for (k, part) in [a, b, c, d].into_iter().filter(|part| !part.is_empty()).enumerate() {
-            let child = if part.len() <= WIDTH { LEAF + block as u32 } else { self.grow(part, block, centres) };
-            self.nodes[number].child[k] = child;
-            block += part.len().div_ceil(WIDTH);
+            self.nodes[number].child[k] = self.grow(part, first, centres);
+            first += part.len();
         }
         number as u32
     }
 
     /// Fits every box to the corners of its facets; facets with a corner that is not finite are left out. `bounds`
-    /// holds all corners, and `facet` has those of `count` facets, with their patches.
-    pub(crate) fn refit(&mut self, bounds: Bounds, count: usize, facet: impl Fn(usize) -> ([DVec3; 4], u32)) {
+    /// holds all corners, and `facet` has those of a facet.
+    pub(crate) fn refit(&mut self, bounds: Bounds, facet: impl Fn(usize) -> [DVec3; 4]) {
         self.origin = bounds.centre();
-        let size = bounds.size().max_element();
         // Rounding of a box and of a point to single precision moves a coordinate by less than 1e-7 of its size.
-        let margin = Vec3::splat((4e-7 * size) as f32);
-        self.blocks.clear();
-        let mut boxes = Vec::with_capacity(count.div_ceil(WIDTH));
-        for first in (0..count).step_by(WIDTH) {
-            let (mut corners, mut patches) = ([[DVec3::NAN; 4]; WIDTH], [0; WIDTH]);
-            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-            for ((i, corners), patch) in (first..count).zip(&mut corners).zip(&mut patches) {
-                (*corners, *patch) = facet(i);
-                if corners.iter().all(|c| c.is_finite()) {
-                    for c in corners.map(|c| self.local(c)) {
-                        (low, high) = (low.min(c - margin), high.max(c + margin));
-                    }
-                }
+        let margin = Vec3::splat((4e-7 * bounds.size().max_element()) as f32);
+        let nothing = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let of_facet = |corners: [DVec3; 4], origin: DVec3| {
+            if !corners.iter().all(|c| c.is_finite()) {
+                return nothing;
             }
-            self.blocks.push(Block::new(&corners, patches, self.origin, size));
-            boxes.push((low, high));
-        }
+            let corners = corners.map(|c| (c - origin).as_vec3());
+            corners.iter().fold(nothing, |(low, high), c| (low.min(*c - margin), high.max(*c + margin)))
+        };
         for i in (0..self.nodes.len()).rev() {
             for k in 0..WIDTH {
-                let child = self.nodes[i].child[k];
-                let (low, high) = if child & LEAF == 0 {
-                    let Node { low, high, .. } = &self.nodes[child as usize];
-                    (Vec3::from_array(low.map(|l| l.min_element())), Vec3::from_array(high.map(|h| h.max_element())))
-                } else {
-                    boxes.get((child - LEAF) as usize).copied().unwrap_or((Vec3::INFINITY, Vec3::NEG_INFINITY))
+                let (low, high) = match self.nodes[i].child[k] {
+                    NONE => nothing,
+                    leaf if leaf & LEAF != 0 => of_facet(facet((leaf - LEAF) as usize), self.origin),
+                    node => {
+                        let Node { low, high, .. } = &self.nodes[node as usize];
+                        (low.map(|l| l.min_element()).into(), high.map(|h| h.max_element()).into())
+                    }
                 };
                 for c in 0..3 {
                     self.nodes[i].low[c][k] = low[c];
@@ -108,21 +104,13 @@ impl Tree {
         }
     }
 
-    fn local(&self, p: DVec3) -> Vec3 {
-        (p - self.origin).as_vec3()
-    }
-
-    /// A point as blocks take it: for facets whose cosine with its normal (see `Facing`) is not below `across`.
-    pub(crate) fn asked<'a>(&self, q: DVec3, facing: Option<Facing<'a>>, across: f64) -> Asked<'a> {
-        Asked::new(self.local(q), facing, across)
-    }
-
-    /// Visits facets near a point, nearest boxes first. `item` gets a facet, a lower bound of its squared distance and
-    /// the squared limit, and returns the limit from then on.
-    pub(crate) fn visit(&self, asked: &Asked, limit: f64, mut item: impl FnMut(usize, f64, f64) -> f64) {
+    /// Visits facets near a point, nearest boxes first. `item` gets a facet and the squared limit, and returns the
+    /// limit from then on.
+    pub(crate) fn visit(&self, q: DVec3, limit: f64, mut item: impl FnMut(usize, f64) -> f64) {
         if self.nodes.is_empty() {
             return;
         }
+        let q = (q - self.origin).as_vec3().to_array().map(Vec4::splat);
         let mut limit = limit;
         let mut stack = [(0.0_f32, 0_u32); DEPTH];
         let mut depth = 1;
@@ -133,27 +121,13 @@ impl Tree {
                 continue;
             }
             if child & LEAF != 0 {
-                let block = (child - LEAF) as usize;
-                let lower = self.blocks[block].lower_bounds(asked);
-                let mut left = below(lower, limit);
-                if left == 0 {
-                    continue;
-                }
-                // The nearest facet first: it may rule the others out.
-                let mut lane = lower.min_position();
-                let lower = lower.to_array();
-                while left != 0 {
-                    if f64::from(lower[lane]) < limit {
-                        limit = item(block * WIDTH + lane, f64::from(lower[lane]), limit);
-                    }
-                    left &= !(1 << lane);
-                    lane = left.trailing_zeros() as usize;
-                }
+                limit = item((child - LEAF) as usize, limit);
                 continue;
             }
             let node = &self.nodes[child as usize];
-            let distances = node.distances(asked.place);
-            let mut left = below(distances, limit);
+            let distances = node.distances(q);
+            // Those that are below the limit, or equal to it within rounding.
+            let mut left = distances.cmplt(Vec4::splat((limit as f32).next_up())).bitmask();
             let distances = distances.to_array();
             let first = depth;
             while left != 0 {
@@ -172,13 +146,8 @@ impl Tree {
     }
 }
 
-/// A mask of the lanes that are below a limit, or equal to it within rounding.
-fn below(lanes: Vec4, limit: f64) -> u32 {
-    lanes.cmplt(Vec4::splat((limit as f32).next_up())).bitmask()
-}
-
-/// Halves items at the median of the widest axis, at a multiple of a block; the second half is empty where a block
-/// holds all.
+/// Halves items at the median of the widest axis, at a multiple of a node's width so that nodes are full; the second
+/// half is empty where one node holds all.
 fn halve<'i>(items: &'i mut [u32], centres: &[DVec3]) -> (&'i mut [u32], &'i mut [u32]) {
     let half = items.len().div_ceil(WIDTH).div_ceil(2) * WIDTH;
     if half >= items.len() {
@@ -239,13 +208,12 @@ mod tests {
         let (mut tree, order) = Tree::build(&points);
         // Refit to points that have moved since.
         let moved: Vec<DVec3> = points.iter().map(|p| *p * 1.3 + point(&mut rng) * 0.2).collect();
-        tree.refit(moved.iter().copied().collect(), moved.len(), |i| ([moved[order[i] as usize]; 4], 0));
+        tree.refit(moved.iter().copied().collect(), |i| [moved[order[i] as usize]; 4]);
         for _ in 0..300 {
             let q = point(&mut rng) * 1.5;
             let mut found = (f64::INFINITY, usize::MAX);
-            tree.visit(&tree.asked(q, None, 0.0), f64::INFINITY, |i, lower, limit| {
+            tree.visit(q, f64::INFINITY, |i, limit| {
                 let d2 = q.distance_squared(moved[order[i] as usize]);
-                assert!(lower <= d2);
                 if d2 < limit {
                     found = (d2, order[i] as usize);
                 }

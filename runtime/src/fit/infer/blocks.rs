@@ -77,22 +77,32 @@ struct OfEdge {
 
 /// Scores in the order of a walk through the smallest cubes, patch by patch: those of a larger cube stand together as
 /// well.
-struct Sorted(Vec<(u32, u64, f64)>);
+struct Sorted(Vec<PlacedScore>);
+
+struct PlacedScore {
+    patch: u32,
+    /// The smallest cube: interleaved coordinates.
+    cube: u64,
+    score: f64,
+}
 
 impl Sorted {
     fn new(points: &[(DVec3, u32)], scores: &[f64], edge: f64) -> Self {
         let low = points.iter().map(|(p, _)| *p).fold(DVec3::INFINITY, DVec3::min);
-        let code = |p: DVec3| morton(((p - low) / edge).as_u64vec3());
-        let mut all: Vec<(u32, u64, f64)> =
-            points.par_iter().zip(scores).map(|((p, patch), score)| (*patch, code(*p), *score)).collect();
-        all.par_sort_by_key(|(patch, code, _)| (*patch, *code));
-        Self(all)
+        let placed = |((p, patch), score): (&(DVec3, u32), &f64)| PlacedScore {
+            patch: *patch,
+            cube: morton(((*p - low) / edge).as_u64vec3()),
+            score: *score,
+        };
+        let mut sorted: Vec<PlacedScore> = points.par_iter().zip(scores).map(placed).collect();
+        sorted.par_sort_by_key(|p| (p.patch, p.cube));
+        Self(sorted)
     }
 
     /// The number of blocks whose edge is 2^level times the smallest, and the sum over them of (sum of scores)^2.
     fn block_sums(&self, level: i32) -> (usize, f64) {
-        let block = |(patch, code, _): &(u32, u64, f64)| (*patch, code >> (3 * level));
-        let of_block = |scores: &[(u32, u64, f64)]| scores.iter().map(|p| p.2).sum::<f64>().powi(2);
+        let block = |p: &PlacedScore| (p.patch, p.cube >> (3 * level));
+        let of_block = |scores: &[PlacedScore]| scores.iter().map(|p| p.score).sum::<f64>().powi(2);
         let blocks = self.0.chunk_by(|a, b| block(a) == block(b)).map(of_block);
         blocks.fold((0, 0.0), |(count, sum), square| (count + 1, sum + square))
     }

@@ -4,9 +4,9 @@
 use super::blocks::Blocks;
 use super::sandwich::Uncertainty;
 use super::sums::Groups;
+use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::objective::{Objective, foot_cache};
 use crate::fit::problem::points::Points;
-use crate::fit::refine::gauss_newton::{self, Stop};
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{Bootstrap, Resampled};
 use crate::fit::tuning::{BOOTSTRAP_ITERATIONS, BOOTSTRAP_TOLERANCE, POLISH_STEP};

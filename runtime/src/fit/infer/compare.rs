@@ -22,23 +22,23 @@ pub(crate) struct Rival<'a> {
     pub fit: &'a FitResult,
 }
 
-/// What `compare` says.
+/// The outcome of `compare`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Comparison {
     /// BIC of every rival; smaller is better.
     pub bic: Vec<f64>,
-    /// Mean psi of every rival at the common scale.
+    /// Mean loss of every rival at the common scale.
     pub objective: Vec<f64>,
-    /// The common scale of psi: the least of the fits'. Millimetres.
+    /// The common scale of the loss: the least of the fits'. Millimetres.
     pub sigma: f64,
     /// How many independent points the best rival's fit says that there are.
     pub effective_points: f64,
 }
 
-/// Compares fits of several models to one scan: BIC = n ln(mean psi) + k ln n, for k parameters and n independent
-/// points. With psi for the squared distance this is the criterion of least squares with a variance that is not known
-/// (Schwarz 1978). All are judged at one scale, the least of the fits' own, as a wider one forgives more. A difference
-/// beyond 10 is strong (Kass and Raftery 1995).
+/// Compares fits of several models to one scan: BIC = n ln(mean loss) + k ln n, for k parameters and n independent
+/// points. With the squared distance as the loss this is the criterion of least squares with a variance that is not
+/// known (Schwarz 1978). All are judged at one scale, the least of the fits' own, as a wider one forgives more. A
+/// difference beyond 10 is strong (Kass and Raftery 1995).
 ///
 /// # Errors
 /// A scan without points, or a model that cannot be evaluated where its fit ended.
@@ -50,23 +50,23 @@ pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitEr
     }
     let sigma = rivals.iter().map(|r| r.fit.sigma).fold(f64::INFINITY, f64::min);
     let objective =
-        rivals.iter().map(|r| mean_psi(*r, &points, radius, sigma)).collect::<Result<Vec<f64>, FitError>>()?;
+        rivals.iter().map(|r| mean_loss(*r, &points, radius, sigma)).collect::<Result<Vec<f64>, FitError>>()?;
     let best = (0..rivals.len()).min_by(|a, b| objective[*a].total_cmp(&objective[*b]));
     let known = best.and_then(|b| rivals[b].fit.covariance.as_ref()).map(|c| c.effective_points);
     let n = known.unwrap_or(points.len() as f64).max(2.0);
     let bic = rivals
         .iter()
         .zip(&objective)
-        .map(|(rival, psi)| {
+        .map(|(rival, loss)| {
             let free = rival.fit.parameters.iter().filter(|p| !p.fixed).count();
             let pose = if rival.fit.pose.is_some() { 6 } else { 0 };
-            n * psi.max(f64::MIN_POSITIVE).ln() + (free + pose) as f64 * n.ln()
+            n * loss.max(f64::MIN_POSITIVE).ln() + (free + pose) as f64 * n.ln()
         })
         .collect();
     Ok(Comparison { bic, objective, sigma, effective_points: n })
 }
 
-fn mean_psi(rival: Rival, points: &Points, radius: f64, sigma: f64) -> Result<f64, FitError> {
+fn mean_loss(rival: Rival, points: &Points, radius: f64, sigma: f64) -> Result<f64, FitError> {
     let x: Vec<f64> = rival.fit.parameters.iter().map(|p| p.value).collect();
     let space = Parameterization::new(rival.model, &x, Vec::new(), true, &[]);
     let motion = rival.fit.pose.map_or(Isometry::IDENTITY, Isometry::from);

@@ -2,10 +2,10 @@
 
 use super::blocks::{Blocks, Key};
 use super::sums::{Groups, score, squares};
-use crate::fit::halton::halton;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::problem::sums::{add_scaled, add_square};
+use crate::fit::sampling::halton;
 use crate::fit::tuning::{BLOCK_GRIDS, BLOCK_ROOM, LEVERAGE_CAP};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
@@ -93,7 +93,7 @@ struct Grid {
 struct Block {
     key: Key,
     columns: Vec<usize>,
-    /// Of score times J.
+    /// Sum of score times J.
     sum: Vec<f64>,
     /// The upper triangle of the sum of weight J^T J, row by row; empty where there is no room for it.
     square: Vec<f64>,

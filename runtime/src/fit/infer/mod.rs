@@ -19,7 +19,7 @@ use super::result::{Bootstrap, HypothesisTest};
 use super::tuning::FOOT_TOLERANCE;
 use sandwich::Uncertainty;
 
-/// What the scan says of a solution's parameters.
+/// The statistics of a solution's parameters.
 pub(crate) struct Inference {
     /// None where the fit was cancelled or the scan determines nothing.
     pub(crate) uncertainty: Option<Uncertainty>,
@@ -32,7 +32,7 @@ pub(crate) fn infer(solution: &Solution) -> Inference {
     let problem = solution.level.problem;
     let (tests, uncertainty) = problem.monitor.stage("uncertainty", || {
         let tests = wald::test(solution);
-        // Whoever does not want to wait any longer gets no standard deviations.
+        // A user who has cancelled does not wait for standard deviations.
         let uncertainty = if problem.monitor.cancelled() { None } else { uncertainty(solution) };
         (tests, uncertainty.map(|uncertainty| unobserved::mark(solution, uncertainty)))
     });

@@ -22,7 +22,7 @@ pub(crate) struct Uncertainty {
     /// Directions (of unit length) in which no distance changes.
     pub(crate) undetermined: Vec<DVector<f64>>,
     /// By coordinate, whether it is determined.
-    pub(crate) known: Vec<bool>,
+    pub(crate) determined: Vec<bool>,
     /// The number of independent points that would say as much.
     pub(crate) effective_points: f64,
     /// Blocks of dependent residuals, if there are any.
@@ -33,14 +33,14 @@ pub(crate) struct Uncertainty {
 const SINGULAR: f64 = 1e-10;
 const NO_INFLUENCE: f64 = 1e-12;
 
-/// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as known. None where the model does not
-/// exist or no point has a foot.
+/// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as determined. None where the model does
+/// not exist or no point has a foot.
 pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Uncertainty> {
     let dim = objective.space.dim();
     let all = AllRows::new(objective, at)?;
     let chain = objective.space.chain(at);
     let local = |matrix: &DMatrix<f64>| chain.tr_mul(&(matrix * &chain));
-    // Sums of psi'' J J^T and of weight J J^T.
+    // Sums of curvature J J^T and of weight J J^T.
     let factors = |rows: &Rows| rows.points.iter().map(|point| [point.curvature, point.weight]).collect();
     let [mut bread, mut weighted] = squares(&all, chain.nrows(), factors).map(|matrix| local(&matrix));
     let Residuals { positions, scores, weight, weighted_d2 } = Residuals::of(objective, &all);
@@ -73,8 +73,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     }
     let naive = &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = scores.len() as f64 / blocks.map_or(1.0, |b| b.inflation);
-    let Inverse { undetermined, known, .. } = inverse;
-    Some(Uncertainty { covariance, naive, undetermined, known, effective_points, blocks })
+    let Inverse { undetermined, determined, .. } = inverse;
+    Some(Uncertainty { covariance, naive, undetermined, determined, effective_points, blocks })
 }
 
 /// The residuals of all points.
@@ -116,7 +116,7 @@ struct Inverse {
     /// That of the sum of weight J J^T.
     weighted: DMatrix<f64>,
     undetermined: Vec<DVector<f64>>,
-    known: Vec<bool>,
+    determined: Vec<bool>,
 }
 
 impl Inverse {
@@ -127,14 +127,15 @@ impl Inverse {
             return None;
         }
         let is_held = |k: usize| held.get(k).copied().unwrap_or(false);
-        let mut known: Vec<bool> = (0..dim).map(|k| !is_held(k) && weighted[(k, k)] > NO_INFLUENCE * largest).collect();
-        let kept: Vec<usize> = (0..dim).filter(|k| known[*k]).collect();
-        if kept.is_empty() {
+        let mut determined: Vec<bool> =
+            (0..dim).map(|k| !is_held(k) && weighted[(k, k)] > NO_INFLUENCE * largest).collect();
+        let varied: Vec<usize> = (0..dim).filter(|k| determined[*k]).collect();
+        if varied.is_empty() {
             return None;
         }
-        let unit = DVector::from_iterator(kept.len(), kept.iter().map(|k| weighted[(*k, *k)].sqrt()));
+        let unit = DVector::from_iterator(varied.len(), varied.iter().map(|k| weighted[(*k, *k)].sqrt()));
         let scaled = |m: &DMatrix<f64>| {
-            DMatrix::from_fn(kept.len(), kept.len(), |a, b| m[(kept[a], kept[b])] / (unit[a] * unit[b]))
+            DMatrix::from_fn(varied.len(), varied.len(), |a, b| m[(varied[a], varied[b])] / (unit[a] * unit[b]))
         };
         let flat = SymmetricEigen::new(scaled(weighted));
         let mut undetermined = Vec::new();
@@ -145,33 +146,34 @@ impl Inverse {
                 continue;
             }
             let mut direction = DVector::zeros(dim);
-            for (a, k) in kept.iter().enumerate() {
+            for (a, k) in varied.iter().enumerate() {
                 direction[*k] = vector[a] / unit[a];
             }
             direction /= direction.norm().max(f64::MIN_POSITIVE);
-            for (k, known) in known.iter_mut().enumerate() {
-                *known &= direction[k].abs() < DETERMINED;
+            for (k, determined) in determined.iter_mut().enumerate() {
+                *determined &= direction[k].abs() < DETERMINED;
             }
             undetermined.push(direction);
         }
         if sound.is_empty() {
             return None;
         }
-        // Within what is determined: psi'' where that is convex, as at an optimum it should be, else the weights.
+        // Within what is determined: the curvatures where their sum is positive, as at an optimum it should be, else
+        // the weights.
         let basis = DMatrix::from_columns(&sound);
         let within = |m: &DMatrix<f64>| basis.transpose() * scaled(m) * &basis;
         let inner = within(bread).cholesky().or_else(|| within(weighted).cholesky())?.inverse();
         let whole = |inner: DMatrix<f64>| {
             let small = &basis * inner * basis.transpose();
             let mut matrix = DMatrix::zeros(dim, dim);
-            for (a, i) in kept.iter().enumerate() {
-                for (b, j) in kept.iter().enumerate() {
+            for (a, i) in varied.iter().enumerate() {
+                for (b, j) in varied.iter().enumerate() {
                     matrix[(*i, *j)] = small[(a, b)] / (unit[a] * unit[b]);
                 }
             }
             matrix
         };
         let weighted = whole(within(weighted).cholesky()?.inverse());
-        Some(Self { matrix: whole(inner), weighted, undetermined, known })
+        Some(Self { matrix: whole(inner), weighted, undetermined, determined })
     }
 }

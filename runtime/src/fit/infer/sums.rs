@@ -36,7 +36,7 @@ pub(crate) fn squares<const N: usize>(
     sums
 }
 
-/// What a residual contributes to the gradient of the objective: weight times signed distance, of which J is the
+/// The contribution of a residual to the gradient of the objective: weight times signed distance, of which J is the
 /// direction.
 pub(crate) fn score(point: &RowPoint) -> f64 {
     point.weight * point.distance

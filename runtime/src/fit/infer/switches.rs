@@ -5,25 +5,24 @@
 //! large one a few such points matter as much as all others.
 
 use super::sums::score;
-use crate::fit::correspond::cache::CacheSlice;
-use crate::fit::problem::objective::{Correspondence, Objective, Placed};
+use crate::fit::problem::objective::{Chunk, Correspondence, Objective, Placed};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::tuning::{SWITCH_CAP, SWITCH_REACH};
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// A point with another patch within reach.
 pub(crate) struct Switch {
-    /// By how much more the other patch would count: sigma^2 / 2 times the difference of psi. Square millimetres.
+    /// By how much more the other patch would count: sigma^2 / 2 times the difference of the losses. Square
+    /// millimetres.
     difference: f64,
     /// Its derivative by the scaled local coordinates.
     slope: DVector<f64>,
 }
 
-/// What a point contributes to the objective, and its derivative by the columns of its row.
+/// The contribution of a point to the objective, and its derivative by the columns of its row.
 struct Contribution {
-    /// Which of the objective's points.
+    /// Index among the objective's points.
     point: usize,
     /// sigma^2 / 2 times the loss.
     loss: f64,
@@ -35,8 +34,7 @@ struct Contribution {
 /// exist.
 pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Vec<Switch>> {
     let placed = objective.place(at).ok()?;
-    let chunks = objective.chunks();
-    let mut cache = objective.follow(&placed, &at.motion)?;
+    let mut cache = objective.follow(&placed)?;
     let mut chain = objective.space.chain(at);
     for (k, held) in held.iter().enumerate() {
         if *held {
@@ -44,28 +42,26 @@ pub(crate) fn find(objective: &Objective, at: &Estimate, held: &[bool]) -> Optio
         }
     }
     let reach = SWITCH_REACH * objective.loss.sigma;
-    let switches: Vec<Vec<Switch>> = chunks
-        .into_par_iter()
-        .zip(cache.slices(objective.chunk_size()))
-        .map(|(range, mut part)| of_chunk(objective, (&placed, at), range, &mut part, reach, &chain))
-        .collect();
+    let chunks = objective.chunks(Some(&mut cache)).into_par_iter();
+    let switches: Vec<Vec<Switch>> =
+        chunks.map(|mut chunk| of_chunk(objective, &placed, &mut chunk, reach, &chain)).collect();
     Some(switches.into_iter().flatten().collect())
 }
 
 fn of_chunk(
     objective: &Objective,
-    (placed, at): (&Placed, &Estimate),
-    range: Range<usize>,
-    part: &mut CacheSlice,
+    placed: &Placed,
+    chunk: &mut Chunk,
     reach: f64,
     chain: &DMatrix<f64>,
 ) -> Vec<Switch> {
-    let start = range.start;
-    let mut own = objective.correspondences(placed, &at.motion, range, Some(part));
-    // Where the cache knows that nothing else is near there is nothing to look for.
-    own.retain(|f| part.known[f.index - start].until - part.travelled < 0.49 * reach);
+    let mut nearest = objective.correspondences(placed, chunk);
+    // Points of which the cache knows that no other facet is within reach (their slack is half of it) have no switch.
+    if let Some(cache) = &chunk.cache {
+        nearest.retain(|f| cache.known[f.index - chunk.range.start].until - cache.travelled < 0.49 * reach);
+    }
     let (mut both, mut others) = (Vec::new(), Vec::new());
-    for matched in objective.with_feet(placed, &own) {
+    for matched in objective.with_feet(placed, &nearest) {
         for (point, foot) in matched.points.iter().zip(&matched.feet) {
             if let Some(other) = objective.elsewhere(placed, point, foot.d2.sqrt() + reach) {
                 both.push(Correspondence { uv: foot.uv, ..*point });
@@ -74,31 +70,30 @@ fn of_chunk(
         }
     }
     others.sort_by_key(|f| f.patch);
-    let mut own = contributions(objective, placed, &both);
-    own.sort_by_key(|own| own.point);
+    let mut at_nearest = contributions(objective, placed, &both);
+    at_nearest.sort_by_key(|contribution| contribution.point);
     let of_other = |other: Contribution| {
-        let own = &own[own.binary_search_by_key(&other.point, |own| own.point).ok()?];
+        let nearest = &at_nearest[at_nearest.binary_search_by_key(&other.point, |nearest| nearest.point).ok()?];
         let mut by_x = DVector::zeros(chain.nrows());
-        for (contribution, sign) in [(&other, 1.0), (own, -1.0)] {
+        for (contribution, sign) in [(&other, 1.0), (nearest, -1.0)] {
             for (i, slope) in contribution.columns.iter().zip(&contribution.slopes) {
                 by_x[*i] += sign * slope;
             }
         }
-        Some(Switch { difference: other.loss - own.loss, slope: chain.tr_mul(&by_x) })
+        Some(Switch { difference: other.loss - nearest.loss, slope: chain.tr_mul(&by_x) })
     };
     contributions(objective, placed, &others).into_iter().filter_map(of_other).collect()
 }
 
-/// What points contribute at the patches that they are given to.
+/// The contributions of points at the patches that they are given to.
 fn contributions(objective: &Objective, placed: &Placed, points: &[Correspondence]) -> Vec<Contribution> {
     let half = 0.5 * objective.loss.sigma * objective.loss.sigma;
     let mut all = Vec::with_capacity(points.len());
     for matched in objective.with_feet(placed, points) {
-        let counted = objective.counted(&matched.feet);
-        let Some(rows) = objective.rows(&*placed.instance, &matched, &counted) else { continue };
-        all.extend(rows.iter().zip(&counted).map(|((point, row), counted)| Contribution {
+        let Some(rows) = objective.rows(&*placed.instance, &matched) else { continue };
+        all.extend(rows.iter().zip(&matched.losses).map(|((point, row), loss)| Contribution {
             point: point.index as usize,
-            loss: half * counted.psi,
+            loss: half * loss.value,
             columns: rows.columns.clone(),
             slopes: row.iter().map(|r| score(point) * r).collect(),
         }));

@@ -5,7 +5,7 @@ use super::sandwich::Uncertainty;
 use crate::fit::problem::objective::Objective;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::{Group, groups};
-use crate::fit::tuning::OWN_SHARE;
+use crate::fit::tuning::UNEXPLAINED_SHARE;
 
 /// Marks parameters as not determined whose parts the scan does not show, with a warning.
 pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncertainty {
@@ -15,9 +15,9 @@ pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncerta
             continue;
         }
         for k in &group.members {
-            uncertainty.known[*k] = false;
+            uncertainty.determined[*k] = false;
         }
-        let parts = level.problem.model.parts().iter().zip(&group.patches).filter(|(_, own)| **own);
+        let parts = level.problem.model.parts().iter().zip(&group.patches).filter(|(_, shaped)| **shaped);
         let mut names: Vec<String> = parts.map(|(part, _)| format!("`{}`", part.group)).collect();
         names.dedup();
         let of = |k: &usize| format!("`{}`", level.problem.model.parameters()[level.space.free[*k]].name);
@@ -40,18 +40,17 @@ fn is_observed(solution: &Solution, uncertainty: &Uncertainty, group: &Group) ->
     let points = &level.problem.thin;
     let objective = Objective { signs: Some(&solution.signs), ..level.objective(points, solution.loss) };
     let mut placed = objective.place(&solution.estimate).ok()?;
-    let motion = &solution.estimate.motion;
-    let with = objective.psi_of_points(&placed, motion);
+    let with = objective.losses(&placed);
     placed.facets.remove(|patch| group.patches[patch]);
-    let without = objective.psi_of_points(&placed, motion);
+    let without = objective.losses(&placed);
     // Points whose nearest patch is the group's are those for which it makes a difference.
     let near = with.iter().zip(&without).filter(|(with, without)| **with < 0.5 && *with != *without);
     let (count, alone) = near
         .fold((0.0, 0.0), |(count, alone), (_, without)| (count + 1.0, alone + f64::from(u8::from(*without >= 0.5))));
-    if alone > OWN_SHARE * f64::max(count, 1.0) {
+    if alone > UNEXPLAINED_SHARE * f64::max(count, 1.0) {
         return Some(true);
     }
-    let mean = |psi: &[f64]| psi.iter().sum::<f64>() / points.len().max(1) as f64;
+    let mean = |losses: &[f64]| losses.iter().sum::<f64>() / points.len().max(1) as f64;
     let (with, without) = (mean(&with), mean(&without));
     if !(without > with) || !(with > 0.0) {
         return None;

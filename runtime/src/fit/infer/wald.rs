@@ -67,12 +67,13 @@ fn released(solution: &Solution, tested: &[usize]) -> Option<Released> {
     let level = Level::new(problem, wider, &estimate, CHORD).ok()?;
     let level = Level { coverage: coverage.clone(), ..level };
     let guess = Guess { estimate, loss: solution.loss, signs: solution.signs.clone(), iterations: 0 };
-    let found = polish(level, &problem.points, guess, None);
-    let values = found.level.space.x(&found.estimate.z)?;
-    let uncertainty = super::uncertainty(&found)?;
-    let slope = found.level.space.chain(&found.estimate);
+    let refitted = polish(level, &problem.points, guess, None);
+    let values = refitted.level.space.x(&refitted.estimate.z)?;
+    let uncertainty = super::uncertainty(&refitted)?;
+    let slope = refitted.level.space.chain(&refitted.estimate);
     let rows: Vec<DVector<f64>> = tested.iter().map(|i| slope.row(*i).transpose()).collect();
-    let determined = |row: &DVector<f64>| row.iter().zip(&uncertainty.known).all(|(s, known)| *s == 0.0 || *known);
+    let determined =
+        |row: &DVector<f64>| row.iter().zip(&uncertainty.determined).all(|(s, determined)| *s == 0.0 || *determined);
     if !rows.iter().all(determined) {
         return None;
     }

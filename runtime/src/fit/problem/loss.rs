@@ -1,5 +1,10 @@
+<<<<<<< HEAD
 //! The loss of a distance (\[VA\] eq. 2, where it is called psi, and others), and its scale from residuals.
+=======
+//! The loss of a distance (\[VA\] eq. 2, which writes psi, and others), and its scale from residuals.
+>>>>>>> fit
 
+use crate::fit::tuning::CUTOFF_SIGMAS;
 use crate::robust::{MAD_TO_SD, median};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::LN_2;
@@ -29,26 +34,29 @@ pub(crate) struct Loss {
     pub(crate) sigma: f64,
 }
 
-/// The loss of a point with its derivatives. See `Loss`.
+/// The loss of a point, with its weight and its curvature (see `Loss`).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Counted {
-    pub(crate) psi: f64,
+pub(crate) struct PointLoss {
+    pub(crate) value: f64,
     pub(crate) weight: f64,
     pub(crate) curvature: f64,
 }
 
+<<<<<<< HEAD
 /// Distances beyond this many sigma are not computed and count as psi = 1 (\[VA\] eq. 4) where psi is bounded; Welsch's
 /// psi there is 1 - 4.8e-6.
 const CUTOFF: f64 = 3.5;
 
+=======
+>>>>>>> fit
 impl Loss {
     /// The default loss.
     pub(crate) fn welsch(sigma: f64) -> Self {
         Self { kind: LossKind::Welsch, sigma }
     }
 
-    /// psi at a squared distance.
-    pub(crate) fn psi(self, d2: f64) -> f64 {
+    /// The loss of a squared distance.
+    pub(crate) fn value(self, d2: f64) -> f64 {
         let t = d2 / (self.sigma * self.sigma);
         match self.kind {
             LossKind::Welsch => -(-t).exp_m1(),
@@ -60,7 +68,7 @@ impl Loss {
         }
     }
 
-    /// The weight that makes weighted least squares agree with psi: psi'(d) = weight * 2 d / sigma^2.
+    /// The weight with which weighted least squares has the loss's derivative, loss'(d) = weight * 2 d / sigma^2.
     pub(crate) fn weight(self, d2: f64) -> f64 {
         let t = d2 / (self.sigma * self.sigma);
         match self.kind {
@@ -72,18 +80,18 @@ impl Loss {
     }
 
     /// The loss, the weight and the curvature at a squared distance, for the price of one of the three.
-    pub(crate) fn count(self, d2: f64) -> Counted {
+    pub(crate) fn at(self, d2: f64) -> PointLoss {
         match self.kind {
             LossKind::Welsch => {
-                let psi = self.psi(d2);
-                let weight = 1.0 - psi;
-                Counted { psi, weight, curvature: weight * (1.0 - 2.0 * d2 / (self.sigma * self.sigma)) }
+                let value = self.value(d2);
+                let weight = 1.0 - value;
+                PointLoss { value, weight, curvature: weight * (1.0 - 2.0 * d2 / (self.sigma * self.sigma)) }
             }
-            _ => Counted { psi: self.psi(d2), weight: self.weight(d2), curvature: self.curvature(d2) },
+            _ => PointLoss { value: self.value(d2), weight: self.weight(d2), curvature: self.curvature(d2) },
         }
     }
 
-    /// psi''(d) sigma^2 / 2: the derivative of the score weight * d by d.
+    /// loss''(d) sigma^2 / 2: the derivative of the score weight * d by d.
     pub(crate) fn curvature(self, d2: f64) -> f64 {
         let t = d2 / (self.sigma * self.sigma);
         match self.kind {
@@ -97,13 +105,13 @@ impl Loss {
     /// The distance beyond which nothing is computed. Millimetres; infinite where every point counts.
     pub(crate) fn cutoff(self) -> f64 {
         match self.kind {
-            LossKind::Welsch => CUTOFF * self.sigma,
+            LossKind::Welsch => CUTOFF_SIGMAS * self.sigma,
             LossKind::Tukey => 3f64.sqrt() * self.sigma,
             LossKind::Squared | LossKind::Huber => f64::INFINITY,
         }
     }
 
-    /// The distance at which psi is 1/2: what is nearer counts as an inlier.
+    /// The distance at which the loss is 1/2: points that are nearer are inliers.
     pub(crate) fn half(self) -> f64 {
         self.sigma * Self::half_by_sigma(self.kind)
     }
@@ -116,16 +124,23 @@ impl Loss {
         }
     }
 
+<<<<<<< HEAD
     /// The scale for which psi(d + eps) = 1/2 (\[VA\] sect. 3), d + eps being what an inlier's distance may reach.
+=======
+    /// The loss whose scale makes it 1/2 at `distance`, which an inlier's may reach (d + eps in \[VA\] sect. 3).
+>>>>>>> fit
     pub(crate) fn with_half_at(kind: LossKind, distance: f64) -> Self {
         Self { kind, sigma: distance / Self::half_by_sigma(kind) }
     }
 }
 
+<<<<<<< HEAD
 /// The inlier distance d + eps (\[VA\] sect. 3) in robust standard deviations of residuals. At 3 the estimator is 97
 /// % as efficient as least squares on Gaussian residuals.
 pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
 
+=======
+>>>>>>> fit
 /// Robust standard deviation of unsigned distances: 1.4826 times their median, over those within `limit`.
 /// Zero where there are none.
 pub(crate) fn robust_deviation(distances: &mut Vec<f64>, limit: f64) -> f64 {
@@ -140,12 +155,12 @@ mod tests {
     const KINDS: [LossKind; 4] = [LossKind::Welsch, LossKind::Squared, LossKind::Huber, LossKind::Tukey];
 
     #[test]
-    fn weight_and_curvature_are_derivatives_of_psi_and_half_is_half() {
+    fn weight_and_curvature_are_derivatives_of_the_loss_and_half_is_half() {
         for kind in KINDS {
             let loss = Loss { kind, sigma: 1.7 };
             for d in [0.01_f64, 0.4, 1.3, 2.2, 3.0] {
                 let h = 1e-4;
-                let at = |d: f64| loss.psi(d * d);
+                let at = |d: f64| loss.value(d * d);
                 let slope = (at(d + h) - at(d - h)) / (2.0 * h);
                 let expected = loss.weight(d * d) * 2.0 * d / (1.7 * 1.7);
                 // The third derivative times h^2 / 6.
@@ -155,17 +170,17 @@ mod tests {
                 assert!((bend - expected).abs() < 1e-6, "{kind:?}: {bend} against {expected} at {d}");
             }
             for d2 in [0.0, 0.2, 1.5, 9.0] {
-                let Counted { psi, weight, curvature } = loss.count(d2);
-                let expected = [loss.psi(d2), loss.weight(d2), loss.curvature(d2)];
-                for (a, b) in [psi, weight, curvature].into_iter().zip(expected) {
+                let PointLoss { value, weight, curvature } = loss.at(d2);
+                let expected = [loss.value(d2), loss.weight(d2), loss.curvature(d2)];
+                for (a, b) in [value, weight, curvature].into_iter().zip(expected) {
                     assert!((a - b).abs() < 1e-14, "{kind:?}: {a} {b} at {d2}");
                 }
             }
-            assert!((loss.psi(loss.half().powi(2)) - 0.5).abs() < 1e-15);
+            assert!((loss.value(loss.half().powi(2)) - 0.5).abs() < 1e-15);
             assert!((Loss::with_half_at(kind, loss.half()).sigma - 1.7).abs() < 1e-14);
             // Continuous where it bends, and as d^2 / sigma^2 for small distances.
-            assert!((loss.psi(1.7_f64.powi(2) * 1.000_001) - loss.psi(1.7_f64.powi(2))).abs() < 1e-5);
-            assert!((loss.psi(1e-10) * 1.7 * 1.7 / 1e-10 - 1.0).abs() < 1e-9);
+            assert!((loss.value(1.7_f64.powi(2) * 1.000_001) - loss.value(1.7_f64.powi(2))).abs() < 1e-5);
+            assert!((loss.value(1e-10) * 1.7 * 1.7 / 1e-10 - 1.0).abs() < 1e-9);
         }
     }
 
@@ -173,7 +188,7 @@ mod tests {
     fn bounded_losses_end_at_the_cutoff() {
         for kind in [LossKind::Welsch, LossKind::Tukey] {
             let loss = Loss { kind, sigma: 2.0 };
-            assert!((loss.psi(loss.cutoff().powi(2)) - 1.0).abs() < 5e-6, "{kind:?}");
+            assert!((loss.value(loss.cutoff().powi(2)) - 1.0).abs() < 5e-6, "{kind:?}");
         }
     }
 

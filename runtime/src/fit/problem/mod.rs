@@ -14,7 +14,7 @@ pub(crate) mod sums;
 
 use super::monitor::Monitor;
 use super::options::{FitError, FitOptions, Start};
-use crate::fit::tuning::{FACING_CLEAR, FACING_POINTS, START_CHORD, THIN_POINTS};
+use crate::fit::tuning::{FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
 use crate::model::Model;
 use crate::scan::Scan;
 use isometry::Isometry;
@@ -68,7 +68,7 @@ impl<'a> Problem<'a> {
         // Outliers must not decide on the place and the size of the object.
         let surfaces = points.on_surfaces(scan);
         let radius = surfaces.gyration();
-        if points.len() < 4 || !(radius > 0.0) {
+        if points.len() < FEWEST_POINTS || !(radius > 0.0) {
             return Err(FitError::EmptyScan { points: points.len() });
         }
         let thin = surfaces.sample(THIN_POINTS);

@@ -1,18 +1,24 @@
+<<<<<<< HEAD
 //! The objective f = mean psi(d(M(x), s_i)) (\[VA\] eq. 1) with its gradient or its weighted normal equations.
+=======
+//! The objective, the mean loss of the points' distances, with its gradient or its weighted normal equations.
+>>>>>>> fit
 
 use super::isometry::Isometry;
-use super::loss::{Counted, Loss};
+use super::loss::{Loss, PointLoss};
 use super::parameterization::{Estimate, Parameterization};
 use super::points::Points;
 use super::sums::{PatchSum, Sums};
 use crate::fit::correspond::cache::{CacheSlice, CacheState, CachedFoot, FootCache, NOWHERE};
 use crate::fit::correspond::facets::{Facets, Facing};
-use crate::fit::correspond::foot::{Foot, refine};
+use crate::fit::correspond::foot::{Foot, foot_points};
 use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::{NO_HINT, Query};
 use crate::fit::monitor::{Monitor, TracePoint};
 use crate::fit::problem::coverage::Coverage;
-use crate::fit::tuning::{REACH_LIMIT, REACH_SIGMAS, REACH_SPACINGS, ROUGH_TOLERANCE};
+use crate::fit::tuning::{
+    CHUNK_POINTS, FEW_CHUNKS, LEAST_CHUNK, REACH_LIMIT, REACH_SIGMAS, REACH_SPACINGS, ROUGH_TOLERANCE,
+};
 use crate::model::{EvaluationError, Instance};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
@@ -37,8 +43,8 @@ pub(crate) struct Objective<'s> {
     pub(crate) cache: Option<Arc<FootCache>>,
     /// The coverage term, if it takes part.
     pub(crate) coverage: Option<Arc<Coverage<'s>>>,
-    /// The matrix of `Order::Normal` is nearer to the Hessian: psi'' takes the place of the weights where it is
-    /// positive.
+    /// The matrix of `Order::Normal` is nearer to the Hessian: the curvatures of the loss take the place of the weights
+    /// where they are positive.
     pub(crate) curved: bool,
     /// The stage under whose name steps are traced, if they are. Several minimisations at a time trace nothing.
     pub(crate) stage: Option<&'static str>,
@@ -62,7 +68,7 @@ pub(crate) enum Order {
 /// The objective at one estimate. Derivatives are by scaled local coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Evaluation {
-    /// Mean psi.
+    /// Mean loss.
     pub(crate) value: f64,
     /// Its gradient.
     pub(crate) gradient: DVector<f64>,
@@ -111,17 +117,18 @@ pub(crate) fn no_hints(points: &Points) -> Arc<Vec<AtomicU32>> {
     Arc::new((0..points.len()).map(|_| AtomicU32::new(NO_HINT)).collect())
 }
 
-/// A model at certain parameters with its facets.
+/// A model at an estimate, with its facets.
 pub(crate) struct Placed<'s> {
     pub(crate) instance: Box<dyn Instance + 's>,
     pub(crate) facets: Facets<'s>,
+    pub(crate) motion: Isometry,
 }
 
-/// Points per chunk. Sums do not depend on the number of threads because chunks do not.
-const CHUNK: usize = 512;
-/// Few points make this number of chunks all the same, as long as a chunk has `LEAST` points.
-const CHUNKS: usize = 16;
-const LEAST: usize = 96;
+/// Some of an objective's points, with the cache of their feet where there is one.
+pub(crate) struct Chunk<'c> {
+    pub(crate) range: Range<usize>,
+    pub(crate) cache: Option<CacheSlice<'c>>,
+}
 
 impl<'s> Objective<'s> {
     /// The objective over some points, without normals, coverage or anything known from earlier evaluations.
@@ -158,9 +165,9 @@ impl Objective<'_> {
     }
 
     /// The objective's cache with the model where it is placed now, if there is one and no other evaluation holds it.
-    pub(crate) fn follow(&self, placed: &Placed, motion: &Isometry) -> Option<MutexGuard<'_, CacheState>> {
-        let vertices = || placed.facets.vertices().map(|p| motion.apply(p)).collect();
-        self.cache.as_ref()?.follow(vertices())
+    pub(crate) fn follow(&self, placed: &Placed) -> Option<MutexGuard<'_, CacheState>> {
+        let cache = self.cache.as_ref()?;
+        cache.follow(placed.facets.vertices().map(|p| placed.motion.apply(p)).collect())
     }
 
     fn cancelled(&self) -> bool {
@@ -181,15 +188,13 @@ impl Objective<'_> {
         });
     }
 
-    /// Points per chunk, except for the last one. Does not depend on the number of threads.
-    pub(crate) fn chunk_size(&self) -> usize {
-        (self.points.len() / CHUNKS).clamp(LEAST, CHUNK)
-    }
-
-    /// All points, chunk by chunk.
-    pub(crate) fn chunks(&self) -> Vec<Range<usize>> {
-        let (count, size) = (self.points.len(), self.chunk_size());
-        (0..count).step_by(size).map(|start| start..(start + size).min(count)).collect()
+    /// All points, chunk by chunk. Chunks do not depend on the number of threads, so that sums over them do not.
+    pub(crate) fn chunks<'c>(&self, cache: Option<&'c mut CacheState>) -> Vec<Chunk<'c>> {
+        let count = self.points.len();
+        let size = (count / FEW_CHUNKS).clamp(LEAST_CHUNK, CHUNK_POINTS);
+        let mut slices = cache.map(|cache| cache.slices(size)).unwrap_or_default().into_iter();
+        let starts = (0..count).step_by(size);
+        starts.map(|start| Chunk { range: start..(start + size).min(count), cache: slices.next() }).collect()
     }
 
     /// The model at an estimate.
@@ -202,31 +207,19 @@ impl Objective<'_> {
         };
         let instance = self.space.model.instantiate(&x)?;
         let facets = self.layout.facets(&*instance);
-        Ok(Placed { instance, facets })
+        Ok(Placed { instance, facets, motion: at.motion })
     }
 
     /// The objective at an estimate; None where the model does not exist (the caller treats it as infinite).
     pub(crate) fn evaluate(&self, at: &Estimate, order: Order) -> Option<Evaluation> {
-        let placed = self.place(at).ok()?;
-        self.evaluate_placed(&placed, at, order)
-    }
-
-    /// As `evaluate`, for a model that is already placed at these parameters; its motion may differ.
-    pub(crate) fn evaluate_placed(&self, placed: &Placed, at: &Estimate, order: Order) -> Option<Evaluation> {
+        let placed = &self.place(at).ok()?;
         if self.cancelled() {
             return None;
         }
         self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
-        let chunks = self.chunks();
-        let mut cache = self.follow(placed, &at.motion);
-        let sums: Vec<Sums> = match &mut cache {
-            Some(cache) => chunks
-                .into_par_iter()
-                .zip(cache.slices(self.chunk_size()))
-                .map(|(range, mut part)| self.chunk(placed, &at.motion, range, Some(&mut part), order))
-                .collect(),
-            None => chunks.into_par_iter().map(|range| self.chunk(placed, &at.motion, range, None, order)).collect(),
-        };
+        let mut cache = self.follow(placed);
+        let chunks = self.chunks(cache.as_deref_mut());
+        let sums: Vec<Sums> = chunks.into_par_iter().map(|mut chunk| self.sums(placed, &mut chunk, order)).collect();
         // Chunks that came later are missing.
         if self.cancelled() {
             return None;
@@ -242,72 +235,53 @@ impl Objective<'_> {
     }
 
     /// The foot points of the points within the cut-off, with the points' indices.
-    pub(crate) fn feet(&self, placed: &Placed, motion: &Isometry) -> Vec<(usize, Foot)> {
-        let chunks = self.chunks().into_par_iter();
-        let matched = chunks.flat_map_iter(|range| self.matched(placed, motion, range, None));
+    pub(crate) fn feet(&self, placed: &Placed) -> Vec<(usize, Foot)> {
+        let chunks = self.chunks(None).into_par_iter();
+        let matched = chunks.flat_map_iter(|mut chunk| self.matched(placed, &mut chunk));
         matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
     }
 
     /// The loss of every point: 1 for those without a foot.
-    pub(crate) fn psi_of_points(&self, placed: &Placed, motion: &Isometry) -> Vec<f64> {
-        let mut psi = vec![1.0; self.points.len()];
-        for (i, foot) in self.feet(placed, motion) {
-            psi[i] = self.loss.psi(foot.d2);
+    pub(crate) fn losses(&self, placed: &Placed) -> Vec<f64> {
+        let mut losses = vec![1.0; self.points.len()];
+        for (i, foot) in self.feet(placed) {
+            losses[i] = self.loss.value(foot.d2);
         }
-        psi
+        losses
     }
 
-    /// The losses of points with these feet.
-    pub(crate) fn counted(&self, feet: &[Foot]) -> Vec<Counted> {
-        feet.iter().map(|f| self.loss.count(f.d2)).collect()
-    }
-
-    /// The mean loss of the distances to the facets: fast, and exact enough to rule out places that are much worse than
-    /// others.
-    pub(crate) fn rough_value(&self, placed: &Placed, motion: &Isometry) -> f64 {
+    /// The mean loss of the distances to facets moved by `motion`: fast, and exact enough to rule out places that are
+    /// much worse than others.
+    pub(crate) fn rough_value(&self, facets: &Facets, motion: &Isometry) -> f64 {
         self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
         let inverse = motion.rotation.inverse();
         let cutoff = self.loss.cutoff();
         let points = &self.points.position;
-        let psi = |p: &DVec3| {
-            let d = placed.facets.distance(inverse * (*p - motion.translation), cutoff);
-            self.loss.psi(d * d)
+        let loss = |p: &DVec3| {
+            let d = facets.distance(inverse * (*p - motion.translation), cutoff);
+            self.loss.value(d * d)
         };
-        points.iter().map(psi).sum::<f64>() / points.len().max(1) as f64
+        points.iter().map(loss).sum::<f64>() / points.len().max(1) as f64
     }
 
-    fn chunk(
-        &self,
-        placed: &Placed,
-        motion: &Isometry,
-        range: Range<usize>,
-        cache: Option<&mut CacheSlice>,
-        order: Order,
-    ) -> Sums {
-        let mut sums = Sums::none(self.space, range.len(), order);
+    fn sums(&self, placed: &Placed, chunk: &mut Chunk, order: Order) -> Sums {
+        let mut sums = Sums::none(self.space, chunk.range.len(), order);
         if self.cancelled() {
             return sums;
         }
-        for matched in self.matched(placed, motion, range, cache) {
+        for matched in self.matched(placed, chunk) {
             self.add_patch(&*placed.instance, &matched, order, &mut sums);
         }
         sums
     }
 
     /// The points of a chunk that have a foot within the cut-off, patch by patch.
-    pub(crate) fn matched(
-        &self,
-        placed: &Placed,
-        motion: &Isometry,
-        range: Range<usize>,
-        mut cache: Option<&mut CacheSlice>,
-    ) -> Vec<Matched> {
-        let start = range.start;
-        let correspondences = self.correspondences(placed, motion, range, cache.as_deref_mut());
+    pub(crate) fn matched(&self, placed: &Placed, chunk: &mut Chunk) -> Vec<Matched> {
+        let correspondences = self.correspondences(placed, chunk);
         let matched = self.with_feet(placed, &correspondences);
-        if let Some(cache) = cache {
+        if let Some(cache) = &mut chunk.cache {
             for (point, foot) in matched.iter().flat_map(|m| m.points.iter().zip(&m.feet)) {
-                cache.known[point.index - start].uv = foot.uv;
+                cache.known[point.index - chunk.range.start].uv = foot.uv;
             }
         }
         matched
@@ -318,30 +292,28 @@ impl Objective<'_> {
         let of_patch = |points: &[Correspondence]| {
             let patch = points[0].patch as usize;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = points.iter().map(|p| (p.q, p.uv)).unzip();
-            let feet = refine(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance).ok()?;
-            Some(Matched { patch, points: points.to_vec(), feet })
+            let feet =
+                foot_points(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance).ok()?;
+            let losses = feet.iter().map(|f| self.loss.at(f.d2)).collect();
+            Some(Matched { patch, points: points.to_vec(), feet, losses })
         };
         correspondences.chunk_by(|a, b| a.patch == b.patch).filter_map(of_patch).collect()
     }
 
     /// The points of a chunk that have a facet within the cut-off, by patch.
-    pub(crate) fn correspondences(
-        &self,
-        placed: &Placed,
-        motion: &Isometry,
-        range: Range<usize>,
-        mut cache: Option<&mut CacheSlice>,
-    ) -> Vec<Correspondence> {
-        let inverse = motion.rotation.inverse();
+    pub(crate) fn correspondences(&self, placed: &Placed, chunk: &mut Chunk) -> Vec<Correspondence> {
+        let Chunk { range, cache } = chunk;
+        let Isometry { rotation, translation } = placed.motion;
+        let inverse = rotation.inverse();
         let cutoff = self.loss.cutoff();
         let mut all = Vec::with_capacity(range.len());
         // Points stand beside their neighbours in space: the last one's facet is a good guess for one that has none.
         let mut last = NO_HINT;
-        for (k, i) in range.enumerate() {
-            let q = inverse * (self.points.position[i] - motion.translation);
+        for (k, i) in range.clone().enumerate() {
+            let q = inverse * (self.points.position[i] - translation);
             let normal = self.points.normal.get(i).map_or(DVec3::ZERO, |n| inverse * *n);
             let at = |patch, uv| Correspondence { index: i, patch, uv, q, normal };
-            if let Some(slice) = &cache
+            if let Some(slice) = cache
                 && slice.travelled < slice.known[k].until
             {
                 let CachedFoot { patch, uv, .. } = slice.known[k];
@@ -353,7 +325,7 @@ impl Objective<'_> {
                 hint => hint,
             };
             let query = Query { facing: self.facing(normal), hint, ..Query::new(q, cutoff) };
-            let nearest = match &mut cache {
+            let nearest = match cache {
                 Some(slice) => {
                     let (nearest, slack) = placed.facets.nearest_and_slack(Query { reach: slice.reach, ..query });
                     slice.known[k].patch = nearest.map_or(NOWHERE, |n| n.patch);
@@ -389,7 +361,7 @@ impl Objective<'_> {
 /// A point of the scan with the facet that it is nearest to.
 #[derive(Clone, Copy)]
 pub(crate) struct Correspondence {
-    /// Which of the objective's points.
+    /// Index among the objective's points.
     pub(crate) index: usize,
     pub(crate) patch: u32,
     pub(crate) uv: [f64; 2],
@@ -399,11 +371,19 @@ pub(crate) struct Correspondence {
     pub(crate) normal: DVec3,
 }
 
-/// Points of the scan that belong to one patch, with their feet on it.
+/// Points of the scan that belong to one patch, with their feet on it and their losses.
 pub(crate) struct Matched {
     pub(crate) patch: usize,
     pub(crate) points: Vec<Correspondence>,
     pub(crate) feet: Vec<Foot>,
+    pub(crate) losses: Vec<PointLoss>,
+}
+
+impl Matched {
+    /// No points of a patch.
+    pub(crate) fn none(patch: usize) -> Self {
+        Self { patch, points: Vec::new(), feet: Vec::new(), losses: Vec::new() }
+    }
 }
 
 /// A counting sort by patch, stable.

@@ -1,5 +1,5 @@
-//! What is optimised: an estimate (the script's free parameters and a rigid motion), its scaled local coordinates, and
-//! the bounds.
+//! The space of estimates: an estimate (the script's free parameters and a rigid motion), its scaled local coordinates,
+//! and the bounds.
 
 use super::isometry::{Isometry, left_jacobian};
 use crate::model::Model;
@@ -156,10 +156,10 @@ impl<'a> Parameterization<'a> {
             self.tie(&mut x);
         }
         let slack = |bound: f64| 1e-9 * (1.0 + bound.abs());
-        let kept = self.model.bounds(&x).iter().zip(&x).enumerate().all(|(i, ((low, high), x))| {
+        let within = self.model.bounds(&x).iter().zip(&x).enumerate().all(|(i, ((low, high), x))| {
             self.free.binary_search(&i).is_ok() || (*x >= low - slack(*low) && *x <= high + slack(*high))
         });
-        kept.then_some(x)
+        within.then_some(x)
     }
 
     fn tie(&self, x: &mut [f64]) {
@@ -205,13 +205,13 @@ impl<'a> Parameterization<'a> {
             for (k, i) in self.free.iter().enumerate() {
                 let (low, high) = bounds[*i];
                 // dx/dz at constant bounds, and dx by the lower and by the upper bound.
-                let (own, by_low, by_high) = match self.rules[k] {
+                let (by_z, by_low, by_high) = match self.rules[k] {
                     Rule::Plain { .. } => continue,
                     Rule::Fraction => (high - low, 1.0 - z[k], z[k]),
                     Rule::AboveLow => (1.0, 1.0, 0.0),
                     Rule::BelowHigh => (-1.0, 0.0, 1.0),
                 };
-                let mut row = unit(k, own);
+                let mut row = unit(k, by_z);
                 for d in jacobian.iter().filter(|d| d.parameter == *i) {
                     row += (by_low * d.lower + by_high * d.upper) * slope.row(d.by).transpose();
                 }
@@ -248,8 +248,8 @@ impl<'a> Parameterization<'a> {
         }
     }
 
-    /// Where to look for coordinate k of the free parameters: its bounds, or a stretch about the start where it has
-    /// none.
+    /// The interval in which coordinate k of the free parameters is sought: its bounds, or a stretch about the start
+    /// where it has none.
     pub(crate) fn search_range(&self, k: usize, start: f64, size: f64) -> (f64, f64) {
         let (low, high) = self.rules[k].range();
         let reach = match self.model.parameters()[self.free[k]].quantity {

@@ -1,6 +1,9 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
-use crate::fit::tuning::{CLEAN_CLOUD, EMPTY_CELL, OUTLIER_PASSES, OUTLIER_POINTS, SPACING_POINTS};
+use crate::fit::tuning::{
+    CLEAN_CLOUD, EMPTY_CELL, MOST_SAMPLE_CELLS, OUTLIER_PASSES, OUTLIER_POINTS, SAMPLE_AIM, SAMPLE_ENOUGH,
+    SAMPLE_ROUNDS, SPACING_POINTS, WALK_CELLS,
+};
 use crate::mesh::Bounds;
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, outliers};
@@ -37,7 +40,7 @@ impl Points {
             cluttered: false,
         };
         let bounds = all.bounds();
-        let cell = bounds.size().max_element().max(f64::MIN_POSITIVE) / 64.0;
+        let cell = bounds.size().max_element().max(f64::MIN_POSITIVE) / WALK_CELLS;
         let mut order: Vec<(u64, u32)> = all
             .position
             .iter()
@@ -92,16 +95,9 @@ impl Points {
         self.position.iter().copied().collect()
     }
 
-    /// The mean.
-    pub(crate) fn centre(&self) -> DVec3 {
-        self.position.iter().copied().sum::<DVec3>() / self.len().max(1) as f64
-    }
-
-    /// Root mean square distance from the mean.
+    /// The radius of gyration.
     pub(crate) fn gyration(&self) -> f64 {
-        let centre = self.centre();
-        let sum: f64 = self.position.iter().map(|p| p.distance_squared(centre)).sum();
-        (sum / self.len().max(1) as f64).sqrt()
+        gyration(&self.position)
     }
 
     /// About `count` points, one per cell of a cubic grid, the one nearest to the cell's centre: even in space,
@@ -118,10 +114,10 @@ impl Points {
         let bounds = self.bounds();
         let extent = bounds.size().max_element();
         // The cells that a surface fills grow like the square of their number along an edge.
-        let (mut coarse, mut fine) = (1.0_f64, 4096.0_f64);
+        let (mut coarse, mut fine) = (1.0_f64, MOST_SAMPLE_CELLS);
         let mut cells = (count as f64).sqrt().clamp(coarse, fine);
         let mut chosen = Vec::new();
-        for _ in 0..14 {
+        for _ in 0..SAMPLE_ROUNDS {
             let picked = self.one_a_cell(bounds.low, extent / cells);
             let ratio = count as f64 / picked.len() as f64;
             if picked.len() > count {
@@ -129,11 +125,11 @@ impl Points {
             } else {
                 coarse = cells;
                 chosen = picked;
-                if ratio < 1.05 {
+                if ratio < SAMPLE_ENOUGH {
                     break;
                 }
             }
-            let next = cells * (0.975 * ratio).sqrt();
+            let next = cells * (SAMPLE_AIM * ratio).sqrt();
             cells = if next > coarse && next < fine { next } else { (coarse * fine).sqrt() };
         }
         chosen.sort_unstable();
@@ -189,6 +185,18 @@ struct Cell {
     off: f64,
     index: usize,
     count: u32,
+}
+
+/// The mean of points.
+pub(crate) fn mean(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len().max(1) as f64
+}
+
+/// The radius of gyration of points: their root mean square distance from the mean.
+pub(crate) fn gyration(points: &[DVec3]) -> f64 {
+    let mean = mean(points);
+    let sum: f64 = points.iter().map(|p| p.distance_squared(mean)).sum();
+    (sum / points.len().max(1) as f64).sqrt()
 }
 
 /// Interleaves the bits of a cell's coordinates (21 of each): neighbours in space come out near in order.

@@ -1,15 +1,13 @@
 //! Parameters of a script that move the whole model rigidly, and how they are recognised.
 
-use super::points::Points;
-use crate::fit::tuning::VELOCITY_SAMPLES;
+use super::points::{Points, gyration, mean};
+use crate::fit::sampling::cell_centres;
+use crate::fit::tuning::{OTHER_PLACE_REACH, OTHER_PLACES, RIGID, VELOCITY_SAMPLES};
 use crate::model::{EvaluationError, Instance, Model};
 use crate::scan::Scan;
 use glam::DVec3;
 use gml_compiler::program::Quantity;
 use nalgebra::{DMatrix, Matrix6, Vector6};
-
-/// A field counts as rigid up to this fraction of its size: far above rounding, far below any true deformation.
-const RIGID: f64 = 1e-8;
 
 /// The parameters whose derivative is a rigid-motion field, dM/dx_i = a + w x p over the whole model, at `x` and at two
 /// other places within the bounds. Ascending.
@@ -20,7 +18,7 @@ pub(crate) fn recognise(model: &dyn Model, x: &[f64], size: f64) -> Result<Rigid
     let mut rigid = vec![true; x.len()];
     let mut still = vec![true; x.len()];
     let mut rank = 0;
-    for (place, x) in std::iter::once(x.to_vec()).chain([0.23, -0.31].map(|f| moved(model, x, size, f))).enumerate() {
+    for (place, x) in std::iter::once(x.to_vec()).chain(OTHER_PLACES.map(|f| moved(model, x, size, f))).enumerate() {
         let field = match model.instantiate(&x).and_then(|instance| VelocityField::sample(model, &*instance)) {
             Ok(field) => field,
             // Elsewhere the model may be impossible; the start decides then.
@@ -48,8 +46,8 @@ pub(crate) fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
     let x: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
     let size = Points::of(scan).gyration().max(f64::MIN_POSITIVE);
     // A model that does not exist at its defaults is taken to have none; a fit of it fails with the reason.
-    let found = recognise(model, &x, size).map(|rigid| rigid.indices).unwrap_or_default();
-    found.into_iter().map(|i| model.parameters()[i].name.clone()).collect()
+    let indices = recognise(model, &x, size).map(|rigid| rigid.indices).unwrap_or_default();
+    indices.into_iter().map(|i| model.parameters()[i].name.clone()).collect()
 }
 
 /// The parameters that move the whole model rigidly.
@@ -69,7 +67,7 @@ fn moved(model: &dyn Model, x: &[f64], size: f64, fraction: f64) -> Vec<f64> {
     for i in 0..x.len() {
         let (low, high) = model.bounds(&x)[i];
         let reach = if low.is_finite() && high.is_finite() {
-            0.3 * (high - low)
+            OTHER_PLACE_REACH * (high - low)
         } else if model.parameters()[i].quantity == Quantity::Length {
             size
         } else {
@@ -92,7 +90,7 @@ pub(crate) struct VelocityField {
 impl VelocityField {
     /// Samples every patch on a grid in its inside. Points that are not finite are left out.
     pub(crate) fn sample(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        let (u, v) = grid();
+        let [u, v] = cell_centres([VELOCITY_SAMPLES; 2]);
         let count = model.parameters().len();
         let mut field = Self { points: Vec::new(), velocity: vec![Vec::new(); count] };
         for (patch, part) in model.parts().iter().enumerate() {
@@ -128,11 +126,7 @@ impl VelocityField {
 
     /// Per parameter the rigid motion (a, w) whose field it is, if it is one.
     fn rigid_motions(&self) -> Vec<Option<Vector6<f64>>> {
-        let centre = self.points.iter().copied().sum::<DVec3>() / self.points.len().max(1) as f64;
-        let radius = (self.points.iter().map(|p| p.distance_squared(centre)).sum::<f64>()
-            / self.points.len().max(1) as f64)
-            .sqrt();
-        let radius = radius.max(f64::MIN_POSITIVE);
+        let (centre, radius) = (mean(&self.points), gyration(&self.points).max(f64::MIN_POSITIVE));
         let rows = |p: &DVec3| {
             let p = (*p - centre) / radius;
             // The field of shift a and turn w: a + w x p.
@@ -179,9 +173,4 @@ fn rank_of(columns: &[Vector6<f64>]) -> usize {
     }
     let matrix = DMatrix::from_fn(6, columns.len(), |r, c| columns[c][r] / columns[c].norm().max(f64::MIN_POSITIVE));
     matrix.svd(false, false).singular_values.iter().filter(|s| **s > 1e-6).count()
-}
-
-fn grid() -> (Vec<f64>, Vec<f64>) {
-    let at = |i: usize| (i as f64 + 0.5) / VELOCITY_SAMPLES as f64;
-    (0..VELOCITY_SAMPLES * VELOCITY_SAMPLES).map(|k| (at(k % VELOCITY_SAMPLES), at(k / VELOCITY_SAMPLES))).unzip()
 }

@@ -1,14 +1,13 @@
 //! The residual of every point with its row of the Jacobian, for the Gauss-Newton matrix and for the covariance.
 
-use super::loss::Counted;
-use super::objective::{Matched, Objective, Placed};
+use super::loss::PointLoss;
+use super::objective::{Chunk, Matched, Objective, Placed};
 use super::parameterization::Estimate;
-use crate::fit::correspond::cache::CacheSlice;
 use crate::fit::correspond::foot::Foot;
+use crate::fit::tuning::{CHUNKS_AT_ONCE, KEPT_ROWS};
 use crate::model::Instance;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::ops::Range;
 
 /// Points of one patch that have a foot.
 pub(crate) struct Rows {
@@ -23,20 +22,15 @@ pub(crate) struct Rows {
 /// A point with its foot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RowPoint {
-    /// Which of the objective's points.
+    /// Index among the objective's points.
     pub(crate) index: u32,
     /// From the model's surface to the point, positive on the side of dS/du x dS/dv. Millimetres.
     pub(crate) distance: f64,
-    /// See `Counted`.
+    /// See `Loss`.
     pub(crate) weight: f64,
-    /// See `Counted`.
+    /// See `Loss`.
     pub(crate) curvature: f64,
 }
-
-/// Chunks that are computed at a time: memory does not grow with the scan.
-const AT_ONCE: usize = 64;
-/// Rows of more points are computed anew in each pass: for a model with a hundred parameters this many take 160 MB.
-const KEPT: usize = 200_000;
 
 impl Rows {
     /// Every point with its row.
@@ -50,21 +44,20 @@ impl Rows {
 /// The rows of all points at one estimate, for those who go through them more than once.
 pub(crate) struct AllRows<'o> {
     objective: &'o Objective<'o>,
-    at: &'o Estimate,
     placed: Placed<'o>,
-    /// By chunk; None for scans with more than `KEPT` points.
-    kept: Option<Vec<Vec<Rows>>>,
+    /// By chunk; None for scans with more than `KEPT_ROWS` points.
+    stored: Option<Vec<Vec<Rows>>>,
 }
 
 impl<'o> AllRows<'o> {
     /// None where the model does not exist.
-    pub(crate) fn new(objective: &'o Objective<'o>, at: &'o Estimate) -> Option<Self> {
+    pub(crate) fn new(objective: &'o Objective<'o>, at: &Estimate) -> Option<Self> {
         let placed = objective.place(at).ok()?;
-        let mut all = Self { objective, at, placed, kept: None };
-        if objective.points.len() <= KEPT {
-            let mut kept = Vec::new();
-            all.by_chunk(|rows| rows, |rows| kept.push(rows));
-            all.kept = Some(kept);
+        let mut all = Self { objective, placed, stored: None };
+        if objective.points.len() <= KEPT_ROWS {
+            let mut stored = Vec::new();
+            all.by_chunk(|rows| rows, |rows| stored.push(rows));
+            all.stored = Some(stored);
         }
         Some(all)
     }
@@ -81,9 +74,9 @@ impl<'o> AllRows<'o> {
             rows.iter().for_each(|rows| add(&mut sums, rows));
             sums
         };
-        match &self.kept {
-            Some(kept) => {
-                for some in kept.chunks(AT_ONCE) {
+        match &self.stored {
+            Some(stored) => {
+                for some in stored.chunks(CHUNKS_AT_ONCE) {
                     let made: Vec<T> = some.par_iter().map(|rows| sum(rows)).collect();
                     made.into_iter().for_each(&mut each);
                 }
@@ -94,38 +87,23 @@ impl<'o> AllRows<'o> {
 
     /// Computes the rows of every chunk, on all threads; what `made` makes of them goes to `each` in the points' order.
     fn by_chunk<T: Send>(&self, made: impl Fn(Vec<Rows>) -> T + Sync, mut each: impl FnMut(T)) {
-        let Self { objective, at, placed, .. } = self;
-        let chunks = objective.chunks();
-        let mut cache = objective.follow(placed, &at.motion);
-        let mut parts: Vec<Option<CacheSlice>> = match &mut cache {
-            Some(cache) => cache.slices(objective.chunk_size()).into_iter().map(Some).collect(),
-            None => chunks.iter().map(|_| None).collect(),
-        };
-        for (some, parts) in chunks.chunks(AT_ONCE).zip(parts.chunks_mut(AT_ONCE)) {
-            let of_chunk = |(range, part): (&Range<usize>, &mut Option<CacheSlice>)| {
-                made(objective.rows_of_chunk(placed, at, range.clone(), part.as_mut()))
-            };
-            let made: Vec<T> = some.par_iter().zip(parts).map(of_chunk).collect();
+        let Self { objective, placed, .. } = self;
+        let mut cache = objective.follow(placed);
+        for some in objective.chunks(cache.as_deref_mut()).chunks_mut(CHUNKS_AT_ONCE) {
+            let made: Vec<T> = some.par_iter_mut().map(|chunk| made(objective.rows_of_chunk(placed, chunk))).collect();
             made.into_iter().for_each(&mut each);
         }
     }
 }
 
 impl Objective<'_> {
-    fn rows_of_chunk(
-        &self,
-        placed: &Placed,
-        at: &Estimate,
-        range: Range<usize>,
-        cache: Option<&mut CacheSlice>,
-    ) -> Vec<Rows> {
-        let matched = self.matched(placed, &at.motion, range, cache);
-        matched.iter().filter_map(|m| self.rows(&*placed.instance, m, &self.counted(&m.feet))).collect()
+    fn rows_of_chunk(&self, placed: &Placed, chunk: &mut Chunk) -> Vec<Rows> {
+        self.matched(placed, chunk).iter().filter_map(|m| self.rows(&*placed.instance, m)).collect()
     }
 
     /// The rows of points that have their feet on one patch; None where that cannot be evaluated.
-    pub(crate) fn rows(&self, instance: &dyn Instance, matched: &Matched, counted: &[Counted]) -> Option<Rows> {
-        let Matched { patch, points: matches, feet } = matched;
+    pub(crate) fn rows(&self, instance: &dyn Instance, matched: &Matched) -> Option<Rows> {
+        let Matched { patch, points: matches, feet, losses } = matched;
         let active = &self.space.model.parts()[*patch].active;
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let mut slopes = vec![0.0; feet.len() * active.len() * 3];
@@ -137,9 +115,9 @@ impl Objective<'_> {
         let columns: Vec<usize> = varied.iter().map(|a| active[*a] as usize).chain(motion).collect();
         let mut jacobian = Vec::with_capacity(feet.len() * columns.len());
         let mut points = Vec::with_capacity(feet.len());
-        for (i, ((foot, point), counted)) in feet.iter().zip(matches).zip(counted).enumerate() {
+        for (i, ((foot, point), loss)) in feet.iter().zip(matches).zip(losses).enumerate() {
             let (away, distance) = self.away(foot, point.q);
-            let Counted { weight, curvature, .. } = *counted;
+            let PointLoss { weight, curvature, .. } = *loss;
             points.push(RowPoint { index: point.index as u32, distance, weight, curvature });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
             // The surface moving outwards brings it nearer to a point outside.

@@ -1,6 +1,6 @@
 //! Sums over a chunk of points: the objective, its gradient and its Gauss-Newton matrix.
 
-use super::loss::Counted;
+use super::loss::PointLoss;
 use super::objective::{Correspondence, Evaluation, Matched, Objective, Order};
 use super::parameterization::{Estimate, Parameterization};
 use super::rows::Rows;
@@ -27,7 +27,7 @@ pub(crate) struct PatchSum {
 
 /// Sums over a chunk; derivatives by (x, shift, turn).
 pub(crate) struct Sums {
-    pub(crate) psi: f64,
+    pub(crate) loss: f64,
     gradient: Vec<f64>,
     /// The upper triangle, row by row.
     normal: Vec<f64>,
@@ -39,7 +39,7 @@ impl Sums {
     pub(crate) fn none(space: &Parameterization, points: usize, order: Order) -> Self {
         let n = space.model.parameters().len() + 6;
         Self {
-            psi: points as f64,
+            loss: points as f64,
             gradient: if order == Order::Value { Vec::new() } else { vec![0.0; n] },
             normal: if order == Order::Normal { vec![0.0; n * n] } else { Vec::new() },
             patches: vec![PatchSum::default(); space.model.parts().len()],
@@ -54,9 +54,9 @@ impl Objective<'_> {
         let mut gradient = DVector::zeros(n);
         let mut normal = DMatrix::zeros(n, n);
         let mut patches = vec![PatchSum::default(); self.space.model.parts().len()];
-        let mut psi = 0.0;
+        let mut loss = 0.0;
         for sum in sums {
-            psi += sum.psi;
+            loss += sum.loss;
             for (g, s) in gradient.iter_mut().zip(&sum.gradient) {
                 *g += s;
             }
@@ -72,7 +72,7 @@ impl Objective<'_> {
             }
         }
         let scale = 2.0 / (self.loss.sigma * self.loss.sigma * points);
-        let value = psi / points;
+        let value = loss / points;
         if order == Order::Value {
             let (gradient, normal) = (DVector::zeros(0), DMatrix::zeros(0, 0));
             return Evaluation { value, gradient, normal, patches, absent };
@@ -92,10 +92,11 @@ impl Objective<'_> {
     /// Adds the points of one patch.
     pub(crate) fn add_patch(&self, instance: &dyn Instance, matched: &Matched, order: Order, sums: &mut Sums) {
         let half2 = self.loss.half().powi(2);
-        let counted = self.counted(&matched.feet);
         let part = &mut sums.patches[matched.patch];
-        for ((foot, point), Counted { psi, weight, .. }) in matched.feet.iter().zip(&matched.points).zip(&counted) {
-            sums.psi += psi - 1.0;
+        for ((foot, point), PointLoss { value, weight, .. }) in
+            matched.feet.iter().zip(&matched.points).zip(&matched.losses)
+        {
+            sums.loss += value - 1.0;
             if foot.d2 < half2 {
                 part.inliers += 1.0;
                 part.d2 += foot.d2;
@@ -104,41 +105,28 @@ impl Objective<'_> {
             part.weighted_d2 += weight * foot.d2;
             part.facing += weight * foot.normal.normalize_or_zero().dot(point.normal);
         }
-        self.add_derivatives(instance, matched, &counted, order, sums);
+        self.add_derivatives(instance, matched, order, sums);
     }
 
     /// Adds the derivatives of the loss of points of one patch.
-    pub(crate) fn add_derivatives(
-        &self,
-        instance: &dyn Instance,
-        matched: &Matched,
-        counted: &[Counted],
-        order: Order,
-        sums: &mut Sums,
-    ) {
+    pub(crate) fn add_derivatives(&self, instance: &dyn Instance, matched: &Matched, order: Order, sums: &mut Sums) {
         let added = match order {
             Order::Value => Some(()),
-            Order::Gradient => self.add_gradient(instance, matched, counted, sums),
-            Order::Normal => self.rows(instance, matched, counted).map(|rows| self.add_normal(&rows, sums)),
+            Order::Gradient => self.add_gradient(instance, matched, sums),
+            Order::Normal => self.rows(instance, matched).map(|rows| self.add_normal(&rows, sums)),
         };
         if added.is_none() {
             sums.gradient.fill(f64::NAN);
         }
     }
 
-    fn add_gradient(
-        &self,
-        instance: &dyn Instance,
-        matched: &Matched,
-        counted: &[Counted],
-        sums: &mut Sums,
-    ) -> Option<()> {
-        let Matched { patch, points, feet } = matched;
+    fn add_gradient(&self, instance: &dyn Instance, matched: &Matched, sums: &mut Sums) -> Option<()> {
+        let Matched { patch, points, feet, losses } = matched;
         let n = self.space.model.parameters().len();
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
         let force =
-            |((foot, point), counted): ((&Foot, &Correspondence), &Counted)| (foot.point - point.q) * counted.weight;
-        let forces: Vec<DVec3> = feet.iter().zip(points).zip(counted).map(force).collect();
+            |((foot, point), loss): ((&Foot, &Correspondence), &PointLoss)| (foot.point - point.q) * loss.weight;
+        let forces: Vec<DVec3> = feet.iter().zip(points).zip(losses).map(force).collect();
         let w: Vec<[f64; 3]> = forces.iter().map(|f| f.to_array()).collect();
         instance.pullback(*patch, &u, &v, &w, &mut sums.gradient[..n]).ok()?;
         if self.space.moving {

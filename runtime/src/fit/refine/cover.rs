@@ -20,10 +20,10 @@ pub(crate) fn cover(solution: Solution) -> Solution {
         }
     };
     problem.monitor.progress.report("coverage", f64::NAN, "");
-    let some = problem.points.every(THIN_POINTS);
+    let sample = problem.points.every(THIN_POINTS);
     let mut covered = solution;
     for scale in COVERAGE_SCALES {
-        covered = polish_with(coverage.at_scale(scale * problem.radius), covered, &some);
+        covered = polish_with(coverage.at_scale(scale * problem.radius), covered, &sample);
     }
     let scale = (COVERAGE_FINEST * problem.radius).max(covered.loss.sigma);
     polish_with(coverage.at_scale(scale), covered, &problem.points)

@@ -1,11 +1,11 @@
 //! From where the registration ended to the optimum: from coarse to fine, in the scale of the loss and in points
 //! (graduated non-convexity), to the scale that the scan's noise suggests.
 
-use super::gauss_newton::{self, Minimum, Stop};
-use super::lbfgs;
 use crate::fit::correspond::cache::FootCache;
+use crate::fit::optimise;
+use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
 use crate::fit::problem::level::Level;
-use crate::fit::problem::loss::{INLIER_DEVIATIONS, Loss, LossKind, robust_deviation};
+use crate::fit::problem::loss::{Loss, LossKind, robust_deviation};
 use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
@@ -14,8 +14,8 @@ use crate::fit::register::candidate::Candidate;
 use crate::fit::register::restart::{Restart, Scope, restart};
 use crate::fit::tuning::{
     ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, CHORD, FOOT_TOLERANCE,
-    LBFGS_GRADIENT, LBFGS_ITERATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED,
-    THIN_POINTS,
+    INLIER_DEVIATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED, SQUARED_STEP,
+    SQUARED_TOLERANCE, THIN_POINTS,
 };
 use std::sync::Arc;
 
@@ -70,26 +70,27 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let mut guess = Guess { estimate, loss: given.unwrap_or(wide), signs, iterations: 0 };
     guess = anneal(&level, &few, guess, given);
     if !problem.monitor.cancelled() {
-        // At so fine a scale, what passed for right before may be wrong.
+        // At so fine a scale, parts that passed for right before may be wrong.
         let (estimate, signs) = (guess.estimate.clone(), guess.signs.clone());
         let from = Candidate { estimate, signs, value: f64::INFINITY };
         let scale = guess.loss.sigma / problem.radius;
         let plan = Restart { level: &level, seeds: &seeds, points: &few, scale, scope: Scope::Doubtful };
         let Candidate { estimate, signs, value } = restart(&plan, from);
+        // A candidate that no restart has improved has no value still.
         if value.is_finite() {
             guess = anneal(&level, &few, Guess { estimate, signs, ..guess }, given);
         }
     }
     let loss = given.unwrap_or_else(|| suggested_loss(&level, &problem.thin, &guess));
     guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
-    // Some points, as dense as the scan itself, first: all of them then have hardly anything left to do. Where the
+    // A sample as dense as the scan itself comes first: all points then have hardly anything left to do. Where the
     // motion is still to be put into the script's parameters, they wait for that.
-    let some = problem.points.every(THIN_POINTS);
-    let near = polish(level, &some, guess, Some(POLISH));
-    if problem.pose.write_back || some.len() == problem.points.len() {
-        return near;
+    let sample = problem.points.every(THIN_POINTS);
+    let solution = polish(level, &sample, guess, Some(POLISH));
+    if problem.pose.write_back || sample.len() == problem.points.len() {
+        return solution;
     }
-    let (level, guess) = near.into_guess();
+    let (level, guess) = solution.into_guess();
     polish(level, &problem.points, guess, Some(POLISH))
 }
 
@@ -110,7 +111,7 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
             ..level.objective(points, loss)
         };
         let stop = Stop { iterations: ANNEALING_ITERATIONS, step: ANNEALING_STEP * loss.sigma };
-        if let Some(minimum) = minimise(&objective, guess.estimate.clone(), stop) {
+        if let Some(minimum) = optimise::minimise(&objective, guess.estimate.clone(), stop) {
             let signs = level.problem.facing(&minimum.evaluation, &guess.signs);
             guess =
                 Guess { estimate: minimum.estimate, loss, signs, iterations: guess.iterations + minimum.iterations };
@@ -123,15 +124,18 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
     guess
 }
 
+<<<<<<< HEAD
 /// The scale that the residuals suggest: psi(d + eps) = 1/2 (\[VA\] sect. 3) where d + eps is three robust standard
+=======
+/// The scale that the residuals suggest: the loss is 1/2 (\[VA\] sect. 3) at three robust standard
+>>>>>>> fit
 /// deviations of the distances, which hold both the noise and what the model's family cannot follow. Never above the
 /// present scale, and never below the noise's.
 fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     let loss = guess.loss;
     let objective = Objective { signs: Some(&guess.signs), ..level.objective(points, loss) };
     let Ok(placed) = objective.place(&guess.estimate) else { return loss };
-    let mut distances: Vec<f64> =
-        objective.feet(&placed, &guess.estimate.motion).iter().map(|(_, f)| f.d2.sqrt()).collect();
+    let mut distances: Vec<f64> = objective.feet(&placed).iter().map(|(_, f)| f.d2.sqrt()).collect();
     let problem = level.problem;
     let spread =
         robust_deviation(&mut distances, loss.cutoff()).max(problem.scan.noise).max(LEAST_SPREAD * problem.radius);
@@ -144,7 +148,7 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
     let Guess { estimate, loss, signs, iterations } = guess;
     // Least squares is for those who want every digit.
     let (tolerance, step) = match loss.kind {
-        LossKind::Squared => (1e-12 * level.problem.radius, 1e-11 * level.problem.radius),
+        LossKind::Squared => (SQUARED_TOLERANCE * level.problem.radius, SQUARED_STEP * level.problem.radius),
         // Shorter steps are about as large as those by which single points that change patches move the optimum.
         _ => (FOOT_TOLERANCE * loss.sigma, POLISH_STEP * loss.sigma),
     };
@@ -167,15 +171,4 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
     });
     let Minimum { estimate, evaluation, converged, iterations: more } = minimum;
     Solution { level, estimate, evaluation, loss, signs, converged, cache, iterations: iterations + more }
-}
-
-/// Gauss-Newton, and where that does not arrive L-BFGS from where it is, with steps that need no model of the
-/// distances.
-fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
-    let newton = gauss_newton::minimise(objective, start, stop)?;
-    if newton.converged {
-        return Some(newton);
-    }
-    let rest = lbfgs::minimise(objective, newton.estimate.clone(), LBFGS_ITERATIONS, LBFGS_GRADIENT);
-    Some(rest.filter(|rest| rest.evaluation.value < newton.evaluation.value).unwrap_or(newton))
 }

@@ -1,13 +1,14 @@
 //! The motion written back into the script's own pose parameters.
 
-use super::gauss_newton::{Damping, damped_step};
 use super::schedule::{Guess, POLISH, Solution, polish};
+use crate::fit::optimise::gauss_newton::{Damping, damped_step};
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::parameterization::Parameterization;
+use crate::fit::problem::points::mean;
 use crate::fit::problem::rigid::VelocityField;
-use crate::fit::tuning::CHORD;
+use crate::fit::tuning::{CHORD, POSE_LAST_ROUNDS, POSE_ROUNDS, POSE_STEPS, POSE_TURN, WRITTEN_BACK};
 use crate::model::{EvaluationError, Model};
 use glam::{DQuat, DVec3};
 use gml_compiler::program::Quantity;
@@ -40,7 +41,7 @@ fn in_own_coordinates<'a>(level: Level<'a>, guess: Guess, x: &[f64]) -> (Level<'
     for i in indices {
         x[*i] = principal(x[*i], problem.model, &x, *i);
     }
-    if off > 1e-6 * problem.radius {
+    if off > WRITTEN_BACK * problem.radius {
         problem.monitor.warn(format!("the script's pose parameters reproduce the pose found only to {off:.3} mm"));
     }
     let start = &problem.start;
@@ -78,17 +79,17 @@ pub(crate) fn parameters_at(
 ) -> Result<(Vec<f64>, f64), EvaluationError> {
     let instance = model.instantiate(x)?;
     let rest = VelocityField::sample(model, &*instance)?.points;
-    let centre = rest.iter().copied().sum::<DVec3>() / rest.len().max(1) as f64;
+    let centre = mean(&rest);
     let turn = motion.rotation.to_scaled_axis();
     let shift = motion.apply(centre) - centre;
-    let steps = (turn.length() / 0.1).ceil().max(4.0) as u32;
+    let steps = (turn.length() / POSE_TURN).ceil().max(POSE_STEPS) as u32;
     let mut x = x.to_vec();
     let mut off = 0.0;
     for step in 1..=steps {
         let part = f64::from(step) / f64::from(steps);
         let rotation = DQuat::from_scaled_axis(turn * part);
         let target: Vec<DVec3> = rest.iter().map(|p| centre + shift * part + rotation * (*p - centre)).collect();
-        let rounds = if step == steps { 30 } else { 3 };
+        let rounds = if step == steps { POSE_LAST_ROUNDS } else { POSE_ROUNDS };
         off = follow(model, &mut x, indices, &target, rounds)?;
     }
     Ok((x, off))

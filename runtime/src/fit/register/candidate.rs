@@ -1,12 +1,12 @@
 //! Candidates for the place from which the refinement begins.
 
 use super::part_moments::PartMoments;
+use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
-use crate::fit::refine::gauss_newton::{self, Stop};
 use crate::fit::tuning::{RUNG_ITERATIONS, RUNG_STEP, Rung, SAME_PARAMETERS, SIDES_POINTS, SIDES_SCALE};
 use rayon::prelude::*;
 
@@ -119,9 +119,9 @@ pub(crate) fn distinct(level: &Level, candidates: Vec<Candidate>, count: usize) 
         }
         let Some((_, moments)) = &shape else { continue };
         let moments = moments.moved(motion);
-        let same = |(other, its): &(Candidate, PartMoments)| {
+        let same = |(other, moments_of_other): &(Candidate, PartMoments)| {
             level.space.apart(&candidate.estimate, &other.estimate) < SAME_PARAMETERS * radius
-                && moments.same(its, radius)
+                && moments.same(moments_of_other, radius)
         };
         if !chosen.iter().any(same) {
             chosen.push((candidate, moments));

@@ -3,7 +3,7 @@
 
 use crate::fit::correspond::facets::Facets;
 use crate::fit::problem::isometry::Isometry;
-use crate::fit::problem::loss::{Counted, Loss};
+use crate::fit::problem::loss::{Loss, PointLoss};
 use crate::fit::problem::points::Points;
 use crate::fit::tuning::{ALIGNMENT_STEPS, FIELD_DAMPING, FIELD_GAIN, FIELD_MARGIN, VOXELS};
 use crate::mesh::Bounds;
@@ -103,8 +103,8 @@ impl DistanceField {
         for p in &points.position {
             let q = inverse * (*p - at.translation);
             let (d, slope) = self.at(q);
-            let Counted { psi, weight, .. } = loss.count(d * d);
-            sum += psi;
+            let PointLoss { value, weight, .. } = loss.at(d * d);
+            sum += value;
             // Moving the model by (a, w) moves the point by -(a + w x (q - c)) in the model's frame.
             let turn = (q - centre).cross(slope);
             let row = -Vector6::new(slope.x, slope.y, slope.z, turn.x, turn.y, turn.z);

@@ -39,7 +39,7 @@ impl Group {
 
     /// Signs of which those of the group's patches are not known.
     pub(crate) fn unsigned(&self, signs: &[i8]) -> Vec<i8> {
-        signs.iter().zip(&self.patches).map(|(sign, own)| if *own { 0 } else { *sign }).collect()
+        signs.iter().zip(&self.patches).map(|(sign, shaped)| if *shaped { 0 } else { *sign }).collect()
     }
 }
 
@@ -65,7 +65,7 @@ pub(crate) fn groups(level: &Level) -> Vec<Group> {
 /// well as the rest. None where the model does not exist.
 pub(crate) fn loss_ratio(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<f64> {
     let placed = objective.place(at).ok()?;
-    let losses = objective.psi_of_points(&placed, &at.motion);
+    let losses = objective.losses(&placed);
     let mean = |side: bool| {
         let chosen = losses.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
         let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
@@ -74,9 +74,17 @@ pub(crate) fn loss_ratio(objective: &Objective, at: &Estimate, explained: &[bool
     Some(mean(false) / mean(true))
 }
 
-/// Which points patches outside the group explain, and the rotation that leaves those patches' surface where it is, if
-/// there is one and the motion is a variable (else it would be no part of the result).
-pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -> Option<(Vec<bool>, Option<Axis>)> {
+/// The patches outside of a group.
+pub(crate) struct Rest {
+    /// By point, whether they explain it.
+    pub(crate) explained: Vec<bool>,
+    /// The rotation that leaves their surface where it is, if there is one and the motion is a variable (else it would
+    /// be no part of the result).
+    pub(crate) axis: Option<Axis>,
+}
+
+/// The patches outside of a group. None where the model does not exist.
+pub(crate) fn rest(objective: &Objective, at: &Estimate, group: &Group) -> Option<Rest> {
     let mut placed = objective.place(at).ok()?;
     placed.facets.remove(|patch| group.patches[patch]);
     let centre = objective.space.centre;
@@ -84,7 +92,7 @@ pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -
     let half2 = objective.loss.half().powi(2);
     let mut explained = vec![false; objective.points.len()];
     let (mut gram, mut count) = (Matrix6::zeros(), 0);
-    for (i, foot) in objective.feet(&placed, &at.motion) {
+    for (i, foot) in objective.feet(&placed) {
         if foot.d2 < half2 {
             explained[i] = true;
             let n = foot.normal.normalize_or_zero();
@@ -95,16 +103,16 @@ pub(crate) fn unexplained(objective: &Objective, at: &Estimate, group: &Group) -
         }
     }
     if count < AXIS_POINTS || !objective.space.moving {
-        return Some((explained, None));
+        return Some(Rest { explained, axis: None });
     }
     let eigen = SymmetricEigen::new(gram / f64::from(count));
     let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < AXIS_EIGENVALUE).find_map(|k| {
         let e = eigen.eigenvectors.column(k);
         let turn = DVec3::new(e[3], e[4], e[5]) / radius;
         let rate = turn.length();
-        // Mostly a translation (of a plane, along a cylinder) is no rotation.
+        // A motion that is mostly a translation (of a plane, along a cylinder) is not a rotation.
         let shift = DVec3::new(e[0], e[1], e[2]);
         (rate * radius > AXIS_TURN).then(|| Axis { shift: shift / rate, turn: turn / rate })
     });
-    Some((explained, axis))
+    Some(Rest { explained, axis })
 }

@@ -18,7 +18,7 @@ use super::problem::parameterization::Estimate;
 use super::tuning::{ANOTHER_UNIT, CLEARLY_BETTER, CONVINCING};
 use candidate::Candidate;
 
-/// Where the refinement begins.
+/// The start of the refinement.
 pub(crate) struct Registration<'a> {
     pub(crate) level: Level<'a>,
     pub(crate) candidate: Candidate,

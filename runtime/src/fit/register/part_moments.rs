@@ -1,8 +1,9 @@
-//! Where the parts of a model are, whatever their symmetry: candidates that differ by a turn of a can about its axis
-//! are one.
+//! The places of a model's parts, whatever their symmetry: candidates that differ by a turn of a can about its axis are
+//! one.
 
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::parameterization::Parameterization;
+use crate::fit::problem::points::mean;
 use crate::fit::tuning::{MOMENT_SAMPLES, SAME_MOMENTS};
 use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
@@ -45,7 +46,7 @@ impl PartMoments {
 
 fn moments(points: &[DVec3]) -> (DVec3, DMat3) {
     let count = points.len().max(1) as f64;
-    let mean = points.iter().sum::<DVec3>() / count;
+    let mean = mean(points);
     let square = |p: &DVec3| {
         let d = *p - mean;
         DMat3::from_cols(d * d.x, d * d.y, d * d.z)

@@ -3,25 +3,25 @@
 
 use super::Seeds;
 use super::candidate::{Candidate, by_value, minimise, objective};
-use super::group::{Axis, Group, groups, loss_ratio, unexplained};
+use super::group::{Group, Rest, groups, loss_ratio, rest};
 use super::symmetry::equivalents;
 use crate::fit::correspond::layout::Layout;
-use crate::fit::halton::halton;
+use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::{Estimate, Parameterization};
 use crate::fit::problem::points::Points;
-use crate::fit::refine::gauss_newton::{self, Stop};
+use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     ACCEPTED, ALONE, ALONE_COARSE, ALONE_FINE, ALONE_ITERATIONS, ALONE_STEP, ANGLES, AROUND_START, BATCH, CLEAR,
-    EQUAL_VALUES, JOINT, JOINT_ITERATIONS, JOINT_POINTS, JOINT_STEP, LEAST_OWN, MODEL_SIZE, OWN_POINTS, PART_CHORD,
-    RANKED_POINTS, RESTART_ROUNDS, SAME_START, SMALL_GROUP, SMALL_GROUP_POINTS, SMALL_GROUP_STARTS, VARIANTS,
-    WORTH_ANOTHER_ROUND,
+    EQUAL_VALUES, JOINT, JOINT_ITERATIONS, JOINT_POINTS, JOINT_STEP, LEAST_UNEXPLAINED, MODEL_SIZE, PART_CHORD,
+    RANKED_POINTS, RESTART_ROUNDS, SAME_START, SMALL_GROUP, SMALL_GROUP_POINTS, SMALL_GROUP_STARTS, UNEXPLAINED_POINTS,
+    VARIANTS, WORTH_ANOTHER_ROUND,
 };
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// What the restarts of a candidate have in common.
+/// The settings that the restarts of a candidate share.
 #[derive(Clone, Copy)]
 pub(crate) struct Restart<'s> {
     pub(crate) level: &'s Level<'s>,
@@ -33,7 +33,7 @@ pub(crate) struct Restart<'s> {
     pub(crate) scope: Scope,
 }
 
-/// Which groups are restarted.
+/// The groups that are restarted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Scope {
     /// All of them: even where nothing is wrong, another name for the same surface may be nearer to the reference.
@@ -51,8 +51,8 @@ pub(crate) fn restart(plan: &Restart, candidate: Candidate) -> Candidate {
         let mut again = false;
         for group in &groups {
             let Some(Restarted { better, ratio }) = restart_group(plan, group, round, &best) else { continue };
-            // What did not succeed is tried once more with other values; and a rest that fits better shows more clearly
-            // what it leaves over, if there is any doubt or another group left.
+            // A group that still fits badly is tried once more with other values; and a rest that fits better shows
+            // more clearly which points it leaves over, if there is any doubt or another group left.
             again |= !(ratio < ACCEPTED);
             if let Some(better) = better {
                 let improved = better.value < (1.0 - WORTH_ANOTHER_ROUND) * best.value;
@@ -74,33 +74,34 @@ struct Restarted {
     ratio: f64,
 }
 
-/// Restarts one group. None where it has hardly any points of its own, where the model does not exist, or where there
+/// Restarts one group. None where the rest explains nearly all points, where the model does not exist, or where there
 /// is no need to.
 fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) -> Option<Restarted> {
     let Restart { level, seeds, points, scale, scope } = *plan;
     let thin = &level.problem.thin;
     let present = objective(level, thin, scale, Some(&from.signs));
-    // What the other patches explain says nothing about this group.
-    let (explained, axis) = unexplained(&present, &from.estimate, group)?;
-    let own = thin.pick((0..explained.len()).filter(|i| !explained[*i]));
-    if own.len() < LEAST_OWN {
+    let rest = rest(&present, &from.estimate, group)?;
+    // Points that the rest explains say nothing about this group.
+    let unexplained = thin.pick((0..rest.explained.len()).filter(|i| !rest.explained[*i]));
+    if unexplained.len() < LEAST_UNEXPLAINED {
         return None;
     }
     // At a bound a parameter is more often stuck than right.
     let at_bound = level.space.at_bound(&from.estimate);
-    let ratio = |at: &Candidate| loss_ratio(&present, &at.estimate, &explained);
+    let ratio = |at: &Candidate| loss_ratio(&present, &at.estimate, &rest.explained);
     let doubtful = group.members.iter().any(|k| at_bound[*k]) || !(ratio(from)? < ACCEPTED);
     if scope == Scope::Doubtful && !doubtful {
         return None;
     }
-    let own = own.sample(OWN_POINTS);
-    // A small part has hardly a point among few: its own are counted beside them, and where few values are tried, more.
+    let unexplained = unexplained.sample(UNEXPLAINED_POINTS);
+    // A small part has hardly a point among few: the unexplained ones are counted twice, and where few values are
+    // tried, there are more of all.
     let small = group.members.len() <= SMALL_GROUP;
-    let few = thin.every(if small { SMALL_GROUP_POINTS } else { JOINT_POINTS }).and(&own);
+    let few = thin.every(if small { SMALL_GROUP_POINTS } else { JOINT_POINTS }).and(&unexplained);
     let signs = &from.signs;
-    // Which way the group's patches face is learnt anew: a curve run backwards turns its tube inside out.
+    // The sides of the group's patches are learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(signs), ..from.clone() };
-    let local = Local::new(level, group, axis, &own, from)?;
+    let local = Local::new(level, group, &rest, &unexplained, from)?;
     let mut restarted = if doubtful {
         let starts = starts(plan, group, from, round);
         // At the final scale what is accepted is right; at a coarser one, it may be the next local minimum.
@@ -168,7 +169,7 @@ fn starts(plan: &Restart, group: &Group, from: &Candidate, round: usize) -> Vec<
             low + (high - low) * halton(i, n)
         })
     }));
-    // Where the start is near, what resembles it is more likely than the rest.
+    // If the start is near, values that resemble it are likelier than the rest.
     starts.extend((first..first + count / 2).map(|i| {
         with(&|n| {
             let ((low, high), middle) = (ranges[n], start.z[group.members[n]]);
@@ -182,12 +183,17 @@ fn starts(plan: &Restart, group: &Group, from: &Candidate, round: usize) -> Vec<
 const KNOWN: usize = 3;
 
 /// The group's patches alone, with the points that no other patch explains.
+///
+/// There are two searches over a group's starts. One start costs a minimisation over the group alone, which is cheap,
+/// or over everything, which is not. `batches` spends the latter on few winners of the former. That fails for small
+/// parts: patches of the rest hide all their points, so that alone they feel nothing. `small_group` minimises over
+/// everything from all known starts, which it can afford as few parameters have few starts.
 struct Local<'s> {
     level: &'s Level<'s>,
     group: &'s Group,
-    /// An axis about which the other patches may be turned.
-    axis: Option<Axis>,
-    own: &'s Points,
+    rest: &'s Rest,
+    /// The points that the rest does not explain.
+    unexplained: &'s Points,
     from: &'s Candidate,
     layout: Layout,
     /// The group's parameters as positions in the model's list.
@@ -198,8 +204,8 @@ impl<'s> Local<'s> {
     fn new(
         level: &'s Level<'s>,
         group: &'s Group,
-        axis: Option<Axis>,
-        own: &'s Points,
+        rest: &'s Rest,
+        unexplained: &'s Points,
         from: &'s Candidate,
     ) -> Option<Self> {
         let problem = level.problem;
@@ -207,17 +213,16 @@ impl<'s> Local<'s> {
         let (tolerance, size) = (PART_CHORD * problem.radius, MODEL_SIZE * problem.radius);
         let layout = Layout::of_patches(problem.model, &*instance, tolerance, size, |patch| group.patches[patch]);
         let free = group.members.iter().map(|k| level.space.free[*k]).collect();
-        Some(Self { level, group, axis, own, from, layout, free })
+        Some(Self { level, group, rest, unexplained, from, layout, free })
     }
 
     fn objective<'o>(&'o self, space: &'o Parameterization<'o>, scale: f64) -> Objective<'o> {
-        let objective = objective(self.level, self.own, scale, Some(&self.from.signs));
+        let objective = objective(self.level, self.unexplained, scale, Some(&self.from.signs));
         Objective { space, layout: &self.layout, ..objective }
     }
 
-    /// A group of few parameters: what the other parts explain may hide all points of a small part, so that the known
-    /// starts are tried on everything. At a fine scale they may all be too far off to feel the points, which the best
-    /// of what the part alone comes to does.
+    /// A group of few parameters: minimises over everything from the known starts and from the best optimum of the
+    /// group alone. At a fine scale all known starts may be too far off to feel the points, and that optimum is not.
     fn small_group(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
         let Ranked { known, all } = self.rank(starts);
         let near = SAME_START.min(SMALL_GROUP_STARTS * scale);
@@ -237,7 +242,7 @@ impl<'s> Local<'s> {
         accepted: impl Fn(&Candidate) -> bool,
     ) -> Vec<Candidate> {
         let mut restarted: Vec<Candidate> = Vec::new();
-        // Often what is known already is in the basin of the right minimum.
+        // Often a known start is in the basin of the right minimum.
         for only_known in [true, false] {
             let candidates = if only_known {
                 let Ranked { known, all } = self.rank(&starts[..KNOWN]);
@@ -258,18 +263,18 @@ impl<'s> Local<'s> {
 
     /// Every start at every angle about the axis of symmetry.
     fn rank(&self, starts: &[Estimate]) -> Ranked {
-        let few = self.own.every(RANKED_POINTS);
+        let few = self.unexplained.every(RANKED_POINTS);
         let coarse = Objective { points: &few, ..self.objective(&self.level.space, ALONE_COARSE) };
-        let angles = if self.axis.is_some() { ANGLES } else { 1 };
+        let angles = if self.rest.axis.is_some() { ANGLES } else { 1 };
         let of_start = |start: &Estimate| {
             let placed = coarse.place(start).ok();
             let turned = |turn: u32| {
                 let mut estimate = start.clone();
-                if let Some(axis) = self.axis {
+                if let Some(axis) = &self.rest.axis {
                     let angle = TAU * f64::from(turn) / f64::from(ANGLES);
                     estimate.motion = axis.rotated(&start.motion, angle, self.level.space.centre);
                 }
-                let value = coarse.rough_value(placed.as_ref()?, &estimate.motion);
+                let value = coarse.rough_value(&placed.as_ref()?.facets, &estimate.motion);
                 Some(Candidate { estimate, value, ..self.from.clone() })
             };
             (0..angles).filter_map(turned).collect()

@@ -1,4 +1,4 @@
-//! Where to begin: near the start, or at the best of orientations that cover all rotations.
+//! Screening: candidates near the start, or in orientations that cover all rotations.
 
 use super::Seeds;
 use super::candidate::{Candidate, by_value, climb, distinct, objective};
@@ -9,7 +9,7 @@ use crate::fit::problem::isometry::{Isometry, random_rotation, rotations};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Order;
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::problem::points::Points;
+use crate::fit::problem::points::{Points, mean};
 use crate::fit::tuning::{
     ALIGNED_AGAIN, ALIGNMENT_FEW, ALIGNMENT_POINTS, ALIGNMENT_SCALE, CAPTURED, COMPARED, FINE, GLOBAL_RUNGS, HOPELESS,
     NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
@@ -84,7 +84,7 @@ fn orientations(level: &Level, shape: &Estimate) -> Vec<Candidate> {
     let turn = random_rotation(level.problem.options.seed);
     let mut motions = vec![shape.motion];
     let turned = rotations(ORIENTATIONS).into_iter();
-    motions.extend(turned.map(|r| Isometry::taking(turn * r, centre, points.centre())));
+    motions.extend(turned.map(|r| Isometry::taking(turn * r, centre, mean(&points.position))));
     // Few points tell the hopeless orientations.
     let aligned = align(motions, &few);
     align(aligned.into_iter().take(ALIGNED_AGAIN).map(|c| c.estimate.motion).collect(), &points)

@@ -1,9 +1,9 @@
 //! Other shapes to begin from: parameters for which pairs of the model's surface points have the distances of the
 //! scan's. The distribution of such distances (Osada et al., "Shape distributions", D2) does not depend on the pose.
 
-use crate::fit::halton::halton;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Estimate;
+use crate::fit::sampling::halton;
 use crate::fit::tuning::{D2_BINS, D2_GRID, D2_POINTS, D2_SPAN, PROPOSAL_DRAWS, PROPOSALS, PROPOSALS_APART};
 use crate::model::Instance;
 use glam::DVec3;
@@ -21,18 +21,32 @@ pub(crate) fn propose(level: &Level, start: &Estimate) -> Vec<Estimate> {
     let draw = |i: usize| {
         let unit: Vec<f64> = (0..dim).map(|n| halton(i, n)).collect();
         let z: Vec<f64> = unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
-        Some((earth_movers(&of_model(level, &z)?, &scanned), unit, z))
+        Some(Proposal { distance: earth_movers(&of_model(level, &z)?, &scanned), unit, z })
     };
-    let mut shapes: Vec<(f64, Vec<f64>, Vec<f64>)> = (1..=PROPOSAL_DRAWS).into_par_iter().filter_map(draw).collect();
-    shapes.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut chosen: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-    for (_, unit, z) in shapes {
-        let near = |other: &Vec<f64>| unit.iter().zip(other).all(|(a, b)| (a - b).abs() < PROPOSALS_APART);
-        if chosen.len() < PROPOSALS && !chosen.iter().any(|(other, _)| near(other)) {
-            chosen.push((unit, z));
+    let mut proposals: Vec<Proposal> = (1..=PROPOSAL_DRAWS).into_par_iter().filter_map(draw).collect();
+    proposals.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    let mut chosen: Vec<Proposal> = Vec::new();
+    for proposal in proposals {
+        if chosen.len() < PROPOSALS && !chosen.iter().any(|other| other.is_near(&proposal)) {
+            chosen.push(proposal);
         }
     }
-    chosen.into_iter().map(|(_, z)| Estimate { z, motion: start.motion }).collect()
+    chosen.into_iter().map(|proposal| Estimate { z: proposal.z, motion: start.motion }).collect()
+}
+
+/// A shape that was drawn.
+struct Proposal {
+    /// The distance of its distribution from the scan's.
+    distance: f64,
+    /// Its free parameters, as fractions of their ranges.
+    unit: Vec<f64>,
+    z: Vec<f64>,
+}
+
+impl Proposal {
+    fn is_near(&self, other: &Self) -> bool {
+        self.unit.iter().zip(&other.unit).all(|(a, b)| (a - b).abs() < PROPOSALS_APART)
+    }
 }
 
 /// A cumulative distribution of distances.

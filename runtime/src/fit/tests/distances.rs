@@ -2,7 +2,7 @@
 
 use super::cup::{SYNTHETIC, synthetic};
 use super::shapes::{Simple, beginning_at, cup, simple};
-use crate::fit::correspond::foot::refine;
+use crate::fit::correspond::foot::foot_points;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::Query;
 use crate::fit::monitor::Monitor;
@@ -62,7 +62,7 @@ fn distances_are_those_of_the_exact_surface_whatever_the_facets() {
                 let off = DVec3::new(at(&mut rng) - 0.5, at(&mut rng) - 0.5, at(&mut rng) - 0.5) * 8.0;
                 let q = DVec3::from_array(p[0]) + off;
                 let near = facets.nearest(Query::new(q, 50.0)).unwrap();
-                let foot = refine(&*instance, 0, layout.closed(0), &[q], &[near.uv], 1e-7).unwrap()[0];
+                let foot = foot_points(&*instance, 0, layout.closed(0), &[q], &[near.uv], 1e-7).unwrap()[0];
                 let (d, expected) = (foot.d2.sqrt(), truth(shape, x, q));
                 assert!((d - expected).abs() < 1e-9 * SIZE, "{shape:?} {tolerance} at {q}: {d}, not {expected}");
             }
@@ -90,7 +90,7 @@ fn searches_that_are_left_out_change_nothing() {
         at = level.space.retract(&at, &y);
         let known = objective(Some(cache.clone())).evaluate(&at, Order::Gradient).unwrap();
         let fresh = objective(None).evaluate(&at, Order::Gradient).unwrap();
-        // Feet are exact to 1e-8 mm; where one differs, a point's psi of up to 1 does, over 4000.
+        // Feet are exact to 1e-8 mm; where one differs, a point's loss of up to 1 does, over 4000.
         assert!((known.value - fresh.value).abs() < 1e-7, "{step}: {} {}", known.value, fresh.value);
         assert!((&known.gradient - &fresh.gradient).amax() < 1e-6, "{step}");
     }

@@ -8,7 +8,7 @@ use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::rigid::recognise;
 use crate::fit::refine::write_back::parameters_at;
-use crate::fit::register::group::{groups, unexplained};
+use crate::fit::register::group::{Rest, groups, rest};
 use crate::fit::{FitError, FitOptions, fit};
 use crate::progress::Silent;
 use glam::{DQuat, DVec3};
@@ -62,7 +62,7 @@ fn parts_are_turned_only_where_the_motion_varies() {
         let objective = level.objective(&problem.points, Loss::welsch(3.0));
         let at = level.space.estimate(&SYNTHETIC, Isometry::IDENTITY);
         let handle = groups(&level).into_iter().find(|g| g.members.len() == 6).unwrap();
-        let (explained, axis) = unexplained(&objective, &at, &handle).unwrap();
+        let Rest { explained, axis } = rest(&objective, &at, &handle).unwrap();
         assert!(explained.contains(&true) && explained.contains(&false));
         assert_eq!(axis.is_some(), moving);
     }

@@ -1,17 +1,18 @@
 //! The coverage term: from the model to the scan. The objective looks from the scan to the model, so that nothing pulls
-//! back an end of the model that has grown beyond what was scanned. This term counts psi(e) for places spread evenly
-//! over what could be seen of the model; e is how far a place lies beyond the scan along the model's own surface. Where
-//! the scan passes by a place e is zero: what both terms could speak of is left to the other one.
+//! back an end of the model that has grown beyond what was scanned. This term counts the loss of e for places spread
+//! evenly over what could be seen of the model; e is how far a place lies beyond the scan along the model's own
+//! surface. Where the scan passes by a place e is zero: what both terms could speak of is left to the other one.
 
 mod scanned;
 mod visible;
 
 use crate::fit::correspond::foot::Foot;
 use crate::fit::problem::isometry::Isometry;
-use crate::fit::problem::loss::{Counted, Loss};
+use crate::fit::problem::loss::{Loss, PointLoss};
 use crate::fit::problem::objective::{Correspondence, Evaluation, Matched, Objective, Order, Placed};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::sums::{Sums, add_scaled};
+use crate::fit::tuning::CHUNK_POINTS;
 use crate::model::{Instance, Partials};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
@@ -35,13 +36,10 @@ pub(crate) struct Coverage<'a> {
     mean_area: f64,
 }
 
-/// Places at a time.
-const CHUNK: usize = 512;
-
 /// The term's part of the sandwich, in the units of the sums over points (see `sandwich`), by the parameters, shift and
 /// turn.
 pub(crate) struct Information {
-    /// Sum of psi'' J J^T.
+    /// Sum of curvature J J^T.
     pub(crate) bread: DMatrix<f64>,
     /// Sum of weight J J^T.
     pub(crate) weighted: DMatrix<f64>,
@@ -54,7 +52,6 @@ pub(crate) struct Information {
 struct Stretch {
     /// Indices of the points are those among the patch's places.
     matched: Matched,
-    counted: Vec<Counted>,
     elements: Vec<u32>,
     /// Places of this chunk that nothing of the scan is near.
     lost: f64,
@@ -88,18 +85,12 @@ impl<'a> Coverage<'a> {
                 let mut sums = Sums::none(objective.space, 0, order);
                 match self.stretch(&*placed.instance, &at.motion, places, range.clone()) {
                     Some(stretch) => {
-                        sums.psi += stretch.lost + stretch.counted.iter().map(|c| c.psi).sum::<f64>();
-                        if !stretch.counted.is_empty() {
-                            objective.add_derivatives(
-                                &*placed.instance,
-                                &stretch.matched,
-                                &stretch.counted,
-                                order,
-                                &mut sums,
-                            );
+                        sums.loss += stretch.lost + stretch.matched.losses.iter().map(|l| l.value).sum::<f64>();
+                        if !stretch.matched.points.is_empty() {
+                            objective.add_derivatives(&*placed.instance, &stretch.matched, order, &mut sums);
                         }
                     }
-                    None => sums.psi += places.area[range].iter().sum::<f64>() / self.mean_area,
+                    None => sums.loss += places.area[range].iter().sum::<f64>() / self.mean_area,
                 }
                 sums
             })
@@ -119,10 +110,10 @@ impl<'a> Coverage<'a> {
         let mut pulls: BTreeMap<u32, DVector<f64>> = BTreeMap::new();
         for (places, range) in self.chunks() {
             let stretch = self.stretch(&*placed.instance, &at.motion, places, range)?;
-            if stretch.counted.is_empty() {
+            if stretch.matched.points.is_empty() {
                 continue;
             }
-            let rows = objective.rows(&*placed.instance, &stretch.matched, &stretch.counted)?;
+            let rows = objective.rows(&*placed.instance, &stretch.matched)?;
             for ((point, row), element) in rows.iter().zip(&stretch.elements) {
                 let mut whole = DVector::zeros(total);
                 rows.columns.iter().zip(row).for_each(|(i, r)| whole[*i] += r);
@@ -152,7 +143,8 @@ impl<'a> Coverage<'a> {
     fn chunks(&self) -> Vec<(&Places, Range<usize>)> {
         let of_patch = |places| {
             let Places { u, .. }: &Places = places;
-            (0..u.len()).step_by(CHUNK).map(move |start| (places, start..(start + CHUNK).min(u.len())))
+            let ends = move |start: usize| start..(start + CHUNK_POINTS).min(u.len());
+            (0..u.len()).step_by(CHUNK_POINTS).map(move |start| (places, ends(start)))
         };
         self.places.iter().flat_map(of_patch).collect()
     }
@@ -168,8 +160,8 @@ impl<'a> Coverage<'a> {
         let (u, v, area) = (&places.u[range.clone()], &places.v[range.clone()], &places.area[range]);
         let mut partials = vec![Partials::default(); u.len()];
         instance.partials(places.patch, u, v, &mut partials).ok()?;
-        let mut matched = Matched { patch: places.patch, points: Vec::new(), feet: Vec::new() };
-        let (mut counted, mut elements) = (Vec::new(), Vec::new());
+        let mut matched = Matched::none(places.patch);
+        let mut elements = Vec::new();
         let mut lost = 0.0;
         for (i, p) in partials.iter().enumerate() {
             let point = DVec3::from_array(p.point);
@@ -186,13 +178,14 @@ impl<'a> Coverage<'a> {
             };
             let back = motion.rotation.inverse() * direction * distance;
             let uv = [u[i], v[i]];
-            let Counted { psi, weight, curvature } = self.loss.count(distance * distance);
+            let PointLoss { value, weight, curvature } = self.loss.at(distance * distance);
             matched.points.push(Correspondence { index: i, patch: places.patch as u32, uv, q: point - back, normal });
             matched.feet.push(Foot { uv, point, normal, d2: distance * distance });
-            counted.push(Counted { psi: share * psi, weight: share * weight, curvature: share * curvature });
+            let scaled = PointLoss { value: share * value, weight: share * weight, curvature: share * curvature };
+            matched.losses.push(scaled);
             elements.push(element);
         }
-        Some(Stretch { matched, counted, elements, lost })
+        Some(Stretch { matched, elements, lost })
     }
 }
 

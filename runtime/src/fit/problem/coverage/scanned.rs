@@ -63,11 +63,11 @@ impl<'a> Scanned<'a> {
     /// Compares a place of the model, by its position and its unit normal (outward) in the scan's frame, with the scan.
     /// A place that is more than `limit` (millimetres) beyond the scan is nowhere.
     pub(crate) fn place(&self, p: DVec3, normal: DVec3, limit: f64) -> Place {
-        let found = match &self.shape {
+        let nearest = match &self.shape {
             Shape::Surface(bvh) => self.beside_surface(bvh, p, normal, limit),
             Shape::Cloud(tree) => self.beside_cloud(tree, p, normal),
         };
-        match found {
+        match nearest {
             None => Place::Nowhere,
             // Noise makes waves of the surface resemble its end.
             Some(beyond) if !(beyond.distance > self.slack) => Place::Scanned,
@@ -79,14 +79,14 @@ impl<'a> Scanned<'a> {
     /// The distance of a place beyond the nearest one of a mesh, in the model's tangent plane: the component across it
     /// belongs to the other term, as a model beside the scan is not beyond it.
     fn beside_surface(&self, bvh: &Bvh, p: DVec3, normal: DVec3, limit: f64) -> Option<Beyond> {
-        let found = if self.oriented {
+        let nearest = if self.oriented {
             bvh.closest_point_facing(p, limit + self.slack, normal, 0.0)?
         } else {
             bvh.closest_point(p, limit + self.slack)?
         };
-        let along = tangential(p - found.point, normal);
+        let along = tangential(p - nearest.point, normal);
         let direction = along.normalize_or_zero();
-        Some(Beyond { distance: along.length(), direction, element: found.triangle })
+        Some(Beyond { distance: along.length(), direction, element: nearest.triangle })
     }
 
     /// The distance of a place beyond the line that supports its neighbours in a cloud: negative where they surround

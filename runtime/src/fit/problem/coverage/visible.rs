@@ -1,9 +1,9 @@
 //! Places spread evenly over what could be seen of a model: those inside of walls, where a handle ends, are left out.
 
 use crate::bvh::Bvh;
-use crate::fit::halton::halton;
+use crate::fit::sampling::{cell_centres, halton};
 use crate::fit::tuning::{
-    CHORD, COVERAGE_PLACES, GRAZING_VIEW, PLACE_SAMPLES, PLACES_EACH_WAY, VIEW_DIRECTIONS, VIEW_OFFSET,
+    CHORD, COVERAGE_PLACES, GRAZING_VIEW, PLACE_SAMPLES, PLACE_SEGMENTS, PLACES_EACH_WAY, VIEW_DIRECTIONS, VIEW_OFFSET,
 };
 use crate::model::{EvaluationError, Fineness, Instance, Model, Partials, Tessellation};
 use glam::DVec3;
@@ -24,7 +24,7 @@ pub(crate) struct Places {
 /// # Errors
 /// The model cannot be tessellated.
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
-    let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: 128 };
+    let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: PLACE_SEGMENTS };
     let surface = Tessellation::new(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
@@ -35,8 +35,8 @@ pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) ->
         let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, PLACES_EACH_WAY));
         Some(visible(&bvh, patch, grid(instance, patch, sides)?, VIEW_OFFSET * radius))
     };
-    let found: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
-    Ok(found.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
+    let by_patch: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
+    Ok(by_patch.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
 }
 
 /// The size of a patch.
@@ -48,7 +48,7 @@ struct Gauge {
 
 impl Gauge {
     fn of(instance: &dyn Instance, patch: usize) -> Option<Self> {
-        let [u, v] = middles([PLACE_SAMPLES; 2]);
+        let [u, v] = cell_centres([PLACE_SAMPLES; 2]);
         let mut partials = vec![Partials::default(); u.len()];
         instance.partials(patch, &u, &v, &mut partials).ok()?;
         let mean = |of: &dyn Fn(&Partials) -> f64| partials.iter().map(of).sum::<f64>() / partials.len() as f64;
@@ -56,14 +56,6 @@ impl Gauge {
         let area = mean(&|p| across(p).length());
         (du.is_finite() && dv.is_finite() && area.is_finite()).then_some(Self { sides: [du, dv], area })
     }
-}
-
-/// The centres of the cells of a grid.
-fn middles([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
-    let middle = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
-    let every = (0..nu * nv).map(|k| (middle(k % nu, nu), middle(k / nu, nv)));
-    let (u, v) = every.unzip();
-    [u, v]
 }
 
 fn across(p: &Partials) -> DVec3 {
@@ -74,7 +66,7 @@ fn across(p: &Partials) -> DVec3 {
 type Cells = ([Vec<f64>; 2], Vec<Partials>);
 
 fn grid(instance: &dyn Instance, patch: usize, cells: [usize; 2]) -> Option<Cells> {
-    let [u, v] = middles(cells);
+    let [u, v] = cell_centres(cells);
     let mut partials = vec![Partials::default(); u.len()];
     instance.partials(patch, &u, &v, &mut partials).ok()?;
     Some(([u, v], partials))

@@ -3,19 +3,20 @@
 use super::gauss_newton::{Minimum, pushed};
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::tuning::{LBFGS_FIRST_STEP, LBFGS_MEMORY, LBFGS_ROUNDS};
+use crate::fit::tuning::{
+    LBFGS_COST, LBFGS_FIRST_STEP, LBFGS_GAIN, LBFGS_GRADIENT, LBFGS_ITERATIONS, LBFGS_MEMORY, LBFGS_ROUNDS,
+};
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::linesearch::MoreThuenteLineSearch;
 use argmin::solver::quasinewton::LBFGS;
-use nalgebra::DVector;
 use std::cell::RefCell;
 
-/// Minimises from `start` with at most `iterations` iterations; None where the model does not exist there.
+/// Minimises from `start`; None where the model does not exist there.
 ///
 /// argmin has no bounds: coordinates that stand at a bound and are pushed against it are held while it runs on the
 /// others, and what it tries beyond a bound is moved back to the bound. When that stops it, or a held coordinate is
 /// pushed inwards again, a new round begins; a round that changes neither ends the minimisation.
-pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, gradient: f64) -> Option<Minimum> {
+pub(crate) fn minimise(objective: &Objective, start: Estimate) -> Option<Minimum> {
     let evaluation = objective.evaluate(&start, Order::Gradient)?;
     let mut at = Minimum { estimate: start, evaluation, iterations: 0, converged: false };
     for _ in 0..LBFGS_ROUNDS {
@@ -23,12 +24,12 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, iterations: u32, 
         let before = at.evaluation.value;
         let projected =
             (0..held.len()).filter(|k| !held[*k]).map(|k| at.evaluation.gradient[k].abs()).fold(0.0, f64::max);
-        if projected <= gradient || at.iterations >= iterations {
-            at.converged = projected <= gradient;
+        if projected <= LBFGS_GRADIENT || at.iterations >= LBFGS_ITERATIONS {
+            at.converged = projected <= LBFGS_GRADIENT;
             break;
         }
-        round(objective, &mut at, &held, iterations, gradient);
-        if !(before - at.evaluation.value > 1e-9 * before) {
+        round(objective, &mut at, &held);
+        if !(before - at.evaluation.value > LBFGS_GAIN * before) {
             // No progress although the gradient is not small: kinks of the objective, where correspondences switch, end
             // it here.
             at.converged = true;
@@ -45,7 +46,7 @@ fn held(at: &Minimum, objective: &Objective) -> Vec<bool> {
 }
 
 /// One run of argmin from `at`, over the coordinates that are not held.
-fn round(objective: &Objective, at: &mut Minimum, held: &[bool], iterations: u32, gradient: f64) {
+fn round(objective: &Objective, at: &mut Minimum, held: &[bool]) {
     let free: Vec<usize> = (0..held.len()).filter(|k| !held[*k]).collect();
     let g: Vec<f64> = free.iter().map(|k| at.evaluation.gradient[*k]).collect();
     let norm = g.iter().map(|g| g * g).sum::<f64>().sqrt();
@@ -56,8 +57,8 @@ fn round(objective: &Objective, at: &mut Minimum, held: &[bool], iterations: u32
         Restricted { objective, from: at.estimate.clone(), free, stretch, dim: held.len(), last: RefCell::new(None) };
     let begin = vec![0.0; problem.free.len()];
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), LBFGS_MEMORY)
-        .with_tolerance_grad(gradient * stretch)
-        .and_then(|solver| solver.with_tolerance_cost(1e-10 * at.evaluation.value));
+        .with_tolerance_grad(LBFGS_GRADIENT * stretch)
+        .and_then(|solver| solver.with_tolerance_cost(LBFGS_COST * at.evaluation.value));
     let Ok(solver) = solver else { return };
     let run = Executor::new(problem, solver)
         .configure(|state| {
@@ -65,7 +66,7 @@ fn round(objective: &Objective, at: &mut Minimum, held: &[bool], iterations: u32
                 .param(begin)
                 .cost(at.evaluation.value)
                 .gradient(g.iter().map(|g| g * stretch).collect::<Vec<f64>>())
-                .max_iters(u64::from(iterations - at.iterations))
+                .max_iters(u64::from(LBFGS_ITERATIONS - at.iterations))
         })
         .ctrlc(false)
         .run();
@@ -90,8 +91,13 @@ fn expand(p: &[f64], held: &[bool], stretch: f64) -> Vec<f64> {
     held.iter().map(|h| if *h { 0.0 } else { values.next().map_or(0.0, |p| p * stretch) }).collect()
 }
 
-/// A point with its value and gradient.
-type Evaluated = (Vec<f64>, f64, Vec<f64>);
+/// The value and the gradient at a point.
+#[derive(Clone)]
+struct Evaluated {
+    point: Vec<f64>,
+    value: f64,
+    gradient: Vec<f64>,
+}
 
 /// The objective over some of its coordinates, as argmin takes it.
 struct Restricted<'o, 's> {
@@ -105,34 +111,34 @@ struct Restricted<'o, 's> {
 }
 
 impl Restricted<'_, '_> {
-    fn at(&self, p: &[f64]) -> (f64, Vec<f64>) {
-        if let Some((last, value, gradient)) = &*self.last.borrow()
-            && last == p
-        {
-            return (*value, gradient.clone());
+    fn at(&self, p: &[f64]) -> Evaluated {
+        if let Some(last) = self.last.borrow().as_ref().filter(|last| last.point == p) {
+            return last.clone();
         }
+        let evaluated = self.evaluate(p);
+        *self.last.borrow_mut() = Some(evaluated.clone());
+        evaluated
+    }
+
+    fn evaluate(&self, p: &[f64]) -> Evaluated {
+        // NaN would hang the line search; infinity ends it.
+        let absent = Evaluated { point: p.to_vec(), value: f64::INFINITY, gradient: vec![0.0; p.len()] };
         let mut y = vec![0.0; self.dim];
         for (k, p) in self.free.iter().zip(p) {
             y[*k] = p * self.stretch;
         }
-        // NaN would hang the line search; infinity ends it.
-        let mut answer = (f64::INFINITY, vec![0.0; p.len()]);
-        if y.iter().all(|y| y.is_finite()) {
-            let room = self.objective.space.room(&self.from);
-            let inside: Vec<f64> = y.iter().zip(&room).map(|(y, (low, high))| y.min(*high).max(*low)).collect();
-            let estimate = self.objective.space.retract(&self.from, &inside);
-            if let Some(evaluation) = self.objective.evaluate(&estimate, Order::Gradient) {
-                let mut gradient: DVector<f64> = evaluation.gradient;
-                self.objective.space.pull_to(&inside, &mut gradient);
-                let slope = |k: &usize| {
-                    // Beyond a bound the objective goes on as a constant.
-                    if inside[*k] == y[*k] { gradient[*k] * self.stretch } else { 0.0 }
-                };
-                answer = (evaluation.value, self.free.iter().map(slope).collect());
-            }
+        if !y.iter().all(|y| y.is_finite()) {
+            return absent;
         }
-        *self.last.borrow_mut() = Some((p.to_vec(), answer.0, answer.1.clone()));
-        answer
+        let room = self.objective.space.room(&self.from);
+        let inside: Vec<f64> = y.iter().zip(&room).map(|(y, (low, high))| y.min(*high).max(*low)).collect();
+        let estimate = self.objective.space.retract(&self.from, &inside);
+        let Some(evaluation) = self.objective.evaluate(&estimate, Order::Gradient) else { return absent };
+        let mut gradient = evaluation.gradient;
+        self.objective.space.pull_to(&inside, &mut gradient);
+        // Beyond a bound the objective goes on as a constant.
+        let slope = |k: &usize| if inside[*k] == y[*k] { gradient[*k] * self.stretch } else { 0.0 };
+        Evaluated { value: evaluation.value, gradient: self.free.iter().map(slope).collect(), ..absent }
     }
 }
 
@@ -141,7 +147,7 @@ impl CostFunction for Restricted<'_, '_> {
     type Output = f64;
 
     fn cost(&self, p: &Vec<f64>) -> Result<f64, Error> {
-        Ok(self.at(p).0)
+        Ok(self.at(p).value)
     }
 }
 
@@ -150,6 +156,6 @@ impl Gradient for Restricted<'_, '_> {
     type Gradient = Vec<f64>;
 
     fn gradient(&self, p: &Vec<f64>) -> Result<Vec<f64>, Error> {
-        Ok(self.at(p).1)
+        Ok(self.at(p).gradient)
     }
 }

@@ -3,8 +3,8 @@
 use crate::fit::problem::objective::{Evaluation, Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::tuning::{
-    DAMPING_GOOD, DAMPING_LEAST, DAMPING_MOST, DAMPING_POOR, DAMPING_RAISED, DAMPING_REJECTED, DAMPING_SINGULAR,
-    DAMPING_START, GOOD_RATIO, POOR_RATIO, ROUNDED_STEP, STEP_LIMIT,
+    DAMPING_FLOOR, DAMPING_GOOD, DAMPING_LEAST, DAMPING_MOST, DAMPING_POOR, DAMPING_RAISED, DAMPING_REJECTED,
+    DAMPING_SINGULAR, DAMPING_START, GOOD_RATIO, POOR_RATIO, ROUNDED_STEP, STEP_LIMIT,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -143,7 +143,7 @@ pub(crate) fn damped_step(at: &Evaluation, room: &[(f64, f64)], Damping(damping)
         let matrix = DMatrix::from_fn(free.len(), free.len(), |a, b| {
             let h = at.normal[(free[a], free[b])];
             // The floor keeps coordinates without influence where they are.
-            if a == b { h + damping * h + (1e-12 + 1e-4 * damping) * largest } else { h }
+            if a == b { h + damping * h + (1e-12 + DAMPING_FLOOR * damping) * largest } else { h }
         });
         let rhs = DVector::from_iterator(free.len(), free.iter().map(|k| rhs[*k]));
         let solution = matrix.cholesky()?.solve(&rhs);

@@ -1,4 +1,4 @@
-//! Halton's low-discrepancy sequence.
+//! Even samples: Halton's low-discrepancy sequence, and the centres of a grid's cells.
 
 /// The i-th number (from 1) of Halton's sequence in dimension n, in (0, 1).
 pub(crate) fn halton(i: usize, n: usize) -> f64 {
@@ -13,6 +13,13 @@ pub(crate) fn halton(i: usize, n: usize) -> f64 {
         i /= base;
     }
     x
+}
+
+/// The centres of the cells of a grid over [0, 1]^2: u and v, row by row.
+pub(crate) fn cell_centres([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
+    let centre = |i: usize, n: usize| (i as f64 + 0.5) / n as f64;
+    let (u, v) = (0..nu * nv).map(|k| (centre(k % nu, nu), centre(k / nu, nv))).unzip();
+    [u, v]
 }
 
 #[cfg(test)]
