@@ -12,7 +12,7 @@ use super::types::ClosureId;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
-use crate::syntax::ast::{DerivativeDecl, FnParam, FunctionDecl, Item, ItemKind, Pattern};
+use crate::syntax::ast::{DerivativeDecl, FnParam, FunctionDecl, Item, ItemKind};
 
 /// The derivatives among some items, each with its function; what is wrong with the others.
 pub(super) fn pair(items: &[Item]) -> (Vec<(&FunctionDecl, &DerivativeDecl)>, Vec<Diagnostic>) {
@@ -166,10 +166,7 @@ impl<'a> Checker<'a> {
         for param in params {
             let Some(default) = &param.default else { continue };
             let names = free::of_lambda(&[], default);
-            let used = params.iter().find_map(|p| match &p.pattern {
-                Pattern::Name(name) => names.contains(&name.text.as_str()).then_some(&name.text),
-                Pattern::Tuple(..) => None,
-            });
+            let used = params.iter().filter_map(|p| Some(p.pattern.name()?.text.as_str())).find(|name| names.contains(name));
             if let Some(used) = used {
                 let message = format!(
                     "this default depends on '{used}', which the custom derivative of '{}' does not take into account",

@@ -7,7 +7,7 @@ use super::typed::{Expr, ExprKind, LocalId, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
-use crate::syntax::ast::{self, FnParam, FunctionDecl, Ident, Pattern, UnaryOp, Unit};
+use crate::syntax::ast::{self, FnParam, FunctionDecl, Ident, UnaryOp, Unit};
 use std::rc::Rc;
 
 /// Stack that must be left before an expression is checked, and how much is added where it is not.
@@ -259,13 +259,7 @@ impl<'a> Checker<'a> {
     fn lambda(&mut self, params: &'a [FnParam], body: &'a ast::Expr, span: Span) -> Expr {
         let address = std::ptr::from_ref(body) as usize;
         let free = self.free_names.entry(address).or_insert_with(|| free::of_lambda(params, body).into()).clone();
-        let names: Vec<&str> = params
-            .iter()
-            .map(|p| match &p.pattern {
-                Pattern::Name(name) => name.text.as_str(),
-                Pattern::Tuple(..) => "(..)",
-            })
-            .collect();
+        let names: Vec<&str> = params.iter().map(|p| p.pattern.name().map_or("(..)", |name| &name.text)).collect();
         let name = format!("|{}|", names.join(", "));
         self.capture(&name, Callee::Lambda(self.env.module, params, body), &free, span)
     }

@@ -128,7 +128,7 @@ impl<'a> Checker<'a> {
             Callee::Global(_, decl) => {
                 let message = "this constant is defined in terms of itself".to_owned();
                 Diagnostic::new(Code::Recursion, span, message)
-                    .related(super::modules::pattern_span(&decl.pattern), "defined here")
+                    .related(decl.pattern.span(), "defined here")
             }
             Callee::Model(_, model) => {
                 Diagnostic::new(Code::Recursion, span, format!("the model '{name}' contains itself"))
@@ -248,7 +248,7 @@ impl<'a> Checker<'a> {
         for (i, param) in params.iter().enumerate() {
             match (args.get(i).cloned().flatten(), &param.default) {
                 (Some(ty), _) => {
-                    let span = super::modules::pattern_span(&param.pattern);
+                    let span = param.pattern.span();
                     match &param.pattern {
                         ast::Pattern::Name(name) => locals.push(self.bind_local(name, ty)),
                         ast::Pattern::Tuple(..) => {
@@ -277,8 +277,8 @@ impl<'a> Checker<'a> {
     pub(super) fn check_annotated(&mut self, module: usize) {
         for item in self.modules[module].items {
             if let ast::ItemKind::Let(decl) = &item.kind {
-                let id = self.intern(first_name(&decl.pattern), Callee::Global(module, decl), Vec::new());
-                self.instantiate(id, Vec::new(), super::modules::pattern_span(&decl.pattern));
+                let id = self.intern(decl.pattern.names().first().map_or("_", |name| &name.text), Callee::Global(module, decl), Vec::new());
+                self.instantiate(id, Vec::new(), decl.pattern.span());
             }
             let ast::ItemKind::Function(decl) = &item.kind else { continue };
             let id = self.intern(&decl.name.text, Callee::Function(module, decl), Vec::new());
@@ -315,21 +315,13 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// The name by which a constant is checked, which is one of those that it binds.
-fn first_name(pattern: &ast::Pattern) -> &str {
-    match pattern {
-        ast::Pattern::Name(name) => &name.text,
-        ast::Pattern::Tuple(patterns, _) => patterns.first().map_or("_", first_name),
-    }
-}
-
 /// The place of the callee's definition.
 fn definition(callee: Callee<'_>, span: Span) -> Span {
     match callee {
         Callee::Function(_, decl) => decl.name.span,
         Callee::Lambda(_, _, body) => body.span,
         Callee::Model(_, model) => model.name.span,
-        Callee::Global(_, decl) => super::modules::pattern_span(&decl.pattern),
+        Callee::Global(_, decl) => decl.pattern.span(),
         Callee::Builtin(_) | Callee::Derivative(..) => span,
     }
 }

@@ -34,9 +34,7 @@ impl<'a> Checker<'a> {
             BinaryOp::Div => self.quotient(a, b, span),
             BinaryOp::Rem => self.remainder(a, b, span),
             BinaryOp::Pow => self.power(a, b, span),
-            BinaryOp::Eq | BinaryOp::Ne | BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => {
-                self.compare(op, a, b, span)
-            }
+            BinaryOp::Compare(op) => self.compare(op, a, b, span),
             BinaryOp::And | BinaryOp::Or => error(span),
         }
     }
@@ -80,7 +78,8 @@ impl<'a> Checker<'a> {
                 return binary(Binary::Div, a, b, Type::REAL, span);
             }
             BinaryOp::Pow => return self.power(a, b, span),
-            _ => return comparison(op, a, b, span),
+            BinaryOp::Compare(op) => return comparison(op, a, b, span),
+            BinaryOp::And | BinaryOp::Or => return error(span),
         };
         binary(op, a, b, Type::INT, span)
     }

@@ -4,12 +4,12 @@ use super::annotations::Expected;
 use super::comparisons::comparison;
 use super::context::{Binding, Checker};
 use super::model::Body;
-use super::typed::{self, Expr, ExprKind, LocalId, Param, Statement, Type};
+use super::typed::{self, Compare, Expr, ExprKind, LocalId, Param, Statement, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::parameters::Quantity;
 use crate::source::Span;
-use crate::syntax::ast::{self, BinaryOp, Item, ParamDecl};
+use crate::syntax::ast::{self, Item, ParamDecl};
 
 impl<'a> Checker<'a> {
     /// Declares a free parameter.
@@ -165,7 +165,7 @@ impl<'a> Checker<'a> {
         let local = self.local(&decl.name.text, ty, decl.name.span);
         locals.push(local);
         if let Some((lower, upper)) = &decl.bounds {
-            for (bound, op) in [(lower, BinaryOp::Ge), (upper, BinaryOp::Le)] {
+            for (bound, op) in [(lower, Compare::Ge), (upper, Compare::Le)] {
                 let bound = self.expr(bound);
                 let bound = self.coerce(bound, &expected, "the bound");
                 let value = self.read(local, decl.name.span);
