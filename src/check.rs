@@ -112,8 +112,7 @@ pub(crate) fn parameter_table(
 ) -> String {
     let row = |((p, value), (low, high)): ((&Parameter, &f64), &(f64, f64))| {
         let [value, low, high] = [*value, *low, *high].map(|x| shown(x, p.quantity));
-        let unit = if p.quantity == Quantity::Angle { "deg" } else { p.quantity.unit() };
-        vec![p.name.clone(), value, low, high, unit.into(), first_line(&p.doc)]
+        vec![p.name.clone(), value, low, high, p.quantity.written(0.0).1.into(), first_line(&p.doc)]
     };
     let rows: Vec<Vec<String>> = parameters.iter().zip(values).zip(bounds).map(row).collect();
     format!("\n{}", table::render(&["parameter", heading, "from", "to", "unit", ""], &rows))
@@ -138,10 +137,8 @@ fn shown(x: f64, quantity: Quantity) -> String {
     if !x.is_finite() {
         return String::new();
     }
-    let x = if quantity == Quantity::Angle { x.to_degrees() } else { x };
     // Six decimals, without the rounding errors of a unit's conversion.
-    let rounded = (x * 1e6).round() / 1e6;
-    format!("{rounded}")
+    format!("{}", (quantity.written(x).0 * 1e6).round() / 1e6)
 }
 
 fn first_line(doc: &str) -> String {

@@ -49,7 +49,7 @@ impl Checker<'_> {
         let mut needed: HashSet<LocalId> = asked.iter().copied().collect();
         let body = typed::needed_lets(lets, &mut needed);
         if let Some(param) = free.iter().find(|p| needed.contains(&p.local)) {
-            return none(format!("it depends on the parameter '{}'", param.name));
+            return none(format!("it depends on the parameter '{}'", param.declared.name));
         }
         let body = body.into_iter().map(|(local, e)| Statement::Let(local, e.clone())).collect();
         let mut model = Model { body, ..Model::default() };

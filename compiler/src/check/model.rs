@@ -3,10 +3,11 @@
 use super::annotations::Expected;
 use super::bindings::wrap;
 use super::context::Checker;
-use super::typed::{Expr, Input, LocalId, Model, Param, Statement, Type};
+use super::typed::{Expr, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
 use crate::diagnostic::{Code, Diagnostic};
+use crate::parameters::Input;
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind};
@@ -118,8 +119,8 @@ impl<'a> Checker<'a> {
         }
         for param in &body.params {
             if !self.used[param.local.0 as usize] && !failed {
-                let message = format!("the parameter '{}' is not used", param.name);
-                self.report(Diagnostic::new(Code::UnusedParameter, param.span, message));
+                let message = format!("the parameter '{}' is not used", param.declared.name);
+                self.report(Diagnostic::new(Code::UnusedParameter, param.declared.span, message));
             }
         }
         self.env.names.clear();

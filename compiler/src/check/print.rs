@@ -47,7 +47,7 @@ impl Printer<'_> {
                 self.out.push_str("..");
                 self.expr(upper, 1);
             }
-            let _ = writeln!(self.out, " = {}", param.default);
+            let _ = writeln!(self.out, " = {}", param.declared.default);
         }
         for statement in &model.body {
             self.statement(statement, 1);

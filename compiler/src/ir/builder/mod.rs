@@ -71,6 +71,12 @@ impl FunctionBuilder {
         self.finish(function.result_names.iter().cloned().zip(results))
     }
 
+    /// The function's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.function.name
+    }
+
     /// Parameter i.
     ///
     /// # Panics

@@ -1,7 +1,7 @@
 //! Branches, loops and indexing.
 
 use super::free::Free;
-use super::{Frame, TooLarge};
+use super::{Frame, SizeError};
 use crate::check::typed::{Binary, Expr, ExprKind, LocalId, Statement, Type, Unary};
 use crate::ir::scalar::Scalar;
 use crate::ir::{self, Failure, FunctionId, Value};
@@ -17,7 +17,7 @@ impl<'m> Frame<'_, 'm> {
         condition: &Expr,
         then: &Expr,
         otherwise: &Expr,
-    ) -> Result<Vec<Value>, TooLarge> {
+    ) -> Result<Vec<Value>, SizeError> {
         let condition = self.scalar(condition)?;
         if let Some(Scalar::Bool(holds)) = self.b.constant(condition) {
             return self.expr(if holds { then } else { otherwise });
@@ -36,7 +36,7 @@ impl<'m> Frame<'_, 'm> {
         Ok(self.b.if_(condition, then, otherwise, args, &results))
     }
 
-    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, TooLarge> {
+    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, SizeError> {
         let ExprKind::Fold { from, to, init, index, accumulator, body } = &expr.kind else {
             return self.expr(expr);
         };
@@ -62,7 +62,7 @@ impl<'m> Frame<'_, 'm> {
 
     /// The element of an array at an int that is not known at compile time, by binary search with selections: one
     /// selection an element, at logarithmic depth.
-    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, TooLarge> {
+    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, SizeError> {
         let (values, index) = (self.expr(array)?, self.scalar(index)?);
         self.b.set_span(expr.span);
         let (_, width) = self.lowerer.model.component(&array.ty, 0);
@@ -136,7 +136,7 @@ impl<'m> Frame<'_, 'm> {
         params: &[LocalId],
         constants: &Constants,
         expr: &Expr,
-    ) -> Result<FunctionId, TooLarge> {
+    ) -> Result<FunctionId, SizeError> {
         self.child(name, params, constants, false).add(expr)
     }
 
