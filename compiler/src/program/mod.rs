@@ -31,7 +31,7 @@ pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed
 pub use constants::check;
 pub use failure::EvaluationError;
 pub use instance::Instance;
-pub use limits::{LIMITS, Limit, LimitError};
+pub use limits::LimitError;
 pub use sites::{Order, Sites};
 pub use text::EmitStage;
 
