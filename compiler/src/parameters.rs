@@ -87,8 +87,7 @@ impl Parameter {
         if value >= low - slack && value <= high + slack {
             return Ok(());
         }
-        let [low, high] =
-            [low, high].map(|x| if x.is_finite() { self.quantity.shown(x) } else { String::new() });
+        let [low, high] = [low, high].map(|x| if x.is_finite() { self.quantity.shown(x) } else { String::new() });
         Err(format!("{} is not within its bounds {low}..{high}", self.equals(value)))
     }
 }

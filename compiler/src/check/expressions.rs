@@ -101,7 +101,7 @@ impl<'a> Checker<'a> {
         for item in &items[1..] {
             match self.join(&ty, &item.ty) {
                 Some(joined) => ty = joined,
-                None if has_function(&item.ty) && has_function(&ty) => return self.make_tuple(items, span),
+                None if item.ty.has_function() && ty.has_function() => return self.make_tuple(items, span),
                 None if self.differ_in_length(&item.ty, &ty) => return self.make_tuple(items, span),
                 None => {
                     let message = format!(
@@ -229,7 +229,7 @@ impl<'a> Checker<'a> {
         }
         let Some(ty) = self.join(&a.ty, &b.ty) else {
             let (first, second) = (self.describe(&a.ty), self.describe(&b.ty));
-            let diagnostic = if has_function(&a.ty) && has_function(&b.ty) {
+            let diagnostic = if a.ty.has_function() && b.ty.has_function() {
                 Diagnostic::new(
                     Code::FunctionChoice,
                     span,
@@ -306,17 +306,6 @@ pub(super) fn element(value: Expr, index: usize) -> Expr {
         return items.into_iter().nth(index).unwrap_or_else(|| error(span));
     }
     known(Expr { kind: ExprKind::Element(Box::new(value), index), ty, span })
-}
-
-/// Whether there is a function in it.
-pub(super) fn has_function(ty: &Type) -> bool {
-    match ty {
-        Type::Closure(_) => true,
-        Type::Tuple(ts) => ts.iter().any(has_function),
-        Type::Array(t, _) => has_function(t),
-        Type::Record(fields) => fields.iter().any(|(_, t)| has_function(t)),
-        _ => false,
-    }
 }
 
 fn number(value: f64, unit: Option<Unit>, span: Span) -> Expr {

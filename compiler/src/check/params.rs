@@ -207,8 +207,7 @@ fn misplaced_bounds(param: &Param, default: Option<&Expr>) -> Option<Diagnostic>
     let shown = |x: &f64| quantity.shown(*x);
     let bounds = param.lower.as_ref().zip(param.upper.as_ref()).map(|(lower, upper)| lower.span.to(upper.span));
     if lower > upper {
-        let message =
-            format!("the bounds of '{name}' are the wrong way round: {} to {}", shown(lower), shown(upper));
+        let message = format!("the bounds of '{name}' are the wrong way round: {} to {}", shown(lower), shown(upper));
         let error = Diagnostic::new(Code::OutOfBounds, bounds.unwrap_or(*span), message);
         let literal = |e: &Option<Expr>| matches!(e.as_ref().map(|e| &e.kind), Some(ExprKind::Real(_)));
         return Some(match bounds {
