@@ -1,6 +1,6 @@
 //! Inlining.
 
-use super::builder::{Image, Rebuild};
+use super::builder::{Image, Rebuild, Step};
 use super::call_graph::CallGraph;
 use super::hash::HashMap;
 use super::scalar::Scalar;
@@ -84,7 +84,7 @@ impl Inliner<'_> {
     /// If there is no more room: the span of the node that does not fit.
     fn splice(&self, builder: &mut FunctionBuilder, function: &Function, args: &[Value]) -> Result<Vec<Value>, Span> {
         let mut rebuild = Rebuild::new(function, args);
-        while let Some((_, node, op)) = rebuild.next(builder) {
+        while let Some(Step { node, op, .. }) = rebuild.next(builder) {
             if builder.node_count() > self.room {
                 return Err(node.span);
             }

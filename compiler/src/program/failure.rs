@@ -290,4 +290,3 @@ fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &
     let arguments: Vec<Scalar> = arguments.iter().map(|x| Scalar::Real(*x)).collect();
     interpret::non_finite(module, function, &arguments, program.replay_limits()).ok().flatten()
 }
-

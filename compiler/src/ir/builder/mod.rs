@@ -19,7 +19,7 @@ mod powers;
 mod rebuild;
 mod value_analysis;
 
-pub(crate) use rebuild::{Image, Rebuild};
+pub(crate) use rebuild::{Image, Rebuild, Step};
 
 /// A function under construction.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 //! which is computed at every point.
 
 use super::{hoist, visit_frontier};
-use crate::ir::builder::{Image, Rebuild};
+use crate::ir::builder::{Image, Rebuild, Step};
 use crate::ir::hash::HashMap;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, ParameterFunction, Value, simplify};
 
@@ -28,9 +28,9 @@ pub(crate) struct Body {
     pub constants: usize,
 }
 
-/// Splits functions of some of the prelude's parameters and of varying arguments: everything that does not depend on the
-/// varying ones goes to the prelude, and the bodies capture its outermost values. Values that several bodies capture are computed once. A
-/// truth value is captured as 0 or 1, an integer as a Real (exact up to 2^53).
+/// Splits functions of some of the prelude's parameters and of arguments that vary: everything that does not depend on
+/// these goes to the prelude, and the bodies capture its outermost values. Values that several bodies capture are
+/// computed once. A truth value is captured as 0 or 1, an integer as a Real (exact up to 2^53).
 ///
 /// Inline and simplify the functions before: calls and branches go to the prelude only as a whole.
 #[must_use]
@@ -109,7 +109,7 @@ fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Functi
         (0..uniform.len() as u32).map(|i| capture(&mut b, Value(i)).unwrap_or(Value::NONE)).collect();
     args.extend_from_slice(&b.params()[captures.len()..]);
     let mut rebuild = Rebuild::new(function, &args);
-    while let Some((v, node, op)) = rebuild.next(&mut b) {
+    while let Some(Step { index: v, node, op }) = rebuild.next(&mut b) {
         let outside = outer[v.0 as usize].map(|value| match prelude.builder.constant(value) {
             Some(constant) => b.scalar(constant),
             None => Value::NONE,

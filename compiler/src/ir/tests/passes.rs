@@ -1,9 +1,9 @@
 //! Tests of the builder and the passes.
 
 use super::reals;
-use crate::ir::size::{SizeError, SizeLimits};
 use crate::ir::interpret::{self, Limits, RunError};
 use crate::ir::scalar::Scalar;
+use crate::ir::size::{SizeError, SizeLimits};
 use crate::ir::*;
 use crate::source::Span;
 
