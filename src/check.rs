@@ -1,11 +1,11 @@
 //! `gmlc check`.
 
 use crate::cli::{CheckArgs, Format};
-use crate::error::{CommandError, ScriptErrors};
+use crate::error::CommandError;
 use crate::{findings, script, table};
 use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
-use gml_compiler::program::{Input, Parameter, Program, Quantity};
+use gml_compiler::program::{Failed, Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
 use serde_json::{Value, json};
@@ -33,7 +33,7 @@ fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
         Format::Json => println!("{:#}", document(&checked, !failed)),
         Format::Text if failed => {
             let Checked { diagnostics, sources, .. } = checked;
-            return Err(CommandError::Script(Box::new(ScriptErrors { diagnostics, sources })));
+            return Err(CommandError::from(Failed { diagnostics, sources }));
         }
         Format::Text => {
             crate::diagnostics::print(&checked.diagnostics, &checked.sources);
@@ -70,8 +70,8 @@ impl Checked {
 }
 
 /// A file without a model is valid if it has functions for other scripts.
-fn library(errors: ScriptErrors) -> Checked {
-    let ScriptErrors { mut diagnostics, sources } = errors;
+fn library(errors: Failed) -> Checked {
+    let Failed { mut diagnostics, sources } = errors;
     let main = FileId::default();
     let tree = sources.get(main).map(|file| syntax::parse(main, &file.text).0);
     if tree.is_some_and(|tree| !tree.items.is_empty()) {
@@ -112,8 +112,7 @@ pub(crate) fn parameter_table(
 ) -> String {
     let row = |((p, value), (low, high)): ((&Parameter, &f64), &(f64, f64))| {
         let [value, low, high] = [*value, *low, *high].map(|x| shown(x, p.quantity));
-        let unit = if p.quantity == Quantity::Angle { "deg" } else { p.quantity.unit() };
-        vec![p.name.clone(), value, low, high, unit.into(), first_line(&p.doc)]
+        vec![p.name.clone(), value, low, high, p.quantity.written(0.0).1.into(), first_line(&p.doc)]
     };
     let rows: Vec<Vec<String>> = parameters.iter().zip(values).zip(bounds).map(row).collect();
     format!("\n{}", table::render(&["parameter", heading, "from", "to", "unit", ""], &rows))
@@ -138,10 +137,8 @@ fn shown(x: f64, quantity: Quantity) -> String {
     if !x.is_finite() {
         return String::new();
     }
-    let x = if quantity == Quantity::Angle { x.to_degrees() } else { x };
     // Six decimals, without the rounding errors of a unit's conversion.
-    let rounded = (x * 1e6).round() / 1e6;
-    format!("{rounded}")
+    format!("{}", (quantity.written(x).0 * 1e6).round() / 1e6)
 }
 
 fn first_line(doc: &str) -> String {

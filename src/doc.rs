@@ -1,8 +1,9 @@
 //! `gmlc doc`.
 
 use crate::cli::DocArgs;
-use crate::error::{CommandError, ScriptErrors};
+use crate::error::CommandError;
 use crate::script;
+use gml_compiler::program::Failed;
 use gml_compiler::reference::{self, Document};
 use gml_compiler::source::Sources;
 use gml_runtime::export::atomic;
@@ -33,6 +34,6 @@ fn page(path: &Path) -> Result<Document, CommandError> {
     let title = path.file_name().unwrap_or_default().to_string_lossy();
     match reference::script(&title, id, &text) {
         Ok(text) => Ok(Document { name: Path::new(&*title).with_extension("md").display().to_string(), text }),
-        Err(diagnostics) => Err(CommandError::Script(Box::new(ScriptErrors { diagnostics, sources }))),
+        Err(diagnostics) => Err(CommandError::from(Failed { diagnostics, sources })),
     }
 }

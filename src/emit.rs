@@ -1,9 +1,9 @@
 //! `gmlc emit`.
 
 use crate::cli::{EmitArgs, Stage};
-use crate::error::{CommandError, ScriptErrors};
+use crate::error::CommandError;
 use crate::script;
-use gml_compiler::program::EmitStage;
+use gml_compiler::program::{EmitStage, Failed};
 use gml_compiler::source::Sources;
 use gml_compiler::syntax;
 
@@ -29,5 +29,5 @@ fn ast(args: &EmitArgs) -> Result<(), CommandError> {
     if diagnostics.is_empty() {
         return Ok(());
     }
-    Err(CommandError::Script(Box::new(ScriptErrors { diagnostics, sources })))
+    Err(CommandError::from(Failed { diagnostics, sources }))
 }

@@ -1,8 +1,6 @@
 //! Errors of the command, and their exit status.
 
-use gml_compiler::diagnostic::Diagnostic;
 use gml_compiler::program::Failed;
-use gml_compiler::source::Sources;
 
 /// Why a command could not do its work.
 #[derive(Debug)]
@@ -12,7 +10,7 @@ pub(crate) enum CommandError {
     /// The command line is wrong: exit status 2.
     Usage(String),
     /// The script has errors: exit status 1.
-    Script(Box<ScriptErrors>),
+    Script(Box<Failed>),
     /// Something is wrong and has been reported: exit status 1.
     Reported,
     /// Everything was done, and deviations exceed the tolerance; one line per part: exit status 3.
@@ -21,18 +19,8 @@ pub(crate) enum CommandError {
 
 impl From<Failed> for CommandError {
     fn from(failed: Failed) -> Self {
-        let Failed { diagnostics, sources } = failed;
-        Self::Script(Box::new(ScriptErrors { diagnostics, sources }))
+        Self::Script(Box::new(failed))
     }
-}
-
-/// Diagnostics with the sources that they point into.
-#[derive(Debug)]
-pub(crate) struct ScriptErrors {
-    /// The diagnostics.
-    pub(crate) diagnostics: Vec<Diagnostic>,
-    /// The sources.
-    pub(crate) sources: Sources,
 }
 
 impl CommandError {

@@ -1,15 +1,13 @@
 //! `gmlc fit`.
 
-use crate::cli::{FitArgs, FitControls, Format, LossArg, NormalsArg, ScanArgs, ScriptArgs};
+use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs, ScriptArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::values::{self, Range};
 use crate::{mesh, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
-use gml_runtime::fit::{
-    self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, LossKind, SearchError,
-};
+use gml_runtime::fit::{self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, SearchError};
 use gml_runtime::scan::{self, Scan};
 use std::path::Path;
 use std::sync::Arc;
@@ -145,12 +143,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
         options.equal.push(names.into_iter().map(str::to_owned).collect());
     }
     options.sigma = controls.sigma;
-    options.loss = match controls.loss {
-        LossArg::Welsch => LossKind::Welsch,
-        LossArg::Squared => LossKind::Squared,
-        LossArg::Huber => LossKind::Huber,
-        LossArg::Tukey => LossKind::Tukey,
-    };
+    options.loss = controls.loss;
     options.no_pose = controls.no_pose;
     options.ignore_normals = controls.normals == NormalsArg::Ignore;
     options.bootstrap = controls.bootstrap as usize;

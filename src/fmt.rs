@@ -1,9 +1,10 @@
 //! `gmlc fmt`.
 
 use crate::cli::{FmtArgs, Format};
-use crate::error::{CommandError, ScriptErrors};
+use crate::error::CommandError;
 use crate::script;
 use gml_compiler::format::{FormatError, format};
+use gml_compiler::program::Failed;
 use gml_compiler::source::Sources;
 use gml_runtime::export::atomic;
 use serde_json::{Value, json};
@@ -87,9 +88,7 @@ impl Change {
                 let line = (formatted != text).then(|| first_difference(&text, &formatted));
                 Ok(Change { text: formatted, line })
             }
-            Err(FormatError::Syntax(diagnostics)) => {
-                Err(CommandError::Script(Box::new(ScriptErrors { diagnostics, sources })))
-            }
+            Err(FormatError::Syntax(diagnostics)) => Err(CommandError::from(Failed { diagnostics, sources })),
             Err(other) => Err(CommandError::Failed(format!("{}: {other}", path.display()))),
         }
     }
@@ -104,7 +103,7 @@ fn first_difference(a: &str, b: &str) -> usize {
 struct Report {
     changed: usize,
     failures: Vec<String>,
-    errors: Option<Box<ScriptErrors>>,
+    errors: Option<Failed>,
     documents: Vec<Value>,
 }
 
@@ -135,10 +134,8 @@ impl Report {
     }
 
     /// Adds the errors of a file to those of other files.
-    fn add_errors(&mut self, errors: ScriptErrors) {
-        let all = self
-            .errors
-            .get_or_insert_with(|| Box::new(ScriptErrors { diagnostics: Vec::new(), sources: Sources::default() }));
+    fn add_errors(&mut self, errors: Failed) {
+        let all = self.errors.get_or_insert_with(|| Failed { diagnostics: Vec::new(), sources: Sources::default() });
         let Some((_, file)) = errors.sources.iter().next() else { return };
         let id = all.sources.add(file.name.as_str(), file.text.as_str());
         for mut diagnostic in errors.diagnostics {
@@ -163,7 +160,7 @@ impl Report {
         }
         if let Some(errors) = self.errors {
             self.failures.iter().for_each(|message| eprintln!("error: {message}"));
-            return Err(CommandError::Script(errors));
+            return Err(errors.into());
         }
         if !self.failures.is_empty() {
             return Err(CommandError::Failed(self.failures.join("\nerror: ")));

@@ -1,8 +1,8 @@
 //! Options of a measurement, which `variance` and `inspect` share.
 
-use crate::cli::{DeviceArg, DistanceArg, VarianceControls};
+use crate::cli::VarianceControls;
 use crate::error::CommandError;
-use gml_runtime::variance::{Device, DistanceKind, MeasureError, MeasureOptions};
+use gml_runtime::variance::{DistanceKind, MeasureError, MeasureOptions};
 
 /// Options from the command line.
 pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, CommandError> {
@@ -10,22 +10,14 @@ pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, Com
     options.resolution = controls.resolution;
     options.max_distance = controls.max_distance;
     options.max_angle = controls.max_angle;
-    options.distance = match controls.distance {
-        DistanceArg::Normal => DistanceKind::Normal,
-        DistanceArg::AveragedNormal => DistanceKind::AveragedNormal,
-        DistanceArg::Closest => DistanceKind::Closest,
-    };
+    options.distance = controls.distance;
     options.averaging_width = controls.averaging_width;
     if options.averaging_width.is_some() && options.distance != DistanceKind::AveragedNormal {
         return Err(CommandError::usage("--averaging-width requires --distance averaged-normal"));
     }
     options.fill_holes = controls.fill_holes;
     options.tolerance = controls.tolerance;
-    options.device = match controls.device {
-        DeviceArg::Auto => Device::Auto,
-        DeviceArg::Cpu => Device::Cpu,
-        DeviceArg::Gpu => Device::Gpu,
-    };
+    options.device = controls.device;
     options.sensitivity_maps = controls.sensitivities;
     Ok(options)
 }

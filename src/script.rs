@@ -125,17 +125,8 @@ pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64
         let (i, value) = values::parameter_value("-p", name, value, known)?;
         x[i] = value;
     }
-    for (i, (low, high)) in program.bounds(&x).into_iter().enumerate() {
-        // Rounding of a printed value must not put it out of bounds.
-        let slack = 1e-9 * (1.0 + x[i].abs());
-        if !(x[i] >= low - slack && x[i] <= high + slack) {
-            let p = &known[i];
-            let unit = p.quantity.unit();
-            return Err(CommandError::Failed(format!(
-                "parameter {}: {}{unit} is not within its bounds {low}{unit}..{high}{unit}",
-                p.name, x[i]
-            )));
-        }
+    for (parameter, (value, bounds)) in known.iter().zip(x.iter().zip(program.bounds(&x))) {
+        parameter.within(*value, bounds).map_err(CommandError::Failed)?;
     }
     Ok((x, motion))
 }

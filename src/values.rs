@@ -1,6 +1,7 @@
 //! Values on the command line, such as `42mm`, `30deg`, `4` and `r=42mm`.
 
 use crate::error::CommandError;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use gml_compiler::check::InputValue;
 use gml_compiler::program::{Parameter, Quantity};
 use gml_runtime::model::{LARGEST, SMALLEST};
@@ -54,6 +55,20 @@ pub(crate) fn parse(text: &str, quantity: Quantity) -> Result<f64, String> {
         return Err("is not a whole number".into());
     }
     Ok(scaled)
+}
+
+/// A value that an option can have.
+#[derive(Clone, Copy)]
+pub(crate) struct Choice<T: 'static> {
+    pub(crate) name: &'static str,
+    pub(crate) help: &'static str,
+    pub(crate) value: T,
+}
+
+/// The parser of an option with a few named values.
+pub(crate) fn one_of<T: Copy + Send + Sync>(choices: &'static [Choice<T>]) -> impl TypedValueParser<Value = T> {
+    let names = PossibleValuesParser::new(choices.iter().map(|c| PossibleValue::new(c.name).help(c.help)));
+    names.try_map(|name| choices.iter().find(|c| c.name == name).map(|c| c.value).ok_or("is not one of them"))
 }
 
 /// Parses a positive length, in millimetres.

@@ -83,7 +83,7 @@ pub mod internals {
     pub mod ir {
         pub use crate::ir::{
             Binary, Compare, Failure, FailureId, Function, FunctionBuilder, FunctionId, LoweredPart, Module, Node, Op,
-            Parameter, Type, Unary, Value, interpret, scalar, validate,
+            Parameter, ParameterFunction, Type, Unary, Value, interpret, scalar, validate,
         };
 
         pub mod lower {

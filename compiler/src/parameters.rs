@@ -29,6 +29,24 @@ impl Quantity {
             Quantity::Real | Quantity::Int | Quantity::Bool => "",
         }
     }
+
+    /// A value as people write it, and its unit: angles in degrees.
+    #[must_use]
+    pub fn written(self, value: f64) -> (f64, &'static str) {
+        match self {
+            Quantity::Angle => (value.to_degrees(), "deg"),
+            _ => (value, self.unit()),
+        }
+    }
+
+    /// A value in full with its unit: `40mm`, `30deg`.
+    #[must_use]
+    pub fn shown(self, value: f64) -> String {
+        let (value, unit) = self.written(value);
+        // Degrees have the rounding of their conversion.
+        let value = if self == Quantity::Angle { (value * 1e9).round() / 1e9 } else { value };
+        format!("{value}{unit}")
+    }
 }
 
 /// A continuous, free parameter of a model.
@@ -53,6 +71,35 @@ pub struct Parameter {
     pub span: Span,
 }
 
+impl Parameter {
+    /// `r = 40mm`.
+    #[must_use]
+    pub fn equals(&self, value: f64) -> String {
+        format!("{} = {}", self.name, self.quantity.shown(value))
+    }
+
+    /// Whether a value is within its bounds. The rounding of a printed value does not count.
+    ///
+    /// # Errors
+    /// The sentence: `r = 90mm is not within its bounds 15mm..80mm`.
+    pub fn within(&self, value: f64, (low, high): (f64, f64)) -> Result<(), String> {
+        let slack = 1e-9 * (1.0 + value.abs());
+        if value >= low - slack && value <= high + slack {
+            return Ok(());
+        }
+        let [low, high] = [low, high].map(|x| if x.is_finite() { self.quantity.shown(x) } else { String::new() });
+        Err(format!("{} is not within its bounds {low}..{high}", self.equals(value)))
+    }
+}
+
+/// Bounds of parameters from the results of the function that computes them: lower and upper of each, NaN where one
+/// cannot be computed, which is then infinite; all are where there are no results.
+pub(crate) fn bounds_of(results: Option<Vec<f64>>, parameters: usize) -> Vec<(f64, f64)> {
+    let or = |x: f64, none: f64| if x.is_nan() { none } else { x };
+    let results = results.unwrap_or_else(|| vec![f64::NAN; 2 * parameters]);
+    results.chunks_exact(2).map(|b| (or(b[0], f64::NEG_INFINITY), or(b[1], f64::INFINITY))).collect()
+}
+
 /// A value given from outside, without derivative, fixed when the program is compiled.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Input {
@@ -70,6 +117,9 @@ pub struct Input {
     /// Upper bound likewise.
     #[serde(with = "infinite_as_null")]
     pub upper: f64,
+    /// Where it is declared.
+    #[serde(skip)]
+    pub span: Span,
 }
 
 /// One patch of surface of a model: a part, or one member of a group of parts.

@@ -1,10 +1,11 @@
 //! Arguments of the commands that compare a model with a scan.
 
 use super::{CompileArgs, Format, ScriptArgs, ValueArgs};
-use crate::values::{self, Range};
+use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
+use gml_runtime::fit::LossKind;
 use gml_runtime::scan::Unit;
-use gml_runtime::variance::{Resolution, Tolerance};
+use gml_runtime::variance::{Device, DistanceKind, Resolution, Tolerance};
 use std::path::PathBuf;
 
 /// A scan and its unit.
@@ -35,8 +36,8 @@ pub(crate) struct FitControls {
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
     pub(crate) sigma: Option<f64>,
     /// Loss function at the end of the fit
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) loss: LossArg,
+    #[arg(long, default_value = "welsch", value_parser = values::one_of(&LOSSES))]
+    pub(crate) loss: LossKind,
     /// Do not fit a pose: only the script's own parameters move the model
     #[arg(long)]
     pub(crate) no_pose: bool,
@@ -58,19 +59,12 @@ pub(crate) struct FitControls {
     pub(crate) trace: Option<PathBuf>,
 }
 
-/// Loss functions.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum LossArg {
-    /// Bounded and smooth: outliers do not affect the fit
-    #[default]
-    Welsch,
-    /// Least squares, for scans without outliers
-    Squared,
-    /// Quadratic for small distances, linear for large ones
-    Huber,
-    /// Bounded, and constant beyond 1.7 sigma
-    Tukey,
-}
+const LOSSES: [Choice<LossKind>; 4] = [
+    Choice { name: "welsch", help: "Bounded and smooth: outliers do not affect the fit", value: LossKind::Welsch },
+    Choice { name: "squared", help: "Least squares, for scans without outliers", value: LossKind::Squared },
+    Choice { name: "huber", help: "Quadratic for small distances, linear for large ones", value: LossKind::Huber },
+    Choice { name: "tukey", help: "Bounded, and constant beyond 1.7 sigma", value: LossKind::Tukey },
+];
 
 /// How the scan's normals are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -106,28 +100,33 @@ pub(crate) struct FitArgs {
     pub(crate) format: Format,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DeviceArg {
-    /// A real GPU if there is one, otherwise native code
-    #[default]
-    Auto,
-    /// Native code
-    Cpu,
-    /// A GPU, or a software implementation of one; native code if there is neither
-    Gpu,
-}
+const DEVICES: [Choice<Device>; 3] = [
+    Choice { name: "auto", help: "A real GPU if there is one, otherwise native code", value: Device::Auto },
+    Choice { name: "cpu", help: "Native code", value: Device::Cpu },
+    Choice {
+        name: "gpu",
+        help: "A GPU, or a software implementation of one; native code if there is neither",
+        value: Device::Gpu,
+    },
+];
 
-/// Where distances are measured to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
-pub(crate) enum DistanceArg {
-    /// Along the model's normal, as displacement shaders draw it
-    #[default]
-    Normal,
-    /// Along normals that are averaged where patches meet, so that the displaced surface is closed at its edges
-    AveragedNormal,
-    /// To the closest point of the scan, positive on the side of the model's normal
-    Closest,
-}
+const DISTANCES: [Choice<DistanceKind>; 3] = [
+    Choice {
+        name: "normal",
+        help: "Along the model's normal, as displacement shaders draw it",
+        value: DistanceKind::Normal,
+    },
+    Choice {
+        name: "averaged-normal",
+        help: "Along normals that are averaged where patches meet, so that the displaced surface is closed at its edges",
+        value: DistanceKind::AveragedNormal,
+    },
+    Choice {
+        name: "closest",
+        help: "To the closest point of the scan, positive on the side of the model's normal",
+        value: DistanceKind::Closest,
+    },
+];
 
 /// Options of a measurement.
 #[derive(Debug, Args)]
@@ -136,8 +135,8 @@ pub(crate) struct VarianceControls {
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
     pub(crate) max_distance: Option<f64>,
     /// Where distances are measured to
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) distance: DistanceArg,
+    #[arg(long, default_value = "normal", value_parser = values::one_of(&DISTANCES))]
+    pub(crate) distance: DistanceKind,
     /// With --distance averaged-normal: width of the band beside an edge in which normals turn from the average to the
     /// surface's own [default: a fiftieth of the model's size]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
@@ -158,8 +157,8 @@ pub(crate) struct VarianceControls {
     #[arg(long, value_name = "N|LENGTH", default_value = "1024", value_parser = values::resolution)]
     pub(crate) resolution: Resolution,
     /// What casts the rays
-    #[arg(long, value_enum, default_value_t)]
-    pub(crate) device: DeviceArg,
+    #[arg(long, default_value = "auto", value_parser = values::one_of(&DEVICES))]
+    pub(crate) device: Device,
     /// Draw a map for every parameter: how far the surface moves along its normal per unit of it (sensitivity-NAME.png)
     #[arg(long)]
     pub(crate) sensitivities: bool,

@@ -3,10 +3,7 @@
 mod comparison;
 mod language;
 
-pub(crate) use comparison::{
-    DeviceArg, DistanceArg, FitArgs, FitControls, InspectArgs, LossArg, NormalsArg, ScanArgs, VarianceArgs,
-    VarianceControls,
-};
+pub(crate) use comparison::{FitArgs, FitControls, InspectArgs, NormalsArg, ScanArgs, VarianceArgs, VarianceControls};
 pub(crate) use language::{
     CheckArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, MeshArgs, ReplArgs, Stage, VirtualScanArgs,
 };

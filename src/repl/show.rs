@@ -43,7 +43,7 @@ pub(crate) fn headline(model: &CurrentModel) -> String {
     if !model.inputs().is_empty() {
         counts.push(count(model.inputs().len(), "input"));
     }
-    counts.push(count(model.parts().len(), "part"));
+    counts.push(count(model.parts().count(), "part"));
     format!("model {}: {}", model.name(), counts.join(", "))
 }
 
@@ -54,7 +54,7 @@ pub(crate) fn parameters(model: &CurrentModel) -> String {
         model.name(),
         check::parameter_table("value", model.parameters(), model.values(), &model.bounds()),
         check::input_table(model.inputs()),
-        model.parts().join(", ")
+        model.parts().collect::<Vec<_>>().join(", ")
     )
 }
 

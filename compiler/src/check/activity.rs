@@ -171,7 +171,7 @@ impl<'m> Analysis<'m, '_, '_> {
             Unary::Stop | Unary::Not => NONE,
             Unary::Floor | Unary::Ceil | Unary::Round | Unary::ToInt => {
                 if let Some(parameter) = activity.any() {
-                    let name = self.model.params.get(parameter as usize).map_or("?", |p| &p.name);
+                    let name = self.model.params.get(parameter as usize).map_or("?", |p| &p.declared.name);
                     let message = format!(
                         "a value that depends on the parameter '{name}' is rounded here and loses its derivative"
                     );

@@ -1,6 +1,7 @@
 //! Written types: the types that they expect of values.
 
 use super::context::Checker;
+use super::describe::vector_words;
 use super::typed::{Expr, ExprKind, Type};
 use super::types::{ClosureId, Dimension, Exponent};
 use crate::diagnostic::{Code, Diagnostic, Edit, Suggestion};
@@ -86,18 +87,10 @@ impl Expected {
             Expected::Int => "a whole number".to_owned(),
             Expected::Bool => "a truth value".to_owned(),
             Expected::Point => "a point".to_owned(),
-            Expected::Tuple(parts) => match (parts.len(), parts.first()) {
-                (3, Some(Expected::Real(Dimension::LENGTH))) if parts.iter().all(|p| *p == parts[0]) => {
-                    "a point in space".to_owned()
-                }
-                (2, Some(Expected::Real(Dimension::LENGTH))) if parts[0] == parts[1] => {
-                    "a point in the plane".to_owned()
-                }
-                (n, Some(Expected::Real(Dimension::NONE))) if parts.iter().all(|p| *p == parts[0]) => {
-                    format!("a vector of {n} bare numbers")
-                }
-                (n, _) => format!("a tuple of {n}"),
-            },
+            Expected::Tuple(parts) => {
+                let types: Option<Vec<Type>> = parts.iter().map(Expected::exact).collect();
+                types.and_then(|types| vector_words(&types)).unwrap_or_else(|| format!("a tuple of {}", parts.len()))
+            }
             Expected::Array(_) => "an array".to_owned(),
             Expected::Function(params, _) => match params.len() {
                 1 => "a function of one argument".to_owned(),

@@ -244,7 +244,7 @@ impl<'a> Checker<'a> {
 
     fn stop(&mut self, x: Expr, span: Span) -> Expr {
         let plain = matches!(x.ty, Type::Real(_) | Type::Int(_) | Type::Tuple(_));
-        match Checker::all_real(&x.ty).filter(|_| plain) {
+        match x.ty.all_real().filter(|_| plain) {
             _ if matches!(x.ty, Type::Int(_)) => x,
             Some(real) => {
                 let x = self.convert(x, &real);

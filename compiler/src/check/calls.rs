@@ -7,7 +7,7 @@ use super::types::ClosureId;
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::suggest::nearest;
-use crate::syntax::ast::{self, Arg, FnParam, Ident, ItemKind, Pattern, TypeExpr};
+use crate::syntax::ast::{self, Arg, FnParam, Ident, ItemKind, TypeExpr};
 
 /// An argument of a call.
 pub(super) struct Given<'a> {
@@ -342,10 +342,7 @@ pub(super) fn field_index(ty: &Type, name: &str) -> Option<usize> {
 }
 
 pub(super) fn parameter(param: &FnParam) -> Parameter<'_> {
-    let name = match &param.pattern {
-        Pattern::Name(ident) => ident.text.as_str(),
-        Pattern::Tuple(..) => "",
-    };
+    let name = param.pattern.name().map_or("", |name| &name.text);
     Parameter { name, ty: param.ty.as_ref(), optional: param.default.is_some() }
 }
 

@@ -48,11 +48,11 @@ impl<'a> Checker<'a> {
     }
 
     /// A comparison of two numbers, or of two truth values for equality.
-    pub(super) fn compare(&mut self, op: BinaryOp, a: Expr, b: Expr, span: Span) -> Expr {
+    pub(super) fn compare(&mut self, op: Compare, a: Expr, b: Expr, span: Span) -> Expr {
         if let (Type::Bool(x), Type::Bool(y)) = (&a.ty, &b.ty)
-            && matches!(op, BinaryOp::Eq | BinaryOp::Ne)
+            && matches!(op, Compare::Eq | Compare::Ne)
         {
-            let equal = op == BinaryOp::Eq;
+            let equal = op == Compare::Eq;
             return match (*x, *y) {
                 (Some(x), Some(y)) => boolean((x == y) == equal, span),
                 (Some(x), None) => {
@@ -79,7 +79,7 @@ impl<'a> Checker<'a> {
         }
         if is_number(&a.ty) && is_number(&b.ty) {
             let (Some((a, da)), Some((b, db))) = (self.real(a), self.real(b)) else { return error(span) };
-            return match self.common_dimension(op, &a, da, &b, db, span) {
+            return match self.common_dimension(BinaryOp::Compare(op), &a, da, &b, db, span) {
                 Some(_) => comparison(op, a, b, span),
                 None => error(span),
             };
@@ -91,14 +91,6 @@ impl<'a> Checker<'a> {
 }
 
 /// `a op b`, which is known only at run time, of two reals or two ints.
-pub(super) fn comparison(op: BinaryOp, a: Expr, b: Expr, span: Span) -> Expr {
-    let op = match op {
-        BinaryOp::Eq => Compare::Eq,
-        BinaryOp::Ne => Compare::Ne,
-        BinaryOp::Lt => Compare::Lt,
-        BinaryOp::Le => Compare::Le,
-        BinaryOp::Gt => Compare::Gt,
-        _ => Compare::Ge,
-    };
+pub(super) fn comparison(op: Compare, a: Expr, b: Expr, span: Span) -> Expr {
     Expr { kind: ExprKind::Compare(op, Box::new(a), Box::new(b)), ty: Type::BOOL, span }
 }

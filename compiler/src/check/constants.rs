@@ -49,7 +49,7 @@ impl Checker<'_> {
         let mut needed: HashSet<LocalId> = asked.iter().copied().collect();
         let body = typed::needed_lets(lets, &mut needed);
         if let Some(param) = free.iter().find(|p| needed.contains(&p.local)) {
-            return none(format!("it depends on the parameter '{}'", param.name));
+            return none(format!("it depends on the parameter '{}'", param.declared.name));
         }
         let body = body.into_iter().map(|(local, e)| Statement::Let(local, e.clone())).collect();
         let mut model = Model { body, ..Model::default() };
@@ -74,7 +74,6 @@ fn has_error(e: &Expr) -> bool {
 /// An operator on two known ints; `None` where the result is a real, which is not tracked.
 pub(super) fn int_binary(op: BinaryOp, a: i64, b: i64) -> Result<Option<Type>, &'static str> {
     const LARGE: &str = "this whole number is too large";
-    let truth = |b| Ok(Some(Type::Bool(Some(b))));
     let value = match op {
         BinaryOp::Add => a.checked_add(b).ok_or(LARGE)?,
         BinaryOp::Sub => a.checked_sub(b).ok_or(LARGE)?,
@@ -91,12 +90,7 @@ pub(super) fn int_binary(op: BinaryOp, a: i64, b: i64) -> Result<Option<Type>, &
         },
         BinaryOp::Div if b == 0 => return Err("division by 0"),
         BinaryOp::Div => return Ok(None),
-        BinaryOp::Eq => return truth(a == b),
-        BinaryOp::Ne => return truth(a != b),
-        BinaryOp::Lt => return truth(a < b),
-        BinaryOp::Le => return truth(a <= b),
-        BinaryOp::Gt => return truth(a > b),
-        BinaryOp::Ge => return truth(a >= b),
+        BinaryOp::Compare(op) => return Ok(Some(Type::Bool(Some(op.holds(a, b))))),
         BinaryOp::And | BinaryOp::Or => return Ok(None),
     };
     Ok(Some(Type::Int(Some(value))))

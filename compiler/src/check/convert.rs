@@ -109,20 +109,6 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Every int in a type made a real; `None` where something in it is not a number.
-    pub(super) fn all_real(ty: &Type) -> Option<Type> {
-        Some(match ty {
-            Type::Int(_) => Type::REAL,
-            Type::Real(_) | Type::Error => ty.clone(),
-            Type::Tuple(ts) => Type::tuple(ts.iter().map(Checker::all_real).collect::<Option<_>>()?),
-            Type::Array(t, n) => Type::Array(Checker::all_real(t)?.into(), *n),
-            Type::Record(fields) => Type::Record(
-                fields.iter().map(|(n, t)| Some((n.clone(), Checker::all_real(t)?))).collect::<Option<_>>()?,
-            ),
-            Type::Bool(_) | Type::Text | Type::Range(..) | Type::Closure(_) => return None,
-        })
-    }
-
     /// The suggestion for a bare number in the place of a length or angle: the number with a unit.
     pub(super) fn unit_hint(&self, expr: &Expr, expected: &Expected) -> Option<Suggestion> {
         let Expected::Real(want) = expected else { return None };

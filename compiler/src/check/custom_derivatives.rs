@@ -12,7 +12,7 @@ use super::types::ClosureId;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
-use crate::syntax::ast::{DerivativeDecl, FnParam, FunctionDecl, Item, ItemKind, Pattern};
+use crate::syntax::ast::{DerivativeDecl, FnParam, FunctionDecl, Item, ItemKind};
 
 /// The derivatives among some items, each with its function; what is wrong with the others.
 pub(super) fn pair(items: &[Item]) -> (Vec<(&FunctionDecl, &DerivativeDecl)>, Vec<Diagnostic>) {
@@ -88,7 +88,7 @@ impl<'a> Checker<'a> {
     ) {
         let Callee::Function(module, function) = self.closure(id).callee else { return };
         let Some(decl) = self.given_derivative(function) else { return };
-        let Some(result) = Checker::all_real(result) else {
+        let Some(result) = result.all_real() else {
             let kind = self.describe(result);
             let message = format!("only numbers have derivatives, but '{}' returns {kind}", decl.function.text);
             return self.report(Diagnostic::new(Code::NoDerivative, decl.function.span, message));
@@ -101,7 +101,7 @@ impl<'a> Checker<'a> {
         self.functions.push(None);
         self.call_stack.push(StackFrame { span, name: self.closure(id).name.clone() });
         let outer = std::mem::replace(&mut self.env, Env { module, names: Vec::new() });
-        let derivative = self.derivative_instance(id, function, decl, (args, &paired, &result));
+        let derivative = self.derivative_instance(id, function, decl, args, &paired, &result);
         self.env = outer;
         self.call_stack.pop();
         if derivative.body.ty.is_error() {
@@ -119,7 +119,7 @@ impl<'a> Checker<'a> {
     /// The parameter of each tangent.
     fn paired(&mut self, decl: &'a DerivativeDecl, params: &'a [FnParam], args: &[Option<Type>]) -> Option<Vec<usize>> {
         let count = decl.tangents.len();
-        let numeric = |i: &usize| args[*i].as_ref().is_none_or(|ty| Checker::all_real(ty).is_some());
+        let numeric = |i: &usize| args[*i].as_ref().is_none_or(|ty| ty.all_real().is_some());
         let numbers: Vec<usize> = (0..params.len()).filter(numeric).collect();
         // If there are more numbers than tangents, the whole numbers have none.
         let is_int = |i: &usize| {
@@ -166,10 +166,8 @@ impl<'a> Checker<'a> {
         for param in params {
             let Some(default) = &param.default else { continue };
             let names = free::of_lambda(&[], default);
-            let used = params.iter().find_map(|p| match &p.pattern {
-                Pattern::Name(name) => names.contains(&name.text.as_str()).then_some(&name.text),
-                Pattern::Tuple(..) => None,
-            });
+            let used =
+                params.iter().filter_map(|p| Some(p.pattern.name()?.text.as_str())).find(|name| names.contains(name));
             if let Some(used) = used {
                 let message = format!(
                     "this default depends on '{used}', which the custom derivative of '{}' does not take into account",
@@ -200,7 +198,9 @@ impl<'a> Checker<'a> {
         id: ClosureId,
         function: &'a FunctionDecl,
         decl: &'a DerivativeDecl,
-        (args, paired, result): (&[Option<Type>], &[usize], &Type),
+        args: &[Option<Type>],
+        paired: &[usize],
+        result: &Type,
     ) -> Function {
         let span = decl.function.span;
         let captures = self.bind_captures(id, span);
@@ -218,7 +218,7 @@ impl<'a> Checker<'a> {
             }
         }
         for (name, param) in decl.tangents.iter().zip(paired) {
-            match args[*param].as_ref().and_then(Checker::all_real) {
+            match args[*param].as_ref().and_then(Type::all_real) {
                 Some(ty) => params.push(self.bind_local(name, ty)),
                 // An argument left to its default does not vary.
                 None => {

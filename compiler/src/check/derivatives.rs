@@ -1,7 +1,6 @@
 //! `c'` and `s'u`: functions that are derivatives of functions.
 
 use super::context::{Callee, Checker, error};
-use super::operators::map_dimensions;
 use super::typed::{Call, Expr, ExprKind, LocalId, Type};
 use super::types::ClosureId;
 use crate::diagnostic::{Code, Diagnostic, Edit, Suggestion};
@@ -85,7 +84,7 @@ impl<'a> Checker<'a> {
         };
         let by = *by;
         let (function, ty) = self.instantiate_real(of, args, span)?;
-        let Some(ty) = map_dimensions(&ty, &|d| d.over(by)) else {
+        let Some(ty) = ty.map_dimensions(&|d| d.over(by)) else {
             self.report(super::convert::exponent_error(span));
             return None;
         };

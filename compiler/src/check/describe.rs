@@ -52,7 +52,7 @@ impl Checker<'_> {
 }
 
 /// Words for tuples of two or three numbers of one kind.
-fn vector_words(types: &[Type]) -> Option<String> {
+pub(super) fn vector_words(types: &[Type]) -> Option<String> {
     let first = match types.first()? {
         Type::Int(_) => Dimension::NONE,
         Type::Real(d) => *d,

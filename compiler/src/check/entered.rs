@@ -252,7 +252,10 @@ impl<'a> Checker<'a> {
         let ty = self.locals[local.0 as usize].ty.clone();
         let words = self.describe(&ty);
         let mut ids = Vec::new();
-        closures_in(&ty, &mut ids);
+        ty.any(&mut |ty| {
+            ids.extend(if let Type::Closure(id) = ty { Some(*id) } else { None });
+            false
+        });
         let functions = ids.into_iter().map(|id| (id, self.signature(id))).collect();
         let text = (ty == Type::Text).then(|| self.text_of(local, body)).flatten();
         Asked { local, ty, words, text, functions, span }
@@ -278,16 +281,6 @@ impl<'a> Checker<'a> {
             };
         }
         None
-    }
-}
-
-fn closures_in(ty: &Type, out: &mut Vec<ClosureId>) {
-    match ty {
-        Type::Closure(id) => out.push(*id),
-        Type::Tuple(types) => types.iter().for_each(|t| closures_in(t, out)),
-        Type::Array(t, _) => closures_in(t, out),
-        Type::Record(fields) => fields.iter().for_each(|(_, t)| closures_in(t, out)),
-        _ => {}
     }
 }
 

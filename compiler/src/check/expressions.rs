@@ -7,7 +7,7 @@ use super::typed::{Expr, ExprKind, LocalId, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
-use crate::syntax::ast::{self, FnParam, FunctionDecl, Ident, Pattern, UnaryOp, Unit};
+use crate::syntax::ast::{self, FnParam, FunctionDecl, Ident, UnaryOp, Unit};
 use std::rc::Rc;
 
 /// Stack that must be left before an expression is checked, and how much is added where it is not.
@@ -101,7 +101,7 @@ impl<'a> Checker<'a> {
         for item in &items[1..] {
             match self.join(&ty, &item.ty) {
                 Some(joined) => ty = joined,
-                None if has_function(&item.ty) && has_function(&ty) => return self.make_tuple(items, span),
+                None if item.ty.has_function() && ty.has_function() => return self.make_tuple(items, span),
                 None if self.differ_in_length(&item.ty, &ty) => return self.make_tuple(items, span),
                 None => {
                     let message = format!(
@@ -229,7 +229,7 @@ impl<'a> Checker<'a> {
         }
         let Some(ty) = self.join(&a.ty, &b.ty) else {
             let (first, second) = (self.describe(&a.ty), self.describe(&b.ty));
-            let diagnostic = if has_function(&a.ty) && has_function(&b.ty) {
+            let diagnostic = if a.ty.has_function() && b.ty.has_function() {
                 Diagnostic::new(
                     Code::FunctionChoice,
                     span,
@@ -259,13 +259,7 @@ impl<'a> Checker<'a> {
     fn lambda(&mut self, params: &'a [FnParam], body: &'a ast::Expr, span: Span) -> Expr {
         let address = std::ptr::from_ref(body) as usize;
         let free = self.free_names.entry(address).or_insert_with(|| free::of_lambda(params, body).into()).clone();
-        let names: Vec<&str> = params
-            .iter()
-            .map(|p| match &p.pattern {
-                Pattern::Name(name) => name.text.as_str(),
-                Pattern::Tuple(..) => "(..)",
-            })
-            .collect();
+        let names: Vec<&str> = params.iter().map(|p| p.pattern.name().map_or("(..)", |name| &name.text)).collect();
         let name = format!("|{}|", names.join(", "));
         self.capture(&name, Callee::Lambda(self.env.module, params, body), &free, span)
     }
@@ -312,17 +306,6 @@ pub(super) fn element(value: Expr, index: usize) -> Expr {
         return items.into_iter().nth(index).unwrap_or_else(|| error(span));
     }
     known(Expr { kind: ExprKind::Element(Box::new(value), index), ty, span })
-}
-
-/// Whether there is a function in it.
-pub(super) fn has_function(ty: &Type) -> bool {
-    match ty {
-        Type::Closure(_) => true,
-        Type::Tuple(ts) => ts.iter().any(has_function),
-        Type::Array(t, _) => has_function(t),
-        Type::Record(fields) => fields.iter().any(|(_, t)| has_function(t)),
-        _ => false,
-    }
 }
 
 fn number(value: f64, unit: Option<Unit>, span: Span) -> Expr {

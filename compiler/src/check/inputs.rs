@@ -5,9 +5,9 @@ use super::annotations::Expected;
 use super::context::Checker;
 use super::model::Body;
 use super::params::dimension;
-use super::typed::{Expr, ExprKind, Input, Param, Statement, Type, lets};
+use super::typed::{Expr, ExprKind, Param, Statement, Type, lets};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::parameters::Quantity;
+use crate::parameters::{Input, Quantity};
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
 use std::collections::BTreeMap;
@@ -46,7 +46,7 @@ impl<'a> Checker<'a> {
             Some((a, b)) => (constant(self, a, "the lower bound"), constant(self, b, "the upper bound")),
             None => (None, None),
         };
-        let bounds = (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY));
+        let (lower, upper) = (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY));
         let default = decl.default.as_ref().and_then(|e| constant(self, e, "the default"));
         let value = match given.get(&decl.name.text) {
             Some(value) => self.given_input(decl, quantity, *value),
@@ -65,11 +65,9 @@ impl<'a> Checker<'a> {
         };
         let local = self.local(&decl.name.text, ty.clone(), decl.name.span);
         let value = value.unwrap_or(0.0);
-        if (value < bounds.0 || value > bounds.1) && !ty.is_error() {
-            let message = format!(
-                "the input '{}' is {value}, outside of its bounds {} to {}",
-                decl.name.text, bounds.0, bounds.1
-            );
+        if (value < lower || value > upper) && !ty.is_error() {
+            let message =
+                format!("the input '{}' is {value}, outside of its bounds {lower} to {upper}", decl.name.text);
             self.report(Diagnostic::new(Code::OutOfBounds, decl.name.span, message));
         }
         if matches!(ty, Type::Real(_)) {
@@ -82,7 +80,8 @@ impl<'a> Checker<'a> {
             doc: item.doc.clone(),
             quantity,
             value,
-            bounds,
+            lower,
+            upper,
             span: decl.name.span,
         });
     }

@@ -77,7 +77,7 @@ impl<'a> Checker<'a> {
         span: Span,
     ) -> Option<(FunctionId, Type)> {
         let (inner, ty) = self.instantiate(id, args.to_vec(), span)?;
-        let Some(real) = Checker::all_real(&ty) else {
+        let Some(real) = ty.all_real() else {
             let message = format!("only numbers have derivatives, but this function returns {}", self.describe(&ty));
             self.report(Diagnostic::new(Code::NoDerivative, span, message));
             return None;
@@ -127,8 +127,7 @@ impl<'a> Checker<'a> {
         let diagnostic = match self.closure(id).callee {
             Callee::Global(_, decl) => {
                 let message = "this constant is defined in terms of itself".to_owned();
-                Diagnostic::new(Code::Recursion, span, message)
-                    .related(super::modules::pattern_span(&decl.pattern), "defined here")
+                Diagnostic::new(Code::Recursion, span, message).related(decl.pattern.span(), "defined here")
             }
             Callee::Model(_, model) => {
                 Diagnostic::new(Code::Recursion, span, format!("the model '{name}' contains itself"))
@@ -168,15 +167,7 @@ impl<'a> Checker<'a> {
         let body = self.body(id, callee, args, span);
         self.env = outer;
         self.call_stack.pop();
-        let (captures, params, body) = body?;
-        Some(Function {
-            name: name.to_string(),
-            captures,
-            params,
-            body,
-            custom_derivative: None,
-            span: definition(callee, span),
-        })
+        Some(Function { name: name.to_string(), span: definition(callee, span), ..body? })
     }
 
     /// Brings a closure's captures into scope, and the name of a function itself.
@@ -197,44 +188,30 @@ impl<'a> Checker<'a> {
         captures.into_iter().map(|(name, ty)| self.local(name, ty, span)).collect()
     }
 
-    /// Captures, parameters and body of an instance; the names in scope are already its own.
-    fn body(
-        &mut self,
-        id: ClosureId,
-        callee: Callee<'a>,
-        args: &[Option<Type>],
-        span: Span,
-    ) -> Option<(Vec<LocalId>, Vec<LocalId>, Expr)> {
+    /// An instance without its name; the names in scope are already its own.
+    fn body(&mut self, id: ClosureId, callee: Callee<'a>, args: &[Option<Type>], span: Span) -> Option<Function> {
         let captures = self.bind_captures(id, definition(callee, span));
-        match callee {
+        let (params, body) = match callee {
             Callee::Function(_, decl) => {
                 let (params, body) = self.function_body(&decl.params, &decl.body, args);
                 let what = format!("the result of '{}'", decl.name.text);
-                Some((captures, params, self.coerce_written(body, decl.result.as_ref(), &what)))
+                (params, self.coerce_written(body, decl.result.as_ref(), &what))
             }
-            Callee::Lambda(_, params, body) => {
-                let (params, body) = self.function_body(params, body, args);
-                Some((captures, params, body))
-            }
-            Callee::Model(_, model) => {
-                let (params, body) = self.submodel(model, args);
-                Some((captures, params, body))
-            }
+            Callee::Lambda(_, params, body) => self.function_body(params, body, args),
+            Callee::Model(_, model) => self.submodel(model, args),
             Callee::Global(_, decl) => {
                 let value = self.expr(&decl.value);
-                Some((captures, Vec::new(), self.coerce_written(value, decl.ty.as_ref(), "the value")))
+                (Vec::new(), self.coerce_written(value, decl.ty.as_ref(), "the value"))
             }
             Callee::Builtin(builtin) => {
                 let params: Vec<LocalId> = args.iter().flatten().map(|t| self.local("", t.clone(), span)).collect();
                 let values = params.iter().map(|l| self.read(*l, span)).collect();
                 let body = self.builtin(builtin, values, span);
-                Some((captures, params, body))
+                (params, body)
             }
-            Callee::Derivative(of, wrt) => {
-                let (params, body) = self.derivative_body(of, wrt, captures[0], args, span)?;
-                Some((captures, params, body))
-            }
-        }
+            Callee::Derivative(of, wrt) => self.derivative_body(of, wrt, captures[0], args, span)?,
+        };
+        Some(Function { name: String::new(), captures, params, body, custom_derivative: None, span })
     }
 
     fn function_body(
@@ -248,7 +225,7 @@ impl<'a> Checker<'a> {
         for (i, param) in params.iter().enumerate() {
             match (args.get(i).cloned().flatten(), &param.default) {
                 (Some(ty), _) => {
-                    let span = super::modules::pattern_span(&param.pattern);
+                    let span = param.pattern.span();
                     match &param.pattern {
                         ast::Pattern::Name(name) => locals.push(self.bind_local(name, ty)),
                         ast::Pattern::Tuple(..) => {
@@ -277,8 +254,12 @@ impl<'a> Checker<'a> {
     pub(super) fn check_annotated(&mut self, module: usize) {
         for item in self.modules[module].items {
             if let ast::ItemKind::Let(decl) = &item.kind {
-                let id = self.intern(first_name(&decl.pattern), Callee::Global(module, decl), Vec::new());
-                self.instantiate(id, Vec::new(), super::modules::pattern_span(&decl.pattern));
+                let id = self.intern(
+                    decl.pattern.names().first().map_or("_", |name| &name.text),
+                    Callee::Global(module, decl),
+                    Vec::new(),
+                );
+                self.instantiate(id, Vec::new(), decl.pattern.span());
             }
             let ast::ItemKind::Function(decl) = &item.kind else { continue };
             let id = self.intern(&decl.name.text, Callee::Function(module, decl), Vec::new());
@@ -315,21 +296,13 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// The name by which a constant is checked, which is one of those that it binds.
-fn first_name(pattern: &ast::Pattern) -> &str {
-    match pattern {
-        ast::Pattern::Name(name) => &name.text,
-        ast::Pattern::Tuple(patterns, _) => patterns.first().map_or("_", first_name),
-    }
-}
-
 /// The place of the callee's definition.
 fn definition(callee: Callee<'_>, span: Span) -> Span {
     match callee {
         Callee::Function(_, decl) => decl.name.span,
         Callee::Lambda(_, _, body) => body.span,
         Callee::Model(_, model) => model.name.span,
-        Callee::Global(_, decl) => super::modules::pattern_span(&decl.pattern),
+        Callee::Global(_, decl) => decl.pattern.span(),
         Callee::Builtin(_) | Callee::Derivative(..) => span,
     }
 }

@@ -174,7 +174,7 @@ impl<'a> Checker<'a> {
         let f = self.keep(f, &mut statements);
         let (from, to) = (element(range.clone(), 0), element(range, 1));
         let index = self.local("", Type::INT, span);
-        let mut ty = forget(&init.ty);
+        let mut ty = init.ty.forget();
         for _ in 0..4 {
             let accumulator = self.local("", ty.clone(), span);
             let (a, i) = (self.read(accumulator, span), self.read(index, span));
@@ -306,7 +306,7 @@ impl<'a> Checker<'a> {
             }
             _ => None,
         };
-        let Some(ty) = ty.map(|t| forget(&t)) else {
+        let Some(ty) = ty.map(|t| t.forget()) else {
             let message = "an index that is known only at run time cannot select from values of different types";
             return self.fail(Diagnostic::new(Code::FunctionChoice, span, message));
         };
@@ -325,18 +325,5 @@ impl<'a> Checker<'a> {
             value
         };
         Expr { kind: ExprKind::Index(Box::new(value), Box::new(index)), ty, span }
-    }
-}
-
-/// The type without what is known of its ints and bools.
-pub(super) fn forget(ty: &Type) -> Type {
-    match ty {
-        Type::Int(_) => Type::INT,
-        Type::Bool(_) => Type::BOOL,
-        Type::Range(..) => Type::Range(None, None),
-        Type::Tuple(ts) => Type::tuple(ts.iter().map(forget).collect()),
-        Type::Array(t, n) => Type::Array(forget(t).into(), *n),
-        Type::Record(fields) => Type::Record(fields.iter().map(|(n, t)| (n.clone(), forget(t))).collect()),
-        other => other.clone(),
     }
 }

@@ -3,10 +3,11 @@
 use super::annotations::Expected;
 use super::bindings::wrap;
 use super::context::Checker;
-use super::typed::{Expr, Input, LocalId, Model, Param, Statement, Type};
+use super::typed::{Expr, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
 use crate::diagnostic::{Code, Diagnostic};
+use crate::parameters::Input;
 use crate::source::Span;
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind};
@@ -82,20 +83,11 @@ impl<'a> Checker<'a> {
     pub(super) fn scope_of_model(&mut self, decl: &'a ast::Model, inputs: &BTreeMap<String, InputValue>) -> Body<'a> {
         let mut body = Body::default();
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
-        let mut groups: Vec<(&'a ast::Ident, Vec<Expr>, bool)> = Vec::new();
-        for entry in &body.entries {
-            let name = &entry.decl.name;
-            match groups.iter_mut().find(|(n, ..)| n.text == name.text) {
-                Some((_, shapes, _)) => shapes.push(entry.shape.clone()),
-                None => groups.push((name, vec![entry.shape.clone()], entry.grouped)),
+        for group in groups(std::mem::take(&mut body.entries)) {
+            if self.env.names.iter().all(|(n, _)| *n != group.name.text) {
+                let value = self.group_value(group.shapes, group.is_array, group.name.span);
+                self.bind_name(group.name, value, &mut body.statements);
             }
-        }
-        for (name, mut shapes, grouped) in groups {
-            if self.env.names.iter().any(|(n, _)| *n == name.text) {
-                continue;
-            }
-            let value = if grouped { self.array(shapes, name.span) } else { shapes.swap_remove(0) };
-            self.bind_name(name, value, &mut body.statements);
         }
         body
     }
@@ -118,8 +110,8 @@ impl<'a> Checker<'a> {
         }
         for param in &body.params {
             if !self.used[param.local.0 as usize] && !failed {
-                let message = format!("the parameter '{}' is not used", param.name);
-                self.report(Diagnostic::new(Code::UnusedParameter, param.span, message));
+                let message = format!("the parameter '{}' is not used", param.declared.name);
+                self.report(Diagnostic::new(Code::UnusedParameter, param.declared.span, message));
             }
         }
         self.env.names.clear();
@@ -146,24 +138,15 @@ impl<'a> Checker<'a> {
         let mut body = Body::default();
         let mut locals = Vec::new();
         self.items_of_model(&decl.items, &mut body, Source::Call(args), &mut locals);
-        let mut fields: Vec<(&str, bool, Vec<Expr>)> = Vec::new();
-        for entry in body.entries {
-            let name = entry.decl.name.text.as_str();
-            match fields.iter_mut().find(|(n, ..)| *n == name) {
-                Some((_, _, shapes)) => shapes.push(entry.shape),
-                None => fields.push((name, entry.grouped, vec![entry.shape])),
-            }
-        }
         let span = decl.name.span;
-        let fields = fields
-            .into_iter()
-            .map(|(name, grouped, mut shapes)| match shapes.len() {
-                1 if !grouped => (name, shapes.swap_remove(0)),
-                _ => (name, self.array(shapes, span)),
-            })
-            .collect();
+        let fields = groups(body.entries).into_iter();
+        let fields = fields.map(|g| (g.name.text.as_str(), self.group_value(g.shapes, g.is_array, span))).collect();
         let record = self.make_record(fields, span);
         (locals, wrap(body.statements, record, span))
+    }
+
+    fn group_value(&mut self, mut shapes: Vec<Expr>, is_array: bool, span: Span) -> Expr {
+        if is_array { self.array(shapes, span) } else { shapes.swap_remove(0) }
     }
 
     fn items_of_model(
@@ -264,4 +247,24 @@ impl<'a> Checker<'a> {
             tolerance,
         });
     }
+}
+
+/// The parts of one name.
+struct Group<'a> {
+    name: &'a ast::Ident,
+    shapes: Vec<Expr>,
+    /// Whether its value is the array of them: they stand in a loop.
+    is_array: bool,
+}
+
+fn groups(entries: Vec<Entry<'_>>) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group<'_>> = Vec::new();
+    for entry in entries {
+        let name = &entry.decl.name;
+        match groups.iter_mut().find(|g| g.name.text == name.text) {
+            Some(group) => group.shapes.push(entry.shape),
+            None => groups.push(Group { name, shapes: vec![entry.shape], is_array: entry.grouped }),
+        }
+    }
+    groups
 }

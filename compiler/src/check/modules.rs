@@ -5,7 +5,7 @@ use super::stdlib::{self, MODULES};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::source::Span;
 use crate::suggest::nearest;
-use crate::syntax::ast::{FunctionDecl, Ident, Item, ItemKind, Let, Model, Pattern, UsePath};
+use crate::syntax::ast::{FunctionDecl, Ident, Item, ItemKind, Let, Model, UsePath};
 use std::collections::{HashMap, HashSet};
 
 /// Names that the texts of a session have brought, with the files that define them.
@@ -81,17 +81,9 @@ impl<'a> Definition<'a> {
     pub(super) fn span(self) -> Span {
         match self {
             Definition::Function(decl) => decl.name.span,
-            Definition::Let(decl) => pattern_span(&decl.pattern),
+            Definition::Let(decl) => decl.pattern.span(),
             Definition::Model(model) => model.name.span,
         }
-    }
-}
-
-/// The place of a pattern.
-pub(super) fn pattern_span(pattern: &Pattern) -> Span {
-    match pattern {
-        Pattern::Name(ident) => ident.span,
-        Pattern::Tuple(_, span) => *span,
     }
 }
 
@@ -219,15 +211,7 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
     match &item.kind {
         ItemKind::Function(decl) => add(&decl.name, Definition::Function(decl)),
         ItemKind::Model(model) => add(&model.name, Definition::Model(model)),
-        ItemKind::Let(decl) => {
-            let mut open = vec![&decl.pattern];
-            while let Some(pattern) = open.pop() {
-                match pattern {
-                    Pattern::Name(name) => add(name, Definition::Let(decl)),
-                    Pattern::Tuple(patterns, _) => open.extend(patterns.iter().rev()),
-                }
-            }
-        }
+        ItemKind::Let(decl) => decl.pattern.names().into_iter().for_each(|name| add(name, Definition::Let(decl))),
         // Derivatives are paired with their functions later.
         ItemKind::Derivative(_) | ItemKind::Use(_) | ItemKind::Error => {}
         ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) | ItemKind::Require(_) => diagnostics.push(

@@ -9,7 +9,7 @@ use super::typed::{Call, Expr, ExprKind, Type};
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
 use crate::suggest::{nearest, nearest_of};
-use crate::syntax::ast::{self, Item, ItemKind, Let, Pattern};
+use crate::syntax::ast::{self, ItemKind, Let, Pattern};
 
 impl<'a> Checker<'a> {
     /// The value of a name.
@@ -128,7 +128,7 @@ impl<'a> Checker<'a> {
         let mut value = super::context::known(Expr { kind, ty, span });
         let Some(path) = path_to(&decl.pattern, name) else { return super::context::error(span) };
         for (index, count) in path {
-            value = match self.destructured(value, index, count, super::modules::pattern_span(&decl.pattern)) {
+            value = match self.destructured(value, index, count, decl.pattern.span()) {
                 Some(component) => component,
                 None => return super::context::error(span),
             };
@@ -154,7 +154,7 @@ impl<'a> Checker<'a> {
         let own: Vec<&str> = module.definitions.keys().copied().chain(module.imported()).collect();
         let built_in: Vec<&str> = builtins::names().collect();
         let library: Vec<&str> = stdlib::MODULES.iter().flat_map(|(_, text)| stdlib::names(text)).collect();
-        if self.defining.is_some_and(|pattern| path_to(pattern, name).is_some()) {
+        if self.defining.is_some_and(|pattern| pattern.names().iter().any(|n| n.text == name)) {
             let message = format!("'{name}' is not known yet within its own definition");
             let hint = "a line that begins with '-' continues the one before; a negative value is written '(-a)'";
             return Diagnostic::new(Code::UnknownName, span, message).hint(hint);
@@ -194,22 +194,15 @@ impl<'a> Checker<'a> {
     /// Whether an argument before the one that is checked is a function with a parameter of the name.
     fn is_parameter_of_preceding_lambda(&self, name: &str) -> bool {
         self.preceding_args.iter().any(|arg| match &arg.value.kind {
-            ast::ExprKind::Lambda(params, _) => params.iter().any(|p| path_to(&p.pattern, name).is_some()),
+            ast::ExprKind::Lambda(params, _) => params.iter().any(|p| p.pattern.names().iter().any(|n| n.text == name)),
             _ => false,
         })
     }
 
     /// The model of the file that defines the name, which is not in scope, and whether it was used within.
     fn defined_in_model(&self, name: &str, span: Span) -> Option<(&'a str, bool)> {
-        let defines = |item: &Item| match &item.kind {
-            ItemKind::Function(decl) => decl.name.text == name,
-            ItemKind::Param(decl) | ItemKind::Input(decl) => decl.name.text == name,
-            ItemKind::Let(decl) => path_to(&decl.pattern, name).is_some(),
-            ItemKind::Part(decl) => decl.name.text == name,
-            _ => false,
-        };
         let models = self.modules[self.env.module].items.iter().filter_map(|item| match &item.kind {
-            ItemKind::Model(model) if model.items.iter().any(defines) => {
+            ItemKind::Model(model) if model.items.iter().any(|item| item.defines(name)) => {
                 let inside = item.span.start <= span.start && span.end <= item.span.end;
                 Some((model.name.text.as_str(), inside))
             }

@@ -34,9 +34,7 @@ impl<'a> Checker<'a> {
             BinaryOp::Div => self.quotient(a, b, span),
             BinaryOp::Rem => self.remainder(a, b, span),
             BinaryOp::Pow => self.power(a, b, span),
-            BinaryOp::Eq | BinaryOp::Ne | BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => {
-                self.compare(op, a, b, span)
-            }
+            BinaryOp::Compare(op) => self.compare(op, a, b, span),
             BinaryOp::And | BinaryOp::Or => error(span),
         }
     }
@@ -49,7 +47,7 @@ impl<'a> Checker<'a> {
                 None => self.overflow(span),
             },
             Type::Int(None) => unary(Unary::Neg, e, Type::INT, span),
-            ty => match Checker::all_real(ty) {
+            ty => match ty.all_real() {
                 Some(real) if !matches!(ty, Type::Array(..) | Type::Record(_)) => {
                     let e = self.convert(e, &real);
                     unary(Unary::Neg, e, real, span)
@@ -80,7 +78,8 @@ impl<'a> Checker<'a> {
                 return binary(Binary::Div, a, b, Type::REAL, span);
             }
             BinaryOp::Pow => return self.power(a, b, span),
-            _ => return comparison(op, a, b, span),
+            BinaryOp::Compare(op) => return comparison(op, a, b, span),
+            BinaryOp::And | BinaryOp::Or => return error(span),
         };
         binary(op, a, b, Type::INT, span)
     }
@@ -105,7 +104,7 @@ impl<'a> Checker<'a> {
         }
         match self.sum_type(&a.ty, &b.ty) {
             Some(ty) => {
-                let (ra, rb) = (Checker::all_real(&a.ty), Checker::all_real(&b.ty));
+                let (ra, rb) = (a.ty.all_real(), b.ty.all_real());
                 let (Some(ra), Some(rb)) = (ra, rb) else { return error(span) };
                 let (a, b) = (self.convert(a, &ra), self.convert(b, &rb));
                 binary(kind, a, b, ty, span)
@@ -240,9 +239,9 @@ impl<'a> Checker<'a> {
     /// A tuple times or over a number.
     fn scale(&mut self, tuple: Expr, factor: Expr, factor_first: bool, divide: bool, span: Span) -> Expr {
         let Some((factor, dimension)) = self.number(factor, "a vector's factor") else { return error(span) };
-        let Some(real) = Checker::all_real(&tuple.ty) else { return self.no_number(&tuple, "a product") };
+        let Some(real) = tuple.ty.all_real() else { return self.no_number(&tuple, "a product") };
         let combine = |d: Dimension| if divide { d.over(dimension) } else { d.times(dimension) };
-        let Some(ty) = map_dimensions(&real, &combine) else { return self.fail(exponent_error(span)) };
+        let Some(ty) = real.map_dimensions(&combine) else { return self.fail(exponent_error(span)) };
         let tuple = self.convert(tuple, &real);
         match (divide, factor_first) {
             (true, _) => binary(Binary::Div, tuple, factor, ty, span),
@@ -346,20 +345,6 @@ fn tuple_advice(a: &[Type], b: &[Type]) -> Option<String> {
     }
     ((has(a, Dimension::LENGTH) && bare(b)) || (bare(a) && has(b, Dimension::LENGTH)))
         .then(|| "multiply the bare vector by a length, such as 1mm".to_owned())
-}
-
-/// The type with every dimension mapped.
-pub(super) fn map_dimensions(ty: &Type, f: &dyn Fn(Dimension) -> Option<Dimension>) -> Option<Type> {
-    Some(match ty {
-        Type::Real(d) => Type::Real(f(*d)?),
-        Type::Tuple(ts) => Type::tuple(ts.iter().map(|t| map_dimensions(t, f)).collect::<Option<_>>()?),
-        Type::Array(t, n) => Type::Array(map_dimensions(t, f)?.into(), *n),
-        Type::Record(fields) => {
-            let fields: Option<Vec<_>> = fields.iter().map(|(n, t)| Some((n.clone(), map_dimensions(t, f)?))).collect();
-            Type::Record(fields?.into())
-        }
-        other => other.clone(),
-    })
 }
 
 pub(super) fn binary(op: Binary, a: Expr, b: Expr, ty: Type, span: Span) -> Expr {

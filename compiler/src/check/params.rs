@@ -4,12 +4,12 @@ use super::annotations::Expected;
 use super::comparisons::comparison;
 use super::context::{Binding, Checker};
 use super::model::Body;
-use super::typed::{self, Expr, ExprKind, LocalId, Param, Statement, Type};
+use super::typed::{self, Compare, Expr, ExprKind, LocalId, Param, Statement, Type};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
-use crate::parameters::Quantity;
+use crate::parameters::{Parameter, Quantity};
 use crate::source::Span;
-use crate::syntax::ast::{self, BinaryOp, Item, ParamDecl};
+use crate::syntax::ast::{self, Item, ParamDecl};
 
 impl<'a> Checker<'a> {
     /// Declares a free parameter.
@@ -43,17 +43,16 @@ impl<'a> Checker<'a> {
         };
         let local = self.local(&decl.name.text, Type::Real(dimension(quantity)), decl.name.span);
         self.declare(decl, local, body);
-        body.params.push(Param {
+        let declared = Parameter {
             name: decl.name.text.clone(),
             doc: item.doc.clone(),
             quantity,
-            local,
-            lower,
-            upper,
             default: 0.0,
-            bounds: (f64::NEG_INFINITY, f64::INFINITY),
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
             span: decl.name.span,
-        });
+        };
+        body.params.push(Param { declared, local, lower, upper });
         body.defaults.push((body.statements.len(), default));
     }
 
@@ -94,15 +93,16 @@ impl<'a> Checker<'a> {
                 };
                 // In a model with errors the reason is one of these.
                 if !failed {
-                    let message = format!("{what} of '{}' has no value: {reason}", param.name);
+                    let message = format!("{what} of '{}' has no value: {reason}", param.declared.name);
                     self.report(Diagnostic::new(Code::NotConstant, e.span, message));
                 }
                 None
             }));
         }
         for ((param, [lower, upper, default]), (_, e)) in params.iter_mut().zip(of_params).zip(defaults) {
-            param.bounds = (lower.unwrap_or(f64::NEG_INFINITY), upper.unwrap_or(f64::INFINITY));
-            param.default = default.unwrap_or(0.0);
+            param.declared.lower = lower.unwrap_or(f64::NEG_INFINITY);
+            param.declared.upper = upper.unwrap_or(f64::INFINITY);
+            param.declared.default = default.unwrap_or(0.0);
             if let Some(error) = misplaced_bounds(param, default.and(e.as_ref())) {
                 self.report(error);
             }
@@ -134,8 +134,9 @@ impl<'a> Checker<'a> {
 
     /// Puts a parameter's name in scope.
     pub(super) fn declare(&mut self, decl: &'a ParamDecl, local: LocalId, body: &Body<'a>) {
-        let before = body.params.iter().map(|p| (&p.name, p.span)).chain(body.inputs.iter().map(|i| (&i.name, i.span)));
-        let before = before.into_iter().find(|(name, _)| **name == decl.name.text).map(|(_, span)| span);
+        let params = body.params.iter().map(|p| (&p.declared.name, p.declared.span));
+        let mut before = params.chain(body.inputs.iter().map(|i| (&i.name, i.span)));
+        let before = before.find(|(name, _)| **name == decl.name.text).map(|(_, span)| span);
         if let Some(before) = before {
             let message = format!("'{}' is declared twice", decl.name.text);
             self.report(
@@ -165,7 +166,7 @@ impl<'a> Checker<'a> {
         let local = self.local(&decl.name.text, ty, decl.name.span);
         locals.push(local);
         if let Some((lower, upper)) = &decl.bounds {
-            for (bound, op) in [(lower, BinaryOp::Ge), (upper, BinaryOp::Le)] {
+            for (bound, op) in [(lower, Compare::Ge), (upper, Compare::Le)] {
                 let bound = self.expr(bound);
                 let bound = self.coerce(bound, &expected, "the bound");
                 let value = self.read(local, decl.name.span);
@@ -202,13 +203,12 @@ fn example(quantity: Quantity) -> &'static str {
 
 /// The error for bounds that leave no value, or a default outside of them.
 fn misplaced_bounds(param: &Param, default: Option<&Expr>) -> Option<Diagnostic> {
-    let (lower, upper) = param.bounds;
-    let shown = |x: f64| in_units(x, param.quantity);
+    let Parameter { name, quantity, default: value, lower, upper, span, .. } = &param.declared;
+    let shown = |x: &f64| quantity.shown(*x);
     let bounds = param.lower.as_ref().zip(param.upper.as_ref()).map(|(lower, upper)| lower.span.to(upper.span));
     if lower > upper {
-        let message =
-            format!("the bounds of '{}' are the wrong way round: {} to {}", param.name, shown(lower), shown(upper));
-        let error = Diagnostic::new(Code::OutOfBounds, bounds.unwrap_or(param.span), message);
+        let message = format!("the bounds of '{name}' are the wrong way round: {} to {}", shown(lower), shown(upper));
+        let error = Diagnostic::new(Code::OutOfBounds, bounds.unwrap_or(*span), message);
         let literal = |e: &Option<Expr>| matches!(e.as_ref().map(|e| &e.kind), Some(ExprKind::Real(_)));
         return Some(match bounds {
             Some(span) if literal(&param.lower) && literal(&param.upper) => {
@@ -218,11 +218,10 @@ fn misplaced_bounds(param: &Param, default: Option<&Expr>) -> Option<Diagnostic>
             _ => error,
         });
     }
-    let default = default.filter(|_| param.default < lower || param.default > upper)?;
+    let default = default.filter(|_| value < lower || value > upper)?;
     let message = format!(
-        "the default of '{}', {}, lies outside of its bounds {} to {}",
-        param.name,
-        shown(param.default),
+        "the default of '{name}', {}, lies outside of its bounds {} to {}",
+        shown(value),
         shown(lower),
         shown(upper)
     );
@@ -231,12 +230,4 @@ fn misplaced_bounds(param: &Param, default: Option<&Expr>) -> Option<Diagnostic>
         Some(bounds) => error.related(bounds, "its bounds"),
         None => error,
     })
-}
-
-fn in_units(x: f64, quantity: Quantity) -> String {
-    match quantity {
-        Quantity::Length => format!("{x}mm"),
-        Quantity::Angle => format!("{}deg", (x.to_degrees() * 1e9).round() / 1e9),
-        _ => format!("{x}"),
-    }
 }

@@ -67,7 +67,7 @@ impl<'a> Checker<'a> {
                     self.shapes(entry, &name.index(i), element(shape.clone(), i), parts);
                 }
             }
-            Type::Tuple(types) if types.iter().any(super::expressions::has_function) => {
+            Type::Tuple(types) if types.iter().any(Type::has_function) => {
                 for i in 0..types.len() {
                     self.shapes(entry, &name.index(i), element(shape.clone(), i), parts);
                 }

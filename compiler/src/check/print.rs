@@ -1,6 +1,6 @@
 //! The typed tree as text, for `gmlc emit --stage typed`.
 
-use super::typed::{Binary, Call, Compare, Expr, ExprKind, LocalId, Model, Statement, Type, Unary};
+use super::typed::{Binary, Call, Expr, ExprKind, LocalId, Model, Statement, Type, Unary};
 use super::types::Dimension;
 use std::fmt::Write;
 
@@ -47,7 +47,7 @@ impl Printer<'_> {
                 self.out.push_str("..");
                 self.expr(upper, 1);
             }
-            let _ = writeln!(self.out, " = {}", param.default);
+            let _ = writeln!(self.out, " = {}", param.declared.default);
         }
         for statement in &model.body {
             self.statement(statement, 1);
@@ -109,17 +109,7 @@ impl Printer<'_> {
             }
             ExprKind::Unary(op, a) => self.unary(*op, a, depth),
             ExprKind::Binary(op, a, b) => self.binary(*op, a, b, depth),
-            ExprKind::Compare(op, a, b) => {
-                let sign = match op {
-                    Compare::Eq => "==",
-                    Compare::Ne => "!=",
-                    Compare::Lt => "<",
-                    Compare::Le => "<=",
-                    Compare::Gt => ">",
-                    Compare::Ge => ">=",
-                };
-                self.infix(sign, a, b, depth);
-            }
+            ExprKind::Compare(op, a, b) => self.infix(op.sign(), a, b, depth),
             ExprKind::If(c, a, b) => {
                 self.out.push_str("if ");
                 self.expr(c, depth);

@@ -4,7 +4,7 @@ use super::context::{Callee, Checker};
 use super::typed::Type;
 use super::types::{ClosureId, Dimension, Exponent};
 use crate::source::Span;
-use crate::syntax::ast::{self, FnParam, ItemKind, Pattern};
+use crate::syntax::ast::{self, FnParam, ItemKind};
 use crate::syntax::type_text;
 
 impl Checker<'_> {
@@ -80,10 +80,7 @@ fn params(params: &[FnParam]) -> Vec<String> {
     params
         .iter()
         .map(|p| {
-            let name = match &p.pattern {
-                Pattern::Name(name) => name.text.clone(),
-                Pattern::Tuple(..) => "(..)".to_owned(),
-            };
+            let name = p.pattern.name().map_or("(..)", |name| &name.text);
             let ty = p.ty.as_ref().map(|ty| format!(": {}", type_text(ty))).unwrap_or_default();
             let default = if p.default.is_some() { " = .." } else { "" };
             format!("{name}{ty}{default}")

@@ -9,7 +9,7 @@
 
 pub use super::types::{ClosureId, Dimension, Type};
 pub use crate::operators::{Binary, Compare, Unary};
-use crate::parameters::Quantity;
+use crate::parameters::{Input, Parameter};
 use crate::source::Span;
 use std::collections::{BTreeMap, HashSet};
 
@@ -95,41 +95,14 @@ pub struct CustomDerivative {
 /// A free parameter.
 #[derive(Clone, Debug)]
 pub struct Param {
-    /// Its name.
-    pub name: String,
-    /// Its doc comment.
-    pub doc: String,
-    /// Real, length or angle.
-    pub quantity: Quantity,
+    /// Name, quantity, default, and the bounds where every parameter has its default.
+    pub declared: Parameter,
     /// Its value, bound from outside.
     pub local: LocalId,
     /// Lower bound; may use earlier parameters and `let`s of the body before it.
     pub lower: Option<Expr>,
     /// Upper bound likewise.
     pub upper: Option<Expr>,
-    /// The default, in millimetres or radians.
-    pub default: f64,
-    /// The bounds where every parameter has its default; infinite where there is none.
-    pub bounds: (f64, f64),
-    /// The place of its declaration.
-    pub span: Span,
-}
-
-/// An input and its value in this compilation.
-#[derive(Clone, Debug)]
-pub struct Input {
-    /// Its name.
-    pub name: String,
-    /// Its doc comment.
-    pub doc: String,
-    /// The quantity that it measures.
-    pub quantity: Quantity,
-    /// Its value; 0 or 1 for a bool.
-    pub value: f64,
-    /// Its bounds; infinite where there is none.
-    pub bounds: (f64, f64),
-    /// The place of its declaration.
-    pub span: Span,
 }
 
 /// A named surface.

@@ -197,12 +197,65 @@ impl Type {
     /// Whether it is, or contains, [`Type::Error`].
     #[must_use]
     pub fn is_error(&self) -> bool {
+        self.any(&mut |ty| *ty == Type::Error)
+    }
+
+    /// Whether there is a function in it.
+    pub(super) fn has_function(&self) -> bool {
+        self.any(&mut |ty| matches!(ty, Type::Closure(_)))
+    }
+
+    /// Whether a predicate is true of a component of a tuple, array or record, at any depth; or of another type itself.
+    pub(super) fn any(&self, predicate: &mut dyn FnMut(&Type) -> bool) -> bool {
         match self {
-            Type::Error => true,
-            Type::Tuple(ts) => ts.iter().any(Type::is_error),
-            Type::Array(t, _) => t.is_error(),
-            Type::Record(fields) => fields.iter().any(|(_, t)| t.is_error()),
-            _ => false,
+            Type::Tuple(types) => types.iter().any(|ty| ty.any(predicate)),
+            Type::Array(ty, _) => ty.any(predicate),
+            Type::Record(fields) => fields.iter().any(|(_, ty)| ty.any(predicate)),
+            ty => predicate(ty),
         }
+    }
+
+    /// A type of the same shape with every component of tuples, arrays and records replaced; `None` where one has no
+    /// replacement.
+    pub(super) fn map(&self, replacement: &dyn Fn(&Type) -> Option<Type>) -> Option<Type> {
+        Some(match self {
+            Type::Tuple(types) => Type::tuple(types.iter().map(|ty| ty.map(replacement)).collect::<Option<_>>()?),
+            Type::Array(ty, n) => Type::Array(ty.map(replacement)?.into(), *n),
+            Type::Record(fields) => {
+                let fields = fields.iter().map(|(name, ty)| Some((name.clone(), ty.map(replacement)?)));
+                Type::Record(fields.collect::<Option<_>>()?)
+            }
+            ty => replacement(ty)?,
+        })
+    }
+
+    /// Every int in it made a real; `None` where something in it is not a number.
+    pub(super) fn all_real(&self) -> Option<Type> {
+        self.map(&|ty| match ty {
+            Type::Int(_) => Some(Type::REAL),
+            Type::Real(_) | Type::Error => Some(ty.clone()),
+            _ => None,
+        })
+    }
+
+    /// It without what is known of its ints and bools.
+    pub(super) fn forget(&self) -> Type {
+        let forget = |ty: &Type| {
+            Some(match ty {
+                Type::Int(_) => Type::INT,
+                Type::Bool(_) => Type::BOOL,
+                Type::Range(..) => Type::Range(None, None),
+                other => other.clone(),
+            })
+        };
+        self.map(&forget).unwrap_or(Type::Error)
+    }
+
+    /// It with every dimension mapped.
+    pub(super) fn map_dimensions(&self, f: &dyn Fn(Dimension) -> Option<Dimension>) -> Option<Type> {
+        self.map(&|ty| match ty {
+            Type::Real(d) => Some(Type::Real(f(*d)?)),
+            other => Some(other.clone()),
+        })
     }
 }

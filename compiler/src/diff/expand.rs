@@ -2,7 +2,7 @@
 
 use super::forward::{Forward, Tangents};
 use super::{DiffError, check_size};
-use crate::ir::builder::{Image, Rebuild};
+use crate::ir::builder::{Image, Rebuild, Step};
 use crate::ir::call_graph::CallGraph;
 use crate::ir::{self, Function, FunctionBuilder, FunctionId, Module, Op, Type, Value};
 
@@ -44,7 +44,7 @@ fn expanded(module: &mut Module, function: &Function) -> Result<Function, DiffEr
     let mut forward = Forward::new(module);
     let params = b.params();
     let mut rebuild = Rebuild::new(function, &params);
-    while let Some((_, node, op)) = rebuild.next(&mut b) {
+    while let Some(Step { node, op, .. }) = rebuild.next(&mut b) {
         check_size(&b, &function.name, limit)?;
         rebuild.push(match &op {
             Op::Tangent { function: target, args, seeds } => {

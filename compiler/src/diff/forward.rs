@@ -4,7 +4,7 @@ use super::dependence::{Dependence, Set, carried_sets};
 use super::rules::{self, Factor, Rule};
 use super::worklist::Worklist;
 use super::{DiffError, check_size};
-use crate::ir::builder::{Image, Rebuild};
+use crate::ir::builder::{Image, Rebuild, Step};
 use crate::ir::scalar::Scalar;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::BTreeMap;
@@ -105,7 +105,7 @@ impl<'m> Forward<'m> {
     ) -> Result<(Vec<Value>, Vec<Tangents>), DiffError> {
         let mut rebuild = Rebuild::new(function, args);
         let mut made = MadeTangents { function, params: tangents, nodes: Vec::with_capacity(function.nodes.len()) };
-        while let Some((index, node, op)) = rebuild.next(b) {
+        while let Some(Step { index, node, op }) = rebuild.next(b) {
             check_size(b, &function.name, self.module.limits.nodes)?;
             let operands: Vec<&Tangents> = node.op.operands().into_iter().map(|v| made.of(v)).collect();
             let (image, tangents) = match &op {

@@ -15,8 +15,8 @@
 //!   the first). This binary checkpointing (chapter 12) takes about (n/2) log2(n) iterations beside the n reversed
 //!   ones, and log2(n) states at once. Transposing the forward derivative would take n iterations for each unknown.
 
-use crate::ir::inline::InlineError;
-use crate::ir::{self, FunctionBuilder, FunctionId, Module, Parameter, Type, Value};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::ir::{self, FunctionBuilder, FunctionId, Module, Parameter, SizeError, Type, Value};
 use crate::source::Span;
 
 mod dependence;
@@ -40,7 +40,7 @@ use reverse::Reverse;
 pub enum DiffError {
     /// The derivative would be too large a program.
     #[error(transparent)]
-    Size(#[from] InlineError),
+    Size(#[from] SizeError),
     /// A function needs its own derivative to compute its value: its order would have no end.
     #[error("'{function}' needs its own derivative to compute its value")]
     Recursive {
@@ -58,6 +58,15 @@ impl DiffError {
         match self {
             DiffError::Size(e) => e.span(),
             DiffError::Recursive { span, .. } => *span,
+        }
+    }
+
+    /// For the user.
+    #[must_use]
+    pub fn diagnostic(&self) -> Diagnostic {
+        match self {
+            DiffError::Size(e) => e.diagnostic(),
+            DiffError::Recursive { span, .. } => Diagnostic::new(Code::Derivative, *span, self.to_string()),
         }
     }
 }
@@ -199,5 +208,5 @@ fn check_size(builder: &FunctionBuilder, function: &str, limit: usize) -> Result
     if builder.node_count() <= limit {
         return Ok(());
     }
-    Err(InlineError::TooLarge { function: function.to_owned(), span: builder.span(), limit }.into())
+    Err(SizeError::TooLarge { function: function.to_owned(), span: builder.span(), limit }.into())
 }

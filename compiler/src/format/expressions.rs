@@ -231,7 +231,7 @@ fn level(op: BinaryOp) -> u32 {
     match op {
         BinaryOp::Or => 0,
         BinaryOp::And => 1,
-        BinaryOp::Eq | BinaryOp::Ne | BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge => 2,
+        BinaryOp::Compare(_) => 2,
         BinaryOp::Add | BinaryOp::Sub => 3,
         BinaryOp::Mul | BinaryOp::Div | BinaryOp::Rem => 4,
         BinaryOp::Pow => 5,

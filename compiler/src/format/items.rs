@@ -26,7 +26,7 @@ impl Writer<'_> {
             }
             ItemKind::Let(decl) => {
                 let keyword = self.token_between("", " ");
-                let pattern = self.plain(pattern_end(&decl.pattern));
+                let pattern = self.plain(decl.pattern.span().end);
                 let ty = self.annotation(decl.ty.as_ref());
                 let value = self.assigned(Some(&decl.value));
                 self.docs.concat(vec![keyword, pattern, ty, value])
@@ -79,7 +79,7 @@ impl Writer<'_> {
         let keyword = self.token_between("", " ");
         let name = self.token();
         let params = self.list(&decl.params, Spread::Listed, param_end, |w, param| {
-            let pattern = w.plain(pattern_end(&param.pattern));
+            let pattern = w.plain(param.pattern.span().end);
             let ty = w.annotation(param.ty.as_ref());
             let default = w.assigned(param.default.as_ref());
             Piece::weak(w.docs.concat(vec![pattern, ty, default]))
@@ -149,7 +149,7 @@ impl Writer<'_> {
     /// `for pattern in iterable `
     pub(super) fn for_head(&mut self, pattern: &Pattern, iterable: &Expr) -> DocId {
         let keyword = self.token_between("", " ");
-        let pattern = self.plain(pattern_end(pattern));
+        let pattern = self.plain(pattern.span().end);
         let word = self.token_between(" ", " ");
         let iterable = self.expr(iterable).doc;
         let space = self.docs.text(" ");
@@ -180,15 +180,8 @@ impl Writer<'_> {
     }
 }
 
-pub(super) fn pattern_end(pattern: &Pattern) -> u32 {
-    match pattern {
-        Pattern::Name(name) => name.span.end,
-        Pattern::Tuple(_, span) => span.end,
-    }
-}
-
 /// The end of a function's parameter.
 pub(super) fn param_end(param: &FnParam) -> u32 {
     let ty = param.ty.as_ref().map(|t| t.span.end);
-    param.default.as_ref().map(|e| e.span.end).or(ty).unwrap_or_else(|| pattern_end(&param.pattern))
+    param.default.as_ref().map(|e| e.span.end).or(ty).unwrap_or_else(|| param.pattern.span().end)
 }

@@ -5,7 +5,7 @@
 //! values that a body uses from outside are arguments, like those of the blocks in SSA with block arguments, and every
 //! pass is written for functions only. The lowering has split points, arrays, tuples and closures into scalars.
 
-use super::inline::SizeLimits;
+use super::size::SizeLimits;
 use crate::operators::{Binary, Compare, Unary};
 use crate::source::Span;
 use std::collections::BTreeMap;
@@ -86,6 +86,24 @@ pub struct Function {
     pub results: Vec<Value>,
     /// Names of the results, for people; as many as results.
     pub result_names: Vec<String>,
+}
+
+/// A function of some of the model's parameters, all Real, and then of other arguments. (If every function took all
+/// of them, the time for a model would grow with the square of its size.)
+#[derive(Clone, Debug)]
+pub struct ParameterFunction {
+    /// The function.
+    pub function: FunctionId,
+    /// The indices of the model's parameters that it takes, ascending.
+    pub params: Vec<u32>,
+}
+
+impl ParameterFunction {
+    /// Its arguments at the model's parameters x.
+    #[must_use]
+    pub fn arguments<T: Copy>(&self, x: &[T], others: &[T]) -> Vec<T> {
+        self.params.iter().map(|i| x[*i as usize]).chain(others.iter().copied()).collect()
+    }
 }
 
 /// A parameter of a function.

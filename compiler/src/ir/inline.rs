@@ -1,61 +1,12 @@
 //! Inlining.
 
-use super::builder::{Image, Rebuild};
+use super::builder::{Image, Rebuild, Step};
 use super::call_graph::CallGraph;
 use super::hash::HashMap;
 use super::scalar::Scalar;
+use super::size::SizeError;
 use super::{Function, FunctionBuilder, FunctionId, Module, Op, Value};
 use crate::source::Span;
-
-/// Bounds on the size of a program.
-#[derive(Clone, Copy, Debug)]
-pub struct SizeLimits {
-    /// Most nodes of all functions together.
-    pub nodes: usize,
-    /// Deepest nesting of branches and loops.
-    pub nesting: usize,
-}
-
-impl Default for SizeLimits {
-    fn default() -> SizeLimits {
-        SizeLimits { nodes: 400_000, nesting: 100 }
-    }
-}
-
-/// Why a program cannot be inlined.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum InlineError {
-    /// It would have more nodes than the limit.
-    #[error("the program is too large: '{function}' calls for more than {limit} operations in all")]
-    TooLarge {
-        /// The function in which the limit was exceeded.
-        function: String,
-        /// The call there.
-        span: Span,
-        /// The limit.
-        limit: usize,
-    },
-    /// Its branches and loops would be nested deeper than the limit.
-    #[error("the program is too deep: '{function}' nests more than {limit} branches and loops")]
-    TooDeep {
-        /// The function in which the limit was exceeded.
-        function: String,
-        /// The branch or loop there.
-        span: Span,
-        /// The limit.
-        limit: usize,
-    },
-}
-
-impl InlineError {
-    /// The place in the source.
-    #[must_use]
-    pub fn span(&self) -> Span {
-        match self {
-            InlineError::TooLarge { span, .. } | InlineError::TooDeep { span, .. } => *span,
-        }
-    }
-}
 
 /// Inlines the calls in the roots and in everything that they reach, within the module's limits; calls of recursive
 /// functions and of functions with custom derivatives stay. A branch whose condition is thereby known is replaced by
@@ -63,7 +14,7 @@ impl InlineError {
 ///
 /// # Errors
 /// If the program would exceed a limit; the module is then partly inlined, and still valid.
-pub(crate) fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), InlineError> {
+pub(crate) fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), SizeError> {
     let limits = module.limits;
     let graph = CallGraph::new(module, roots);
     let mut nesting: HashMap<FunctionId, usize> = HashMap::default();
@@ -78,7 +29,7 @@ pub(crate) fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), In
             let params = builder.params();
             match inliner.splice(&mut builder, old, &params) {
                 Ok(results) => inlined = Some(builder.finish_like(old, results)),
-                Err(span) => return Err(InlineError::TooLarge { function: name, span, limit: limits.nodes }),
+                Err(span) => return Err(SizeError::TooLarge { function: name, span, limit: limits.nodes }),
             }
         }
         let function = inlined.as_ref().unwrap_or(old);
@@ -88,14 +39,14 @@ pub(crate) fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), In
         let Some(inlined) = inlined else {
             if nodes > limits.nodes {
                 let span = old.nodes.last().map_or(Span::default(), |n| n.span);
-                return Err(InlineError::TooLarge { function: name, span, limit: limits.nodes });
+                return Err(SizeError::TooLarge { function: name, span, limit: limits.nodes });
             }
             continue;
         };
         if depth > limits.nesting {
             let deep = inlined.nodes.iter().find(|n| n.op.is_structured());
             let span = deep.map_or(Span::default(), |n| n.span);
-            return Err(InlineError::TooDeep { function: name, span, limit: limits.nesting });
+            return Err(SizeError::TooDeep { function: name, span, limit: limits.nesting });
         }
         module.define(*id, inlined);
     }
@@ -133,7 +84,7 @@ impl Inliner<'_> {
     /// If there is no more room: the span of the node that does not fit.
     fn splice(&self, builder: &mut FunctionBuilder, function: &Function, args: &[Value]) -> Result<Vec<Value>, Span> {
         let mut rebuild = Rebuild::new(function, args);
-        while let Some((_, node, op)) = rebuild.next(builder) {
+        while let Some(Step { node, op, .. }) = rebuild.next(builder) {
             if builder.node_count() > self.room {
                 return Err(node.span);
             }

@@ -31,6 +31,7 @@ pub(crate) mod reassociate;
 pub mod scalar;
 pub(crate) mod separable;
 pub(crate) mod simplify;
+pub(crate) mod size;
 pub mod validate;
 
 mod dce;
@@ -44,6 +45,7 @@ pub use builder::FunctionBuilder;
 pub use function::*;
 pub(crate) use inline::inline;
 pub use lower::model::LoweredPart;
-pub(crate) use lower::model::{LoweredModel, LoweredRequire};
+pub(crate) use lower::model::{LoweredModel, Requirement};
 pub(crate) use simplify::simplify;
+pub(crate) use size::{SizeError, SizeLimits};
 pub use validate::validate;

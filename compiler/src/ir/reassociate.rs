@@ -6,7 +6,7 @@
 //! how a surface of revolution in any pose becomes `A cos(u) + B sin(u) + C` at every point, with A, B and C computed
 //! once a row. Reassociation changes the rounding, as the rules of [`builder`](super::builder) do.
 
-use super::builder::{Image, Rebuild};
+use super::builder::{Image, Rebuild, Step};
 use super::hoist::axes::{Axes, UV, axes_of};
 use super::{Binary, FunctionBuilder, FunctionId, Module, Op, Type, Value};
 
@@ -16,7 +16,7 @@ pub(crate) fn reassociate(module: &mut Module, function: FunctionId, captures: u
     let mut pass = Reassociation { builder: FunctionBuilder::like(old), axes: Vec::new(), captures, depth: 0 };
     let params = pass.builder.params();
     let mut rebuild = Rebuild::new(old, &params);
-    while let Some((_, node, op)) = rebuild.next(&mut pass.builder) {
+    while let Some(Step { node, op, .. }) = rebuild.next(&mut pass.builder) {
         rebuild.push(Image::One(match op {
             Op::Binary(Binary::Mul, a, b) if node.ty == Type::Real => pass.product(a, b),
             Op::Binary(Binary::Add, a, b) if node.ty == Type::Real => pass.sum((false, a), (false, b)),

@@ -68,19 +68,9 @@ pub fn binary(op: Binary, a: Scalar, b: Scalar) -> Option<Scalar> {
 /// Compares; `None` where the operands are not both Real or both Int.
 #[must_use]
 pub fn compare(op: Compare, a: Scalar, b: Scalar) -> Option<bool> {
-    fn holds<T: PartialOrd>(op: Compare, a: T, b: T) -> bool {
-        match op {
-            Compare::Eq => a == b,
-            Compare::Ne => a != b,
-            Compare::Lt => a < b,
-            Compare::Le => a <= b,
-            Compare::Gt => a > b,
-            Compare::Ge => a >= b,
-        }
-    }
     match (a, b) {
-        (Scalar::Real(a), Scalar::Real(b)) => Some(holds(op, a, b)),
-        (Scalar::Int(a), Scalar::Int(b)) => Some(holds(op, a, b)),
+        (Scalar::Real(a), Scalar::Real(b)) => Some(op.holds(a, b)),
+        (Scalar::Int(a), Scalar::Int(b)) => Some(op.holds(a, b)),
         _ => None,
     }
 }

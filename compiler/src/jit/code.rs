@@ -93,11 +93,11 @@ impl Code {
         }
         let mut code = Code { kernels: Vec::new(), routines: Vec::new(), _memories: Vec::new() };
         let (mut placed, mut listings) = (Vec::new(), Vec::new());
-        for compiled in compiled.into_iter().flatten() {
-            placed.extend(compiled.kernels);
-            code.routines.extend(compiled.routines);
-            code._memories.push(compiled.memory);
-            listings.extend(compiled.listings);
+        for (partition, finished) in partitions.iter().zip(compiled.into_iter().flatten()) {
+            placed.extend(partition.kernels.iter().zip(finished.kernels));
+            code.routines.extend(finished.routines);
+            code._memories.push(finished.memory);
+            listings.extend(finished.listings);
         }
         placed.sort_by_key(|(place, _)| *place);
         code.kernels = placed.into_iter().map(|(_, kernel)| kernel).collect();
@@ -238,14 +238,6 @@ struct Partition<'a> {
     routines: &'a [FunctionId],
 }
 
-/// The code of a partition.
-struct Compiled {
-    memory: CodeMemory,
-    kernels: Vec<(usize, Kernel)>,
-    routines: Vec<Routine>,
-    listings: Vec<Listing>,
-}
-
 /// Divides the work: the largest kernels first, each to the partition with the least work so far.
 fn partitions<'a>(
     module: &Module,
@@ -278,7 +270,7 @@ impl Partition<'_> {
         module: &Module,
         shapes: &[KernelShape],
         options: Options,
-    ) -> Result<Compiled, (usize, JitError)> {
+    ) -> Result<Finished, (usize, JitError)> {
         let mut compiler = Compiler::new(module, options).map_err(|e| (0, e))?;
         // Kernels first: functions that they share with routines are compiled to run fast.
         for place in &self.kernels {
@@ -287,7 +279,6 @@ impl Partition<'_> {
         for (place, function) in self.routines.iter().enumerate() {
             compiler.routine(*function).map_err(|e| (shapes.len() + place, e))?;
         }
-        let Finished { memory, kernels, routines, listings } = compiler.finish().map_err(|e| (usize::MAX, e))?;
-        Ok(Compiled { memory, kernels: self.kernels.iter().copied().zip(kernels).collect(), routines, listings })
+        compiler.finish().map_err(|e| (usize::MAX, e))
     }
 }

@@ -4,6 +4,7 @@ use super::Program;
 use super::functions::{BOUNDS, positions};
 use crate::diff::{self, DiffError};
 use crate::ir::{FunctionId, Module, interpret};
+use crate::parameters::bounds_of;
 
 /// The derivatives of a parameter's bounds by a parameter that they depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,12 +66,7 @@ impl Program {
     #[must_use]
     pub fn bounds(&self, x: &[f64]) -> Vec<(f64, f64)> {
         assert_eq!(x.len(), self.parameters.len(), "a value for every parameter");
-        let Ok(flat) = self.routines.call_reals(BOUNDS, x, self.limits) else {
-            return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()];
-        };
-        let lower = |x: f64| if x.is_nan() { f64::NEG_INFINITY } else { x };
-        let upper = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
-        flat.chunks_exact(2).map(|pair| (lower(pair[0]), upper(pair[1]))).collect()
+        bounds_of(self.routines.call_reals(BOUNDS, x, self.limits).ok(), x.len())
     }
 
     /// The Jacobian of the bounds at x: an entry for each pair of a parameter and another one that its bounds depend

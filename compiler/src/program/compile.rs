@@ -3,8 +3,7 @@
 use super::{Program, check, pipeline};
 use crate::check::{CheckOptions, InputValue, typed};
 use crate::diagnostic::{Code, Diagnostic, Severity};
-use crate::diff::DiffError;
-use crate::ir::inline::{InlineError, SizeLimits};
+use crate::ir::SizeLimits;
 use crate::jit::Limits;
 use crate::source::{Loader, SourceFile, Sources, Span};
 use crate::workers::Workers;
@@ -125,22 +124,6 @@ fn build_observed(
 ) -> Result<Program, Diagnostic> {
     let span = model.parts.first().map_or(Span::default(), |p| p.span);
     pipeline::build(model, sources, options, done).map_err(|e| e.diagnostic(span))
-}
-
-/// Why a derivative cannot be had, for the user.
-pub(crate) fn derivative_error(e: &DiffError) -> Diagnostic {
-    match e {
-        DiffError::Size(e) => size_error(e),
-        e => Diagnostic::new(Code::Derivative, e.span(), e.to_string()),
-    }
-}
-
-pub(super) fn size_error(e: &InlineError) -> Diagnostic {
-    let error = Diagnostic::new(Code::TooLarge, e.span(), e.to_string());
-    match e {
-        InlineError::TooLarge { .. } => error.hint("the limit can be raised: --limit operations=N"),
-        InlineError::TooDeep { .. } => error,
-    }
 }
 
 /// The first error, with its place, for callers that show nothing else.

@@ -4,10 +4,10 @@ use super::evaluators::Evaluator;
 use super::functions::{EntryValue, REQUIRES};
 use super::instance::Instance;
 use super::pipeline::BuildError;
-use super::{Order, Parameter, Program, Quantity};
+use super::{Order, Program};
 use crate::ir::interpret::RunError;
 use crate::ir::scalar::Scalar;
-use crate::ir::{FunctionId, LoweredRequire, Module, interpret};
+use crate::ir::{FunctionId, Module, Requirement, interpret};
 use crate::jit::Trap;
 use crate::source::Span;
 use std::fmt::Write as _;
@@ -66,7 +66,8 @@ impl Program {
         for (index, require) in self.functions.requires.iter().enumerate() {
             let mut holds = [0];
             let place = Place::of_model(x);
-            let call = self.routines.call(REQUIRES + index, &require.arguments(&bits), &mut holds, self.limits);
+            let arguments = require.condition.arguments(&bits, &[]);
+            let call = self.routines.call(REQUIRES + index, &arguments, &mut holds, self.limits);
             call.map_err(|trap| self.trapped(trap, &place))?;
             if holds[0] == 0 {
                 let used = self.used_params(require);
@@ -78,7 +79,8 @@ impl Program {
 
     /// Whether one requirement holds; false where it cannot be evaluated.
     pub(super) fn holds(&self, require: usize, x: &[f64]) -> bool {
-        let bits: Vec<u64> = self.functions.requires[require].arguments(x).into_iter().map(f64::to_bits).collect();
+        let condition = &self.functions.requires[require].condition;
+        let bits: Vec<u64> = condition.arguments(x, &[]).into_iter().map(f64::to_bits).collect();
         let mut holds = [0];
         self.routines.call(REQUIRES + require, &bits, &mut holds, self.limits).is_ok() && holds[0] != 0
     }
@@ -113,10 +115,10 @@ impl Program {
         };
         let uv = place.uv.unwrap_or([0.5, 0.5]);
         let requires = self.functions.requires.iter().filter(|_| place.patch.is_none());
-        let requires = requires.map(|r| (r.function, r.arguments(place.x)));
+        let requires = requires.map(|r| (r.condition.function, r.condition.arguments(place.x, &[])));
         let parts = self.functions.parts.iter().enumerate();
         let parts = parts.filter(|(k, _)| place.patch.is_none_or(|patch| patch == *k));
-        let parts = parts.map(|(_, p)| (p.surface.function, p.surface.arguments(place.x, uv)));
+        let parts = parts.map(|(_, p)| (p.surface.function, p.surface.arguments(place.x, &uv)));
         let met = requires.chain(parts).find_map(|(function, arguments)| {
             match interpret::run_real(&self.functions.module, function, &arguments, limits) {
                 Err(RunError::Steps(span) | RunError::Depth(span)) if span.end > span.start => Some(span),
@@ -151,7 +153,7 @@ impl Program {
         let all: Vec<u32> = (0..self.parameters.len() as u32).collect();
         let params = params.unwrap_or_else(|| place.patch.map_or(&all[..], |p| &self.parts[p].active));
         let shown: Vec<String> =
-            params.iter().map(|i| shown(&self.parameters[*i as usize], place.x[*i as usize])).collect();
+            params.iter().map(|i| self.parameters[*i as usize].equals(place.x[*i as usize])).collect();
         if !shown.is_empty() {
             values.push(format!("where {}", shown.join(", ")));
         }
@@ -174,9 +176,10 @@ impl Program {
     }
 
     /// The parameters that a requirement uses.
-    pub(super) fn used_params(&self, require: &LoweredRequire) -> Vec<u32> {
-        let used = self.functions.module.function(require.function).used_params();
-        require.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
+    pub(super) fn used_params(&self, require: &Requirement) -> Vec<u32> {
+        let condition = &require.condition;
+        let used = self.functions.module.function(condition.function).used_params();
+        condition.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i).collect()
     }
 
     /// The error for code that cannot be made.
@@ -190,9 +193,9 @@ impl Program {
             Order::Pullback(_) => "gradients",
         };
         let span = match error {
-            BuildError::Inline(e) => Some(e.span()),
+            BuildError::Size(e) => Some(e.span()),
             BuildError::Diff(e) => Some(e.span()),
-            BuildError::Lower(_) | BuildError::Jit(_) => None,
+            BuildError::Jit(_) => None,
         };
         self.error(span, &format!("{what} cannot be had: {error}"), &Place { x: &[], patch: None, uv: None }, Some(&[]))
     }
@@ -286,14 +289,4 @@ impl Instance<'_> {
 fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {
     let arguments: Vec<Scalar> = arguments.iter().map(|x| Scalar::Real(*x)).collect();
     interpret::non_finite(module, function, &arguments, program.replay_limits()).ok().flatten()
-}
-
-/// `r = 40mm`.
-pub(crate) fn shown(parameter: &Parameter, value: f64) -> String {
-    let (value, unit) = match parameter.quantity {
-        Quantity::Length => (value, "mm"),
-        Quantity::Angle => (value.to_degrees(), "deg"),
-        Quantity::Real | Quantity::Int | Quantity::Bool => (value, ""),
-    };
-    format!("{} = {value}{unit}", parameter.name)
 }

@@ -4,8 +4,8 @@ use super::bounds::BoundsJacobian;
 use super::jacobians::Jacobian;
 use crate::diff::{self, DiffError, Entry};
 use crate::ir::hash::HashMap;
-use crate::ir::hoist::prelude::{Body, Whole};
-use crate::ir::{Function, FunctionId, LoweredRequire, Module, Node, Op, Type, Value};
+use crate::ir::hoist::prelude::Body;
+use crate::ir::{Function, FunctionId, Module, Node, Op, ParameterFunction, Requirement, Type, Value};
 use std::sync::Arc;
 
 /// The functions that are compiled in any case, all in one module.
@@ -15,7 +15,7 @@ pub(super) struct ModelFunctions {
     pub(super) bounds: FunctionId,
     pub(super) bounds_jacobian: BoundsJacobian,
     /// To be tried in order, before the prelude.
-    pub(super) requires: Vec<LoweredRequire>,
+    pub(super) requires: Vec<Requirement>,
     /// `(params..) -> captures..`.
     pub(super) prelude: FunctionId,
     /// `(params..) -> entries..`: the Jacobian of the prelude, but for the entries that are 1 or -1.
@@ -40,8 +40,8 @@ pub(super) struct BodyFunction {
 
 /// The functions of a part.
 pub(super) struct PartFunctions {
-    /// The whole, for texts and for the interpreter: `(the parameters that it takes.., u, v) -> (x, y, z)`.
-    pub(super) surface: Whole,
+    /// The whole, for texts and for the interpreter: `(some parameters.., u, v) -> (x, y, z)`.
+    pub(super) surface: ParameterFunction,
     /// Its body's index.
     pub(super) body: usize,
     /// Its C among all captures.
@@ -73,7 +73,7 @@ impl ModelFunctions {
     pub(super) fn drop_unreached(mut self, mut module: Module) -> ModelFunctions {
         let mut named: Vec<&mut FunctionId> = vec![&mut self.bounds, &mut self.prelude, &mut self.prelude_jacobian];
         named.push(&mut self.bounds_jacobian.function);
-        named.extend(self.requires.iter_mut().map(|r| &mut r.function));
+        named.extend(self.requires.iter_mut().map(|r| &mut r.condition.function));
         named.extend(self.bodies.iter_mut().map(|b| &mut b.points));
         named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian.function]));
         named.extend(self.tolerances.iter_mut().flatten());
@@ -87,7 +87,7 @@ impl ModelFunctions {
     /// The functions that run once for every x: routines of one `Code`, at the places below.
     pub(super) fn routines(&self) -> Vec<FunctionId> {
         let mut routines = vec![self.bounds, self.prelude, self.prelude_jacobian];
-        routines.extend(self.requires.iter().map(|r| r.function));
+        routines.extend(self.requires.iter().map(|r| r.condition.function));
         routines
     }
 }

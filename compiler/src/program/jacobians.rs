@@ -22,9 +22,26 @@ pub(super) struct Jacobian {
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct Kind {
     body: usize,
-    /// For each entry of the prelude's Jacobian the capture, the parameter's rank among those that have entries, and
-    /// the bits of its value where it is constant.
-    entries: Vec<(u32, u32, Option<u64>)>,
+    entries: Vec<RankedEntry>,
+}
+
+/// An entry of the prelude's Jacobian, as far as parts that differ in their parameters may share it.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct RankedEntry {
+    capture: u32,
+    /// The parameter's rank among those that have entries.
+    rank: u32,
+    /// The bits of its value, where that is constant.
+    constant: Option<u64>,
+}
+
+/// A part's kind, with its parameters.
+struct PartKind {
+    kind: Kind,
+    /// The parameter of each rank.
+    params: Vec<u32>,
+    /// The results of the prelude's Jacobian that it takes.
+    taken: Vec<u32>,
 }
 
 /// The Jacobian of a kind.
@@ -51,7 +68,7 @@ pub(super) fn of_parts(
     let mut places: HashMap<Kind, usize> = HashMap::default();
     let mut of_part = Vec::new();
     for (body, entries) in parts {
-        let (kind, params, taken) = kind(*body, entries);
+        let PartKind { kind, params, taken } = part_kind(*body, entries);
         let place = *places.entry(kind).or_insert_with_key(|kind| {
             kinds.push(kind.clone());
             kinds.len() - 1
@@ -67,8 +84,7 @@ pub(super) fn of_parts(
     Ok(of_part.into_iter().map(jacobian).collect())
 }
 
-/// A part's kind, the parameters of the ranks, and the entries that it takes.
-fn kind(body: usize, entries: &[PreludeEntry]) -> (Kind, Vec<u32>, Vec<u32>) {
+fn part_kind(body: usize, entries: &[PreludeEntry]) -> PartKind {
     let mut params: Vec<u32> = entries.iter().map(|s| s.param).collect();
     params.sort_unstable();
     params.dedup();
@@ -82,10 +98,10 @@ fn kind(body: usize, entries: &[PreludeEntry]) -> (Kind, Vec<u32>, Vec<u32>) {
                 None
             }
         };
-        (entry.capture, rank(entry.param), constant)
+        RankedEntry { capture: entry.capture, rank: rank(entry.param), constant }
     });
     let entries = pattern.collect();
-    (Kind { body, entries }, params, taken)
+    PartKind { kind: Kind { body, entries }, params, taken }
 }
 
 /// The derivatives of all kinds: in groups, each of which works on a copy of what it needs of the module.
@@ -131,12 +147,12 @@ fn groups<'k>(module: &Module, bodies: &[BodyFunction], kinds: &'k [Kind]) -> Ve
 }
 
 /// The derivative of a body in the directions of the entries.
-fn jacobian(module: &mut Module, body: BodyFunction, entries: &[(u32, u32, Option<u64>)]) -> Result<Made, BuildError> {
+fn jacobian(module: &mut Module, body: BodyFunction, entries: &[RankedEntry]) -> Result<Made, BuildError> {
     let n = body.captures as u32;
     let old = &module.function(body.points).params;
     let mut params = old[..body.captures].to_vec();
     let mut rates = vec![Vec::new(); old.len()];
-    for (position, rank, constant) in entries {
+    for RankedEntry { capture, rank, constant } in entries {
         let rate = match constant {
             Some(bits) => Rate::Constant(f64::from_bits(*bits)),
             None => {
@@ -144,7 +160,7 @@ fn jacobian(module: &mut Module, body: BodyFunction, entries: &[(u32, u32, Optio
                 Rate::Param(params.len() as u32 - 1)
             }
         };
-        rates[*position as usize].push((*rank, rate));
+        rates[*capture as usize].push((*rank, rate));
     }
     let uv = params.len() as u32;
     params.extend_from_slice(&old[body.captures..]);

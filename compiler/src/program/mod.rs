@@ -31,16 +31,15 @@ pub use compile::{Compilation, Failed, Options, Stage, compile, compile_observed
 pub use constants::check;
 pub use failure::EvaluationError;
 pub use instance::Instance;
-pub use limits::{LIMITS, Limit, LimitError};
+pub use limits::LimitError;
 pub use sites::{Order, Sites};
 pub use text::EmitStage;
 
 pub use crate::jit::{Limits, Trap};
 pub use crate::parameters::{Input, Parameter, Part, Quantity};
 
-pub(crate) use compile::{build_model, derivative_error};
+pub(crate) use compile::build_model;
 pub(crate) use constants::constants;
-pub(crate) use failure::shown as shown_parameter;
 
 use crate::check::typed;
 use crate::ir::interpret;
@@ -52,10 +51,7 @@ use functions::ModelFunctions;
 /// A compiled script: a model as machine code, with its derivatives. Freed when dropped; may be used by several
 /// threads at once.
 pub struct Program {
-    name: String,
-    doc: String,
     parameters: Vec<Parameter>,
-    inputs: Vec<Input>,
     parts: Vec<Part>,
     sources: Sources,
     typed: typed::Model,
@@ -70,13 +66,13 @@ impl Program {
     /// The model's name.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.name
+        &self.typed.name
     }
 
     /// The model's doc comment.
     #[must_use]
     pub fn doc(&self) -> &str {
-        &self.doc
+        &self.typed.doc
     }
 
     /// The free parameters, in order.
@@ -88,7 +84,7 @@ impl Program {
     /// The inputs with the values that it was compiled with.
     #[must_use]
     pub fn inputs(&self) -> &[Input] {
-        &self.inputs
+        &self.typed.inputs
     }
 
     /// The patches of surface, in order.

@@ -2,7 +2,7 @@
 //! results are first asked for.
 
 use super::bounds::BoundsJacobian;
-use super::compile::{Options, Stage, derivative_error, size_error};
+use super::compile::{Options, Stage};
 use super::evaluators::{Evaluator, Evaluators, OPTIONS};
 use super::functions::{self, BodyFunction, ModelFunctions, PartFunctions, pick, positions};
 use super::{Order, Part, Program, jacobians};
@@ -11,12 +11,11 @@ use crate::diagnostic::{self, Diagnostic};
 use crate::diff::{self, DiffError};
 use crate::ir::hash::HashMap;
 use crate::ir::hoist::grid::split_grid;
-use crate::ir::hoist::prelude::{Whole, split_all};
-use crate::ir::inline::{InlineError, SizeLimits};
+use crate::ir::hoist::prelude::split_all;
 use crate::ir::merge::merge_bodies;
 use crate::ir::reassociate::reassociate;
 use crate::ir::separable::decompose;
-use crate::ir::{self, FunctionId, LoweredModel, Module, Parameter, lower};
+use crate::ir::{self, FunctionId, LoweredModel, Module, Parameter, ParameterFunction, SizeError, SizeLimits, lower};
 use crate::jit::{Code, JitError, KernelShape, Output};
 use crate::source::{Sources, Span};
 use std::sync::Arc;
@@ -26,9 +25,7 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error)]
 pub(super) enum BuildError {
     #[error(transparent)]
-    Lower(#[from] lower::TooLarge),
-    #[error(transparent)]
-    Inline(#[from] InlineError),
+    Size(#[from] SizeError),
     #[error(transparent)]
     Diff(#[from] DiffError),
     #[error(transparent)]
@@ -39,9 +36,8 @@ impl BuildError {
     /// For the user; `model` is the place where no other is known.
     pub(super) fn diagnostic(&self, model: Span) -> Diagnostic {
         match self {
-            BuildError::Lower(e) => e.diagnostic(),
-            BuildError::Inline(e) => size_error(e),
-            BuildError::Diff(e) => derivative_error(e),
+            BuildError::Size(e) => e.diagnostic(),
+            BuildError::Diff(e) => e.diagnostic(),
             BuildError::Jit(e) => Diagnostic::new(diagnostic::Code::MachineCode, model, e.to_string()),
         }
     }
@@ -55,9 +51,11 @@ pub(super) fn build(
     done: &mut dyn FnMut(Stage),
 ) -> Result<Program, BuildError> {
     let limits = SizeLimits { nodes: options.operations, ..SizeLimits::default() };
-    let mut lowered = lower::lower_within(&typed, limits)?;
+    let lowered = lower::lower_within(&typed, limits)?;
     done(Stage::Lower);
-    let functions = model_functions(&mut lowered, options)?;
+    let parameters: Vec<_> = typed.params.iter().map(|p| p.declared.clone()).collect();
+    let names = parameters.iter().map(|p| Parameter::real(p.name.clone())).collect();
+    let functions = model_functions(names, lowered, options)?;
     done(Stage::Differentiate);
     let (routines, _) = Code::compile(&functions.module, &[], &functions.routines(), OPTIONS, options.workers)?;
     let evaluators = Evaluators::new(options.workers);
@@ -65,17 +63,14 @@ pub(super) fn build(
         evaluators.get(&functions, false, order).map_err(Clone::clone)?;
     }
     done(Stage::MachineCode);
-    let parts = lowered.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
+    let parts = typed.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
         name: part.name.clone(),
         group: part.group.clone(),
         active: functions.jacobian.active.clone(),
     });
     Ok(Program {
         parts: parts.collect(),
-        name: lowered.name,
-        doc: lowered.doc,
-        parameters: lowered.params,
-        inputs: lowered.inputs,
+        parameters,
         sources: sources.clone(),
         typed,
         functions,
@@ -86,15 +81,16 @@ pub(super) fn build(
 }
 
 /// From the functions that the lowering wrote to prelude and bodies, with their derivatives by the parameters.
-fn model_functions(lowered: &mut LoweredModel, options: &Options) -> Result<ModelFunctions, BuildError> {
-    let mut module = std::mem::take(&mut lowered.module);
-    let requires = std::mem::take(&mut lowered.requires);
-    let surface = |p: &ir::LoweredPart| Whole { function: p.surface, uniform: p.params.clone() };
-    let surfaces: Vec<Whole> = lowered.parts.iter().map(surface).collect();
-    let tolerances: Vec<Option<FunctionId>> = lowered.parts.iter().map(|p| p.tolerance).collect();
+fn model_functions(
+    params: Vec<Parameter>,
+    LoweredModel { mut module, parts, bounds, requires }: LoweredModel,
+    options: &Options,
+) -> Result<ModelFunctions, BuildError> {
+    let (surfaces, tolerances): (Vec<ParameterFunction>, Vec<Option<FunctionId>>) =
+        parts.into_iter().map(|p| (p.surface, p.tolerance)).unzip();
     let mut roots: Vec<FunctionId> = surfaces.iter().map(|s| s.function).collect();
-    roots.push(lowered.bounds);
-    roots.extend(requires.iter().map(|r| r.function));
+    roots.push(bounds);
+    roots.extend(requires.iter().map(|r| r.condition.function));
     roots.extend(tolerances.iter().flatten());
 
     // Derivatives that the script takes become functions; calls what they call.
@@ -103,13 +99,15 @@ fn model_functions(lowered: &mut LoweredModel, options: &Options) -> Result<Mode
     ir::simplify(&mut module, &roots);
     // Values of the parameters, of u and of v apart. Texts show surfaces as they are before they are decomposed.
     for surface in &surfaces {
-        reassociate(&mut module, surface.function, surface.uniform.len());
+        reassociate(&mut module, surface.function, surface.params.len());
     }
-    let mut separate = |s: &Whole| Whole { function: decompose(&mut module, s.function, s.uniform.len()), ..s.clone() };
-    let wholes: Vec<Whole> = surfaces.iter().map(&mut separate).collect();
+    let decomposed: Vec<ParameterFunction> = surfaces
+        .iter()
+        .map(|s| ParameterFunction { function: decompose(&mut module, s.function, s.params.len()), ..s.clone() })
+        .collect();
     // The prelude has all that depends on the parameters alone; bodies the rest, one for parts that are alike.
-    let params: Vec<Parameter> = lowered.params.iter().map(|p| Parameter::real(p.name.clone())).collect();
-    let mut split = split_all(&mut module, params, &wholes);
+    let count = params.len();
+    let mut split = split_all(&mut module, params, &decomposed);
     merge_bodies(&mut module, &mut split);
     // Again, as constants were not captured and came back to the points.
     let mut known: HashMap<FunctionId, FunctionId> = HashMap::default();
@@ -118,7 +116,7 @@ fn model_functions(lowered: &mut LoweredModel, options: &Options) -> Result<Mode
         body.function = *known.entry(function).or_insert_with(|| decompose(&mut module, function, captures));
     }
     // Derivatives by the parameters: of the bounds, of the prelude, and of the bodies in its directions.
-    let bounds_jacobian = BoundsJacobian::new(&mut module, lowered.bounds, lowered.params.len())?;
+    let bounds_jacobian = BoundsJacobian::new(&mut module, bounds, count)?;
     let (prelude_jacobian, entries) = functions::prelude_jacobian(&mut module, split.prelude)?;
     let (bodies, of_part) = functions::bodies(&split.bodies);
     let of_parts = split.bodies.iter().map(|part| functions::entries_of_part(&part.captures, &entries));
@@ -134,7 +132,7 @@ fn model_functions(lowered: &mut LoweredModel, options: &Options) -> Result<Mode
     });
     let functions = ModelFunctions {
         module: Arc::default(),
-        bounds: lowered.bounds,
+        bounds,
         bounds_jacobian,
         requires,
         prelude: split.prelude,

@@ -46,7 +46,7 @@ impl Program {
             let chosen =
                 |i: u32| part.active.contains(&i) && wrt.is_none_or(|name| self.parameters[i as usize].name == name);
             let surface = &functions.surface;
-            let params = (0..).zip(&surface.uniform).filter(|(_, i)| chosen(**i)).map(|(position, _)| position);
+            let params = (0..).zip(&surface.params).filter(|(_, i)| chosen(**i)).map(|(position, _)| position);
             let params: Vec<u32> = params.collect();
             if params.is_empty() {
                 continue;
@@ -69,7 +69,7 @@ impl Program {
     fn functions_text(&self) -> String {
         let functions = &self.functions;
         let mut roots = vec![("bounds".to_owned(), functions.bounds)];
-        roots.extend(functions.requires.iter().map(|r| (format!("require {}", r.message), r.function)));
+        roots.extend(functions.requires.iter().map(|r| (format!("require {}", r.message), r.condition.function)));
         roots.push(("captures".to_owned(), functions.prelude));
         roots.push(("derivatives of captures".to_owned(), functions.prelude_jacobian));
         let mut text = String::new();

@@ -1,7 +1,6 @@
 //! Models.
 
 use super::page::Page;
-use crate::source::Span;
 use crate::syntax::ast::{Expr, Item, ItemKind, Model, ParamDecl, Pattern};
 
 impl Page<'_> {
@@ -83,11 +82,7 @@ impl Page<'_> {
     }
 
     fn pattern(&self, pattern: &Pattern) -> String {
-        let span: Span = match pattern {
-            Pattern::Name(name) => name.span,
-            Pattern::Tuple(_, span) => *span,
-        };
-        self.written(span)
+        self.written(pattern.span())
     }
 }
 

@@ -1,7 +1,7 @@
 //! A page under construction: headings, paragraphs, tables, definitions.
 
 use crate::source::Span;
-use crate::syntax::ast::{FunctionDecl, Item, ItemKind, Pattern};
+use crate::syntax::ast::{FunctionDecl, Item, ItemKind};
 use std::fmt::Write;
 
 /// The page so far, and the script that it describes.
@@ -119,10 +119,7 @@ pub(super) fn public_name(item: &Item) -> Option<&str> {
     let name = match &item.kind {
         ItemKind::Model(model) => &model.name.text,
         ItemKind::Function(decl) => &decl.name.text,
-        ItemKind::Let(decl) => match &decl.pattern {
-            Pattern::Name(name) => &name.text,
-            Pattern::Tuple(..) => return None,
-        },
+        ItemKind::Let(decl) => &decl.pattern.name()?.text,
         _ => return None,
     };
     (!name.starts_with('_')).then_some(name)

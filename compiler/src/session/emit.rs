@@ -8,7 +8,7 @@ use crate::ir::call_graph::CallGraph;
 use crate::ir::print::gml;
 use crate::ir::{self, FunctionId, Module};
 use crate::jit;
-use crate::program::{EmitStage, Failed, derivative_error};
+use crate::program::{EmitStage, Failed};
 use crate::source::{Loader, Span};
 use crate::workers::Workers;
 use std::fmt::Write as _;
@@ -60,7 +60,7 @@ impl Session {
         self.with_expression(text, loader, |s, checked, _| {
             let (mut module, function) = inlined(checked)?;
             let wrt: Vec<u32> = (0..s.model.as_ref().map_or(0, |m| m.parameters().len()) as u32).collect();
-            let (jacobian, _) = diff::jacobian(&mut module, function, &wrt).map_err(|e| vec![derivative_error(&e)])?;
+            let (jacobian, _) = diff::jacobian(&mut module, function, &wrt).map_err(|e| vec![e.diagnostic()])?;
             Ok(gml(&module, jacobian))
         })
     }
@@ -84,8 +84,7 @@ impl Session {
 fn inlined(checked: &check::entered::Checked) -> Result<(Module, FunctionId), Vec<Diagnostic>> {
     let evaluate::Lowered { mut module, functions } = evaluate::lower_asked(checked)?;
     let function = functions[functions.len() - 1];
-    let wrong = |e: ir::inline::InlineError| vec![derivative_error(&e.into())];
-    ir::inline(&mut module, &[function]).map_err(wrong)?;
+    ir::inline(&mut module, &[function]).map_err(|e| vec![e.diagnostic()])?;
     ir::simplify(&mut module, &[function]);
     for name in module.functions[function.0 as usize].result_names.iter_mut().filter(|n| n.is_empty()) {
         name.push_str("value");

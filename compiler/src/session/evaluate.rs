@@ -9,7 +9,7 @@ use crate::diff;
 use crate::ir::interpret::{self, RunError};
 use crate::ir::scalar::Scalar;
 use crate::ir::{FunctionId, Module, lower};
-use crate::program::{Parameter, shown_parameter};
+use crate::program::Parameter;
 
 /// Values as functions of the current model's parameters.
 pub(super) struct Lowered {
@@ -32,7 +32,7 @@ pub(super) fn values(session: &Session, checked: &Checked) -> Result<Vec<Value>,
 pub(super) fn lower_asked(checked: &Checked) -> Result<Lowered, Vec<Diagnostic>> {
     let locals: Vec<_> = checked.values.iter().flatten().map(|v| v.local).collect();
     let (mut module, functions) = lower::lower_values(&checked.model, &locals).map_err(|e| vec![e.diagnostic()])?;
-    diff::expand(&mut module, &functions).map_err(|e| vec![crate::program::derivative_error(&e)])?;
+    diff::expand(&mut module, &functions).map_err(|e| vec![e.diagnostic()])?;
     Ok(Lowered { module, functions })
 }
 
@@ -89,7 +89,7 @@ fn where_it_was(module: &Module, function: FunctionId, parameters: &[Parameter],
         .zip(x)
         .enumerate()
         .filter(|(i, _)| used[*i])
-        .map(|(_, (parameter, x))| shown_parameter(parameter, *x))
+        .map(|(_, (parameter, x))| parameter.equals(*x))
         .collect();
     if shown.is_empty() { String::new() } else { format!(" (where {})", shown.join(", ")) }
 }

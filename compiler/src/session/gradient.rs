@@ -59,10 +59,10 @@ impl Session {
             let value = evaluate::values(s, checked)?.pop().ok_or_else(Vec::new)?;
             let function = functions[functions.len() - 1];
             let wrt: Vec<u32> = (0..model.parameters().len() as u32).collect();
-            let wrong = |e: &diff::DiffError| vec![crate::program::derivative_error(e)];
-            ir::inline(&mut module, &[function]).map_err(|e| wrong(&e.into()))?;
+            ir::inline(&mut module, &[function]).map_err(|e| vec![e.diagnostic()])?;
             ir::simplify(&mut module, &[function]);
-            let (jacobian, entries) = diff::jacobian(&mut module, function, &wrt).map_err(|e| wrong(&e))?;
+            let jacobian = diff::jacobian(&mut module, function, &wrt);
+            let (jacobian, entries) = jacobian.map_err(|e| vec![e.diagnostic()])?;
             let results = evaluate::run(s, &module, jacobian).map_err(|e| vec![of_derivative(e)])?;
             let mut slopes: Vec<Slope> = model
                 .parameters()

@@ -70,6 +70,14 @@ enum Logged {
     Script(String),
 }
 
+/// A state of a session to go back to, but for its warnings.
+struct Snapshot {
+    scope: scope::Mark,
+    files: usize,
+    texts: usize,
+    model: Option<CurrentModel>,
+}
+
 /// The answer to an entered line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Answer {
@@ -207,8 +215,7 @@ impl Session {
         loader: &dyn Loader,
         f: impl FnOnce(&Session, &Checked, &Asked) -> Result<T, Vec<Diagnostic>>,
     ) -> Result<T, Failed> {
-        let (mark, files, texts) = (self.scope.mark(), self.sources.len(), self.texts);
-        let warnings = self.warnings.clone();
+        let (before, warnings) = (self.snapshot(), self.warnings.clone());
         let result = self.attempt(|s| {
             let file = s.add_text(text);
             let mut entries = s.parse(file, text)?;
@@ -223,9 +230,8 @@ impl Session {
                 _ => Err(vec![Diagnostic::new(Code::NoValue, whole, "exactly one expression is expected here")]),
             }
         });
-        self.scope.restore(mark);
-        self.sources.truncate(files);
-        (self.texts, self.warnings) = (texts, warnings);
+        self.restore(before);
+        self.warnings = warnings;
         result
     }
 
@@ -267,15 +273,22 @@ impl Session {
 
     /// Does something, or nothing at all where it fails.
     fn attempt<T>(&mut self, f: impl FnOnce(&mut Session) -> Result<T, Vec<Diagnostic>>) -> Result<T, Failed> {
-        let (mark, files, texts) = (self.scope.mark(), self.sources.len(), self.texts);
-        let (model, warnings) = (self.model.clone(), std::mem::take(&mut self.warnings));
-        let result = f(self);
-        result.map_err(|diagnostics| {
+        let (before, warnings) = (self.snapshot(), std::mem::take(&mut self.warnings));
+        f(self).map_err(|diagnostics| {
             let sources = self.sources.clone();
-            self.scope.restore(mark);
-            self.sources.truncate(files);
-            (self.texts, self.model, self.warnings) = (texts, model, warnings);
+            self.restore(before);
+            self.warnings = warnings;
             Failed { diagnostics, sources }
         })
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        Snapshot { scope: self.scope.mark(), files: self.sources.len(), texts: self.texts, model: self.model.clone() }
+    }
+
+    fn restore(&mut self, Snapshot { scope, files, texts, model }: Snapshot) {
+        self.scope.restore(scope);
+        self.sources.truncate(files);
+        (self.texts, self.model) = (texts, model);
     }
 }

@@ -8,7 +8,8 @@ use crate::diff;
 use crate::ir::interpret::{self, Limits};
 use crate::ir::scalar::Scalar;
 use crate::ir::{LoweredModel, lower};
-use crate::program::{self, Compilation, Failed, Input, Parameter, Quantity, shown_parameter};
+use crate::parameters::bounds_of;
+use crate::program::{self, Compilation, Failed, Input, Parameter, Quantity};
 use crate::source::{Loader, Span};
 use crate::suggest::nearest_of;
 use std::sync::Arc;
@@ -16,8 +17,10 @@ use std::sync::Arc;
 /// The current model of a session, with values of its parameters.
 #[derive(Clone)]
 pub struct CurrentModel {
+    typed: Arc<typed::Model>,
+    parameters: Arc<[Parameter]>,
+    /// Without the parts: surfaces are compiled when they are asked for.
     lowered: Arc<LoweredModel>,
-    parts: Arc<[String]>,
     values: Vec<f64>,
 }
 
@@ -25,13 +28,13 @@ impl CurrentModel {
     /// Its name.
     #[must_use]
     pub fn name(&self) -> &str {
-        &self.lowered.name
+        &self.typed.name
     }
 
     /// Its free parameters, in order.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
-        &self.lowered.params
+        &self.parameters
     }
 
     /// Their values, in millimetres and radians.
@@ -49,52 +52,45 @@ impl CurrentModel {
     /// Its inputs, with their values.
     #[must_use]
     pub fn inputs(&self) -> &[Input] {
-        &self.lowered.inputs
+        &self.typed.inputs
     }
 
     /// The names of its surfaces.
     #[must_use]
-    pub fn parts(&self) -> &[String] {
-        &self.parts
+    pub fn parts(&self) -> impl Iterator<Item = &str> {
+        self.typed.parts.iter().map(|p| p.name.as_str())
     }
 
     pub(super) fn new(model: typed::Model) -> Result<Self, Vec<Diagnostic>> {
         let mut lowered = lower::lower(&model).map_err(|e| vec![e.diagnostic()])?;
         let mut roots = vec![lowered.bounds];
-        roots.extend(lowered.requires.iter().map(|r| r.function));
-        diff::expand(&mut lowered.module, &roots).map_err(|e| vec![program::derivative_error(&e)])?;
-        // Surfaces are compiled when they are asked for.
+        roots.extend(lowered.requires.iter().map(|r| r.condition.function));
+        diff::expand(&mut lowered.module, &roots).map_err(|e| vec![e.diagnostic()])?;
+        lowered.parts.clear();
         lowered.module.drop_unreached(&mut roots);
         lowered.bounds = roots[0];
-        lowered.requires.iter_mut().zip(&roots[1..]).for_each(|(r, id)| r.function = *id);
-        let parts = std::mem::take(&mut lowered.parts).into_iter().map(|p| p.name).collect();
-        let values = lowered.params.iter().map(|p| p.default).collect();
-        Ok(Self { lowered: Arc::new(lowered), parts, values })
+        lowered.requires.iter_mut().zip(&roots[1..]).for_each(|(r, id)| r.condition.function = *id);
+        let parameters: Arc<[Parameter]> = model.params.iter().map(|p| p.declared.clone()).collect();
+        let values = parameters.iter().map(|p| p.default).collect();
+        Ok(Self { typed: Arc::new(model), parameters, lowered: Arc::new(lowered), values })
     }
 
     fn bounds_at(&self, x: &[f64]) -> Vec<(f64, f64)> {
         let results = interpret::run_real(&self.lowered.module, self.lowered.bounds, x, Limits::default());
-        let Ok(flat) = results else { return vec![(f64::NEG_INFINITY, f64::INFINITY); x.len()] };
-        flat.chunks_exact(2)
-            .map(|b| {
-                (if b[0].is_nan() { f64::NEG_INFINITY } else { b[0] }, if b[1].is_nan() { f64::INFINITY } else { b[1] })
-            })
-            .collect()
+        bounds_of(results.ok(), x.len())
     }
 
     /// The first bound or requirement that refuses these values.
     fn refuses(&self, x: &[f64], limits: Limits) -> Option<Diagnostic> {
-        for (parameter, (value, (low, high))) in self.parameters().iter().zip(x.iter().zip(self.bounds_at(x))) {
-            let slack = 1e-9 * (1.0 + value.abs());
-            if !(*value >= low - slack && *value <= high + slack) {
-                let (shown, unit) = (shown_parameter(parameter, *value), |x: f64| in_unit(x, parameter.quantity));
-                let message = format!("{shown} is not within its bounds {}..{}", unit(low), unit(high));
+        for (parameter, (value, bounds)) in self.parameters().iter().zip(x.iter().zip(self.bounds_at(x))) {
+            if let Err(message) = parameter.within(*value, bounds) {
                 return Some(Diagnostic::new(Code::OutOfBounds, parameter.span, message));
             }
         }
         let args: Vec<Scalar> = x.iter().map(|x| Scalar::Real(*x)).collect();
         self.lowered.requires.iter().find_map(|require| {
-            match interpret::run(&self.lowered.module, require.function, &require.arguments(&args), limits) {
+            let condition = &require.condition;
+            match interpret::run(&self.lowered.module, condition.function, &condition.arguments(&args, &[]), limits) {
                 Ok(holds) if holds == [Scalar::Bool(true)] => None,
                 Ok(_) => Some(Diagnostic::new(Code::Require, require.span, require.message.clone())),
                 Err(e) => Some(Diagnostic::new(Code::Require, require.span, e.to_string())),
@@ -105,7 +101,7 @@ impl CurrentModel {
     /// Takes the values of another model for parameters of the same names, where all of them together are allowed.
     pub(super) fn keep_values(&mut self, old: &Self, options: &Options) {
         let mut values = self.values.clone();
-        for (parameter, value) in self.lowered.params.iter().zip(&mut values) {
+        for (parameter, value) in self.parameters.iter().zip(&mut values) {
             let same = |p: &Parameter| p.name == parameter.name && p.quantity == parameter.quantity;
             if let Some(i) = old.parameters().iter().position(same) {
                 // A parameter at its default follows the default.
@@ -161,14 +157,14 @@ impl Session {
                 x[i] = data.and_then(|d| number(d, quantity)).ok_or_else(|| wrong(quantity))?;
                 return s.set_values(x);
             }
-            if let Some(input) = model.lowered.inputs.iter().find(|i| i.name == name) {
+            if let Some(input) = model.inputs().iter().find(|i| i.name == name) {
                 let quantity = input.quantity;
                 let value = data.and_then(|d| input_value(d, quantity)).ok_or_else(|| wrong(quantity))?;
                 return s.set_input(name, value);
             }
-            let known = model.parameters().iter().map(|p| &p.name).chain(model.lowered.inputs.iter().map(|i| &i.name));
+            let known = model.parameters().iter().map(|p| &p.name).chain(model.inputs().iter().map(|i| &i.name));
             let known: Vec<&str> = known.map(String::as_str).collect();
-            let message = format!("the model '{}' has no parameter or input '{name}'", model.lowered.name);
+            let message = format!("the model '{}' has no parameter or input '{name}'", model.name());
             let error = Diagnostic::new(Code::UnknownName, whole, message);
             Err(vec![match nearest_of(name, &[&known]) {
                 Some(near) => error.hint(format!("did you mean '{near}'?")),
@@ -265,14 +261,5 @@ fn noun(quantity: Quantity) -> &'static str {
         Quantity::Angle => "an angle",
         Quantity::Int => "a whole number",
         Quantity::Bool => "a truth value",
-    }
-}
-
-fn in_unit(x: f64, quantity: Quantity) -> String {
-    match quantity {
-        _ if !x.is_finite() => String::new(),
-        Quantity::Length => format!("{}mm", super::display::number(x)),
-        Quantity::Angle => format!("{}deg", super::display::number(x.to_degrees())),
-        _ => super::display::number(x),
     }
 }

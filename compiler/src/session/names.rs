@@ -1,14 +1,14 @@
 //! Names in scope, for completion and help.
 
 use super::Session;
-use super::items::defined;
+use super::items::{defined, in_scope};
 use crate::check::builtins::{self, Builtin};
 use crate::check::entered::Step;
 use crate::check::signature::declared;
 use crate::check::stdlib;
 use crate::check::typed::Type;
 use crate::source::{FileId, Loader};
-use crate::syntax::ast::{FnParam, Item, ItemKind, Pattern};
+use crate::syntax::ast::{FnParam, Item, ItemKind};
 use crate::syntax::{self, type_text};
 use std::collections::BTreeMap;
 
@@ -90,7 +90,7 @@ impl Session {
             .filter(|(m, _)| module.is_none_or(|given| *m == given || m.rsplit('.').next() == Some(given)))
             .find(|(_, text)| stdlib::names(text).any(|n| n == member))?;
         let (file, _) = syntax::parse(FileId::default(), text);
-        let item = file.items.iter().find(|i| defined(i).iter().any(|n| n == member))?;
+        let item = file.items.iter().find(|i| i.defines(member))?;
         Some(describe(member, item, module))
     }
 
@@ -130,7 +130,7 @@ impl Session {
     /// The item that defines a name in scope.
     fn item(&self, name: &str) -> Option<&Item> {
         let (files, names) = (&self.scope.files.loaded, &self.scope.names);
-        let defines = |item: &&Item| defined(item).iter().any(|n| n == name);
+        let defines = |item: &&Item| item.defines(name);
         if let Some(current) = names.current.as_ref().filter(|c| c.names.contains(name)) {
             let mut inner = current.steps.iter().rev().filter_map(|step| match step {
                 Step::Inner(file, index) => files.get(*file)?.inner.get(*index),
@@ -140,21 +140,10 @@ impl Session {
                 ItemKind::Model(model) => &model.items[..],
                 _ => &[],
             };
-            return inner.find(defines).or_else(|| member(model, name));
+            return inner.find(defines).or_else(|| in_scope(model).into_iter().find(defines));
         }
         files.get(*names.seen.names.get(name)?)?.ast.items.iter().find(defines)
     }
-}
-
-/// The item of a model's body that defines a name; of parts in loops, too.
-fn member<'i>(items: &'i [Item], name: &str) -> Option<&'i Item> {
-    items.iter().find_map(|item| match &item.kind {
-        ItemKind::Param(decl) | ItemKind::Input(decl) => (decl.name.text == name).then_some(item),
-        ItemKind::Part(decl) => (decl.name.text == name).then_some(item),
-        ItemKind::For(decl) => member(&decl.items, name),
-        ItemKind::If(decl) => member(&decl.then, name).or_else(|| member(&decl.otherwise, name)),
-        _ => defined(item).iter().any(|n| n == name).then_some(item),
-    })
 }
 
 fn kind(item: &Item) -> Kind {
@@ -170,11 +159,7 @@ fn kind(item: &Item) -> Kind {
 
 fn describe(name: &str, item: &Item, module: &str) -> Known {
     let labels_of = |params: &[FnParam]| -> Vec<String> {
-        let names = params.iter().filter_map(|p| match &p.pattern {
-            Pattern::Name(name) => Some(name.text.clone()),
-            Pattern::Tuple(..) => None,
-        });
-        names.collect()
+        params.iter().filter_map(|p| Some(p.pattern.name()?.text.clone())).collect()
     };
     let (declaration, labels) = match &item.kind {
         ItemKind::Function(decl) => (declared(decl), labels_of(&decl.params)),

@@ -6,7 +6,7 @@
 //! as if they stood at its end.
 
 use super::Options;
-use super::items::{brought, defined, line_of, names_of_model, pattern_names};
+use super::items::{brought, defined, in_scope, line_of};
 use crate::check::entered::{Entered, Line, ModelScope, Request, Segment, Step};
 use crate::check::files::{self, Files, Loaded};
 use crate::check::free;
@@ -162,11 +162,11 @@ impl Scope {
     /// An item of the file itself.
     fn take_item(&mut self, item: Item, group: &mut Group) -> Option<Entered> {
         let line = line_of(&item);
-        let names = defined(&item);
+        let names: Vec<String> = defined(&item).collect();
         let index = group.loaded.ast.items.len();
         match &item.kind {
             ItemKind::Model(model) => {
-                let names = names_of_model(&model.items);
+                let names = in_scope(&model.items).into_iter().flat_map(defined).collect();
                 self.names.current = Some(Current { file: group.index, item: index, names, steps: Vec::new() });
             }
             _ => {
@@ -235,14 +235,13 @@ impl Group {
 
     /// Whether an entry gives a new meaning to a name of the group.
     fn defines(&self, entry: &Entry) -> bool {
-        matches!(entry, Entry::Item(item) if defined(item).iter().chain(&brought(item)).any(|n| self.names.contains(n)))
+        matches!(entry, Entry::Item(item) if defined(item).chain(brought(item)).any(|n| self.names.contains(&n)))
     }
 }
 
 /// A `let` in whose value its own name occurs.
 fn names_itself(entry: &Entry) -> bool {
     let Entry::Item(Item { kind: ItemKind::Let(decl), .. }) = entry else { return false };
-    let mut names = Vec::new();
-    pattern_names(&decl.pattern, &mut names);
-    free::of_lambda(&[], &decl.value).iter().any(|free| names.iter().any(|n| n == free))
+    let names = decl.pattern.names();
+    free::of_lambda(&[], &decl.value).iter().any(|free| names.iter().any(|name| name.text == *free))
 }

@@ -1,5 +1,6 @@
 //! The syntax tree: the text as written, with spans. Names and types are not resolved.
 
+use crate::operators::Compare;
 use crate::source::Span;
 
 /// A name as written.
@@ -37,6 +38,23 @@ impl Item {
     /// An item that could not be parsed.
     pub(super) fn error(span: Span) -> Self {
         Self { doc: String::new(), span, kind: ItemKind::Error, depth: 1 }
+    }
+
+    /// The names that it defines.
+    pub(crate) fn names(&self) -> Vec<&Ident> {
+        match &self.kind {
+            ItemKind::Function(decl) => vec![&decl.name],
+            ItemKind::Model(decl) => vec![&decl.name],
+            ItemKind::Param(decl) | ItemKind::Input(decl) => vec![&decl.name],
+            ItemKind::Part(decl) => vec![&decl.name],
+            ItemKind::Let(decl) => decl.pattern.names(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Whether it defines a name.
+    pub(crate) fn defines(&self, name: &str) -> bool {
+        self.names().iter().any(|n| n.text == name)
     }
 }
 
@@ -118,6 +136,32 @@ pub enum Pattern {
     Name(Ident),
     /// `(a, b)`.
     Tuple(Vec<Pattern>, Span),
+}
+
+impl Pattern {
+    /// Its place.
+    pub(crate) fn span(&self) -> Span {
+        match self {
+            Pattern::Name(name) => name.span,
+            Pattern::Tuple(_, span) => *span,
+        }
+    }
+
+    /// The name, where it is one name.
+    pub(crate) fn name(&self) -> Option<&Ident> {
+        match self {
+            Pattern::Name(name) => Some(name),
+            Pattern::Tuple(..) => None,
+        }
+    }
+
+    /// All of its names, in order.
+    pub(crate) fn names(&self) -> Vec<&Ident> {
+        match self {
+            Pattern::Name(name) => vec![name],
+            Pattern::Tuple(patterns, _) => patterns.iter().flat_map(Pattern::names).collect(),
+        }
+    }
 }
 
 /// A custom derivative: `deriv norm(v; dv) { ... }`.
@@ -348,12 +392,7 @@ pub enum BinaryOp {
     Div,
     Rem,
     Pow,
-    Eq,
-    Ne,
-    Lt,
-    Le,
-    Gt,
-    Ge,
+    Compare(Compare),
     And,
     Or,
 }

@@ -7,6 +7,7 @@ use super::ast::*;
 use super::layout::too_deep;
 use super::{NESTING_LIMIT, depth, literal, spanned};
 use crate::diagnostic::{Code, Diagnostic, Edit};
+use crate::operators::Compare;
 use crate::source::{FileId, Span};
 
 pub(in crate::syntax) struct Builder<'t> {
@@ -181,21 +182,20 @@ impl Builder<'_> {
         self.expr(l, ExprKind::Binary(op, Box::new(a), Box::new(b)), r)
     }
 
-    pub(in crate::syntax) fn compare(&mut self, op: BinaryOp, a: Expr, b: Expr) -> Expr {
-        use BinaryOp::{Eq, Ge, Gt, Le, Lt, Ne};
+    pub(in crate::syntax) fn compare(&mut self, op: Compare, a: Expr, b: Expr) -> Expr {
         // Parentheses widen the span, so a chain is where the spans begin together.
-        if let ExprKind::Binary(Eq | Ne | Lt | Le | Gt | Ge, first, second) = &a.kind
+        if let ExprKind::Binary(BinaryOp::Compare(_), first, second) = &a.kind
             && first.span.start == a.span.start
         {
             let text = |e: &Expr| self.slice(e.span.start, e.span.end);
-            let hint = format!("write '{} and {} {} {}'", text(&a), text(second), op.text(), text(&b));
+            let hint = format!("write '{} and {} {} {}'", text(&a), text(second), op.sign(), text(&b));
             let middle = Edit::after(second.span, format!(" and {}", text(second)));
             let span = a.span.to(b.span);
             let error = Diagnostic::new(Code::ComparisonChain, span, "comparisons cannot be chained");
             self.report(error.suggest(hint, [middle]));
             return Expr::error(span);
         }
-        self.binary(op, a, b)
+        self.binary(BinaryOp::Compare(op), a, b)
     }
 
     pub(in crate::syntax) fn call(&mut self, f: Expr, args: Vec<Arg>, r: u32) -> Expr {

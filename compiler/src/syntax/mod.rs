@@ -26,6 +26,7 @@ pub(crate) mod token;
 mod tests;
 
 pub use classes::{Class, classes};
+pub(crate) use print::use_text;
 pub use print::{print, type_text};
 pub use recover::parse;
 pub use statements::{Entry, is_incomplete, parse_entries};

@@ -204,19 +204,15 @@ impl BinaryOp {
             BinaryOp::Div => "/",
             BinaryOp::Rem => "%",
             BinaryOp::Pow => "^",
-            BinaryOp::Eq => "==",
-            BinaryOp::Ne => "!=",
-            BinaryOp::Lt => "<",
-            BinaryOp::Le => "<=",
-            BinaryOp::Gt => ">",
-            BinaryOp::Ge => ">=",
+            BinaryOp::Compare(op) => op.sign(),
             BinaryOp::And => "and",
             BinaryOp::Or => "or",
         }
     }
 }
 
-fn use_text(decl: &Use) -> String {
+/// A `use` as it is written, without its keyword.
+pub(crate) fn use_text(decl: &Use) -> String {
     let path = match &decl.path {
         UsePath::Module(path) => path.iter().map(|i| i.text.as_str()).collect::<Vec<_>>().join("."),
         UsePath::File(path, _) => format!("{path:?}"),

@@ -1,60 +1,43 @@
 //! Tokens of the text, before line ends are given their meaning.
 
-use logos::Logos;
+use logos::{Lexer, Logos};
+use unicode_ident::{is_xid_continue, is_xid_start};
 
 /// The kind of a token; the text is that of its span.
 #[derive(Logos, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[logos(skip r"[ \t\r\u{c}\u{a0}\u{feff}]+")]
 pub(crate) enum Token {
-    #[token("use")]
     Use,
-    #[token("fn")]
     Fn,
-    #[token("deriv")]
     Deriv,
-    #[token("let")]
     Let,
-    #[token("model")]
     Model,
-    #[token("param")]
     Param,
-    #[token("input")]
     Input,
-    #[token("part")]
     Part,
-    #[token("require")]
     Require,
-    #[token("for")]
     For,
-    #[token("in")]
     In,
-    #[token("if")]
     If,
-    #[token("else")]
     Else,
-    #[token("true")]
     True,
-    #[token("false")]
     False,
-    #[token("and")]
     And,
-    #[token("or")]
     Or,
-    #[token("not")]
     Not,
 
-    #[regex(r"[\p{XID_Start}_]\p{XID_Continue}*")]
+    /// A name; its pattern is also that of the keywords.
+    #[regex(r"[A-Za-z_]|[^\x00-\x7f\u{a0}\u{feff}]", word)]
     Name,
     /// A number with the letters that directly follow it: `3`, `0.5`, `1e-3m`; the unit is checked later.
-    #[regex(r"[0-9][0-9_]*(\.[0-9][0-9_]*)?([eE][+\-]?[0-9]+)?([\p{XID_Start}_]\p{XID_Continue}*)?")]
+    #[regex(r"[0-9][0-9_]*(\.[0-9][0-9_]*)?([eE][+\-]?[0-9]+)?", letters_of_number)]
     Number,
     #[regex(r#""([^"\\\n]|\\[^\n])*""#)]
     Text,
     /// `'`
-    #[token("'")]
+    #[token("'", |lexer| if take_name(lexer) { Token::PrimeName } else { Token::Prime })]
     Prime,
     /// `'u`
-    #[regex(r"'[\p{XID_Start}_]\p{XID_Continue}*")]
     PrimeName,
 
     #[token("(")]
@@ -134,6 +117,65 @@ pub(crate) enum Token {
     ExpressionStart,
 }
 
+/// A keyword or a name, of which the lexer has the first character. (Unicode's classes are looked up here: as patterns
+/// they make a state machine whose compilation takes a third of the crate's.)
+fn word(lexer: &mut Lexer<'_, Token>) -> Result<Token, ()> {
+    if !lexer.slice().starts_with(begins_name) {
+        return Err(());
+    }
+    take_while_continued(lexer);
+    Ok(match lexer.slice() {
+        "use" => Token::Use,
+        "fn" => Token::Fn,
+        "deriv" => Token::Deriv,
+        "let" => Token::Let,
+        "model" => Token::Model,
+        "param" => Token::Param,
+        "input" => Token::Input,
+        "part" => Token::Part,
+        "require" => Token::Require,
+        "for" => Token::For,
+        "in" => Token::In,
+        "if" => Token::If,
+        "else" => Token::Else,
+        "true" => Token::True,
+        "false" => Token::False,
+        "and" => Token::And,
+        "or" => Token::Or,
+        "not" => Token::Not,
+        _ => Token::Name,
+    })
+}
+
+/// Extends a number by the letters that follow. The first of them may be in it already: a `_` between its last digits,
+/// or what looks like an exponent without a sign.
+fn letters_of_number(lexer: &mut Lexer<'_, Token>) {
+    let last_digits = lexer.slice().rsplit(['.', '+', '-']).next().unwrap_or_default();
+    if last_digits.contains(['_', 'e', 'E']) {
+        take_while_continued(lexer);
+    } else {
+        take_name(lexer);
+    }
+}
+
+/// Extends a token by a name that follows directly; false where there is none.
+fn take_name(lexer: &mut Lexer<'_, Token>) -> bool {
+    let follows = lexer.remainder().starts_with(begins_name);
+    if follows {
+        take_while_continued(lexer);
+    }
+    follows
+}
+
+fn begins_name(c: char) -> bool {
+    c == '_' || is_xid_start(c)
+}
+
+fn take_while_continued(lexer: &mut Lexer<'_, Token>) {
+    let rest = lexer.remainder();
+    lexer.bump(rest.find(|c| !is_xid_continue(c)).unwrap_or(rest.len()));
+}
+
 impl Token {
     /// Whether a line that ends with this token continues on the next one.
     pub(super) fn continues_after(self) -> bool {
@@ -172,5 +214,23 @@ impl Token {
     /// Whether it closes a bracket.
     pub(crate) fn is_closer(self) -> bool {
         matches!(self, Token::ParenClose | Token::BracketClose | Token::BraceClose)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_and_numbers_take_the_letters_of_unicode() {
+        let pieces = |text: &'static str| -> Vec<(Result<Token, ()>, &str)> {
+            Token::lexer(text).spanned().map(|(token, range)| (token, &text[range])).collect()
+        };
+        let (name, number, prime) = (Ok(Token::Name), Ok(Token::Number), Ok(Token::PrimeName));
+        assert_eq!(pieces("use useé in_π"), [(Ok(Token::Use), "use"), (name, "useé"), (name, "in_π")]);
+        assert_eq!(pieces("f'α' a·b"), [(name, "f"), (prime, "'α"), (Ok(Token::Prime), "'"), (name, "a·b")]);
+        assert_eq!(pieces("3µm 1e-3m 1e3·x 1_·"), ["3µm", "1e-3m", "1e3·x", "1_·"].map(|text| (number, text)));
+        // A middle dot continues a word and begins none.
+        assert_eq!(pieces("1e+3·2 ×"), [(number, "1e+3"), (Err(()), "·"), (number, "2"), (Err(()), "×")]);
     }
 }

@@ -4,7 +4,7 @@ use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::diff::{self, expand};
 use gml_compiler::internals::ir::interpret::{Limits, run_real};
 use gml_compiler::internals::ir::lower::lower;
-use gml_compiler::internals::ir::{FunctionId, LoweredPart, Module};
+use gml_compiler::internals::ir::{FunctionId, LoweredPart, Module, ParameterFunction};
 use gml_compiler::program::check;
 use gml_compiler::source::{NoFiles, Sources};
 use std::collections::BTreeMap;
@@ -25,9 +25,9 @@ impl Oracle {
         let model = model.ok_or_else(|| format!("{diagnostics:#?}"))?;
         let lowered = lower(&model).map_err(|e| e.to_string())?;
         let mut module = lowered.module;
-        let surfaces: Vec<FunctionId> = lowered.parts.iter().map(|p| p.surface).collect();
+        let surfaces: Vec<FunctionId> = lowered.parts.iter().map(|p| p.surface.function).collect();
         expand(&mut module, &surfaces).map_err(|e| e.to_string())?;
-        Ok(Oracle { module, parts: lowered.parts, params: lowered.params.len() })
+        Ok(Oracle { module, parts: lowered.parts, params: model.params.len() })
     }
 
     fn run(&self, function: FunctionId, args: &[f64]) -> Result<Vec<f64>, String> {
@@ -36,13 +36,13 @@ impl Oracle {
 
     /// The point of a part at (x, u, v).
     pub(crate) fn point(&self, part: usize, x: &[f64], uv: [f64; 2]) -> Result<Vec<f64>, String> {
-        self.run(self.parts[part].surface, &self.parts[part].arguments(x, uv))
+        let surface = &self.parts[part].surface;
+        self.run(surface.function, &surface.arguments(x, &uv))
     }
 
     /// The functions `tangent` and `gradient` of a part, and the tangent of the gradient.
     pub(crate) fn derivatives(&mut self, part: usize) -> Result<Derivatives, String> {
-        let f = self.parts[part].surface;
-        let params = self.parts[part].params.clone();
+        let ParameterFunction { function: f, params } = self.parts[part].surface.clone();
         let wrt: Vec<u32> = (0..params.len() as u32).collect();
         let text = |e: diff::DiffError| e.to_string();
         let tangent = diff::tangent(&mut self.module, f, &wrt).map_err(text)?;

@@ -116,25 +116,27 @@ fn failures(model: &Model) -> Vec<Diagnostic> {
         Ok(lowered) => lowered,
         Err(error) => return vec![error.diagnostic()],
     };
-    let requires = lowered.requires.iter().map(|r| r.function);
-    let roots: Vec<FunctionId> = requires.chain(lowered.parts.iter().map(|p| p.surface)).collect();
+    let requires = lowered.requires.iter().map(|r| r.condition.function);
+    let roots: Vec<FunctionId> = requires.chain(lowered.parts.iter().map(|p| p.surface.function)).collect();
     if let Err(error) = expand(&mut lowered.module, &roots) {
         return vec![Diagnostic::new(Code::Derivative, error.span(), error.to_string())];
     }
-    let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Scalar::Real(p.default)).collect();
+    let defaults: Vec<Scalar> = model.params.iter().map(|p| Scalar::Real(p.declared.default)).collect();
     let mut failures = Vec::new();
     for require in &lowered.requires {
-        match evaluate(&lowered.module, require.function, &require.arguments(&defaults)) {
+        let condition = &require.condition;
+        match evaluate(&lowered.module, condition.function, &condition.arguments(&defaults, &[])) {
             Err(failure) => failures.push(*failure),
             Ok(values) if values == [Scalar::Bool(true)] => {}
             Ok(_) => failures.push(Diagnostic::new(Code::Require, require.span, &require.message)),
         }
     }
-    for part in &lowered.parts {
+    for (part, lowered_part) in model.parts.iter().zip(&lowered.parts) {
         let points = [(0.25, 0.5), (0.5, 0.75), (0.875, 0.125)];
         let failure = points.iter().find_map(|(u, v)| {
-            let args = part.arguments(&defaults, [Scalar::Real(*u), Scalar::Real(*v)]);
-            let values = evaluate(&lowered.module, part.surface, &args);
+            let surface = &lowered_part.surface;
+            let args = surface.arguments(&defaults, &[Scalar::Real(*u), Scalar::Real(*v)]);
+            let values = evaluate(&lowered.module, surface.function, &args);
             match values {
                 Err(failure) => Some(*failure),
                 Ok(values) if values.iter().all(|v| v.is_finite()) => None,

@@ -84,13 +84,14 @@ fn posed() -> HashMap<String, f64> {
 fn the_cup_has_its_parameters_and_parts_and_no_complaints() {
     assert_eq!(diagnosed(CUP), "");
     let model = model(CUP);
-    let names: Vec<&str> = model.params.iter().map(|p| p.name.as_str()).collect();
+    let names: Vec<&str> = model.params.iter().map(|p| p.declared.name.as_str()).collect();
     let wanted = ["x", "y", "z", "alpha", "beta", "gamma", "shape", "r", "h", "h1", "h2a", "h2b", "h3a", "h3b", "h4"];
     assert_eq!(names, wanted);
     let parts: Vec<&str> = model.parts.iter().map(|p| p.name.as_str()).collect();
     assert_eq!(parts, ["outside", "inside", "lip", "handle"]);
-    assert_eq!(model.params[7].bounds, (15.0, 80.0));
-    assert_eq!(model.params[7].default, 40.0);
+    let seventh = &model.params[7].declared;
+    assert_eq!((seventh.lower, seventh.upper), (15.0, 80.0));
+    assert_eq!(seventh.default, 40.0);
     // The calls lead to functions of the model.
     for function in model.functions.values() {
         let mut open = vec![&function.body];

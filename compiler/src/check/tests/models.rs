@@ -30,7 +30,8 @@ fn the_flange_of_the_language_page() {
     let model = model(FLANGE);
     assert_eq!(model.parts.len(), 7);
     assert_eq!(names(&model)[6], ("hole[5]", "hole"));
-    assert_eq!(model.params[1].bounds, (10.0, 80.0));
+    let second = &model.params[1].declared;
+    assert_eq!((second.lower, second.upper), (10.0, 80.0));
     assert_eq!(model.inputs[0].value, 6.0);
     let p = super::support::defaults(&model);
     let q = point(&model, part(&model, "hole[3]"), &p, 0.0, 0.5);

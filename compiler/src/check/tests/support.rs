@@ -71,16 +71,17 @@ pub(super) fn diagnosed(text: &str) -> String {
 
 /// A model's parameters by name, at their defaults.
 pub(super) fn defaults(model: &Model) -> HashMap<String, f64> {
-    model.params.iter().map(|p| (p.name.clone(), p.default)).collect()
+    model.params.iter().map(|p| (p.declared.name.clone(), p.declared.default)).collect()
 }
 
 /// A point of a part, by the interpreter.
 pub(super) fn point(model: &Model, part: &Part, params: &HashMap<String, f64>, u: f64, v: f64) -> [f64; 3] {
     let LoweredModel { mut module, parts, .. } = lower(model).expect("it is small");
-    let lowered = parts.iter().find(|p| p.name == part.name).expect("the part of the model");
-    expand(&mut module, &[lowered.surface]).expect("it has derivatives");
-    let x: Vec<f64> = model.params.iter().map(|p| params[&p.name]).collect();
-    let point = run_real(&module, lowered.surface, &lowered.arguments(&x, [u, v]), Limits::default());
+    let index = model.parts.iter().position(|p| p.name == part.name).expect("the part of the model");
+    let surface = &parts[index].surface;
+    expand(&mut module, &[surface.function]).expect("it has derivatives");
+    let x: Vec<f64> = model.params.iter().map(|p| params[&p.declared.name]).collect();
+    let point = run_real(&module, surface.function, &surface.arguments(&x, &[u, v]), Limits::default());
     point.expect("a point").try_into().expect("three coordinates")
 }
 

@@ -1,7 +1,8 @@
 //! Random functions: derivatives against differences, and against one another.
 
 use super::super::*;
-use crate::ir::hoist::prelude::{Whole, split_all};
+use crate::ir::ParameterFunction;
+use crate::ir::hoist::prelude::split_all;
 use crate::ir::tests::random::random_function;
 use crate::ir::tests::run_with;
 use crate::ir::{Op, inline, simplify};
@@ -104,7 +105,7 @@ proptest! {
         let expected = run_with(&module, f, n, &x);
         inline(&mut module, &[f]).unwrap();
         simplify(&mut module, &[f]);
-        let whole = Whole { function: f, uniform: vec![0, 1] };
+        let whole = ParameterFunction { function: f, params: vec![0, 1] };
         let params = module.function(f).params[..2].to_vec();
         let split = split_all(&mut module, params, &[whole.clone(), whole]);
         let captures = run_with(&module, split.prelude, n, &x[..1]);

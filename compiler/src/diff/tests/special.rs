@@ -1,7 +1,7 @@
 //! The special points, as LANGUAGE fixes them: a tangent that is zero stays zero, any other is not hidden.
 
 use super::super::*;
-use crate::ir::inline::SizeLimits;
+use crate::ir::SizeLimits;
 use crate::ir::tests::{function_of, run};
 use crate::ir::{Binary, Compare, Unary};
 

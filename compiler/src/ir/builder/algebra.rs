@@ -3,6 +3,13 @@
 use crate::ir::scalar::Scalar;
 use crate::ir::{Binary, FunctionBuilder, Op, Type, Unary, Value};
 
+/// `constant + term`, or `constant - term`.
+struct Affine {
+    constant: f64,
+    term: Value,
+    subtracted: bool,
+}
+
 impl FunctionBuilder {
     pub(super) fn simpler_binary(&mut self, op: Binary, a: Value, b: Value) -> Option<Value> {
         match (op, self.ty(a)) {
@@ -106,26 +113,26 @@ impl FunctionBuilder {
         base(a, f).is_some_and(|x| base(b, g) == Some(x))
     }
 
-    /// A value as a constant and a term, which is subtracted where the flag is true: `x + d`, `d - x` and `-x`.
-    fn constant_term(&self, v: Value) -> Option<(f64, Value, bool)> {
-        match *self.op(v) {
-            Op::Binary(Binary::Add, x, d) => Some((self.real_constant(d)?, x, false)),
-            Op::Binary(Binary::Sub, d, x) => Some((self.real_constant(d)?, x, true)),
-            Op::Unary(Unary::Neg, x) => Some((0.0, x, true)),
-            _ => None,
-        }
+    /// A value as a constant and a term: `x + d`, `d - x` and `-x`.
+    fn affine(&self, v: Value) -> Option<Affine> {
+        Some(match *self.op(v) {
+            Op::Binary(Binary::Add, term, d) => Affine { constant: self.real_constant(d)?, term, subtracted: false },
+            Op::Binary(Binary::Sub, d, term) => Affine { constant: self.real_constant(d)?, term, subtracted: true },
+            Op::Unary(Unary::Neg, term) => Affine { constant: 0.0, term, subtracted: true },
+            _ => return None,
+        })
     }
 
-    /// c + x, or c - x where x is subtracted.
-    fn constant_plus(&mut self, c: f64, x: Value, subtracted: bool) -> Option<Value> {
-        let c = c.is_finite().then(|| self.real(c))?;
-        Some(if subtracted { self.sub(c, x) } else { self.add(x, c) })
+    /// The value; `None` where the constant is not finite.
+    fn affine_value(&mut self, Affine { constant, term, subtracted }: Affine) -> Option<Value> {
+        let constant = constant.is_finite().then(|| self.real(constant))?;
+        Some(if subtracted { self.sub(constant, term) } else { self.add(term, constant) })
     }
 
     /// a + c, c not zero.
     fn add_constant(&mut self, a: Value, c: f64) -> Option<Value> {
-        let (d, x, subtracted) = self.constant_term(a)?;
-        self.constant_plus(d + c, x, subtracted)
+        let a = self.affine(a)?;
+        self.affine_value(Affine { constant: a.constant + c, ..a })
     }
 
     fn simpler_sub(&mut self, a: Value, b: Value) -> Option<Value> {
@@ -165,8 +172,8 @@ impl FunctionBuilder {
 
     /// c - b, c not zero.
     fn subtract_from_constant(&mut self, c: f64, b: Value) -> Option<Value> {
-        if let Some((d, x, subtracted)) = self.constant_term(b) {
-            return self.constant_plus(c - d, x, !subtracted);
+        if let Some(b) = self.affine(b) {
+            return self.affine_value(Affine { constant: c - b.constant, subtracted: !b.subtracted, ..b });
         }
         let (d, x) = self.coefficient(b);
         if !(d < 0.0) {

@@ -19,7 +19,7 @@ mod powers;
 mod rebuild;
 mod value_analysis;
 
-pub(crate) use rebuild::{Image, Rebuild};
+pub(crate) use rebuild::{Image, Rebuild, Step};
 
 /// A function under construction.
 #[derive(Debug)]
@@ -69,6 +69,12 @@ impl FunctionBuilder {
     #[must_use]
     pub(crate) fn finish_like(self, function: &Function, results: Vec<Value>) -> Function {
         self.finish(function.result_names.iter().cloned().zip(results))
+    }
+
+    /// The function's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.function.name
     }
 
     /// Parameter i.

@@ -20,16 +20,23 @@ pub(crate) struct Rebuild<'f> {
     images: Vec<Image>,
 }
 
+/// A node whose turn it is.
+pub(crate) struct Step<'f> {
+    pub(crate) index: Value,
+    pub(crate) node: &'f Node,
+    /// Its operation on values of the builder.
+    pub(crate) op: Op,
+}
+
 impl<'f> Rebuild<'f> {
     /// Starts with the values of the builder that stand for the function's parameters.
     pub(crate) fn new(function: &'f Function, args: &'f [Value]) -> Rebuild<'f> {
         Rebuild { function, args, images: Vec::with_capacity(function.nodes.len()) }
     }
 
-    /// The next node that is neither a parameter nor a result of a replaced node: its index, the node, and its
-    /// operation on values of the builder, whose span it sets. The caller must [`push`](Rebuild::push) the image of the
-    /// node.
-    pub(crate) fn next(&mut self, builder: &mut FunctionBuilder) -> Option<(Value, &'f Node, Op)> {
+    /// The next node that is neither a parameter nor a result of a replaced node; the builder gets its span. The caller
+    /// must [`push`](Rebuild::push) its image.
+    pub(crate) fn next(&mut self, builder: &mut FunctionBuilder) -> Option<Step<'f>> {
         loop {
             let index = Value(self.images.len() as u32);
             let node = self.function.nodes.get(self.images.len())?;
@@ -43,7 +50,7 @@ impl<'f> Rebuild<'f> {
             };
             let Some(value) = known else {
                 builder.set_span(node.span);
-                return Some((index, node, node.op.map_operands(|v| self.value(v))));
+                return Some(Step { index, node, op: node.op.map_operands(|v| self.value(v)) });
             };
             self.images.push(Image::One(value));
         }
@@ -77,7 +84,7 @@ impl FunctionBuilder {
     /// [`splice`](FunctionBuilder::splice), with the values of all nodes.
     pub(crate) fn splice_nodes<'f>(&mut self, function: &'f Function, args: &'f [Value]) -> Rebuild<'f> {
         let mut rebuild = Rebuild::new(function, args);
-        while let Some((_, node, op)) = rebuild.next(self) {
+        while let Some(Step { node, op, .. }) = rebuild.next(self) {
             rebuild.push(Image::One(self.emit(&op, node.ty)));
         }
         rebuild
@@ -95,7 +102,7 @@ impl Function {
     ) -> Function {
         let mut builder = FunctionBuilder::new(self.name.clone(), params);
         let mut rebuild = Rebuild::new(self, args);
-        while let Some((index, node, op)) = rebuild.next(&mut builder) {
+        while let Some(Step { index, node, op }) = rebuild.next(&mut builder) {
             let value = replace(&mut builder, index).unwrap_or_else(|| builder.emit(&op, node.ty));
             rebuild.push(Image::One(value));
         }

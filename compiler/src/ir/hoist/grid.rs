@@ -3,7 +3,7 @@
 
 use super::axes::{U, UV, V, axes};
 use super::visit_frontier;
-use crate::ir::builder::{Image, Rebuild};
+use crate::ir::builder::{Image, Rebuild, Step};
 use crate::ir::hash::HashMap;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, Value};
 
@@ -62,7 +62,7 @@ fn copy(function: &Function, params: Vec<Parameter>, shared: usize, taken: &[Val
         |i: usize| if i < shared { b.param(i) } else { given.get(&Value(i as u32)).copied().unwrap_or(Value::NONE) };
     let args: Vec<Value> = (0..function.params.len()).map(arg).collect();
     let mut rebuild = Rebuild::new(function, &args);
-    while let Some((v, node, op)) = rebuild.next(&mut b) {
+    while let Some(Step { index: v, node, op }) = rebuild.next(&mut b) {
         rebuild.push(Image::One(match given.get(&v) {
             Some(param) => *param,
             // What only the taken values need is left out.

@@ -2,9 +2,9 @@
 //! which is computed at every point.
 
 use super::{hoist, visit_frontier};
-use crate::ir::builder::{Image, Rebuild};
+use crate::ir::builder::{Image, Rebuild, Step};
 use crate::ir::hash::HashMap;
-use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, Value, simplify};
+use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, ParameterFunction, Value, simplify};
 
 /// Functions that were split into one prelude and a body each.
 #[derive(Clone, Debug)]
@@ -13,23 +13,6 @@ pub(crate) struct Split {
     pub prelude: FunctionId,
     /// One for each function, in order.
     pub bodies: Vec<Body>,
-}
-
-/// A function to be split: `(uniform parameters.., varying parameters..) -> results..`.
-#[derive(Clone, Debug)]
-pub(crate) struct Whole {
-    /// The function.
-    pub function: FunctionId,
-    /// The parameter of the prelude that each of its uniform parameters is.
-    pub uniform: Vec<u32>,
-}
-
-impl Whole {
-    /// The arguments of `function` at the parameters x of the prelude.
-    #[must_use]
-    pub(crate) fn arguments<T: Copy>(&self, x: &[T], uv: [T; 2]) -> Vec<T> {
-        self.uniform.iter().map(|i| x[*i as usize]).chain(uv).collect()
-    }
 }
 
 /// The body of a function that was split.
@@ -45,19 +28,19 @@ pub(crate) struct Body {
     pub constants: usize,
 }
 
-/// Splits functions of some of the prelude's parameters: everything that does not depend on the varying ones goes to
-/// the prelude, and the bodies capture its outermost values. Values that several bodies capture are computed once. A
-/// truth value is captured as 0 or 1, an integer as a Real (exact up to 2^53).
+/// Splits functions of some of the prelude's parameters and of arguments that vary: everything that does not depend on
+/// these goes to the prelude, and the bodies capture its outermost values. Values that several bodies capture are
+/// computed once. A truth value is captured as 0 or 1, an integer as a Real (exact up to 2^53).
 ///
 /// Inline and simplify the functions before: calls and branches go to the prelude only as a whole.
 #[must_use]
-pub(crate) fn split_all(module: &mut Module, params: Vec<Parameter>, functions: &[Whole]) -> Split {
+pub(crate) fn split_all(module: &mut Module, params: Vec<Parameter>, functions: &[ParameterFunction]) -> Split {
     let builder = FunctionBuilder::new("prelude", params.clone());
     let mut prelude = Prelude { params, builder, captures: Vec::new(), indices: HashMap::default() };
     let mut bodies = Vec::new();
     for whole in functions {
         let function = module.function(whole.function).clone();
-        let (body, captures) = split(&mut prelude, &function, &whole.uniform);
+        let (body, captures) = split(&mut prelude, &function, &whole.params);
         bodies.push(Body { function: module.add(body), captures, constants: 0 });
     }
     let Prelude { builder, captures, .. } = prelude;
@@ -126,7 +109,7 @@ fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Functi
         (0..uniform.len() as u32).map(|i| capture(&mut b, Value(i)).unwrap_or(Value::NONE)).collect();
     args.extend_from_slice(&b.params()[captures.len()..]);
     let mut rebuild = Rebuild::new(function, &args);
-    while let Some((v, node, op)) = rebuild.next(&mut b) {
+    while let Some(Step { index: v, node, op }) = rebuild.next(&mut b) {
         let outside = outer[v.0 as usize].map(|value| match prelude.builder.constant(value) {
             Some(constant) => b.scalar(constant),
             None => Value::NONE,

@@ -1,10 +1,10 @@
 //! Branches, loops and indexing.
 
 use super::free::Free;
-use super::{Frame, TooLarge};
+use super::{Frame, SizeError};
 use crate::check::typed::{Binary, Expr, ExprKind, LocalId, Statement, Type, Unary};
 use crate::ir::scalar::Scalar;
-use crate::ir::{self, Failure, FunctionId, Value};
+use crate::ir::{self, Failure, Value};
 use std::ops::Range;
 
 /// Most operations in the two sides of an `if` that are computed whether they are taken or not.
@@ -17,7 +17,7 @@ impl<'m> Frame<'_, 'm> {
         condition: &Expr,
         then: &Expr,
         otherwise: &Expr,
-    ) -> Result<Vec<Value>, TooLarge> {
+    ) -> Result<Vec<Value>, SizeError> {
         let condition = self.scalar(condition)?;
         if let Some(Scalar::Bool(holds)) = self.b.constant(condition) {
             return self.expr(if holds { then } else { otherwise });
@@ -28,22 +28,22 @@ impl<'m> Frame<'_, 'm> {
             self.b.set_span(expr.span);
             return Ok(a.into_iter().zip(b).map(|(a, b)| self.b.select(condition, a, b)).collect());
         }
-        let (bound, passed, args) = self.outside(&[then, otherwise], &[]);
-        let then = self.outlined("then", &passed, &bound, then)?;
-        let otherwise = self.outlined("else", &passed, &bound, otherwise)?;
+        let outer = self.outer_locals(&[then, otherwise], &[]);
+        let then = self.child("then", &outer.passed, &outer.constants, false).add(then)?;
+        let otherwise = self.child("else", &outer.passed, &outer.constants, false).add(otherwise)?;
         self.b.set_span(expr.span);
         let results = self.lowerer.model.scalars(&expr.ty);
-        Ok(self.b.if_(condition, then, otherwise, args, &results))
+        Ok(self.b.if_(condition, then, otherwise, outer.args, &results))
     }
 
-    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, TooLarge> {
+    pub(super) fn fold(&mut self, expr: &Expr) -> Result<Vec<Value>, SizeError> {
         let ExprKind::Fold { from, to, init, index, accumulator, body } = &expr.kind else {
             return self.expr(expr);
         };
         let (from, to, init) = (self.scalar(from)?, self.scalar(to)?, self.expr(init)?);
         self.b.set_span(expr.span);
         let count = self.b.sub(to, from);
-        let (constants, passed, invariant) = self.outside(&[body], &[*index, *accumulator]);
+        let OuterLocals { constants, passed, args: invariant } = self.outer_locals(&[body], &[*index, *accumulator]);
         let start = self.b.constant(from);
         let locals: Vec<LocalId> = [*index, *accumulator].into_iter().chain(passed).collect();
         let mut frame = self.child("fold", &locals, &constants, start.is_none());
@@ -62,7 +62,7 @@ impl<'m> Frame<'_, 'm> {
 
     /// The element of an array at an int that is not known at compile time, by binary search with selections: one
     /// selection an element, at logarithmic depth.
-    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, TooLarge> {
+    pub(super) fn index(&mut self, expr: &Expr, array: &Expr, index: &Expr) -> Result<Vec<Value>, SizeError> {
         let (values, index) = (self.expr(array)?, self.scalar(index)?);
         self.b.set_span(expr.span);
         let (_, width) = self.lowerer.model.component(&array.ty, 0);
@@ -112,32 +112,20 @@ impl<'m> Frame<'_, 'm> {
         types.into_iter().map(zero).collect()
     }
 
-    /// The locals that expressions use from outside: those whose scalars are all constants, which a function for the
-    /// expressions binds by itself; the others; and the scalars of the others.
-    fn outside(&self, exprs: &[&Expr], bound: &[LocalId]) -> (Constants, Vec<LocalId>, Vec<Value>) {
-        let (mut constants, mut passed, mut args) = (Vec::new(), Vec::new(), Vec::new());
+    /// The locals that expressions use from outside, but for those that the caller binds.
+    fn outer_locals(&self, exprs: &[&Expr], bound: &[LocalId]) -> OuterLocals {
+        let mut outer = OuterLocals::default();
         for local in Free::of(exprs, bound) {
             let values = self.local(local);
             match values.iter().map(|v| self.b.constant(*v)).collect::<Option<Vec<Scalar>>>() {
-                Some(scalars) => constants.push((local, scalars)),
+                Some(scalars) => outer.constants.push((local, scalars)),
                 None => {
-                    passed.push(local);
-                    args.extend(values);
+                    outer.passed.push(local);
+                    outer.args.extend(values);
                 }
             }
         }
-        (constants, passed, args)
-    }
-
-    /// A function for an expression.
-    fn outlined(
-        &mut self,
-        name: &str,
-        params: &[LocalId],
-        constants: &Constants,
-        expr: &Expr,
-    ) -> Result<FunctionId, TooLarge> {
-        self.child(name, params, constants, false).add(expr)
+        outer
     }
 
     /// Starts a function within this one: of the locals' scalars and, if `start`, an int after them.
@@ -149,6 +137,17 @@ impl<'m> Frame<'_, 'm> {
         }
         frame
     }
+}
+
+/// The locals that a function for some expressions takes from the one around it.
+#[derive(Default)]
+struct OuterLocals {
+    /// The function binds these by itself.
+    constants: Constants,
+    /// The others, which are passed to it.
+    passed: Vec<LocalId>,
+    /// Their scalars.
+    args: Vec<Value>,
 }
 
 /// Locals whose scalars are constants.

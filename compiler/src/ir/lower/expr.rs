@@ -1,18 +1,18 @@
 //! Expressions.
 
-use super::{Frame, TooLarge};
+use super::{Frame, SizeError};
 use crate::check::typed::{Call, Expr, ExprKind, LocalId, Statement, Type};
 use crate::ir::{Failure, Unary, Value};
 
 impl Frame<'_, '_> {
     /// The scalars of an expression's value.
-    pub(super) fn expr(&mut self, expr: &Expr) -> Result<Vec<Value>, TooLarge> {
+    pub(super) fn expr(&mut self, expr: &Expr) -> Result<Vec<Value>, SizeError> {
         self.check_size(expr.span)?;
         // The tree may be deeper than what a thread's stack has room for.
         stacker::maybe_grow(128 << 10, 2 << 20, || self.kind(expr))
     }
 
-    fn kind(&mut self, expr: &Expr) -> Result<Vec<Value>, TooLarge> {
+    fn kind(&mut self, expr: &Expr) -> Result<Vec<Value>, SizeError> {
         self.b.set_span(expr.span);
         Ok(match &expr.kind {
             ExprKind::Real(x) => vec![self.b.real(*x)],
@@ -52,7 +52,7 @@ impl Frame<'_, '_> {
     }
 
     /// The value of an expression of one scalar.
-    pub(super) fn scalar(&mut self, expr: &Expr) -> Result<Value, TooLarge> {
+    pub(super) fn scalar(&mut self, expr: &Expr) -> Result<Value, SizeError> {
         let values = self.expr(expr)?;
         debug_assert_eq!(values.len(), 1, "a scalar");
         Ok(values[0])
@@ -63,7 +63,7 @@ impl Frame<'_, '_> {
         values.expect("the checker binds every local before its use, and the frame was given what it uses").clone()
     }
 
-    fn element(&mut self, a: &Expr, k: usize) -> Result<Vec<Value>, TooLarge> {
+    fn element(&mut self, a: &Expr, k: usize) -> Result<Vec<Value>, SizeError> {
         let (start, width) = self.lowerer.model.component(&a.ty, k);
         // The rest of a long array in a local need not be copied.
         if let ExprKind::Local(local) = &a.kind
@@ -74,7 +74,7 @@ impl Frame<'_, '_> {
         Ok(self.expr(a)?[start..start + width].to_vec())
     }
 
-    fn block(&mut self, statements: &[Statement], value: &Expr) -> Result<Vec<Value>, TooLarge> {
+    fn block(&mut self, statements: &[Statement], value: &Expr) -> Result<Vec<Value>, SizeError> {
         let mut guards = Vec::new();
         for statement in statements {
             match statement {
@@ -97,7 +97,7 @@ impl Frame<'_, '_> {
         Ok(values)
     }
 
-    fn arguments(&mut self, call: &Call) -> Result<Vec<Value>, TooLarge> {
+    fn arguments(&mut self, call: &Call) -> Result<Vec<Value>, SizeError> {
         let mut values = Vec::new();
         for arg in call.closure.iter().map(|c| &**c).chain(&call.args) {
             values.extend(self.expr(arg)?);
@@ -105,7 +105,7 @@ impl Frame<'_, '_> {
         Ok(values)
     }
 
-    fn derivative(&mut self, expr: &Expr, call: &Call, wrt: usize) -> Result<Vec<Value>, TooLarge> {
+    fn derivative(&mut self, expr: &Expr, call: &Call, wrt: usize) -> Result<Vec<Value>, SizeError> {
         let args = self.arguments(call)?;
         let model = self.lowerer.model;
         let before = call.closure.iter().map(|c| &**c).chain(&call.args[..wrt]);
@@ -117,7 +117,7 @@ impl Frame<'_, '_> {
     }
 
     /// Ints become reals where the type has reals.
-    fn convert(&mut self, a: &Expr, ty: &Type) -> Result<Vec<Value>, TooLarge> {
+    fn convert(&mut self, a: &Expr, ty: &Type) -> Result<Vec<Value>, SizeError> {
         use crate::ir::Type::{Int, Real};
         let values = self.expr(a)?;
         let (from, to) = (self.lowerer.model.scalars(&a.ty), self.lowerer.model.scalars(ty));

@@ -18,41 +18,20 @@ mod shape;
 #[cfg(test)]
 mod tests;
 
-use super::inline::SizeLimits;
 use super::{
-    CustomDerivative, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, LoweredRequire, Module, Parameter, Value,
+    CustomDerivative, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, Module, Parameter, ParameterFunction,
+    Requirement, SizeError, SizeLimits, Value,
 };
 use crate::check::typed::{self, Expr, LocalId, Statement};
-use crate::diagnostic::{Code, Diagnostic};
 use crate::ir::hash::HashMap;
-use crate::parameters;
 use crate::source::Span;
 use std::collections::HashSet;
-
-/// The model would become too large.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the model is too large: its program would take more than {limit} operations")]
-pub struct TooLarge {
-    /// Most nodes that a model's functions may have together.
-    pub limit: usize,
-    /// The expression at which the limit was exceeded.
-    pub span: Span,
-}
-
-impl TooLarge {
-    /// For the user.
-    #[must_use]
-    pub fn diagnostic(self) -> Diagnostic {
-        let error = Diagnostic::new(Code::TooLarge, self.span, self.to_string());
-        error.hint("the limit can be raised: --limit operations=N")
-    }
-}
 
 /// Lowers a model.
 ///
 /// # Errors
 /// If the model would become too large.
-pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
+pub fn lower(model: &typed::Model) -> Result<LoweredModel, SizeError> {
     lower_within(model, SizeLimits::default())
 }
 
@@ -60,28 +39,19 @@ pub fn lower(model: &typed::Model) -> Result<LoweredModel, TooLarge> {
 ///
 /// # Errors
 /// If the model would become too large.
-pub(crate) fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<LoweredModel, TooLarge> {
+pub(crate) fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<LoweredModel, SizeError> {
     let mut lowerer = Lowerer::new(model, limits)?;
     let bounds = lowerer.bounds()?;
     let requires = lowerer.requires()?;
     let parts = model.parts.iter().map(|part| lowerer.part(part)).collect::<Result<_, _>>()?;
-    Ok(LoweredModel {
-        name: model.name.clone(),
-        doc: model.doc.clone(),
-        module: lowerer.module,
-        params: model.params.iter().map(parameter).collect(),
-        inputs: model.inputs.iter().map(input).collect(),
-        parts,
-        bounds,
-        requires,
-    })
+    Ok(LoweredModel { module: lowerer.module, parts, bounds, requires })
 }
 
 /// Lowers single values that the model's body binds: a function of the parameters for each.
 ///
 /// # Errors
 /// If they would become too large.
-pub(crate) fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(Module, Vec<FunctionId>), TooLarge> {
+pub(crate) fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(Module, Vec<FunctionId>), SizeError> {
     let mut lowerer = Lowerer::new(model, SizeLimits::default())?;
     let function_of = |id: &LocalId| {
         let local = &model.locals[id.0 as usize];
@@ -90,29 +60,6 @@ pub(crate) fn lower_values(model: &typed::Model, values: &[LocalId]) -> Result<(
     };
     let functions = values.iter().map(function_of).collect::<Result<_, _>>()?;
     Ok((lowerer.module, functions))
-}
-
-fn parameter(param: &typed::Param) -> parameters::Parameter {
-    parameters::Parameter {
-        name: param.name.clone(),
-        doc: param.doc.clone(),
-        quantity: param.quantity,
-        default: param.default,
-        lower: param.bounds.0,
-        upper: param.bounds.1,
-        span: param.span,
-    }
-}
-
-fn input(input: &typed::Input) -> parameters::Input {
-    parameters::Input {
-        name: input.name.clone(),
-        doc: input.doc.clone(),
-        quantity: input.quantity,
-        value: input.value,
-        lower: input.bounds.0,
-        upper: input.bounds.1,
-    }
 }
 
 /// The functions made so far.
@@ -134,7 +81,7 @@ struct Frame<'l, 'm> {
 
 impl<'m> Lowerer<'m> {
     /// Lowers the function instances.
-    fn new(model: &'m typed::Model, limits: SizeLimits) -> Result<Lowerer<'m>, TooLarge> {
+    fn new(model: &'m typed::Model, limits: SizeLimits) -> Result<Lowerer<'m>, SizeError> {
         let mut module = Module { limits, ..Module::default() };
         let instances = model.functions.keys().map(|id| (*id, module.reserve())).collect();
         let mut lowerer = Lowerer { model, module, instances, nodes: 0 };
@@ -175,7 +122,7 @@ impl<'m> Lowerer<'m> {
         self.frame(name, &params, None)
     }
 
-    fn function(&mut self, id: typed::FunctionId, function: &typed::Function) -> Result<(), TooLarge> {
+    fn function(&mut self, id: typed::FunctionId, function: &typed::Function) -> Result<(), SizeError> {
         let locals: Vec<LocalId> = function.captures.iter().chain(&function.params).copied().collect();
         let lowered = self.frame(&function.name, &locals, None).finish(&function.body)?;
         self.module.define(self.instances[&id], lowered);
@@ -200,7 +147,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    fn bounds(&mut self) -> Result<FunctionId, TooLarge> {
+    fn bounds(&mut self) -> Result<FunctionId, SizeError> {
         let model = self.model;
         let mut frame = self.model_frame("bounds");
         frame.body_for(model.params.iter().flat_map(|p| p.lower.iter().chain(&p.upper)))?;
@@ -213,14 +160,14 @@ impl<'m> Lowerer<'m> {
                     Some(bound) => frame.scalar(bound)?,
                     None => frame.b.real(none),
                 };
-                results.push((format!("{name}.{}", param.name), value));
+                results.push((format!("{name}.{}", param.declared.name), value));
             }
         }
         let function = frame.b.finish(results);
         Ok(self.module.add(function))
     }
 
-    fn requires(&mut self) -> Result<Vec<LoweredRequire>, TooLarge> {
+    fn requires(&mut self) -> Result<Vec<Requirement>, SizeError> {
         let mut requires = Vec::new();
         for statement in &self.model.body {
             if let Statement::Require { condition, message, span } = statement {
@@ -229,13 +176,14 @@ impl<'m> Lowerer<'m> {
                 let mut frame = self.frame("require", &locals, None);
                 frame.bind(&lets)?;
                 let function = frame.add(condition)?;
-                requires.push(LoweredRequire { function, params, message: message.clone(), span: *span });
+                let condition = ParameterFunction { function, params };
+                requires.push(Requirement { condition, message: message.clone(), span: *span });
             }
         }
         Ok(requires)
     }
 
-    fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, TooLarge> {
+    fn part(&mut self, part: &typed::Part) -> Result<LoweredPart, SizeError> {
         let (used, lets) = lets_for(self.model, [&part.shape]);
         let (params, mut locals) = self.used_params(&used);
         locals.extend([part.u, part.v]);
@@ -243,21 +191,13 @@ impl<'m> Lowerer<'m> {
         frame.bind(&lets)?;
         let shape = frame.expr(&part.shape)?;
         frame.locals.insert(part.local, shape);
-        let surface = frame.add(&part.point)?;
+        let function = frame.add(&part.point)?;
         let tolerance = part.tolerance.as_ref().map(|t| self.of_params("tolerance", t)).transpose()?;
-        Ok(LoweredPart {
-            name: part.name.clone(),
-            group: part.group.clone(),
-            doc: part.doc.clone(),
-            surface,
-            params,
-            tolerance,
-            span: part.span,
-        })
+        Ok(LoweredPart { surface: ParameterFunction { function, params }, tolerance })
     }
 
     /// A function of the parameters with the value of an expression of the model's body.
-    fn of_params(&mut self, name: &str, expr: &Expr) -> Result<FunctionId, TooLarge> {
+    fn of_params(&mut self, name: &str, expr: &Expr) -> Result<FunctionId, SizeError> {
         let mut frame = self.model_frame(name);
         frame.body_for([expr])?;
         frame.add(expr)
@@ -278,11 +218,11 @@ fn lets_for<'m, 'e>(
 
 impl Frame<'_, '_> {
     /// Binds the `let`s of the model's body that the expressions need.
-    fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), TooLarge> {
+    fn body_for<'e>(&mut self, exprs: impl IntoIterator<Item = &'e Expr>) -> Result<(), SizeError> {
         self.bind(&lets_for(self.lowerer.model, exprs).1)
     }
 
-    fn bind(&mut self, lets: &[(LocalId, &Expr)]) -> Result<(), TooLarge> {
+    fn bind(&mut self, lets: &[(LocalId, &Expr)]) -> Result<(), SizeError> {
         for (local, value) in lets {
             let values = self.expr(value)?;
             self.locals.insert(*local, values);
@@ -291,7 +231,7 @@ impl Frame<'_, '_> {
     }
 
     /// Completes a function of the value of an expression.
-    fn finish(mut self, expr: &Expr) -> Result<super::Function, TooLarge> {
+    fn finish(mut self, expr: &Expr) -> Result<super::Function, SizeError> {
         let results = self.expr(expr)?;
         self.lowerer.nodes += self.b.node_count();
         let mut names = Vec::new();
@@ -300,19 +240,19 @@ impl Frame<'_, '_> {
     }
 
     /// Adds a function of the value of an expression to the module.
-    fn add(self, expr: &Expr) -> Result<FunctionId, TooLarge> {
+    fn add(self, expr: &Expr) -> Result<FunctionId, SizeError> {
         let Frame { lowerer, b, locals } = self;
         let function = Frame { lowerer: &mut *lowerer, b, locals }.finish(expr)?;
         Ok(lowerer.module.add(function))
     }
 
     /// An error if the functions have outgrown the limit.
-    fn check_size(&self, span: Span) -> Result<(), TooLarge> {
+    fn check_size(&self, span: Span) -> Result<(), SizeError> {
         // Inlining drops unused nodes: before it there may be more.
         let limit = self.lowerer.module.limits.nodes / 2 * 5;
         if self.lowerer.nodes + self.b.node_count() <= limit {
             return Ok(());
         }
-        Err(TooLarge { limit, span })
+        Err(SizeError::TooLarge { function: self.b.name().to_owned(), span, limit })
     }
 }

@@ -1,6 +1,6 @@
 //! Operators.
 
-use super::{Frame, TooLarge};
+use super::{Frame, SizeError};
 use crate::check::typed::{Expr, Type};
 use crate::ir::scalar::Scalar;
 use crate::ir::{self, Binary, Compare, Failure, Unary, Value};
@@ -18,7 +18,7 @@ impl Frame<'_, '_> {
         if rounds { self.b.unary(Unary::ToInt, value) } else { value }
     }
 
-    pub(super) fn binary(&mut self, op: Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, TooLarge> {
+    pub(super) fn binary(&mut self, op: Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, SizeError> {
         let (xs, ys) = (self.expr(a)?, self.expr(b)?);
         self.b.set_span(span);
         if op == Binary::Pow {
@@ -37,7 +37,7 @@ impl Frame<'_, '_> {
         Ok((0..count).map(&mut combine).collect())
     }
 
-    pub(super) fn compare(&mut self, op: Compare, a: &Expr, b: &Expr, span: Span) -> Result<Value, TooLarge> {
+    pub(super) fn compare(&mut self, op: Compare, a: &Expr, b: &Expr, span: Span) -> Result<Value, SizeError> {
         let (a, b) = (self.scalar(a)?, self.scalar(b)?);
         self.b.set_span(span);
         Ok(self.b.compare(op, a, b))

@@ -2,6 +2,7 @@
 
 use super::lower;
 use crate::check::CheckOptions;
+use crate::check::typed::Model;
 use crate::diagnostic::Severity;
 use crate::ir::interpret::{Limits, RunError, run, run_real};
 use crate::ir::scalar::Scalar;
@@ -11,12 +12,16 @@ use crate::program::check;
 use crate::source::{NoFiles, Sources};
 use std::collections::BTreeMap;
 
-fn lowered(text: &str) -> LoweredModel {
+fn typed(text: &str) -> Model {
     let mut sources = Sources::default();
     let main = sources.add("test.gml", text);
     let (model, diagnostics) = check(&mut sources, &NoFiles, main, &BTreeMap::new(), &CheckOptions::default());
     assert!(diagnostics.iter().all(|d| d.severity == Severity::Warning), "{diagnostics:?} in {text}");
-    let lowered = lower(&model.expect("a model")).expect("a model that is not too large");
+    model.expect("a model")
+}
+
+fn lowered(text: &str) -> LoweredModel {
+    let lowered = lower(&typed(text)).expect("a model that is not too large");
     validate(&lowered.module).expect("valid functions");
     lowered
 }
@@ -32,7 +37,8 @@ fn surface(declarations: &str, point: &str) -> LoweredModel {
 
 fn at(model: &LoweredModel, args: [f64; 4]) -> Result<Vec<f64>, RunError> {
     let [a, b, u, v] = args;
-    run_real(&model.module, model.parts[0].surface, &model.parts[0].arguments(&[a, b], [u, v]), Limits::default())
+    let surface = &model.parts[0].surface;
+    run_real(&model.module, surface.function, &surface.arguments(&[a, b], &[u, v]), Limits::default())
 }
 
 /// The surface agrees with the formula at some points to rounding errors.
@@ -49,7 +55,7 @@ fn agrees(model: &LoweredModel, formula: impl Fn(f64, f64, f64, f64) -> [f64; 3]
 
 /// Whether an operation occurs in the part's function or one that it reaches.
 fn occurs(model: &LoweredModel, wanted: impl Fn(&Op) -> bool) -> bool {
-    let (mut open, mut seen) = (vec![model.parts[0].surface], Vec::new());
+    let (mut open, mut seen) = (vec![model.parts[0].surface.function], Vec::new());
     while let Some(id) = open.pop() {
         if seen.contains(&id) {
             continue;
@@ -170,14 +176,15 @@ fn remainders_of_whole_numbers() {
 
 #[test]
 fn bounds_may_name_earlier_parameters() {
-    let model = lowered(
-        "model m {\n param a: length in 1mm..10mm = 4mm\n let half = a / 2\n param b: length in half..2 * a = 3mm\n \
-         param c: real = 0\n part p = |u, v| (a * u, b * v, a * c)\n}",
-    );
+    let text = "model m {\n param a: length in 1mm..10mm = 4mm\n let half = a / 2\n param b: length in half..2 * a = 3mm\n \
+         param c: real = 0\n part p = |u, v| (a * u, b * v, a * c)\n}";
+    let model = lowered(text);
     let bounds = run_real(&model.module, model.bounds, &[6.0, 4.0, 0.0], Limits::default());
     assert_eq!(bounds, Ok(vec![1.0, 10.0, 3.0, 12.0, f64::NEG_INFINITY, f64::INFINITY]));
-    let names: Vec<_> = model.params.iter().map(|p| (p.name.as_str(), p.default, p.lower, p.upper)).collect();
-    assert_eq!(names, [("a", 4.0, 1.0, 10.0), ("b", 3.0, 2.0, 8.0), ("c", 0.0, f64::NEG_INFINITY, f64::INFINITY)]);
+    let declared = typed(text).params.into_iter().map(|p| p.declared);
+    let declared: Vec<_> = declared.map(|p| (p.name, p.default, p.lower, p.upper)).collect();
+    let expected = [("a", 4.0, 1.0, 10.0), ("b", 3.0, 2.0, 8.0), ("c", 0.0, f64::NEG_INFINITY, f64::INFINITY)];
+    assert_eq!(declared, expected.map(|(name, default, lower, upper)| (name.to_owned(), default, lower, upper)));
 }
 
 #[test]
@@ -188,12 +195,13 @@ fn requirements() {
          part p = |u, v| (root(a - u) * 1mm, 0mm, 0mm)\n}",
     );
     let holds = |id: FunctionId, a: f64| run(&model.module, id, &[Scalar::Real(a)], Limits::default());
-    let outcome = |a| model.requires.iter().map(|r| holds(r.function, a)).collect::<Result<Vec<_>, _>>();
+    let outcome = |a| model.requires.iter().map(|r| holds(r.condition.function, a)).collect::<Result<Vec<_>, _>>();
     assert_eq!(model.requires.iter().map(|r| r.message.as_str()).collect::<Vec<_>>(), ["first", "second"]);
     assert_eq!(outcome(1.0), Ok(vec![vec![Scalar::Bool(true)], vec![Scalar::Bool(true)]]));
     assert_eq!(outcome(-3.0), Ok(vec![vec![Scalar::Bool(false)], vec![Scalar::Bool(true)]]));
     assert_eq!(outcome(6.0), Ok(vec![vec![Scalar::Bool(true)], vec![Scalar::Bool(false)]]));
-    let part = |a: f64, u: f64| run_real(&model.module, model.parts[0].surface, &[a, u, 0.0], Limits::default());
+    let surface = model.parts[0].surface.function;
+    let part = |a: f64, u: f64| run_real(&model.module, surface, &[a, u, 0.0], Limits::default());
     assert_eq!(part(4.25, 0.25), Ok(vec![2.0, 0.0, 0.0]));
     let Err(RunError::Failed(id)) = part(0.5, 1.0) else { panic!("the requirement is not met") };
     assert_eq!(model.module.failures[id.0 as usize].message, "no root of a negative number");

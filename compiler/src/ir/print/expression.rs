@@ -84,15 +84,7 @@ pub(super) fn select(condition: &Text, a: &Text, b: &Text) -> Text {
 }
 
 pub(super) fn compare(op: Compare, a: &Text, b: &Text) -> Text {
-    let sign = match op {
-        Compare::Eq => "==",
-        Compare::Ne => "!=",
-        Compare::Lt => "<",
-        Compare::Le => "<=",
-        Compare::Gt => ">",
-        Compare::Ge => ">=",
-    };
-    Text::new(format!("{} {sign} {}", a.at(Level::Sum), b.at(Level::Sum)), Level::Compare)
+    Text::new(format!("{} {} {}", a.at(Level::Sum), op.sign(), b.at(Level::Sum)), Level::Compare)
 }
 
 pub(super) fn unary(op: Unary, a: &Text) -> Text {

@@ -6,7 +6,7 @@
 //! sides of a cheap one (if-conversion); a loop with one iteration is inlined; loop-invariant values are computed
 //! before the loop.
 
-use super::builder::{Image, Rebuild};
+use super::builder::{Image, Rebuild, Step};
 use super::call_graph::CallGraph;
 use super::scalar::Scalar;
 use super::{Binary, Function, FunctionBuilder, FunctionId, Module, Node, Op, Unary, Value};
@@ -85,7 +85,7 @@ impl Simplifier<'_> {
     fn splice(&mut self, builder: &mut FunctionBuilder, function: &Function, args: &[Value]) -> Vec<Value> {
         let used = used_results(function);
         let mut rebuild = Rebuild::new(function, args);
-        while let Some((index, node, op)) = rebuild.next(builder) {
+        while let Some(Step { index, node, op }) = rebuild.next(builder) {
             let used = used.get(&index).map_or(&[][..], Vec::as_slice);
             rebuild.push(match &op {
                 Op::If { condition, then, otherwise, args } => Image::Many(match builder.constant(*condition) {

@@ -1,9 +1,9 @@
 //! Tests of the builder and the passes.
 
 use super::reals;
-use crate::ir::inline::{InlineError, SizeLimits};
 use crate::ir::interpret::{self, Limits, RunError};
 use crate::ir::scalar::Scalar;
+use crate::ir::size::{SizeError, SizeLimits};
 use crate::ir::*;
 use crate::source::Span;
 
@@ -188,7 +188,7 @@ fn inlining_stops_at_the_limit() {
     }
     module.limits = SizeLimits { nodes: 10_000, ..SizeLimits::default() };
     let error = inline(&mut module, &[f]).unwrap_err();
-    assert!(matches!(error, InlineError::TooLarge { .. }), "{error}");
+    assert!(matches!(error, SizeError::TooLarge { .. }), "{error}");
     validate(&module).unwrap();
 }
 

@@ -133,7 +133,7 @@ impl Probe<'_> {
         let functions = &self.program.functions;
         let surface = &functions.parts[part].surface;
         let default = std::mem::replace(&mut x[param], value);
-        let args: Vec<Scalar> = surface.arguments(x, uv).into_iter().map(Scalar::Real).collect();
+        let args: Vec<Scalar> = surface.arguments(x, &uv).into_iter().map(Scalar::Real).collect();
         x[param] = default;
         let limits = Limits { steps: self.budget, ..self.program.replay_limits() };
         let (outcomes, steps) = interpret::outcomes(&functions.module, surface.function, &args, limits).ok()?;

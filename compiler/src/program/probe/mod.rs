@@ -82,11 +82,7 @@ impl Program {
 
 /// A value with its unit and as many digits as a person wants to read.
 fn shown(parameter: &Parameter, value: f64) -> String {
-    let (value, unit) = match parameter.quantity {
-        Quantity::Length => (value, "mm"),
-        Quantity::Angle => (value.to_degrees(), "deg"),
-        Quantity::Real | Quantity::Int | Quantity::Bool => (value, ""),
-    };
+    let (value, unit) = parameter.quantity.written(value);
     let digits = 4 - value.abs().max(1e-3).log10().floor() as i32;
     let scale = 10f64.powi(digits.clamp(0, 6));
     format!("{}{unit}", (value * scale).round() / scale + 0.0)

@@ -39,27 +39,29 @@ fn case(name: &str, text: &str, derivatives: bool) -> Option<Case> {
     let mut sources = Sources::default();
     let main = sources.add(name, text);
     let (model, _) = check(&mut sources, &Files, main, &BTreeMap::new(), &CheckOptions::default());
-    let lowered = lower(&model?).ok()?;
+    let model = model?;
+    let lowered = lower(&model).ok()?;
     let mut module = lowered.module;
-    let requires = lowered.requires.iter().map(|r| r.function).chain([lowered.bounds]);
-    let surfaces = lowered.parts.iter().map(|p| p.surface);
+    let requires = lowered.requires.iter().map(|r| r.condition.function).chain([lowered.bounds]);
+    let surfaces = lowered.parts.iter().map(|p| p.surface.function);
     diff::expand(&mut module, &requires.chain(surfaces).collect::<Vec<_>>()).ok()?;
-    let defaults: Vec<Scalar> = lowered.params.iter().map(|p| Real(p.default)).collect();
-    let beside: Vec<Scalar> = lowered.params.iter().map(|p| Real(p.default * 0.93 + 0.01)).collect();
+    let defaults: Vec<Scalar> = model.params.iter().map(|p| Real(p.declared.default)).collect();
+    let beside: Vec<Scalar> = model.params.iter().map(|p| Real(p.declared.default * 0.93 + 0.01)).collect();
     let mut runs = Vec::new();
     for x in [&defaults, &beside] {
         runs.push((lowered.bounds, x.clone()));
-        runs.extend(lowered.requires.iter().map(|r| (r.function, r.arguments(x))));
+        runs.extend(lowered.requires.iter().map(|r| (r.condition.function, r.condition.arguments(x, &[]))));
         for uv in [[0.0, 0.5], [0.3, 0.7], [1.0, 1.0]] {
-            runs.extend(lowered.parts.iter().map(|p| (p.surface, p.arguments(x, uv.map(Real)))));
+            let surfaces = lowered.parts.iter().map(|p| &p.surface);
+            runs.extend(surfaces.map(|s| (s.function, s.arguments(x, &uv.map(Real)))));
         }
     }
-    for part in lowered.parts.iter().filter(|_| derivatives) {
-        let wrt: Vec<u32> = (0..part.params.len() as u32).collect();
-        let (jacobian, _) = diff::jacobian(&mut module, part.surface, &wrt).ok()?;
-        let pullback = diff::pullback(&mut module, part.surface, &wrt, true).ok()?;
+    for surface in lowered.parts.iter().map(|p| &p.surface).filter(|_| derivatives) {
+        let wrt: Vec<u32> = (0..surface.params.len() as u32).collect();
+        let (jacobian, _) = diff::jacobian(&mut module, surface.function, &wrt).ok()?;
+        let pullback = diff::pullback(&mut module, surface.function, &wrt, true).ok()?;
         for x in [&defaults, &beside] {
-            let arguments = part.arguments(x, [Real(0.3), Real(0.7)]);
+            let arguments = surface.arguments(x, &[Real(0.3), Real(0.7)]);
             runs.push((jacobian, arguments.clone()));
             runs.push((pullback, [&arguments[..], &[Real(1.0), Real(-0.5), Real(0.25)]].concat()));
         }
