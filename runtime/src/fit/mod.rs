@@ -1,9 +1,5 @@
-<<<<<<< HEAD
-//! Parameters and pose from a scan: minimises f(x) = mean psi(d(M(x), s_i)) (\[VA\] eq. 1 and 2).
-=======
 //! Parameters and pose from a scan: minimises the mean loss of the distances d(M(x), s_i) from the scan's
 //! points s_i to the model M(x) (\[VA\] eq. 1 and 2).
->>>>>>> fit
 //!
 //! - [`FitOptions`], [`FitError`], [`FitResult`]: the input and the output of [`fit()`].
 //! - `problem`: the model, the scan, the parameterization of estimates, the loss and the objective.

@@ -18,6 +18,9 @@ pub(crate) struct Layout {
     pub(super) uv: Vec<[f64; 2]>,
     pub(super) quads: Vec<Quad>,
     pub(super) tree: Tree,
+    /// How far facets lie off the exact surface at the shape that the layout was made for, at the most, as estimated
+    /// from second differences. Millimetres.
+    pub(crate) sagitta: f64,
 }
 
 /// The grid of one patch.
@@ -67,6 +70,7 @@ impl Layout {
         for patch in 0..model.parts().len() {
             if chosen(patch) {
                 let gauge = gauge(instance, patch, tolerance, size);
+                layout.sagitta = layout.sagitta.max(gauge.sagitta);
                 layout.push_grid(patch, gauge);
             } else {
                 let first = layout.uv.len();
@@ -162,6 +166,8 @@ fn centre(quad: &Quad, positions: &[[f64; 3]]) -> DVec3 {
 struct Gauge {
     cells: [usize; 2],
     closed: [bool; 2],
+    /// The chord error of the cells, both directions together. Millimetres.
+    sagitta: f64,
 }
 
 /// Chord error h^2 |S''| / 8 from second differences on a coarse grid; beside it no cell longer than a tenth of the
@@ -171,11 +177,12 @@ fn gauge(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Ga
     let axis: Vec<f64> = (0..n).map(|i| i as f64 / CURVATURE_CELLS as f64).collect();
     let mut p = vec![[0.0; 3]; n * n];
     if instance.points_grid(patch, &axis, &axis, &mut p).is_err() {
-        return Gauge { cells: [CURVATURE_CELLS; 2], closed: [false; 2] };
+        return Gauge { cells: [CURVATURE_CELLS; 2], closed: [false; 2], sagitta: 0.0 };
     }
     let at = |i: usize, j: usize, swap: bool| DVec3::from_array(if swap { p[i * n + j] } else { p[j * n + i] });
     let mut cells = [1; 2];
     let mut closed = [false; 2];
+    let mut sagitta = 0.0;
     for (k, swap) in [(0, false), (1, true)] {
         let (mut bend, mut length, mut gap) = (0.0_f64, 0.0_f64, 0.0_f64);
         for j in 0..n {
@@ -192,7 +199,8 @@ fn gauge(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Ga
         let by_bend = CURVATURE_CELLS as f64 * (bend / (8.0 * tolerance)).sqrt();
         let by_length = CELLS_OF_SIZE * length / size;
         cells[k] = by_bend.max(by_length).ceil().clamp(1.0, MOST_CELLS) as usize;
+        sagitta += bend / 8.0 * (CURVATURE_CELLS as f64 / cells[k] as f64).powi(2);
         closed[k] = length > 0.0 && gap < 1e-9 * size && bend > 0.0;
     }
-    Gauge { cells, closed }
+    Gauge { cells, closed, sagitta }
 }

@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-//! The loss of a distance (\[VA\] eq. 2, where it is called psi, and others), and its scale from residuals.
-=======
 //! The loss of a distance (\[VA\] eq. 2, which writes psi, and others), and its scale from residuals.
->>>>>>> fit
 
 use crate::fit::tuning::CUTOFF_SIGMAS;
 use crate::robust::{MAD_TO_SD, median};
@@ -42,13 +38,6 @@ pub(crate) struct PointLoss {
     pub(crate) curvature: f64,
 }
 
-<<<<<<< HEAD
-/// Distances beyond this many sigma are not computed and count as psi = 1 (\[VA\] eq. 4) where psi is bounded; Welsch's
-/// psi there is 1 - 4.8e-6.
-const CUTOFF: f64 = 3.5;
-
-=======
->>>>>>> fit
 impl Loss {
     /// The default loss.
     pub(crate) fn welsch(sigma: f64) -> Self {
@@ -124,23 +113,12 @@ impl Loss {
         }
     }
 
-<<<<<<< HEAD
-    /// The scale for which psi(d + eps) = 1/2 (\[VA\] sect. 3), d + eps being what an inlier's distance may reach.
-=======
     /// The loss whose scale makes it 1/2 at `distance`, which an inlier's may reach (d + eps in \[VA\] sect. 3).
->>>>>>> fit
     pub(crate) fn with_half_at(kind: LossKind, distance: f64) -> Self {
         Self { kind, sigma: distance / Self::half_by_sigma(kind) }
     }
 }
 
-<<<<<<< HEAD
-/// The inlier distance d + eps (\[VA\] sect. 3) in robust standard deviations of residuals. At 3 the estimator is 97
-/// % as efficient as least squares on Gaussian residuals.
-pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
-
-=======
->>>>>>> fit
 /// Robust standard deviation of unsigned distances: 1.4826 times their median, over those within `limit`.
 /// Zero where there are none.
 pub(crate) fn robust_deviation(distances: &mut Vec<f64>, limit: f64) -> f64 {

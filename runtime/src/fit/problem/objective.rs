@@ -1,8 +1,4 @@
-<<<<<<< HEAD
-//! The objective f = mean psi(d(M(x), s_i)) (\[VA\] eq. 1) with its gradient or its weighted normal equations.
-=======
 //! The objective, the mean loss of the points' distances, with its gradient or its weighted normal equations.
->>>>>>> fit
 
 use super::isometry::Isometry;
 use super::loss::{Loss, PointLoss};
@@ -305,7 +301,8 @@ impl Objective<'_> {
         let Chunk { range, cache } = chunk;
         let Isometry { rotation, translation } = placed.motion;
         let inverse = rotation.inverse();
-        let cutoff = self.loss.cutoff();
+        // Facets lie off the surface, on either side of it.
+        let cutoff = self.loss.cutoff() + self.layout.sagitta;
         let mut all = Vec::with_capacity(range.len());
         // Points stand beside their neighbours in space: the last one's facet is a good guess for one that has none.
         let mut last = NO_HINT;

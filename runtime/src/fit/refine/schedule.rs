@@ -124,11 +124,7 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
     guess
 }
 
-<<<<<<< HEAD
-/// The scale that the residuals suggest: psi(d + eps) = 1/2 (\[VA\] sect. 3) where d + eps is three robust standard
-=======
 /// The scale that the residuals suggest: the loss is 1/2 (\[VA\] sect. 3) at three robust standard
->>>>>>> fit
 /// deviations of the distances, which hold both the noise and what the model's family cannot follow. Never above the
 /// present scale, and never below the noise's.
 fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
