@@ -130,7 +130,7 @@ impl<'s> NearestSearch<'s> {
                 continue;
             }
             least = least.min(d2);
-            // Of equally near facets the first one is the answer, whatever the order of visits.
+            // The first one of equally near facets is the answer, whatever the order of visits.
             let first = d2 == self.least && self.best.as_ref().is_some_and(|best| quad < best.quad);
             if orientation == Orientation::FrontFacing && (d2 < self.least || first) {
                 self.least = d2;

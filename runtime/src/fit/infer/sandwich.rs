@@ -158,8 +158,8 @@ impl Inverse {
         if sound.is_empty() {
             return None;
         }
-        // Within what is determined: the curvatures where their sum is positive, as at an optimum it should be, else
-        // the weights.
+        // The curvatures are taken where their sum is positive definite within the determined directions, as it should
+        // be at an optimum, else the weights.
         let basis = DMatrix::from_columns(&sound);
         let within = |m: &DMatrix<f64>| basis.transpose() * scaled(m) * &basis;
         let inner = within(bread).cholesky().or_else(|| within(weighted).cholesky())?.inverse();

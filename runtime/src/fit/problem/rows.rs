@@ -76,8 +76,8 @@ impl<'o> AllRows<'o> {
         };
         match &self.stored {
             Some(stored) => {
-                for some in stored.chunks(CHUNKS_AT_ONCE) {
-                    let made: Vec<T> = some.par_iter().map(|rows| sum(rows)).collect();
+                for chunks in stored.chunks(CHUNKS_AT_ONCE) {
+                    let made: Vec<T> = chunks.par_iter().map(|rows| sum(rows)).collect();
                     made.into_iter().for_each(&mut each);
                 }
             }
@@ -89,8 +89,9 @@ impl<'o> AllRows<'o> {
     fn by_chunk<T: Send>(&self, made: impl Fn(Vec<Rows>) -> T + Sync, mut each: impl FnMut(T)) {
         let Self { objective, placed, .. } = self;
         let mut cache = objective.follow(placed);
-        for some in objective.chunks(cache.as_deref_mut()).chunks_mut(CHUNKS_AT_ONCE) {
-            let made: Vec<T> = some.par_iter_mut().map(|chunk| made(objective.rows_of_chunk(placed, chunk))).collect();
+        for chunks in objective.chunks(cache.as_deref_mut()).chunks_mut(CHUNKS_AT_ONCE) {
+            let made: Vec<T> =
+                chunks.par_iter_mut().map(|chunk| made(objective.rows_of_chunk(placed, chunk))).collect();
             made.into_iter().for_each(&mut each);
         }
     }

@@ -97,38 +97,34 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
     // A small part has hardly a point among few: the unexplained ones are counted twice, and where few values are
     // tried, there are more of all.
     let small = group.members.len() <= SMALL_GROUP;
-    let few = thin.every(if small { SMALL_GROUP_POINTS } else { JOINT_POINTS }).and(&unexplained);
+    let joint_points = thin.every(if small { SMALL_GROUP_POINTS } else { JOINT_POINTS }).and(&unexplained);
     let signs = &from.signs;
     // The sides of the group's patches are learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(signs), ..from.clone() };
     let local = Local::new(level, group, &rest, &unexplained, from)?;
-    let mut restarted = if doubtful {
+    let restarted = if doubtful {
         let starts = starts(plan, group, from, round);
         // At the final scale what is accepted is right; at a coarser one, it may be the next local minimum.
         let enough = if scope == Scope::All { CLEAR } else { ACCEPTED };
         let accepted = |at: &Candidate| ratio(at).is_some_and(|ratio| ratio < enough);
-        if small { local.small_group(&starts, &few, scale) } else { local.batches(&starts, &few, scale, accepted) }
+        if small {
+            local.small_group(&starts, &joint_points, scale)
+        } else {
+            local.batches(&starts, &joint_points, scale, accepted)
+        }
     } else {
         vec![from.clone()]
     };
-    restarted = by_value(restarted);
-    if let Some(best) = restarted.first() {
-        let alone = local.objective(&level.space, scale);
-        let equivalents = equivalents(&alone, &best.estimate, &group.members, &seeds.reference, level.problem.radius);
-        let signs = group.unsigned(&best.signs);
-        let equivalents = equivalents.into_iter().map(|estimate| Candidate { estimate, signs: signs.clone(), ..*best });
-        restarted.extend(jointly(level, &few, scale, equivalents.collect()));
-        restarted = by_value(restarted);
-    }
+    let restarted = local.with_equivalents(plan, &joint_points, restarted);
     let least = restarted.first()?.value;
     let reference = &seeds.reference;
-    let away =
+    let from_reference =
         |c: &Candidate| level.space.normalised_distance(&group.members, &c.estimate, reference, level.problem.radius);
     let equal = restarted.into_iter().take_while(|c| c.value <= least * (1.0 + EQUAL_VALUES));
-    let best = equal.min_by(|a, b| away(a).total_cmp(&away(b)))?;
-    let value = objective(level, &few, scale, Some(signs)).evaluate(&from.estimate, Order::Value)?.value;
+    let best = equal.min_by(|a, b| from_reference(a).total_cmp(&from_reference(b)))?;
+    let value = objective(level, &joint_points, scale, Some(signs)).evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < value * (1.0 - EQUAL_VALUES)
-        || (best.value <= value * (1.0 + EQUAL_VALUES) && away(&best) < away(from));
+        || (best.value <= value * (1.0 + EQUAL_VALUES) && from_reference(&best) < from_reference(from));
     let ratio = ratio(if better { &best } else { from })?;
     if !better {
         return Some(Restarted { better: None, ratio });
@@ -221,6 +217,19 @@ impl<'s> Local<'s> {
         Objective { space, layout: &self.layout, ..objective }
     }
 
+    /// Candidates, and those that follow from the best one by exchanges of parameters; best first.
+    fn with_equivalents(&self, plan: &Restart, points: &Points, candidates: Vec<Candidate>) -> Vec<Candidate> {
+        let Restart { level, seeds: Seeds { reference, .. }, scale, .. } = *plan;
+        let mut candidates = by_value(candidates);
+        let Some(best) = candidates.first() else { return candidates };
+        let alone = self.objective(&level.space, scale);
+        let estimates = equivalents(&alone, &best.estimate, &self.group.members, reference, level.problem.radius);
+        let signs = self.group.unsigned(&best.signs);
+        let exchanged = estimates.into_iter().map(|estimate| Candidate { estimate, signs: signs.clone(), ..*best });
+        candidates.extend(jointly(level, points, scale, exchanged.collect()));
+        by_value(candidates)
+    }
+
     /// A group of few parameters: minimises over everything from the known starts and from the best optimum of the
     /// group alone. At a fine scale all known starts may be too far off to feel the points, and that optimum is not.
     fn small_group(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
@@ -263,8 +272,8 @@ impl<'s> Local<'s> {
 
     /// Every start at every angle about the axis of symmetry.
     fn rank(&self, starts: &[Estimate]) -> Ranked {
-        let few = self.unexplained.every(RANKED_POINTS);
-        let coarse = Objective { points: &few, ..self.objective(&self.level.space, ALONE_COARSE) };
+        let points = &self.unexplained.every(RANKED_POINTS);
+        let coarse = Objective { points, ..self.objective(&self.level.space, ALONE_COARSE) };
         let angles = if self.rest.axis.is_some() { ANGLES } else { 1 };
         let of_start = |start: &Estimate| {
             let placed = coarse.place(start).ok();
