@@ -1,4 +1,4 @@
-//! What a script declares: parameters, inputs, parts.
+//! The declarations of a script: parameters, inputs, parts.
 
 use crate::source::Span;
 use serde::{Deserialize, Serialize};
@@ -56,7 +56,7 @@ pub struct Parameter {
     pub name: String,
     /// Its doc comment.
     pub doc: String,
-    /// What it measures.
+    /// The quantity that it measures.
     pub quantity: Quantity,
     /// Its default, within its bounds at the defaults.
     pub default: f64,
@@ -66,7 +66,7 @@ pub struct Parameter {
     /// Upper bound likewise.
     #[serde(with = "infinite_as_null")]
     pub upper: f64,
-    /// Where it is declared.
+    /// The place of its declaration.
     #[serde(skip)]
     pub span: Span,
 }
@@ -107,7 +107,7 @@ pub struct Input {
     pub name: String,
     /// Its doc comment.
     pub doc: String,
-    /// What it measures.
+    /// The quantity that it measures.
     pub quantity: Quantity,
     /// The value that it was compiled with.
     pub value: f64,
@@ -117,7 +117,7 @@ pub struct Input {
     /// Upper bound likewise.
     #[serde(with = "infinite_as_null")]
     pub upper: f64,
-    /// Where it is declared.
+    /// The place of its declaration.
     #[serde(skip)]
     pub span: Span,
 }

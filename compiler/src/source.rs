@@ -98,6 +98,20 @@ impl Sources {
         (line, column)
     }
 
+    /// `cup.gml:12:5`: the file, line and column of a span's start.
+    #[must_use]
+    pub fn place(&self, span: Span) -> Option<String> {
+        let (line, column) = self.line_column(span);
+        Some(format!("{}:{line}:{column}", self.get(span.file)?.name))
+    }
+
+    /// The text under a span as messages quote it, if it is a short one.
+    pub(crate) fn quoted(&self, span: Span) -> String {
+        let text = self.text(span);
+        let long = text.is_empty() || text.contains('\n') || text.chars().count() > 60;
+        if long { "a value".to_owned() } else { format!("`{text}`") }
+    }
+
     /// The number of files that are not of the library.
     pub(crate) fn len(&self) -> usize {
         self.files.len()

@@ -113,7 +113,7 @@ impl<'a> Checker<'a> {
 
     pub(super) fn bind_name(&mut self, name: &'a Ident, value: Expr, out: &mut Vec<Statement>) {
         let id = self.local(&name.text, value.ty.clone(), name.span);
-        // Whoever reads a known value gets the constant.
+        // A known value is read as a constant.
         if !matches!(
             (&value.ty, &value.kind),
             (Type::Int(Some(_)), ExprKind::Int(_)) | (Type::Bool(Some(_)), ExprKind::Bool(_))

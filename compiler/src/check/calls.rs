@@ -39,7 +39,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// How many arguments a function must be given.
+    /// The number of arguments that a function must be given.
     pub(super) fn arity(&self, id: ClosureId) -> usize {
         self.parameters(id).iter().filter(|p| !p.optional).count()
     }

@@ -78,7 +78,7 @@ pub(crate) struct Entered {
     /// Whether it is a statement of the file's `inner`, else an item; and which.
     pub(crate) inner: bool,
     pub(crate) index: usize,
-    /// How many statements of the file's `inner` come before it.
+    /// The number of statements of the file's `inner` before it.
     pub(crate) at: usize,
 }
 
@@ -124,7 +124,7 @@ impl Request<'_> {
         checker.env.module = current.file;
         let item = &modules[current.file].items[current.item];
         let ItemKind::Model(decl) = &item.kind else { return Ok(None) };
-        let model = checker.main_model(decl, &item.doc, &self.inputs_of_model(&decl.items));
+        let model = checker.main_model(decl, &self.inputs_of_model(&decl.items));
         let failed = checker.has_errors();
         let mut diagnostics = sorted(checker.into_diagnostics());
         if failed {

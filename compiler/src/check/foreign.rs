@@ -2,9 +2,9 @@
 
 /// The advice for a name from another language.
 pub(super) enum Foreign {
-    /// It can be replaced by this one.
+    /// The name can be replaced by this one.
     Name(&'static str),
-    /// It is said otherwise.
+    /// The meaning is expressed in another way.
     Hint(&'static str),
 }
 

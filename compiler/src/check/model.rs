@@ -16,7 +16,6 @@ use std::collections::BTreeMap;
 /// A part of a model's body, before it is given its full name.
 pub(super) struct Entry<'a> {
     pub(super) decl: &'a ast::PartDecl,
-    pub(super) doc: &'a str,
     pub(super) span: Span,
     /// Whether it stands in a loop, so that there may be several of it.
     pub(super) grouped: bool,
@@ -50,36 +49,30 @@ enum Source<'s> {
 impl<'a> Checker<'a> {
     /// Checks the main file's model, if it has one, and then what no call has reached.
     pub(super) fn check_main(&mut self, inputs: &BTreeMap<String, InputValue>) -> Option<Model> {
-        let models: Vec<(&'a ast::Model, &'a Item)> = self.modules[0]
-            .items
-            .iter()
-            .filter_map(|item| match &item.kind {
-                ItemKind::Model(model) => Some((model, item)),
-                _ => None,
-            })
-            .collect();
+        let model = |item: &'a Item| if let ItemKind::Model(model) = &item.kind { Some(model) } else { None };
+        let models: Vec<&'a ast::Model> = self.modules[0].items.iter().filter_map(model).collect();
         let chosen = match &self.options.model {
             None => models.last(),
-            Some(name) => models.iter().find(|(m, _)| m.name.text == *name),
+            Some(name) => models.iter().find(|m| m.name.text == *name),
         };
         if let (None, Some(name)) = (chosen, &self.options.model) {
             let span = self.modules[0].items.first().map_or(Span::default(), |i| i.span);
             let diagnostic = Diagnostic::new(Code::UnknownName, span, format!("this file has no model '{name}'"));
-            let near = nearest(name, models.iter().map(|(m, _)| m.name.text.as_str()));
+            let near = nearest(name, models.iter().map(|m| m.name.text.as_str()));
             self.report(match near {
                 Some(near) => diagnostic.hint(format!("did you mean '{near}'?")),
                 None => diagnostic,
             });
         }
-        let model = chosen.map(|(model, item)| self.main_model(model, &item.doc, inputs));
+        let model = chosen.map(|model| self.main_model(model, inputs));
         self.check_annotated(0);
-        for (other, _) in models.iter().filter(|(m, _)| chosen.is_none_or(|(main, _)| !std::ptr::eq(*main, *m))) {
+        for other in models.iter().filter(|m| chosen.is_none_or(|main| !std::ptr::eq(*main, **m))) {
             self.check_model(other);
         }
         model
     }
 
-    /// Brings what a model's body names into scope, as that of a session. Parts in loops are had as arrays.
+    /// Brings the names of a model's body into scope, as that of a session. Parts in loops become arrays.
     pub(super) fn scope_of_model(&mut self, decl: &'a ast::Model, inputs: &BTreeMap<String, InputValue>) -> Body<'a> {
         let mut body = Body::default();
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
@@ -93,12 +86,7 @@ impl<'a> Checker<'a> {
     }
 
     /// The main model, whose parameters are free.
-    pub(super) fn main_model(
-        &mut self,
-        decl: &'a ast::Model,
-        doc: &str,
-        inputs: &BTreeMap<String, InputValue>,
-    ) -> Model {
+    pub(super) fn main_model(&mut self, decl: &'a ast::Model, inputs: &BTreeMap<String, InputValue>) -> Model {
         let mut body = Body::default();
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
@@ -117,7 +105,6 @@ impl<'a> Checker<'a> {
         self.env.names.clear();
         let mut model = Model {
             name: decl.name.text.clone(),
-            doc: doc.to_owned(),
             params: body.params,
             inputs: body.inputs,
             body: body.statements,
@@ -240,7 +227,6 @@ impl<'a> Checker<'a> {
         let shape = self.name(&decl.name.text, decl.name.span);
         body.entries.push(Entry {
             decl,
-            doc: &item.doc,
             span: item.span,
             grouped: body.loops > 0,
             shape: Expr { span: decl.shape.span, ..shape },

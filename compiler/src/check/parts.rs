@@ -101,7 +101,6 @@ impl<'a> Checker<'a> {
         Some(Part {
             name: name.full.clone(),
             group: name.group.clone(),
-            doc: entry.doc.to_owned(),
             tolerance: entry.tolerance.clone(),
             shape,
             local,

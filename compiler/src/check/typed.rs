@@ -1,7 +1,7 @@
 //! The typed tree: a model whose every name, type and call is resolved. It has no generics, no modules, no labels,
 //! no defaults and no ranges that the compiler does not know the meaning of.
 //!
-//! Representation, for whoever lowers it: a value is a flat list of scalars. `Real` is one real; `Int` and `Bool` are
+//! Representation: a value is a flat list of scalars. `Real` is one real; `Int` and `Bool` are
 //! one int or bool *also where the value is known*; `Text` is nothing; `Range` is two ints; tuples, arrays and records
 //! are their components in order; a closure is its captures in order (see [`Model::closures`]).
 //!
@@ -26,8 +26,6 @@ pub struct FunctionId(pub u32);
 pub struct Model {
     /// Its name.
     pub name: String,
-    /// Its doc comment.
-    pub doc: String,
     /// Every local of the model and of all functions.
     pub locals: Vec<Local>,
     /// Layouts of function values.
@@ -112,8 +110,6 @@ pub struct Part {
     pub name: String,
     /// The name without an index: `hole`.
     pub group: String,
-    /// Its doc comment.
-    pub doc: String,
     /// The tolerance, a length, where one is given.
     pub tolerance: Option<Expr>,
     /// The surface as a function value: what it captured is the model's prelude.
@@ -295,7 +291,7 @@ pub struct Call {
     pub function: FunctionId,
     /// The closure whose captures the function gets; `None` where it has none.
     pub closure: Option<Box<Expr>>,
-    /// As many as the function has parameters, of exactly their types (but for known values of ints and bools).
+    /// One for each parameter of the function, of exactly its type (but for known values of ints and bools).
     pub args: Vec<Expr>,
 }
 
@@ -311,8 +307,8 @@ pub fn lets(statements: &[Statement]) -> Vec<(LocalId, &Expr)> {
     lets
 }
 
-/// Those of some `let`s that the values of the locals in `needed` depend on, in their order. The locals that their
-/// values use are added to `needed`.
+/// The `let`s, of some, that the values of the locals in `needed` depend on, in their order. The locals that their values
+/// use are added to `needed`.
 #[must_use]
 pub fn needed_lets<'t>(mut lets: Vec<(LocalId, &'t Expr)>, needed: &mut HashSet<LocalId>) -> Vec<(LocalId, &'t Expr)> {
     let mut kept = Vec::new();

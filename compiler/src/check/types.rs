@@ -238,7 +238,7 @@ impl Type {
         })
     }
 
-    /// It without what is known of its ints and bools.
+    /// The type without the known values of its ints and bools.
     pub(super) fn forget(&self) -> Type {
         let forget = |ty: &Type| {
             Some(match ty {
@@ -251,7 +251,7 @@ impl Type {
         self.map(&forget).unwrap_or(Type::Error)
     }
 
-    /// It with every dimension mapped.
+    /// The type with every dimension mapped.
     pub(super) fn map_dimensions(&self, f: &dyn Fn(Dimension) -> Option<Dimension>) -> Option<Type> {
         self.map(&|ty| match ty {
             Type::Real(d) => Some(Type::Real(f(*d)?)),

@@ -21,7 +21,7 @@ pub(super) trait Scope<'a> {
     fn used(&mut self, name: &'a str);
     /// A name is bound from here on.
     fn bind(&mut self, name: &'a Ident, binder: Binder);
-    /// How many names are bound at present.
+    /// The number of names that are bound at present.
     fn len(&self) -> usize;
     /// All names but the first `len` go out of scope.
     fn truncate(&mut self, len: usize);

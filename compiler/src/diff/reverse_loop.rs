@@ -69,7 +69,7 @@ impl Reverse<'_> {
         let flag = |v: &Value| sums.is_active(*v).then_some(0).into_iter().collect::<Set>();
         let depends =
             carried_sets(&sets, init.iter().map(flag).collect(), &invariant.iter().map(flag).collect::<Vec<_>>());
-        // Those among them on which the results with adjoints depend.
+        // The values among them on which the results with adjoints depend.
         let mut matters = vec![false; init.len() + invariant.len()];
         let mut left: Vec<usize> = results.iter().map(|(k, _)| *k as usize).collect();
         while let Some(k) = left.pop() {

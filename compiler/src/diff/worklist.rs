@@ -9,7 +9,7 @@ use std::hash::Hash;
 #[derive(Debug)]
 pub(super) struct Worklist<K> {
     ids: HashMap<K, FunctionId>,
-    /// Those that are still to be made.
+    /// The functions that are still to be made.
     left: Vec<(K, FunctionId)>,
 }
 

@@ -161,7 +161,7 @@ impl Code {
         let Points { count, values } = points;
         let whole = count - count % kernel.lanes;
         let located = |Stopped { trap, point }: Stopped| {
-            // Which of the two points it was: each is run alone.
+            // Each of the two points is run alone to find the one that stopped.
             let both = if kernel.lanes == 2 { point..point + 2 } else { 0..0 };
             let alone = |point| Some(Stopped { trap: kernel.run_alone(captures, points, point, limits).err()?, point });
             both.into_iter().find_map(alone).unwrap_or(Stopped { trap, point })

@@ -91,7 +91,7 @@ pub(super) struct Compiler<'m> {
     pub(super) memory: CodeMemory,
     /// Functions with code of their own.
     natives: HashMap<FunctionId, FuncId>,
-    /// Those of them that are still to be compiled.
+    /// Functions of these that are still to be compiled.
     pending: Vec<FunctionId>,
     /// Kernels and routines in the order of their compilation; `finish` fills in their addresses.
     kernels: Vec<(FuncId, Kernel)>,

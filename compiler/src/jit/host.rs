@@ -94,7 +94,7 @@ macro_rules! one_by_one {
             }
         )+
 
-        /// Those that are the platform's, or small.
+        /// The functions that are the platform's, or small.
         fn one_by_one() -> Vec<HostFunction> {
             vec![
                 $(

@@ -1,4 +1,5 @@
-//! Which functions get machine code of their own, and which are lowered in the place where they are used.
+//! The plan of a module's code: functions with machine code of their own, and functions that are lowered where they are
+//! used.
 
 use crate::ir::{FunctionId, Module, Op};
 
@@ -21,13 +22,13 @@ struct Placement {
     size: usize,
     /// Levels of bodies that are lowered within it.
     nesting: usize,
-    /// It, or a function that it uses, loops or calls.
+    /// The function, or one that it uses, loops or calls.
     counts_steps: bool,
     /// The visit has reached it.
     entered: bool,
     /// All of the above are final.
     done: bool,
-    /// It is its own ancestor, which no valid module has.
+    /// The function is its own ancestor, which no valid module has.
     cyclic: bool,
 }
 

@@ -15,7 +15,7 @@ use thiserror::Error;
 pub struct Options {
     /// Values of inputs by name; the others have their defaults.
     pub inputs: BTreeMap<String, InputValue>,
-    /// Which model of the file, and the limits of the checker.
+    /// The model of the file, and the limits of the checker.
     pub check: CheckOptions,
     /// The limits of every evaluation.
     pub limits: Limits,
@@ -131,7 +131,5 @@ fn summary(diagnostics: &[Diagnostic], sources: &Sources) -> String {
     let Some(first) = diagnostics.iter().find(|d| d.severity == Severity::Error) else {
         return "the script cannot be compiled".to_owned();
     };
-    let (line, column) = sources.line_column(first.span);
-    let file = sources.get(first.span.file).map_or("", |f| f.name.as_str());
-    format!("{file}:{line}:{column}: {}", first.message)
+    format!("{}: {}", sources.place(first.span).unwrap_or_default(), first.message)
 }

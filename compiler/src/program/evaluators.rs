@@ -26,7 +26,7 @@ pub(super) struct Evaluator {
     /// `(captures.., u, v) -> results..`, or for a pullback `(captures.., u, v, w..) -> adjoints of captures..`. Parts
     /// that are alike share one.
     pub(super) functions: Vec<FunctionId>,
-    /// Which of them each part has.
+    /// For each part the index of its function among them.
     pub(super) of_part: Vec<usize>,
     /// For grids each function split: its kernels are those of the columns, of the rows, and of every point.
     pub(super) splits: Vec<GridSplit>,

@@ -137,9 +137,8 @@ impl Program {
         params: Option<&[u32]>,
     ) -> EvaluationError {
         let mut text = String::new();
-        if let Some(file) = span.and_then(|s| self.sources.get(s.file)) {
-            let (line, column) = self.sources.line_column(span.unwrap_or_default());
-            let _ = write!(text, "{}:{line}:{column}: ", file.name);
+        if let Some(place) = span.and_then(|s| self.sources.place(s)) {
+            let _ = write!(text, "{place}: ");
         }
         text.push_str(message);
         let mut values = Vec::new();
@@ -197,7 +196,12 @@ impl Program {
             BuildError::Diff(e) => Some(e.span()),
             BuildError::Jit(_) => None,
         };
-        self.error(span, &format!("{what} cannot be had: {error}"), &Place { x: &[], patch: None, uv: None }, Some(&[]))
+        self.error(
+            span,
+            &format!("{what} cannot be computed: {error}"),
+            &Place { x: &[], patch: None, uv: None },
+            Some(&[]),
+        )
     }
 }
 
@@ -228,12 +232,7 @@ impl Instance<'_> {
     ) -> EvaluationError {
         let program = self.program;
         let span = found.filter(|s| s.end > s.start);
-        let text = span.map_or("", |s| program.sources.text(s));
-        let what = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {
-            "a value".to_owned()
-        } else {
-            format!("`{text}`")
-        };
+        let what = program.sources.quoted(span.unwrap_or_default());
         let message = if is_derivative {
             format!("the derivative of {what} is not finite")
         } else {

@@ -54,7 +54,7 @@ pub(super) struct PartFunctions {
 /// The derivative of a capture by a parameter, where it is not always zero.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PreludeEntry {
-    /// Which of the part's captures.
+    /// The position among the part's captures.
     pub(super) capture: u32,
     pub(super) param: u32,
     pub(super) value: EntryValue,

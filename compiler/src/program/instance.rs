@@ -16,7 +16,7 @@ pub struct Instance<'p> {
     pub(super) x: Vec<f64>,
     /// Results of the prelude.
     pub(super) captures: Vec<f64>,
-    /// Those of every part, in its order.
+    /// The captures of every part, in its order.
     part_captures: Vec<Vec<f64>>,
     prelude_jacobian: OnceLock<Result<Vec<f64>, EvaluationError>>,
 }

@@ -12,7 +12,7 @@ use crate::workers::Workers;
 pub(super) struct Jacobian {
     /// `(C.., entries.., u, v) -> (point's derivative by each active parameter)..`.
     pub(super) function: FunctionId,
-    /// Which results of the prelude's Jacobian it takes.
+    /// The results of the prelude's Jacobian that it takes.
     pub(super) entries: Vec<u32>,
     /// Parameters that the part depends on, ascending.
     pub(super) active: Vec<u32>,
@@ -54,7 +54,7 @@ struct Made {
 /// Nodes of bodies that are worth a group of their own.
 const GROUP: usize = 300;
 
-/// Groups at most. They are the same whoever works on them, lest what is made depends on it.
+/// Most groups. They do not depend on the number of workers, so that the result does not.
 const MOST_GROUPS: usize = 8;
 
 /// The Jacobian of each part, of which the body and the entries of the prelude's Jacobian are given.

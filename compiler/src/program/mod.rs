@@ -56,7 +56,7 @@ pub struct Program {
     sources: Sources,
     typed: typed::Model,
     functions: ModelFunctions,
-    /// Those of [`ModelFunctions::routines`].
+    /// The code of [`ModelFunctions::routines`].
     routines: Code,
     evaluators: Evaluators,
     limits: Limits,
@@ -67,12 +67,6 @@ impl Program {
     #[must_use]
     pub fn name(&self) -> &str {
         &self.typed.name
-    }
-
-    /// The model's doc comment.
-    #[must_use]
-    pub fn doc(&self) -> &str {
-        &self.typed.doc
     }
 
     /// The free parameters, in order.

@@ -50,12 +50,7 @@ pub(super) fn run(session: &Session, module: &Module, function: FunctionId) -> R
         return Ok(results);
     }
     let origin = interpret::non_finite(module, function, &args, limits).ok().flatten().unwrap_or_default();
-    let text = session.sources.text(origin);
-    let what = if text.is_empty() || text.contains('\n') || text.chars().count() > 60 {
-        "a value".to_owned()
-    } else {
-        format!("`{text}`")
-    };
+    let what = session.sources.quoted(origin);
     let place = where_it_was(module, function, parameters, x);
     Err(Diagnostic::new(Code::NotFinite, origin, format!("{what} is not a finite number{place}")))
 }

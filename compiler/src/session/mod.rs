@@ -208,7 +208,7 @@ impl Session {
         self.with_expression(text, loader, |_, _, asked| Ok((asked.words.clone(), evaluate::written(asked))))
     }
 
-    /// Does something with a checked expression, and forgets it: nobody quotes it any more.
+    /// Does something with a checked expression and forgets it, as no later message quotes it.
     fn with_expression<T>(
         &mut self,
         text: &str,

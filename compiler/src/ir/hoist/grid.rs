@@ -65,7 +65,7 @@ fn copy(function: &Function, params: Vec<Parameter>, shared: usize, taken: &[Val
     while let Some(Step { index: v, node, op }) = rebuild.next(&mut b) {
         rebuild.push(Image::One(match given.get(&v) {
             Some(param) => *param,
-            // What only the taken values need is left out.
+            // A node that only the taken values need is left out.
             None if !op.all_operands(|v| v != Value::NONE) => Value::NONE,
             None => b.node(op, node.ty),
         }));

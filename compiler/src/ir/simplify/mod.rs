@@ -62,7 +62,7 @@ struct Simplifier<'m> {
     module: &'m mut Module,
     /// Specialised bodies, with all of their parameters.
     specialized: HashMap<Specialization, Rc<Function>>,
-    /// Those that are functions of the module, by the parameters that they keep there.
+    /// Specialised bodies that are functions of the module, by the parameters that they keep there.
     added: HashMap<(Specialization, Vec<u32>), FunctionId>,
     /// The number of nodes that were made.
     made: usize,

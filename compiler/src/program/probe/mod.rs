@@ -24,7 +24,7 @@ impl Program {
         found
     }
 
-    /// Points, partials and the Jacobian of every part on a coarse grid, inner points only: poles are no mistake.
+    /// Points, partials and the Jacobian of every part on a coarse grid, inner points only: a pole is not a mistake.
     fn evaluate_at_defaults(&self) -> Result<(), EvaluationError> {
         let instance = self.instantiate(&self.defaults())?;
         let steps = [0.02, 0.27, 0.5, 0.73, 0.98];
