@@ -120,13 +120,13 @@ impl<'s> NearestSearch<'s> {
         let mut least = f64::INFINITY;
         for corners in [[0, 1, 2], [0, 2, 3]] {
             let [a, b, c] = corners.map(|k: usize| corner[k]);
-            let (weights, d2) = triangle_closest(q, a, b, c);
-            // The orientation matters only where the triangle is near.
-            if d2 > limit.min(least) && d2 > self.least {
-                continue;
-            }
+            // Half of the facets near a thin wall face away, and their distances cost more than their orientation.
             let orientation = facing.map_or(Orientation::FrontFacing, |f| f.orientation(patch, a, b, c));
             if orientation == Orientation::BackFacing {
+                continue;
+            }
+            let (weights, d2) = triangle_closest(q, a, b, c);
+            if d2 > limit.min(least) && d2 > self.least {
                 continue;
             }
             least = least.min(d2);
