@@ -1,9 +1,9 @@
 //! The typed tree: a model whose every name, type and call is resolved. It has no generics, no modules, no labels,
 //! no defaults and no ranges that the compiler does not know the meaning of.
 //!
-//! Representation: a value is a flat list of scalars. `Real` is one real; `Int` and `Bool` are
-//! one int or bool *also where the value is known*; `Text` is nothing; `Range` is two ints; tuples, arrays and records
-//! are their components in order; a closure is its captures in order (see [`Model::closures`]).
+//! Representation: a value is a flat list of scalars. `Real` is one real; `Int` and `Bool` are one int or bool *also
+//! where the value is known*; `Text` is nothing; `Range` is two ints; tuples, arrays and records are their components
+//! in order; a closure is its captures in order (see [`Model::closures`]).
 //!
 //! Everything is pure, so an expression may be evaluated once, never, or twice.
 
@@ -307,8 +307,8 @@ pub fn lets(statements: &[Statement]) -> Vec<(LocalId, &Expr)> {
     lets
 }
 
-/// The `let`s, of some, that the values of the locals in `needed` depend on, in their order. The locals that their values
-/// use are added to `needed`.
+/// Of some `let`s those on which the values of the locals in `needed` depend, in their order. The locals that their
+/// values use are added to `needed`.
 #[must_use]
 pub fn needed_lets<'t>(mut lets: Vec<(LocalId, &'t Expr)>, needed: &mut HashSet<LocalId>) -> Vec<(LocalId, &'t Expr)> {
     let mut kept = Vec::new();

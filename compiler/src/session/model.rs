@@ -56,7 +56,6 @@ impl CurrentModel {
     }
 
     /// The names of its surfaces.
-    #[must_use]
     pub fn parts(&self) -> impl Iterator<Item = &str> {
         self.typed.parts.iter().map(|p| p.name.as_str())
     }
