@@ -1,6 +1,6 @@
 //! The formatter: every script has one layout.
 //!
-//! [`format`] changes only line ends, spaces, commas before closing brackets and semicolons at line ends. It builds a
+//! [`format()`] changes only line ends, spaces, commas before closing brackets and semicolons at line ends. It builds a
 //! document (`document`) from the tree, whose leaves are the tokens and comments of the text in their order (`cursor`),
 //! and breaks its lines (`render`). Documents of blocks and models are made in `statements`, those of items in `items`,
 //! those of expressions in `expressions`, `postfix`, `branches` and `lists`. At the end the tokens and comments of the

@@ -1,4 +1,4 @@
-//! Values at run time, and the operations of [`arithmetic`] on them.
+//! Values at run time, and the operations of `arithmetic` on them.
 
 use super::{Binary, Compare, Type, Unary, arithmetic};
 
