@@ -44,7 +44,7 @@
 //! 6. [`program`]: compiled scripts, as everything outside the compiler knows them.
 //!
 //! [`session`] evaluates texts that are entered one after another, by the same stages. [`format`](mod@format) lays out
-//! scripts, and [`mod@reference`] makes pages of doc comments.
+//! scripts, and [`reference`](mod@reference) makes pages of doc comments.
 //!
 //! The crate is pure: no input or output, no threads, no clocks. Files that a script `use`s come in through
 //! [`source::Loader`]; parallel work goes out to [`Workers`].
