@@ -123,7 +123,7 @@ impl<'a> dyn Instance + 'a {
         self.evaluate(patch, Sites::Scattered(u, v), Order::Jacobian, out)
     }
 
-    /// Adds sum over i of (dS/dx at point i)^T `w[i]` to `gradient`, which has an entry for each parameter of the model.
+    /// Adds sum over i of (dS/dx at point i)^T `w[i]` to `gradient`, which has an entry for every parameter.
     pub fn pullback(
         &self,
         patch: usize,
