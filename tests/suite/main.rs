@@ -5,6 +5,7 @@ mod command;
 mod diagnostics;
 mod documentation;
 mod examples;
+mod held;
 mod inspect;
 #[cfg(unix)]
 mod interrupt;

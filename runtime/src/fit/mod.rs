@@ -39,9 +39,7 @@ use crate::progress::Progress;
 use crate::scan::Scan;
 use monitor::Monitor;
 use problem::Problem;
-use refine::cover::cover;
-use refine::schedule::refine;
-use refine::write_back::write_back;
+use refine::solve::solve;
 
 /// Fits a model to a scan. The scan's frame is the script's: a script with pose parameters gets them, one without gets
 /// a pose beside its parameters.
@@ -58,13 +56,7 @@ pub fn fit(
 ) -> Result<FitResult, FitError> {
     let monitor = Monitor::new(progress);
     let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
-    let registration = monitor.stage("screen", || register::register(&problem))?;
-    progress.report("fitting", f64::NAN, "");
-    let solution = monitor.stage("fit", || refine(registration));
-    let mut solution = monitor.stage("finish", || write_back(solution));
-    if options.coverage && !monitor.cancelled() {
-        solution = monitor.stage("coverage", || cover(solution));
-    }
+    let solution = solve(&problem)?;
     let inference = infer::infer(&solution);
     Ok(report::result(&solution, inference))
 }

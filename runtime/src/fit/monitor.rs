@@ -93,6 +93,11 @@ impl<'a> Monitor<'a> {
         self.evaluations.load(Ordering::Relaxed)
     }
 
+    /// Adds evaluations that another monitor counted.
+    pub(crate) fn count(&self, evaluations: u64) {
+        self.evaluations.fetch_add(evaluations, Ordering::Relaxed);
+    }
+
     /// The records so far.
     pub(crate) fn records(&self) -> Records {
         let (trace, warnings) = (lock(&self.trace).clone(), lock(&self.warnings).clone());

@@ -380,6 +380,9 @@ pub(crate) const SWITCH_CAP: f64 = 0.8;
 pub(crate) const SWITCH_ROUNDS: usize = 3;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
+/// A released fit is another one than that near the held values where chance explains the difference of their mean
+/// losses with a probability below this.
+pub(crate) const SIGNIFICANT: f64 = 0.05;
 /// A part is observed of whose points more than this share are near nothing else, however badly the rest fits (0023).
 pub(crate) const UNEXPLAINED_SHARE: f64 = 0.1;
 /// Gauss-Newton steps of a drawn scan, which begins beside its optimum, and how exact feet are then (sigma).

@@ -30,11 +30,11 @@ pub(crate) struct Inference {
 /// Standard deviations, tests and the bootstrap, as far as they were asked for.
 pub(crate) fn infer(solution: &Solution) -> Inference {
     let problem = solution.level.problem;
-    let (tests, uncertainty) = problem.monitor.stage("uncertainty", || {
-        let tests = wald::test(solution);
+    let tests = wald::test(solution);
+    let uncertainty = problem.monitor.stage("uncertainty", || {
         // A user who has cancelled does not wait for standard deviations.
         let uncertainty = if problem.monitor.cancelled() { None } else { uncertainty(solution) };
-        (tests, uncertainty.map(|uncertainty| unobserved::mark(solution, uncertainty)))
+        uncertainty.map(|uncertainty| unobserved::mark(solution, uncertainty))
     });
     let bootstrap = (problem.options.bootstrap > 0)
         .then(|| problem.monitor.stage("bootstrap", || bootstrap::run(solution, uncertainty.as_ref())));

@@ -1,11 +1,15 @@
 //! Whether the scan contradicts a value at which a parameter was held: Wald's test, on the fit with it released.
 
 use super::significance::chi_squared_tail;
+use crate::fit::monitor::Monitor;
+use crate::fit::options::FitOptions;
+use crate::fit::problem::Problem;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Parameterization;
 use crate::fit::refine::schedule::{Guess, Solution, polish};
+use crate::fit::refine::solve::solve;
 use crate::fit::result::HypothesisTest;
-use crate::fit::tuning::CHORD;
+use crate::fit::tuning::{CHORD, SIGNIFICANT};
 use nalgebra::{DMatrix, DVector};
 
 /// Tests every parameter that was fixed at a value of `options.start`, each by itself (the others released as well),
@@ -18,7 +22,12 @@ pub(crate) fn test(solution: &Solution) -> Vec<HypothesisTest> {
     if tested.is_empty() || problem.monitor.cancelled() {
         return Vec::new();
     }
-    let Some(Released { x, values, covariance }) = released(solution, &tested) else {
+    problem.monitor.progress.report("testing the held values", f64::NAN, "");
+    let released = problem.monitor.stage("test", || released(solution, &tested));
+    if problem.monitor.cancelled() {
+        return Vec::new();
+    }
+    let Some(Released { x, values, covariance }) = released else {
         problem
             .monitor
             .warn("whether the scan contradicts the fixed values cannot be tested: it does not determine them");
@@ -56,20 +65,74 @@ struct Released {
     covariance: DMatrix<f64>,
 }
 
-/// Goes on from a solution with some held parameters released. None where the scan does not determine them.
+/// Releases some held parameters: in a whole new fit, and at the held solution, which may lie in another minimum. Both
+/// minimise the same loss, the one of smaller scale. None where the scan does not determine the parameters.
 fn released(solution: &Solution, tested: &[usize]) -> Option<Released> {
-    let Level { problem, space, coverage, .. } = &solution.level;
-    let x = space.x(&solution.estimate.z)?;
+    let problem = solution.level.problem;
+    let x = solution.level.space.x(&solution.estimate.z)?;
+    let monitor = Monitor::new(problem.monitor.progress);
+    let options = released_options(problem, tested);
+    let again = options.iter().find_map(|o| Problem::new(problem.model, problem.scan, o, &monitor).ok());
+    let anew = again.as_ref().and_then(|problem| solve(problem).ok());
+    problem.monitor.count(monitor.evaluations());
+    if problem.monitor.cancelled() {
+        return None;
+    }
+    // The new fit has nothing to say on parameters of the pose that the motion stands for.
+    let anew = anew.filter(|anew| tested.iter().all(|i| anew.level.space.varies(*i)));
+    let loss = match &anew {
+        Some(anew) if anew.loss.sigma < solution.loss.sigma => anew.loss,
+        _ => solution.loss,
+    };
+    let anew = anew.map(|anew| match anew.loss == loss {
+        true => anew,
+        false => {
+            let (level, guess) = anew.into_guess();
+            polish(level, &problem.points, Guess { loss, ..guess }, None)
+        }
+    });
+    let Level { space, coverage, .. } = &solution.level;
+    let coverage = anew.as_ref().map_or(coverage, |anew| &anew.level.coverage).clone();
     let mut free: Vec<usize> = space.free.iter().chain(tested).copied().collect();
     free.sort_unstable();
     let wider = Parameterization::new(problem.model, &x, free, space.moving, &space.ties);
     let estimate = wider.estimate(&x, solution.estimate.motion);
     let level = Level::new(problem, wider, &estimate, CHORD).ok()?;
-    let level = Level { coverage: coverage.clone(), ..level };
-    let guess = Guess { estimate, loss: solution.loss, signs: solution.signs.clone(), iterations: 0 };
-    let refitted = polish(level, &problem.points, guess, None);
+    let guess = Guess { estimate, loss, signs: solution.signs.clone(), iterations: 0 };
+    let near = polish(Level { coverage, ..level }, &problem.points, guess, None);
+    match anew.filter(|anew| clearly_better(anew, &near, tested.len())) {
+        Some(anew) => values_of(&anew, tested, x),
+        None => values_of(&near, tested, x),
+    }
+}
+
+/// The user's options without the holds under test. Their other start values may be outside of bounds that depend on
+/// the tested parameters, unless these begin at the values at which they were held: the second choice.
+fn released_options(problem: &Problem, tested: &[usize]) -> [FitOptions; 2] {
+    let names: Vec<&String> = tested.iter().map(|i| &problem.model.parameters()[*i].name).collect();
+    let mut near = problem.options.clone();
+    near.fixed.retain(|name| !names.contains(&name));
+    let mut anew = near.clone();
+    anew.start.retain(|name, _| !names.contains(&name));
+    [anew, near]
+}
+
+/// Whether the mean loss of the new fit is smaller than that of the fit near the held solution by more than chance, in
+/// `degrees` parameters: by n ln(ratio), as in Schwarz's criterion. Otherwise the two may differ in name only: in the
+/// angles of one rotation, or by a symmetry of the model.
+fn clearly_better(anew: &Solution, near: &Solution, degrees: usize) -> bool {
+    if !(anew.evaluation.value < near.evaluation.value) {
+        return false;
+    }
+    let Some(uncertainty) = super::uncertainty(anew) else { return false };
+    let ratio = near.evaluation.value / anew.evaluation.value.max(f64::MIN_POSITIVE);
+    chi_squared_tail(uncertainty.effective_points * ratio.ln(), degrees) < SIGNIFICANT
+}
+
+/// The tested parameters in a fit that has them free.
+fn values_of(refitted: &Solution, tested: &[usize], x: Vec<f64>) -> Option<Released> {
     let values = refitted.level.space.x(&refitted.estimate.z)?;
-    let uncertainty = super::uncertainty(&refitted)?;
+    let uncertainty = super::uncertainty(refitted)?;
     let slope = refitted.level.space.chain(&refitted.estimate);
     let rows: Vec<DVector<f64>> = tested.iter().map(|i| slope.row(*i).transpose()).collect();
     let determined =

@@ -3,4 +3,5 @@
 
 pub(crate) mod cover;
 pub(crate) mod schedule;
+pub(crate) mod solve;
 pub(crate) mod write_back;

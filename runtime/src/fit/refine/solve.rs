@@ -1,0 +1,24 @@
+//! All stages from a problem to its optimum.
+
+use super::cover::cover;
+use super::schedule::{Solution, refine};
+use super::write_back::write_back;
+use crate::fit::options::FitError;
+use crate::fit::problem::Problem;
+use crate::fit::register::register;
+
+/// Registers, refines, writes the pose back and, where that is requested, holds the ends to the scan.
+///
+/// # Errors
+/// The model cannot be evaluated at the start.
+pub(crate) fn solve<'a>(problem: &'a Problem<'a>) -> Result<Solution<'a>, FitError> {
+    let monitor = problem.monitor;
+    let registration = monitor.stage("screen", || register(problem))?;
+    monitor.progress.report("fitting", f64::NAN, "");
+    let solution = monitor.stage("fit", || refine(registration));
+    let solution = monitor.stage("finish", || write_back(solution));
+    if problem.options.coverage && !monitor.cancelled() {
+        return Ok(monitor.stage("coverage", || cover(solution)));
+    }
+    Ok(solution)
+}
