@@ -1,6 +1,6 @@
-//! Parameters that are held at values: tests of the values.
+//! Parameters that are held at values or equal: tests of the values, and options that cannot be met.
 
-use crate::support::{gmlc, json};
+use crate::support::{fails, gmlc, json};
 use serde_json::Value;
 use std::path::Path;
 use tempfile::{TempDir, tempdir};
@@ -15,6 +15,19 @@ const BESIDE: &str = "model beside {
   part top = disc(r).translate((0mm, 0mm, a))
   part base = disc(r).flip()
   part knob = sphere(10mm).translate((a, b * 20mm, a / 2))
+}
+";
+
+/// Bounds that depend on each other.
+const DEPENDENT: &str = "model dependent {
+  param r: length in 5mm..50mm = 20mm
+  param t: length in 1mm..(r / 2) = 4mm
+  param e: length in (-t * sin(30deg))..(t * sin(30deg)) = 0mm
+  param h: length in t..(3 * r) = 40mm
+  param a: angle in 0deg..90deg = 30deg
+  part body = cylinder(r, h)
+  part base = disc(r).flip()
+  part pin = sphere(t).translate((r + e, 0mm, h / 2 * cos(a)))
 }
 ";
 
@@ -44,4 +57,26 @@ fn a_value_is_contradicted_however_far_off_it_is() {
     }
     let test = tested(folder.path(), "b=0.8");
     assert!(test["p"].as_f64() > Some(0.001), "{test}");
+}
+
+#[test]
+fn holds_that_cannot_be_met_are_refused() {
+    let folder = scanned("dependent.gml", DEPENDENT, &[]);
+    let refused = |more: &[&str]| {
+        let mut args = vec!["fit", "dependent.gml", "scan.ply"];
+        args.extend(more);
+        fails(folder.path(), &args, 2)
+    };
+    let message = refused(&["--equal", "t,e"]);
+    assert!(message.contains("`t` and `e` cannot be held equal: their bounds leave no common value"), "{message}");
+    assert!(message.contains("(`t` 1 mm to 10 mm, `e` -0.5 mm to 0.5 mm; where `r` = 20 mm, `t` = 1 mm)"), "{message}");
+    let message = refused(&["--equal", "r,h", "--equal", "h,t"]);
+    assert!(message.contains("`r`, `h` and `t` cannot be held equal"), "{message}");
+
+    let message = refused(&["--fix", "t=14mm"]);
+    let expected = "the start value 14 mm of `t` is not within its bounds 1 mm to 10 mm; the upper bound depends on `r`, \
+                    whose start value is 20 mm";
+    assert!(message.contains(expected), "{message}");
+    let message = refused(&["-p", "a=120deg"]);
+    assert!(message.contains("the start value 120 deg of `a` is not within its bounds 0 deg to 90 deg\n"), "{message}");
 }

@@ -19,8 +19,10 @@ mod refine;
 mod register;
 mod report;
 mod result;
+mod room;
 mod sampling;
 mod search;
+mod start;
 mod tuning;
 
 #[cfg(test)]

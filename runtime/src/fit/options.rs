@@ -1,9 +1,7 @@
 //! Options of a fit, and the reasons for which there is none.
 
 use crate::fit::problem::loss::LossKind;
-use crate::model::{EvaluationError, Model};
-use gml_compiler::program::Parameter;
-use gml_compiler::suggest;
+use crate::model::EvaluationError;
 use std::collections::BTreeMap;
 use thiserror::Error;
 
@@ -60,17 +58,29 @@ pub enum FitError {
     /// Parameters that cannot be equal.
     #[error("`{0}` and `{1}` cannot be held equal: {2}")]
     Equal(String, String, &'static str),
+    /// Parameters that are to be equal, and whose bounds leave no common value.
+    #[error("{}", no_common_value(.bounds, .at, .instead))]
+    NoCommonValue {
+        /// The parameters' names with their bounds.
+        bounds: Vec<(String, String)>,
+        /// The parameters on which these bounds depend, with the values at which they leave nothing.
+        at: Vec<(String, String)>,
+        /// The given start values that prevent a common value, with values of the same parameters that do not.
+        instead: Vec<(String, String)>,
+    },
     /// A start value outside the parameter's bounds, or not finite.
-    #[error("the start value {value} of `{name}` is not within its bounds {low} to {high}")]
+    #[error("the start value {value} of `{name}` is not within its bounds {bounds}{}", depends(*.above, .at))]
     OutOfBounds {
         /// The parameter's name.
         name: String,
-        /// The value as given. Millimetres or radians.
-        value: f64,
-        /// Lower bound.
-        low: f64,
-        /// Upper bound.
-        high: f64,
+        /// The value as given, with its unit.
+        value: String,
+        /// The bounds, with their unit.
+        bounds: String,
+        /// Whether the value is above the upper bound.
+        above: bool,
+        /// The parameters on which the bound depends that the value breaks, with their start values.
+        at: Vec<(String, String)>,
     },
     /// Sigma is not a positive number.
     #[error("sigma must be a positive number of millimetres, not {0}")]
@@ -93,97 +103,40 @@ impl FitError {
     /// Whether the options are wrong, rather than the scan or the model.
     #[must_use]
     pub fn is_about_options(&self) -> bool {
-        matches!(self, Self::UnknownParameter { .. } | Self::OutOfBounds { .. } | Self::Sigma(_) | Self::Equal(..))
+        match self {
+            Self::UnknownParameter { .. } | Self::OutOfBounds { .. } | Self::NoCommonValue { .. } => true,
+            Self::Sigma(_) | Self::Equal(..) => true,
+            Self::EmptyScan { .. } | Self::EmptyModel | Self::Evaluation(_) => false,
+        }
     }
 }
 
-/// The parameter that a wrong name most likely means: the nearest one, or one with which the name begins.
-fn nearest_parameter(name: &str, parameters: &[Parameter]) -> Option<String> {
-    let names = || parameters.iter().map(|p| p.name.as_str());
-    suggest::nearest(name, names()).or_else(|| names().find(|known| name.starts_with(known))).map(str::to_owned)
+fn listed(values: &[(String, String)], between: &str) -> String {
+    values.iter().map(|(name, value)| format!("`{name}`{between}{value}")).collect::<Vec<_>>().join(", ")
 }
 
-impl FitOptions {
-    /// The options in terms of the model's parameters.
-    ///
-    /// # Errors
-    /// Names that the model does not have, start values outside of their bounds, and parameters that cannot be tied.
-    pub(crate) fn resolve(&self, model: &dyn Model) -> Result<Start, FitError> {
-        if let Some(sigma) = self.sigma
-            && !(sigma > 0.0 && sigma.is_finite())
-        {
-            return Err(FitError::Sigma(sigma));
+fn no_common_value(bounds: &[(String, String)], at: &[(String, String)], instead: &[(String, String)]) -> String {
+    let names: Vec<String> = bounds.iter().map(|(name, _)| format!("`{name}`")).collect();
+    let mut message = match &names[..] {
+        [name] => format!("with the equal parameters, {name} has no value within its bounds"),
+        [names @ .., last] => {
+            format!("{} and {last} cannot be held equal: their bounds leave no common value", names.join(", "))
         }
-        let parameters = model.parameters();
-        let index = |name: &String| {
-            parameters.iter().position(|p| p.name == *name).ok_or_else(|| FitError::UnknownParameter {
-                name: name.clone(),
-                nearest: nearest_parameter(name, parameters),
-            })
-        };
-        let mut x: Vec<f64> = parameters.iter().map(|p| p.default).collect();
-        let mut given = vec![false; x.len()];
-        for (name, value) in &self.start {
-            let i = index(name)?;
-            x[i] = *value;
-            given[i] = true;
-        }
-        let bounds = model.bounds(&x);
-        for i in 0..x.len() {
-            let (low, high) = bounds[i];
-            // Rounding of a value printed and read again is not the user's error.
-            let slack = 1e-9 * (1.0 + x[i].abs());
-            if given[i] && !(x[i].is_finite() && x[i] >= low - slack && x[i] <= high + slack) {
-                return Err(FitError::OutOfBounds { name: parameters[i].name.clone(), value: x[i], low, high });
-            }
-        }
-        let mut fixed = vec![false; x.len()];
-        for name in &self.fixed {
-            fixed[index(name)?] = true;
-        }
-        let mut ties = Vec::new();
-        for group in &self.equal {
-            let members = group.iter().map(index).collect::<Result<Vec<usize>, FitError>>()?;
-            let Some((leader, followers)) = members.split_first() else { continue };
-            for follower in followers {
-                let refuse =
-                    |why| FitError::Equal(parameters[*leader].name.clone(), parameters[*follower].name.clone(), why);
-                if parameters[*leader].quantity != parameters[*follower].quantity {
-                    return Err(refuse("they measure different things"));
-                }
-                let taken = |i: &usize| fixed[*i] || ties.iter().any(|(a, b)| a == i || b == i);
-                if leader == follower || taken(follower) || (fixed[*leader]) {
-                    return Err(refuse("one of them is fixed or tied already"));
-                }
-                let (low, high) = bounds[*follower];
-                if !(x[*leader] >= low && x[*leader] <= high) {
-                    x[*leader] = x[*leader].min(high).max(low);
-                }
-                x[*follower] = x[*leader];
-                ties.push((*leader, *follower));
-            }
-        }
-        Ok(Start { x, fixed, ties })
+        [] => String::new(),
+    };
+    let (bounds, at) = (listed(bounds, " "), listed(at, " = "));
+    message.push_str(&if at.is_empty() { format!(" ({bounds})") } else { format!(" ({bounds}; where {at})") });
+    if !instead.is_empty() {
+        message.push_str(&format!("; the given start values prevent it, not so {}", listed(instead, " = ")));
     }
+    message
 }
 
-/// The start vector, and which parameters do not vary by themselves.
-pub(crate) struct Start {
-    /// All parameters in the model's order. Millimetres and radians.
-    pub(crate) x: Vec<f64>,
-    pub(crate) fixed: Vec<bool>,
-    /// Pairs of a leader and its follower, which has the leader's value.
-    pub(crate) ties: Vec<(usize, usize)>,
-}
-
-impl Start {
-    /// Parameters that neither are fixed nor follow another one, ascending.
-    pub(crate) fn free(&self) -> impl Iterator<Item = usize> {
-        (0..self.x.len()).filter(|i| !self.fixed[*i] && !self.ties.iter().any(|(_, follower)| follower == i))
-    }
-
-    /// Whether a parameter follows another one or is followed by one.
-    pub(crate) fn is_tied(&self, i: usize) -> bool {
-        self.ties.iter().any(|(leader, follower)| *leader == i || *follower == i)
+fn depends(above: bool, at: &[(String, String)]) -> String {
+    let which = if above { "upper" } else { "lower" };
+    match at {
+        [] => String::new(),
+        [(name, value)] => format!("; the {which} bound depends on `{name}`, whose start value is {value}"),
+        _ => format!("; the {which} bound depends on parameters with the start values {}", listed(at, " = ")),
     }
 }

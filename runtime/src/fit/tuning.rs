@@ -4,6 +4,13 @@
 //! what became of fits with half and with twice of each. Bounds on rounding errors stand beside the code that they
 //! guard.
 
+// -------------------------------------------------------------------------------------------------------------- Start
+
+/// Common start values of equal parameters: how often all are moved into bounds that depend on each other, and from
+/// how many other places.
+pub(crate) const ROOM_SWEEPS: usize = 100;
+pub(crate) const ROOM_SAMPLES: u32 = 400;
+
 // ---------------------------------------------------------------------------------------------------------- Screening
 
 /// A rung of the screening: every candidate is optimised over all coordinates, from a coarse scale of the loss to a

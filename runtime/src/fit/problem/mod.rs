@@ -13,7 +13,8 @@ pub(crate) mod rows;
 pub(crate) mod sums;
 
 use super::monitor::Monitor;
-use super::options::{FitError, FitOptions, Start};
+use super::options::{FitError, FitOptions};
+use super::start::Start;
 use crate::fit::tuning::{FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
 use crate::model::Model;
 use crate::scan::Scan;

@@ -2,7 +2,8 @@
 
 use super::rigid::RigidParameters;
 use crate::fit::monitor::Monitor;
-use crate::fit::options::{FitOptions, Start};
+use crate::fit::options::FitOptions;
+use crate::fit::start::Start;
 use crate::model::Model;
 
 /// The treatment of the pose.

@@ -95,6 +95,44 @@ fn tied_parameters_stay_equal_and_others_cannot_be_tied() {
     assert!(matches!(fit(&model, &scan, &tie(["a", "c"]), &Silent), Err(FitError::UnknownParameter { .. })));
 }
 
+#[test]
+fn equal_parameters_have_values_within_the_bounds_of_both() {
+    let truth = [47.0, 47.0];
+    let scan = scan_of(&simple(Simple::Cylinder, &truth), &truth, 0.05, 2000, 5);
+    let tie = FitOptions { equal: vec![vec!["a".to_owned(), "b".to_owned()]], ..still() };
+    let fitted = |bounds: [(f64, f64); 2], start: &[(&str, f64)]| {
+        let mut model = simple(Simple::Cylinder, &[40.0, 60.0]);
+        (0..2).for_each(|i| model.set_bounds(i, bounds[i].0, bounds[i].1));
+        let start = start.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        fit(&model, &scan, &FitOptions { start, ..tie.clone() }, &Silent)
+    };
+    let result = fitted([(1.0, 48.0), (46.0, 99.0)], &[]).unwrap();
+    assert!((result.parameters[0].value - 47.0).abs() < 0.02, "{result:?}");
+    let error = fitted([(1.0, 44.0), (46.0, 99.0)], &[]).unwrap_err();
+    assert!(matches!(error, FitError::NoCommonValue { .. }), "{error}");
+    assert!(error.to_string().ends_with("(`a` 1 mm to 44 mm, `b` 46 mm to 99 mm)"), "{error}");
+}
+
+#[test]
+fn a_start_that_prevents_a_common_value_is_named() {
+    let scan = scan_of(&simple(Simple::Cylinder, &[47.0, 47.0]), &[47.0, 47.0], 0.05, 2000, 5);
+    let rows = ["a", "b", "c"].map(|name| (name, Quantity::Length, if name == "b" { 40.0 } else { 1.0 }, 99.0, 45.0));
+    let mut model = Handmade::new(Simple::Cylinder, &rows, &[("all", &[0, 1])]);
+    // `a` is at most `c`.
+    model.below.push((0, 2));
+    let tie = FitOptions { equal: vec![vec!["a".to_owned(), "b".to_owned()]], ..still() };
+    let from = |start: &[(&str, f64)], fixed: &[&str]| {
+        let start = start.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        let fixed = fixed.iter().map(|name| (*name).to_owned()).collect();
+        fit(&model, &scan, &FitOptions { start, fixed, ..tie.clone() }, &Silent)
+    };
+    assert!(from(&[], &[]).is_ok());
+    let error = from(&[("a", 20.0), ("c", 30.0)], &[]).unwrap_err().to_string();
+    assert!(error.contains("where `c` = 30 mm") && error.contains("the given start values prevent it"), "{error}");
+    let error = from(&[("a", 20.0), ("c", 30.0)], &["c"]).unwrap_err().to_string();
+    assert!(error.contains("`c` = 30 mm (fixed)") && !error.contains("prevent it"), "{error}");
+}
+
 /// A sphere whose radius is the sum of two parameters.
 struct Sum;
 
