@@ -124,13 +124,18 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     for given in &controls.fix {
         let (name, value) = given.split_once('=').map_or((given.trim(), None), |(n, value)| (n.trim(), Some(value)));
         match value {
-            Some(value) => {
-                let (_, value) = values::parameter_value("--fix", name, value, parameters)?;
-                options.start.insert(name.to_owned(), value);
+            Some(text) => {
+                let (_, value) = values::parameter_value("--fix", name, text, parameters)?;
+                if options.start.insert(name.to_owned(), value).is_some_and(|other| other != value) {
+                    let message = format!("--fix {name}={}: another value of {name} is given as well", text.trim());
+                    return Err(CommandError::usage(message));
+                }
             }
             None => _ = values::parameter("--fix", name, parameters)?,
         }
-        options.fixed.push(name.to_owned());
+        if !options.fixed.iter().any(|other| other == name) {
+            options.fixed.push(name.to_owned());
+        }
     }
     for names in &controls.equal {
         let names: Vec<&str> = names.split(',').map(str::trim).collect();

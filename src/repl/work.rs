@@ -183,8 +183,9 @@ fn script(repl: &Repl) -> PathBuf {
 /// A fit starts from the values that were set, unless its options override them.
 fn controls(mut controls: FitControls, program: &Program, x: &[f64]) -> FitControls {
     let mut values: Vec<(String, String)> = Vec::new();
+    let held = |name: &str| controls.fix.iter().any(|f| f.split_once('=').is_some_and(|(n, _)| n.trim() == name));
     for (p, value) in program.parameters().iter().zip(x) {
-        if *value != p.default {
+        if *value != p.default && !held(&p.name) {
             values.push((p.name.clone(), format!("{value}{}", p.quantity.unit())));
         }
     }

@@ -79,4 +79,9 @@ fn holds_that_cannot_be_met_are_refused() {
     assert!(message.contains(expected), "{message}");
     let message = refused(&["-p", "a=120deg"]);
     assert!(message.contains("the start value 120 deg of `a` is not within its bounds 0 deg to 90 deg\n"), "{message}");
+
+    for contradiction in [["--fix", "r=30mm", "--fix", "r=31mm"], ["--fix", "r=31mm", "-p", "r=30mm"]] {
+        let message = refused(&contradiction);
+        assert!(message.contains("--fix r=31mm: another value of r is given as well"), "{message}");
+    }
 }
