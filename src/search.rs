@@ -36,7 +36,10 @@ pub(crate) fn combinations(
         if combinations.iter().any(|inputs| inputs.contains_key(name)) {
             return Err(usage("the input is searched twice"));
         }
-        if (*low as f64) < input.lower || (*high as f64) > input.upper || low > high {
+        if low > high {
+            return Err(usage(&format!("the range is reversed: did you mean {high}..{low}?")));
+        }
+        if (*low as f64) < input.lower || (*high as f64) > input.upper {
             return Err(usage(&format!("the input goes from {} to {}", input.lower, input.upper)));
         }
         let count = (i128::from(*high) - i128::from(*low) + 1) as usize;
