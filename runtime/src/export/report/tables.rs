@@ -102,8 +102,8 @@ fn pose(pose: &Motion, out: &mut String) {
 fn quality(fit: &FitResult, out: &mut String) {
     let seconds: f64 = fit.seconds.values().sum();
     let rows = [
-        ("Objective (mean of &psi;)", number(fit.objective)),
-        ("Scale &sigma; of &psi;", format!("{} mm", number(fit.sigma))),
+        ("Objective (mean loss)", number(fit.objective)),
+        ("Scale &sigma; of the loss", format!("{} mm", number(fit.sigma))),
         ("Noise of the scan", format!("{} mm", number(fit.noise))),
         ("Inliers", format!("{:.2} %", 100.0 * fit.inliers)),
         ("Root mean square distance of the inliers", format!("{} mm", number(fit.rms))),
