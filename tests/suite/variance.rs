@@ -165,7 +165,10 @@ fn a_cloud_is_refused() {
     write(folder, "cloud.obj", &points);
     for command in ["variance", "inspect"] {
         let error = fails(folder, &[command, "can.gml", "cloud.obj", "--tolerance", "0.1mm", "-o", "out"], 1);
-        assert!(error.contains("cloud.obj: is a point cloud without triangles") && error.contains("mesh it"), "{error}");
+        assert!(
+            error.contains("cloud.obj: is a point cloud without triangles") && error.contains("mesh it"),
+            "{error}"
+        );
         assert!(!folder.join("out").exists());
     }
 }

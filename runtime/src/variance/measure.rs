@@ -194,7 +194,7 @@ pub fn measure(
     report.seconds.build = build;
     report.seconds.cast = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
-    report.warnings.extend(notices);
+    report.warnings.extend(scan.warnings.iter().cloned().chain(notices));
     report.warnings.extend(notice);
     if (options.distance, options.device) == (DistanceKind::Closest, Device::Gpu) {
         report.warnings.push("the GPU only casts rays: native code found the closest points".to_owned());

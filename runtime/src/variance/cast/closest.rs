@@ -25,7 +25,9 @@ fn nearest(rays: &Rays, boundary: Option<&(&TriangleMesh, BoundaryEdges)>, i: us
     let normal = direction.as_dvec3();
     let limit = f64::from(rays.max_distance);
     let closest = match rays.facing > 0.0 {
-        true => within_the_angle(rays, position, normal, rays.scan.closest_point_facing(position, limit, normal, 0.0)?)?,
+        true => {
+            within_the_angle(rays, position, normal, rays.scan.closest_point_facing(position, limit, normal, 0.0)?)?
+        }
         false => rays.scan.closest_point(position, limit)?,
     };
     let offset = closest.point - position;

@@ -368,7 +368,8 @@ fn closest_points_do_not_slide_off_a_steep_slope() {
     let top = |y: f64| [-20.0 * cos, y, 20.0 * sin];
     let end = |y: f64| [20.0, y, 0.0];
     let positions = vec![foot(-20.0), foot(20.0), top(-20.0), top(20.0), end(-20.0), end(20.0)];
-    for triangles in [vec![[2, 0, 1], [2, 1, 3], [0, 4, 5], [0, 5, 1]], vec![[0, 4, 5], [0, 5, 1], [2, 0, 1], [2, 1, 3]]]
+    for triangles in
+        [vec![[2, 0, 1], [2, 1, 3], [0, 4, 5], [0, 5, 1]], vec![[0, 4, 5], [0, 5, 1], [2, 0, 1], [2, 1, 3]]]
     {
         let mesh = TriangleMesh { positions: positions.clone(), triangles, ..TriangleMesh::default() };
         let scan = Bvh::build(&mesh).unwrap();
