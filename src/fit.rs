@@ -19,7 +19,8 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
     let fitting = Fitting { script: &args.script, controls: &args.controls, search: &args.search, scan: &scan };
-    let (_, result) = fitting.run(&program, &options, &progress)?;
+    let (_, mut result) = fitting.run(&program, &options, &progress)?;
+    result.warnings.extend(scan.warnings.iter().cloned());
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
         mesh::make_parent(path)?;

@@ -7,7 +7,7 @@ use crate::{deviations, fit, measure, mesh, script};
 use gml_compiler::program::Program;
 use gml_runtime::export::json;
 use gml_runtime::inspect::{InspectError, Inspection, Origin};
-use gml_runtime::variance::MeasureOptions;
+use gml_runtime::variance::{self, MeasureOptions};
 
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
@@ -25,12 +25,8 @@ pub(crate) fn inspect(
 ) -> Result<(), CommandError> {
     let fit_options = fit::options(&args.fit, program)?;
     let scan = fit::read_scan(&args.scan)?;
-    if scan.mesh.triangles.is_empty() {
-        return Err(CommandError::Failed(format!(
-            "{}: is a point cloud without triangles, so that no rays can be cast at it; mesh it first (gmlc fit accepts it as it is)",
-            args.scan.scan.display()
-        )));
-    }
+    // Before the fit, which takes longer.
+    variance::require_triangles(&scan)?;
     mesh::make_folder(&args.output)?;
     let fitting = fit::Fitting { script: &args.script, controls: &args.fit, search: &args.search, scan: &scan };
     let (searched, fitted) = fitting.run(program, &fit_options, progress)?;

@@ -5,7 +5,7 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::{deviations, fit, measure, mesh, script};
 use gml_runtime::export::measurement;
-use gml_runtime::scan;
+use gml_runtime::scan::{self, ReferenceMesh};
 use gml_runtime::variance::{self, MeasureOptions, Measurement, Reference};
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
@@ -27,8 +27,12 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
                 "{shown}: --sensitivities requires a script (.gml); a reference mesh has no parameters"
             )));
         }
-        let mesh = scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
-        measure_from(Reference::Mesh(&mesh), args, &options)
+        let ReferenceMesh { mesh, warnings, .. } =
+            scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
+        measure_from(Reference::Mesh(&mesh), args, &options).map(|mut measured| {
+            measured.report.warnings.extend(warnings);
+            measured
+        })
     }?;
     mesh::make_folder(&args.output)?;
     measurement::write(&args.output, &measured, args.controls.exr).map_err(CommandError::failed)?;

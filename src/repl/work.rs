@@ -87,7 +87,8 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let options = fitting::options(&controls(line.controls, &program, &x), &program)?;
     let scan = fitting::read_scan(&line.scan)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let fitted = fitting::run_fit(&program, &script(repl), &scan, &options, &progress)?;
+    let mut fitted = fitting::run_fit(&program, &script(repl), &scan, &options, &progress)?;
+    fitted.warnings.extend(scan.warnings);
     fitting::write_trace(trace.as_deref(), &fitted)?;
     fitting::unless_interrupted(&fitted)?;
     if let Some(path) = &line.output {

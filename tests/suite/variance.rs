@@ -154,3 +154,21 @@ fn small_holes_are_filled_and_not_measured() {
         assert!(folder.join(distance).join("filled.ply").exists());
     }
 }
+
+/// Nothing can be measured of a cloud: neither command may say that it conforms.
+#[test]
+fn a_cloud_is_refused() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "can.gml", CAN);
+    let points: String = (0..400).map(|k| format!("v {} {} 50\n", k % 20 - 10, k / 20 - 10)).collect();
+    write(folder, "cloud.obj", &points);
+    for command in ["variance", "inspect"] {
+        let error = fails(folder, &[command, "can.gml", "cloud.obj", "--tolerance", "0.1mm", "-o", "out"], 1);
+        assert!(
+            error.contains("cloud.obj: is a point cloud without triangles") && error.contains("mesh it"),
+            "{error}"
+        );
+        assert!(!folder.join("out").exists());
+    }
+}

@@ -186,5 +186,13 @@ fn deviations() -> Deviations {
         }
     }
     texels.part_names = NAMES.map(str::to_owned).to_vec();
-    Deviations { texels, max_distance: MAX_DISTANCE, outward, inward, filled: Vec::new(), cosine: Vec::new() }
+    Deviations {
+        texels,
+        max_distance: MAX_DISTANCE,
+        outward,
+        inward,
+        filled: Vec::new(),
+        precision: 0.0,
+        cosine: Vec::new(),
+    }
 }

@@ -12,6 +12,7 @@ mod normals;
 mod obj;
 mod outliers;
 mod ply;
+mod polygon;
 mod raw;
 mod stl;
 #[cfg(test)]
@@ -25,7 +26,7 @@ pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::TriangleMesh;
 use format::Format;
-use raw::RawMesh;
+use raw::{Crossing, RawMesh};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::ErrorKind;
@@ -47,6 +48,18 @@ pub struct Scan {
     /// Standard deviation of the noise along the surface's normal, robustly estimated. Millimetres; 0 where there are
     /// too few vertices for an estimate.
     pub noise: f64,
+    /// Sentences for the user about faults of the file that were put up with.
+    pub warnings: Vec<String>,
+}
+
+/// A mesh to compare a scan with, as its file has it.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ReferenceMesh {
+    /// The mesh. Millimetres.
+    pub mesh: TriangleMesh,
+    /// Sentences for the user about faults of the file that were put up with.
+    pub warnings: Vec<String>,
 }
 
 /// The file that a scan came from.
@@ -77,8 +90,11 @@ pub fn read(path: &Path, unit: Unit) -> Result<Scan, ScanError> {
         unit: unit.to_string(),
         ..ScanSource::default()
     };
-    let scan = || finish(parse(path, bytes)?, unit, source);
-    scan().map_err(|fault| fault.at(path))
+    let scan = || {
+        let (raw, warnings) = parse(path, bytes)?;
+        Ok(Scan { warnings, ..finish(raw, unit, source)? })
+    };
+    scan().map_err(|fault: ScanFault| fault.at(path))
 }
 
 /// Cleans a mesh (or a cloud) in memory as if it had been read from a file in millimetres; `name` stands for the path.
@@ -109,9 +125,10 @@ pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
 ///
 /// # Errors
 /// As `read`; or there are no triangles.
-pub fn read_mesh(path: &Path, unit: Unit) -> Result<TriangleMesh, ScanError> {
+pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
     let mesh = || {
-        let raw = parse(path, load(path)?)?.into_millimetres(unit.millimetres())?;
+        let (raw, warnings) = parse(path, load(path)?)?;
+        let raw = raw.into_millimetres(unit.millimetres())?;
         if raw.triangles.is_empty() {
             return Err(ScanFault::NoTriangles { vertices: raw.positions.len() });
         }
@@ -121,7 +138,7 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<TriangleMesh, ScanError> {
             ..TriangleMesh::default()
         });
         let raw = raw.with_usable_normals(&smooth);
-        Ok(raw.split_corners())
+        Ok(ReferenceMesh { mesh: raw.split_corners(), warnings })
     };
     mesh().map_err(|fault: ScanFault| fault.at(path))
 }
@@ -131,7 +148,7 @@ fn finish(raw: RawMesh, unit: Unit, mut source: ScanSource) -> Result<Scan, Scan
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
     let noise = noise::estimate(&mesh, oriented);
-    Ok(Scan { mesh, oriented, source, noise })
+    Ok(Scan { mesh, oriented, source, noise, warnings: Vec::new() })
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, ScanFault> {
@@ -153,13 +170,27 @@ fn load(path: &Path) -> Result<Vec<u8>, ScanFault> {
     if bytes.is_empty() { Err(ScanFault::Empty) } else { Ok(bytes) }
 }
 
-fn parse(path: &Path, bytes: Vec<u8>) -> Result<RawMesh, ScanFault> {
-    let raw = match format::recognise(path, &bytes)? {
+/// A file's geometry, and warnings.
+fn parse(path: &Path, bytes: Vec<u8>) -> Result<(RawMesh, Vec<String>), ScanFault> {
+    let format = format::recognise(path, &bytes)?;
+    let mut raw = match format {
         Format::Obj => obj::read(&bytes)?,
         Format::Ply => ply::read(&bytes)?,
         Format::Stl => stl::read(&bytes)?,
     };
-    if raw.positions.is_empty() { Err(ScanFault::NoVertices) } else { Ok(raw) }
+    if raw.positions.is_empty() {
+        return Err(ScanFault::NoVertices);
+    }
+    let warning = |Crossing { first, count }: Crossing| {
+        let place = if let Format::Obj = format { "line" } else { "face" };
+        let others = if count > 1 { format!(" ({} more faces like it)", count - 1) } else { String::new() };
+        format!(
+            "`{}`, {place} {first}: the face crosses itself or has more than 10,000 corners, so that its triangles may overlap{others}; triangulate it before the export",
+            path.display()
+        )
+    };
+    let warnings = raw.split_concave_polygons().map(warning).into_iter().collect();
+    Ok((raw, warnings))
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {

@@ -5,7 +5,7 @@
 //! files of points only. It also records line numbers and groups.
 
 use super::error::ScanFault;
-use super::raw::{RawMesh, is_usable};
+use super::raw::{Polygon, RawMesh, is_usable};
 use crate::mesh::Group;
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read};
@@ -13,7 +13,7 @@ use tobj::{LoadError, LoadOptions};
 
 const FORMAT: &str = "OBJ";
 
-/// Reads an OBJ file. Polygons become fans; without any face it is a cloud of points.
+/// Reads an OBJ file. Polygons are fans so far; without any face it is a cloud of points.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let prepared = Prepared::new(&String::from_utf8_lossy(bytes))?;
     if prepared.vertices == 0 {
@@ -33,6 +33,7 @@ struct Prepared {
     normals: usize,
     triangles: usize,
     groups: Vec<Group>,
+    polygons: Vec<Polygon>,
     /// A face has a corner without texture coordinate; without normal.
     bare_texcoord: bool,
     bare_normal: bool,
@@ -107,6 +108,9 @@ impl Prepared {
             }
         }
         self.push("f", words, number);
+        if let (Ok(corners @ 4..), Ok(place)) = (u32::try_from(corners), u32::try_from(number)) {
+            self.polygons.push(Polygon { start: self.triangles, corners, place });
+        }
         self.triangles += corners - 2;
         Ok(())
     }
@@ -135,8 +139,8 @@ impl Prepared {
             return Err(fault);
         }
         let corners = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
-        let mut raw =
-            RawMesh { positions, triangles: corners(&mesh.indices), groups: self.groups, ..RawMesh::default() };
+        let (groups, polygons) = (self.groups, self.polygons);
+        let mut raw = RawMesh { positions, triangles: corners(&mesh.indices), groups, polygons, ..RawMesh::default() };
         if !self.bare_normal && self.normals > 0 {
             let values = mesh.normals.as_chunks::<3>().0;
             raw.corner_normals = corners(&mesh.normal_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();

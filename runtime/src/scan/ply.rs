@@ -1,12 +1,13 @@
 //! PLY: ASCII and binary of both byte orders.
 
 use super::error::ScanFault;
-use super::raw::{RawMesh, fan};
+use super::polygon::fan;
+use super::raw::{Polygon, RawMesh};
 
 const FORMAT: &str = "PLY";
 
 /// Reads a PLY file: elements `vertex` (x y z; nx ny nz; s t), `face` (`vertex_indices` or `vertex_index`; `texcoord`)
-/// and `tristrips`; others are skipped. Polygons become fans; without faces it is a cloud of points.
+/// and `tristrips`; others are skipped. Polygons are fans so far; without faces it is a cloud of points.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     let (header, body) = split_header(bytes)?;
     let (encoding, elements) = parse_header(&header)?;
@@ -293,6 +294,9 @@ impl Reader<'_> {
         let texcoords = list(element, row, &["texcoord"]);
         let indices = self.checked(list(element, row, &INDICES), "face", number)?;
         self.textured &= !indices.is_empty() && texcoords.len() == 2 * indices.len();
+        if let (Ok(corners @ 4..), Ok(place)) = (u32::try_from(indices.len()), u32::try_from(number)) {
+            self.raw.polygons.push(Polygon { start: self.raw.triangles.len(), corners, place });
+        }
         for corners in fan(indices.len()) {
             self.raw.triangles.push(corners.map(|c| indices[c]));
             if self.textured {

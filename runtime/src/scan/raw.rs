@@ -1,6 +1,7 @@
 //! The geometry of a file as it stands there, in the file's unit: the output of the readers.
 
 use super::error::ScanFault;
+use super::polygon::{Triangulation, triangulate};
 use crate::mesh::{Group, TriangleMesh};
 use foldhash::fast::RandomState;
 use glam::DVec3;
@@ -29,6 +30,28 @@ pub(super) struct RawMesh {
     pub(super) triangles: Vec<[u32; 3]>,
     /// None, or they cover all triangles.
     pub(super) groups: Vec<Group>,
+    /// The faces of more than three corners, each of which is a fan of triangles so far.
+    pub(super) polygons: Vec<Polygon>,
+}
+
+/// A face of more than three corners.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Polygon {
+    /// The first triangle of its fan.
+    pub(super) start: usize,
+    /// Number of its corners: there are two fewer triangles.
+    pub(super) corners: u32,
+    /// Its place in the file: the line, or the row of its element, counted from 1.
+    pub(super) place: u32,
+}
+
+/// The polygons that no triangulation fits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Crossing {
+    /// The place of the first.
+    pub(super) first: u32,
+    /// Their number.
+    pub(super) count: usize,
 }
 
 impl RawMesh {
@@ -41,6 +64,35 @@ impl RawMesh {
             }
         }
         Ok(self)
+    }
+
+    /// Replaces the fans of concave polygons, whose triangles leave the polygon, by triangles that do not. Those that
+    /// cross themselves stay fans.
+    pub(super) fn split_concave_polygons(&mut self) -> Option<Crossing> {
+        let mut crossing: Option<Crossing> = None;
+        let mut points = Vec::new();
+        for Polygon { start, corners, place } in std::mem::take(&mut self.polygons) {
+            let triangles = start..start + corners as usize - 2;
+            points.clear();
+            let vertices = corners_of_fan(&self.triangles[triangles.clone()]);
+            points.extend(vertices.map(|vertex| DVec3::from(self.positions[vertex as usize])));
+            match triangulate(&points) {
+                Triangulation::Fan => {}
+                Triangulation::Impossible => {
+                    crossing.get_or_insert(Crossing { first: place, count: 0 }).count += 1;
+                }
+                Triangulation::Ears(ears) => {
+                    rearrange(&mut self.triangles[triangles.clone()], &ears);
+                    if !self.corner_normals.is_empty() {
+                        rearrange(&mut self.corner_normals[triangles.clone()], &ears);
+                    }
+                    if !self.corner_texcoords.is_empty() {
+                        rearrange(&mut self.corner_texcoords[triangles], &ears);
+                    }
+                }
+            }
+        }
+        crossing
     }
 
     /// Normals of unit length; none in the file, or one that is zero or not finite, is replaced by the vertex's of
@@ -88,6 +140,20 @@ impl RawMesh {
     }
 }
 
+/// The corners of a polygon from its fan.
+fn corners_of_fan<T: Copy>(fan: &[[T; 3]]) -> impl Iterator<Item = T> + '_ {
+    let first = fan.iter().take(1).flat_map(|t| [t[0], t[1]]);
+    first.chain(fan.iter().map(|t| t[2]))
+}
+
+/// Replaces a fan by other triangles of the same polygon.
+fn rearrange<T: Copy>(fan: &mut [[T; 3]], triangles: &[[usize; 3]]) {
+    let corners: Vec<T> = corners_of_fan(fan).collect();
+    for (triangle, places) in fan.iter_mut().zip(triangles) {
+        *triangle = places.map(|place| corners[place]);
+    }
+}
+
 fn at_corner<const N: usize>(
     corners: &[[[f64; N]; 3]],
     vertices: &[[f64; N]],
@@ -112,9 +178,4 @@ pub(super) fn merge_equal(positions: impl IntoIterator<Item = [f64; 3]>) -> (Vec
     };
     let places = positions.into_iter().map(place).collect();
     (different, places)
-}
-
-/// Splits a polygon of `corners` corners into a fan of triangles around its first; yields positions in the polygon.
-pub(super) fn fan(corners: usize) -> impl Iterator<Item = [usize; 3]> {
-    (2..corners).map(|c| [0, c - 1, c])
 }

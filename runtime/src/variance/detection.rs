@@ -117,6 +117,7 @@ mod tests {
             outward: vec![1.1, 0.9, nan, nan],
             inward: vec![nan, nan, 0.7, nan],
             filled: Vec::new(),
+            precision: 0.0,
             cosine: Vec::new(),
         };
         // The surface of `a` moves by 2 along its normal for a unit of p, and by 1 for one of q; `b` does not.

@@ -17,6 +17,9 @@ pub struct Deviations {
     /// Whether a closed hole of the scan is nearer than the scan: such a texel
     /// has no distance, since nothing was measured there. Empty if no holes were closed.
     pub filled: Vec<bool>,
+    /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
+    /// Millimetres.
+    pub precision: f64,
     /// Cosine of the angle between the direction of texel i's ray and the surface's own normal, if normals are averaged
     /// ([`DistanceKind::AveragedNormal`](super::DistanceKind)); empty if rays follow the surface's normals.
     pub cosine: Vec<f32>,

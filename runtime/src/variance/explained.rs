@@ -134,7 +134,7 @@ fn inliers(deviations: &Deviations, texels: &[usize]) -> Vec<usize> {
     let measured: Vec<usize> = (0..texels.len()).filter(|k| !signed(*k).is_nan()).collect();
     let mut distances: Vec<f64> = measured.iter().map(|k| signed(*k)).collect();
     let Some((middle, spread)) = median_and_deviation(&mut distances) else { return Vec::new() };
-    let limit = OUTLYING * MAD_TO_SD * spread;
+    let limit = (OUTLYING * MAD_TO_SD * spread).max(deviations.precision);
     measured.into_iter().filter(|k| (signed(*k) - middle).abs() <= limit).collect()
 }
 
@@ -187,8 +187,15 @@ mod tests {
             Motion { rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], translation: [5.0, 7.0, -3.0] };
         motion.move_texels(&mut texels);
         let sensitivities = Sensitivities::new(&program, &*instance, &atlas, &texels, &motion).expect("it is smooth");
-        let deviations =
-            Deviations { texels, max_distance: 5.0, outward, inward, filled: Vec::new(), cosine: Vec::new() };
+        let deviations = Deviations {
+            texels,
+            max_distance: 5.0,
+            outward,
+            inward,
+            filled: Vec::new(),
+            precision: 0.0,
+            cosine: Vec::new(),
+        };
         explain(&deviations, &sensitivities).remove(0).expect("enough is measured")
     }
 

@@ -101,6 +101,14 @@ pub enum MeasureError {
     /// No rays can be cast.
     #[error(transparent)]
     Cast(#[from] CastError),
+    /// The scan has points only.
+    #[error(
+        "{path}: is a point cloud without triangles, so that no rays can be cast at it; mesh it first (gmlc fit accepts it as it is)"
+    )]
+    PointCloud {
+        /// Path of the scan.
+        path: String,
+    },
     /// No hierarchy can be built over the scan.
     #[error("{path}: {error}")]
     Scan {
@@ -130,7 +138,8 @@ pub enum MeasureError {
 /// explain. `covariance` is that of the fitted parameters, if the model was fitted.
 ///
 /// # Errors
-/// If the surface cannot be evaluated or has no texture, no hierarchy can be built, or an option is out of range.
+/// If the scan is a point cloud, the surface cannot be evaluated or has no texture, no hierarchy can be built, or an
+/// option is out of range.
 pub fn measure(
     reference: Reference<'_>,
     scan: &Scan,
@@ -138,6 +147,7 @@ pub fn measure(
     options: &MeasureOptions,
     progress: &dyn Progress,
 ) -> Result<Measurement, MeasureError> {
+    require_triangles(scan)?;
     progress.report("sampling the surface", f64::NAN, "");
     let mut surface = Surface::new(reference, options.resolution)?;
     let max_distance =
@@ -184,7 +194,7 @@ pub fn measure(
     report.seconds.build = build;
     report.seconds.cast = cast;
     report.seconds.statistics = started.elapsed().as_secs_f64();
-    report.warnings.extend(notices);
+    report.warnings.extend(scan.warnings.iter().cloned().chain(notices));
     report.warnings.extend(notice);
     if (options.distance, options.device) == (DistanceKind::Closest, Device::Gpu) {
         report.warnings.push("the GPU only casts rays: native code found the closest points".to_owned());
@@ -210,6 +220,18 @@ pub fn measure(
         filled: holes.map(|h| h.mesh),
         sensitivity_maps: maps,
     })
+}
+
+/// Whether a scan can be measured: a point cloud without triangles cannot, and nothing that was found of it would be
+/// evidence of anything.
+///
+/// # Errors
+/// [`MeasureError::PointCloud`].
+pub fn require_triangles(scan: &Scan) -> Result<(), MeasureError> {
+    if scan.mesh.triangles.is_empty() {
+        return Err(MeasureError::PointCloud { path: scan.source.path.clone() });
+    }
+    Ok(())
 }
 
 fn unless_cancelled(progress: &dyn Progress) -> Result<(), MeasureError> {

@@ -27,7 +27,7 @@ pub use deviations::Deviations;
 pub use explained::{Explanation, ParameterEffect};
 pub use form::{FormDeviation, Roundness, Shape, Zone};
 pub use holes::HoleSummary;
-pub use measure::{MeasureError, MeasureOptions, Measurement, measure};
+pub use measure::{MeasureError, MeasureOptions, Measurement, measure, require_triangles};
 pub use moments::{Moments, Percentiles, SignedMoments};
 pub use report::{PartStatistics, SIGN_CONVENTION, SensitivityRange, VarianceReport, VarianceSeconds};
 pub use statistics::{Histogram, Statistics};

@@ -148,21 +148,21 @@ impl VarianceReport {
     pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str, tolerances: &[Option<Tolerance>]) -> Self {
         let names = &deviations.texels.part_names;
         let texels = PartTexels::by_part(deviations);
-        let range = deviations.max_distance;
+        let (range, precision) = (deviations.max_distance, deviations.precision);
         let members = groups(names);
         let part_statistics = |name: &str, statistics| {
             let name = name.to_owned();
             PartStatistics { name, statistics, explained: None, detection: None, form: None }
         };
         let part = |(k, name): (usize, &String)| {
-            part_statistics(name, texels[k].statistics(range, tolerances.get(k).copied().flatten()))
+            part_statistics(name, texels[k].statistics(range, tolerances.get(k).copied().flatten(), precision))
         };
         let group = |(name, members): &(String, Vec<usize>)| {
             let texels = PartTexels::merge(members.iter().map(|m| &texels[*m]));
-            part_statistics(name, texels.statistics(range, None))
+            part_statistics(name, texels.statistics(range, None, precision))
         };
         let (mut overall, (parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
-            || PartTexels::merge(texels.iter()).statistics(range, None),
+            || PartTexels::merge(texels.iter()).statistics(range, None, precision),
             || (names.par_iter().enumerate().map(part).collect(), members.par_iter().map(group).collect()),
         );
         let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();

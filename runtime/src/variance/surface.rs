@@ -90,7 +90,7 @@ impl<'a> Surface<'a> {
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
         let tolerances = model.tolerances(x)?.into_iter();
-        let tolerances = tolerances.map(|t| t.map(|t| Tolerance { lower: -t, upper: t })).collect();
+        let tolerances = tolerances.map(|t| t.map(|t| Tolerance { lower: 0.0 - t, upper: t })).collect();
         let parametrised = Some(Parametrised { model, instance, atlas, motion });
         Ok(Self { tessellation, texels, seconds, tolerances, notices: Vec::new(), parametrised })
     }

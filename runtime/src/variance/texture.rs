@@ -135,6 +135,7 @@ mod tests {
             outward: texels.iter().map(|t| t.1).collect(),
             inward: texels.iter().map(|t| t.2).collect(),
             filled: Vec::new(),
+            precision: 0.0,
             cosine: Vec::new(),
         }
     }

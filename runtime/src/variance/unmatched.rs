@@ -82,7 +82,8 @@ impl Unmatched {
             pieces(scan, &left).into_iter().map(|triangles| (piece(scan, &triangles), triangles)).collect();
         // The sort is stable: pieces of one size stay in the order of the scan.
         pieces.sort_by(|a, b| b.0.area.total_cmp(&a.0.area));
-        let area: f64 = pieces.iter().map(|(p, _)| p.area).sum();
+        // The sum of nothing is -0.
+        let area = 0.0 + pieces.iter().map(|(p, _)| p.area).sum::<f64>();
         let scan_area: f64 = scan.triangles.iter().map(|t| scan.triangle_area(*t)).sum();
         let summary = UnmatchedSummary {
             area,
@@ -243,5 +244,6 @@ mod tests {
         let model = plate([0, 0], [10, 10], 0.0, true);
         let found = Unmatched::new(&plate([2, 2], [5, 5], -0.2, false), &model, 1.0, false).expect("a mesh");
         assert_eq!(found, Unmatched::default());
+        assert!(found.summary.area.is_sign_positive() && found.summary.share.is_sign_positive(), "-0");
     }
 }

@@ -35,6 +35,7 @@ pub(crate) fn load(path: &str) -> Scan {
         oriented: true,
         source: ScanSource::default(),
         noise: 0.3,
+        warnings: Vec::new(),
     }
 }
 
@@ -97,7 +98,7 @@ pub(crate) fn scan_of(model: &dyn Model, x: &[f64], noise: f64, count: usize, se
             mesh.normals.push(n.to_array());
         }
     }
-    Scan { mesh, oriented: true, source: ScanSource::default(), noise }
+    Scan { mesh, oriented: true, source: ScanSource::default(), noise, warnings: Vec::new() }
 }
 
 #[test]

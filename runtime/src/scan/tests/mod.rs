@@ -22,7 +22,7 @@ fn scan_of(name: &str, bytes: impl AsRef<[u8]>) -> Result<Scan, String> {
 
 fn mesh_of(name: &str, bytes: impl AsRef<[u8]>) -> Result<TriangleMesh, String> {
     let (_folder, path) = file(name, bytes);
-    read_mesh(&path, Unit::Mm).map_err(|error| error.to_string())
+    read_mesh(&path, Unit::Mm).map(|reference| reference.mesh).map_err(|error| error.to_string())
 }
 
 /// Points and triangles, or the error.
@@ -48,14 +48,14 @@ fn written_meshes_are_read_back() {
     let mesh = patch();
     let path = folder.path().join("a.obj");
     write(&path, &mesh, MeshFormat::Obj).unwrap();
-    assert_eq!(read_mesh(&path, Unit::Mm).unwrap(), mesh);
+    assert_eq!(read_mesh(&path, Unit::Mm).unwrap().mesh, mesh);
     let path = folder.path().join("a.ply");
     write(&path, &mesh, MeshFormat::Ply).unwrap();
     let without_groups = TriangleMesh { groups: Vec::new(), ..mesh.clone() };
-    assert_eq!(read_mesh(&path, Unit::Mm).unwrap(), without_groups);
+    assert_eq!(read_mesh(&path, Unit::Mm).unwrap().mesh, without_groups);
     let path = folder.path().join("a.stl");
     write(&path, &mesh, MeshFormat::Stl).unwrap();
-    let back = read_mesh(&path, Unit::Mm).unwrap();
+    let back = read_mesh(&path, Unit::Mm).unwrap().mesh;
     assert_eq!(back.triangles, mesh.triangles);
     // Single precision has steps of 1/16 there.
     assert!((back.positions[2][0] - mesh.positions[2][0]).abs() < 1.0 / 16.0);
@@ -102,6 +102,61 @@ fn objs_of_all_kinds() {
     let parts = mesh_of("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ng\ng x y\nf 3 2 1\n").unwrap();
     let names: Vec<&str> = parts.groups.iter().map(|group| group.name.as_str()).collect();
     assert_eq!(names, ["unnamed", "x y"]);
+}
+
+/// A U whose fan covers its notch; with texture coordinates that are the corners' places, so that each must go with its
+/// own corner. The vertices of the PLY file come after its faces.
+#[test]
+fn concave_faces_keep_to_their_outline() {
+    let outline = [[0, 20], [0, 0], [20, 0], [20, 20], [15, 20], [15, 5], [5, 5], [5, 20]];
+    let mut obj = String::from("o u\n");
+    let mut ply = String::from(
+        "ply\nformat ascii 1.0\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+         element vertex 9\nproperty float x\nproperty float y\nproperty float z\nend_header\n3 1 0 8 6 0 0 0 20 -9 -9\n8",
+    );
+    for [x, y] in outline {
+        obj += &format!("v {x} {y} 0\nvt {x} {y}\nvn 0 0 {}\n", 1 + x + y);
+    }
+    obj += "v -9 -9 0\nvt -9 -9\nvn 0 0 1\nf 2/2/2 1/1/1 9/9/9\nf";
+    for k in 0..8 {
+        obj += &format!(" {0}/{0}/{0}", k + 1);
+        ply += &format!(" {k}");
+    }
+    ply += " 16";
+    outline.iter().for_each(|[x, y]| ply += &format!(" {x} {y}"));
+    ply += "\n";
+    outline.iter().chain(&[[-9, -9]]).for_each(|[x, y]| ply += &format!("{x} {y} 0\n"));
+    for (name, text) in [("u.obj", &obj), ("u.ply", &ply)] {
+        let (_folder, path) = file(name, text);
+        let ReferenceMesh { mesh, warnings } = read_mesh(&path, Unit::Mm).unwrap();
+        assert_eq!((mesh.triangles.len(), warnings.len()), (7, 0));
+        let area: f64 = mesh.triangles[1..].iter().map(|t| mesh.triangle_area(*t)).sum();
+        assert!((area - 250.0).abs() < 1e-9, "{name}: {area}");
+        assert!(mesh.triangles[1..].iter().all(|t| mesh.triangle_normal(*t).is_some_and(|n| n.z == 1.0)), "{name}");
+        let own = |(p, t): (&[f64; 3], &[f64; 2])| p[..2] == t[..] || name == "u.ply" && p[0] == -9.0;
+        assert!(mesh.positions.iter().zip(&mesh.texcoords).all(own), "{name}");
+        let scan = read(&path, Unit::Mm).unwrap();
+        assert_eq!((scan.source.triangles, scan.warnings.len()), (7, 0));
+    }
+}
+
+#[test]
+fn faces_that_cross_themselves_are_named() {
+    let rows = "0 0 0\n2 3 0\n2 0 0\n0 2 0\n";
+    let obj: String =
+        rows.lines().map(|row| format!("v {row}\n")).collect::<String>() + "f 1 2 3\nf 1 2 3 4\nf 4 3 2 1\n";
+    let ply = format!(
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 2\n\
+         property list uchar int vertex_indices\nend_header\n{rows}3 0 1 2\n4 0 1 2 3\n"
+    );
+    for (name, text, place) in [("bow.obj", &obj, "line 6: "), ("bow.ply", &ply, "face 2: ")] {
+        let (_folder, path) = file(name, text);
+        for warnings in [read(&path, Unit::Mm).unwrap().warnings, read_mesh(&path, Unit::Mm).unwrap().warnings] {
+            let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+            assert!(warning.contains(place) && warning.contains("crosses itself"), "{warning}");
+            assert_eq!(warning.contains("(1 more faces like it)"), name == "bow.obj", "{warning}");
+        }
+    }
 }
 
 #[test]
@@ -315,7 +370,7 @@ fn mutated_files_do_no_harm() {
                 bytes.push(b' ');
             }
         }
-        match parse(Path::new(name), bytes).and_then(|raw| finish(raw, Unit::Mm, ScanSource::default())) {
+        match parse(Path::new(name), bytes).and_then(|(raw, _)| finish(raw, Unit::Mm, ScanSource::default())) {
             Ok(scan) => {
                 good += 1;
                 assert_eq!(scan.mesh.normals.len(), scan.mesh.positions.len());

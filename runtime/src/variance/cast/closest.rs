@@ -6,10 +6,11 @@ use crate::mesh::{BoundaryEdge, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The distance from every texel to the closest point of the scan among the triangles that face as the rays require:
-/// outward if that point lies on the normal's side, otherwise inward. A texel has none if the point is further away
-/// than the maximum distance, or if it is on a boundary edge and not perpendicularly below: the scan ends there, and
-/// nothing was measured beside it. Without the scan's mesh, boundary edges are like any others.
+/// The distance from every texel to the closest point of the scan among the triangles on the texel's own side (less than
+/// a right angle between the normals, if sides matter): outward if that point lies on the normal's side, otherwise
+/// inward. A texel has none if the point is further away than the maximum distance, if its triangle makes a larger angle
+/// than the rays admit, or if it is on a boundary edge and not perpendicularly below: the scan ends there, and nothing
+/// was measured beside it. Without the scan's mesh, boundary edges are like any others.
 pub(super) fn find(rays: &Rays, scan: Option<&TriangleMesh>) -> Distances {
     let boundary = scan.map(|mesh| (mesh, BoundaryEdges::new(mesh)));
     let distances = (0..rays.len()).into_par_iter();
@@ -23,10 +24,11 @@ fn nearest(rays: &Rays, boundary: Option<&(&TriangleMesh, BoundaryEdges)>, i: us
     let position = DVec3::from(rays.texels.position[i]);
     let normal = direction.as_dvec3();
     let limit = f64::from(rays.max_distance);
-    let closest = if rays.facing > 0.0 {
-        rays.scan.closest_point_facing(position, limit, normal, rays.cosine)?
-    } else {
-        rays.scan.closest_point(position, limit)?
+    let closest = match rays.facing > 0.0 {
+        true => {
+            within_the_angle(rays, position, normal, rays.scan.closest_point_facing(position, limit, normal, 0.0)?)?
+        }
+        false => rays.scan.closest_point(position, limit)?,
     };
     let offset = closest.point - position;
     if let Some((scan, edges)) = boundary
@@ -44,6 +46,18 @@ fn nearest(rays: &Rays, boundary: Option<&(&TriangleMesh, BoundaryEdges)>, i: us
         () if side >= 0.0 => [distance, f32::NAN],
         () => [f32::NAN, distance],
     })
+}
+
+/// The closest point, if a triangle that contains it makes no larger angle with the texel than the rays admit. Were the
+/// closest point sought among such triangles only, a texel beside a steep slope would get the distance to wherever the
+/// slope flattens out, far off to the side.
+fn within_the_angle(rays: &Rays, position: DVec3, normal: DVec3, closest: ClosestPoint) -> Option<ClosestPoint> {
+    if rays.cosine == 0.0 {
+        return Some(closest);
+    }
+    // At an edge any of its triangles may have been found.
+    let limit = closest.distance + f64::from(rays.tolerance);
+    rays.scan.closest_point_facing(position, limit, normal, rays.cosine)
 }
 
 /// The edges that belong to a single triangle of a mesh.

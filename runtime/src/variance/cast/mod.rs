@@ -99,7 +99,7 @@ pub fn cast(texels: Texels, scan: &Bvh, max_distance: f64, facing: Facing, devic
         Some(Err(error)) => (cpu::cast(&rays), "cpu".to_owned(), Some(format!("native code cast the rays: {error}"))),
         None => (cpu::cast(&rays), "cpu".to_owned(), None),
     };
-    Ok(Cast { deviations: distances.with(texels, max_distance), device, notice })
+    Ok(Cast { deviations: distances.with(texels, max_distance, scan.tolerance()), device, notice })
 }
 
 /// As [`cast`], but with the distance from every texel to the closest point of the scan, positive if that point lies on
@@ -117,7 +117,11 @@ pub(in crate::variance) fn closest(
 ) -> Result<Cast, CastError> {
     let rays = Rays::new(&texels, scan, max_distance, facing)?;
     let distances = closest::find(&rays, Some(mesh));
-    Ok(Cast { deviations: distances.with(texels, max_distance), device: "cpu".to_owned(), notice: None })
+    Ok(Cast {
+        deviations: distances.with(texels, max_distance, scan.tolerance()),
+        device: "cpu".to_owned(),
+        notice: None,
+    })
 }
 
 /// The points of the scan to which distances are measured.
@@ -205,9 +209,10 @@ struct Distances {
 }
 
 impl Distances {
-    fn with(self, texels: Texels, max_distance: f64) -> Deviations {
+    fn with(self, texels: Texels, max_distance: f64, precision: f32) -> Deviations {
         let Self { outward, inward } = self;
-        Deviations { texels, max_distance, outward, inward, filled: Vec::new(), cosine: Vec::new() }
+        let precision = precision.into();
+        Deviations { texels, max_distance, outward, inward, filled: Vec::new(), precision, cosine: Vec::new() }
     }
 }
 

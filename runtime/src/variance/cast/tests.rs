@@ -358,6 +358,37 @@ fn triangles_count_up_to_the_largest_angle() {
     }
 }
 
+/// A slope of 40 degrees passes 0.3 mm below the texel; the level plate at its foot is further away. Where the slope is
+/// too steep there is no data, and not the distance to the plate, as wide as that is off to the side. On the edge
+/// between slope and plate either is the closest surface.
+#[test]
+fn closest_points_do_not_slide_off_a_steep_slope() {
+    let (sin, cos) = f64::to_radians(40.0).sin_cos();
+    let foot = |y: f64| [0.0, y, 0.0];
+    let top = |y: f64| [-20.0 * cos, y, 20.0 * sin];
+    let end = |y: f64| [20.0, y, 0.0];
+    let positions = vec![foot(-20.0), foot(20.0), top(-20.0), top(20.0), end(-20.0), end(20.0)];
+    for triangles in
+        [vec![[2, 0, 1], [2, 1, 3], [0, 4, 5], [0, 5, 1]], vec![[0, 4, 5], [0, 5, 1], [2, 0, 1], [2, 1, 3]]]
+    {
+        let mesh = TriangleMesh { positions: positions.clone(), triangles, ..TriangleMesh::default() };
+        let scan = Bvh::build(&mesh).unwrap();
+        let above_the_slope = DVec3::new(-0.6 * cos, 0.0, 0.6 * sin) + 0.3 * DVec3::new(sin, 0.0, cos);
+        // Below the concave edge, from where the edge is the closest point.
+        let below_the_edge = DVec3::new(-0.1, 0.0, -0.3);
+        let above_the_plate = DVec3::new(2.0, 0.0, 0.3);
+        let points = [above_the_slope, below_the_edge, above_the_plate].map(|p| (p, DVec3::Z));
+        for (limit, expected) in [(20.0, f32::NAN), (45.0, -0.3), (90.0, -0.3)] {
+            let facing = Facing::Within(f64::to_radians(limit));
+            let found = closest(texels(&points), &scan, &mesh, 2.0, facing).unwrap().deviations;
+            let slope = found.signed(0);
+            assert!(slope.is_nan() && expected.is_nan() || (slope - expected).abs() < 1e-5, "{limit}: {slope}");
+            assert!((found.signed(1) - 0.1f32.hypot(0.3)).abs() < 1e-5, "{limit}: {}", found.signed(1));
+            assert!((found.signed(2) + 0.3).abs() < 1e-5, "{limit}: {}", found.signed(2));
+        }
+    }
+}
+
 /// Over a plate with a hole, from above and from below, straight and beside it.
 #[test]
 fn closest_points_do_not_leak_from_free_edges() {

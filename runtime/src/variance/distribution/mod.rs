@@ -153,9 +153,10 @@ impl Distribution {
         Histogram { low: -range, high: range, area, texels }
     }
 
-    pub(super) fn conformance(&self, tolerance: Tolerance) -> Conformance {
-        // Distances are of single precision, and the ends are meant as they are written: 0.1 mm is within 0.1 mm.
-        let (lower, upper) = (tolerance.lower as f32, tolerance.upper as f32);
+    /// `precision` is the rounding of the distances. The ends of a tolerance are meant as they are written: a surface at
+    /// 0.1 mm is within 0.1 mm, on whichever side of it its distance is rounded to.
+    pub(super) fn conformance(&self, tolerance: Tolerance, precision: f64) -> Conformance {
+        let (lower, upper) = ((tolerance.lower - precision) as f32, (tolerance.upper + precision) as f32);
         let (below, rest) = self.0.split_at(self.0.partition_point(|s| s.distance() < lower));
         let (within, above) = rest.split_at(rest.partition_point(|s| s.distance() <= upper));
         Conformance::new(tolerance, [below, within, above].map(|samples| (samples.len(), area(samples))))

@@ -91,7 +91,7 @@ pub(in crate::variance) fn form_deviations(
             return None;
         }
         let points: Vec<DVec3> = members.iter().map(|i| measured(deviations, *i)).collect();
-        let zone = shape.datum().and_then(|datum| zone::zone(&points, datum, shape.shape));
+        let zone = shape.datum().and_then(|datum| zone::zone(&points, datum, shape.shape, deviations.precision));
         let roundness = shape.axis.and_then(|axis| roundness::roundness(deviations, &members, axis));
         Some(FormDeviation { shape: shape.shape, zone, roundness })
     };

@@ -89,8 +89,11 @@ pub(super) fn roundness(
         let (angle, deviation) = (across.dot(y).atan2(across.dot(x)), f64::from(deviations.signed(i)));
         sections[place.min(SECTIONS - 1)].push(Polar { angle, deviation, outward });
     }
-    let rings: Vec<(usize, Rings)> =
-        sections.iter().enumerate().filter_map(|(k, section)| Some((k, Rings::new(section)?))).collect();
+    let rings: Vec<(usize, Rings)> = sections
+        .iter()
+        .enumerate()
+        .filter_map(|(k, section)| Some((k, Rings::new(section, deviations.precision)?)))
+        .collect();
     let (place, worst) = rings.iter().max_by(|a, b| a.1.across[1].total_cmp(&b.1.across[1]))?;
     let at = origin + axis * (low + (*place as f64 + 0.5) / SECTIONS as f64 * (high - low));
     let mut narrowest: Vec<f64> = rings.iter().map(|(_, rings)| rings.across[1]).collect();
@@ -110,7 +113,7 @@ pub(super) fn roundness(
 fn usual(deviations: &Deviations, members: &[usize]) -> Option<std::ops::RangeInclusive<f64>> {
     let mut distances: Vec<f64> = members.iter().map(|i| f64::from(deviations.signed(*i))).collect();
     let (middle, spread) = median_and_deviation(&mut distances)?;
-    let reach = OUTLYING_IN_PART * MAD_TO_SD * spread;
+    let reach = (OUTLYING_IN_PART * MAD_TO_SD * spread).max(deviations.precision);
     Some(middle - reach..=middle + reach)
 }
 
@@ -121,8 +124,8 @@ struct Rings {
 }
 
 impl Rings {
-    /// The rings of a section; none if it does not have points all around.
-    fn new(section: &[Polar]) -> Option<Self> {
+    /// The rings of a section; none if it does not have points all around. Deviations up to `precision` are rounding.
+    fn new(section: &[Polar], precision: f64) -> Option<Self> {
         let mut seen = [false; SECTORS];
         for point in section {
             seen[(((point.angle / TAU).rem_euclid(1.0)) * SECTORS as f64) as usize % SECTORS] = true;
@@ -134,7 +137,8 @@ impl Rings {
         for _ in 0..3 {
             let circle = linear::least_squares(inliers.iter().map(Polar::across), 3)?.0;
             let error = |point: &Polar| point.across().error(&circle).abs();
-            let limit = OUTLYING * MAD_TO_SD * median(&mut section.iter().map(error).collect::<Vec<f64>>())?;
+            let spread = median(&mut section.iter().map(error).collect::<Vec<f64>>())?;
+            let limit = (OUTLYING * MAD_TO_SD * spread).max(precision);
             inliers = section.iter().filter(|point| error(point) <= limit).copied().collect();
             // If half of a section are outliers, it has no circle.
             if 2 * inliers.len() < section.len() {

@@ -35,6 +35,7 @@ fn deviations(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Deviations {
         outward: side(1.0),
         inward: side(-1.0),
         filled: Vec::new(),
+        precision: 0.0,
         cosine: Vec::new(),
     }
 }
@@ -181,6 +182,19 @@ fn a_few_stray_points_are_left_out_and_counted() {
     let zone = found[1].as_ref().and_then(|f| f.zone.as_ref()).expect("a form");
     near(zone.minimum_zone, 0.2, 2e-3);
     assert!(zone.outlying > 5 && zone.with_outlying[1] > 1.0, "{zone:?}");
+}
+
+/// Perfect surfaces, a quarter of whose distances are a rounding off: none of these points is an outlier.
+#[test]
+fn rounding_is_no_outlier() {
+    let rounded = |_: usize, p: [f64; 3]| if (p[0] * 917.13 + p[2] * 331.9).sin() > 0.7 { 3e-7 } else { 0.0 };
+    let deviations = Deviations { precision: 1e-6, ..deviations(rounded) };
+    let found = form_deviations(&deviations, &recognise(&deviations.texels));
+    for part in 0..4 {
+        let zone = found[part].as_ref().and_then(|f| f.zone.as_ref()).expect("a form");
+        assert!(zone.outlying == 0 && zone.points > 1000 && zone.minimum_zone < 1e-6, "{part}: {zone:?}");
+    }
+    assert_eq!(found[1].as_ref().and_then(|f| f.roundness).map(|r| r.sections), Some(24));
 }
 
 /// Against every choice of as many rows as there are unknowns and one more, the largest of whose errors is the answer.

@@ -26,8 +26,9 @@ const RUNS: usize = 32;
 /// Outliers are this many robust standard deviations away from the surface of least squares.
 const OUTLYING: f64 = 4.0;
 
-/// The zone of points, from a first guess of the surface; none if they do not determine it.
-pub(super) fn zone(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone> {
+/// The zone of points, from a first guess of the surface; none if they do not determine it. `precision` is the rounding
+/// of the points' distances from the surface.
+pub(super) fn zone(points: &[DVec3], datum: Datum, shape: Shape, precision: f64) -> Option<Zone> {
     let characteristic = match shape {
         Shape::Plane => "flatness",
         Shape::Sphere => "sphericity",
@@ -40,7 +41,7 @@ pub(super) fn zone(points: &[DVec3], datum: Datum, shape: Shape) -> Option<Zone>
     // own.
     for _ in 0..3 {
         let fitted = least_squares(&inliers, datum, TRIED);
-        inliers = without_outlying(points, fitted)?;
+        inliers = without_outlying(points, fitted, precision)?;
     }
     let (least_squares, minimum_zone) = widths(&inliers, datum)?;
     let outlying = points.len() - inliers.len();
@@ -59,11 +60,12 @@ fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
     (width.is_finite() && least.is_finite()).then_some((rounded(width), rounded(least)))
 }
 
-fn without_outlying(points: &[DVec3], datum: Datum) -> Option<Vec<DVec3>> {
+fn without_outlying(points: &[DVec3], datum: Datum, precision: f64) -> Option<Vec<DVec3>> {
     let (step, placed) = (points.len().div_ceil(FITTED).max(1), datum.placed());
     let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| placed.height(*p)).collect();
     let (middle, spread) = median_and_deviation(&mut sample)?;
-    let limit = OUTLYING * MAD_TO_SD * spread;
+    // Where most points lie on the surface itself, the others' rounding is no outlier.
+    let limit = (OUTLYING * MAD_TO_SD * spread).max(precision);
     let near = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
     let inliers: Vec<DVec3> = points.par_iter().filter(near).copied().collect();
     // If most points lie on the surface up to rounding, the others are form and not noise.

@@ -96,8 +96,8 @@ impl PartTexels {
         merged
     }
 
-    /// `max_distance` is the range of the histogram.
-    pub(super) fn statistics(&self, max_distance: f64, tolerance: Option<Tolerance>) -> Statistics {
+    /// `max_distance` is the range of the histogram, `precision` the rounding of the distances.
+    pub(super) fn statistics(&self, max_distance: f64, tolerance: Option<Tolerance>, precision: f64) -> Statistics {
         let measured_area = self.measured.area();
         let area = measured_area + self.missing.1;
         let [weighted, per_texel] = self.measured.moments();
@@ -112,7 +112,7 @@ impl PartTexels {
             weighted,
             per_texel,
             histogram: self.measured.histogram(max_distance),
-            tolerance: tolerance.map(|t| self.measured.conformance(t)),
+            tolerance: tolerance.map(|t| self.measured.conformance(t, precision)),
         }
     }
 }

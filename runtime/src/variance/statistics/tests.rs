@@ -23,6 +23,7 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
         outward: side(1.0).collect(),
         inward: side(-1.0).collect(),
         filled: Vec::new(),
+        precision: 0.0,
         cosine: Vec::new(),
     }
 }
@@ -117,6 +118,22 @@ fn tolerances_include_their_ends_and_leave_out_what_was_not_measured() {
     assert_eq!((all.tolerance, all.within, all.area_within, all.share), (None, true, 15.0, 1.0));
     assert!(report.parts[2].statistics.tolerance.is_none());
     assert!(VarianceReport::new(&d, &ScanSource::default(), "cpu", &[]).overall.tolerance.is_none());
+}
+
+/// A sheet at the end of its tolerance, some of whose distances single precision rounds to the other side; and one that
+/// is beyond by more than that.
+#[test]
+fn rounding_does_not_exceed_a_tolerance() {
+    let texels = [(0.1 - 3e-7, 1.0, 0), (0.1 + 3e-7, 1.0, 0), (0.1 - 3e-6, 1.0, 1), (0.3 + 3e-6, 1.0, 1)];
+    let d = Deviations { precision: 1e-6, ..deviations(&texels, &["at the end", "beyond"]) };
+    let tolerances = [(0.1, 0.3), (-0.3, 0.1)].map(|(lower, upper)| Tolerance { lower, upper });
+    for tolerance in tolerances {
+        let report = VarianceReport::new(&d, &ScanSource::default(), "cpu", &[Some(tolerance); 2]);
+        assert_eq!([0, 1].map(|p| report.parts[p].statistics.tolerance.expect("asked for").within), [true, false]);
+    }
+    let exact = Deviations { precision: 0.0, ..d };
+    let report = VarianceReport::new(&exact, &ScanSource::default(), "cpu", &[Some(tolerances[0]); 2]);
+    assert!(!report.parts[0].statistics.tolerance.expect("asked for").within);
 }
 
 /// Against the definitions, written down plainly.

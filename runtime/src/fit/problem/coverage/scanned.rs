@@ -132,7 +132,7 @@ mod tests {
                 }
             }
         }
-        Scan { mesh, oriented: true, source: ScanSource::default(), noise: 0.1 }
+        Scan { mesh, oriented: true, source: ScanSource::default(), noise: 0.1, warnings: Vec::new() }
     }
 
     #[test]
