@@ -79,7 +79,7 @@ pub fn deviation_picture(deviations: &Deviations, end: f64) -> Picture {
 #[must_use]
 pub fn significance_picture(deviations: &Deviations, end: f64, levels: &[f64]) -> Picture {
     let level = |i: usize| levels.get(deviations.texels.part[i] as usize).copied().unwrap_or(0.0);
-    texel_picture(deviations, end, |i| f64::from(deviations.signed(i)).abs() > level(i))
+    texel_picture(deviations, end, |i| f64::from(deviations.signed(i)).abs() > level(i).max(deviations.precision))
 }
 
 /// A picture of the texels. Those with a distance that are not `shown` get the colour of zero.

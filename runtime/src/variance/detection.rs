@@ -54,7 +54,7 @@ pub(in crate::variance) fn detect(
         let (signed, area) = (f64::from(deviations.signed(i)), f64::from(texels.area[i]));
         if !signed.is_nan() && area > 0.0 {
             let part = *part as usize;
-            areas[part][usize::from(signed.abs() > levels[part].1)] += area;
+            areas[part][usize::from(signed.abs() > levels[part].1.max(deviations.precision))] += area;
         }
     }
     let detection = |((model, level), [below, above]): ((f64, f64), [f64; 2])| Detection {

@@ -6,11 +6,11 @@ use crate::mesh::{BoundaryEdge, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// The distance from every texel to the closest point of the scan among the triangles on the texel's own side (less than
-/// a right angle between the normals, if sides matter): outward if that point lies on the normal's side, otherwise
-/// inward. A texel has none if the point is further away than the maximum distance, if its triangle makes a larger angle
-/// than the rays admit, or if it is on a boundary edge and not perpendicularly below: the scan ends there, and nothing
-/// was measured beside it. Without the scan's mesh, boundary edges are like any others.
+/// The distance from every texel to the closest point of the scan among the triangles on the texel's own side (less
+/// than a right angle between the normals, if sides matter): outward if that point lies on the normal's side, otherwise
+/// inward. A texel has none if the point is further away than the maximum distance, if its triangle makes a larger
+/// angle than the rays admit, or if it is on a boundary edge and not perpendicularly below: the scan ends there, and
+/// nothing was measured beside it. Without the scan's mesh, boundary edges are like any others.
 pub(super) fn find(rays: &Rays, scan: Option<&TriangleMesh>) -> Distances {
     let boundary = scan.map(|mesh| (mesh, BoundaryEdges::new(mesh)));
     let distances = (0..rays.len()).into_par_iter();

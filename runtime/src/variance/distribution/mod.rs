@@ -153,8 +153,8 @@ impl Distribution {
         Histogram { low: -range, high: range, area, texels }
     }
 
-    /// `precision` is the rounding of the distances. The ends of a tolerance are meant as they are written: a surface at
-    /// 0.1 mm is within 0.1 mm, on whichever side of it its distance is rounded to.
+    /// `precision` is the rounding of the distances. The ends of a tolerance are meant as they are written: a surface
+    /// at 0.1 mm is within 0.1 mm, on whichever side of it its distance is rounded to.
     pub(super) fn conformance(&self, tolerance: Tolerance, precision: f64) -> Conformance {
         let (lower, upper) = ((tolerance.lower - precision) as f32, (tolerance.upper + precision) as f32);
         let (below, rest) = self.0.split_at(self.0.partition_point(|s| s.distance() < lower));
