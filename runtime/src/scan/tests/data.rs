@@ -67,7 +67,8 @@ const AWKWARD: [(&str, Outcome); 53] = [
     ("trimesh/stl_empty_ascii.stl", Err("has no vertices")),
     ("trimesh/stl_empty_bin.stl", Err("has no vertices")),
     ("trimesh/two_objects_mixed_case_names.stl", Ok((16, 24))),
-    ("trimesh/wallhole.obj", Ok((34, 55))),
+    // Walls with windows, faces of 11 corners that are not convex: 721.4 mm2, as fans 741.7.
+    ("trimesh/wallhole.obj", Ok((34, 57))),
     ("trimesh/whitespace.off", Err("found an OFF file")),
 ];
 
