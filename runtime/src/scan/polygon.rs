@@ -222,7 +222,7 @@ mod tests {
                 [radius * cos, radius * sin]
             };
             check_triangles(&(0..corners).map(ray).collect::<Vec<_>>());
-            let tooth = |k: u32| [f64::from(k), if k % 2 == 0 { 1.0 } else { 40.0 }];
+            let tooth = |k: u32| [f64::from(k), if k.is_multiple_of(2) { 1.0 } else { 40.0 }];
             let comb: Vec<[f64; 2]> =
                 (0..corners).map(tooth).chain([[f64::from(corners), -3.0], [0.0, -3.0]]).collect();
             check_triangles(&comb);
