@@ -47,7 +47,7 @@ impl Checker<'_> {
         }
         let none = |reason: String| vec![Err(reason); asked.len()];
         let mut needed: HashSet<LocalId> = asked.iter().copied().collect();
-        let body = typed::needed_lets(lets, &mut needed);
+        let body = typed::needed_lets(lets.into_iter(), &mut needed);
         if let Some(param) = free.iter().find(|p| needed.contains(&p.local)) {
             return none(format!("it depends on the parameter '{}'", param.declared.name));
         }

@@ -11,7 +11,7 @@ use super::{CheckOptions, InputValue, activity, finish};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Pattern};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 /// A session's request for a check: the files that were entered, loaded and used, and the check's options.
 #[derive(Clone, Copy)]
@@ -164,7 +164,8 @@ impl Request<'_> {
         }
         let lines = segment.lines.iter().zip(&locals);
         let values = lines.map(|(entered, local)| Some(checker.asked((*local)?, entered.span, &model.body))).collect();
-        let needed = typed::needed_lets(typed::lets(&model.body), &mut locals.into_iter().flatten().collect());
+        let mut locals: HashSet<LocalId> = locals.into_iter().flatten().collect();
+        let needed = typed::needed_lets(typed::lets(&model.body), &mut locals);
         model.body = needed.into_iter().map(|(local, e)| Statement::Let(local, e.clone())).collect();
         for param in &mut model.params {
             (param.lower, param.upper) = (None, None);

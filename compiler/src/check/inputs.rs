@@ -92,7 +92,7 @@ impl<'a> Checker<'a> {
             return None;
         }
         let params: Vec<&Param> = params.iter().collect();
-        match self.evaluate(lets(body), &params, &[e]).pop()? {
+        match self.evaluate(lets(body).collect(), &params, &[e]).pop()? {
             Ok(value) => Some(value),
             Err(reason) => {
                 let message = format!("this must be known before the model is evaluated: {reason}");

@@ -12,6 +12,7 @@ pub use crate::operators::{Binary, Compare, Unary};
 use crate::parameters::{Input, Parameter};
 use crate::source::Span;
 use std::collections::{BTreeMap, HashSet};
+use std::hash::BuildHasher;
 
 /// A local: a parameter, a capture, or a name bound by `let`. Unique in the whole model; index into [`Model::locals`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -297,22 +298,22 @@ pub struct Call {
 
 /// The `let`s among statements.
 #[must_use]
-pub fn lets(statements: &[Statement]) -> Vec<(LocalId, &Expr)> {
-    let mut lets = Vec::new();
-    for statement in statements {
-        if let Statement::Let(local, value) = statement {
-            lets.push((*local, value));
-        }
-    }
-    lets
+pub fn lets(statements: &[Statement]) -> impl DoubleEndedIterator<Item = (LocalId, &Expr)> {
+    statements.iter().filter_map(|statement| match statement {
+        Statement::Let(local, value) => Some((*local, value)),
+        _ => None,
+    })
 }
 
 /// Of some `let`s those on which the values of the locals in `needed` depend, in their order. The locals that their
 /// values use are added to `needed`.
 #[must_use]
-pub fn needed_lets<'t>(mut lets: Vec<(LocalId, &'t Expr)>, needed: &mut HashSet<LocalId>) -> Vec<(LocalId, &'t Expr)> {
+pub fn needed_lets<'t, S: BuildHasher>(
+    lets: impl DoubleEndedIterator<Item = (LocalId, &'t Expr)>,
+    needed: &mut HashSet<LocalId, S>,
+) -> Vec<(LocalId, &'t Expr)> {
     let mut kept = Vec::new();
-    while let Some((local, value)) = lets.pop() {
+    for (local, value) in lets.rev() {
         if needed.contains(&local) {
             locals_in(value, needed);
             kept.push((local, value));
@@ -323,7 +324,7 @@ pub fn needed_lets<'t>(mut lets: Vec<(LocalId, &'t Expr)>, needed: &mut HashSet<
 }
 
 /// Adds all locals that an expression uses.
-pub fn locals_in(e: &Expr, out: &mut HashSet<LocalId>) {
+pub fn locals_in<S: BuildHasher>(e: &Expr, out: &mut HashSet<LocalId, S>) {
     if let ExprKind::Local(id) = e.kind {
         out.insert(id);
     }

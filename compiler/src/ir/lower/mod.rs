@@ -23,9 +23,8 @@ use super::{
     Requirement, SizeError, SizeLimits, Value,
 };
 use crate::check::typed::{self, Expr, LocalId, Statement};
-use crate::ir::hash::HashMap;
+use crate::ir::hash::{HashMap, HashSet};
 use crate::source::Span;
-use std::collections::HashSet;
 
 /// Lowers a model.
 ///
