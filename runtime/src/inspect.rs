@@ -9,7 +9,9 @@ use crate::fit::{self, FitError, FitOptions, FitResult};
 use crate::model::{EvaluationError, Model, Motion, Tessellation};
 use crate::progress::Progress;
 use crate::scan::Scan;
-use crate::variance::{MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Statistics, measure};
+use crate::variance::{
+    MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Statistics, measure, require_triangles,
+};
 use std::path::Path;
 use thiserror::Error;
 
@@ -60,6 +62,8 @@ pub fn inspect(
     measure_options: &MeasureOptions,
     progress: &dyn Progress,
 ) -> Result<Inspection, InspectError> {
+    // Before the fit, which takes longer.
+    require_triangles(scan)?;
     let fit = fit::fit(model, scan, fit_options, progress)?;
     Inspection::of_fit(model, fit, scan, measure_options, progress)
 }

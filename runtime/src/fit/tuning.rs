@@ -101,7 +101,7 @@ pub(crate) const FIELD_MARGIN: f64 = 0.5;
 pub(crate) const PROPOSALS: usize = 4;
 /// Shapes that are drawn. Mutating the best of them in rounds found no more (0029).
 pub(crate) const PROPOSAL_DRAWS: usize = 512;
-/// How far proposals are apart in some parameter, as a fraction of its range.
+/// Least difference of two proposals in some parameter, as a fraction of its range.
 pub(crate) const PROPOSALS_APART: f64 = 0.12;
 /// Points of a shape, of pairs of which distances are taken; bins of the distribution of distances, and what they span
 /// (radii: no two points of a scan are likely to be farther apart).
@@ -377,8 +377,8 @@ pub(crate) const BLOCK_GRIDS: usize = 4;
 pub(crate) const BLOCK_ROOM: usize = 1 << 25;
 /// Cap on the leverage h in 1 / (1 - h): a residual is corrected by at most the factor 10.
 pub(crate) const LEVERAGE_CAP: f64 = 0.9;
-/// How much farther away than a point's own patch another one may be for a correspondence switch (sigma): as far as
-/// searches look.
+/// Largest excess of another patch's distance over that of a point's own one for a correspondence switch (sigma): as
+/// far as searches look.
 pub(crate) const SWITCH_REACH: f64 = REACH_SIGMAS;
 /// Cap on the part of the curvature that switches take away in any direction: the rest is too uncertain to be divided
 /// by.

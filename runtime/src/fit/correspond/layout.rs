@@ -18,8 +18,8 @@ pub(crate) struct Layout {
     pub(super) uv: Vec<[f64; 2]>,
     pub(super) quads: Vec<Quad>,
     pub(super) tree: Tree,
-    /// How far facets lie off the exact surface at the shape that the layout was made for, at the most, as estimated
-    /// from second differences. Millimetres.
+    /// Largest distance of a facet from the exact surface, at the shape that the layout was made for; estimated from
+    /// second differences. Millimetres.
     pub(crate) sagitta: f64,
 }
 
