@@ -58,7 +58,7 @@ pub enum FitError {
     /// Parameters that cannot be equal.
     #[error("`{0}` and `{1}` cannot be held equal: {2}")]
     Equal(String, String, &'static str),
-    /// Parameters that are to be equal, and whose bounds leave no common value.
+    /// A parameter whose bounds leave no value, or parameters that are to be equal and have no common one.
     #[error("{}", no_common_value(.bounds, .at, .instead))]
     NoCommonValue {
         /// The parameters' names with their bounds.
@@ -117,15 +117,18 @@ fn listed(values: &[(String, String)], between: &str) -> String {
 
 fn no_common_value(bounds: &[(String, String)], at: &[(String, String)], instead: &[(String, String)]) -> String {
     let names: Vec<String> = bounds.iter().map(|(name, _)| format!("`{name}`")).collect();
-    let mut message = match &names[..] {
-        [name] => format!("with the equal parameters, {name} has no value within its bounds"),
-        [names @ .., last] => {
-            format!("{} and {last} cannot be held equal: their bounds leave no common value", names.join(", "))
-        }
-        [] => String::new(),
+    let mut message = match (&names[..], bounds) {
+        ([name], [(_, bounds)]) => format!("the bounds of {name} leave no value: {bounds}"),
+        ([names @ .., last], _) => format!(
+            "{} and {last} cannot be held equal: their bounds leave no common value: {}",
+            names.join(", "),
+            listed(bounds, " ")
+        ),
+        ([], _) => String::new(),
     };
-    let (bounds, at) = (listed(bounds, " "), listed(at, " = "));
-    message.push_str(&if at.is_empty() { format!(" ({bounds})") } else { format!(" ({bounds}; where {at})") });
+    if !at.is_empty() {
+        message.push_str(&format!(", where {}", listed(at, " = ")));
+    }
     if !instead.is_empty() {
         message.push_str(&format!("; the given start values prevent it, not so {}", listed(instead, " = ")));
     }

@@ -1,5 +1,4 @@
-//! Common values of parameters that are held equal, within bounds that may depend on each other and on other
-//! parameters.
+//! Start values within bounds that may depend on each other, with a common value where parameters are held equal.
 
 use super::options::FitError;
 use super::tuning::{ROOM_SAMPLES, ROOM_SWEEPS};

@@ -45,7 +45,8 @@ impl FitOptions {
     /// The options in terms of the model's parameters.
     ///
     /// # Errors
-    /// Names that the model does not have, start values outside of their bounds, and parameters that cannot be tied.
+    /// Names that the model does not have, start values outside of their bounds or that leave other parameters none, and
+    /// parameters that cannot be tied.
     pub(crate) fn resolve(&self, model: &dyn Model) -> Result<Start, FitError> {
         if let Some(sigma) = self.sigma
             && !(sigma > 0.0 && sigma.is_finite())
@@ -74,9 +75,7 @@ impl FitOptions {
             fixed[index(name, parameters)?] = true;
         }
         let ties = self.ties(parameters, &fixed)?;
-        if !ties.is_empty() {
-            x = Room { model, fixed: &fixed, given: &given, ties: &ties }.start(&x)?;
-        }
+        let x = Room { model, fixed: &fixed, given: &given, ties: &ties }.start(&x)?;
         Ok(Start { x, fixed, ties })
     }
 
