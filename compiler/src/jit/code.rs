@@ -5,6 +5,7 @@ use super::context::{Context, Limits, Trap};
 use super::memory::CodeMemory;
 use crate::ir::{FunctionId, Module};
 use crate::workers::Workers;
+use std::borrow::Cow;
 
 /// Machine code of functions of one IR module: routines, which run once, and kernels, which run over many points. Freed
 /// when dropped; may be run by several threads at once.
@@ -158,6 +159,8 @@ impl Code {
         limits: Limits,
     ) -> Result<(), Stopped> {
         let kernel = &self.kernels[kernel];
+        assert_eq!(captures.len(), kernel.shape.captures, "length of a kernel's captures");
+        let captures = &kernel.in_lanes(captures)[..];
         let Points { count, values } = points;
         let whole = count - count % kernel.lanes;
         let located = |Stopped { trap, point }: Stopped| {
@@ -192,8 +195,16 @@ impl Code {
 }
 
 impl Kernel {
-    /// Runs over the first `n` of `stride` points; `n` is a multiple of the lanes. Results of points are stored one
-    /// after the other; sums of even and odd points side by side.
+    /// Captures as often as there are lanes.
+    fn in_lanes<'c>(&self, captures: &'c [f64]) -> Cow<'c, [f64]> {
+        if self.lanes == 1 {
+            return Cow::Borrowed(captures);
+        }
+        captures.iter().flat_map(|capture| [*capture; 2]).collect()
+    }
+
+    /// Runs over the first `n` of `stride` points, with captures for all lanes; `n` is a multiple of the lanes. Results
+    /// of points are stored one after the other; sums of even and odd points side by side.
     fn run(
         &self,
         captures: &[f64],
@@ -204,7 +215,7 @@ impl Kernel {
     ) -> Result<(), Stopped> {
         let outputs =
             if self.shape.output == Output::Store { self.results.checked_mul(n) } else { Some(2 * self.results) };
-        assert_eq!(captures.len(), self.shape.captures, "length of a kernel's captures");
+        assert_eq!(captures.len(), self.lanes * self.shape.captures, "length of a kernel's captures");
         assert_eq!(Some(values.len()), self.values.checked_mul(stride), "length of the points' values");
         assert!(n <= stride && n % self.lanes == 0 && Some(out.len()) == outputs, "whole pairs of points");
         let mut context = Context::new(limits);
@@ -220,7 +231,7 @@ impl Kernel {
         Trap::check(status).map_err(|trap| Stopped { trap, point: context.point as usize })
     }
 
-    /// Runs one point in both of two lanes.
+    /// Runs one point in both of two lanes, with captures for all lanes.
     fn run_alone(&self, captures: &[f64], points: Points<'_>, index: usize, limits: Limits) -> Result<Vec<f64>, Trap> {
         let value = |k: usize| [points.values[k * points.count + index]; 2];
         let values: Vec<f64> = (0..self.values).flat_map(value).collect();

@@ -18,7 +18,7 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 const MOST_IN_REGISTERS: usize = 11;
 
 /// Builds `(context, captures, values, stride, n, out) -> status`. Nodes that depend on captures only are computed
-/// once, before the loop.
+/// once, before the loop. For two lanes the captures are there twice each, side by side.
 pub(super) fn build(
     compiler: &mut Compiler<'_>,
     shape: KernelShape,
@@ -86,7 +86,7 @@ pub(super) fn build(
 }
 
 /// Computes the loop's invariants, which depend on captures alone. Those that the loop uses go to the stack, as a call
-/// in the loop keeps no register; two lanes have them twice.
+/// in the loop keeps no register; two lanes have them twice. Captures stay where they are, or go to registers.
 fn invariants<'m>(
     lowering: &mut Lowering<'_, '_, 'm>,
     frame: &mut Frame<'m>,
@@ -96,29 +96,35 @@ fn invariants<'m>(
 ) -> Result<(), JitError> {
     let function = frame.function;
     let types = function.params[..shape.captures].iter().map(|p| p.ty);
-    let captures = lowering.words(captures, types);
+    let (flags, size) = if two_lanes { (PAIRS, 16) } else { (TRUSTED, 8) };
+    let captures = lowering.words(captures, size, types);
     frame.values[..captures.len()].clone_from_slice(&captures);
     let varying = varying(function, shape.captures);
     for node in function.values().filter(|v| !varying[v.0 as usize]) {
         lowering.demand(frame, node)?;
     }
     let used = used_by(function, &varying);
-    let moved = |i: &usize| {
-        let lowered = &frame.values[*i];
-        used[*i] && (matches!(lowered, Lowered::One(_)) || two_lanes && matches!(lowered, Lowered::Stored(..)))
-    };
-    let moved: Vec<usize> = (0..function.nodes.len()).filter(moved).collect();
+    let computed = |i: &usize| used[*i] && matches!(frame.values[*i], Lowered::One(_));
+    let computed: Vec<usize> = (0..function.nodes.len()).filter(computed).collect();
+    let read: Vec<usize> = (0..captures.len()).filter(|i| used[*i] && two_lanes).collect();
     let calls = function.nodes.iter().zip(&varying).any(|(n, varies)| *varies && is_libcall(&n.op, n.ty));
-    let in_registers = two_lanes && !calls && moved.len() <= MOST_IN_REGISTERS;
-    if moved.is_empty() {
+    let in_registers = two_lanes && !calls && computed.len() + read.len() <= MOST_IN_REGISTERS;
+    if in_registers {
+        for i in read {
+            if let Lowered::Stored(base, offset) = frame.values[i] {
+                let pair = lowering.builder.ins().load(types::F64X2, PAIRS, base, offset);
+                frame.values[i] = Lowered::One(pair);
+            }
+        }
+    }
+    if computed.is_empty() {
         return Ok(());
     }
-    let (flags, size) = if two_lanes { (PAIRS, 16) } else { (TRUSTED, 8) };
-    let bytes = u32::try_from(size as usize * moved.len()).unwrap_or(u32::MAX);
+    let bytes = u32::try_from(size as usize * computed.len()).unwrap_or(u32::MAX);
     let slot = StackSlotData::new(StackSlotKind::ExplicitSlot, bytes, 4);
     let slot = lowering.builder.create_sized_stack_slot(slot);
     let base = lowering.builder.ins().stack_addr(types::I64, slot, 0);
-    for (offset, i) in (0..).step_by(size as usize).zip(moved) {
+    for (offset, i) in (0..).step_by(size as usize).zip(computed) {
         let mut value = lowering.value(&frame.values[i]);
         if two_lanes {
             value = lowering.splat(value);
@@ -153,10 +159,12 @@ fn store<'m>(lowering: &mut Lowering<'_, '_, 'm>, frame: &mut Frame<'m>, place: 
     }
     let Some(first) = results.first() else { return Ok(()) };
     let first = lowering.demanded(frame, *first)?;
+    let first = lowering.bytes(first);
     let (mut before, n) = (first, results.len() as i32);
     // Words k - 1 and k of the first point where k - 1 is even, of the second where it begins at an even word there.
     for (start, result) in (0..).zip(&results[1..]) {
         let value = lowering.demanded(frame, *result)?;
+        let value = lowering.bytes(value);
         if start % 2 == 0 {
             let pair = lowering.firsts(before, value);
             lowering.builder.ins().store(PAIRS, pair, place, 8 * start);

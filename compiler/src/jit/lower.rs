@@ -93,7 +93,7 @@ pub(super) fn build_plain(
     let mut lowering = Lowering::new(compiler, builder, context, fail);
     lowering.check_stack();
     let function = lowering.compiler.module.function(id);
-    let arguments = lowering.words(arguments, function.params.iter().map(|p| p.ty));
+    let arguments = lowering.words(arguments, 8, function.params.iter().map(|p| p.ty));
     let mut frame = Frame::new(function);
     frame.values[..arguments.len()].clone_from_slice(&arguments);
     lowering.pinned_nodes(&mut frame)?;
@@ -270,11 +270,12 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
 }
 
 impl Lowering<'_, '_, '_> {
-    /// Values of 64-bit words in memory, which must not change while they are in use. Reals stay there.
-    pub(super) fn words(&mut self, base: Value, types: impl Iterator<Item = Type>) -> Vec<Lowered> {
+    /// Values of 64-bit words in memory, one every `stride` bytes, which must not change while they are in use. Reals
+    /// stay there.
+    pub(super) fn words(&mut self, base: Value, stride: i32, types: impl Iterator<Item = Type>) -> Vec<Lowered> {
         let mut values = Vec::new();
         for (i, ty) in types.enumerate() {
-            let offset = 8 * i as i32;
+            let offset = stride * i as i32;
             values.push(match ty {
                 Type::Real => Lowered::Stored(base, offset),
                 _ => Lowered::One(self.load_word(base, offset, ty)),

@@ -70,17 +70,17 @@ impl Lowering<'_, '_, '_> {
         }
     }
 
-    /// The first lanes of two pairs.
+    /// The first lanes of two pairs, all as bytes.
     pub(super) fn firsts(&mut self, a: Value, b: Value) -> Value {
         self.lanes(a, b, 0, 16)
     }
 
-    /// The second lanes of two pairs.
+    /// The second lanes of two pairs, all as bytes.
     pub(super) fn seconds(&mut self, a: Value, b: Value) -> Value {
         self.lanes(a, b, 8, 24)
     }
 
-    /// The first lane of one pair and the second of another.
+    /// The first lane of one pair and the second of another, all as bytes.
     pub(super) fn outer_lanes(&mut self, a: Value, b: Value) -> Value {
         self.lanes(a, b, 0, 24)
     }
@@ -89,9 +89,12 @@ impl Lowering<'_, '_, '_> {
     fn lanes(&mut self, a: Value, b: Value, first: u8, second: u8) -> Value {
         let bytes: Vec<u8> = (first..first + 8).chain(second..second + 8).collect();
         let mask = self.builder.func.dfg.immediates.push(bytes.into());
-        let (a, b) = (self.cast(types::I8X16, a), self.cast(types::I8X16, b));
-        let lanes = self.builder.ins().shuffle(a, b, mask);
-        self.cast(types::F64X2, lanes)
+        self.builder.ins().shuffle(a, b, mask)
+    }
+
+    /// The bytes of a pair.
+    pub(super) fn bytes(&mut self, pair: Value) -> Value {
+        self.cast(types::I8X16, pair)
     }
 
     /// The same bits as another type.

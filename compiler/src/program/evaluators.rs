@@ -6,7 +6,7 @@ use super::functions::ModelFunctions;
 use super::pipeline::{BuildError, differentiated, split_for_grids};
 use crate::ir::hoist::grid::GridSplit;
 use crate::ir::{FunctionId, Module};
-use crate::jit::{Code, JitError, KernelShape, Listing, Options};
+use crate::jit::{Code, JitError, KernelShape, Limits, Listing, Options, Points, Stopped};
 use crate::workers::Workers;
 use std::sync::{Arc, OnceLock};
 
@@ -31,12 +31,19 @@ pub(super) struct Evaluator {
     /// For grids each function split: its kernels are those of the columns, of the rows, and of every point.
     pub(super) splits: Vec<GridSplit>,
     pub(super) shapes: Vec<KernelShape>,
-    pub(super) code: Code,
+    /// The kernels of these shapes are those from `first` on.
+    pub(super) code: Arc<Code>,
+    pub(super) first: usize,
 }
 
 impl Evaluators {
-    pub(super) fn new(workers: Workers) -> Evaluators {
-        Evaluators { workers, made: Default::default() }
+    /// Evaluators at scattered sites that are there from the start.
+    pub(super) fn new(workers: Workers, made: impl IntoIterator<Item = (Order<'static>, Evaluator)>) -> Evaluators {
+        let evaluators = Evaluators { workers, made: Default::default() };
+        for (order, evaluator) in made {
+            _ = evaluators.made[2 * order.index()].set(Ok(evaluator));
+        }
+        evaluators
     }
 
     /// The evaluator at scattered sites or on grids.
@@ -53,16 +60,16 @@ impl Evaluators {
 }
 
 impl Evaluator {
-    pub(super) fn new(
-        module: Arc<Module>,
-        functions: Vec<FunctionId>,
-        of_part: Vec<usize>,
-        splits: Vec<GridSplit>,
-        shapes: Vec<KernelShape>,
-        workers: Workers,
-    ) -> Result<Evaluator, BuildError> {
-        let (code, _) = Code::compile(&module, &shapes, &[], OPTIONS, workers)?;
-        Ok(Evaluator { module, functions, of_part, splits, shapes, code })
+    /// A kernel of a shape among `shapes`.
+    pub(super) fn run(
+        &self,
+        kernel: usize,
+        captures: &[f64],
+        points: Points<'_>,
+        out: &mut [f64],
+        limits: Limits,
+    ) -> Result<(), Stopped> {
+        self.code.run(self.first + kernel, captures, points, out, limits)
     }
 
     /// The texts of the machine code.

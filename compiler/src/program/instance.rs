@@ -83,7 +83,7 @@ impl<'p> Instance<'p> {
         let kernel = evaluator.of_part[patch];
         for ((u, v), out) in u.chunks(BATCH).zip(v.chunks(BATCH)).zip(out.chunks_mut((BATCH * width).max(1))) {
             let points = Points { count: u.len(), values: &[u, v].concat() };
-            let run = evaluator.code.run(kernel, &captures, points, out, program.limits);
+            let run = evaluator.run(kernel, &captures, points, out, program.limits);
             run.map_err(|stopped| self.stopped(patch, stopped, [u, v]))?;
             if let Some(k) = first_not_finite(out) {
                 let [u, v] = [u, v].map(|at| at[k / width]);
@@ -112,13 +112,13 @@ impl<'p> Instance<'p> {
         if out.is_empty() {
             return Ok(true);
         }
-        let (code, limits, function) = (&evaluator.code, self.program.limits, evaluator.of_part[patch]);
+        let (limits, function) = (self.program.limits, evaluator.of_part[patch]);
         let [columns, rows, inner] = [0, 1, 2].map(|stage| 3 * function + stage);
         let split = &evaluator.splits[function];
         let table = |kernel: usize, width: usize, at: &[f64]| -> Option<Vec<f64>> {
             let mut values = vec![0.0; width * at.len()];
             let points = Points { count: at.len(), values: &[at, at].concat() };
-            code.run(kernel, &captures, points, &mut values, limits).ok()?;
+            evaluator.run(kernel, &captures, points, &mut values, limits).ok()?;
             Some(values)
         };
         let Some(by_column) = table(columns, split.column_values, u) else { return Ok(false) };
@@ -130,7 +130,7 @@ impl<'p> Instance<'p> {
         for (row, out) in out.chunks_exact_mut(u.len() * width).enumerate() {
             captures[of_part..].copy_from_slice(&by_row[row * split.row_values..][..split.row_values]);
             let points = Points { count: u.len(), values: &values };
-            if code.run(inner, &captures, points, out, limits).is_err() || first_not_finite(out).is_some() {
+            if evaluator.run(inner, &captures, points, out, limits).is_err() || first_not_finite(out).is_some() {
                 return Ok(false);
             }
         }
@@ -157,7 +157,7 @@ impl<'p> Instance<'p> {
             let values: Vec<f64> = [&u[sites.clone()], &v[sites.clone()]].concat().into_iter().chain(weights).collect();
             let points = Points { count: sites.len(), values: &values };
             let mut adjoints = vec![0.0; varied];
-            let run = evaluator.code.run(evaluator.of_part[patch], &captures, points, &mut adjoints, program.limits);
+            let run = evaluator.run(evaluator.of_part[patch], &captures, points, &mut adjoints, program.limits);
             run.map(|()| adjoints)
         };
         let adjoints = run(0..u.len()).map_err(|stopped| self.stopped(patch, stopped, [u, v]))?;
@@ -255,7 +255,7 @@ impl<'p> Instance<'p> {
         let (Ok(evaluator), mut point) = (self.evaluator(false, Order::Points), [0.0; 3]) else { return false };
         let (kernel, captures) = (evaluator.of_part[patch], &self.part_captures[patch]);
         let points = Points { count: 1, values: &uv };
-        let run = evaluator.code.run(kernel, captures, points, &mut point, self.program.limits);
+        let run = evaluator.run(kernel, captures, points, &mut point, self.program.limits);
         run.is_ok() && first_not_finite(&point).is_none()
     }
 

@@ -47,6 +47,7 @@ use crate::jit::Code;
 use crate::source::Sources;
 use evaluators::Evaluators;
 use functions::ModelFunctions;
+use std::sync::Arc;
 
 /// A compiled script: a model as machine code, with its derivatives. Freed when dropped; may be used by several
 /// threads at once.
@@ -57,7 +58,7 @@ pub struct Program {
     typed: typed::Model,
     functions: ModelFunctions,
     /// The code of [`ModelFunctions::routines`].
-    routines: Code,
+    routines: Arc<Code>,
     evaluators: Evaluators,
     limits: Limits,
 }

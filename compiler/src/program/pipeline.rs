@@ -10,7 +10,7 @@ use crate::check::typed;
 use crate::diagnostic::{self, Diagnostic};
 use crate::diff::{self, DiffError};
 use crate::ir::hash::HashMap;
-use crate::ir::hoist::grid::split_grid;
+use crate::ir::hoist::grid::{GridSplit, split_grid};
 use crate::ir::hoist::prelude::split_all;
 use crate::ir::merge::merge_bodies;
 use crate::ir::reassociate::reassociate;
@@ -18,6 +18,7 @@ use crate::ir::separable::decompose;
 use crate::ir::{self, FunctionId, LoweredModel, Module, Parameter, ParameterFunction, SizeError, SizeLimits, lower};
 use crate::jit::{Code, JitError, KernelShape, Output};
 use crate::source::{Sources, Span};
+use crate::workers::Workers;
 use std::sync::Arc;
 use thiserror::Error;
 
@@ -43,7 +44,7 @@ impl BuildError {
     }
 }
 
-/// The stages after the check; points and Jacobians are compiled at once.
+/// The stages after the check, with machine code for points and Jacobians.
 pub(super) fn build(
     typed: typed::Model,
     sources: &Sources,
@@ -57,11 +58,14 @@ pub(super) fn build(
     let names = parameters.iter().map(|p| Parameter::real(p.name.clone())).collect();
     let functions = model_functions(names, lowered, options)?;
     done(Stage::Differentiate);
-    let (routines, _) = Code::compile(&functions.module, &[], &functions.routines(), OPTIONS, options.workers)?;
-    let evaluators = Evaluators::new(options.workers);
-    for order in [Order::Points, Order::Jacobian] {
-        evaluators.get(&functions, false, order).map_err(Clone::clone)?;
-    }
+    // At once: functions that both orders call are compiled once, and the memory of code is had once.
+    let (points, jacobians) = (points(&functions), jacobians(&functions));
+    let shapes = [&points.shapes[..], &jacobians.shapes].concat();
+    let routines = functions.routines();
+    let (code, _) = Code::compile(&functions.module, &shapes, &routines, OPTIONS, options.workers)?;
+    let (code, first) = (Arc::new(code), points.shapes.len());
+    let made = [(Order::Points, points.with(code.clone(), 0)), (Order::Jacobian, jacobians.with(code.clone(), first))];
+    let evaluators = Evaluators::new(options.workers, made);
     done(Stage::MachineCode);
     let parts = typed.parts.iter().zip(&functions.parts).map(|(part, functions)| Part {
         name: part.name.clone(),
@@ -74,7 +78,7 @@ pub(super) fn build(
         sources: sources.clone(),
         typed,
         functions,
-        routines,
+        routines: code,
         evaluators,
         limits: options.limits,
     })
@@ -144,32 +148,76 @@ fn model_functions(
     Ok(functions.drop_unreached(module))
 }
 
+/// An evaluator before its code.
+struct Uncompiled {
+    module: Arc<Module>,
+    functions: Vec<FunctionId>,
+    of_part: Vec<usize>,
+    splits: Vec<GridSplit>,
+    shapes: Vec<KernelShape>,
+}
+
+impl Uncompiled {
+    /// Functions `(captures.., values..) -> results..` at scattered sites.
+    fn new(
+        module: Arc<Module>,
+        functions: Vec<FunctionId>,
+        of_part: Vec<usize>,
+        values: usize,
+        output: Output,
+    ) -> Uncompiled {
+        let captures = |f: &FunctionId| module.function(*f).params.len() - values;
+        let shapes = functions.iter().map(|f| KernelShape { function: *f, captures: captures(f), output }).collect();
+        Uncompiled { module, functions, of_part, splits: Vec::new(), shapes }
+    }
+
+    fn with(self, code: Arc<Code>, first: usize) -> Evaluator {
+        let Uncompiled { module, functions, of_part, splits, shapes } = self;
+        Evaluator { module, functions, of_part, splits, shapes, code, first }
+    }
+
+    fn compiled(self, workers: Workers) -> Result<Evaluator, BuildError> {
+        let (code, _) = Code::compile(&self.module, &self.shapes, &[], OPTIONS, workers)?;
+        Ok(self.with(Arc::new(code), 0))
+    }
+}
+
+/// The functions of the points of all parts.
+fn points(model: &ModelFunctions) -> Uncompiled {
+    let functions = model.bodies.iter().map(|b| b.points).collect();
+    let of_part = model.parts.iter().map(|p| p.body).collect();
+    Uncompiled::new(model.module.clone(), functions, of_part, 2, Output::Store)
+}
+
+/// The functions of the Jacobians of all parts.
+fn jacobians(model: &ModelFunctions) -> Uncompiled {
+    let functions: Vec<FunctionId> = model.parts.iter().map(|p| p.jacobian.function).collect();
+    let (different, of_part) = different(&functions);
+    Uncompiled::new(model.module.clone(), different, of_part, 2, Output::Store)
+}
+
 /// The functions of an order at the points of all parts, compiled.
 pub(super) fn differentiated(
     evaluators: &Evaluators,
     model: &ModelFunctions,
     order: Order<'_>,
 ) -> Result<Evaluator, BuildError> {
-    let points = || model.bodies.iter().map(|b| b.points).collect::<Vec<_>>();
-    let mut of_part: Vec<usize> = model.parts.iter().map(|p| p.body).collect();
-    let (module, functions) = match order {
-        Order::Points => (model.module.clone(), points()),
-        Order::Jacobian => {
-            let functions: Vec<FunctionId> = model.parts.iter().map(|p| p.jacobian.function).collect();
-            let (different, of_parts) = different(&functions);
-            of_part = of_parts;
-            (model.module.clone(), different)
-        }
-        Order::Partials | Order::Pullback(_) => of_bodies(&model.module, points(), model, order)?,
+    let of_bodies = |module, functions, values, output| -> Result<Uncompiled, BuildError> {
+        let (module, functions) = of_bodies(module, functions, model, order)?;
+        let of_part = model.parts.iter().map(|p| p.body).collect();
+        Ok(Uncompiled::new(module, functions, of_part, values, output))
+    };
+    let uncompiled = match order {
+        Order::Points => points(model),
+        Order::Jacobian => jacobians(model),
+        Order::Partials => of_bodies(&model.module, points(model).functions, 2, Output::Store)?,
+        Order::Pullback(_) => of_bodies(&model.module, points(model).functions, 5, Output::Accumulate)?,
         Order::SecondPartials => {
             let partials = evaluators.get(model, false, Order::Partials).map_err(Clone::clone)?;
-            of_bodies(&partials.module, partials.functions.clone(), model, order)?
+            of_bodies(&partials.module, partials.functions.clone(), 2, Output::Store)?
         }
     };
-    let (values, output) = if let Order::Pullback(_) = order { (5, Output::Accumulate) } else { (2, Output::Store) };
-    let captures = |f: &FunctionId| module.function(*f).params.len() - values;
-    let shapes = functions.iter().map(|f| KernelShape { function: *f, captures: captures(f), output }).collect();
-    Evaluator::new(module, functions, of_part, Vec::new(), shapes, evaluators.workers)
+    uncompiled.compiled(evaluators.workers)
 }
 
 /// The same functions for grids: values of columns, values of rows, and what is left at every point.
@@ -190,7 +238,8 @@ pub(super) fn split_for_grids(
         }
         splits.push(split);
     }
-    Evaluator::new(Arc::new(module), functions, scattered.of_part.clone(), splits, shapes, evaluators.workers)
+    let of_part = scattered.of_part.clone();
+    Uncompiled { module: Arc::new(module), functions, of_part, splits, shapes }.compiled(evaluators.workers)
 }
 
 /// The different ones of some functions, and which of them each is.
