@@ -1,0 +1,338 @@
+//! The borders of patches, and which of them are the same curve in space.
+
+use super::intervals::{Axes, split};
+use crate::mesh::Bounds;
+use crate::model::{EvaluationError, Instance, Partials};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Borders that are nearer than this fraction of the model's diagonal are the same: parts of one curve that a script
+/// computes in several ways differ by rounding, some 1e-15 of their coordinates.
+const COINCIDENT: f64 = 1e-8;
+/// Places at which a piece is sampled, its ends included.
+const SAMPLES: usize = 33;
+/// Steps of Gauss and Newton to the nearest point of a curve.
+const STEPS: usize = 12;
+/// Rounds in which pieces that end beside others are divided there.
+const ROUNDS: usize = 6;
+/// Most intervals of an axis that such divisions may lead to.
+const MOST_INTERVALS: usize = 4096;
+
+/// A side of a patch: where v is 0, u is 1, v is 1 or u is 0.
+pub(super) const SIDES: [Side; 4] = [
+    Side { along: 0, at: 0.0 },
+    Side { along: 1, at: 1.0 },
+    Side { along: 0, at: 1.0 },
+    Side { along: 1, at: 0.0 },
+];
+
+/// A side of a patch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Side {
+    /// The parameter that runs along it: 0 for u, 1 for v.
+    pub(super) along: usize,
+    /// The value of the other one.
+    at: f64,
+}
+
+impl Side {
+    /// (u, v) at a value of the parameter along it.
+    pub(super) fn uv(self, t: f64) -> (f64, f64) {
+        if self.along == 0 { (t, self.at) } else { (self.at, t) }
+    }
+
+    /// Whether its parameter runs with the patch on its left, seen from outside.
+    fn is_counterclockwise(self) -> bool {
+        (self.along == 0) == (self.at == 0.0)
+    }
+}
+
+/// A piece of the border of a patch: an interval of a side.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    pub(super) patch: usize,
+    pub(super) side: Side,
+    pub(super) interval: usize,
+    /// Clusters of its first and its last point.
+    pub(super) ends: [u32; 2],
+    /// The piece whose points it has, and whether it runs the other way; itself where it is the first of its curve.
+    pub(super) leader: usize,
+    pub(super) reversed: bool,
+    /// Whether all of it is one point.
+    pub(super) is_point: bool,
+    samples: Vec<DVec3>,
+}
+
+/// The borders of all patches.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Borders {
+    pub(super) pieces: Vec<Piece>,
+    /// A point of every cluster of ends.
+    pub(super) ends: Vec<DVec3>,
+    /// Distance below which points are the same. Millimetres.
+    pub(super) tolerance: f64,
+}
+
+impl Borders {
+    /// Finds the borders that are the same curve. Intervals are divided where a border of another patch ends beside
+    /// them.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub(super) fn find(instance: &dyn Instance, axes: &mut [Axes]) -> Result<Self, EvaluationError> {
+        for _ in 0..ROUNDS {
+            let mut borders = Self::of_intervals(instance, axes)?;
+            let cuts = borders.cuts(instance, axes)?;
+            if cuts.is_empty() {
+                borders.match_pieces(instance, axes)?;
+                return Ok(borders);
+            }
+            cut(axes, cuts);
+        }
+        let mut borders = Self::of_intervals(instance, axes)?;
+        borders.match_pieces(instance, axes)?;
+        Ok(borders)
+    }
+
+    fn of_intervals(instance: &dyn Instance, axes: &[Axes]) -> Result<Self, EvaluationError> {
+        let mut borders = Self::default();
+        for (patch, axes) in axes.iter().enumerate() {
+            for side in SIDES {
+                for (interval, stretch) in axes[side.along].iter().enumerate() {
+                    let at = |k: usize| stretch.fraction(k as f64 / (SAMPLES - 1) as f64);
+                    let (u, v): (Vec<f64>, Vec<f64>) = (0..SAMPLES).map(|k| side.uv(at(k))).unzip();
+                    let mut points = vec![[0.0; 3]; SAMPLES];
+                    instance.points(patch, &u, &v, &mut points)?;
+                    let samples = points.into_iter().map(DVec3::from_array).collect();
+                    let leader = borders.pieces.len();
+                    let (ends, reversed, is_point) = ([0; 2], false, false);
+                    borders.pieces.push(Piece { patch, side, interval, ends, leader, reversed, is_point, samples });
+                }
+            }
+        }
+        let all: Bounds = borders.pieces.iter().flat_map(|p| &p.samples).copied().collect();
+        borders.tolerance = COINCIDENT * all.diagonal();
+        borders.cluster();
+        Ok(borders)
+    }
+
+    /// Gives ends that coincide one number.
+    fn cluster(&mut self) {
+        let cell = (4.0 * self.tolerance).max(f64::MIN_POSITIVE);
+        let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        for i in 0..self.pieces.len() {
+            for end in 0..2 {
+                let piece = &self.pieces[i];
+                let point = piece.samples[if end == 0 { 0 } else { SAMPLES - 1 }];
+                let key = (point / cell).floor().to_array().map(|c| c as i64);
+                let near = (0..27).filter_map(|k| {
+                    cells.get(&[key[0] + k % 3 - 1, key[1] + k / 3 % 3 - 1, key[2] + k / 9 - 1])
+                });
+                let known = near.flatten().find(|c| self.ends[**c as usize].distance(point) <= self.tolerance);
+                let cluster = known.copied().unwrap_or(self.ends.len() as u32);
+                if cluster as usize == self.ends.len() {
+                    self.ends.push(point);
+                    cells.entry(key).or_default().push(cluster);
+                }
+                self.pieces[i].ends[end] = cluster;
+            }
+            let tolerance = self.tolerance;
+            let piece = &mut self.pieces[i];
+            piece.is_point = piece.samples.iter().all(|p| p.distance(piece.samples[0]) <= tolerance);
+        }
+    }
+
+    /// The places inside of intervals at which a piece of another border ends: patch, axis, interval and parameter.
+    fn cuts(&self, instance: &dyn Instance, axes: &[Axes]) -> Result<Vec<(usize, usize, usize, f64)>, EvaluationError> {
+        let mut by_x: Vec<usize> = (0..self.ends.len()).collect();
+        by_x.sort_unstable_by(|a, b| self.ends[*a].x.total_cmp(&self.ends[*b].x));
+        let mut cuts = Vec::new();
+        for piece in self.pieces.iter().filter(|piece| !piece.is_point) {
+            let bounds: Bounds = piece.samples.iter().copied().collect();
+            // Between samples a curve leaves their box by less than its chords are long.
+            let margin = DVec3::splat(self.tolerance + 0.5 * piece.longest_chord());
+            let (low, high) = (bounds.low - margin, bounds.high + margin);
+            let first = by_x.partition_point(|c| self.ends[*c].x < low.x);
+            let near: Vec<usize> = by_x[first..]
+                .iter()
+                .copied()
+                .take_while(|c| self.ends[*c].x <= high.x)
+                .filter(|c| !piece.ends.contains(&(*c as u32)))
+                .filter(|c| self.ends[*c].cmpge(low).all() && self.ends[*c].cmple(high).all())
+                .collect();
+            if near.is_empty() {
+                continue;
+            }
+            let targets: Vec<DVec3> = near.iter().map(|c| self.ends[*c]).collect();
+            let interval = axes[piece.patch][piece.side.along][piece.interval];
+            let size = interval.end - interval.start;
+            for (t, distance) in piece.nearest(instance, axes, &targets)? {
+                let inside = t > interval.start + 1e-9 * size && t < interval.end - 1e-9 * size;
+                if inside && distance <= self.tolerance {
+                    cuts.push((piece.patch, piece.side.along, piece.interval, t));
+                }
+            }
+        }
+        Ok(cuts)
+    }
+
+    /// Finds for every piece the first one that is the same curve.
+    fn match_pieces(&mut self, instance: &dyn Instance, axes: &[Axes]) -> Result<(), EvaluationError> {
+        let mut leaders: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
+        for i in 0..self.pieces.len() {
+            let piece = &self.pieces[i];
+            if piece.is_point {
+                continue;
+            }
+            let [a, b] = piece.ends;
+            let leaders = leaders.entry([a.min(b), a.max(b)]).or_default();
+            let mut found = None;
+            for leader in leaders.iter() {
+                if let Some(reversed) = self.pieces[*leader].runs_along(piece, instance, axes, self.tolerance)? {
+                    found = Some((*leader, reversed));
+                    break;
+                }
+            }
+            match found {
+                Some((leader, reversed)) => (self.pieces[i].leader, self.pieces[i].reversed) = (leader, reversed),
+                None => leaders.push(i),
+            }
+        }
+        Ok(())
+    }
+
+    /// For every piece the number of pieces that are the same curve as its leader.
+    pub(super) fn sharing(&self) -> Vec<usize> {
+        let mut count = vec![0; self.pieces.len()];
+        self.pieces.iter().for_each(|piece| count[piece.leader] += 1);
+        self.pieces.iter().map(|piece| count[piece.leader]).collect()
+    }
+
+    /// Gives intervals whose pieces are the same curve the same number of segments: the largest of all.
+    pub(super) fn level(&self, axes: &mut [Axes]) {
+        let mut first = vec![Vec::new(); axes.len() * 2];
+        let mut count = 0;
+        for (patch, axes) in axes.iter().enumerate() {
+            for k in 0..2 {
+                first[2 * patch + k] = (count..count + axes[k].len()).collect();
+                count += axes[k].len();
+            }
+        }
+        let mut sets: Vec<usize> = (0..count).collect();
+        let node = |piece: &Piece| first[2 * piece.patch + piece.side.along][piece.interval];
+        for piece in &self.pieces {
+            let [a, b] = [node(piece), node(&self.pieces[piece.leader])].map(|n| root(&mut sets, n));
+            sets[a.max(b)] = a.min(b);
+        }
+        let mut most = vec![1; count];
+        let all = |axes: &[Axes]| -> Vec<u32> { axes.iter().flatten().flatten().map(|i| i.segments).collect() };
+        for (n, segments) in all(axes).into_iter().enumerate() {
+            let set = root(&mut sets, n);
+            most[set] = most[set].max(segments);
+        }
+        for (n, interval) in axes.iter_mut().flatten().flatten().enumerate() {
+            interval.segments = most[root(&mut sets, n)];
+        }
+    }
+}
+
+impl Piece {
+    fn longest_chord(&self) -> f64 {
+        self.samples.windows(2).map(|w| w[0].distance(w[1])).fold(0.0, f64::max)
+    }
+
+    /// Whether another piece is the same curve, and then whether it runs the other way.
+    fn runs_along(
+        &self,
+        other: &Piece,
+        instance: &dyn Instance,
+        axes: &[Axes],
+        tolerance: f64,
+    ) -> Result<Option<bool>, EvaluationError> {
+        let targets: Vec<DVec3> = (1..8).map(|k| other.samples[k * (SAMPLES - 1) / 8]).collect();
+        let places = self.nearest(instance, axes, &targets)?;
+        if places.iter().any(|(_, distance)| *distance > tolerance) {
+            return Ok(None);
+        }
+        let rises = places.windows(2).filter(|w| w[1].0 > w[0].0).count();
+        Ok((rises == 0 || rises + 1 == places.len()).then_some(rises == 0))
+    }
+
+    /// For every target the parameter of the nearest point of the piece, and its distance.
+    fn nearest(
+        &self,
+        instance: &dyn Instance,
+        axes: &[Axes],
+        targets: &[DVec3],
+    ) -> Result<Vec<(f64, f64)>, EvaluationError> {
+        let interval = axes[self.patch][self.side.along][self.interval];
+        let guess = |target: &DVec3| {
+            let distance = |k: &usize| self.samples[*k].distance_squared(*target);
+            let k = (0..SAMPLES).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
+            interval.fraction(k as f64 / (SAMPLES - 1) as f64)
+        };
+        let guesses: Vec<f64> = targets.iter().map(guess).collect();
+        self.project(instance, axes, targets, guesses)
+    }
+
+    /// The parameters of the points of the piece nearest to some targets, from guesses, and their distances.
+    pub(super) fn project(
+        &self,
+        instance: &dyn Instance,
+        axes: &[Axes],
+        targets: &[DVec3],
+        mut at: Vec<f64>,
+    ) -> Result<Vec<(f64, f64)>, EvaluationError> {
+        let interval = axes[self.patch][self.side.along][self.interval];
+        let mut best: Vec<(f64, f64)> = at.iter().map(|t| (*t, f64::INFINITY)).collect();
+        let mut partials = vec![Partials::default(); at.len()];
+        for _ in 0..STEPS {
+            let (u, v): (Vec<f64>, Vec<f64>) = at.iter().map(|t| self.side.uv(*t)).unzip();
+            if instance.partials(self.patch, &u, &v, &mut partials).is_err() {
+                break;
+            }
+            let mut moved = false;
+            for (i, p) in partials.iter().enumerate() {
+                let gap = targets[i] - DVec3::from_array(p.point);
+                let along = DVec3::from_array(if self.side.along == 0 { p.du } else { p.dv });
+                if gap.length() < best[i].1 {
+                    best[i] = (at[i], gap.length());
+                    moved = true;
+                }
+                let step = gap.dot(along) / along.length_squared();
+                if step.is_finite() {
+                    at[i] = (at[i] + step).clamp(interval.start, interval.end);
+                }
+            }
+            if !moved {
+                break;
+            }
+        }
+        Ok(best)
+    }
+}
+
+fn root(sets: &mut [usize], mut n: usize) -> usize {
+    while sets[n] != n {
+        sets[n] = sets[sets[n]];
+        n = sets[n];
+    }
+    n
+}
+
+/// Divides intervals at parameters inside of them.
+fn cut(axes: &mut [Axes], mut cuts: Vec<(usize, usize, usize, f64)>) {
+    // From behind, so that the intervals before keep their places.
+    cuts.sort_by(|a, b| (b.0, b.1, b.2).cmp(&(a.0, a.1, a.2)).then(b.3.total_cmp(&a.3)));
+    let mut last = None;
+    for (patch, along, interval, t) in cuts {
+        let axis = &mut axes[patch][along];
+        let whole = axis[interval];
+        let near = |s: f64| (s - t).abs() <= 1e-9 * (whole.end - whole.start);
+        let again = last.is_some_and(|(place, s)| place == (patch, along, interval) && near(s));
+        if !again && !near(whole.end) && axis.len() < MOST_INTERVALS {
+            split(axis, interval, t);
+        }
+        last = Some(((patch, along, interval), t));
+    }
+}

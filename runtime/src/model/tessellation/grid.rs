@@ -1,0 +1,225 @@
+//! Patches as grids of vertices between their breaks, with common points along common borders.
+
+use super::borders::{Borders, Piece};
+use super::intervals::{Axes, Interval};
+use super::{SurfacePoint, unit_normals};
+use crate::model::{EvaluationError, Instance, Partials, Sites};
+use glam::DVec3;
+
+/// A patch's vertices: at every u of its lines for every v of its lines, u running fastest; a break has two lines, one
+/// on either side.
+pub(super) struct Grid {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) normals: Vec<DVec3>,
+    pub(super) origins: Vec<SurfacePoint>,
+    /// Triangles by the indices of these vertices.
+    pub(super) triangles: Vec<[u32; 3]>,
+}
+
+/// The values of a parameter at which a grid has lines.
+struct Lines {
+    at: Vec<f64>,
+    /// The first line of each interval; one more than its segments belong to it.
+    first: Vec<usize>,
+}
+
+impl Lines {
+    fn of(axis: &[Interval]) -> Self {
+        let mut lines = Self { at: Vec::new(), first: Vec::new() };
+        for interval in axis {
+            lines.first.push(lines.at.len());
+            lines.at.extend((0..=interval.segments).map(|k| interval.at(k)));
+        }
+        lines
+    }
+
+    /// Lines with a cell between them and the next one.
+    fn cells<'a>(&'a self) -> impl Iterator<Item = usize> + Clone + 'a {
+        let ends = self.first[1..].iter().map(|f| f - 1).chain([self.at.len() - 1]);
+        self.first.iter().copied().zip(ends).flat_map(|(first, end)| first..end)
+    }
+}
+
+/// The points of all borders: for each piece the parameters and positions of its vertices.
+pub(super) type BorderPoints = Vec<Vec<(f64, DVec3)>>;
+
+/// Places the vertices of all pieces of borders: those that are the same curve have the same points.
+///
+/// # Errors
+/// The surface cannot be evaluated.
+pub(super) fn border_points(
+    instance: &dyn Instance,
+    axes: &[Axes],
+    borders: &Borders,
+) -> Result<BorderPoints, EvaluationError> {
+    let mut points: BorderPoints = Vec::with_capacity(borders.pieces.len());
+    for (i, piece) in borders.pieces.iter().enumerate() {
+        let interval = axes[piece.patch][piece.side.along][piece.interval];
+        let own: Vec<f64> = (0..=interval.segments).map(|k| interval.at(k)).collect();
+        let placed = if piece.leader == i {
+            let (u, v): (Vec<f64>, Vec<f64>) = own.iter().map(|t| piece.side.uv(*t)).unzip();
+            let mut positions = vec![[0.0; 3]; own.len()];
+            instance.points(piece.patch, &u, &v, &mut positions)?;
+            let mut placed: Vec<(f64, DVec3)> =
+                own.into_iter().zip(positions.into_iter().map(DVec3::from_array)).collect();
+            snap_ends(&mut placed, piece, borders);
+            placed
+        } else {
+            let mut targets: Vec<DVec3> = points[piece.leader].iter().map(|p| p.1).collect();
+            if piece.reversed {
+                targets.reverse();
+            }
+            let found = piece.project(instance, axes, &targets, own.clone())?;
+            let parameter = |(found, own): ((f64, f64), f64)| {
+                // Equal steps of both are the rule; others are rounding.
+                let same = (found.0 - own).abs() <= 1e-9 * (interval.end - interval.start);
+                if same || found.1 > 1e3 * borders.tolerance { own } else { found.0 }
+            };
+            let mut parameters: Vec<f64> = found.into_iter().zip(own).map(parameter).collect();
+            (parameters[0], parameters[interval.segments as usize]) = (interval.start, interval.end);
+            parameters.into_iter().zip(targets).collect()
+        };
+        points.push(placed);
+    }
+    Ok(points)
+}
+
+fn snap_ends(placed: &mut [(f64, DVec3)], piece: &Piece, borders: &Borders) {
+    let last = placed.len() - 1;
+    placed[0].1 = borders.ends[piece.ends[0] as usize];
+    placed[last].1 = borders.ends[piece.ends[1] as usize];
+    if piece.is_point {
+        placed.iter_mut().for_each(|p| p.1 = borders.ends[piece.ends[0] as usize]);
+    }
+}
+
+impl Grid {
+    /// The grid of a patch, whose pieces of border are given with their points.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub(super) fn new(
+        instance: &dyn Instance,
+        patch: usize,
+        axes: &Axes,
+        border: &[(&Piece, &[(f64, DVec3)])],
+        tolerance: f64,
+    ) -> Result<Self, EvaluationError> {
+        let [u, v] = axes.each_ref().map(|axis| Lines::of(axis));
+        let mut partials = vec![Partials::default(); u.at.len() * v.at.len()];
+        instance.partials_grid(patch, &u.at, &v.at, &mut partials)?;
+        let (at_u, at_v) = Sites::Grid(&u.at, &v.at).expanded();
+        let normals = unit_normals(instance, patch, &at_u, &at_v, &partials)?;
+        let mut grid = Self {
+            positions: partials.iter().map(|p| DVec3::from_array(p.point)).collect(),
+            // A vertex of a patch without area has no normal at all; up is as good as any.
+            normals: normals.iter().map(|n| n.unwrap_or(DVec3::Z)).collect(),
+            origins: at_u.iter().zip(&at_v).map(|(&u, &v)| SurfacePoint { patch: patch as u32, u, v }).collect(),
+            triangles: Vec::new(),
+        };
+        grid.close_breaks(&u, &v, tolerance);
+        grid.place_border(instance, patch, [&u, &v], border)?;
+        grid.triangulate(instance, patch, &u, &v)?;
+        Ok(grid)
+    }
+
+    /// Gives both lines of a break the same points, unless the surface jumps there.
+    fn close_breaks(&mut self, u: &Lines, v: &Lines, tolerance: f64) {
+        let width = u.at.len();
+        let mut close = |from: usize, to: usize| {
+            if self.positions[from].distance(self.positions[to]) <= tolerance {
+                self.positions[to] = self.positions[from];
+            }
+        };
+        for first in &u.first[1..] {
+            (0..v.at.len()).for_each(|j| close(j * width + first - 1, j * width + first));
+        }
+        for first in &v.first[1..] {
+            (0..width).for_each(|i| close((first - 1) * width + i, first * width + i));
+        }
+    }
+
+    /// Moves the vertices of the border to their common points, and takes their normals there.
+    fn place_border(
+        &mut self,
+        instance: &dyn Instance,
+        patch: usize,
+        lines: [&Lines; 2],
+        border: &[(&Piece, &[(f64, DVec3)])],
+    ) -> Result<(), EvaluationError> {
+        let width = lines[0].at.len();
+        let mut moved = Vec::new();
+        for (piece, points) in border {
+            let first = lines[piece.side.along].first[piece.interval];
+            for (k, (t, position)) in points.iter().enumerate() {
+                let (u, v) = piece.side.uv(*t);
+                let vertex = if piece.side.along == 0 {
+                    let row = if v == 0.0 { 0 } else { lines[1].at.len() - 1 };
+                    row * width + first + k
+                } else {
+                    let column = if u == 0.0 { 0 } else { width - 1 };
+                    (first + k) * width + column
+                };
+                self.positions[vertex] = *position;
+                let origin = &mut self.origins[vertex];
+                if (origin.u, origin.v) != (u, v) {
+                    (origin.u, origin.v) = (u, v);
+                    moved.push(vertex);
+                }
+            }
+        }
+        let (u, v): (Vec<f64>, Vec<f64>) = moved.iter().map(|i| (self.origins[*i].u, self.origins[*i].v)).unzip();
+        let mut partials = vec![Partials::default(); moved.len()];
+        instance.partials(patch, &u, &v, &mut partials)?;
+        let normals = unit_normals(instance, patch, &u, &v, &partials)?;
+        for (vertex, normal) in moved.into_iter().zip(normals) {
+            self.normals[vertex] = normal.unwrap_or(DVec3::Z);
+        }
+        Ok(())
+    }
+
+    /// Two triangles a cell, over the diagonal that is nearer to the surface, or the shorter one; those that collapse
+    /// (at a pole) are left out.
+    fn triangulate(
+        &mut self,
+        instance: &dyn Instance,
+        patch: usize,
+        u: &Lines,
+        v: &Lines,
+    ) -> Result<(), EvaluationError> {
+        let middle = |lines: &Lines| -> Vec<f64> {
+            lines.cells().map(|i| 0.5 * (lines.at[i] + lines.at[i + 1])).collect()
+        };
+        let (middle_u, middle_v) = (middle(u), middle(v));
+        let mut middles = vec![[0.0; 3]; middle_u.len() * middle_v.len()];
+        instance.points_grid(patch, &middle_u, &middle_v, &mut middles)?;
+        let mut middles = middles.into_iter().map(DVec3::from_array);
+        for j in v.cells() {
+            for i in u.cells() {
+                let a = (j * u.at.len() + i) as u32;
+                let above = a + u.at.len() as u32;
+                let cell = [a, a + 1, above + 1, above];
+                let middle = middles.next().unwrap_or_default();
+                let split = Self::split(cell.map(|i| self.positions[i as usize]), middle);
+                for triangle in split.map(|t| t.map(|k: usize| cell[k])) {
+                    let [p, q, r] = triangle.map(|i| self.positions[i as usize]);
+                    if p != q && q != r && r != p {
+                        self.triangles.push(triangle);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The corners of the triangles of a cell with a middle.
+    fn split([a, b, c, d]: [DVec3; 4], middle: DVec3) -> [[usize; 3]; 2] {
+        let normal = (c - a).cross(d - b).normalize_or_zero();
+        let [first, second] = [(a, c), (b, d)].map(|(p, q)| (middle - 0.5 * (p + q)).dot(normal).abs());
+        let (ac, bd) = (a.distance(c), b.distance(d));
+        // Rounding does not choose.
+        let rounding = 1e-9 * (ac + bd);
+        let over_ac = if (first - second).abs() > rounding { first < second } else { ac <= bd };
+        if over_ac { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] }
+    }
+}

@@ -1,0 +1,206 @@
+//! The stretches of a patch's parameters between its breaks, and how finely each is divided.
+
+use super::Fineness;
+use crate::model::{Break, Breaks, EvaluationError, Instance, SecondPartials};
+use glam::DVec3;
+
+/// A stretch of u or of v on which a patch is smooth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Interval {
+    pub(super) start: f64,
+    pub(super) end: f64,
+    /// Equal steps into which it is divided.
+    pub(super) segments: u32,
+}
+
+impl Interval {
+    /// The value after `k` of the steps: the ends exactly.
+    pub(super) fn at(&self, k: u32) -> f64 {
+        self.fraction(f64::from(k) / f64::from(self.segments))
+    }
+
+    /// The value at a fraction of the length.
+    pub(super) fn fraction(&self, f: f64) -> f64 {
+        if f >= 1.0 { self.end } else { (self.start + f * (self.end - self.start)).min(self.end) }
+    }
+}
+
+/// The intervals of u and of v.
+pub(super) type Axes = [Vec<Interval>; 2];
+
+/// The intervals between the breaks of a patch.
+pub(super) fn between(breaks: &Breaks) -> Axes {
+    [&breaks.u, &breaks.v].map(|breaks| {
+        let starts = std::iter::once(0.0).chain(breaks.iter().map(|b: &Break| b.after));
+        let ends = breaks.iter().map(|b| b.before).chain(std::iter::once(1.0));
+        starts.zip(ends).map(|(start, end)| Interval { start, end, segments: 1 }).collect()
+    })
+}
+
+/// Divides an interval in two at `t`, which is inside of it.
+pub(super) fn split(axis: &mut Vec<Interval>, interval: usize, t: f64) {
+    let whole = axis[interval];
+    axis[interval].end = t;
+    axis.insert(interval + 1, Interval { start: t, ..whole });
+}
+
+/// Sites along an axis at which curvature is sampled: in every interval its ends and places between them.
+const SITES: usize = 48;
+/// Ratios of the steps of v to those of u that are tried: powers of this many to one, this often up and down.
+const RATIO: f64 = 1.3;
+const RATIOS: i32 = 24;
+
+/// What a chord leaves of a surface: along u, along v and along both at once, in a frame of the surface.
+#[derive(Clone, Copy, Default)]
+struct Bend {
+    /// Components of the second derivatives along the normal.
+    uu: f64,
+    uv: f64,
+    vv: f64,
+    /// Across the line, in any direction: what counts for lines that bound the surface, where it is smooth.
+    across: [f64; 2],
+    /// Lengths of the first derivatives.
+    speed: [f64; 2],
+}
+
+impl Bend {
+    fn of(s: &SecondPartials) -> Self {
+        let vector = DVec3::from_array;
+        let (du, dv) = (vector(s.first.du), vector(s.first.dv));
+        let normal = du.cross(dv).normalize_or_zero();
+        let across = |second: DVec3, first: DVec3| {
+            first.try_normalize().map_or(0.0, |along| second.reject_from_normalized(along).length())
+        };
+        Self {
+            uu: vector(s.duu).dot(normal),
+            uv: vector(s.duv).dot(normal),
+            vv: vector(s.dvv).dot(normal),
+            across: [across(vector(s.duu), du), across(vector(s.dvv), dv)],
+            speed: [du.length(), dv.length()],
+        }
+    }
+
+    /// Eight times the distance of the surface from the triangles of a cell of a unit step of u and `ratio` steps of
+    /// v, by second order: the sides, and the diagonal that leaves less.
+    fn sagitta(&self, ratio: f64) -> f64 {
+        let (uu, vv, uv) = (self.uu, self.vv * ratio * ratio, 2.0 * self.uv * ratio);
+        let diagonal = (uu + vv + uv).abs().min((uu + vv - uv).abs());
+        diagonal.max(uu.abs()).max(vv.abs())
+    }
+}
+
+/// Bends at sites of the intervals of u and of v.
+struct Lattice {
+    /// For each axis: the interval of each site.
+    of_site: [Vec<usize>; 2],
+    /// For each axis: whether the site is an end of its interval.
+    at_end: [Vec<bool>; 2],
+    bends: Vec<Bend>,
+}
+
+impl Lattice {
+    /// Ends of intervals are left out where second derivatives do not exist there.
+    fn new(instance: &dyn Instance, patch: usize, axes: &Axes) -> Result<Self, EvaluationError> {
+        Self::sampled(instance, patch, axes, true).or_else(|_| Self::sampled(instance, patch, axes, false))
+    }
+
+    fn sampled(instance: &dyn Instance, patch: usize, axes: &Axes, ends: bool) -> Result<Self, EvaluationError> {
+        let mut at: [Vec<f64>; 2] = Default::default();
+        let (mut of_site, mut at_end): ([Vec<usize>; 2], [Vec<bool>; 2]) = Default::default();
+        for k in 0..2 {
+            let inner = (SITES / axes[k].len()).clamp(4, 16);
+            for (i, interval) in axes[k].iter().enumerate() {
+                let first = if ends { vec![0.0, 1.0] } else { Vec::new() };
+                let fractions = first.into_iter().chain((0..inner).map(|s| (s as f64 + 0.5) / inner as f64));
+                for fraction in fractions {
+                    at[k].push(interval.fraction(fraction));
+                    of_site[k].push(i);
+                    at_end[k].push(fraction == 0.0 || fraction == 1.0);
+                }
+            }
+        }
+        let (u, v): (Vec<f64>, Vec<f64>) = at[1].iter().flat_map(|v| at[0].iter().map(move |u| (*u, *v))).unzip();
+        let mut samples = vec![SecondPartials::default(); u.len()];
+        instance.second_partials(patch, &u, &v, &mut samples)?;
+        let mut lattice = Self { of_site, at_end, bends: samples.iter().map(Bend::of).collect() };
+        lattice.tame_ends();
+        Ok(lattice)
+    }
+
+    /// Limits the bends at ends of intervals, which may be as good as infinite, to some times those between.
+    fn tame_ends(&mut self) {
+        const MOST: f64 = 4.0;
+        let width = self.of_site[0].len();
+        let end = |lattice: &Self, i: usize| lattice.at_end[0][i % width] || lattice.at_end[1][i / width];
+        let inner = |of: fn(&Bend) -> f64| {
+            let inner = (0..self.bends.len()).filter(|i| !end(self, *i)).map(|i| of(&self.bends[i]).abs());
+            MOST * inner.fold(0.0, f64::max)
+        };
+        let limits = [inner(|b| b.uu), inner(|b| b.uv), inner(|b| b.vv)];
+        let across = [inner(|b| b.across[0]), inner(|b| b.across[1])];
+        for i in 0..self.bends.len() {
+            if end(self, i) {
+                let b = &mut self.bends[i];
+                b.uu = b.uu.clamp(-limits[0], limits[0]);
+                b.uv = b.uv.clamp(-limits[1], limits[1]);
+                b.vv = b.vv.clamp(-limits[2], limits[2]);
+                b.across = [b.across[0].min(across[0]), b.across[1].min(across[1])];
+            }
+        }
+    }
+}
+
+/// Divides the intervals of a patch so that its triangles leave the surface by about the tolerance, by second order,
+/// with as few of them as even steps allow; and so that no edge is longer than wanted.
+pub(super) fn divide(
+    instance: &dyn Instance,
+    patch: usize,
+    axes: &mut Axes,
+    fineness: Fineness,
+) -> Result<(), EvaluationError> {
+    let lattice = Lattice::new(instance, patch, axes)?;
+    let counts = |ratio: f64| steps(&lattice, axes, fineness, ratio);
+    let total = |counts: &[Vec<u32>; 2]| {
+        counts.each_ref().map(|axis| axis.iter().map(|n| f64::from(*n)).sum::<f64>()).iter().product::<f64>()
+    };
+    // The ratio that makes cells of the proportions of the speeds is in the middle.
+    let mean = |k: usize| lattice.bends.iter().map(|b| b.speed[k]).sum::<f64>().max(1e-300);
+    let middle = mean(0) / mean(1);
+    let tried = (-RATIOS..=RATIOS).map(|k| counts(middle * RATIO.powi(k)));
+    let best = tried.min_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or_default();
+    for (axis, best) in axes.iter_mut().zip(best) {
+        axis.iter_mut().zip(best).for_each(|(interval, segments)| interval.segments = segments);
+    }
+    Ok(())
+}
+
+/// Segments of every interval for a ratio of the steps of v to those of u.
+fn steps(lattice: &Lattice, axes: &Axes, fineness: Fineness, ratio: f64) -> [Vec<u32>; 2] {
+    // Rounding and terms of higher order.
+    let chord = 0.95 * fineness.chord;
+    let width = lattice.of_site[0].len();
+    let mut longest = axes.each_ref().map(|axis| vec![f64::INFINITY; axis.len()]);
+    for (i, bend) in lattice.bends.iter().enumerate() {
+        let site = [i % width, i / width];
+        let of = [0, 1].map(|k| lattice.of_site[k][site[k]]);
+        let step = (8.0 * chord / bend.sagitta(ratio)).sqrt();
+        for k in 0..2 {
+            let mut least = if k == 0 { step } else { step * ratio };
+            // Along lines that bound the surface, or a smooth part of it, any departure counts.
+            if lattice.at_end[1 - k][site[1 - k]] {
+                least = least.min((8.0 * chord / bend.across[k]).sqrt());
+            }
+            least = least.min(fineness.edge / bend.speed[k]);
+            let longest = &mut longest[k][of[k]];
+            *longest = longest.min(least);
+        }
+    }
+    [0, 1].map(|k| {
+        let count = |(interval, step): (&Interval, &f64)| {
+            let n = ((interval.end - interval.start) / step).ceil();
+            // NaN becomes 1.
+            (n.max(1.0) as u32).min(fineness.max_segments.max(1))
+        };
+        axes[k].iter().zip(&longest[k]).map(count).collect()
+    })
+}

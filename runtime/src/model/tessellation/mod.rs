@@ -1,0 +1,298 @@
+//! A model's surface as triangles whose vertices know their patch and parameters.
+//!
+//! A patch is divided at its breaks (`model::breaks`), and the intervals between them into equal steps (`intervals`).
+//! Borders that are the same curve in space are found and get the same points (`borders`), patches become grids
+//! (`grid`), and what leaves the surface by more than the chord is divided further (`refine`).
+
+mod borders;
+mod grid;
+mod intervals;
+mod refine;
+#[cfg(test)]
+mod tests;
+
+use super::atlas::Atlas;
+use super::breaks::Breaks;
+use super::{EvaluationError, Instance, Model, Partials};
+use crate::mesh::{Group, TriangleMesh};
+use borders::{Borders, Piece};
+use glam::DVec3;
+use grid::Grid;
+use intervals::{Axes, Interval};
+use rayon::prelude::*;
+use refine::Refinement;
+
+/// A point of a model: a patch and its parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SurfacePoint {
+    /// Index of the patch.
+    pub patch: u32,
+    /// First surface parameter, in [0, 1].
+    pub u: f64,
+    /// Second surface parameter, in [0, 1].
+    pub v: f64,
+}
+
+/// The fineness of a tessellation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fineness {
+    /// The largest distance between a chord and the surface. Millimetres.
+    pub chord: f64,
+    /// The longest edge along u or v. Millimetres. Surfaces that are displaced need short edges where they are flat,
+    /// too.
+    pub edge: f64,
+    /// The most segments along either direction of a smooth piece of a patch.
+    pub max_segments: u32,
+}
+
+/// The most triangles of a tessellation: some gigabytes.
+const MOST_TRIANGLES: usize = 20_000_000;
+
+impl Default for Fineness {
+    fn default() -> Self {
+        Self { chord: 0.02, edge: f64::INFINITY, max_segments: 8192 }
+    }
+}
+
+/// A tessellated model.
+#[derive(Clone, Debug, Default)]
+pub struct Tessellation {
+    /// Positions, unit normals of the exact surface (outward), texture coordinates in the atlas (where there is one);
+    /// one group a patch, named like the part.
+    pub mesh: TriangleMesh,
+    /// The point of the model that every vertex is, so that any point of any triangle maps back to the exact surface.
+    pub origins: Vec<SurfacePoint>,
+    /// Vertices in order along the borders and the breaks of patches, those on either side of a break apart.
+    pub lines: Vec<Vec<u32>>,
+    /// The largest distance between triangles and surface that was measured. Millimetres.
+    pub chord: f64,
+}
+
+impl Tessellation {
+    /// Tessellates every patch so that the triangles keep to the chord and to the length of edges: between its breaks
+    /// on a grid, and finer where that is not enough. Borders of patches that are the same curve have the same
+    /// vertices, to the bit. `chord` of the result is what was reached: it is larger than what was asked for only where
+    /// the surface jumps, or where that would take too many triangles.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
+        let (breaks, mut axes) = divided(model, instance, fineness)?;
+        limit(&mut axes);
+        let borders = Borders::find(instance, &mut axes)?;
+        borders.level(&mut axes);
+        let points = grid::border_points(instance, &axes, &borders)?;
+        let mut of_patch: Vec<Vec<(&Piece, &[(f64, DVec3)])>> = vec![Vec::new(); axes.len()];
+        for (piece, points) in borders.pieces.iter().zip(&points) {
+            of_patch[piece.patch].push((piece, points));
+        }
+        let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
+        tessellation.refine(instance, &axes, &breaks, fineness)?;
+        tessellation.group(model, &axes);
+        Ok(tessellation)
+    }
+
+    /// As [`new`](Self::new), but every patch by itself and on its grid only: nothing is measured, and borders do not
+    /// have the same vertices.
+    pub(crate) fn on_grids(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        fineness: Fineness,
+    ) -> Result<Self, EvaluationError> {
+        let (_, axes) = divided(model, instance, fineness)?;
+        let mut tessellation = Self::of_axes(instance, &axes, &vec![Vec::new(); axes.len()], 0.0)?;
+        tessellation.group(model, &axes);
+        Ok(tessellation)
+    }
+
+    /// Tessellates every patch on a grid of the same number of segments, whatever its shape.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn uniform(model: &dyn Model, instance: &dyn Instance, nu: u32, nv: u32) -> Result<Self, EvaluationError> {
+        let axis = |segments: u32| vec![Interval { start: 0.0, end: 1.0, segments: segments.max(1) }];
+        let axes = vec![[axis(nu), axis(nv)]; model.parts().len()];
+        let mut tessellation = Self::of_axes(instance, &axes, &vec![Vec::new(); axes.len()], 0.0)?;
+        tessellation.group(model, &axes);
+        Ok(tessellation)
+    }
+
+    /// Evaluates all patches, several at once, on grids of some intervals, with given points of their borders, and joins
+    /// them in their order.
+    fn of_axes(
+        instance: &dyn Instance,
+        axes: &[Axes],
+        borders: &[Vec<(&Piece, &[(f64, DVec3)])>],
+        tolerance: f64,
+    ) -> Result<Self, EvaluationError> {
+        let grid = |(patch, axes): (usize, &Axes)| Grid::new(instance, patch, axes, &borders[patch], tolerance);
+        let grids: Vec<_> = axes.par_iter().enumerate().map(grid).collect();
+        let mut tessellation = Self::default();
+        for grid in grids {
+            let grid = grid?;
+            let first = tessellation.mesh.positions.len() as u32;
+            tessellation.mesh.positions.extend(grid.positions.iter().map(|p| p.to_array()));
+            tessellation.mesh.normals.extend(grid.normals.iter().map(|n| n.to_array()));
+            tessellation.origins.extend(grid.origins);
+            tessellation.mesh.triangles.extend(grid.triangles.iter().map(|t| t.map(|i| first + i)));
+        }
+        Ok(tessellation)
+    }
+
+    /// Divides triangles that do not keep to the chord.
+    fn refine(
+        &mut self,
+        instance: &dyn Instance,
+        axes: &[Axes],
+        breaks: &[Breaks],
+        fineness: Fineness,
+    ) -> Result<(), EvaluationError> {
+        let patch = |t: &[u32; 3]| self.origins[t[0] as usize].patch;
+        let patches = self.mesh.triangles.iter().map(patch).collect();
+        let mut refinement = Refinement {
+            instance,
+            patches,
+            mesh: &mut self.mesh,
+            origins: &mut self.origins,
+            ends: axes.iter().map(ends).collect(),
+            oblique: breaks.iter().map(|b| b.oblique).collect(),
+            chord: fineness.chord,
+            most_triangles: MOST_TRIANGLES,
+            on_crease: Vec::new(),
+        };
+        self.chord = refinement.run()?;
+        Ok(())
+    }
+
+    /// Puts vertices and triangles in the order of the patches, which become groups, and finds the lines.
+    fn group(&mut self, model: &dyn Model, axes: &[Axes]) {
+        let mut order: Vec<u32> = (0..self.origins.len() as u32).collect();
+        order.sort_by_key(|i| self.origins[*i as usize].patch);
+        let mut place = vec![0; order.len()];
+        order.iter().enumerate().for_each(|(new, old)| place[*old as usize] = new as u32);
+        self.origins = order.iter().map(|i| self.origins[*i as usize]).collect();
+        self.mesh.positions = order.iter().map(|i| self.mesh.positions[*i as usize]).collect();
+        self.mesh.normals = order.iter().map(|i| self.mesh.normals[*i as usize]).collect();
+        let triangles = &mut self.mesh.triangles;
+        triangles.iter_mut().flatten().for_each(|i| *i = place[*i as usize]);
+        let patch = |t: &[u32; 3]| self.origins[t[0] as usize].patch as usize;
+        triangles.sort_by_key(patch);
+        for (k, part) in model.parts().iter().enumerate() {
+            let start = self.mesh.triangles.partition_point(|t| patch(t) < k);
+            let end = self.mesh.triangles.partition_point(|t| patch(t) <= k);
+            self.mesh.groups.push(Group { name: part.name.clone(), start, end });
+        }
+        self.lines = lines(&self.origins, axes);
+    }
+
+    /// Sets the texture coordinates of every vertex to its place in the atlas.
+    #[must_use]
+    pub fn with_atlas(mut self, atlas: &Atlas) -> Self {
+        self.mesh.texcoords = self.origins.iter().map(|o| atlas.texcoord(o.patch as usize, o.u, o.v)).collect();
+        self
+    }
+}
+
+/// The breaks of all patches, and their intervals divided.
+fn divided(
+    model: &dyn Model,
+    instance: &dyn Instance,
+    fineness: Fineness,
+) -> Result<(Vec<Breaks>, Vec<Axes>), EvaluationError> {
+    let of_patch = |patch: usize| {
+        let breaks = Breaks::of_patch(instance, patch)?;
+        let mut axes = intervals::between(&breaks);
+        intervals::divide(instance, patch, &mut axes, fineness)?;
+        Ok((breaks, axes))
+    };
+    (0..model.parts().len()).into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().collect()
+}
+
+/// Makes grids coarser where all of them would have too many triangles.
+fn limit(axes: &mut [Axes]) {
+    let segments = |axis: &Vec<Interval>| axis.iter().map(|i| f64::from(i.segments)).sum::<f64>();
+    let triangles: f64 = axes.iter().map(|[u, v]| 2.0 * segments(u) * segments(v)).sum();
+    let share = (MOST_TRIANGLES as f64 / triangles).sqrt();
+    if share < 1.0 {
+        for interval in axes.iter_mut().flatten().flatten() {
+            interval.segments = ((f64::from(interval.segments) * share) as u32).max(1);
+        }
+    }
+}
+
+/// The values of u and of v at which intervals end, ascending.
+fn ends(axes: &Axes) -> [Vec<f64>; 2] {
+    axes.each_ref().map(|axis| {
+        let mut ends: Vec<f64> = axis.iter().flat_map(|i| [i.start, i.end]).collect();
+        ends.dedup();
+        ends
+    })
+}
+
+/// The vertices along every line of u or v at which an interval ends, in order.
+fn lines(origins: &[SurfacePoint], axes: &[Axes]) -> Vec<Vec<u32>> {
+    let mut lines = Vec::new();
+    let mut first = 0;
+    for (patch, axes) in axes.iter().enumerate() {
+        let count = origins[first..].partition_point(|o| o.patch as usize <= patch);
+        let ends = ends(axes);
+        for k in 0..2 {
+            let value = |o: &SurfacePoint| [o.u, o.v][k];
+            let mut on_line: Vec<Vec<u32>> = vec![Vec::new(); ends[k].len()];
+            for i in first..first + count {
+                if let Ok(line) = ends[k].binary_search_by(|e| e.total_cmp(&value(&origins[i]))) {
+                    on_line[line].push(i as u32);
+                }
+            }
+            for mut line in on_line {
+                let along = |i: &u32| [origins[*i as usize].v, origins[*i as usize].u][k];
+                line.sort_by(|a, b| along(a).total_cmp(&along(b)));
+                lines.push(line);
+            }
+        }
+        first += count;
+    }
+    lines
+}
+
+/// Unit normals `du x dv / |du x dv|`; where that vanishes (a pole) the limit from a little inside the patch, and
+/// `None` where the patch has no area there either.
+///
+/// # Errors
+/// The surface cannot be evaluated.
+pub(in crate::model) fn unit_normals(
+    instance: &dyn Instance,
+    patch: usize,
+    u: &[f64],
+    v: &[f64],
+    partials: &[Partials],
+) -> Result<Vec<Option<DVec3>>, EvaluationError> {
+    let mut normals: Vec<_> = partials.iter().map(|p| normal(p).map(|n| n.0)).collect();
+    for step in [1e-6, 1e-4, 1e-3, 1e-2] {
+        let missing: Vec<usize> = (0..normals.len()).filter(|&i| normals[i].is_none()).collect();
+        if missing.is_empty() {
+            break;
+        }
+        let inward = |t: f64| t + (0.5 - t) * step;
+        let (nu, nv): (Vec<f64>, Vec<f64>) = missing.iter().map(|&i| (inward(u[i]), inward(v[i]))).unzip();
+        let mut near = vec![Partials::default(); missing.len()];
+        instance.partials(patch, &nu, &nv, &mut near)?;
+        for (&i, p) in missing.iter().zip(&near) {
+            normals[i] = normal(p).map(|n| n.0);
+        }
+    }
+    Ok(normals)
+}
+
+/// The unit normal and the length of `du x dv`, unless the partial derivatives are parallel to rounding.
+#[inline]
+pub(in crate::model) fn normal(p: &Partials) -> Option<(DVec3, f64)> {
+    let (du, dv) = (DVec3::from_array(p.du), DVec3::from_array(p.dv));
+    let n = du.cross(dv);
+    let size = n.length();
+    // Rounding of the cross product is some 1e-16 of the product of the lengths; a factor of 1e4 above it the
+    // direction is still good to 1e-4. The second bound catches partials that vanish altogether.
+    let scale = (du.length_squared() * dv.length_squared()).sqrt();
+    (size > 1e-12 * scale && size > 1e-12 && size.is_finite()).then(|| (n * (1.0 / size), size))
+}
+
