@@ -2,10 +2,10 @@
 
 use super::dependence::{Dependence, Set, carried_sets};
 use super::rules::{self, Factor, Rule};
-use super::worklist::Worklist;
 use super::{DiffError, check_size};
 use crate::ir::builder::{Image, Rebuild, Step};
 use crate::ir::scalar::Scalar;
+use crate::ir::worklist::Worklist;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 use std::collections::BTreeMap;
 

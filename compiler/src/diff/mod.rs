@@ -28,7 +28,6 @@ mod reverse_loop;
 mod rules;
 #[cfg(test)]
 mod tests;
-mod worklist;
 
 pub(crate) use directional::{Directions, Rate, directional};
 pub use expand::expand;

@@ -2,9 +2,9 @@
 
 use super::dependence::{Dependence, Set};
 use super::rules::{self, Rule};
-use super::worklist::Worklist;
 use super::{DiffError, check_size};
 use crate::ir::hash::HashMap;
+use crate::ir::worklist::Worklist;
 use crate::ir::{CustomDerivative, Function, FunctionBuilder, FunctionId, Module, Op, Parameter, Type, Value};
 
 /// The derivative of the differentiated function by a value.

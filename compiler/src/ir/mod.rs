@@ -11,6 +11,7 @@
 //! | [`separable`] | points as sums of products of a value of the row and a value of the column |
 //! | [`hoist`] | moves invariant values out of loops: to the prelude, to rows and columns, before loops |
 //! | [`merge`] | makes one of equal functions and of bodies that differ in constants |
+//! | [`decisions`] | signatures of the branches that are taken, for those who look for corners and jumps |
 //!
 //! [`validate()`] says whether a module is well formed; [`interpret`] is the oracle with which every other way of
 //! running a function must agree; [`print`] shows functions.
@@ -18,6 +19,7 @@
 pub(crate) mod arithmetic;
 pub(crate) mod builder;
 pub(crate) mod call_graph;
+pub(crate) mod decisions;
 pub(crate) mod elementary;
 pub(crate) mod function;
 pub(crate) mod hoist;
@@ -33,6 +35,7 @@ pub(crate) mod separable;
 pub(crate) mod simplify;
 pub(crate) mod size;
 pub mod validate;
+pub(crate) mod worklist;
 
 mod dce;
 pub(crate) mod hash;

@@ -190,6 +190,7 @@ impl Program {
             Order::SecondPartials => "second derivatives by u and v",
             Order::Jacobian => "derivatives by parameters",
             Order::Pullback(_) => "gradients",
+            Order::Decisions => "decisions",
         };
         let span = match error {
             BuildError::Size(e) => Some(e.span()),

@@ -9,6 +9,7 @@ use super::{Order, Part, Program, jacobians};
 use crate::check::typed;
 use crate::diagnostic::{self, Diagnostic};
 use crate::diff::{self, DiffError};
+use crate::ir::decisions::decisions;
 use crate::ir::hash::HashMap;
 use crate::ir::hoist::grid::{GridSplit, split_grid};
 use crate::ir::hoist::prelude::split_all;
@@ -210,7 +211,7 @@ pub(super) fn differentiated(
     let uncompiled = match order {
         Order::Points => points(model),
         Order::Jacobian => jacobians(model),
-        Order::Partials => of_bodies(&model.module, points(model).functions, 2, Output::Store)?,
+        Order::Partials | Order::Decisions => of_bodies(&model.module, points(model).functions, 2, Output::Store)?,
         Order::Pullback(_) => of_bodies(&model.module, points(model).functions, 5, Output::Accumulate)?,
         Order::SecondPartials => {
             let partials = evaluators.get(model, false, Order::Partials).map_err(Clone::clone)?;
@@ -252,7 +253,7 @@ fn different(functions: &[FunctionId]) -> (Vec<FunctionId>, Vec<usize>) {
     (different, of_part)
 }
 
-/// A derivative of functions of all bodies, in a module of its own.
+/// A derivative of functions of all bodies, or their decisions, in a module of its own.
 fn of_bodies(
     module: &Module,
     mut functions: Vec<FunctionId>,
@@ -268,6 +269,7 @@ fn of_bodies(
                 diff::pullback(&mut module, *function, &wrt, false)?
             }
             Order::SecondPartials => second_partials(&mut module, *function, *captures as u32)?,
+            Order::Decisions => decisions(&mut module, *function, *captures)?,
             Order::Points | Order::Partials | Order::Jacobian => partials(&mut module, *function, *captures as u32)?,
         };
     }

@@ -44,12 +44,22 @@ pub enum Order<'w> {
     Jacobian,
     /// Sum over the sites of (dS/dx)^T w: these are the w, one a site.
     Pullback(&'w [[f64; 3]]),
+    /// Signatures of the decisions that the evaluation takes by u alone, by v alone, and by both: equal decisions have
+    /// equal signatures, to the bit, and different ones almost certainly different signatures. A surface is smooth
+    /// where none of them changes. A surface without decisions has zeros.
+    Decisions,
 }
 
 impl Order<'static> {
     /// All of them, without weights.
-    pub(super) const ALL: [Order<'static>; 5] =
-        [Order::Points, Order::Partials, Order::SecondPartials, Order::Jacobian, Order::Pullback(&[])];
+    pub(super) const ALL: [Order<'static>; 6] = [
+        Order::Points,
+        Order::Partials,
+        Order::SecondPartials,
+        Order::Jacobian,
+        Order::Pullback(&[]),
+        Order::Decisions,
+    ];
 }
 
 impl Order<'_> {
@@ -57,7 +67,7 @@ impl Order<'_> {
     #[must_use]
     pub fn width(self, part: &Part) -> usize {
         match self {
-            Order::Points => 3,
+            Order::Points | Order::Decisions => 3,
             Order::Partials => 9,
             Order::SecondPartials => 18,
             Order::Jacobian => 3 * part.active.len(),
@@ -73,11 +83,12 @@ impl Order<'_> {
             Order::SecondPartials => 2,
             Order::Jacobian => 3,
             Order::Pullback(_) => 4,
+            Order::Decisions => 5,
         }
     }
 
     /// As people call it.
     pub(super) fn name(self) -> &'static str {
-        ["points", "partials", "second partials", "jacobian", "pullback"][self.index()]
+        ["points", "partials", "second partials", "jacobian", "pullback", "decisions"][self.index()]
     }
 }

@@ -1,6 +1,7 @@
-//! A model as evaluable surface patches; its tessellation, charts and texels.
+//! A model as evaluable surface patches; their breaks, its tessellation, charts and texels.
 
 mod atlas;
+mod breaks;
 mod motion;
 mod packing;
 mod program;
@@ -13,6 +14,7 @@ mod tessellation;
 mod texels;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
+pub use breaks::{Break, BreakKind, Breaks, oblique_signatures};
 pub use gml_compiler::program::{EvaluationError, Order, Sites};
 pub use motion::Motion;
 pub use reference::{ReferenceError, ReferenceSurface};

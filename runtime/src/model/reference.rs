@@ -69,7 +69,7 @@ fn assemble(mut mesh: TriangleMesh, raster: Raster, notices: Vec<String>) -> Ref
     if mesh.normals.is_empty() {
         mesh.normals = mesh.vertex_normals();
     }
-    ReferenceSurface { tessellation: Tessellation { mesh, origins: Vec::new() }, texels, notices }
+    ReferenceSurface { tessellation: Tessellation { mesh, ..Tessellation::default() }, texels, notices }
 }
 
 /// Charts of connected triangles whose normals have the same greatest component, projected along that axis (so that no

@@ -144,6 +144,7 @@ impl<F: Formula> Instance for Made<'_, F> {
                     let by_param = active.iter().flat_map(|k| [0, 1, 2].map(|c| s[c].d[*k as usize]));
                     out[width * i..width * (i + 1)].iter_mut().zip(by_param).for_each(|(out, d)| *out = d);
                 }
+                Order::Decisions => out[width * i..width * (i + 1)].fill(0.0),
                 Order::Pullback(w) => {
                     let s = self.dual(patch, u, v);
                     for (k, g) in out.iter_mut().enumerate() {

@@ -19,12 +19,8 @@ const ROUNDS: usize = 6;
 const MOST_INTERVALS: usize = 4096;
 
 /// A side of a patch: where v is 0, u is 1, v is 1 or u is 0.
-pub(super) const SIDES: [Side; 4] = [
-    Side { along: 0, at: 0.0 },
-    Side { along: 1, at: 1.0 },
-    Side { along: 0, at: 1.0 },
-    Side { along: 1, at: 0.0 },
-];
+pub(super) const SIDES: [Side; 4] =
+    [Side { along: 0, at: 0.0 }, Side { along: 1, at: 1.0 }, Side { along: 0, at: 1.0 }, Side { along: 1, at: 0.0 }];
 
 /// A side of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -125,9 +121,8 @@ impl Borders {
                 let piece = &self.pieces[i];
                 let point = piece.samples[if end == 0 { 0 } else { SAMPLES - 1 }];
                 let key = (point / cell).floor().to_array().map(|c| c as i64);
-                let near = (0..27).filter_map(|k| {
-                    cells.get(&[key[0] + k % 3 - 1, key[1] + k / 3 % 3 - 1, key[2] + k / 9 - 1])
-                });
+                let near = (0..27)
+                    .filter_map(|k| cells.get(&[key[0] + k % 3 - 1, key[1] + k / 3 % 3 - 1, key[2] + k / 9 - 1]));
                 let known = near.flatten().find(|c| self.ends[**c as usize].distance(point) <= self.tolerance);
                 let cluster = known.copied().unwrap_or(self.ends.len() as u32);
                 if cluster as usize == self.ends.len() {

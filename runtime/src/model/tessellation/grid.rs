@@ -187,9 +187,8 @@ impl Grid {
         u: &Lines,
         v: &Lines,
     ) -> Result<(), EvaluationError> {
-        let middle = |lines: &Lines| -> Vec<f64> {
-            lines.cells().map(|i| 0.5 * (lines.at[i] + lines.at[i + 1])).collect()
-        };
+        let middle =
+            |lines: &Lines| -> Vec<f64> { lines.cells().map(|i| 0.5 * (lines.at[i] + lines.at[i + 1])).collect() };
         let (middle_u, middle_v) = (middle(u), middle(v));
         let mut middles = vec![[0.0; 3]; middle_u.len() * middle_v.len()];
         instance.points_grid(patch, &middle_u, &middle_v, &mut middles)?;

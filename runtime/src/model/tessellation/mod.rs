@@ -295,4 +295,3 @@ pub(in crate::model) fn normal(p: &Partials) -> Option<(DVec3, f64)> {
     let scale = (du.length_squared() * dv.length_squared()).sqrt();
     (size > 1e-12 * scale && size > 1e-12 && size.is_finite()).then(|| (n * (1.0 / size), size))
 }
-

@@ -140,9 +140,8 @@ impl Refinement<'_> {
             }
             let longest = self.longest_edge(*triangle);
             let worst = of_edges.iter().copied().fold(0.0, f64::max);
-            let divide = [0, 1, 2].map(|k| {
-                if worst >= SHARE * distance { of_edges[k] >= SHARE * worst } else { k == longest }
-            });
+            let divide =
+                [0, 1, 2].map(|k| if worst >= SHARE * distance { of_edges[k] >= SHARE * worst } else { k == longest });
             findings.push((Finding { triangle: *triangle, divide }, distance));
         }
         Ok((findings, good))
@@ -275,7 +274,8 @@ impl Refinement<'_> {
                 let (edge, swapped) = points.edge(a, b);
                 let Some(s) = cuts.get(&edge) else { continue };
                 touches = true;
-                let (raw, s) = if (a < b) == swapped { ((a.min(b), a.max(b)), 1.0 - s) } else { ((a.min(b), a.max(b)), *s) };
+                let (raw, s) =
+                    if (a < b) == swapped { ((a.min(b), a.max(b)), 1.0 - s) } else { ((a.min(b), a.max(b)), *s) };
                 if let std::collections::hash_map::Entry::Vacant(entry) = new_vertices.entry(raw) {
                     entry.insert((self.mesh.positions.len() + wanted.len()) as u32);
                     wanted.push((raw, edge, s));
@@ -289,11 +289,10 @@ impl Refinement<'_> {
         let mut fresh = Vec::new();
         for t in touched {
             let corners = self.mesh.triangles[t];
-            let middle =
-                [0, 1, 2].map(|k| {
-                    let (a, b) = (corners[k], corners[(k + 1) % 3]);
-                    new_vertices.get(&(a.min(b), a.max(b))).copied()
-                });
+            let middle = [0, 1, 2].map(|k| {
+                let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                new_vertices.get(&(a.min(b), a.max(b))).copied()
+            });
             let pieces = self.pieces(corners, middle);
             for (n, piece) in pieces.into_iter().enumerate() {
                 if n == 0 {
@@ -326,7 +325,8 @@ impl Refinement<'_> {
                 // The other patch may run along the edge with another speed.
                 for _ in 0..8 {
                     let gap = *position - DVec3::from_array(partials.point);
-                    let along = DVec3::from_array(partials.du) * (b.u - a.u) + DVec3::from_array(partials.dv) * (b.v - a.v);
+                    let along =
+                        DVec3::from_array(partials.du) * (b.u - a.u) + DVec3::from_array(partials.dv) * (b.v - a.v);
                     let step = gap.dot(along) / along.length_squared();
                     if !step.is_finite() || step.abs() < 1e-15 {
                         break;
@@ -349,7 +349,8 @@ impl Refinement<'_> {
                 common.insert(*edge, (DVec3::from_array(partials.point), number));
                 number
             };
-            let normal = super::unit_normals(self.instance, origin.patch as usize, &[origin.u], &[origin.v], &[partials])?;
+            let normal =
+                super::unit_normals(self.instance, origin.patch as usize, &[origin.u], &[origin.v], &[partials])?;
             self.mesh.positions.push(partials.point);
             self.mesh.normals.push(normal[0].unwrap_or(DVec3::Z).to_array());
             self.origins.push(origin);

@@ -1,9 +1,9 @@
-//! Creases: edges along which patches meet.
+//! Creases: edges along which patches meet, or the two sides of a break.
 
 use super::CANCELLED;
 use super::segments::Segment;
 use crate::bvh::{Bvh, ClosestPoint};
-use crate::model::{SurfacePoint, Tessellation};
+use crate::model::Tessellation;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -30,12 +30,13 @@ struct Sheet {
 /// The sheets that meet at a point of an edge, with the corrections of their normals.
 struct Junction(Vec<(Sheet, DVec3)>);
 
-/// For every patch the segments along which it meets others, with the corrections of its normals. The tessellation
-/// has origins.
+/// For every patch the segments along which it meets others, or itself at a break, with the corrections of its normals.
+/// The tessellation has origins.
 pub(super) fn find(tessellation: &Tessellation, bvh: &Bvh, tolerance: f64) -> Vec<Vec<Segment>> {
     let mut creases = vec![Vec::new(); tessellation.mesh.groups.len()];
-    for side in sides(&tessellation.origins) {
-        let junctions: Vec<Junction> = side.iter().map(|i| junction(tessellation, bvh, *i, tolerance)).collect();
+    for line in &tessellation.lines {
+        let junctions: Vec<Junction> =
+            line.iter().map(|i| junction(tessellation, bvh, *i as usize, tolerance)).collect();
         for pair in junctions.windows(2) {
             for (patch, segment) in segments(&pair[0], &pair[1]) {
                 creases[patch as usize].push(segment);
@@ -43,20 +44,6 @@ pub(super) fn find(tessellation: &Tessellation, bvh: &Bvh, tolerance: f64) -> Ve
         }
     }
     creases
-}
-
-/// The vertices on the four edges of every patch, edge by edge, in order.
-fn sides(origins: &[SurfacePoint]) -> Vec<Vec<usize>> {
-    let mut sides = Vec::new();
-    let mut first = 0;
-    for patch in origins.chunk_by(|a, b| a.patch == b.patch) {
-        let on: [fn(&SurfacePoint) -> bool; 4] = [|o| o.u == 0.0, |o| o.u == 1.0, |o| o.v == 0.0, |o| o.v == 1.0];
-        for on in on {
-            sides.push((0..patch.len()).filter(|i| on(&patch[*i])).map(|i| first + i).collect());
-        }
-        first += patch.len();
-    }
-    sides
 }
 
 /// The sheets that meet at a vertex.

@@ -76,7 +76,7 @@ fn turn_normals(texels: &mut Texels, tessellation: &mut Tessellation, width: f64
         }
     };
     texels.normal.par_iter_mut().zip(texels.position.par_iter().zip(&texels.part)).for_each(texel);
-    let Tessellation { mesh, origins } = tessellation;
+    let Tessellation { mesh, origins, .. } = tessellation;
     for ((normal, position), origin) in mesh.normals.iter_mut().zip(&mesh.positions).zip(origins) {
         if let Some(n) = averaged(origin.patch, *position, DVec3::from(*normal)) {
             *normal = n.to_array();

@@ -25,7 +25,7 @@ pub(crate) struct Places {
 /// The model cannot be tessellated.
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
     let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: PLACE_SEGMENTS };
-    let surface = Tessellation::new(model, instance, fineness)?;
+    let surface = Tessellation::on_grids(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
     let total: f64 = gauges.iter().flatten().map(|g| g.area).sum();

@@ -1,13 +1,13 @@
 //! Functions that are named before they are made.
 
-use crate::ir::hash::HashMap;
-use crate::ir::{FunctionId, Module};
+use super::hash::HashMap;
+use super::{FunctionId, Module};
 use std::hash::Hash;
 
-/// The derivatives that a differentiation needs, by what they are: each is made once, after those that call it were
-/// begun.
+/// The functions that a transformation needs, such as derivatives, by what they are: each is made once, after those that
+/// call it were begun.
 #[derive(Debug)]
-pub(super) struct Worklist<K> {
+pub(crate) struct Worklist<K> {
     ids: HashMap<K, FunctionId>,
     /// The functions that are still to be made.
     left: Vec<(K, FunctionId)>,
@@ -21,7 +21,7 @@ impl<K> Default for Worklist<K> {
 
 impl<K: Clone + Eq + Hash> Worklist<K> {
     /// The id of a function, which is reserved in the module and put on the list if it is new.
-    pub(super) fn id(&mut self, module: &mut Module, key: K) -> FunctionId {
+    pub(crate) fn id(&mut self, module: &mut Module, key: K) -> FunctionId {
         if let Some(id) = self.ids.get(&key) {
             return *id;
         }
@@ -32,7 +32,7 @@ impl<K: Clone + Eq + Hash> Worklist<K> {
     }
 
     /// Takes a function that is to be made from the list.
-    pub(super) fn next(&mut self) -> Option<(K, FunctionId)> {
+    pub(crate) fn next(&mut self) -> Option<(K, FunctionId)> {
         self.left.pop()
     }
 }
