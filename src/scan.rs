@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::{mesh, script};
 use gml_runtime::export::json;
 use gml_runtime::model::{Fineness, Model, Tessellation};
-use gml_runtime::simulate::{self, Scanner, Truth};
+use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -45,7 +45,8 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     motion.move_tessellation(&mut tessellation);
 
     let progress = TerminalProgress::new();
-    let scan = simulate::scan(&tessellation.mesh, &scanner, &progress);
+    let surface = ExactSurface { tessellation: &tessellation, instance: &*instance, motion };
+    let scan = simulate::scan_exact(surface, &scanner, &progress);
     progress.finish();
     let scan = scan.map_err(CommandError::failed)?;
     mesh::write(&args.output, &scan.mesh, format)?;

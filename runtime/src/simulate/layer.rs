@@ -20,7 +20,14 @@ pub(super) struct Layer {
 impl Layer {
     /// Adds the triangles of view number `number`. They are judged by the true points, as the best scanner's software
     /// would judge them, so that noise and outliers stay in the mesh.
-    pub(super) fn add(&mut self, image: &RangeImage, number: usize, views: &[View], scene: &Scene, least_cosine: f64) {
+    pub(super) fn add(
+        &mut self,
+        image: &RangeImage,
+        number: usize,
+        views: &[View],
+        scene: &Scene<'_>,
+        least_cosine: f64,
+    ) {
         let height = image.samples.len() / image.width.max(1);
         let kept: Vec<Vec<[usize; 3]>> = (1..height)
             .into_par_iter()
@@ -78,7 +85,7 @@ fn keep(
     image: &RangeImage,
     number: usize,
     views: &[View],
-    scene: &Scene,
+    scene: &Scene<'_>,
     least_cosine: f64,
 ) -> bool {
     let [Some(a), Some(b), Some(c)] = corners.map(|corner| image.samples[corner]) else { return false };

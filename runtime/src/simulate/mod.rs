@@ -6,6 +6,7 @@
 //! Holes may be punched. All of it is put into a random pose, which is reported. The same options give the same scan,
 //! whatever the number of threads.
 
+mod exact;
 mod layer;
 mod pose;
 mod scene;
@@ -17,6 +18,7 @@ use crate::bvh::BvhError;
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::Motion;
 use crate::progress::Progress;
+pub use exact::ExactSurface;
 use glam::DVec3;
 use layer::Layer;
 use rand::{RngExt, SeedableRng};
@@ -175,8 +177,29 @@ pub enum SimulationError {
 /// # Errors
 /// See [`SimulationError`].
 pub fn scan(mesh: &TriangleMesh, scanner: &Scanner, progress: &dyn Progress) -> Result<VirtualScan, SimulationError> {
+    scan_mesh(mesh, None, scanner, progress)
+}
+
+/// Scans the exact surface of a model (millimetres, z up): its triangles say which part of it a ray meets.
+///
+/// # Errors
+/// See [`SimulationError`].
+pub fn scan_exact(
+    surface: ExactSurface<'_>,
+    scanner: &Scanner,
+    progress: &dyn Progress,
+) -> Result<VirtualScan, SimulationError> {
+    scan_mesh(&surface.tessellation.mesh, Some(surface), scanner, progress)
+}
+
+fn scan_mesh(
+    mesh: &TriangleMesh,
+    exact: Option<ExactSurface<'_>>,
+    scanner: &Scanner,
+    progress: &dyn Progress,
+) -> Result<VirtualScan, SimulationError> {
     scanner.check()?;
-    let scene = Scene::new(mesh, scanner.spacing)?;
+    let scene = Scene::new(mesh, exact, scanner.spacing)?;
     let bounds: Bounds = mesh.triangles.iter().flat_map(|t| mesh.corners(*t)).collect();
     let (centre, radius) = (bounds.centre(), bounds.diagonal() / 2.0);
     if radius <= 0.0 {
@@ -255,7 +278,7 @@ struct Seen {
 fn probe(
     mesh: &TriangleMesh,
     views: &[View],
-    scene: &Scene,
+    scene: &Scene<'_>,
     scanner: &Scanner,
     least_cosine: f64,
 ) -> Result<Seen, SimulationError> {

@@ -1,32 +1,52 @@
 //! The object that is scanned: the surface that a ray meets, and the view that sees a place best.
 
+use super::exact::{ExactSurface, SurfaceHit, TriangleHit};
 use super::view::View;
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 
 /// A mesh made ready for rays.
-pub(super) struct Scene {
+pub(super) struct Scene<'a> {
     bvh: Bvh,
+    exact: Option<ExactSurface<'a>>,
     /// Unit normals of the triangles; zero for those without area, which no ray hits.
     normals: Vec<DVec3>,
     /// Distance from the surface at which shadow rays start: a triangle's centroid lies below a curved one. mm.
     lift: f64,
 }
 
-impl Scene {
-    pub(super) fn new(mesh: &TriangleMesh, spacing: f64) -> Result<Self, BvhError> {
+impl<'a> Scene<'a> {
+    pub(super) fn new(mesh: &TriangleMesh, exact: Option<ExactSurface<'a>>, spacing: f64) -> Result<Self, BvhError> {
         let bvh = Bvh::build(mesh)?;
         let normal = |&triangle| mesh.triangle_normal(triangle).unwrap_or_default();
         let lift = 4.0 * f64::from(bvh.tolerance()) + 0.1 * spacing;
-        Ok(Self { normals: mesh.triangles.iter().map(normal).collect(), bvh, lift })
+        Ok(Self { normals: mesh.triangles.iter().map(normal).collect(), bvh, exact, lift })
     }
 
-    /// Distance to the surface along a ray of unit direction, and the unit normal there, turned towards the eye.
-    pub(super) fn cast(&self, eye: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
-        let hit = self.bvh.nearest_hit(eye, direction, f64::INFINITY)?;
-        let normal = self.normals[hit.triangle as usize];
-        Some((hit.t, if normal.dot(direction) > 0.0 { -normal } else { normal }))
+    /// Where rays of unit directions meet the surface, with the unit normals there, turned towards the eye.
+    pub(super) fn cast(&self, eye: DVec3, directions: &[DVec3]) -> Vec<Option<SurfaceHit>> {
+        let hit = |direction: &DVec3| {
+            let hit = self.bvh.nearest_hit(eye, *direction, f64::INFINITY)?;
+            Some(TriangleHit { direction: *direction, t: hit.t, triangle: hit.triangle })
+        };
+        let hits: Vec<Option<TriangleHit>> = directions.iter().map(hit).collect();
+        let of_triangle = |hit: &TriangleHit| SurfaceHit {
+            point: eye + hit.t * hit.direction,
+            normal: self.normals[hit.triangle as usize],
+        };
+        let met: Vec<TriangleHit> = hits.iter().flatten().copied().collect();
+        let exact = match &self.exact {
+            Some(exact) => exact.meet(eye, &met),
+            None => met.iter().map(|hit| Some(of_triangle(hit))).collect(),
+        };
+        let mut exact = exact.into_iter();
+        let turned = |(hit, direction): (Option<TriangleHit>, &DVec3)| {
+            hit?;
+            let SurfaceHit { point, normal } = exact.next()??;
+            Some(SurfaceHit { point, normal: if normal.dot(*direction) > 0.0 { -normal } else { normal } })
+        };
+        hits.into_iter().zip(directions).map(turned).collect()
     }
 
     /// The view that sees `point` under the smallest angle to `normal`, if any sees it under less than the limit:

@@ -1,5 +1,6 @@
 //! One view point: its rays and their range image.
 
+use super::exact::SurfaceHit;
 use super::scene::Scene;
 use super::{DROPOUT_STREAM, Scanner};
 use glam::DVec3;
@@ -73,7 +74,7 @@ impl View {
     }
 
     /// Casts all rays. Every row has random numbers of its own, so that threads may share the work.
-    pub(super) fn scan(&self, number: usize, pitch: f64, scene: &Scene, scanner: &Scanner) -> RangeImage {
+    pub(super) fn scan(&self, number: usize, pitch: f64, scene: &Scene<'_>, scanner: &Scanner) -> RangeImage {
         let width = self.side(pitch) as usize;
         let least_cosine = scanner.max_incidence.cos();
         let rows: Vec<(Vec<Option<Sample>>, usize)> = (0..width)
@@ -82,15 +83,18 @@ impl View {
                 let mut random = ChaCha8Rng::seed_from_u64(scanner.seed);
                 random.set_stream(DROPOUT_STREAM + ((number as u64) << 32) + row as u64);
                 let mut dropouts = 0;
-                let cast = |column: usize| {
+                let direction = |column: usize| {
                     let at = |i: usize| i as f64 * pitch - self.half_width;
                     let direction = self.centre + at(column) * self.right + at(row) * self.up - self.eye;
-                    let direction = direction.normalize();
+                    direction.normalize()
+                };
+                let directions: Vec<DVec3> = (0..width).map(direction).collect();
+                let measure = |(hit, direction): (Option<SurfaceHit>, &DVec3)| {
                     // Drawn for every ray, so that what one ray meets does not change what the next one draws.
                     let (noise, kind, outlier): (f64, f64, f64) =
                         (StandardNormal.sample(&mut random), random.random(), random.random());
-                    let (range, normal) = scene.cast(self.eye, direction)?;
-                    if -normal.dot(direction) < least_cosine {
+                    let SurfaceHit { point, normal } = hit?;
+                    if -normal.dot(*direction) < least_cosine {
                         return None;
                     }
                     if kind < scanner.dropouts {
@@ -100,10 +104,9 @@ impl View {
                     let is_outlier = kind < scanner.dropouts + scanner.outliers;
                     let error = scanner.noise * noise
                         + if is_outlier { scanner.outlier_range * (2.0 * outlier - 1.0) } else { 0.0 };
-                    let measured = self.eye + direction * (range + error);
-                    Some(Sample { point: self.eye + direction * range, normal, measured, outlier: is_outlier })
+                    Some(Sample { point, normal, measured: point + *direction * error, outlier: is_outlier })
                 };
-                let samples = (0..width).map(cast).collect();
+                let samples = scene.cast(self.eye, &directions).into_iter().zip(&directions).map(measure).collect();
                 (samples, dropouts)
             })
             .collect();
