@@ -8,6 +8,7 @@ use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::program::{Failed, Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
+use gml_runtime::model::{Closedness, Model, OpenBorder};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -21,7 +22,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
 
 fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
     let mut checked = match script::compile_quietly(script, &args.compile) {
-        Ok(c) => Checked { program: Some(c.program), diagnostics: c.warnings, sources: c.sources },
+        Ok(c) => Checked { program: Some(c.program), diagnostics: c.warnings, sources: c.sources, closedness: None },
         Err(CommandError::Script(e)) => library(*e),
         Err(e) => return Err(e),
     };
@@ -37,10 +38,14 @@ fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
         }
         Format::Text => {
             crate::diagnostics::print(&checked.diagnostics, &checked.sources);
-            print!(
-                "{}",
-                checked.program.as_ref().map_or_else(|| "no model: a module for other scripts\n".to_owned(), tables)
-            );
+            let Some(program) = &checked.program else {
+                println!("no model: a module for other scripts");
+                return Ok(());
+            };
+            print!("{}", tables(program));
+            if let Some(closedness) = &checked.closedness {
+                print!("\n{}", enclosure(program, closedness));
+            }
         }
     }
     if failed { Err(CommandError::Failed("the script has errors".into())) } else { Ok(()) }
@@ -52,6 +57,38 @@ struct Checked {
     program: Option<Program>,
     diagnostics: Vec<Diagnostic>,
     sources: Sources,
+    /// How the parts meet at the defaults; none where they cannot be evaluated.
+    closedness: Option<Closedness>,
+}
+
+/// How the parts meet at the defaults.
+fn closedness(program: &Program) -> Option<Closedness> {
+    let defaults: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
+    let instance = Model::instantiate(program, &defaults).ok()?;
+    Closedness::of(program, &*instance).ok()
+}
+
+fn inside_out_warning(program: &Program, part: usize) -> Diagnostic {
+    let name = &program.parts()[part].name;
+    let message = format!("the part '{name}' is inside out against the parts that it meets");
+    Diagnostic::new(Code::InsideOut, program.part_span(part), message)
+        .label("its outer side is their inner side")
+        .hint("turn it with `flip`")
+}
+
+/// Whether the parts enclose something, in a line.
+fn enclosure(program: &Program, closedness: &Closedness) -> String {
+    const MOST: usize = 8;
+    if closedness.is_closed() {
+        return "closed: the borders of all parts meet\n".to_owned();
+    }
+    let place =
+        |open: &OpenBorder| format!("{} where {} ({:.3} mm)", program.parts()[open.patch].name, open.side, open.length);
+    let mut places: Vec<String> = closedness.open.iter().take(MOST).map(place).collect();
+    if closedness.open.len() > MOST {
+        places.push(format!("{} more", closedness.open.len() - MOST));
+    }
+    format!("open: {}\n", places.join(", "))
 }
 
 impl Checked {
@@ -64,6 +101,9 @@ impl Checked {
         if let Some(program) = &self.program {
             let reported: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
             self.diagnostics.extend(program.probe().into_iter().filter(|d| !reported.contains(&d.span)));
+            self.closedness = closedness(program);
+            let inside_out = self.closedness.iter().flat_map(|c| &c.inside_out);
+            self.diagnostics.extend(inside_out.map(|part| inside_out_warning(program, *part)));
         }
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
     }
@@ -77,7 +117,7 @@ fn library(errors: Failed) -> Checked {
     if tree.is_some_and(|tree| !tree.items.is_empty()) {
         diagnostics.retain(|d| d.code != Code::NoModel);
     }
-    Checked { program: None, diagnostics, sources }
+    Checked { program: None, diagnostics, sources, closedness: None }
 }
 
 /// The tables of parameters, inputs and parts.
@@ -149,10 +189,15 @@ fn document(checked: &Checked, ok: bool) -> Value {
     let diagnostics = findings::array(&checked.diagnostics, &checked.sources);
     match &checked.program {
         None => json!({ "ok": ok, "diagnostics": diagnostics }),
-        Some(p) => json!({
-            "ok": ok, "model": p.name(), "parameters": p.parameters(), "inputs": p.inputs(), "parts": p.parts(),
-            "diagnostics": diagnostics,
-        }),
+        Some(p) => {
+            let open = |open: &OpenBorder| json!({ "part": p.parts()[open.patch].name, "side": open.side, "length": open.length });
+            let open = checked.closedness.as_ref().map(|c| c.open.iter().map(open).collect::<Vec<_>>());
+            json!({
+                "ok": ok, "model": p.name(), "parameters": p.parameters(), "inputs": p.inputs(), "parts": p.parts(),
+                "closed": checked.closedness.as_ref().map(Closedness::is_closed), "open_borders": open,
+                "diagnostics": diagnostics,
+            })
+        }
     }
 }
 

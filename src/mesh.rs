@@ -45,14 +45,23 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     }
     let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
     let tessellation = tessellation.with_atlas(&atlas);
-    write(&args.output, &tessellation.mesh, check_format(&args.output, ".obj, .ply or .stl")?)?;
+    let mesh = &tessellation.mesh;
+    write(&args.output, mesh, check_format(&args.output, ".obj, .ply or .stl")?)?;
+    let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     println!(
-        "{}: {} vertices, {} triangles, {} parts",
+        "{}: {vertices} vertices, {} triangles, {} parts, within {:.3e} mm of the surface",
         args.output.display(),
-        tessellation.mesh.positions.len(),
-        tessellation.mesh.triangles.len(),
-        tessellation.mesh.groups.len()
+        mesh.triangles.len(),
+        mesh.groups.len(),
+        tessellation.chord,
     );
+    if tessellation.chord > chord {
+        eprintln!(
+            "warning: the mesh leaves the surface by up to {:.3e} mm, more than --chord {chord}mm: the surface jumps, or \
+             it would take too many triangles",
+            tessellation.chord
+        );
+    }
     Ok(())
 }
 

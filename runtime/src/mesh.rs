@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,6 +77,18 @@ impl TriangleMesh {
         // Where two triangles lie back to back the sum vanishes and the first one's normal stands.
         let unit = |(sum, first): (&DVec3, &DVec3)| if sum.length() > 1e-9 { sum.normalize() } else { *first }.into();
         sums.iter().zip(&first).map(unit).collect()
+    }
+
+    /// For every vertex the number of its position, in the order in which positions come first: vertices at one position
+    /// (on either side of a corner or of a seam of the texture) have one. Signs of zeros do not count.
+    #[must_use]
+    pub fn position_numbers(&self) -> Vec<u32> {
+        let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(self.positions.len());
+        let number = |p: &[f64; 3]| {
+            let next = known.len() as u32;
+            *known.entry(p.map(|c| (c + 0.0).to_bits())).or_insert(next)
+        };
+        self.positions.iter().map(number).collect()
     }
 
     /// The box around all positions, whether or not a triangle uses them.

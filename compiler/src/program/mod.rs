@@ -44,7 +44,7 @@ pub(crate) use constants::constants;
 use crate::check::typed;
 use crate::ir::interpret;
 use crate::jit::Code;
-use crate::source::Sources;
+use crate::source::{Sources, Span};
 use evaluators::Evaluators;
 use functions::ModelFunctions;
 use std::sync::Arc;
@@ -115,6 +115,15 @@ impl Program {
     /// If x does not have a value for every parameter.
     pub fn instantiate(&self, x: &[f64]) -> Result<Instance<'_>, EvaluationError> {
         Instance::new(self, x)
+    }
+
+    /// Where a part stands in its script.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    #[must_use]
+    pub fn part_span(&self, part: usize) -> Span {
+        self.typed.parts[part].span
     }
 
     /// Limits for a replay by the interpreter, which counts every operation as a step.

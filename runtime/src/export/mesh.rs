@@ -2,15 +2,16 @@
 
 use super::atomic::{self, WriteError};
 use crate::mesh::TriangleMesh;
+use glam::DVec3;
 use std::io::{self, Write};
 use std::path::Path;
 
 /// A format of meshes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshFormat {
-    /// Text in double precision: positions, texture coordinates, normals and groups.
+    /// Text in double precision: positions, each once, texture coordinates, normals and groups.
     Obj,
-    /// Positions in double precision, normals and texture coordinates in single precision.
+    /// Positions in double precision, each once, normals and texture coordinates in single precision.
     Ply,
     /// Bare triangles in single precision.
     Stl,
@@ -50,10 +51,50 @@ pub fn write_to(out: &mut dyn Write, mesh: &TriangleMesh, format: MeshFormat) ->
     }
 }
 
+/// The vertices of a mesh with each position once, so that triangles on either side of a corner or of a seam share it.
+struct Welded {
+    /// For every vertex the number of its position.
+    number: Vec<u32>,
+    /// A vertex of each position.
+    first: Vec<u32>,
+}
+
+impl Welded {
+    /// Points without triangles stay apart.
+    fn of(mesh: &TriangleMesh) -> Self {
+        if mesh.triangles.is_empty() {
+            let all: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+            return Self { number: all.clone(), first: all };
+        }
+        let number = mesh.position_numbers();
+        let mut first = Vec::new();
+        for (vertex, number) in number.iter().enumerate() {
+            if *number as usize == first.len() {
+                first.push(vertex as u32);
+            }
+        }
+        Self { number, first }
+    }
+
+    /// The normal of each position: the mean of its vertices'.
+    fn normals(&self, mesh: &TriangleMesh) -> Vec<[f64; 3]> {
+        let mut sums = vec![DVec3::ZERO; self.first.len()];
+        for (number, normal) in self.number.iter().zip(&mesh.normals) {
+            sums[*number as usize] += DVec3::from_array(*normal);
+        }
+        let only = |(sum, first): (DVec3, &u32)| {
+            let first = mesh.normals[*first as usize];
+            if sum == DVec3::from_array(first) { first } else { sum.try_normalize().map_or(first, |n| n.to_array()) }
+        };
+        sums.into_iter().zip(&self.first).map(only).collect()
+    }
+}
+
 /// Numbers are written so that reading them gives the same doubles.
 fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+    let welded = Welded::of(mesh);
     writeln!(out, "# gmlc, unit: mm")?;
-    for [x, y, z] in &mesh.positions {
+    for [x, y, z] in welded.first.iter().map(|i| mesh.positions[*i as usize]) {
         writeln!(out, "v {x} {y} {z}")?;
     }
     for [s, t] in &mesh.texcoords {
@@ -62,11 +103,15 @@ fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
     for [x, y, z] in &mesh.normals {
         writeln!(out, "vn {x} {y} {z}")?;
     }
-    let corner = match (mesh.texcoords.is_empty(), mesh.normals.is_empty()) {
-        (false, false) => |i: u32| format!("{i}/{i}/{i}"),
-        (false, true) => |i: u32| format!("{i}/{i}"),
-        (true, false) => |i: u32| format!("{i}//{i}"),
-        (true, true) => |i: u32| format!("{i}"),
+    let (textured, shaded) = (!mesh.texcoords.is_empty(), !mesh.normals.is_empty());
+    let corner = |vertex: u32| {
+        let (position, i) = (welded.number[vertex as usize] + 1, vertex + 1);
+        match (textured, shaded) {
+            (true, true) => format!("{position}/{i}/{i}"),
+            (true, false) => format!("{position}/{i}"),
+            (false, true) => format!("{position}//{i}"),
+            (false, false) => format!("{position}"),
+        }
     };
     let mut groups = mesh.groups.iter().peekable();
     for (i, triangle) in mesh.triangles.iter().enumerate() {
@@ -75,41 +120,53 @@ fn write_obj(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
             let name: String = group.name.chars().map(|c| if c.is_control() { '_' } else { c }).collect();
             writeln!(out, "g {name}")?;
         }
-        let [a, b, c] = triangle.map(|index| corner(index + 1));
+        let [a, b, c] = triangle.map(corner);
         writeln!(out, "f {a} {b} {c}")?;
     }
     Ok(())
 }
 
+/// Texture coordinates are those of vertices, or of the corners of faces where positions have several.
 fn write_ply(out: &mut dyn Write, mesh: &TriangleMesh) -> io::Result<()> {
+    let welded = Welded::of(mesh);
+    let of_corners = !mesh.texcoords.is_empty() && welded.first.len() < mesh.positions.len();
     writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment gmlc, unit: mm")?;
-    writeln!(out, "element vertex {}", mesh.positions.len())?;
+    writeln!(out, "element vertex {}", welded.first.len())?;
     writeln!(out, "property double x\nproperty double y\nproperty double z")?;
     if !mesh.normals.is_empty() {
         writeln!(out, "property float nx\nproperty float ny\nproperty float nz")?;
     }
-    if !mesh.texcoords.is_empty() {
+    if !mesh.texcoords.is_empty() && !of_corners {
         writeln!(out, "property float s\nproperty float t")?;
     }
     if !mesh.triangles.is_empty() {
         writeln!(out, "element face {}", mesh.triangles.len())?;
         writeln!(out, "property list uchar uint vertex_indices")?;
+        if of_corners {
+            writeln!(out, "property list uchar float texcoord")?;
+        }
     }
     writeln!(out, "end_header")?;
-    for (i, position) in mesh.positions.iter().enumerate() {
-        for c in position {
+    let normals = if mesh.normals.is_empty() { Vec::new() } else { welded.normals(mesh) };
+    for (number, vertex) in welded.first.iter().enumerate() {
+        for c in &mesh.positions[*vertex as usize] {
             out.write_all(&c.to_le_bytes())?;
         }
-        let normal = mesh.normals.get(i).into_iter().flatten();
-        let texcoord = mesh.texcoords.get(i).into_iter().flatten();
-        for c in normal.chain(texcoord) {
+        let texcoord = if of_corners { None } else { mesh.texcoords.get(*vertex as usize) };
+        for c in normals.get(number).into_iter().flatten().chain(texcoord.into_iter().flatten()) {
             out.write_all(&(*c as f32).to_le_bytes())?;
         }
     }
     for triangle in &mesh.triangles {
         out.write_all(&[3])?;
-        for index in triangle {
-            out.write_all(&index.to_le_bytes())?;
+        for vertex in triangle {
+            out.write_all(&welded.number[*vertex as usize].to_le_bytes())?;
+        }
+        if of_corners {
+            out.write_all(&[6])?;
+            for c in triangle.iter().flat_map(|vertex| mesh.texcoords[*vertex as usize]) {
+                out.write_all(&(c as f32).to_le_bytes())?;
+            }
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 mod atlas;
 mod breaks;
+mod closed;
 mod motion;
 mod packing;
 mod program;
@@ -15,6 +16,7 @@ mod texels;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
 pub use breaks::{Break, BreakKind, Breaks, oblique_signatures};
+pub use closed::{Closedness, OpenBorder};
 pub use gml_compiler::program::{EvaluationError, Order, Sites};
 pub use motion::Motion;
 pub use reference::{ReferenceError, ReferenceSurface};

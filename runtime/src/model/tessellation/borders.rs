@@ -19,54 +19,59 @@ const ROUNDS: usize = 6;
 const MOST_INTERVALS: usize = 4096;
 
 /// A side of a patch: where v is 0, u is 1, v is 1 or u is 0.
-pub(super) const SIDES: [Side; 4] =
+pub(in crate::model) const SIDES: [Side; 4] =
     [Side { along: 0, at: 0.0 }, Side { along: 1, at: 1.0 }, Side { along: 0, at: 1.0 }, Side { along: 1, at: 0.0 }];
 
 /// A side of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Side {
+pub(in crate::model) struct Side {
     /// The parameter that runs along it: 0 for u, 1 for v.
-    pub(super) along: usize,
+    pub(in crate::model) along: usize,
     /// The value of the other one.
     at: f64,
 }
 
 impl Side {
     /// (u, v) at a value of the parameter along it.
-    pub(super) fn uv(self, t: f64) -> (f64, f64) {
+    pub(in crate::model) fn uv(self, t: f64) -> (f64, f64) {
         if self.along == 0 { (t, self.at) } else { (self.at, t) }
     }
 
-    /// Whether its parameter runs with the patch on its left, seen from outside.
-    fn is_counterclockwise(self) -> bool {
-        (self.along == 0) == (self.at == 0.0)
+    /// In words.
+    pub(in crate::model) fn name(self) -> &'static str {
+        match (self.along == 0, self.at == 0.0) {
+            (true, true) => "v = 0",
+            (true, false) => "v = 1",
+            (false, true) => "u = 0",
+            (false, false) => "u = 1",
+        }
     }
 }
 
 /// A piece of the border of a patch: an interval of a side.
 #[derive(Clone, Debug)]
-pub(super) struct Piece {
-    pub(super) patch: usize,
-    pub(super) side: Side,
-    pub(super) interval: usize,
+pub(in crate::model) struct Piece {
+    pub(in crate::model) patch: usize,
+    pub(in crate::model) side: Side,
+    pub(in crate::model) interval: usize,
     /// Clusters of its first and its last point.
-    pub(super) ends: [u32; 2],
+    pub(in crate::model) ends: [u32; 2],
     /// The piece whose points it has, and whether it runs the other way; itself where it is the first of its curve.
-    pub(super) leader: usize,
-    pub(super) reversed: bool,
+    pub(in crate::model) leader: usize,
+    pub(in crate::model) reversed: bool,
     /// Whether all of it is one point.
-    pub(super) is_point: bool,
+    pub(in crate::model) is_point: bool,
     samples: Vec<DVec3>,
 }
 
 /// The borders of all patches.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Borders {
-    pub(super) pieces: Vec<Piece>,
+pub(in crate::model) struct Borders {
+    pub(in crate::model) pieces: Vec<Piece>,
     /// A point of every cluster of ends.
-    pub(super) ends: Vec<DVec3>,
+    pub(in crate::model) ends: Vec<DVec3>,
     /// Distance below which points are the same. Millimetres.
-    pub(super) tolerance: f64,
+    pub(in crate::model) tolerance: f64,
 }
 
 impl Borders {
@@ -75,7 +80,7 @@ impl Borders {
     ///
     /// # Errors
     /// The surface cannot be evaluated.
-    pub(super) fn find(instance: &dyn Instance, axes: &mut [Axes]) -> Result<Self, EvaluationError> {
+    pub(in crate::model) fn find(instance: &dyn Instance, axes: &mut [Axes]) -> Result<Self, EvaluationError> {
         for _ in 0..ROUNDS {
             let mut borders = Self::of_intervals(instance, axes)?;
             let cuts = borders.cuts(instance, axes)?;
@@ -196,15 +201,22 @@ impl Borders {
         Ok(())
     }
 
-    /// For every piece the number of pieces that are the same curve as its leader.
-    pub(super) fn sharing(&self) -> Vec<usize> {
-        let mut count = vec![0; self.pieces.len()];
-        self.pieces.iter().for_each(|piece| count[piece.leader] += 1);
-        self.pieces.iter().map(|piece| count[piece.leader]).collect()
+    /// The pieces of every curve, points left out.
+    pub(in crate::model) fn curves(&self) -> impl Iterator<Item = Vec<usize>> {
+        let mut of_leader: Vec<Vec<usize>> = vec![Vec::new(); self.pieces.len()];
+        for (i, piece) in self.pieces.iter().enumerate().filter(|(_, piece)| !piece.is_point) {
+            of_leader[piece.leader].push(i);
+        }
+        of_leader.into_iter().filter(|curve| !curve.is_empty())
+    }
+
+    /// The model's diagonal. Millimetres.
+    pub(in crate::model) fn diagonal(&self) -> f64 {
+        self.tolerance / COINCIDENT
     }
 
     /// Gives intervals whose pieces are the same curve the same number of segments: the largest of all.
-    pub(super) fn level(&self, axes: &mut [Axes]) {
+    pub(in crate::model) fn level(&self, axes: &mut [Axes]) {
         let mut first = vec![Vec::new(); axes.len() * 2];
         let mut count = 0;
         for (patch, axes) in axes.iter().enumerate() {
@@ -232,6 +244,18 @@ impl Borders {
 }
 
 impl Piece {
+    /// Whether the first piece of its curve runs, where this one lies, with this one's patch on the left, seen from
+    /// outside.
+    pub(in crate::model) fn is_counterclockwise(&self) -> bool {
+        let side = (self.side.along == 0) == (self.side.at == 0.0);
+        side != self.reversed
+    }
+
+    /// Its length, by its samples. Millimetres.
+    pub(in crate::model) fn length(&self) -> f64 {
+        self.samples.windows(2).map(|w| w[0].distance(w[1])).sum()
+    }
+
     fn longest_chord(&self) -> f64 {
         self.samples.windows(2).map(|w| w[0].distance(w[1])).fold(0.0, f64::max)
     }
@@ -271,7 +295,7 @@ impl Piece {
     }
 
     /// The parameters of the points of the piece nearest to some targets, from guesses, and their distances.
-    pub(super) fn project(
+    pub(in crate::model) fn project(
         &self,
         instance: &dyn Instance,
         axes: &[Axes],

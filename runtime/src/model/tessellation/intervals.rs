@@ -6,11 +6,11 @@ use glam::DVec3;
 
 /// A stretch of u or of v on which a patch is smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Interval {
-    pub(super) start: f64,
-    pub(super) end: f64,
+pub(in crate::model) struct Interval {
+    pub(in crate::model) start: f64,
+    pub(in crate::model) end: f64,
     /// Equal steps into which it is divided.
-    pub(super) segments: u32,
+    pub(in crate::model) segments: u32,
 }
 
 impl Interval {
@@ -26,10 +26,10 @@ impl Interval {
 }
 
 /// The intervals of u and of v.
-pub(super) type Axes = [Vec<Interval>; 2];
+pub(in crate::model) type Axes = [Vec<Interval>; 2];
 
 /// The intervals between the breaks of a patch.
-pub(super) fn between(breaks: &Breaks) -> Axes {
+pub(in crate::model) fn between(breaks: &Breaks) -> Axes {
     [&breaks.u, &breaks.v].map(|breaks| {
         let starts = std::iter::once(0.0).chain(breaks.iter().map(|b: &Break| b.after));
         let ends = breaks.iter().map(|b| b.before).chain(std::iter::once(1.0));

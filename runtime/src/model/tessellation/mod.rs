@@ -4,9 +4,9 @@
 //! Borders that are the same curve in space are found and get the same points (`borders`), patches become grids
 //! (`grid`), and what leaves the surface by more than the chord is divided further (`refine`).
 
-mod borders;
+pub(super) mod borders;
 mod grid;
-mod intervals;
+pub(super) mod intervals;
 mod refine;
 #[cfg(test)]
 mod tests;

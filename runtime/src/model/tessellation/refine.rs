@@ -4,13 +4,14 @@
 //! decisions of u and v differ between the ends of an edge (a crease that no line of u or v follows), it is divided at
 //! the crease.
 
-use super::SurfacePoint;
+use super::{SurfacePoint, unit_normals};
 use crate::mesh::TriangleMesh;
 use crate::model::breaks::oblique_signatures;
 use crate::model::{EvaluationError, Instance, Partials};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 
 /// Rounds of measuring and dividing at most.
 const ROUNDS: usize = 24;
@@ -37,6 +38,8 @@ const EDGE_OF: [Option<usize>; 13] =
     [Some(0), Some(1), Some(2), None, None, None, None, Some(0), Some(0), Some(1), Some(1), Some(2), Some(2)];
 /// Triangles are measured in batches of this many.
 const BATCH: usize = 256;
+/// Normals whose cosine is above this are one: a degree.
+const ALIKE: f64 = 0.99985;
 /// An edge is divided if it leaves the surface by this part of what its triangle does.
 const SHARE: f64 = 0.5;
 
@@ -74,7 +77,7 @@ impl Refinement<'_> {
     /// # Errors
     /// The surface cannot be evaluated.
     pub(super) fn run(&mut self) -> Result<f64, EvaluationError> {
-        let mut points = Points::of(&self.mesh.positions);
+        let mut points = Points::of(self.mesh);
         self.on_crease = vec![false; self.mesh.positions.len()];
         let mut unmeasured: Vec<usize> = (0..self.mesh.triangles.len()).collect();
         let mut largest = 0.0_f64;
@@ -83,14 +86,16 @@ impl Refinement<'_> {
             largest = largest.max(good);
             let crossing = self.crossing(&unmeasured)?;
             if findings.is_empty() && crossing.is_empty() {
+                self.split_normals()?;
                 return Ok(largest);
             }
             let bad = findings.iter().map(|f| f.1).fold(0.0, f64::max);
             if round + 1 == ROUNDS || self.mesh.triangles.len() >= self.most_triangles {
+                self.split_normals()?;
                 return Ok(largest.max(bad));
             }
             let mut cuts: HashMap<Edge, f64> = self.crease_points(&points, &crossing)?;
-            let crossed: std::collections::HashSet<usize> = crossing.iter().map(|c| c.0).collect();
+            let crossed: HashSet<usize> = crossing.iter().map(|c| c.0).collect();
             for (finding, _) in findings.iter().filter(|(f, _)| !crossed.contains(&f.triangle)) {
                 let corners = self.mesh.triangles[finding.triangle];
                 for k in (0..3).filter(|k| finding.divide[*k]) {
@@ -98,7 +103,7 @@ impl Refinement<'_> {
                     cuts.entry(edge).or_insert(0.5);
                 }
             }
-            unmeasured = self.divide(&mut points, &cuts, &unmeasured)?;
+            unmeasured = self.divide(&mut points, &cuts)?;
         }
         Ok(largest)
     }
@@ -258,12 +263,7 @@ impl Refinement<'_> {
     }
 
     /// Divides edges, and the triangles at them. Returns the triangles that are to be measured: new ones.
-    fn divide(
-        &mut self,
-        points: &mut Points,
-        cuts: &HashMap<Edge, f64>,
-        _unmeasured: &[usize],
-    ) -> Result<Vec<usize>, EvaluationError> {
+    fn divide(&mut self, points: &mut Points, cuts: &HashMap<Edge, f64>) -> Result<Vec<usize>, EvaluationError> {
         let mut new_vertices: HashMap<Edge, u32> = HashMap::new();
         let mut wanted: Vec<(Edge, Edge, f64)> = Vec::new();
         let mut touched = Vec::new();
@@ -276,7 +276,7 @@ impl Refinement<'_> {
                 touches = true;
                 let (raw, s) =
                     if (a < b) == swapped { ((a.min(b), a.max(b)), 1.0 - s) } else { ((a.min(b), a.max(b)), *s) };
-                if let std::collections::hash_map::Entry::Vacant(entry) = new_vertices.entry(raw) {
+                if let Entry::Vacant(entry) = new_vertices.entry(raw) {
                     entry.insert((self.mesh.positions.len() + wanted.len()) as u32);
                     wanted.push((raw, edge, s));
                 }
@@ -349,14 +349,53 @@ impl Refinement<'_> {
                 common.insert(*edge, (DVec3::from_array(partials.point), number));
                 number
             };
-            let normal =
-                super::unit_normals(self.instance, origin.patch as usize, &[origin.u], &[origin.v], &[partials])?;
+            let normal = unit_normals(self.instance, origin.patch as usize, &[origin.u], &[origin.v], &[partials])?;
             self.mesh.positions.push(partials.point);
             self.mesh.normals.push(normal[0].unwrap_or(DVec3::Z).to_array());
             self.origins.push(origin);
             let crease = cuts.get(edge).is_some_and(|s| *s != 0.5);
             self.on_crease.push(crease);
             points.of_vertex.push(number);
+        }
+        Ok(())
+    }
+
+    /// Gives vertices on creases a normal for each side: that of the surface a little inside of the triangle.
+    fn split_normals(&mut self) -> Result<(), EvaluationError> {
+        const INSIDE: f64 = 1e-6;
+        let mut copies: HashMap<u32, Vec<u32>> = HashMap::new();
+        for t in 0..self.mesh.triangles.len() {
+            let corners = self.mesh.triangles[t];
+            let on_crease = corners.map(|i| self.on_crease[i as usize]);
+            for k in (0..3).filter(|k| on_crease[*k]) {
+                let [at, b, c] = [0, 1, 2].map(|n| self.origins[corners[(k + n) % 3] as usize]);
+                let inside = |at: f64, b: f64, c: f64| at + INSIDE * ((b + c) / 2.0 - at);
+                let inside = SurfacePoint { u: inside(at.u, b.u, c.u), v: inside(at.v, b.v, c.v), ..at };
+                let partials = self.partials(inside)?;
+                let normals = unit_normals(self.instance, at.patch as usize, &[inside.u], &[inside.v], &[partials])?;
+                let Some(normal) = normals[0] else { continue };
+                let known = copies.entry(corners[k]).or_default();
+                let alike = |i: &u32| DVec3::from_array(self.mesh.normals[*i as usize]).dot(normal) > ALIKE;
+                let vertex = match known.iter().copied().find(alike) {
+                    Some(vertex) => vertex,
+                    None if known.is_empty() => {
+                        self.mesh.normals[corners[k] as usize] = normal.to_array();
+                        corners[k]
+                    }
+                    None => {
+                        self.mesh.positions.push(self.mesh.positions[corners[k] as usize]);
+                        self.mesh.normals.push(normal.to_array());
+                        self.origins.push(at);
+                        self.on_crease.push(true);
+                        self.origins.len() as u32 - 1
+                    }
+                };
+                let known = copies.entry(corners[k]).or_default();
+                if !known.contains(&vertex) {
+                    known.push(vertex);
+                }
+                self.mesh.triangles[t][k] = vertex;
+            }
         }
         Ok(())
     }
@@ -404,16 +443,10 @@ struct Points {
 }
 
 impl Points {
-    fn of(positions: &[[f64; 3]]) -> Self {
-        let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(positions.len());
-        let of_vertex: Vec<u32> = positions
-            .iter()
-            .map(|p| {
-                let next = known.len() as u32;
-                *known.entry(p.map(|c| (c + 0.0).to_bits())).or_insert(next)
-            })
-            .collect();
-        Self { of_vertex, count: known.len() as u32 }
+    fn of(mesh: &TriangleMesh) -> Self {
+        let of_vertex = mesh.position_numbers();
+        let count = of_vertex.iter().max().map_or(0, |last| last + 1);
+        Self { of_vertex, count }
     }
 
     fn add(&mut self) -> u32 {
