@@ -93,7 +93,8 @@ fn curved_sweeps_have_no_corners_at_their_stations() {
         ("|t| (10mm * cos(t * 180deg), 0mm, 10mm * sin(t * 180deg))", "(0, 1, 0)"),
         ("|t| (10mm * cos(t * 2turn), 10mm * sin(t * 2turn), 30mm * t)", "(0, 0, 1)"),
         (
-            "|t| ((20mm + 5mm * cos(3turn * t)) * cos(2turn * t), (20mm + 5mm * cos(3turn * t)) * sin(2turn * t), 8mm * sin(3turn * t))",
+            "|t| { let (a, b) = (2turn * t, 3turn * t)
+              (20mm + 5mm * cos(b)) * (cos(a), sin(a), 0) + (0mm, 0mm, 8mm * sin(b)) }",
             "(0, 0, 1)",
         ),
     ] {
@@ -190,7 +191,8 @@ fn operations_of_the_language() {
     let saw = breaks("|u, v| (u * 50mm, v * 9mm, (u % 0.3) * 2mm)");
     assert_breaks(&saw.u, &[0.3, 0.6, 0.9], Step);
     let counted = breaks(
-        "|u, v| { let n = floor(v * 4); let z = sum(for i in 0..6 { if i < n { v } else { 0.9 } }); (u * 9mm, v * 9mm, z * 1mm) }",
+        "|u, v| { let n = floor(v * 4)
+          (u * 9mm, v * 9mm, 1mm * sum(for i in 0..6 { if i < n { v } else { 0.9 } })) }",
     );
     assert_breaks(&counted.v, &[0.25, 0.5, 0.75], Step);
     let cut = breaks("|u, v| (u * 50mm, v * 9mm, atan2(sin(u * 1turn), cos(u * 1turn)) / 1rad * 1mm)");
