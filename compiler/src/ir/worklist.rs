@@ -4,8 +4,8 @@ use super::hash::HashMap;
 use super::{FunctionId, Module};
 use std::hash::Hash;
 
-/// The functions that a transformation needs, such as derivatives, by what they are: each is made once, after those that
-/// call it were begun.
+/// The functions that a transformation needs, such as derivatives, by what they are: each is made once, after those
+/// that call it were begun.
 #[derive(Debug)]
 pub(crate) struct Worklist<K> {
     ids: HashMap<K, FunctionId>,

@@ -94,8 +94,7 @@ impl Program {
         self.parameters.iter().map(|p| p.default).collect()
     }
 
-    /// Makes the derivatives that are otherwise made when they are first asked for: partials, second partials,
-    /// pullbacks.
+    /// Makes what is otherwise made when it is first asked for: partials, second partials, pullbacks, decisions.
     ///
     /// # Errors
     /// If one is too large.

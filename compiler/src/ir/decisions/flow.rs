@@ -231,15 +231,11 @@ fn coordinates(decision: Decision, axes: &[Axes]) -> Axes {
 fn decisions(function: &Function, index: Value, axes: &[Axes]) -> Vec<Decision> {
     let node = &function.nodes[index.0 as usize];
     match node.op {
-        Op::Unary(Unary::Abs, x) => factors(function, x, axes).into_iter().map(Decision::Negative).collect(),
-        Op::Unary(Unary::Sign, x) => {
-            let factors = factors(function, x, axes);
-            factors.into_iter().flat_map(|x| [Decision::Negative(x), Decision::Positive(x)]).collect()
-        }
+        Op::Unary(Unary::Abs | Unary::Sign, x) => signs(factors(function, x, axes)),
         Op::Unary(Unary::Floor | Unary::Ceil | Unary::Round, _) => vec![Decision::Whole(index)],
         Op::Unary(Unary::ToInt, x) => truncated(function, index, x),
         Op::Binary(Binary::Rem, x, divisor) if node.ty == Type::Real => vec![Decision::Quotient(x, divisor, index)],
-        Op::Binary(Binary::Min | Binary::Max, x, y) if node.ty == Type::Real => less(function, x, y, axes),
+        Op::Binary(Binary::Min | Binary::Max, x, y) if node.ty == Type::Real => order(function, x, y, axes),
         Op::Binary(Binary::Atan2, y, x) => vec![Decision::BehindCut(y, x)],
         Op::Select(condition, ..) | Op::If { condition, .. } => conditions(function, condition, axes),
         _ => Vec::new(),
@@ -264,7 +260,7 @@ fn conditions(function: &Function, condition: Value, axes: &[Axes]) -> Vec<Decis
             Op::Binary(_, x, y) | Op::Select(_, x, y) => open.extend([x, y]),
             Op::Compare(_, x, _) if function.ty(x) == Type::Int => {}
             Op::Compare(_, x, y) => match product(function, x, y, axes) {
-                Some(factors) => decisions.extend(factors.into_iter().map(Decision::Negative)),
+                Some(factors) => decisions.extend(signs(factors)),
                 None => decisions.push(Decision::Truth(c)),
             },
             _ => decisions.push(Decision::Truth(c)),
@@ -273,12 +269,17 @@ fn conditions(function: &Function, condition: Value, axes: &[Axes]) -> Vec<Decis
     decisions
 }
 
-/// The decision of an extreme.
-fn less(function: &Function, x: Value, y: Value, axes: &[Axes]) -> Vec<Decision> {
+/// The decisions of an extreme: also whether both are equal, as its derivative then is that of neither.
+fn order(function: &Function, x: Value, y: Value, axes: &[Axes]) -> Vec<Decision> {
     match product(function, x, y, axes) {
-        Some(factors) => factors.into_iter().map(Decision::Negative).collect(),
-        None => vec![Decision::Less(x, y)],
+        Some(factors) => signs(factors),
+        None => vec![Decision::Less(x, y), Decision::Less(y, x)],
     }
+}
+
+/// The signs of some numbers; 0 has its own, as the derivative of the absolute value there is that of neither side.
+fn signs(numbers: Vec<Value>) -> Vec<Decision> {
+    numbers.into_iter().flat_map(|x| [Decision::Negative(x), Decision::Positive(x)]).collect()
 }
 
 /// The factors of the one of two numbers, where the other is 0 and the factors depend on fewer coordinates.

@@ -16,10 +16,12 @@ use crate::ir;
 use flow::{Decision, Flow, Slots};
 
 mod flow;
+#[cfg(test)]
+mod tests;
 
 /// Factor of the signatures of a loop's earlier iterations. It is greater than 1, so that a difference does not fade,
 /// and not a power of 2, by which bits would be shifted out.
-const ITERATION: f64 = 3.7320508075688773;
+const ITERATION: f64 = 3.732_050_807_568_877;
 
 /// Whole numbers below this have signatures of their own. (Above, the fraction of a product has too few bits.)
 const MOST_WHOLE: f64 = 1e9;

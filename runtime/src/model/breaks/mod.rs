@@ -15,7 +15,7 @@ use super::surface::Instance;
 use gml_compiler::program::{EvaluationError, Order, Sites};
 
 /// A value of a surface parameter at which a patch is not smooth: the last value before it and the first one after it,
-/// adjacent doubles. (Several breaks within some units in the last place are one.)
+/// adjacent doubles. (Several breaks so close together that no surface is between them are one.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Break {
     /// The last value before it.
@@ -58,7 +58,6 @@ impl Breaks {
         let gaps = search::gaps(patch)?;
         let size = classify::size(patch)?;
         let [u, v] = [Axis::U, Axis::V].map(|axis| classify::breaks(patch, axis, &gaps, size));
-        let (u, v) = (u?, v?);
         let oblique = oblique::is_oblique(patch, &gaps, size)?;
         Ok(Breaks { u, v, oblique })
     }

@@ -7,6 +7,9 @@ use std::collections::HashSet;
 /// Samples of a parameter on each line. Two changes between neighbouring samples that undo each other are not seen.
 const SAMPLES: usize = 2048;
 
+/// The same on lines that are added: what they show is a surface within strips.
+const SAMPLES_ADDED: usize = 512;
+
 /// Values of the other parameter of the first lines. They are scattered, so that symmetric surfaces show all.
 const LINES: [f64; 5] = [0.0711, 0.2823, 0.4936, 0.7049, 0.9161];
 
@@ -19,20 +22,21 @@ const ROUNDS: usize = 3;
 /// Most intervals that are bisected at once. Beyond, not all changes within an interval are found.
 const MOST_OPEN: usize = 4096;
 
-/// Gaps that are closer than this are one: rounding errors of a parameter of 0..1 that was scaled and summed are a few
-/// times 1e-16, and no piece of a surface is so short. Nor is there a break so close to 0 or 1.
-pub(super) const CLOSE: f64 = 1e-12;
+/// Gaps that are closer than this are one: they are the ends of a piece without length, such as the arc of a corner
+/// that is rounded with a radius of 0. Nor is there a break so close to 0 or 1.
+const CLOSE: f64 = 1e-9;
 
 /// The places at which the decisions of u, and those of v, change.
 pub(super) fn gaps(patch: Patch<'_>) -> Result<Gaps, EvaluationError> {
     let mut gaps = Gaps::default();
     let mut lines: [Vec<f64>; 2] = [LINES.to_vec(), LINES.to_vec()];
     let mut new = lines.clone();
-    for _ in 0..ROUNDS {
+    for round in 0..ROUNDS {
+        let samples = if round == 0 { SAMPLES } else { SAMPLES_ADDED };
         for axis in [Axis::U, Axis::V] {
             let own = axis as usize;
             if !new[own].is_empty() {
-                gaps[own] = merged(std::mem::take(&mut gaps[own]), changes(patch, axis, &new[own])?);
+                gaps[own] = merged(std::mem::take(&mut gaps[own]), changes(patch, axis, &new[own], samples)?);
             }
         }
         for axis in [Axis::U, Axis::V] {
@@ -79,13 +83,13 @@ impl Open {
 }
 
 /// The changes of the decisions of one parameter alone on lines at values of the other.
-fn changes(patch: Patch<'_>, axis: Axis, lines: &[f64]) -> Result<Vec<Gap>, EvaluationError> {
+fn changes(patch: Patch<'_>, axis: Axis, lines: &[f64], samples: usize) -> Result<Vec<Gap>, EvaluationError> {
     let signatures = |along: &[f64], across: &[f64]| -> Result<Vec<f64>, EvaluationError> {
         let (u, v) = axis.uv(along, across);
         Ok(patch.decisions(u, v)?.into_iter().map(|all| all[axis as usize]).collect())
     };
-    let sample = |k: usize| CLOSE + (1.0 - 2.0 * CLOSE) * (k as f64 / SAMPLES as f64);
-    let samples: Vec<f64> = (0..=SAMPLES).map(sample).collect();
+    let sample = |k: usize| CLOSE + (1.0 - 2.0 * CLOSE) * (k as f64 / samples as f64);
+    let samples: Vec<f64> = (0..=samples).map(sample).collect();
     let mut open = Vec::new();
     for line in lines {
         let signatures = signatures(&samples, &vec![*line; samples.len()])?;
