@@ -73,6 +73,39 @@ model m {
   param k: real in -1..1 = 0.5
   part p = sphere(10mm + 1mm * soft(k))
 }
+// --- a parameter that only decides
+model m {
+  param k: length in 10mm..50mm = 20mm
+  param r: length in 10mm..50mm = 20mm
+  param h: length in 10mm..50mm = 20mm
+  part p = cylinder(if k > 30mm { r } else { r + 5mm }, h)
+}
+// --- a kink of an absolute value
+model m {
+  param k: length in 10mm..50mm = 20mm
+  param r: length in 10mm..50mm = 25mm
+  part p = sphere(10mm + abs(r - k))
+}
+// --- a kink of a maximum far from the default
+model m {
+  param k: length in -50mm..50mm = 20mm
+  part p = sphere(10mm + max(k, 0mm))
+}
+// --- a maximum that its bounds decide
+model m {
+  param k: length in 0mm..50mm = 20mm
+  part p = sphere(10mm + max(k, 0mm) + abs(k))
+}
+// --- a rounding that jumps
+model m {
+  param k: real in 0..0.9 = 0.2
+  part p = sphere(10mm + 1mm * k + 1mm * round(stop(k)))
+}
+// --- a smoothstep
+model m {
+  param k: real in -1..2 = 0.5
+  part p = sphere(10mm + 1mm * k + 1mm * smoothstep(0, 1, k))
+}
 // --- a smooth branch
 model m {
   param k: real in -1..1 = 0.5

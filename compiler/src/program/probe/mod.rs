@@ -56,9 +56,14 @@ impl Program {
     /// Parameters that no part depends on although something uses them.
     fn without_influence(&self) -> Vec<Diagnostic> {
         let idle = |i: &usize| self.parts.iter().all(|p| !p.active.contains(&(*i as u32)));
+        let decides = |i: usize| (0..self.parts.len()).any(|part| self.influences(part).any(|j| i == j));
         let warning = |i: usize| {
             let p = &self.parameters[i];
-            let message = format!("no part depends on the parameter '{}'", p.name);
+            let message = if decides(i) {
+                format!("the parameter '{}' only decides: every derivative with respect to it is zero", p.name)
+            } else {
+                format!("no part depends on the parameter '{}'", p.name)
+            };
             Diagnostic::new(Code::NoInfluence, p.span, message)
                 .hint("a fit cannot find its value; use it in a part, or make it an input")
         };
@@ -66,6 +71,13 @@ impl Program {
             return Vec::new();
         }
         (0..self.parameters.len()).filter(idle).map(warning).collect()
+    }
+
+    /// The parameters that a part's surface uses, also those that only decide.
+    fn influences(&self, part: usize) -> impl Iterator<Item = usize> {
+        let surface = &self.functions.parts[part].surface;
+        let used = self.functions.module.function(surface.function).used_params();
+        surface.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i as usize)
     }
 
     /// The range of every parameter that is looked at: its bounds at x, where there are none a range about its default.
