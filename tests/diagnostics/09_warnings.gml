@@ -125,6 +125,18 @@ model m {
   param k: real in 0..1 = 0
   part p = sphere(r / k)
 }
+// --- a border that is not finite
+model m {
+  param r: length in 1mm..50mm = 20mm
+  part p = |u, v| (r * u, r * sqrt(v) / v, 0mm)
+}
+// --- a pole
+model m {
+  param r: length in 1mm..50mm = 20mm
+  let profile = |t| (r * (1 - t), r * t ^ 2)
+  part p = offset(revolve(profile), 3mm)
+  part q = |u, v| (r * u, r * sqrt(v), 0mm)
+}
 // --- an index that is out of range
 model m {
   param r: length in 1mm..50mm = 20mm

@@ -38,10 +38,7 @@ impl Op {
         match self {
             Op::Compare(..) => true,
             Op::Unary(op, _) => {
-                matches!(
-                    op,
-                    Unary::Abs | Unary::Sign | Unary::Floor | Unary::Ceil | Unary::Round | Unary::ToInt
-                )
+                matches!(op, Unary::Abs | Unary::Sign | Unary::Floor | Unary::Ceil | Unary::Round | Unary::ToInt)
             }
             Op::Binary(op, ..) => matches!(op, Binary::Min | Binary::Max | Binary::Rem | Binary::Atan2),
             _ => false,

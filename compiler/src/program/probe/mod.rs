@@ -24,11 +24,14 @@ impl Program {
         found
     }
 
-    /// Points, partials and the Jacobian of every part on a coarse grid, inner points only: a pole is not a mistake.
+    /// Points, partials and the Jacobian of every part on a coarse grid; at the borders points only: a pole is not a
+    /// mistake.
     fn evaluate_at_defaults(&self) -> Result<(), EvaluationError> {
         let instance = self.instantiate(&self.defaults())?;
-        let steps = [0.02, 0.27, 0.5, 0.73, 0.98];
-        let (u, v): (Vec<f64>, Vec<f64>) = steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip();
+        let grid =
+            |steps: [f64; 5]| -> (Vec<f64>, Vec<f64>) { steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip() };
+        let (u, v) = grid([0.02, 0.27, 0.5, 0.73, 0.98]);
+        let with_borders = grid([0.0, 0.27, 0.5, 0.73, 1.0]);
         for (k, part) in self.parts.iter().enumerate() {
             let mut out = vec![0.0; u.len() * 9.max(3 * part.active.len())];
             instance.evaluate(k, Sites::Scattered(&u, &v), Order::Points, &mut out[..3 * u.len()])?;
@@ -39,6 +42,8 @@ impl Program {
                 Order::Jacobian,
                 &mut out[..3 * part.active.len() * u.len()],
             )?;
+            let sites = Sites::Scattered(&with_borders.0, &with_borders.1);
+            instance.evaluate(k, sites, Order::Points, &mut out[..3 * u.len()])?;
         }
         Ok(())
     }
