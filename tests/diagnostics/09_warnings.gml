@@ -29,6 +29,20 @@ fn f() = circle(3mm)
 fn mix(a: real, b: real) = (a + b) / 2
 // --- a function that hides one of the language
 fn max(a: real, b: real) = if a > b { a } else { b }
+// --- a part in the place of a parameter
+model m {
+  param rim: length = 20mm
+  input foot: length = 5mm
+  part rim = sphere(rim)
+  part foot = sphere(foot).translate((0mm, 0mm, 30mm))
+  part lid = rim.translate((0mm, 0mm, 30mm))
+}
+// --- a part in the place of a parameter that is meant afterwards
+model m {
+  param rim: length = 20mm
+  part rim = sphere(rim)
+  part lid = sphere(rim - 2mm)
+}
 // --- a parameter without influence
 model m {
   param r: length = 3mm

@@ -2,7 +2,7 @@
 
 use super::annotations::Expected;
 use super::bindings::wrap;
-use super::context::Checker;
+use super::context::{Binding, Checker};
 use super::typed::{Expr, LocalId, Model, Param, Statement, Type};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
@@ -32,6 +32,10 @@ pub(super) struct Body<'a> {
     /// For each parameter the number of statements before it, and its default.
     pub(super) defaults: Vec<(usize, Option<Expr>)>,
     pub(super) inputs: Vec<Input>,
+    /// The names of parameters and inputs.
+    declared: Vec<&'a ast::Ident>,
+    /// Parts that have the name of a parameter or an input: the part's local, and both names.
+    hiding: Vec<(LocalId, &'a ast::Ident, &'a ast::Ident)>,
     /// The number of loops and of conditions around the items at hand.
     loops: usize,
     conditions: usize,
@@ -90,6 +94,7 @@ impl<'a> Checker<'a> {
         let mut body = Body::default();
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
+        self.hidden_parameters(&body);
         let parts = self.parts(&body.entries);
         let failed = self.has_errors();
         if body.entries.is_empty() && !failed {
@@ -125,6 +130,7 @@ impl<'a> Checker<'a> {
         let mut body = Body::default();
         let mut locals = Vec::new();
         self.items_of_model(&decl.items, &mut body, Source::Call(args), &mut locals);
+        self.hidden_parameters(&body);
         let span = decl.name.span;
         let fields = groups(body.entries).into_iter();
         let fields = fields.map(|g| (g.name.text.as_str(), self.group_value(g.shapes, g.is_array, span))).collect();
@@ -166,6 +172,7 @@ impl<'a> Checker<'a> {
                         }
                     }
                     position += 1;
+                    body.declared.push(&decl.name);
                 }
                 ItemKind::Part(decl) => self.part(decl, item, body),
                 ItemKind::For(decl) => {
@@ -244,12 +251,33 @@ struct Group<'a> {
 }
 
 fn groups(entries: Vec<Entry<'_>>) -> Vec<Group<'_>> {
+        if let Some(parameter) = body.declared.iter().find(|p| p.text == decl.name.text)
+            && let Some((_, Binding::Local(part))) = self.env.names.last()
+        {
+            // So far the model itself has used it only.
+            self.used[part.0 as usize] = false;
+            body.hiding.push((*part, &decl.name, parameter));
+        }
     let mut groups: Vec<Group<'_>> = Vec::new();
     for entry in entries {
         let name = &entry.decl.name;
         match groups.iter_mut().find(|g| g.name.text == name.text) {
             Some(group) => group.shapes.push(entry.shape),
             None => groups.push(Group { name, shapes: vec![entry.shape], is_array: entry.grouped }),
+        }
+    }
+
+    /// Warns of parts in the place of parameters, where the name is used after them.
+    fn hidden_parameters(&mut self, body: &Body<'a>) {
+        for (part, name, parameter) in &body.hiding {
+            if self.used[part.0 as usize] {
+                let message = format!("from here on, '{}' is the part and not the parameter", name.text);
+                self.report(
+                    Diagnostic::new(Code::HiddenParameter, name.span, message)
+                        .related(parameter.span, "this is hidden")
+                        .hint("give the part another name"),
+                );
+            }
         }
     }
     groups
