@@ -3,7 +3,7 @@
 use super::annotations::Expected;
 use super::bindings::wrap;
 use super::context::{Binding, Checker};
-use super::typed::{Expr, LocalId, Model, Param, Statement, Type};
+use super::typed::{Expr, LocalId, Model, Param, Statement, Type, lets};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
 use crate::diagnostic::{Code, Diagnostic};
@@ -195,24 +195,43 @@ impl<'a> Checker<'a> {
 
     fn if_items(&mut self, decl: &'a ast::IfItems, body: &mut Body<'a>, source: Source<'_>, locals: &mut Vec<LocalId>) {
         let condition = self.expr(&decl.condition);
-        let items = match condition.ty {
-            Type::Bool(Some(true)) => &decl.then,
-            Type::Bool(Some(false)) => &decl.otherwise,
-            Type::Bool(None) => {
-                let message = "the condition of an 'if' around parts must be known at compile time";
-                self.report(
-                    Diagnostic::new(Code::UnknownCondition, condition.span, message)
-                        .hint("let the condition depend on inputs only"),
-                );
-                return;
-            }
+        let known = match condition.ty {
+            Type::Bool(Some(holds)) => Ok(holds),
+            Type::Bool(None) => self.evaluate_condition(&condition, body, source),
             _ => return self.condition_error(&condition),
+        };
+        let items = match known {
+            Ok(true) => &decl.then,
+            Ok(false) => &decl.otherwise,
+            Err(error) => return self.report(error),
         };
         let mark = self.env.names.len();
         body.conditions += 1;
         self.items_of_model(items, body, source, locals);
         body.conditions -= 1;
         self.env.names.truncate(mark);
+    }
+
+    /// A condition on lengths, angles or real numbers, if it uses no parameter.
+    fn evaluate_condition(
+        &mut self,
+        condition: &Expr,
+        body: &Body<'a>,
+        source: Source<'_>,
+    ) -> Result<bool, Diagnostic> {
+        let message = "the condition of an 'if' around parts must be known at compile time";
+        let error = Diagnostic::new(Code::UnknownCondition, condition.span, message);
+        if let Source::Call(_) = source {
+            let hint = "in a model that is part of another, let it depend on inputs of the types int and bool only";
+            return Err(error.hint(hint));
+        }
+        let params: Vec<&Param> = body.params.iter().collect();
+        let values = self.evaluate(lets(&body.statements).collect(), &params, &[condition]);
+        match values.into_iter().next() {
+            Some(Ok(value)) => Ok(value != 0.0),
+            Some(Err(reason)) => Err(error.label(reason).hint("let the condition depend on inputs only")),
+            None => Err(error),
+        }
     }
 
     fn part(&mut self, decl: &'a ast::PartDecl, item: &'a Item, body: &mut Body<'a>) {
@@ -232,25 +251,6 @@ impl<'a> Checker<'a> {
         // Later statements may use the part by its name.
         self.bind_name(&decl.name, shape, &mut body.statements);
         let shape = self.name(&decl.name.text, decl.name.span);
-        body.entries.push(Entry {
-            decl,
-            span: item.span,
-            grouped: body.loops > 0,
-            shape: Expr { span: decl.shape.span, ..shape },
-            tolerance,
-        });
-    }
-}
-
-/// The parts of one name.
-struct Group<'a> {
-    name: &'a ast::Ident,
-    shapes: Vec<Expr>,
-    /// Whether its value is the array of them: they stand in a loop.
-    is_array: bool,
-}
-
-fn groups(entries: Vec<Entry<'_>>) -> Vec<Group<'_>> {
         if let Some(parameter) = body.declared.iter().find(|p| p.text == decl.name.text)
             && let Some((_, Binding::Local(part))) = self.env.names.last()
         {
@@ -258,13 +258,13 @@ fn groups(entries: Vec<Entry<'_>>) -> Vec<Group<'_>> {
             self.used[part.0 as usize] = false;
             body.hiding.push((*part, &decl.name, parameter));
         }
-    let mut groups: Vec<Group<'_>> = Vec::new();
-    for entry in entries {
-        let name = &entry.decl.name;
-        match groups.iter_mut().find(|g| g.name.text == name.text) {
-            Some(group) => group.shapes.push(entry.shape),
-            None => groups.push(Group { name, shapes: vec![entry.shape], is_array: entry.grouped }),
-        }
+        body.entries.push(Entry {
+            decl,
+            span: item.span,
+            grouped: body.loops > 0,
+            shape: Expr { span: decl.shape.span, ..shape },
+            tolerance,
+        });
     }
 
     /// Warns of parts in the place of parameters, where the name is used after them.
@@ -278,6 +278,25 @@ fn groups(entries: Vec<Entry<'_>>) -> Vec<Group<'_>> {
                         .hint("give the part another name"),
                 );
             }
+        }
+    }
+}
+
+/// The parts of one name.
+struct Group<'a> {
+    name: &'a ast::Ident,
+    shapes: Vec<Expr>,
+    /// Whether its value is the array of them: they stand in a loop.
+    is_array: bool,
+}
+
+fn groups(entries: Vec<Entry<'_>>) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group<'_>> = Vec::new();
+    for entry in entries {
+        let name = &entry.decl.name;
+        match groups.iter_mut().find(|g| g.name.text == name.text) {
+            Some(group) => group.shapes.push(entry.shape),
+            None => groups.push(Group { name, shapes: vec![entry.shape], is_array: entry.grouped }),
         }
     }
     groups
