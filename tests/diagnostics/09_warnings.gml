@@ -139,6 +139,24 @@ model m {
   param k: real in 0..1 = 0
   part p = sphere(r / k)
 }
+// --- a division by zero whose result the library multiplies
+model m {
+  param k: real in 0..2 = 0
+  param r: length in 1mm..50mm = 20mm
+  part p = sphere(1mm * (1 / k)).translate((r, 0mm, 0mm))
+}
+// --- a division by an input that is zero
+model m {
+  input n: real = 0
+  param r: length in 1mm..50mm = 20mm
+  part p = sphere(1mm * (1 / n)).translate((r, 0mm, 0mm))
+}
+// --- a value that the library makes of finite ones
+model m {
+  param k: real in 0..2 = 1
+  param r: length in 1mm..50mm = 20mm
+  part p = |u, v| normalize((k - 1, 0, 0)) * r
+}
 // --- a border that is not finite
 model m {
   param r: length in 1mm..50mm = 20mm

@@ -217,8 +217,7 @@ impl Probe<'_> {
     /// In the user's own text: an operation of the library is shown at the part.
     fn warning(&self, code: Code, span: Span, part: usize, message: String) -> Diagnostic {
         let label = "this takes another side there";
-        let library = self.program.sources.get(span.file).is_none_or(|f| f.name.starts_with("std."));
-        if library {
+        if span.file.is_library() {
             return Diagnostic::new(code, self.program.typed.parts[part].span, message).related(span, label);
         }
         Diagnostic::new(code, span, message).label(label)

@@ -52,8 +52,8 @@ impl Program {
         let span = error.span.or_else(|| self.typed.parts.first().map(|p| p.span)).unwrap_or_default();
         let message = format!("the model cannot be evaluated at its defaults: {}", error.sentence);
         let diagnostic = Diagnostic::new(Code::Evaluation, span, message).label(error.circumstances.clone());
-        match error.part {
-            Some(part) => diagnostic.related(part, "the part that it is evaluated for"),
+        match error.related {
+            Some((place, what)) => diagnostic.related(place, what),
             None => diagnostic,
         }
     }
