@@ -64,8 +64,13 @@ pub(super) struct Frame<'m> {
 
 impl<'m> Frame<'m> {
     pub(super) fn new(function: &'m Function) -> Frame<'m> {
+        Frame::of_range(function, 0..function.nodes.len())
+    }
+
+    /// A frame in which some of the nodes are lowered.
+    pub(super) fn of_range(function: &'m Function, range: Range<usize>) -> Frame<'m> {
         let values = vec![Lowered::Nothing; function.nodes.len()];
-        Frame { function, values, sincos: sincos_pairs(function), powers: powers(function) }
+        Frame { function, values, sincos: sincos_pairs(function, range.clone()), powers: powers(function, range) }
     }
 
     pub(super) fn is_missing(&self, v: ir::Value) -> bool {

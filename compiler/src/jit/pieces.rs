@@ -83,7 +83,7 @@ pub(super) fn build_piece(
     let (mut lowering, [arguments, results]) = Lowering::plain(compiler, context, frontend);
     let (module, function) = (lowering.compiler.module, lowering.compiler.module.function(id));
     let arguments = lowering.words(arguments, function.params.iter().map(|p| p.ty));
-    let mut frame = Frame::new(function);
+    let mut frame = Frame::of_range(function, range.clone());
     frame.values[..arguments.len()].clone_from_slice(&arguments);
     for node in &function.nodes[range.clone()] {
         node.op.visit_operands(|v| {
