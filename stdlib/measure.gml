@@ -19,11 +19,30 @@ fn curvature(curve, t) {
 }
 
 /// A surface's outward normal of length 1 at (u, v): along the cross product of its partial derivatives by u and v.
-/// There is none at a pole, where a derivative vanishes.
+/// At a pole, a border that is one point, it is the limit from within.
 /// ```gml
-/// normal(cylinder(2mm, 5mm), 0, 0.5)   // = (1, 0, 0)
+/// normal(cylinder(2mm, 5mm), 0, 0.5)                          // = (1, 0, 0)
+/// norm(normal(sphere(2mm), 0.3, 0) - (0, 0, -1)) < 1e-12      // = true
+/// normal(|u, v| (v * 2mm, u * v * 3mm, 0mm), 0.3, 0)          // = (0, 0, -1)
+/// normal(|u, v| (u * 2mm, (1 - u) * v * 3mm, 0mm), 1, 0.3)    // = (0, 0, 1)
 /// ```
-fn normal(surface, u, v) = normalize(cross(surface'u(u, v), surface'v(u, v)))
+fn normal(surface, u, v) {
+  // At a pole one derivative vanishes. Its direction a little inside is the limit, but for some 1e-7; the derivative of
+  // the normal is that of the limit, too, as the distance is constant.
+  let (su, sv) = (surface'u(_pole_probe, v), surface'v(_pole_probe, v))
+  let (tu, tv) = (surface'u(u, _pole_probe), surface'v(u, _pole_probe))
+  let pole_v = dot(su, su) <= _pole * dot(sv, sv)
+  let pole_u = dot(tv, tv) <= _pole * dot(tu, tu)
+  let (inside_u, inside_v) = (u + stop(1 - 2 * u) * 1e-7, v + stop(1 - 2 * v) * 1e-7)
+  let du = surface'u(u, if pole_v { inside_v } else { v })
+  let dv = surface'v(if pole_u { inside_u } else { u }, v)
+  normalize(cross(du, dv))
+}
+
+/// Where on a border it is tried whether that is a pole: no round number, where surfaces have seams and corners.
+let _pole_probe = 0.382
+/// The square of the ratio of the derivatives along a border and across it that makes it a pole.
+let _pole = 1e-24
 
 /// The length of a curve between two values of its parameter, by Gauss and Legendre's rule of five nodes in each of 16
 /// equal parts: for a smooth curve to some 12 digits. A kink between parts costs digits.

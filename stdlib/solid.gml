@@ -152,6 +152,9 @@ model pipe {
 /// let e = elbow(bend: 60mm, angle: 90deg, outer: 10mm, inner: 8mm)
 /// e.outside(0, 0)           // = (70, 0, 0) mm
 /// normal(e.start, 0, 0.5)   // = (0, -1, 0)
+/// normal(e.end, 0, 0.5)     // = (-1, 0, 0)
+/// normal(e.outside, 0, 0)   // = (1, 0, 0)
+/// normal(e.inside, 0, 0)    // = (-1, 0, 0)
 /// ```
 model elbow {
   /// Radius of the bend, to the middle of the pipe.

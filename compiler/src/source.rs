@@ -55,6 +55,11 @@ impl FileId {
     pub(crate) fn of_library(index: usize) -> FileId {
         FileId(LIBRARY + index as u32)
     }
+
+    /// Whether it is a file of the library.
+    pub(crate) fn is_library(self) -> bool {
+        self.0 >= LIBRARY
+    }
 }
 
 impl Sources {

@@ -67,6 +67,15 @@ model m {
   param r: length = 10mm
   if r > 5mm { part p = sphere(r) }
 }
+// --- parts that depend on a length of a model within another
+model inner {
+  input size: length = 10mm
+  if size > 5mm { part p = sphere(size) }
+}
+model m {
+  param r: length = 10mm
+  part a = inner(size: r)
+}
 // --- a number of parts that depends on a parameter
 model m {
   param n: real = 3

@@ -29,6 +29,20 @@ fn f() = circle(3mm)
 fn mix(a: real, b: real) = (a + b) / 2
 // --- a function that hides one of the language
 fn max(a: real, b: real) = if a > b { a } else { b }
+// --- a part in the place of a parameter
+model m {
+  param rim: length = 20mm
+  input foot: length = 5mm
+  part rim = sphere(rim)
+  part foot = sphere(foot).translate((0mm, 0mm, 30mm))
+  part lid = rim.translate((0mm, 0mm, 30mm))
+}
+// --- a part in the place of a parameter that is meant afterwards
+model m {
+  param rim: length = 20mm
+  part rim = sphere(rim)
+  part lid = sphere(rim - 2mm)
+}
 // --- a parameter without influence
 model m {
   param r: length = 3mm
@@ -73,6 +87,39 @@ model m {
   param k: real in -1..1 = 0.5
   part p = sphere(10mm + 1mm * soft(k))
 }
+// --- a parameter that only decides
+model m {
+  param k: length in 10mm..50mm = 20mm
+  param r: length in 10mm..50mm = 20mm
+  param h: length in 10mm..50mm = 20mm
+  part p = cylinder(if k > 30mm { r } else { r + 5mm }, h)
+}
+// --- a kink of an absolute value
+model m {
+  param k: length in 10mm..50mm = 20mm
+  param r: length in 10mm..50mm = 25mm
+  part p = sphere(10mm + abs(r - k))
+}
+// --- a kink of a maximum far from the default
+model m {
+  param k: length in -50mm..50mm = 20mm
+  part p = sphere(10mm + max(k, 0mm))
+}
+// --- a maximum that its bounds decide
+model m {
+  param k: length in 0mm..50mm = 20mm
+  part p = sphere(10mm + max(k, 0mm) + abs(k))
+}
+// --- a rounding that jumps
+model m {
+  param k: real in 0..0.9 = 0.2
+  part p = sphere(10mm + 1mm * k + 1mm * round(stop(k)))
+}
+// --- a smoothstep
+model m {
+  param k: real in -1..2 = 0.5
+  part p = sphere(10mm + 1mm * k + 1mm * smoothstep(0, 1, k))
+}
 // --- a smooth branch
 model m {
   param k: real in -1..1 = 0.5
@@ -91,6 +138,36 @@ model m {
   param r: length in 0mm..50mm = 20mm
   param k: real in 0..1 = 0
   part p = sphere(r / k)
+}
+// --- a division by zero whose result the library multiplies
+model m {
+  param k: real in 0..2 = 0
+  param r: length in 1mm..50mm = 20mm
+  part p = sphere(1mm * (1 / k)).translate((r, 0mm, 0mm))
+}
+// --- a division by an input that is zero
+model m {
+  input n: real = 0
+  param r: length in 1mm..50mm = 20mm
+  part p = sphere(1mm * (1 / n)).translate((r, 0mm, 0mm))
+}
+// --- a value that the library makes of finite ones
+model m {
+  param k: real in 0..2 = 1
+  param r: length in 1mm..50mm = 20mm
+  part p = |u, v| normalize((k - 1, 0, 0)) * r
+}
+// --- a border that is not finite
+model m {
+  param r: length in 1mm..50mm = 20mm
+  part p = |u, v| (r * u, r * sqrt(v) / v, 0mm)
+}
+// --- a pole
+model m {
+  param r: length in 1mm..50mm = 20mm
+  let profile = |t| (r * (1 - t), r * t ^ 2)
+  part p = offset(revolve(profile), 3mm)
+  part q = |u, v| (r * u, r * sqrt(v), 0mm)
 }
 // --- an index that is out of range
 model m {

@@ -32,6 +32,37 @@ fn h(x: real) -> real = if x > 0 { 1 }
 // Hint: write a comparison, such as x > 0
 fn k(x: real) -> bool = x and true
 
+// --- sides of an `if` on literals must be of one type
+// Error: 37-40 the branches of this 'if' differ: a whole number and a length
+// Hint: did you mean 1mm?
+fn literal() = if true { 1 } else { 2mm }
+// Error: 43-47 the branches of this 'if' differ: a length and a truth value
+fn of_numbers() = if 2 < 1 { 1mm } else { true }
+
+// --- sides of an `if` on literals may be functions, and on what a call or an input gives, anything
+fn of_functions() = if true { |x| x } else { |x| 2 * x }
+fn of_a_call(x) = if arity(x) == 1 { x(1) } else { x }
+model m {
+  input thick: bool = true
+  let a = if thick { 2 } else { (1mm, 2mm) }
+  require a == 2 and of_functions()(3) == 3 and of_a_call(|x| 2 * x) == 2 and of_a_call(5mm) == 5mm, "one side only"
+  for i in 0..(if true { 2 } else { 3 }) {
+    part p = cylinder(1mm, 1mm)
+  }
+}
+
+// --- parts on conditions of lengths and angles
+// Parts: p, large, wide
+model m {
+  input size: length = 10mm
+  input angle: angle = 30deg
+  param r: length = 10mm
+  let double = 2 * size
+  part p = sphere(r)
+  if double > 15mm { part large = sphere(r) } else { part small = sphere(r) }
+  if sin(angle) < 0.4 { part narrow = sphere(r) } else { part wide = sphere(r) }
+}
+
 // --- blocks
 model m {
   let a = { let b = 2; fn f(x) = x * b; f(3) }

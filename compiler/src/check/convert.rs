@@ -124,6 +124,9 @@ impl<'a> Checker<'a> {
 
     /// `did you mean 3mm?`, or how to give a number the dimension.
     pub(super) fn unit_advice(&self, expr: &Expr, want: Dimension) -> Option<Suggestion> {
+        if matches!(expr.ty, Type::Bool(_)) {
+            return None;
+        }
         let (unit, one, factor) = match want {
             Dimension::LENGTH => ("mm", "by 1mm to give it a unit", " * 1mm"),
             Dimension::ANGLE => ("deg", "by 1deg or 1rad to give it a unit", " * 1deg"),

@@ -7,8 +7,8 @@ use super::files::Loaded;
 use super::modules::{self, Module};
 use super::typed::{self, Expr, ExprKind, LocalId, Statement, Type};
 use super::types::ClosureId;
-use super::{CheckOptions, InputValue, activity, finish};
-use crate::diagnostic::{Diagnostic, Severity};
+use super::{CheckOptions, InputValue, activity, finish, tells_of_errors};
+use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Pattern};
 use std::collections::{BTreeMap, HashMap, HashSet};
@@ -128,7 +128,7 @@ impl Request<'_> {
         let failed = checker.has_errors();
         let mut diagnostics = sorted(checker.into_diagnostics());
         if failed {
-            diagnostics.retain(|d| d.severity == Severity::Error);
+            diagnostics.retain(tells_of_errors);
             return Err(diagnostics);
         }
         Ok(Some((model, diagnostics)))

@@ -186,6 +186,7 @@ impl<'a> Checker<'a> {
         otherwise: Option<&'a ast::Expr>,
         span: Span,
     ) -> Expr {
+        let literal = is_literal(condition);
         let condition = self.expr(condition);
         let Some(otherwise) = otherwise else {
             let error = Diagnostic::new(
@@ -197,6 +198,15 @@ impl<'a> Checker<'a> {
             return self.fail(error);
         };
         match condition.ty {
+            // What is the same in every call needs no side that is left out for its types.
+            Type::Bool(Some(holds)) if literal => {
+                let (a, b) = (self.expr(then), self.expr(otherwise));
+                let functions = a.ty.has_function() && b.ty.has_function();
+                if self.join(&a.ty, &b.ty).is_none() && !functions {
+                    return self.choose(condition, a, b, span);
+                }
+                if holds { a } else { b }
+            }
             Type::Bool(Some(true)) => self.expr(then),
             Type::Bool(Some(false)) => self.expr(otherwise),
             Type::Bool(None) => {
@@ -288,6 +298,17 @@ impl<'a> Checker<'a> {
         }
         let id = self.intern(name, callee, captures);
         Expr { kind: ExprKind::Aggregate(values), ty: Type::Closure(id), span }
+    }
+}
+
+/// Whether an expression consists of literals and operators only.
+fn is_literal(e: &ast::Expr) -> bool {
+    use ast::ExprKind as K;
+    match &e.kind {
+        K::Int(_) | K::Real(..) | K::Bool(_) => true,
+        K::Unary(_, a) => is_literal(a),
+        K::Binary(_, a, b) => is_literal(a) && is_literal(b),
+        _ => false,
     }
 }
 

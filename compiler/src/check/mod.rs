@@ -54,7 +54,7 @@ pub use stdlib::MODULES as STANDARD_LIBRARY;
 
 pub(crate) use params::dimension;
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Code, Diagnostic, Severity};
 use crate::source::{FileId, Loader, Sources};
 use crate::syntax::ast::File;
 use std::collections::BTreeMap;
@@ -127,10 +127,15 @@ pub fn check(
     diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
     let failed = diagnostics.iter().any(|d| d.severity == Severity::Error);
     if failed {
-        // Names that seem to be unused or missing may stand in text that could not be parsed.
-        diagnostics.retain(|d| d.severity == Severity::Error);
+        diagnostics.retain(tells_of_errors);
     }
     (model.filter(|_| !failed), diagnostics)
+}
+
+/// Errors, and warnings that explain errors. Names that seem to be unused or missing may stand in text that could not
+/// be parsed.
+fn tells_of_errors(diagnostic: &Diagnostic) -> bool {
+    diagnostic.severity == Severity::Error || diagnostic.code == Code::HiddenParameter
 }
 
 /// The lints of a file without errors: definitions that are never used, and functions that hide those of the library.

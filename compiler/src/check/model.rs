@@ -2,8 +2,8 @@
 
 use super::annotations::Expected;
 use super::bindings::wrap;
-use super::context::Checker;
-use super::typed::{Expr, LocalId, Model, Param, Statement, Type};
+use super::context::{Binding, Checker};
+use super::typed::{Expr, LocalId, Model, Param, Statement, Type, lets};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
 use crate::diagnostic::{Code, Diagnostic};
@@ -32,6 +32,10 @@ pub(super) struct Body<'a> {
     /// For each parameter the number of statements before it, and its default.
     pub(super) defaults: Vec<(usize, Option<Expr>)>,
     pub(super) inputs: Vec<Input>,
+    /// The names of parameters and inputs.
+    declared: Vec<&'a ast::Ident>,
+    /// Parts that have the name of a parameter or an input: the part's local, and both names.
+    hiding: Vec<(LocalId, &'a ast::Ident, &'a ast::Ident)>,
     /// The number of loops and of conditions around the items at hand.
     loops: usize,
     conditions: usize,
@@ -90,6 +94,7 @@ impl<'a> Checker<'a> {
         let mut body = Body::default();
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
+        self.hidden_parameters(&body);
         let parts = self.parts(&body.entries);
         let failed = self.has_errors();
         if body.entries.is_empty() && !failed {
@@ -125,6 +130,7 @@ impl<'a> Checker<'a> {
         let mut body = Body::default();
         let mut locals = Vec::new();
         self.items_of_model(&decl.items, &mut body, Source::Call(args), &mut locals);
+        self.hidden_parameters(&body);
         let span = decl.name.span;
         let fields = groups(body.entries).into_iter();
         let fields = fields.map(|g| (g.name.text.as_str(), self.group_value(g.shapes, g.is_array, span))).collect();
@@ -166,6 +172,7 @@ impl<'a> Checker<'a> {
                         }
                     }
                     position += 1;
+                    body.declared.push(&decl.name);
                 }
                 ItemKind::Part(decl) => self.part(decl, item, body),
                 ItemKind::For(decl) => {
@@ -188,24 +195,43 @@ impl<'a> Checker<'a> {
 
     fn if_items(&mut self, decl: &'a ast::IfItems, body: &mut Body<'a>, source: Source<'_>, locals: &mut Vec<LocalId>) {
         let condition = self.expr(&decl.condition);
-        let items = match condition.ty {
-            Type::Bool(Some(true)) => &decl.then,
-            Type::Bool(Some(false)) => &decl.otherwise,
-            Type::Bool(None) => {
-                let message = "the condition of an 'if' around parts must be known at compile time";
-                self.report(
-                    Diagnostic::new(Code::UnknownCondition, condition.span, message)
-                        .hint("let the condition depend on inputs only"),
-                );
-                return;
-            }
+        let known = match condition.ty {
+            Type::Bool(Some(holds)) => Ok(holds),
+            Type::Bool(None) => self.evaluate_condition(&condition, body, source),
             _ => return self.condition_error(&condition),
+        };
+        let items = match known {
+            Ok(true) => &decl.then,
+            Ok(false) => &decl.otherwise,
+            Err(error) => return self.report(error),
         };
         let mark = self.env.names.len();
         body.conditions += 1;
         self.items_of_model(items, body, source, locals);
         body.conditions -= 1;
         self.env.names.truncate(mark);
+    }
+
+    /// A condition on lengths, angles or real numbers, if it uses no parameter.
+    fn evaluate_condition(
+        &mut self,
+        condition: &Expr,
+        body: &Body<'a>,
+        source: Source<'_>,
+    ) -> Result<bool, Diagnostic> {
+        let message = "the condition of an 'if' around parts must be known at compile time";
+        let error = Diagnostic::new(Code::UnknownCondition, condition.span, message);
+        if let Source::Call(_) = source {
+            let hint = "in a model that is part of another, let it depend on inputs of the types int and bool only";
+            return Err(error.hint(hint));
+        }
+        let params: Vec<&Param> = body.params.iter().collect();
+        let values = self.evaluate(lets(&body.statements).collect(), &params, &[condition]);
+        match values.into_iter().next() {
+            Some(Ok(value)) => Ok(value != 0.0),
+            Some(Err(reason)) => Err(error.label(reason).hint("let the condition depend on inputs only")),
+            None => Err(error),
+        }
     }
 
     fn part(&mut self, decl: &'a ast::PartDecl, item: &'a Item, body: &mut Body<'a>) {
@@ -225,6 +251,13 @@ impl<'a> Checker<'a> {
         // Later statements may use the part by its name.
         self.bind_name(&decl.name, shape, &mut body.statements);
         let shape = self.name(&decl.name.text, decl.name.span);
+        if let Some(parameter) = body.declared.iter().find(|p| p.text == decl.name.text)
+            && let Some((_, Binding::Local(part))) = self.env.names.last()
+        {
+            // So far the model itself has used it only.
+            self.used[part.0 as usize] = false;
+            body.hiding.push((*part, &decl.name, parameter));
+        }
         body.entries.push(Entry {
             decl,
             span: item.span,
@@ -232,6 +265,20 @@ impl<'a> Checker<'a> {
             shape: Expr { span: decl.shape.span, ..shape },
             tolerance,
         });
+    }
+
+    /// Warns of parts in the place of parameters, where the name is used after them.
+    fn hidden_parameters(&mut self, body: &Body<'a>) {
+        for (part, name, parameter) in &body.hiding {
+            if self.used[part.0 as usize] {
+                let message = format!("from here on, '{}' is the part and not the parameter", name.text);
+                self.report(
+                    Diagnostic::new(Code::HiddenParameter, name.span, message)
+                        .related(parameter.span, "this is hidden")
+                        .hint("give the part another name"),
+                );
+            }
+        }
     }
 }
 

@@ -121,6 +121,7 @@ codes! {
         DerivativeJump "derivative-jump",
         EmptyRange "empty-range",
         HiddenFunction "hidden-function",
+        HiddenParameter "hidden-parameter",
         InsideOut "inside-out",
         NoInfluence "no-influence",
         NoParts "no-parts",

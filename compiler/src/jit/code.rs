@@ -30,6 +30,8 @@ pub(super) struct Routine {
     pub(super) address: Address,
     pub(super) arguments: usize,
     pub(super) results: usize,
+    /// Words that it writes: the results, and behind them what lies between its pieces.
+    pub(super) words: usize,
 }
 
 /// A compiled loop over points.
@@ -117,14 +119,17 @@ impl Code {
         assert_eq!(arguments.len(), routine.arguments, "length of a routine's arguments");
         assert_eq!(results.len(), routine.results, "length of a routine's results");
         let mut context = Context::new(limits);
+        let mut words = vec![0; routine.words];
         // SAFETY: a routine was compiled with this signature (`Compiler::routine`), and its code lives as long as
-        // `self`. It reads the arguments and writes the results, whose lengths are asserted, and reads and writes the
-        // context, which is alive and not shared.
+        // `self`. It reads the arguments, whose length is asserted, and writes its words, which are as many as it was
+        // compiled for, and reads and writes the context, which is alive and not shared.
         let status = unsafe {
             let function = std::mem::transmute::<*const u8, RoutineFunction>(routine.address.0);
-            function(&raw mut context, arguments.as_ptr(), results.as_mut_ptr())
+            function(&raw mut context, arguments.as_ptr(), words.as_mut_ptr())
         };
-        Trap::check(status)
+        Trap::check(status)?;
+        results.copy_from_slice(&words[..routine.results]);
+        Ok(())
     }
 
     /// Runs a routine of reals.

@@ -3,6 +3,7 @@
 use super::code::{Address, Kernel, Routine};
 use super::context::MAX_FRAME;
 use super::memory::{CodeMemory, OptLevel};
+use super::pieces::{self, Pieces};
 use super::plan::Plan;
 use super::vector::has_vector_form;
 use super::{kernel, lower};
@@ -35,7 +36,7 @@ pub enum JitError {
 }
 
 /// Options of a compilation.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
     /// Let Cranelift verify its input. Tests do.
     pub verify: bool,
@@ -43,6 +44,20 @@ pub struct Options {
     pub listings: bool,
     /// Compute one point at a time. Results are the same; tests compare.
     pub one_lane: bool,
+    /// Nodes of a routine, with those of bodies that are lowered in place, above which it is compiled in pieces of this
+    /// size.
+    pub piece: usize,
+}
+
+impl Options {
+    /// Small enough that some fifteen values of every node fit into a frame.
+    pub const PIECE: usize = 2048;
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options { verify: false, listings: false, one_lane: false, piece: Options::PIECE }
+    }
 }
 
 /// The text of a compiled function.
@@ -99,6 +114,7 @@ pub(super) struct Compiler<'m> {
     nodes: usize,
     listings: Option<Vec<Listing>>,
     one_lane: bool,
+    piece: usize,
     /// Reused from function to function.
     context: Option<(Context, FunctionBuilderContext)>,
 }
@@ -129,6 +145,7 @@ impl<'m> Compiler<'m> {
             nodes: 0,
             listings: options.listings.then(Vec::new),
             one_lane: options.one_lane,
+            piece: options.piece,
             context: None,
         })
     }
@@ -138,19 +155,24 @@ impl<'m> Compiler<'m> {
     /// # Errors
     /// [`JitError`].
     pub(super) fn routine(&mut self, id: FunctionId) -> Result<(), JitError> {
-        let function = match self.natives.get(&id) {
-            Some(known) => *known,
-            None => {
-                let function = self.declare(&self.signature(3), &self.module.function(id).name)?;
+        let f = self.module.function(id);
+        let mut words = f.results.len();
+        let function = match (self.natives.get(&id), Pieces::new(self.module, &self.plan, f, self.piece)) {
+            (Some(known), _) => *known,
+            (None, Some(pieces)) => {
+                words = pieces.words;
+                self.sequence(id, &pieces)?
+            }
+            (None, None) => {
+                let function = self.declare(&self.signature(3), &f.name)?;
                 self.natives.insert(id, function);
                 self.compile_plain(id, OptLevel::None)?;
                 function
             }
         };
         self.compile_pending()?;
-        let f = self.module.function(id);
-        let routine =
-            Routine { address: Address(std::ptr::null()), arguments: f.params.len(), results: f.results.len() };
+        let address = Address(std::ptr::null());
+        let routine = Routine { address, arguments: f.params.len(), results: f.results.len(), words };
         self.routines.push((function, routine));
         Ok(())
     }
@@ -234,6 +256,25 @@ impl<'m> Compiler<'m> {
         self.define(self.natives[&id], name, signature, level, |compiler, context, frontend| {
             lower::build_plain(compiler, id, context, frontend)
         })
+    }
+
+    /// A large routine in pieces. It is not a native that others could call: they have no memory for what lies between.
+    fn sequence(&mut self, id: FunctionId, pieces: &Pieces) -> Result<FuncId, JitError> {
+        let name = &self.module.function(id).name;
+        let mut functions = Vec::new();
+        for range in &pieces.ranges {
+            let function = self.declare(&self.signature(3), name)?;
+            self.define(function, name, self.signature(3), OptLevel::None, |compiler, context, frontend| {
+                pieces::build_piece(compiler, id, pieces, range.clone(), context, frontend)
+            })?;
+            functions.push(function);
+        }
+        let all = self.declare(&self.signature(3), name)?;
+        self.define(all, name, self.signature(3), OptLevel::None, |compiler, context, frontend| {
+            pieces::build_sequence(compiler, &functions, context, frontend);
+            Ok(())
+        })?;
+        Ok(all)
     }
 
     fn declare(&mut self, signature: &Signature, name: &str) -> Result<FuncId, JitError> {

@@ -128,12 +128,17 @@ impl Lowering<'_, '_, '_> {
         let inputs = self.builder.ins().stack_addr(types::I64, inputs, 0);
         let outputs = self.builder.ins().stack_addr(types::I64, outputs, 0);
         self.store_all(inputs, arguments);
+        self.call_native(native, inputs, outputs);
+        Ok((0..).zip(types).map(|(i, ty)| self.load_word(outputs, 8 * i, ty)).collect())
+    }
+
+    /// Calls code on arguments and results in memory; its failure is ours.
+    pub(super) fn call_native(&mut self, native: FuncRef, inputs: Value, outputs: Value) {
         let call = self.builder.ins().call(native, &[self.context, inputs, outputs]);
         let status = self.builder.inst_results(call)[0];
         let next = self.builder.create_block();
         self.builder.ins().brif(status, self.fail, &[BlockArg::Value(status)], next, []);
         self.builder.switch_to_block(next);
-        Ok((0..).zip(types).map(|(i, ty)| self.load_word(outputs, 8 * i, ty)).collect())
     }
 
     fn native(&mut self, id: FunctionId) -> Result<FuncRef, JitError> {

@@ -97,7 +97,7 @@ fn invariants<'m>(
     let function = frame.function;
     let types = function.params[..shape.captures].iter().map(|p| p.ty);
     let (flags, size) = if two_lanes { (PAIRS, 16) } else { (TRUSTED, 8) };
-    let captures = lowering.words(captures, size, types);
+    let captures = lowering.words_at(captures, 0..size, types);
     frame.values[..captures.len()].clone_from_slice(&captures);
     let varying = varying(function, shape.captures);
     for node in function.values().filter(|v| !varying[v.0 as usize]) {

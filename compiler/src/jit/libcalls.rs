@@ -7,6 +7,7 @@ use crate::ir::hash::HashMap;
 use crate::ir::{self, Binary, Function, Op, Type, Unary};
 use cranelift_codegen::ir::{AbiParam, InstBuilder, MemFlagsData, Value, types};
 use cranelift_module::{Linkage, Module as _};
+use std::ops::Range;
 
 /// Whether an operation is a call of a host function.
 pub(super) fn is_libcall(op: &Op, ty: Type) -> bool {
@@ -17,12 +18,12 @@ pub(super) fn is_libcall(op: &Op, ty: Type) -> bool {
     }
 }
 
-/// The nodes that are sine and cosine of the same number, by that number.
-pub(super) fn sincos_pairs(function: &Function) -> HashMap<ir::Value, [ir::Value; 2]> {
+/// The nodes of a range that are sine and cosine of the same number, by that number.
+pub(super) fn sincos_pairs(function: &Function, range: Range<usize>) -> HashMap<ir::Value, [ir::Value; 2]> {
     let mut sines = HashMap::default();
     let mut both = HashMap::default();
     for pass in [Unary::Sin, Unary::Cos] {
-        for (i, node) in (0..).zip(&function.nodes) {
+        for (i, node) in (range.start as u32..).zip(&function.nodes[range.clone()]) {
             match node.op {
                 Op::Unary(Unary::Sin, a) if pass == Unary::Sin => drop(sines.insert(a, ir::Value(i))),
                 Op::Unary(Unary::Cos, a) if pass == Unary::Cos => {
@@ -37,10 +38,10 @@ pub(super) fn sincos_pairs(function: &Function) -> HashMap<ir::Value, [ir::Value
     both
 }
 
-/// The nodes that are powers and logarithms of the same number, of which there are several, by that number.
-pub(super) fn powers(function: &Function) -> HashMap<ir::Value, Vec<ir::Value>> {
+/// The nodes of a range that are powers and logarithms of the same number, of which there are several, by that number.
+pub(super) fn powers(function: &Function, range: Range<usize>) -> HashMap<ir::Value, Vec<ir::Value>> {
     let mut powers: HashMap<ir::Value, Vec<ir::Value>> = HashMap::default();
-    for (i, node) in (0..).zip(&function.nodes) {
+    for (i, node) in (range.start as u32..).zip(&function.nodes[range]) {
         if let Op::Binary(Binary::Pow, base, _) | Op::Unary(Unary::Ln, base) = node.op {
             powers.entry(base).or_default().push(ir::Value(i));
         }

@@ -10,6 +10,7 @@ use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::{Block, FuncRef, InstBuilder, MemFlagsData, StackSlot, Value, types};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 use cranelift_module::Module as _;
+use std::ops::Range;
 
 mod operations;
 
@@ -63,8 +64,13 @@ pub(super) struct Frame<'m> {
 
 impl<'m> Frame<'m> {
     pub(super) fn new(function: &'m Function) -> Frame<'m> {
+        Frame::of_range(function, 0..function.nodes.len())
+    }
+
+    /// A frame in which some of the nodes are lowered.
+    pub(super) fn of_range(function: &'m Function, range: Range<usize>) -> Frame<'m> {
         let values = vec![Lowered::Nothing; function.nodes.len()];
-        Frame { function, values, sincos: sincos_pairs(function), powers: powers(function) }
+        Frame { function, values, sincos: sincos_pairs(function, range.clone()), powers: powers(function, range) }
     }
 
     pub(super) fn is_missing(&self, v: ir::Value) -> bool {
@@ -84,16 +90,9 @@ pub(super) fn build_plain(
     context: &mut cranelift_codegen::Context,
     frontend: &mut FunctionBuilderContext,
 ) -> Result<(), JitError> {
-    let mut builder = FunctionBuilder::new(&mut context.func, frontend);
-    let entry = builder.create_block();
-    builder.append_block_params_for_function_params(entry);
-    builder.switch_to_block(entry);
-    let &[context, arguments, results] = builder.block_params(entry) else { unreachable!("it has this signature") };
-    let fail = builder.create_block();
-    let mut lowering = Lowering::new(compiler, builder, context, fail);
-    lowering.check_stack();
+    let (mut lowering, [arguments, results]) = Lowering::plain(compiler, context, frontend);
     let function = lowering.compiler.module.function(id);
-    let arguments = lowering.words(arguments, 8, function.params.iter().map(|p| p.ty));
+    let arguments = lowering.words(arguments, function.params.iter().map(|p| p.ty));
     let mut frame = Frame::new(function);
     frame.values[..arguments.len()].clone_from_slice(&arguments);
     lowering.pinned_nodes(&mut frame)?;
@@ -101,10 +100,7 @@ pub(super) fn build_plain(
         let value = lowering.demanded(&mut frame, *result)?;
         lowering.store_word(results, offset, value);
     }
-    lowering.return_status(0);
-    lowering.open_fail_block(fail);
-    lowering.return_fail_status(fail);
-    lowering.finish();
+    lowering.close_plain();
     Ok(())
 }
 
@@ -127,6 +123,32 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
         }
     }
 
+    /// Opens a function `(context, arguments, results) -> status`; gives the addresses of arguments and results.
+    pub(super) fn plain(
+        compiler: &'a mut Compiler<'m>,
+        context: &'f mut cranelift_codegen::Context,
+        frontend: &'f mut FunctionBuilderContext,
+    ) -> (Lowering<'a, 'f, 'm>, [Value; 2]) {
+        let mut builder = FunctionBuilder::new(&mut context.func, frontend);
+        let entry = builder.create_block();
+        builder.append_block_params_for_function_params(entry);
+        builder.switch_to_block(entry);
+        let &[context, arguments, results] = builder.block_params(entry) else { unreachable!("it has this signature") };
+        let fail = builder.create_block();
+        let mut lowering = Lowering::new(compiler, builder, context, fail);
+        lowering.check_stack();
+        (lowering, [arguments, results])
+    }
+
+    /// Closes such a function.
+    pub(super) fn close_plain(mut self) {
+        let fail = self.fail;
+        self.return_status(0);
+        self.open_fail_block(fail);
+        self.return_fail_status(fail);
+        self.finish();
+    }
+
     pub(super) fn finish(mut self) {
         self.builder.seal_all_blocks();
         self.builder.finalize(self.compiler.memory.module().target_config());
@@ -146,9 +168,14 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
     /// Lowers the nodes of a function that may end it early, in their order, and all calls, with what they need.
     /// Results are to be demanded after them.
     pub(super) fn pinned_nodes(&mut self, frame: &mut Frame<'m>) -> Result<(), JitError> {
+        self.pinned_nodes_of(frame, 0..frame.function.nodes.len())
+    }
+
+    /// Those of some of a function's nodes.
+    pub(super) fn pinned_nodes_of(&mut self, frame: &mut Frame<'m>, range: Range<usize>) -> Result<(), JitError> {
         let function = frame.function;
-        self.compiler.spend(&function.name, function.nodes.len())?;
-        for (i, node) in (0..).zip(&function.nodes) {
+        self.compiler.spend(&function.name, range.len())?;
+        for (i, node) in (range.start as u32..).zip(&function.nodes[range]) {
             let pinned = match &node.op {
                 Op::If { .. } | Op::Loop { .. } | Op::Call { .. } | Op::Guard { .. } => true,
                 op => is_libcall(op, node.ty),
@@ -270,12 +297,20 @@ impl<'a, 'f, 'm> Lowering<'a, 'f, 'm> {
 }
 
 impl Lowering<'_, '_, '_> {
-    /// Values of 64-bit words in memory, one every `stride` bytes, which must not change while they are in use. Reals
-    /// stay there.
-    pub(super) fn words(&mut self, base: Value, stride: i32, types: impl Iterator<Item = Type>) -> Vec<Lowered> {
+    /// Values of 64-bit words in memory, side by side, which must not change while they are in use. Reals stay there.
+    pub(super) fn words(&mut self, base: Value, types: impl Iterator<Item = Type>) -> Vec<Lowered> {
+        self.words_at(base, 0..8, types)
+    }
+
+    /// Those that begin at the start of a range of bytes, one every length of it.
+    pub(super) fn words_at(
+        &mut self,
+        base: Value,
+        first: Range<i32>,
+        types: impl Iterator<Item = Type>,
+    ) -> Vec<Lowered> {
         let mut values = Vec::new();
-        for (i, ty) in types.enumerate() {
-            let offset = stride * i as i32;
+        for (offset, ty) in (first.start..).step_by(first.len()).zip(types) {
             values.push(match ty {
                 Type::Real => Lowered::Stored(base, offset),
                 _ => Lowered::One(self.load_word(base, offset, ty)),

@@ -19,6 +19,7 @@ mod libcalls;
 mod lower;
 mod memory;
 mod pair;
+mod pieces;
 mod plan;
 mod vector;
 

@@ -50,6 +50,11 @@ impl Plan {
         placement.cyclic || placement.nesting >= NESTING || (placement.uses > 1 && placement.size > SMALL)
     }
 
+    /// Nodes of the bodies of an operation that are lowered in place.
+    pub(super) fn size_in_place(&self, op: &Op) -> usize {
+        bodies(op).filter(|f| !self.is_called(*f)).map(|f| self.functions[f.0 as usize].size).sum()
+    }
+
     /// Whether a function loops or calls, so that its steps need counting.
     pub(super) fn counts_steps(&self, function: FunctionId) -> bool {
         self.functions[function.0 as usize].counts_steps

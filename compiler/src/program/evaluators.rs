@@ -11,7 +11,8 @@ use crate::workers::Workers;
 use std::sync::{Arc, OnceLock};
 
 /// Options of all code of programs: tests let Cranelift verify its input.
-pub(super) const OPTIONS: Options = Options { verify: cfg!(test), listings: false, one_lane: false };
+pub(super) const OPTIONS: Options =
+    Options { verify: cfg!(test), listings: false, one_lane: false, piece: Options::PIECE };
 
 /// Evaluators that were asked for. Several threads may ask at once; one of them makes it.
 pub(super) struct Evaluators {

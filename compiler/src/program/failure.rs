@@ -22,10 +22,11 @@ const REPLAYED_STEPS: u64 = 1_000_000;
 pub struct EvaluationError {
     /// A sentence for the user, with the place in the source (`cup.gml:12:5: ...`) and the values that led there.
     pub message: String,
-    /// The place in the source, where it is known.
+    /// The place in the user's source, where it is known: the part, where the library's text is the origin.
     pub span: Option<Span>,
-    /// The part that was evaluated, where the place lies outside of it: in a function that it calls.
-    pub part: Option<Span>,
+    /// Another place, and what it is: the part that was evaluated, where the place lies outside of it, in a function
+    /// that it calls; or the origin in the library.
+    pub related: Option<(Span, &'static str)>,
     /// The sentence alone.
     pub sentence: String,
     /// The part, the point and the parameters' values that led there; may be empty.
@@ -36,7 +37,7 @@ impl EvaluationError {
     /// A sentence without a place.
     pub fn new(sentence: impl ToString) -> EvaluationError {
         let message = sentence.to_string();
-        EvaluationError { sentence: message.clone(), message, span: None, part: None, circumstances: String::new() }
+        EvaluationError { sentence: message.clone(), message, span: None, related: None, circumstances: String::new() }
     }
 }
 
@@ -136,13 +137,13 @@ impl Program {
         place: &Place<'_>,
         params: Option<&[u32]>,
     ) -> EvaluationError {
-        let mut text = String::new();
-        if let Some(place) = span.and_then(|s| self.sources.place(s)) {
-            let _ = write!(text, "{place}: ");
-        }
-        text.push_str(message);
         let mut values = Vec::new();
         let part = self.part_outside_of(span, place);
+        let origin = span.filter(|s| part.is_some() && s.file.is_library());
+        let (span, related) = match (origin, part) {
+            (Some(origin), Some(part)) => (Some(part), Some((origin, "the place in the library"))),
+            (_, part) => (span, part.map(|part| (part, "the part that it is evaluated for"))),
+        };
         if let Some(patch) = place.patch {
             values.push(format!("in part {}", self.parts[patch].name));
         }
@@ -157,14 +158,20 @@ impl Program {
             values.push(format!("where {}", shown.join(", ")));
         }
         let circumstances = values.join("; ");
-        if let Some(file) = part.and_then(|p| self.sources.get(p.file)) {
-            let (line, _) = self.sources.line_column(part.unwrap_or_default());
-            values[0] = format!("{} of {}:{line}", values[0], file.name);
+        let mut text = span.and_then(|s| self.sources.place(s)).map_or_else(String::new, |place| format!("{place}: "));
+        text.push_str(message);
+        if let (None, Some(part)) = (origin, part)
+            && let Some(file) = self.sources.get(part.file)
+        {
+            values[0] = format!("{} of {}:{}", values[0], file.name, self.sources.line_column(part).0);
+        }
+        if let Some(place) = origin.and_then(|s| self.sources.place(s)) {
+            values.push(format!("in the library at {place}"));
         }
         if !values.is_empty() {
             let _ = write!(text, " ({})", values.join("; "));
         }
-        EvaluationError { message: text, span, part, sentence: message.to_owned(), circumstances }
+        EvaluationError { message: text, span, related, sentence: message.to_owned(), circumstances }
     }
 
     /// The statement of the part that was evaluated, where the place of the failure is not within it.

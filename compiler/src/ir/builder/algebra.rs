@@ -210,7 +210,12 @@ impl FunctionBuilder {
             && self.constant(numerator).is_some()
         {
             let numerator = self.mul(numerator, whole);
-            return Some(self.div(numerator, denominator));
+            // It is the quotient that may divide by zero, wherever the product stands.
+            let product = self.span();
+            self.set_span(self.span_of(quotient));
+            let quotient = self.div(numerator, denominator);
+            self.set_span(product);
+            return Some(quotient);
         }
         None
     }

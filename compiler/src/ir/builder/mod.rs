@@ -98,6 +98,11 @@ impl FunctionBuilder {
         self.span = span;
     }
 
+    /// The span of a node.
+    pub(super) fn span_of(&self, v: Value) -> Span {
+        self.function.nodes[v.0 as usize].span
+    }
+
     /// The span of the nodes that are made at present.
     #[must_use]
     pub fn span(&self) -> Span {

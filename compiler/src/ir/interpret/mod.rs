@@ -6,7 +6,9 @@ use super::{FailureId, Function, FunctionId, Module, Op, Value, arithmetic};
 use crate::source::Span;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+mod decisions;
 mod origin;
+pub use decisions::{Decision, decisions};
 use origin::Origin;
 
 /// Limits of a run.
@@ -104,23 +106,6 @@ pub fn run_real(module: &Module, function: FunctionId, args: &[f64], limits: Lim
     results.into_iter().map(Scalar::real).collect::<Option<_>>().ok_or(RunError::Malformed(Span::default()))
 }
 
-/// The outcomes of all comparisons of a run, with their places in the source, in the order in which they are made; and
-/// the number of nodes that it evaluates.
-///
-/// # Errors
-/// As [`run`].
-pub fn outcomes(
-    module: &Module,
-    function: FunctionId,
-    args: &[Scalar],
-    limits: Limits,
-) -> Result<(Vec<(Span, bool)>, u64), RunError> {
-    let mut interpreter = Interpreter { outcomes: Some(Vec::new()), ..Interpreter::new(module, limits) };
-    interpreter.check(function, args)?;
-    interpreter.run(function, args.to_vec(), Span::default())?;
-    Ok((interpreter.outcomes.unwrap_or_default(), limits.steps - interpreter.steps))
-}
-
 /// The place in the source where the first infinity or NaN arises among the values from which the first non-finite
 /// result was computed; `None` where all results are finite. Arms that were not selected do not count. If it is an
 /// argument that is not finite, the place is that of its first use.
@@ -151,8 +136,8 @@ struct Interpreter<'m> {
     memory: usize,
     /// Ends the run once it is set.
     interrupt: Option<&'m AtomicBool>,
-    /// The outcomes of comparisons, if the caller asked for them.
-    outcomes: Option<Vec<(Span, bool)>>,
+    /// What was decided so far, if the caller asked for it.
+    decisions: Option<Vec<Decision>>,
 }
 
 /// The value of a node.
@@ -169,7 +154,7 @@ impl<'m> Interpreter<'m> {
             depth: limits.depth.min(MOST_DEPTH),
             memory: limits.memory,
             interrupt: None,
-            outcomes: None,
+            decisions: None,
         }
     }
 
@@ -213,10 +198,10 @@ impl<'m> Interpreter<'m> {
                 }
                 op => Computed::One(simple(op, args, |v| one(&values, v)).ok_or(RunError::Malformed(node.span))?),
             };
-            if let (Some(outcomes), Op::Compare(..), Computed::One(Scalar::Bool(outcome))) =
-                (&mut self.outcomes, &node.op, &value)
+            if let (Some(decisions), Computed::One(result)) = (&mut self.decisions, &value)
+                && let Some(side) = decisions::side(&node.op, *result, |v| one(&values, v))
             {
-                outcomes.push((node.span, *outcome));
+                decisions.push(Decision { span: node.span, side });
             }
             values.push(value);
         }

@@ -15,7 +15,7 @@ use crate::source::Span;
 use crate::workers::Workers;
 
 /// Tests let Cranelift verify what we give it.
-const OPTIONS: Options = Options { verify: true, listings: false, one_lane: false };
+const OPTIONS: Options = Options { verify: true, listings: false, one_lane: false, piece: Options::PIECE };
 
 /// A function node by node, without the simplifications of the builder.
 struct Raw(Function);
@@ -72,7 +72,11 @@ struct Native {
 
 impl Native {
     fn new(module: &Module, id: FunctionId) -> Native {
-        let code = compiled(module, &[], &[id], OPTIONS).expect("it compiles");
+        Native::with(module, id, OPTIONS)
+    }
+
+    fn with(module: &Module, id: FunctionId, options: Options) -> Native {
+        let code = compiled(module, &[], &[id], options).expect("it compiles");
         Native { code, results: module.function(id).result_types() }
     }
 

@@ -6,9 +6,17 @@ use crate::ir::interpret;
 use crate::ir::tests::random::random_function;
 use proptest::prelude::*;
 
+/// Compiled whole and in pieces.
 fn agree(module: &Module, id: FunctionId, args: &[Scalar]) -> Result<(), TestCaseError> {
+    for piece in [Options::PIECE, 1, 5] {
+        agree_in_pieces(module, id, args, piece)?;
+    }
+    Ok(())
+}
+
+fn agree_in_pieces(module: &Module, id: FunctionId, args: &[Scalar], piece: usize) -> Result<(), TestCaseError> {
     let expected = interpret::run(module, id, args, interpret::Limits::default());
-    let got = Native::new(module, id).call(args, Limits::default());
+    let got = Native::with(module, id, Options { piece, ..OPTIONS }).call(args, Limits::default());
     match (&expected, &got) {
         (Ok(expected), Ok(got)) => {
             let equal = expected.iter().zip(got).all(|(a, b)| same(*a, *b));

@@ -2,7 +2,7 @@
 //! compiler/tests/memory.rs.)
 
 use super::*;
-use crate::ir::{Binary, Unary};
+use crate::ir::{Binary, Unary, interpret};
 
 /// sin(x)^2 + cos(x)^2 in a module of its own.
 fn module() -> (Module, FunctionId) {
@@ -53,4 +53,25 @@ fn listings_show_both_texts() {
     let [listing] = &listings[..] else { panic!("one function") };
     assert!(listing.clif.contains("fmul"), "{}", listing.clif);
     assert!(listing.assembly.contains("ret"), "{}", listing.assembly);
+}
+
+#[test]
+fn a_routine_of_more_values_than_a_frame_holds() {
+    let count = 60_000;
+    let mut raw = Raw::new(&[Type::Real]);
+    let mut values = vec![Value(0)];
+    for i in 0..count {
+        let c = raw.constant(f64::from(i));
+        values.push(raw.real(Op::Binary(Binary::Sub, c, values[i as usize])));
+    }
+    // All of them live until they are added up, the last first.
+    let sum = values.iter().rev().copied().reduce(|a, b| raw.real(Op::Binary(Binary::Add, a, b)));
+    let mut module = Module::default();
+    let id = module.add(raw.returns(&[sum.unwrap(), values[7]]));
+    let whole = compiled(&module, &[], &[id], Options { piece: usize::MAX, ..OPTIONS });
+    assert!(matches!(whole.err(), Some(JitError::TooLarge(..))));
+
+    let got = Native::new(&module, id).call(&[Scalar::Real(0.5)], Limits::default());
+    let expected = interpret::run(&module, id, &[Scalar::Real(0.5)], interpret::Limits::default()).unwrap();
+    assert_eq!(got, Ok(expected));
 }

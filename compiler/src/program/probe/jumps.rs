@@ -1,11 +1,12 @@
-//! Finds jumps and kinks of surfaces: values of a parameter at which a comparison changes its outcome.
+//! Finds jumps and kinks of surfaces: values of a parameter at which an operation takes another side, such as a
+//! comparison, a maximum or a rounding.
 
 use super::super::{Order, Program, Sites};
 use super::shown;
 use crate::diagnostic::{Code, Diagnostic};
-use crate::ir::interpret::{self, Limits};
+use crate::ir::interpret::{self, Decision, Limits};
 use crate::ir::scalar::Scalar;
-use crate::ir::{FunctionId, Module, Op, call_graph::CallGraph};
+use crate::ir::{FunctionId, Module, call_graph::CallGraph};
 use crate::source::Span;
 use std::collections::HashSet;
 
@@ -15,42 +16,55 @@ const STEPS: usize = 24;
 const POINTS: [[f64; 2]; 3] = [[0.137, 0.412], [0.561, 0.783], [0.883, 0.219]];
 /// Distance from the place of change at which the two sides are compared, as a share of the parameter's range.
 const ASIDE: f64 = 1e-9;
+/// Changes that are looked for within a step.
+const CHANGES: usize = 3;
+/// Halvings of a step that find a change: to far less than [`ASIDE`].
+const HALVINGS: usize = 36;
 /// Most operations that all of it may take.
-const BUDGET: u64 = 10_000_000;
+const BUDGET: u64 = 20_000_000;
 
 pub(super) fn probe(program: &Program) -> Vec<Diagnostic> {
     let mut probe = Probe { program, budget: BUDGET, found: Vec::new(), seen: HashSet::new() };
     for part in 0..program.parts.len() {
         if decides(&program.functions.module, program.functions.parts[part].surface.function) {
-            for param in program.parts[part].active.clone() {
-                probe.sweep(part, param as usize);
+            // Not the active ones: what only decides has no derivative.
+            for param in program.influences(part) {
+                probe.sweep(part, param);
             }
         }
     }
     probe.found
 }
 
-/// Whether anything is compared in a function or in those that it names.
+/// Whether anything is decided in a function or in those that it names.
 fn decides(module: &Module, function: FunctionId) -> bool {
     let all = CallGraph::new(module, &[function]).order;
-    all.iter().any(|f| module.function(*f).nodes.iter().any(|n| matches!(n.op, Op::Compare(..))))
+    all.iter().any(|f| module.function(*f).nodes.iter().any(|n| n.op.decides()))
 }
 
 struct Probe<'p> {
     program: &'p Program,
     budget: u64,
     found: Vec<Diagnostic>,
-    /// Comparison and parameter: one report each.
+    /// Place of the operation and parameter: one report each.
     seen: HashSet<(Span, usize)>,
 }
 
-/// Outcomes of the comparisons of a run, in order.
-type Outcomes = Vec<(Span, bool)>;
+/// What a run decided, in order.
+type Decisions = Vec<Decision>;
 
-/// A comparison that changes its outcome at a value of a parameter.
+/// An operation that takes another side at a value of a parameter.
 struct Change {
     span: Span,
     at: f64,
+}
+
+/// A parameter that is moved, the others at their defaults, and the point of a part that is looked at.
+struct Run {
+    part: usize,
+    param: usize,
+    uv: [f64; 2],
+    x: Vec<f64>,
 }
 
 impl Probe<'_> {
@@ -74,8 +88,7 @@ impl Probe<'_> {
                 // A place that is the same at all points does not depend on u and v: it is not a seam that wanders.
                 let everywhere =
                     changes.iter().all(|l| l.iter().any(|c| c.span == change.span && near(c.at, change.at)));
-                let aside = ASIDE * (high - low);
-                if let Some(warning) = self.compare(part, param, uv, change, aside, everywhere) {
+                if let Some(warning) = self.compare(part, param, uv, change, (low, high), everywhere) {
                     self.seen.insert((change.span, param));
                     self.found.push(warning);
                 }
@@ -83,62 +96,63 @@ impl Probe<'_> {
         }
     }
 
-    /// The changes of comparisons at a point of a part; none where the evaluation fails or takes too long.
+    /// The changes at a point of a part; none where the evaluation fails or takes too long.
     fn changes(&mut self, part: usize, param: usize, uv: [f64; 2]) -> Option<Vec<Change>> {
-        let mut x = self.program.defaults();
-        let (low, high) = self.program.range(&x, param);
+        let mut run = Run { part, param, uv, x: self.program.defaults() };
+        let (low, high) = self.program.range(&run.x, param);
         let mut changes = Vec::new();
-        let mut before: Option<(f64, Outcomes)> = None;
+        let mut before: Option<(f64, Decisions)> = None;
         for step in 0..=STEPS {
             let value = low + (high - low) * step as f64 / STEPS as f64;
-            let outcomes = self.outcomes(part, &mut x, param, value, uv)?;
-            if let Some((last, old)) = &before
-                && *old != outcomes
-            {
-                changes.extend(self.bisect(part, &mut x, param, uv, (*last, old.clone()), value)?);
+            let decisions = self.decisions(&mut run, value)?;
+            if let Some(mut last) = before {
+                for _ in 0..CHANGES {
+                    if last.1 == decisions {
+                        break;
+                    }
+                    let (change, beyond) = self.bisect(&mut run, last, (value, &decisions))?;
+                    changes.extend(change);
+                    last = beyond;
+                }
             }
-            before = Some((value, outcomes));
+            before = Some((value, decisions));
         }
         Some(changes)
     }
 
-    /// The place between two values with different outcomes, and what changes there first.
+    /// The first place between two values with different decisions at which one changes; and the value beyond it.
     fn bisect(
         &mut self,
-        part: usize,
-        x: &mut [f64],
-        param: usize,
-        uv: [f64; 2],
-        (mut low, old): (f64, Outcomes),
-        mut high: f64,
-    ) -> Option<Option<Change>> {
-        let mut new = self.outcomes(part, x, param, high, uv)?;
-        for _ in 0..60 {
+        run: &mut Run,
+        (mut low, old): (f64, Decisions),
+        (mut high, new): (f64, &Decisions),
+    ) -> Option<(Option<Change>, (f64, Decisions))> {
+        let mut new = new.clone();
+        for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if middle <= low || middle >= high {
                 break;
             }
-            let outcomes = self.outcomes(part, x, param, middle, uv)?;
-            if outcomes == old {
+            let decisions = self.decisions(run, middle)?;
+            if decisions == old {
                 low = middle;
             } else {
-                (high, new) = (middle, outcomes);
+                (high, new) = (middle, decisions);
             }
         }
-        let first = old.iter().zip(&new).find(|(a, b)| a != b).map(|(a, _)| a.0);
-        Some(first.map(|span| Change { span, at: 0.5 * (low + high) }))
+        let first = old.iter().zip(&new).find(|(a, b)| a != b).map(|(a, _)| a.span);
+        Some((first.map(|span| Change { span, at: 0.5 * (low + high) }), (high, new)))
     }
 
-    fn outcomes(&mut self, part: usize, x: &mut [f64], param: usize, value: f64, uv: [f64; 2]) -> Option<Outcomes> {
+    fn decisions(&mut self, run: &mut Run, value: f64) -> Option<Decisions> {
         let functions = &self.program.functions;
-        let surface = &functions.parts[part].surface;
-        let default = std::mem::replace(&mut x[param], value);
-        let args: Vec<Scalar> = surface.arguments(x, &uv).into_iter().map(Scalar::Real).collect();
-        x[param] = default;
+        let surface = &functions.parts[run.part].surface;
+        run.x[run.param] = value;
+        let args: Vec<Scalar> = surface.arguments(&run.x, &run.uv).into_iter().map(Scalar::Real).collect();
         let limits = Limits { steps: self.budget, ..self.program.replay_limits() };
-        let (outcomes, steps) = interpret::outcomes(&functions.module, surface.function, &args, limits).ok()?;
+        let (decisions, steps) = interpret::decisions(&functions.module, surface.function, &args, limits).ok()?;
         self.budget = self.budget.saturating_sub(steps);
-        Some(outcomes)
+        Some(decisions)
     }
 
     /// The points, and the derivatives, on both sides of a change.
@@ -148,13 +162,16 @@ impl Probe<'_> {
         param: usize,
         uv: [f64; 2],
         change: &Change,
-        aside: f64,
+        (low, high): (f64, f64),
         everywhere: bool,
     ) -> Option<Diagnostic> {
+        let aside = ASIDE * (high - low);
+        // A kink in a bound itself disturbs nothing.
+        let inside = change.at - aside > low && change.at + aside < high;
         let active = &self.program.parts[part].active;
         let side = |sign: f64| {
             let mut x = self.program.defaults();
-            x[param] = change.at + sign * aside;
+            x[param] = (change.at + sign * aside).clamp(low, high);
             let instance = self.program.instantiate(&x).ok()?;
             let (u, v) = ([uv[0]], [uv[1]]);
             let (mut point, mut jacobian) = (vec![0.0; 3], vec![0.0; 3 * active.len()]);
@@ -170,7 +187,7 @@ impl Probe<'_> {
         let jumps = jump > 1e-7 * (1.0 + norm(&p)) + 20.0 * aside * steepest;
         // Beside the steepest slope there, a slope counts that would move the surface by its own size over the range.
         let usual = (1.0 + norm(&p)) * ASIDE / aside;
-        let kink = everywhere && distance(&dp, &dq) > 1e-4 * steepest + 1e-5 * usual;
+        let kink = everywhere && inside && distance(&dp, &dq) > 1e-4 * steepest + 1e-5 * usual;
         let place = self.place(param, change.at);
         let name = &self.program.parts[part].name;
         if jumps {
@@ -197,11 +214,10 @@ impl Probe<'_> {
         format!("'{}' passes {}", p.name, shown(p, value))
     }
 
-    /// In the user's own text: a comparison of the library is shown at the part.
+    /// In the user's own text: an operation of the library is shown at the part.
     fn warning(&self, code: Code, span: Span, part: usize, message: String) -> Diagnostic {
-        let label = "this changes its outcome there";
-        let library = self.program.sources.get(span.file).is_none_or(|f| f.name.starts_with("std."));
-        if library {
+        let label = "this takes another side there";
+        if span.file.is_library() {
             return Diagnostic::new(code, self.program.typed.parts[part].span, message).related(span, label);
         }
         Diagnostic::new(code, span, message).label(label)

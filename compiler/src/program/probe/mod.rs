@@ -24,11 +24,14 @@ impl Program {
         found
     }
 
-    /// Points, partials and the Jacobian of every part on a coarse grid, inner points only: a pole is not a mistake.
+    /// Points, partials and the Jacobian of every part on a coarse grid; at the borders points only: a pole is not a
+    /// mistake.
     fn evaluate_at_defaults(&self) -> Result<(), EvaluationError> {
         let instance = self.instantiate(&self.defaults())?;
-        let steps = [0.02, 0.27, 0.5, 0.73, 0.98];
-        let (u, v): (Vec<f64>, Vec<f64>) = steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip();
+        let grid =
+            |steps: [f64; 5]| -> (Vec<f64>, Vec<f64>) { steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip() };
+        let (u, v) = grid([0.02, 0.27, 0.5, 0.73, 0.98]);
+        let with_borders = grid([0.0, 0.27, 0.5, 0.73, 1.0]);
         for (k, part) in self.parts.iter().enumerate() {
             let mut out = vec![0.0; u.len() * 9.max(3 * part.active.len())];
             instance.evaluate(k, Sites::Scattered(&u, &v), Order::Points, &mut out[..3 * u.len()])?;
@@ -39,6 +42,8 @@ impl Program {
                 Order::Jacobian,
                 &mut out[..3 * part.active.len() * u.len()],
             )?;
+            let sites = Sites::Scattered(&with_borders.0, &with_borders.1);
+            instance.evaluate(k, sites, Order::Points, &mut out[..3 * u.len()])?;
         }
         Ok(())
     }
@@ -47,8 +52,8 @@ impl Program {
         let span = error.span.or_else(|| self.typed.parts.first().map(|p| p.span)).unwrap_or_default();
         let message = format!("the model cannot be evaluated at its defaults: {}", error.sentence);
         let diagnostic = Diagnostic::new(Code::Evaluation, span, message).label(error.circumstances.clone());
-        match error.part {
-            Some(part) => diagnostic.related(part, "the part that it is evaluated for"),
+        match error.related {
+            Some((place, what)) => diagnostic.related(place, what),
             None => diagnostic,
         }
     }
@@ -56,9 +61,14 @@ impl Program {
     /// Parameters that no part depends on although something uses them.
     fn without_influence(&self) -> Vec<Diagnostic> {
         let idle = |i: &usize| self.parts.iter().all(|p| !p.active.contains(&(*i as u32)));
+        let decides = |i: usize| (0..self.parts.len()).any(|part| self.influences(part).any(|j| i == j));
         let warning = |i: usize| {
             let p = &self.parameters[i];
-            let message = format!("no part depends on the parameter '{}'", p.name);
+            let message = if decides(i) {
+                format!("the parameter '{}' only decides: every derivative with respect to it is zero", p.name)
+            } else {
+                format!("no part depends on the parameter '{}'", p.name)
+            };
             Diagnostic::new(Code::NoInfluence, p.span, message)
                 .hint("a fit cannot find its value; use it in a part, or make it an input")
         };
@@ -66,6 +76,13 @@ impl Program {
             return Vec::new();
         }
         (0..self.parameters.len()).filter(idle).map(warning).collect()
+    }
+
+    /// The parameters that a part's surface uses, also those that only decide.
+    fn influences(&self, part: usize) -> impl Iterator<Item = usize> {
+        let surface = &self.functions.parts[part].surface;
+        let used = self.functions.module.function(surface.function).used_params();
+        surface.params.iter().zip(used).filter(|(_, used)| *used).map(|(i, _)| *i as usize)
     }
 
     /// The range of every parameter that is looked at: its bounds at x, where there are none a range about its default.

@@ -133,6 +133,7 @@ impl Adversary<'_> {
         }
         p.distance(here[0])
     }
+}
 
 /// The distance from a point to a triangle: to its plane over its inside, to its edges elsewhere.
 fn to_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
