@@ -158,7 +158,7 @@ fn tessellation() -> Tessellation {
         }
         mesh.groups.push(Group { name: name.to_owned(), start, end: mesh.triangles.len() });
     }
-    Tessellation { mesh, origins }
+    Tessellation { mesh, origins, ..Tessellation::default() }
 }
 
 /// The deviations that ray casting would find.

@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::bvh::Bvh;
+use crate::model::{Fineness, Model, Tessellation};
 use crate::progress::Silent;
+use gml_compiler::program::{Options, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
 use std::f64::consts::{PI, TAU};
 
 /// The surface of revolution about z of a profile of (radius, height).
@@ -219,4 +222,34 @@ fn impossible_orders_are_refused() {
     assert_eq!(empty, SimulationError::NoSurface);
     let flat = TriangleMesh { positions: vec![[1.0; 3]], triangles: vec![[0, 0, 0]], ..TriangleMesh::default() };
     assert_eq!(scan(&flat, &exact(), &Silent).unwrap_err(), SimulationError::NoSurface);
+}
+
+#[test]
+fn points_lie_on_the_exact_surface() {
+    let text = "model m {
+      part wall = cylinder(20mm, 40mm)
+      part ball = sphere(15mm).translate((60mm, 0mm, 0mm))
+      part block = extrude(rectangle(30mm, 20mm), 25mm).translate((0mm, 60mm, 0mm))
+    }";
+    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
+    let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+    let instance = Model::instantiate(&program, &[]).unwrap();
+    // Chords far coarser than what is asked of the points.
+    let fineness = Fineness { chord: 0.2, ..Fineness::default() };
+    let tessellation = Tessellation::new(&program, &*instance, fineness).unwrap();
+    let surface = ExactSurface { tessellation: &tessellation, instance: &*instance, motion: Motion::IDENTITY };
+    let scanner = Scanner { random_pose: false, spacing: 2.0, ..exact() };
+    let scan = scan_exact(surface, &scanner, &Silent).unwrap();
+    let rectangle = |p: DVec3| {
+        let q = (p - DVec3::new(0.0, 60.0, 0.0)).abs() - DVec3::new(15.0, 10.0, 0.0);
+        q.x.max(q.y).abs()
+    };
+    let distance = |p: &[f64; 3]| {
+        let p = DVec3::from_array(*p);
+        let wall = (p.truncate().length() - 20.0).abs();
+        let ball = (p.distance(DVec3::new(60.0, 0.0, 0.0)) - 15.0).abs();
+        wall.min(ball).min(rectangle(p))
+    };
+    let farthest = scan.mesh.positions.iter().map(distance).fold(0.0, f64::max);
+    assert!(scan.mesh.positions.len() > 1000 && farthest < 1e-9, "{} {farthest}", scan.mesh.positions.len());
 }

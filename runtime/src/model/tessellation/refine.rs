@@ -33,13 +33,18 @@ const PLACES: [[f64; 3]; 13] = [
     [0.25, 0.0, 0.75],
     [0.75, 0.0, 0.25],
 ];
-/// The edge of the triangle on which each of the places lies that are on one: that from corner k to the next one.
-const EDGE_OF: [Option<usize>; 13] =
-    [Some(0), Some(1), Some(2), None, None, None, None, Some(0), Some(0), Some(1), Some(1), Some(2), Some(2)];
+/// Steps of the finer lattice of places for patches with creases across u and v.
+const FINER: u32 = 8;
 /// Triangles are measured in batches of this many.
 const BATCH: usize = 256;
 /// Normals whose cosine is above this are one: a degree.
 const ALIKE: f64 = 0.99985;
+/// A crease that passes an end of an edge within this fraction of its length passes through it.
+const ON_CREASE: f64 = 1e-6;
+/// Where creases cross each other, or come and go within a triangle, the places miss more: the part of the chord up to
+/// which they are trusted there. On 500 random surfaces an adversary found up to 1.14 times as much as a lattice of 13
+/// places did.
+const TRUSTED_BESIDE_CREASES: f64 = 0.85;
 /// An edge is divided if it leaves the surface by this part of what its triangle does.
 const SHARE: f64 = 0.5;
 
@@ -63,6 +68,9 @@ pub(super) struct Refinement<'a> {
 /// An edge by the numbers of its points, lower first; points at one position have one number.
 type Edge = (u32, u32);
 
+/// A triangle, and which of its edges cross a crease.
+type Crossing = (usize, [bool; 3]);
+
 /// What is wrong with a triangle.
 struct Finding {
     triangle: usize,
@@ -84,7 +92,7 @@ impl Refinement<'_> {
         for round in 0..ROUNDS {
             let (findings, good) = self.measure(&unmeasured)?;
             largest = largest.max(good);
-            let crossing = self.crossing(&unmeasured)?;
+            let (crossing, crease_points) = self.crossed(&points, &unmeasured)?;
             if findings.is_empty() && crossing.is_empty() {
                 self.split_normals()?;
                 return Ok(largest);
@@ -94,7 +102,7 @@ impl Refinement<'_> {
                 self.split_normals()?;
                 return Ok(largest.max(bad));
             }
-            let mut cuts: HashMap<Edge, f64> = self.crease_points(&points, &crossing)?;
+            let mut cuts = crease_points;
             let crossed: HashSet<usize> = crossing.iter().map(|c| c.0).collect();
             for (finding, _) in findings.iter().filter(|(f, _)| !crossed.contains(&f.triangle)) {
                 let corners = self.mesh.triangles[finding.triangle];
@@ -127,19 +135,22 @@ impl Refinement<'_> {
     fn measure_run(&self, run: &[usize]) -> Result<(Vec<(Finding, f64)>, f64), EvaluationError> {
         let patch = self.patches[run[0]] as usize;
         let (mut u, mut v) = (Vec::new(), Vec::new());
+        let finer = if self.oblique[patch] { lattice(FINER) } else { Vec::new() };
+        let places = if self.oblique[patch] { &finer[..] } else { &PLACES };
         for triangle in run {
             let origins = self.mesh.triangles[*triangle].map(|i| self.origins[i as usize]);
-            for w in PLACES {
+            for w in places {
                 u.push((0..3).map(|k| w[k] * origins[k].u).sum::<f64>());
                 v.push((0..3).map(|k| w[k] * origins[k].v).sum::<f64>());
             }
         }
         let mut surface = vec![[0.0; 3]; u.len()];
         self.instance.points(patch, &u, &v, &mut surface)?;
+        let chord = if self.oblique[patch] { TRUSTED_BESIDE_CREASES * self.chord } else { self.chord };
         let (mut findings, mut good) = (Vec::new(), 0.0_f64);
-        for (triangle, surface) in run.iter().zip(surface.chunks_exact(PLACES.len())) {
-            let (distance, of_edges) = self.distances(*triangle, surface);
-            if distance <= self.chord {
+        for (triangle, surface) in run.iter().zip(surface.chunks_exact(places.len())) {
+            let (distance, of_edges) = self.distances(*triangle, places, surface);
+            if distance <= chord {
                 good = good.max(distance);
                 continue;
             }
@@ -155,7 +166,7 @@ impl Refinement<'_> {
     /// The largest distance between a triangle and the surface at the places, and that of each edge. Within a patch it
     /// is taken along the triangle's normal: what lies beside is covered by the neighbours. Along borders and breaks,
     /// which nothing covers, it is taken to the edge.
-    fn distances(&self, triangle: usize, surface: &[[f64; 3]]) -> (f64, [f64; 3]) {
+    fn distances(&self, triangle: usize, places: &[[f64; 3]], surface: &[[f64; 3]]) -> (f64, [f64; 3]) {
         let indices = self.mesh.triangles[triangle];
         let corners = self.mesh.corners(indices);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -168,10 +179,11 @@ impl Refinement<'_> {
         };
         let is_end = [0, 1, 2].map(|k| self.is_end(indices[k], indices[(k + 1) % 3]));
         let (mut most, mut of_edges) = (0.0_f64, [0.0_f64; 3]);
-        for (place, point) in surface.iter().enumerate() {
+        for (weights, point) in places.iter().zip(surface) {
             let point = DVec3::from_array(*point);
             let mut distance = (point - corners[0]).dot(normal).abs();
-            if let Some(k) = EDGE_OF[place] {
+            // The edge from corner k to the next one is opposite to the one after.
+            if let Some(k) = (0..3).find(|k| weights[(k + 2) % 3] == 0.0) {
                 if is_end[k] {
                     distance = to_segment(point, corners[k], corners[(k + 1) % 3]);
                 }
@@ -196,8 +208,34 @@ impl Refinement<'_> {
         (0..3).max_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(0)
     }
 
+    /// Triangles with an edge that crosses a crease, those edges, and where they cross it. Vertices that lie on a crease
+    /// are marked: no edge crosses it there.
+    fn crossed(
+        &mut self,
+        points: &Points,
+        triangles: &[usize],
+    ) -> Result<(Vec<Crossing>, HashMap<Edge, f64>), EvaluationError> {
+        loop {
+            let crossing = self.crossing(triangles)?;
+            let mut cuts = self.crease_points(points, &crossing)?;
+            let on: HashSet<u32> = cuts
+                .iter()
+                .filter(|(_, s)| !(ON_CREASE..=1.0 - ON_CREASE).contains(*s))
+                .map(|(edge, s)| if *s < 0.5 { edge.0 } else { edge.1 })
+                .collect();
+            if on.is_empty() {
+                cuts.retain(|_, s| *s > 0.0);
+                return Ok((crossing, cuts));
+            }
+            for (vertex, point) in points.of_vertex.iter().enumerate() {
+                let oblique = self.oblique[self.origins[vertex].patch as usize];
+                self.on_crease[vertex] |= oblique && on.contains(point);
+            }
+        }
+    }
+
     /// Triangles with an edge whose ends lie on different sides of a crease, and those edges.
-    fn crossing(&self, triangles: &[usize]) -> Result<Vec<(usize, [bool; 3])>, EvaluationError> {
+    fn crossing(&self, triangles: &[usize]) -> Result<Vec<Crossing>, EvaluationError> {
         let mut crossing = Vec::new();
         for run in triangles.chunk_by(|a, b| self.patches[*a] == self.patches[*b]) {
             let patch = self.patches[run[0]] as usize;
@@ -224,11 +262,7 @@ impl Refinement<'_> {
     }
 
     /// Where edges cross a crease: their fractions from the point with the lower number on.
-    fn crease_points(
-        &self,
-        points: &Points,
-        crossing: &[(usize, [bool; 3])],
-    ) -> Result<HashMap<Edge, f64>, EvaluationError> {
+    fn crease_points(&self, points: &Points, crossing: &[Crossing]) -> Result<HashMap<Edge, f64>, EvaluationError> {
         let mut edges: Vec<(Edge, [SurfacePoint; 2])> = Vec::new();
         for (triangle, crossed) in crossing {
             let corners = self.mesh.triangles[*triangle];
@@ -459,6 +493,12 @@ impl Points {
         let [a, b] = [a, b].map(|i| self.of_vertex[i as usize]);
         ((a.min(b), a.max(b)), a > b)
     }
+}
+
+/// Barycentric coordinates in steps of a fraction, without the corners.
+fn lattice(steps: u32) -> Vec<[f64; 3]> {
+    let all = (0..=steps).flat_map(|i| (0..=steps - i).map(move |j| [i, j, steps - i - j]));
+    all.filter(|w| !w.contains(&steps)).map(|w| w.map(|k| f64::from(k) / f64::from(steps))).collect()
 }
 
 fn mix(a: f64, b: f64, s: f64) -> f64 {
