@@ -54,8 +54,8 @@
 //! - [`mod@inspect`]: fit, measure and document.
 //! - [`workers`]: threads for the compiler's work.
 //!
-//! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `simulate` uses `bvh`; `export` reads all
-//! results; `inspect` calls `fit`, `variance` and `export`.
+//! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `simulate` uses `model` and `bvh`; `export`
+//! reads all results; `inspect` calls `fit`, `variance` and `export`.
 
 pub mod bvh;
 pub mod export;

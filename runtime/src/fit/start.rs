@@ -45,8 +45,8 @@ impl FitOptions {
     /// The options in terms of the model's parameters.
     ///
     /// # Errors
-    /// Names that the model does not have, start values outside of their bounds or that leave other parameters none, and
-    /// parameters that cannot be tied.
+    /// Names that the model does not have, start values outside of their bounds or that leave other parameters none,
+    /// and parameters that cannot be tied.
     pub(crate) fn resolve(&self, model: &dyn Model) -> Result<Start, FitError> {
         if let Some(sigma) = self.sigma
             && !(sigma > 0.0 && sigma.is_finite())
