@@ -160,7 +160,7 @@ proptest! {
         let results = b.call(id, vec![count, a, u, v], &[Type::Real; 3]);
         let kernel = module.add(b.finish(results.into_iter().enumerate().map(|(k, r)| (format!("r{k}"), r))));
         let shape = jit::KernelShape { function: kernel, captures: 2, output: jit::Output::Store };
-        let options = jit::Options { verify: true, listings: false, one_lane: false };
+        let options = jit::Options { verify: true, ..jit::Options::default() };
         let (code, _) = jit::Code::compile(&module, &[shape], &[], options, Workers::ONE).unwrap();
         let mut out = [0.0; 9];
         let points = jit::Points { count: 3, values: &[x[1], x[1], x[1], x[2], x[2], x[2]] };

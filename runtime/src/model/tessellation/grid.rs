@@ -43,6 +43,9 @@ impl Lines {
 /// The points of all borders: for each piece the parameters and positions of its vertices.
 pub(super) type BorderPoints = Vec<Vec<(f64, DVec3)>>;
 
+/// A piece of border with the parameters and positions of its vertices.
+pub(super) type PlacedPiece<'a> = (&'a Piece, &'a [(f64, DVec3)]);
+
 /// Places the vertices of all pieces of borders: those that are the same curve have the same points.
 ///
 /// # Errors
@@ -102,7 +105,7 @@ impl Grid {
         instance: &dyn Instance,
         patch: usize,
         axes: &Axes,
-        border: &[(&Piece, &[(f64, DVec3)])],
+        border: &[PlacedPiece<'_>],
         tolerance: f64,
     ) -> Result<Self, EvaluationError> {
         let [u, v] = axes.each_ref().map(|axis| Lines::of(axis));
@@ -145,7 +148,7 @@ impl Grid {
         instance: &dyn Instance,
         patch: usize,
         lines: [&Lines; 2],
-        border: &[(&Piece, &[(f64, DVec3)])],
+        border: &[PlacedPiece<'_>],
     ) -> Result<(), EvaluationError> {
         let width = lines[0].at.len();
         let mut moved = Vec::new();

@@ -15,9 +15,9 @@ use super::atlas::Atlas;
 use super::breaks::Breaks;
 use super::{EvaluationError, Instance, Model, Partials};
 use crate::mesh::{Group, TriangleMesh};
-use borders::{Borders, Piece};
+use borders::Borders;
 use glam::DVec3;
-use grid::Grid;
+use grid::{Grid, PlacedPiece};
 use intervals::{Axes, Interval};
 use rayon::prelude::*;
 use refine::Refinement;
@@ -82,7 +82,7 @@ impl Tessellation {
         let borders = Borders::find(instance, &mut axes)?;
         borders.level(&mut axes);
         let points = grid::border_points(instance, &axes, &borders)?;
-        let mut of_patch: Vec<Vec<(&Piece, &[(f64, DVec3)])>> = vec![Vec::new(); axes.len()];
+        let mut of_patch: Vec<Vec<PlacedPiece<'_>>> = vec![Vec::new(); axes.len()];
         for (piece, points) in borders.pieces.iter().zip(&points) {
             of_patch[piece.patch].push((piece, points));
         }
@@ -122,7 +122,7 @@ impl Tessellation {
     fn of_axes(
         instance: &dyn Instance,
         axes: &[Axes],
-        borders: &[Vec<(&Piece, &[(f64, DVec3)])>],
+        borders: &[Vec<PlacedPiece<'_>>],
         tolerance: f64,
     ) -> Result<Self, EvaluationError> {
         let grid = |(patch, axes): (usize, &Axes)| Grid::new(instance, patch, axes, &borders[patch], tolerance);
