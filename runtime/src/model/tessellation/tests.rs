@@ -75,8 +75,8 @@ impl Adversary<'_> {
             for _ in 0..2 {
                 let (s, t): (f64, f64) = (random.random(), random.random());
                 let start = if s + t > 1.0 { [1.0 - s, 1.0 - t] } else { [s, t] };
-                farthest = farthest.max(climb(start, |w| self.from_surface(triangle, w)));
-                farthest = farthest.max(climb(start, |w| self.from_triangle(triangle, w)));
+                farthest = farthest.max(climb(start, |w| self.surface_to_triangles(triangle, w)));
+                farthest = farthest.max(climb(start, |w| self.triangle_to_surface(triangle, w)));
             }
         }
         farthest
@@ -89,7 +89,7 @@ impl Adversary<'_> {
     }
 
     /// From the surface's point that belongs to a place of a triangle to the nearest of all triangles.
-    fn from_surface(&self, triangle: usize, w: [f64; 3]) -> f64 {
+    fn surface_to_triangles(&self, triangle: usize, w: [f64; 3]) -> f64 {
         let (patch, u, v) = self.uv(triangle, w);
         let mut point = [[0.0; 3]];
         self.instance.points(patch, &[u], &[v], &mut point).expect("it can be evaluated");
@@ -103,7 +103,7 @@ impl Adversary<'_> {
     }
 
     /// From a place of a triangle to the nearest point of the surface within the triangle's range of u and v.
-    fn from_triangle(&self, triangle: usize, w: [f64; 3]) -> f64 {
+    fn triangle_to_surface(&self, triangle: usize, w: [f64; 3]) -> f64 {
         let (patch, u, v) = self.uv(triangle, w);
         let corners = self.tessellation.mesh.corners(self.tessellation.mesh.triangles[triangle]);
         let origins = self.tessellation.mesh.triangles[triangle].map(|i| self.tessellation.origins[i as usize]);
@@ -192,8 +192,8 @@ const SOLIDS: [(&str, Option<f64>); 22] = [
     ("part p = prism(circle(10mm), 5mm)", Some(500.0 * PI)),
     ("part p = prism(rectangle(40mm, 20mm), 5mm)", Some(4000.0)),
     ("part p = prism(rectangle(40mm, 20mm, radius: 3mm), 5mm)", Some(5.0 * (800.0 - 36.0 + 9.0 * PI))),
-    ("part p = prism(regular_polygon(3, 20mm), 5mm)", Some(2598.0762113533159)),
-    ("part p = prism(regular_polygon(5, 20mm), 5mm)", Some(4755.2825814757678)),
+    ("part p = prism(regular_polygon(3, 20mm), 5mm)", Some(2598.076_211_353_316)),
+    ("part p = prism(regular_polygon(5, 20mm), 5mm)", Some(4755.282_581_475_768)),
     ("part p = prism(regular_polygon(7, 20mm), 5mm, twist: 30deg)", None),
     ("part p = bar(line((0mm, 0mm, 0mm), (0mm, 0mm, 9mm)), rectangle(4mm, 2mm))", Some(72.0)),
     ("part p = bar(|t| polar(30mm, t * 180deg, 10mm * t), regular_polygon(6, 4mm))", None),
@@ -304,7 +304,7 @@ fn chords_of_random_surfaces_are_kept() {
     let one = |seed: u64| {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let body = random_surface(&mut random);
-        let chord = if seed % 25 == 0 { 0.001 } else { [1.0, 0.1, 0.02][seed as usize % 3] };
+        let chord = if seed.is_multiple_of(25) { 0.001 } else { [1.0, 0.1, 0.02][seed as usize % 3] };
         let program = program(&body);
         let instance = instance(&program);
         let tessellation = tessellate(&program, chord);
