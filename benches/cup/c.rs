@@ -91,6 +91,7 @@ impl Peers {
                 assert_eq!(w.len(), n);
                 (0, PARAMETERS)
             }
+            Order::Decisions => panic!("the peer has none"),
         };
         assert!(x.len() == PARAMETERS && v.len() == n && out.len() == length);
         let (x, part, n, out) = (x.as_ptr(), part as i32, n as i32, out.as_mut_ptr());
