@@ -5,8 +5,10 @@
 //! (`grid`), and what leaves the surface by more than the chord is divided further (`refine`).
 
 pub(super) mod borders;
+mod crease;
 mod grid;
 pub(super) mod intervals;
+mod measure;
 mod refine;
 #[cfg(test)]
 mod tests;
