@@ -1,8 +1,11 @@
 //! Charts: the places of the patches on the texture.
 
+use super::breaks::Breaks;
 use super::packing::largest_packing;
+use super::tessellation::intervals::{self, Interval};
 use super::{EvaluationError, Instance, Model, Partials};
 use glam::DVec3;
+use rayon::prelude::*;
 use thiserror::Error;
 
 /// A patch's rectangle on the texture. The patch's (u, v) run linearly over it: u to the right and v upwards, or, where
@@ -141,30 +144,43 @@ impl Atlas {
 
 /// The rectangles that represent the patches.
 fn extents(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<[f64; 2]>, EvaluationError> {
-    (0..model.parts().len()).map(|p| extent(instance, p)).collect()
+    (0..model.parts().len()).into_par_iter().map(|p| extent(instance, p)).collect::<Vec<_>>().into_iter().collect()
 }
 
 /// Width and height in millimetres of the rectangle that represents a patch: its area is the patch's, its proportions
 /// are those with which texels are square on the average, |dS/du| to |dS/dv|: the mean of the ratio's logarithm by
 /// area.
 fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationError> {
-    const LATTICE: u32 = 32;
-    let at: Vec<f64> = (0..LATTICE).map(|i| (f64::from(i) + 0.5) / f64::from(LATTICE)).collect();
-    let mut samples = vec![Partials::default(); at.len() * at.len()];
-    instance.partials_grid(patch, &at, &at, &mut samples)?;
+    // Where breaks cannot be looked for, partial derivatives may still exist.
+    let axes = intervals::between(&Breaks::of_patch(instance, patch).unwrap_or_default());
+    let [(u, of_u), (v, of_v)] = axes.map(|axis| midpoints(&axis));
+    let mut samples = vec![Partials::default(); u.len() * v.len()];
+    instance.partials_grid(patch, &u, &v, &mut samples)?;
     let (mut sum, mut logarithms) = (0.0, 0.0);
-    for p in &samples {
+    for (k, p) in samples.iter().enumerate() {
         let (du, dv) = (DVec3::from_array(p.du), DVec3::from_array(p.dv));
-        let area = du.cross(dv).length();
+        let area = du.cross(dv).length() * of_u[k % u.len()] * of_v[k / u.len()];
         // Where there is area, neither partial derivative vanishes.
         if area > 0.0 {
             sum += area;
             logarithms += area * (du.length() / dv.length()).ln();
         }
     }
-    let (area, proportion) = (sum / samples.len() as f64, (logarithms / sum).exp());
+    let (area, proportion) = (sum, (logarithms / sum).exp());
     let extent = [(area * proportion).sqrt(), (area / proportion).sqrt()];
     Ok(if extent.iter().all(|e| *e > 0.0 && e.is_finite()) { extent } else { [0.0, 0.0] })
+}
+
+/// The nodes of the midpoint rule on every interval, with their weights.
+fn midpoints(axis: &[Interval]) -> (Vec<f64>, Vec<f64>) {
+    const NODES: f64 = 32.0;
+    const LEAST: f64 = 4.0;
+    let of_interval = |i: &Interval| {
+        let (start, length) = (i.start, i.end - i.start);
+        let count = (NODES * length).ceil().max(LEAST);
+        (0..count as u32).map(move |k| (start + length * ((f64::from(k) + 0.5) / count), length / count))
+    };
+    axis.iter().flat_map(of_interval).unzip()
 }
 
 #[cfg(test)]
@@ -172,6 +188,26 @@ mod tests {
     use super::*;
     use gml_compiler::program::{Options, compile};
     use gml_compiler::source::{NoFiles, SourceFile};
+
+    #[test]
+    fn areas_are_right_between_breaks() {
+        // Seven pieces of an equal share of u, 63 mm long together, and five steps of 8 mm by 10 mm.
+        let corners =
+            "(0mm, 0mm), (1mm, 0mm), (1mm, 30mm), (2mm, 30mm), (2mm, 1mm), (3mm, 1mm), (3mm, 1.5mm), (3.5mm, 1.5mm)";
+        let text = format!(
+            "use std.polyline (polyline)\nuse std.sweep (extrude)\nmodel areas {{\n\
+             part a = extrude(polyline([{corners}]), 10mm)\n\
+             part b = |u: real, v: real| (u * 40mm, v * 10mm, floor(5 * u) * 7mm)\n}}"
+        );
+        let script = SourceFile { name: "areas.gml".to_owned(), text };
+        let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+        let instance = Model::instantiate(&program, &[]).expect("it exists");
+        let extents = extents(&program, &*instance).expect("they exist");
+        for ([width, height], area) in extents.into_iter().zip([630.0, 400.0]) {
+            // Both are linear between their breaks, so that the rule is exact but for rounding.
+            assert!((width * height - area).abs() < 1e-9 * area, "{} for {area}", width * height);
+        }
+    }
 
     #[test]
     fn a_texture_is_as_large_as_its_texels_are_to_be_fine() {

@@ -1,6 +1,7 @@
 //! The places from which distances are measured.
 
 use super::atlas::{Atlas, Chart};
+use super::breaks::{Breaks, move_off};
 use super::tessellation::{normal, unit_normals};
 use super::{EvaluationError, Instance, Model, Partials};
 use crate::mesh::retain_marked;
@@ -32,7 +33,7 @@ pub struct Texels {
 
 impl Texels {
     /// Samples every chart's texels on the exact surface. A texel stands for the area `|du x dv|` at its centre times
-    /// its extent in (u, v); one where the surface has no area is left out.
+    /// its extent in (u, v); one where the surface has no area is left out. A centre on a break counts to one side.
     ///
     /// # Errors
     /// The surface cannot be evaluated.
@@ -70,8 +71,18 @@ impl Texels {
                 blocks.entry((row.patch, row.j / high, i / wide)).or_default().push((piece, places));
             }
         }
+        // Where breaks cannot be looked for, partial derivatives may still exist.
+        let breaks = (0..atlas.charts.len()).into_par_iter().map(|p| Breaks::of_patch(instance, p).unwrap_or_default());
+        let patches: Vec<Patch<'_>> = atlas
+            .charts
+            .iter()
+            .zip(breaks.collect::<Vec<_>>())
+            .map(|(chart, breaks)| Patch { chart, breaks })
+            .collect();
         let blocks: Vec<_> = blocks.into_iter().collect();
-        blocks.into_par_iter().try_for_each(|((patch, ..), block)| sample_block(instance, atlas, patch, block))?;
+        blocks
+            .into_par_iter()
+            .try_for_each(|((patch, ..), block)| sample_block(instance, &patches[patch], patch, block))?;
         texels.drop_absent();
         Ok(texels)
     }
@@ -182,24 +193,31 @@ impl<'a> Places<'a> {
     }
 }
 
+/// A patch's chart and breaks.
+struct Patch<'a> {
+    chart: &'a Chart,
+    breaks: Breaks,
+}
+
 /// Samples a block of one chart's texels at once.
 fn sample_block(
     instance: &dyn Instance,
-    atlas: &Atlas,
+    Patch { chart, breaks }: &Patch<'_>,
     patch: usize,
     mut block: Vec<(Row, Places<'_>)>,
 ) -> Result<(), EvaluationError> {
     let Some((Row { i: left, j: top, .. }, places)) = block.first() else { return Ok(()) };
-    let chart = &atlas.charts[patch];
     let (width, height) = (places.index.len(), block.len());
     let along: Vec<(f64, f64)> = (0..width as u32).map(|i| chart.parameters(left + i, *top)).collect();
     let across: Vec<(f64, f64)> = block.iter().map(|(row, _)| chart.parameters(*left, row.j)).collect();
     // Rows of texels are those of the grid, or its columns.
-    let (u, v): (Vec<f64>, Vec<f64>) = if chart.transposed {
+    let (mut u, mut v): (Vec<f64>, Vec<f64>) = if chart.transposed {
         (across.iter().map(|p| p.0).collect(), along.iter().map(|p| p.1).collect())
     } else {
         (along.iter().map(|p| p.0).collect(), across.iter().map(|p| p.1).collect())
     };
+    move_off(&breaks.u, &mut u);
+    move_off(&breaks.v, &mut v);
     let mut grid = vec![Partials::default(); width * height];
     instance.partials_grid(patch, &u, &v, &mut grid)?;
     let place = |k: usize, i: usize| if chart.transposed { i * height + k } else { k * width + i };
@@ -207,7 +225,7 @@ fn sample_block(
     for (k, (row, places)) in block.iter_mut().enumerate() {
         write_row(chart, *row, |i| &grid[place(k, i)], places, |i| poles.push((k, i)));
     }
-    let at = |&(k, i): &(usize, usize)| chart.parameters(block[k].0.i + i as u32, block[k].0.j);
+    let at = |&(k, i): &(usize, usize)| if chart.transposed { (u[k], v[i]) } else { (u[i], v[k]) };
     let (u, v): (Vec<f64>, Vec<f64>) = poles.iter().map(at).unzip();
     let partials: Vec<Partials> = poles.iter().map(|(k, i)| grid[place(*k, *i)]).collect();
     let normals = unit_normals(instance, patch, &u, &v, &partials)?;
@@ -243,5 +261,34 @@ fn write_row<'p>(
                 ([0.0; 3], ABSENT)
             }
         };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gml_compiler::program::{Options, compile};
+    use gml_compiler::source::{NoFiles, SourceFile};
+
+    #[test]
+    fn texels_on_a_ridge_have_the_normal_of_one_side() {
+        // The centres of the middle column lie on u = 1/2, where the derivative of abs is that of neither side.
+        let surface = "(u * 40mm, v * 10mm, abs(u - 0.5) * 40mm)";
+        let text = format!("model roof {{ part a = |u: real, v: real| {surface} }}");
+        let script = SourceFile { name: "roof.gml".to_owned(), text };
+        let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+        let instance = Model::instantiate(&program, &[]).expect("it exists");
+        for transposed in [false, true] {
+            let chart = Chart { x: 0, y: 0, width: 33, height: 33, transposed };
+            let atlas = Atlas { size: 64, charts: vec![chart] };
+            let texels = Texels::of_model(&program, &*instance, &atlas).expect("it is finite");
+            assert_eq!(texels.len(), 33 * 33);
+            for (n, area) in texels.normal.iter().zip(&texels.area) {
+                // Single precision.
+                let side = f32::sqrt(0.5);
+                assert!((n[0].abs() - side).abs() < 1e-6 && n[1] == 0.0 && (n[2] - side).abs() < 1e-6, "{n:?}");
+                assert!((area * 33.0 * 33.0 - 400.0 / side).abs() < 1e-3, "{area}");
+            }
+        }
     }
 }

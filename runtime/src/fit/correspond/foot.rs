@@ -1,5 +1,7 @@
-//! Distances to the exact surface: the nearest facet's point is refined by projected Newton steps in (u, v).
+//! Distances to the exact surface: the nearest facet's point is refined by projected Newton steps in (u, v). They stop
+//! at the breaks of the patch, as at its edges, and go on from the other side where that leads nearer.
 
+use super::domain::{Domain, Stretch};
 use crate::fit::tuning::{
     BACKTRACK, CURVED_CLEARLY, CURVED_SOUNDLY, FOOT_EVALUATIONS, SEAM_STEP, TAYLOR_GROWTH, TAYLOR_SHARE, TAYLOR_STEPS,
 };
@@ -26,25 +28,38 @@ struct Iteration {
     index: usize,
     trial: [f64; 2],
     step: [f64; 2],
+    /// The stretches of u and of v in which the foot lies.
+    home: [u16; 2],
+    /// Those of the trial where it lies across a break from the foot.
+    crossed: Option<[u16; 2]>,
+    /// Which of the four neighbouring stretches were looked at since the foot moved: all before this one.
+    looked: usize,
+}
+
+/// What all foot points of a call have in common.
+#[derive(Clone, Copy)]
+struct Search<'a> {
+    domain: &'a Domain,
+    tolerance: f64,
 }
 
 /// Moves every `uv` to the nearest point of the patch to its `q`, until another step would lower the squared distance
-/// by less than `tolerance` squared. `closed` says whether the patch closes in u and in v: there a foot point crosses
-/// the seam, elsewhere it stops at the edge.
+/// by less than `tolerance` squared. Foot points cross the seams of a patch that is closed, elsewhere they stop at the
+/// edge.
 ///
 /// # Errors
 /// The patch cannot be evaluated.
 pub(crate) fn foot_points(
     instance: &dyn Instance,
     patch: usize,
-    closed: [bool; 2],
+    domain: &Domain,
     q: &[DVec3],
     uv: &[[f64; 2]],
     tolerance: f64,
 ) -> Result<Vec<Foot>, EvaluationError> {
     let mut feet = vec![Foot { d2: f64::INFINITY, ..Foot::default() }; q.len()];
-    let mut active: Vec<Iteration> =
-        uv.iter().enumerate().map(|(index, uv)| Iteration { index, trial: *uv, step: [0.0; 2] }).collect();
+    let search = Search { domain, tolerance };
+    let mut active: Vec<Iteration> = uv.iter().enumerate().map(|(index, uv)| search.begin(index, *uv)).collect();
     let (mut u, mut v, mut surface) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..FOOT_EVALUATIONS {
         if active.is_empty() {
@@ -60,7 +75,7 @@ pub(crate) fn foot_points(
         for i in 0..active.len() {
             let mut iteration = active[i];
             let index = iteration.index;
-            if advance(&mut iteration, &mut feet[index], &surface[i], q[index], closed, tolerance) {
+            if search.advance(&mut iteration, &mut feet[index], &surface[i], q[index]) {
                 active[remaining] = iteration;
                 remaining += 1;
             }
@@ -70,51 +85,87 @@ pub(crate) fn foot_points(
     Ok(feet)
 }
 
-/// Accepts a trial if it is nearer and chooses the next one; false when the iteration is over.
-fn advance(
-    iteration: &mut Iteration,
-    foot: &mut Foot,
-    s: &SecondPartials,
-    q: DVec3,
-    closed: [bool; 2],
-    tolerance: f64,
-) -> bool {
-    let [point, du, dv] = [s.first.point, s.first.du, s.first.dv].map(DVec3::from_array);
-    let r = point - q;
-    let d2 = r.length_squared();
-    if d2 <= foot.d2 {
-        *foot = Foot { uv: iteration.trial, point, normal: du.cross(dv), d2 };
+impl Search<'_> {
+    fn begin(&self, index: usize, uv: [f64; 2]) -> Iteration {
+        let home = self.domain.numbers(uv);
+        Iteration { index, trial: uv, step: [0.0; 2], home, crossed: None, looked: 0 }
+    }
+
+    /// Accepts a trial if it is nearer and chooses the next one; false when the iteration is over.
+    fn advance(&self, iteration: &mut Iteration, foot: &mut Foot, s: &SecondPartials, q: DVec3) -> bool {
+        let [point, du, dv] = [s.first.point, s.first.du, s.first.dv].map(DVec3::from_array);
+        let r = point - q;
+        let d2 = r.length_squared();
+        // Both sides of a corner are the same point, to rounding.
+        let rounding = if iteration.crossed.is_some() { self.tolerance * self.tolerance + 1e-12 * d2 } else { 0.0 };
+        if d2 > foot.d2 + rounding {
+            if iteration.crossed.is_some() {
+                return self.cross(iteration, foot);
+            }
+            iteration.step = iteration.step.map(|s| BACKTRACK * s);
+            if iteration.step.iter().all(|s| s.abs() < 1e-14) {
+                return false;
+            }
+            iteration.trial = stepped(foot.uv, iteration.step, self.domain.pieces(iteration.home));
+            return true;
+        }
+        let within = self.domain.pieces(iteration.crossed.unwrap_or(iteration.home));
         let second = [s.duu, s.duv, s.dvv].map(|d| r.dot(DVec3::from_array(d)));
         let (step, gain) =
-            newton(iteration.trial, closed, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
+            newton(iteration.trial, within, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
         // `gain` is the predicted decrease of d^2; below rounding nothing is gained.
-        if gain <= (tolerance * tolerance).max(1e-16 * d2) {
-            return false;
+        let rests = gain <= (self.tolerance * self.tolerance).max(1e-16 * d2);
+        if let Some(numbers) = iteration.crossed {
+            if rests && d2 + rounding >= foot.d2 {
+                return self.cross(iteration, foot);
+            }
+            (iteration.home, iteration.crossed, iteration.looked) = (numbers, None, 0);
         }
-        if let Some(there) = finish(iteration.trial, step, s, q, closed, tolerance) {
+        *foot = Foot { uv: iteration.trial, point, normal: du.cross(dv), d2 };
+        if rests {
+            return self.cross(iteration, foot);
+        }
+        if let Some(there) = finish(iteration.trial, step, s, q, within, self.tolerance)
+            && !self.is_at_break(iteration.home, there.uv)
+        {
             if there.d2 < foot.d2 {
                 *foot = there;
             }
             return false;
         }
         iteration.step = step;
-    } else {
-        iteration.step = iteration.step.map(|s| BACKTRACK * s);
-        if iteration.step.iter().all(|s| s.abs() < 1e-14) {
-            return false;
-        }
+        iteration.trial = stepped(foot.uv, step, within);
+        true
     }
-    iteration.trial = stepped(foot.uv, iteration.step, closed);
-    true
+
+    /// From a foot that rests at a break to the other side of it; false where there is none that was not looked at.
+    fn cross(&self, iteration: &mut Iteration, foot: &Foot) -> bool {
+        while foot.d2 > self.tolerance * self.tolerance && iteration.looked < 4 {
+            let (k, up) = (iteration.looked / 2, iteration.looked % 2 == 1);
+            iteration.looked += 1;
+            if let Some((number, t)) = self.domain.across(k, iteration.home[k], up, foot.uv[k]) {
+                let mut numbers = iteration.home;
+                (iteration.trial, numbers[k]) = (foot.uv, number);
+                iteration.trial[k] = t;
+                iteration.crossed = Some(numbers);
+                return true;
+            }
+        }
+        false
+    }
+
+    fn is_at_break(&self, home: [u16; 2], uv: [f64; 2]) -> bool {
+        (0..2).any(|k| [false, true].iter().any(|up| self.domain.across(k, home[k], *up, uv[k]).is_some()))
+    }
 }
 
-fn stepped(uv: [f64; 2], step: [f64; 2], closed: [bool; 2]) -> [f64; 2] {
+fn stepped(uv: [f64; 2], step: [f64; 2], within: [Stretch; 2]) -> [f64; 2] {
     [0, 1].map(|k| {
         let x = uv[k] + step[k];
-        match closed[k] {
+        match within[k].wraps {
             true if (0.0..1.0).contains(&x) => x,
             true => x - x.floor(),
-            false => x.clamp(0.0, 1.0),
+            false => within[k].clamp(x),
         }
     })
 }
@@ -126,7 +177,7 @@ fn finish(
     step: [f64; 2],
     s: &SecondPartials,
     q: DVec3,
-    closed: [bool; 2],
+    within: [Stretch; 2],
     tolerance: f64,
 ) -> Option<Foot> {
     let [point, du, dv] = [s.first.point, s.first.du, s.first.dv].map(DVec3::from_array);
@@ -151,20 +202,26 @@ fn finish(
         let r = here - q;
         let second = [duu, duv, dvv].map(|d| r.dot(d));
         let at = [uv[0] + a, uv[1] + b];
-        let (next, gain) = newton(at, closed, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
+        let (next, gain) = newton(at, within, [r.dot(du), r.dot(dv)], [du.dot(du), du.dot(dv), dv.dot(dv)], second);
         let d2 = r.length_squared();
         if gain <= (tolerance * tolerance).max(1e-16 * d2) {
-            return Some(Foot { uv: stepped(uv, walked, closed), point: here, normal: du.cross(dv), d2 });
+            return Some(Foot { uv: stepped(uv, walked, within), point: here, normal: du.cross(dv), d2 });
         }
         step = next;
     }
     None
 }
 
-/// The step that minimises the quadratic model of |S - q|^2 / 2 inside the patch, and by how much it lowers |S - q|^2.
+/// The step that minimises the quadratic model of |S - q|^2 / 2 `within` stretches, and by how much it lowers |S - q|^2.
 /// `metric` is the first fundamental form, `bend` the rest of the Hessian.
-fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: [f64; 3]) -> ([f64; 2], f64) {
-    let blocked = |k: usize| !closed[k] && ((uv[k] <= 0.0 && g[k] > 0.0) || (uv[k] >= 1.0 && g[k] < 0.0));
+fn newton(uv: [f64; 2], within: [Stretch; 2], g: [f64; 2], metric: [f64; 3], bend: [f64; 3]) -> ([f64; 2], f64) {
+    let blocked = |k: usize| {
+        let Stretch { start, end, wraps, .. } = within[k];
+        !wraps && ((uv[k] <= start && g[k] > 0.0) || (uv[k] >= end && g[k] < 0.0))
+    };
+    let limited = |k: usize, step: f64| {
+        if within[k].wraps { step.clamp(-SEAM_STEP, SEAM_STEP) } else { within[k].clamp(uv[k] + step) - uv[k] }
+    };
     let free = [!blocked(0), !blocked(1)];
     // If the full Hessian is not safely positive (the point lies beyond a centre of curvature), the metric alone
     // (Gauss-Newton) still gives a descent direction.
@@ -192,8 +249,7 @@ fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: 
     };
     // A step that leaves through one edge follows the edge: the other variable is solved again.
     for k in 0..2 {
-        let clipped =
-            if closed[k] { step[k].clamp(-SEAM_STEP, SEAM_STEP) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
+        let clipped = limited(k, step[k]);
         if clipped != step[k] {
             step[k] = clipped;
             let other = 1 - k;
@@ -203,8 +259,7 @@ fn newton(uv: [f64; 2], closed: [bool; 2], g: [f64; 2], metric: [f64; 3], bend: 
         }
     }
     for k in 0..2 {
-        step[k] =
-            if closed[k] { step[k].clamp(-SEAM_STEP, SEAM_STEP) } else { (uv[k] + step[k]).clamp(0.0, 1.0) - uv[k] };
+        step[k] = limited(k, step[k]);
     }
     let linear = g[0] * step[0] + g[1] * step[1];
     let quadratic = h[0] * step[0] * step[0] + 2.0 * h[1] * step[0] * step[1] + h[2] * step[1] * step[1];

@@ -1,12 +1,14 @@
-//! The division of the model's patches into facets: a grid of quadrilaterals per patch, in a tree of boxes that is
-//! built once a level and refitted at every evaluation.
+//! The division of the model's patches into facets: a grid of quadrilaterals per patch with lines at its breaks, in a
+//! tree of boxes that is built once a level and refitted at every evaluation.
 
+use super::domain::Domain;
 use super::facets::Facets;
-use super::tree::Tree;
-use crate::fit::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, MOST_CELLS};
+use super::gauge::{Gauge, Lines};
+use super::tree::{Tree, triangle_closest};
 use crate::mesh::Bounds;
 use crate::model::{Instance, Model};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Vertices of the grids in (u, v), and the quadrilaterals between them. Does not depend on the parameters.
@@ -19,7 +21,7 @@ pub(crate) struct Layout {
     pub(super) quads: Vec<Quad>,
     pub(super) tree: Tree,
     /// Largest distance of a facet from the exact surface, at the shape that the layout was made for; estimated from
-    /// second differences. Millimetres.
+    /// second differences, and of patches with breaks measured as well. Millimetres.
     pub(crate) sagitta: f64,
 }
 
@@ -29,12 +31,10 @@ pub(super) struct Grid {
     /// Its first vertex.
     pub(super) first: usize,
     /// u of the columns and v of the rows; none where the patch is left out.
-    u: Vec<f64>,
-    v: Vec<f64>,
-    /// Whether the patch closes in u, and in v, so that a foot point may cross the seam.
-    closed: [bool; 2],
-    /// Quadrilaterals each way.
-    cells: [usize; 2],
+    u: Lines,
+    v: Lines,
+    /// What foot points may cross, and where they stop.
+    domain: Domain,
 }
 
 /// Vertices in the order (u, v), (u+, v), (u+, v+), (u, v+): counter-clockwise about dS/du x dS/dv.
@@ -48,7 +48,12 @@ pub(super) struct Quad {
 
 impl Grid {
     pub(super) fn vertices(&self) -> Range<usize> {
-        self.first..self.first + self.u.len() * self.v.len()
+        self.first..self.first + self.u.at.len() * self.v.at.len()
+    }
+
+    /// Cells each way.
+    fn cells(&self) -> [usize; 2] {
+        [self.u.has_facets.len(), self.v.has_facets.len()]
     }
 }
 
@@ -64,21 +69,23 @@ impl Layout {
         instance: &dyn Instance,
         tolerance: f64,
         size: f64,
-        chosen: impl Fn(usize) -> bool,
+        chosen: impl Fn(usize) -> bool + Sync,
     ) -> Self {
+        let gauge = |patch: usize| chosen(patch).then(|| Gauge::of(instance, patch, tolerance, size));
+        let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).into_par_iter().map(gauge).collect();
         let mut layout = Self::default();
-        for patch in 0..model.parts().len() {
-            if chosen(patch) {
-                let gauge = gauge(instance, patch, tolerance, size);
-                layout.sagitta = layout.sagitta.max(gauge.sagitta);
-                layout.push_grid(patch, gauge);
-            } else {
-                let first = layout.uv.len();
-                layout.grids.push(Grid { first, u: Vec::new(), v: Vec::new(), closed: [false; 2], cells: [0; 2] });
-            }
+        let mut broken = Vec::new();
+        for (patch, gauge) in gauges.into_iter().enumerate() {
+            let gauge = gauge.unwrap_or_default();
+            layout.sagitta = layout.sagitta.max(gauge.sagitta);
+            broken.extend(gauge.is_broken.then_some(patch));
+            layout.push_grid(patch, gauge);
         }
         let mut positions = vec![[f64::NAN; 3]; layout.uv.len()];
         layout.place(instance, &mut positions);
+        for patch in broken {
+            layout.sagitta = layout.sagitta.max(layout.measured(instance, patch, &positions));
+        }
         let centres: Vec<DVec3> = layout.quads.iter().map(|q| centre(q, &positions)).collect();
         let (tree, order) = Tree::build(&centres);
         layout.quads = order.iter().map(|i| layout.quads[*i as usize]).collect();
@@ -87,20 +94,38 @@ impl Layout {
     }
 
     fn push_grid(&mut self, patch: usize, gauge: Gauge) {
-        let [nu, nv] = gauge.cells;
+        let [u, v] = gauge.lines;
         let first = self.uv.len();
-        let axis = |n: usize| (0..=n).map(|i| i as f64 / n as f64).collect::<Vec<f64>>();
-        let (u, v) = (axis(nu), axis(nv));
-        self.uv.extend(v.iter().flat_map(|v| u.iter().map(|u| [*u, *v])));
-        for j in 0..nv {
-            for i in 0..nu {
-                let a = (first + j * (nu + 1) + i) as u32;
-                let above = a + nu as u32 + 1;
+        self.uv.extend(v.at.iter().flat_map(|v| u.at.iter().map(|u| [*u, *v])));
+        for j in (0..v.has_facets.len()).filter(|j| v.has_facets[*j]) {
+            for i in (0..u.has_facets.len()).filter(|i| u.has_facets[*i]) {
+                let a = (first + j * u.at.len() + i) as u32;
+                let above = a + u.at.len() as u32;
                 let vertices = [a, a + 1, above + 1, above];
                 self.quads.push(Quad { patch: patch as u32, vertices, place: [i as u16, j as u16] });
             }
         }
-        self.grids.push(Grid { first, u, v, closed: gauge.closed, cells: gauge.cells });
+        self.grids.push(Grid { first, u, v, domain: gauge.domain });
+    }
+
+    /// The largest distance of a patch's surface from its facets, at their middles. Millimetres; 0 where it cannot be
+    /// evaluated.
+    fn measured(&self, instance: &dyn Instance, patch: usize, positions: &[[f64; 3]]) -> f64 {
+        let grid = &self.grids[patch];
+        let middles = |lines: &Lines| lines.at.windows(2).map(|w| (w[0] + w[1]) / 2.0).collect::<Vec<f64>>();
+        let (u, v) = (middles(&grid.u), middles(&grid.v));
+        let mut points = vec![[0.0; 3]; u.len() * v.len()];
+        if instance.points_grid(patch, &u, &v, &mut points).is_err() {
+            return 0.0;
+        }
+        let distance = |quad: &Quad| {
+            let [i, j] = quad.place.map(usize::from);
+            let middle = DVec3::from_array(points[j * u.len() + i]);
+            let [a, b, c, d] = quad.vertices.map(|v| DVec3::from_array(positions[v as usize]));
+            triangle_closest(middle, a, b, c).1.min(triangle_closest(middle, a, c, d).1)
+        };
+        let of_patch = self.quads.iter().filter(|q| q.patch as usize == patch);
+        of_patch.map(distance).fold(0.0, f64::max).sqrt()
     }
 
     /// Evaluates every vertex; those of a patch that fails are NaN. Returns the number of patches that failed.
@@ -111,7 +136,7 @@ impl Layout {
             if out.is_empty() {
                 continue;
             }
-            if instance.points_grid(patch, &grid.u, &grid.v, out).is_err() {
+            if instance.points_grid(patch, &grid.u.at, &grid.v.at, out).is_err() {
                 out.fill([f64::NAN; 3]);
                 absent += 1;
             }
@@ -140,15 +165,16 @@ impl Layout {
             return false;
         }
         let grid = &self.grids[a.patch as usize];
+        let cells = grid.cells();
         (0..2).all(|k| {
             let apart = a.place[k].abs_diff(b.place[k]) as usize;
-            apart <= 1 || (grid.closed[k] && apart + 1 >= grid.cells[k])
+            apart <= 1 || (grid.domain.closed[k] && apart + 1 >= cells[k])
         })
     }
 
-    /// Whether patch `patch` closes in u, and in v.
-    pub(crate) fn closed(&self, patch: usize) -> [bool; 2] {
-        self.grids[patch].closed
+    /// How the parameters of patch `patch` are divided.
+    pub(crate) fn domain(&self, patch: usize) -> &Domain {
+        &self.grids[patch].domain
     }
 }
 
@@ -160,47 +186,4 @@ pub(super) fn bounds(positions: &[[f64; 3]]) -> Bounds {
 fn centre(quad: &Quad, positions: &[[f64; 3]]) -> DVec3 {
     let sum: DVec3 = quad.vertices.iter().map(|v| DVec3::from_array(positions[*v as usize])).sum();
     sum / 4.0
-}
-
-/// The resolution that a patch needs, and whether it closes.
-struct Gauge {
-    cells: [usize; 2],
-    closed: [bool; 2],
-    /// The chord error of the cells, both directions together. Millimetres.
-    sagitta: f64,
-}
-
-/// Chord error h^2 |S''| / 8 from second differences on a coarse grid; beside it no cell longer than a tenth of the
-/// size, so that boxes stay small.
-fn gauge(instance: &dyn Instance, patch: usize, tolerance: f64, size: f64) -> Gauge {
-    let n = CURVATURE_CELLS + 1;
-    let axis: Vec<f64> = (0..n).map(|i| i as f64 / CURVATURE_CELLS as f64).collect();
-    let mut p = vec![[0.0; 3]; n * n];
-    if instance.points_grid(patch, &axis, &axis, &mut p).is_err() {
-        return Gauge { cells: [CURVATURE_CELLS; 2], closed: [false; 2], sagitta: 0.0 };
-    }
-    let at = |i: usize, j: usize, swap: bool| DVec3::from_array(if swap { p[i * n + j] } else { p[j * n + i] });
-    let mut cells = [1; 2];
-    let mut closed = [false; 2];
-    let mut sagitta = 0.0;
-    for (k, swap) in [(0, false), (1, true)] {
-        let (mut bend, mut length, mut gap) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for j in 0..n {
-            let mut line = 0.0;
-            for i in 1..n {
-                line += at(i, j, swap).distance(at(i - 1, j, swap));
-                if i + 1 < n {
-                    bend = bend.max((at(i + 1, j, swap) - 2.0 * at(i, j, swap) + at(i - 1, j, swap)).length());
-                }
-            }
-            length = length.max(line);
-            gap = gap.max(at(0, j, swap).distance(at(n - 1, j, swap)));
-        }
-        let by_bend = CURVATURE_CELLS as f64 * (bend / (8.0 * tolerance)).sqrt();
-        let by_length = CELLS_OF_SIZE * length / size;
-        cells[k] = by_bend.max(by_length).ceil().clamp(1.0, MOST_CELLS) as usize;
-        sagitta += bend / 8.0 * (CURVATURE_CELLS as f64 / cells[k] as f64).powi(2);
-        closed[k] = length > 0.0 && gap < 1e-9 * size && bend > 0.0;
-    }
-    Gauge { cells, closed, sagitta }
 }

@@ -2,8 +2,10 @@
 //! point, the exact foot point on the surface, and a cache of foot points between evaluations.
 
 pub(crate) mod cache;
+pub(crate) mod domain;
 pub(crate) mod facets;
 pub(crate) mod foot;
+mod gauge;
 pub(crate) mod layout;
 pub(crate) mod nearest;
 mod tree;

@@ -289,7 +289,7 @@ impl Objective<'_> {
             let patch = points[0].patch as usize;
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = points.iter().map(|p| (p.q, p.uv)).unzip();
             let feet =
-                foot_points(&*placed.instance, patch, self.layout.closed(patch), &q, &uv, self.tolerance).ok()?;
+                foot_points(&*placed.instance, patch, self.layout.domain(patch), &q, &uv, self.tolerance).ok()?;
             let losses = feet.iter().map(|f| self.loss.at(f.d2)).collect();
             Some(Matched { patch, points: points.to_vec(), feet, losses })
         };

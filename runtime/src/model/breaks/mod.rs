@@ -63,6 +63,17 @@ impl Breaks {
     }
 }
 
+/// Moves values that lie within one of some breaks to its upper side: in between derivatives may be those of neither
+/// side.
+pub(super) fn move_off(breaks: &[Break], values: &mut [f64]) {
+    for t in values {
+        let next = breaks.partition_point(|b| b.after <= *t);
+        if let Some(within) = breaks.get(next).filter(|b| b.before < *t) {
+            *t = within.after;
+        }
+    }
+}
+
 /// Signatures of the decisions by both u and v at sites, for those who follow edges that are not along lines of
 /// constant u or v; 0 everywhere where there are none.
 ///
