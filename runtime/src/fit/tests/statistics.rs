@@ -110,7 +110,7 @@ fn equal_parameters_have_values_within_the_bounds_of_both() {
     assert!((result.parameters[0].value - 47.0).abs() < 0.02, "{result:?}");
     let error = fitted([(1.0, 44.0), (46.0, 99.0)], &[]).unwrap_err();
     assert!(matches!(error, FitError::NoCommonValue { .. }), "{error}");
-    assert!(error.to_string().ends_with("(`a` 1 mm to 44 mm, `b` 46 mm to 99 mm)"), "{error}");
+    assert!(error.to_string().ends_with(": `a` 1 mm to 44 mm, `b` 46 mm to 99 mm"), "{error}");
 }
 
 #[test]
