@@ -58,7 +58,7 @@ fn facets_do_not_cut_corners() {
     let curved = [
         format!("part a = revolve(polyline({shaft}))"),
         "part a = prism(rectangle(40mm, 20mm, radius: 2mm), 5mm)".to_owned(),
-        "part a = |u: real, v: real| (u * 40mm, v * 10mm, abs(sin(9 * u)) * 5mm)".to_owned(),
+        "part a = |u: real, v: real| (u * 40mm, v * 10mm, abs(sin(u * 500deg)) * 5mm)".to_owned(),
     ];
     for model in curved {
         let (distance, sagitta) = off(&model, 0.05);

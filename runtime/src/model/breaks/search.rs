@@ -94,8 +94,11 @@ fn changes(patch: Patch<'_>, axis: Axis, lines: &[f64], samples: usize) -> Resul
     for line in lines {
         let signatures = signatures(&samples, &vec![*line; samples.len()])?;
         for (ends, signatures) in samples.windows(2).zip(signatures.windows(2)) {
-            let signatures = [signatures[0], signatures[1]];
-            open.push(Open { low: ends[0], high: ends[1], signatures, line: *line });
+            // Nearly all are equal.
+            if signatures[0] != signatures[1] {
+                let signatures = [signatures[0], signatures[1]];
+                open.push(Open { low: ends[0], high: ends[1], signatures, line: *line });
+            }
         }
     }
     let (mut found, mut known) = (Vec::new(), HashSet::new());

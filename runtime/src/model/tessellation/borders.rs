@@ -215,31 +215,14 @@ impl Borders {
         self.tolerance / COINCIDENT
     }
 
-    /// Gives intervals whose pieces are the same curve the same number of segments: the largest of all.
-    pub(in crate::model) fn level(&self, axes: &mut [Axes]) {
-        let mut first = vec![Vec::new(); axes.len() * 2];
-        let mut count = 0;
-        for (patch, axes) in axes.iter().enumerate() {
-            for k in 0..2 {
-                first[2 * patch + k] = (count..count + axes[k].len()).collect();
-                count += axes[k].len();
-            }
-        }
-        let mut sets: Vec<usize> = (0..count).collect();
-        let node = |piece: &Piece| first[2 * piece.patch + piece.side.along][piece.interval];
+    /// The segments of every piece: the most of those that its curve has as part of any patch.
+    pub(in crate::model) fn segments(&self, axes: &[Axes]) -> Vec<u32> {
+        let own = |piece: &Piece| axes[piece.patch][piece.side.along][piece.interval].segments;
+        let mut most = vec![1; self.pieces.len()];
         for piece in &self.pieces {
-            let [a, b] = [node(piece), node(&self.pieces[piece.leader])].map(|n| root(&mut sets, n));
-            sets[a.max(b)] = a.min(b);
+            most[piece.leader] = most[piece.leader].max(own(piece));
         }
-        let mut most = vec![1; count];
-        let all = |axes: &[Axes]| -> Vec<u32> { axes.iter().flatten().flatten().map(|i| i.segments).collect() };
-        for (n, segments) in all(axes).into_iter().enumerate() {
-            let set = root(&mut sets, n);
-            most[set] = most[set].max(segments);
-        }
-        for (n, interval) in axes.iter_mut().flatten().flatten().enumerate() {
-            interval.segments = most[root(&mut sets, n)];
-        }
+        self.pieces.iter().map(|piece| if piece.is_point { own(piece) } else { most[piece.leader] }).collect()
     }
 }
 
@@ -329,14 +312,6 @@ impl Piece {
         }
         Ok(best)
     }
-}
-
-fn root(sets: &mut [usize], mut n: usize) -> usize {
-    while sets[n] != n {
-        sets[n] = sets[sets[n]];
-        n = sets[n];
-    }
-    n
 }
 
 /// Divides intervals at parameters inside of them.

@@ -5,6 +5,7 @@ use super::intervals::{Axes, Interval};
 use super::{SurfacePoint, unit_normals};
 use crate::model::{EvaluationError, Instance, Partials, Sites};
 use glam::DVec3;
+use std::collections::HashMap;
 
 /// A patch's vertices: at every u of its lines for every v of its lines, u running fastest; a break has two lines, one
 /// on either side.
@@ -33,6 +34,11 @@ impl Lines {
         lines
     }
 
+    /// The number of segments of an interval.
+    fn segments(&self, interval: usize) -> usize {
+        self.first.get(interval + 1).unwrap_or(&self.at.len()) - self.first[interval] - 1
+    }
+
     /// Lines with a cell between them and the next one.
     fn cells<'a>(&'a self) -> impl Iterator<Item = usize> + Clone + 'a {
         let ends = self.first[1..].iter().map(|f| f - 1).chain([self.at.len() - 1]);
@@ -42,6 +48,9 @@ impl Lines {
 
 /// The points of all borders: for each piece the parameters and positions of its vertices.
 pub(super) type BorderPoints = Vec<Vec<(f64, DVec3)>>;
+
+/// Vertices between two neighbours of the border of a grid, by these two.
+type Chains = HashMap<(u32, u32), Vec<u32>>;
 
 /// A piece of border with the parameters and positions of its vertices.
 pub(super) type PlacedPiece<'a> = (&'a Piece, &'a [(f64, DVec3)]);
@@ -56,8 +65,9 @@ pub(super) fn border_points(
     borders: &Borders,
 ) -> Result<BorderPoints, EvaluationError> {
     let mut points: BorderPoints = Vec::with_capacity(borders.pieces.len());
+    let segments = borders.segments(axes);
     for (i, piece) in borders.pieces.iter().enumerate() {
-        let interval = axes[piece.patch][piece.side.along][piece.interval];
+        let interval = Interval { segments: segments[i], ..axes[piece.patch][piece.side.along][piece.interval] };
         let own: Vec<f64> = (0..=interval.segments).map(|k| interval.at(k)).collect();
         let placed = if piece.leader == i {
             let (u, v): (Vec<f64>, Vec<f64>) = own.iter().map(|t| piece.side.uv(*t)).unzip();
@@ -121,8 +131,8 @@ impl Grid {
             triangles: Vec::new(),
         };
         grid.close_breaks(&u, &v, tolerance);
-        grid.place_border(instance, patch, [&u, &v], border)?;
-        grid.triangulate(instance, patch, &u, &v)?;
+        let chains = grid.place_border(instance, patch, [&u, &v], border)?;
+        grid.triangulate(instance, patch, [&u, &v], &chains)?;
         Ok(grid)
     }
 
@@ -142,33 +152,56 @@ impl Grid {
         }
     }
 
-    /// Moves the vertices of the border to their common points, and takes their normals there.
+    /// Moves the vertices of the border to their common points, and takes their normals there. Where a border has more
+    /// points than the grid has lines, the others become vertices between those of the grid: the result has them by
+    /// the two between which they are.
     fn place_border(
         &mut self,
         instance: &dyn Instance,
         patch: usize,
         lines: [&Lines; 2],
         border: &[PlacedPiece<'_>],
-    ) -> Result<(), EvaluationError> {
+    ) -> Result<Chains, EvaluationError> {
         let width = lines[0].at.len();
-        let mut moved = Vec::new();
+        let (mut moved, mut chains) = (Vec::new(), Chains::new());
         for (piece, points) in border {
             let first = lines[piece.side.along].first[piece.interval];
-            for (k, (t, position)) in points.iter().enumerate() {
-                let (u, v) = piece.side.uv(*t);
-                let vertex = if piece.side.along == 0 {
-                    let row = if v == 0.0 { 0 } else { lines[1].at.len() - 1 };
-                    row * width + first + k
+            let count = lines[piece.side.along].segments(piece.interval);
+            let vertex = |k: usize| {
+                let (u, v) = piece.side.uv(0.5);
+                if piece.side.along == 0 {
+                    (if v == 0.0 { 0 } else { lines[1].at.len() - 1 }) * width + first + k
                 } else {
-                    let column = if u == 0.0 { 0 } else { width - 1 };
-                    (first + k) * width + column
-                };
-                self.positions[vertex] = *position;
+                    (first + k) * width + if u == 0.0 { 0 } else { width - 1 }
+                }
+            };
+            let nearest = |k: usize| (k * (points.len() - 1) + count / 2) / count;
+            for k in 0..=count {
+                let (t, position) = points[nearest(k)];
+                let (u, v) = piece.side.uv(t);
+                let vertex = vertex(k);
+                self.positions[vertex] = position;
                 let origin = &mut self.origins[vertex];
                 if (origin.u, origin.v) != (u, v) {
                     (origin.u, origin.v) = (u, v);
                     moved.push(vertex);
                 }
+            }
+            for k in 0..count {
+                let between = &points[nearest(k) + 1..nearest(k + 1).max(nearest(k) + 1)];
+                if between.is_empty() {
+                    continue;
+                }
+                let chain = between.iter().map(|(t, position)| {
+                    let (u, v) = piece.side.uv(*t);
+                    moved.push(self.positions.len());
+                    self.positions.push(*position);
+                    self.normals.push(DVec3::Z);
+                    self.origins.push(SurfacePoint { patch: patch as u32, u, v });
+                    self.positions.len() as u32 - 1
+                });
+                let chain: Vec<u32> = chain.collect();
+                chains.insert((vertex(k) as u32, vertex(k + 1) as u32), chain);
             }
         }
         let (u, v): (Vec<f64>, Vec<f64>) = moved.iter().map(|i| (self.origins[*i].u, self.origins[*i].v)).unzip();
@@ -178,7 +211,7 @@ impl Grid {
         for (vertex, normal) in moved.into_iter().zip(normals) {
             self.normals[vertex] = normal.unwrap_or(DVec3::Z);
         }
-        Ok(())
+        Ok(chains)
     }
 
     /// Two triangles a cell, over the diagonal that is nearer to the surface, or the shorter one; those that collapse
@@ -187,8 +220,8 @@ impl Grid {
         &mut self,
         instance: &dyn Instance,
         patch: usize,
-        u: &Lines,
-        v: &Lines,
+        [u, v]: [&Lines; 2],
+        chains: &Chains,
     ) -> Result<(), EvaluationError> {
         let middle =
             |lines: &Lines| -> Vec<f64> { lines.cells().map(|i| 0.5 * (lines.at[i] + lines.at[i + 1])).collect() };
@@ -204,9 +237,11 @@ impl Grid {
                 let middle = middles.next().unwrap_or_default();
                 let split = Self::split(cell.map(|i| self.positions[i as usize]), middle);
                 for triangle in split.map(|t| t.map(|k: usize| cell[k])) {
-                    let [p, q, r] = triangle.map(|i| self.positions[i as usize]);
-                    if p != q && q != r && r != p {
-                        self.triangles.push(triangle);
+                    for triangle in over_chains(triangle, chains) {
+                        let [p, q, r] = triangle.map(|i| self.positions[i as usize]);
+                        if p != q && q != r && r != p {
+                            self.triangles.push(triangle);
+                        }
                     }
                 }
             }
@@ -224,4 +259,25 @@ impl Grid {
         let over_ac = if (first - second).abs() > rounding { first < second } else { ac <= bd };
         if over_ac { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] }
     }
+}
+
+/// The triangles of a triangle whose edges have vertices between their ends: fans from the corner opposite of each.
+fn over_chains(triangle: [u32; 3], chains: &Chains) -> Vec<[u32; 3]> {
+    let mut triangles = vec![triangle];
+    for k in 0..3 {
+        let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+        let between: Vec<u32> = match (chains.get(&(a, b)), chains.get(&(b, a))) {
+            (Some(chain), _) => chain.clone(),
+            (None, Some(chain)) => chain.iter().rev().copied().collect(),
+            (None, None) => continue,
+        };
+        let has_edge = |t: &[u32; 3]| (0..3).find(|c| t[*c] == a && t[(c + 1) % 3] == b);
+        let Some((place, corner)) = triangles.iter().enumerate().find_map(|(i, t)| Some((i, has_edge(t)?))) else {
+            continue;
+        };
+        let apex = triangles.swap_remove(place)[(corner + 2) % 3];
+        let all: Vec<u32> = [a].into_iter().chain(between).chain([b]).collect();
+        triangles.extend(all.windows(2).map(|pair| [pair[0], pair[1], apex]));
+    }
+    triangles
 }

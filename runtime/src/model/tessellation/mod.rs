@@ -82,7 +82,6 @@ impl Tessellation {
         let (breaks, mut axes) = divided(model, instance, fineness)?;
         limit(&mut axes);
         let borders = Borders::find(instance, &mut axes)?;
-        borders.level(&mut axes);
         let points = grid::border_points(instance, &axes, &borders)?;
         let mut of_patch: Vec<Vec<PlacedPiece<'_>>> = vec![Vec::new(); axes.len()];
         for (piece, points) in borders.pieces.iter().zip(&points) {
