@@ -38,8 +38,8 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     let program = script::compile(&args.script.model, &args.script.compile)?;
     let (x, motion) = script::parameters(&program, &args.values)?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
-    // Finer than the noise and the spacing, so that facets do not show in the scan.
-    let chord = (0.02 * scanner.spacing).min(0.02);
+    // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
+    let chord = 0.02 * scanner.spacing;
     let fineness = Fineness { chord, ..Fineness::default() };
     let mut tessellation = Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
