@@ -55,10 +55,19 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
         mesh.groups.len(),
         tessellation.chord,
     );
+    let largest = mesh.positions.iter().flatten().fold(0.0_f64, |most, c| most.max(c.abs()));
+    // Half a unit in the last place of a number in single precision.
+    let rounding = largest * f64::from(f32::EPSILON) / 2.0;
+    if check_format(&args.output, "")? == MeshFormat::Stl && rounding > 0.1 * chord {
+        eprintln!(
+            "warning: STL has single precision: so far from the origin its points are off by up to {rounding:.1e} mm; write \
+             .obj or .ply"
+        );
+    }
     if tessellation.chord > chord {
         eprintln!(
-            "warning: the mesh leaves the surface by up to {:.3e} mm, more than --chord {chord}mm: the surface jumps, or \
-             it would take too many triangles",
+            "warning: the mesh leaves the surface by up to {:.3e} mm, more than --chord {chord}mm: the surface jumps, \
+             or it would take too many triangles",
             tessellation.chord
         );
     }

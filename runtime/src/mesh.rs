@@ -79,8 +79,8 @@ impl TriangleMesh {
         sums.iter().zip(&first).map(unit).collect()
     }
 
-    /// For every vertex the number of its position, in the order in which positions come first: vertices at one position
-    /// (on either side of a corner or of a seam of the texture) have one. Signs of zeros do not count.
+    /// For every vertex the number of its position, in the order in which positions come first: vertices at one
+    /// position (on either side of a corner or of a seam of the texture) have one. Signs of zeros do not count.
     #[must_use]
     pub fn position_numbers(&self) -> Vec<u32> {
         let mut known: HashMap<[u64; 3], u32> = HashMap::with_capacity(self.positions.len());

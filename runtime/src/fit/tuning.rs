@@ -231,8 +231,8 @@ pub(crate) const CELLS_OF_SIZE: f64 = 10.0;
 /// Cells each way of the grid on which a patch's curvature is measured, and the most that it is divided into.
 pub(crate) const CURVATURE_CELLS: usize = 12;
 pub(crate) const MOST_CELLS: f64 = 48.0;
-/// Between breaks: cells of the grid of curvature in a stretch at least, and the most stretches each way that have cells
-/// of their own, even if only one each.
+/// Between breaks: cells of the grid of curvature in a stretch at least, and the most stretches each way that have
+/// cells of their own, even if only one each.
 pub(crate) const LEAST_CURVATURE_CELLS: usize = 3;
 pub(crate) const MOST_STRETCHES: usize = 400;
 /// Samples each way of a patch for the velocities by which rigid parameters are recognised.

@@ -1,6 +1,6 @@
 //! The borders of patches, and which of them are the same curve in space.
 
-use super::intervals::{Axes, split};
+use super::intervals::{Axes, Interval, split};
 use crate::mesh::Bounds;
 use crate::model::{EvaluationError, Instance, Partials};
 use glam::DVec3;
@@ -35,6 +35,11 @@ impl Side {
     /// (u, v) at a value of the parameter along it.
     pub(in crate::model) fn uv(self, t: f64) -> (f64, f64) {
         if self.along == 0 { (t, self.at) } else { (self.at, t) }
+    }
+
+    /// Whether it has a point of the patch.
+    pub(in crate::model) fn has(self, u: f64, v: f64) -> bool {
+        self.at == if self.along == 0 { v } else { u }
     }
 
     /// In words.
@@ -215,6 +220,36 @@ impl Borders {
         self.tolerance / COINCIDENT
     }
 
+    /// By patch the sides all of whose pieces are points.
+    pub(in crate::model) fn poles(&self, patches: usize) -> Vec<Vec<Side>> {
+        let mut poles = vec![Vec::new(); patches];
+        for of_side in self.pieces.chunk_by(|a, b| a.patch == b.patch && a.side == b.side) {
+            if of_side.iter().all(|piece| piece.is_point) {
+                poles[of_side[0].patch].push(of_side[0].side);
+            }
+        }
+        poles
+    }
+
+    /// Gives intervals enough segments that triangles are left of them: three around where a patch closes, and two
+    /// from a pole on.
+    pub(in crate::model) fn keep_open(&self, axes: &mut [Axes]) {
+        for (i, piece) in self.pieces.iter().enumerate() {
+            let axes = &mut axes[piece.patch];
+            if !piece.is_point && piece.ends[0] == piece.ends[1] {
+                at_least(&mut axes[piece.side.along], 3);
+            }
+            // The other side, of which this is the seam.
+            let seam = piece.leader != i && self.pieces[piece.leader].patch == piece.patch;
+            if seam && self.pieces[piece.leader].side.along == piece.side.along {
+                at_least(&mut axes[1 - piece.side.along], 3);
+            }
+            if piece.is_point {
+                at_least(&mut axes[1 - piece.side.along], 2);
+            }
+        }
+    }
+
     /// The segments of every piece: the most of those that its curve has as part of any patch.
     pub(in crate::model) fn segments(&self, axes: &[Axes]) -> Vec<u32> {
         let own = |piece: &Piece| axes[piece.patch][piece.side.along][piece.interval].segments;
@@ -311,6 +346,14 @@ impl Piece {
             }
         }
         Ok(best)
+    }
+}
+
+/// Gives an axis so many segments at least.
+fn at_least(axis: &mut [Interval], segments: u32) {
+    let all: u32 = axis.iter().map(|i| i.segments).sum();
+    if all < segments {
+        axis[0].segments += segments - all;
     }
 }
 

@@ -5,62 +5,59 @@ use super::{SurfacePoint, unit_normals};
 use crate::model::EvaluationError;
 use crate::model::breaks::oblique_signatures;
 use glam::DVec3;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 /// Normals whose cosine is above this are one: a degree.
 const ALIKE: f64 = 0.99985;
-/// A crease that passes an end of an edge within this fraction of its length passes through it.
-const ON_CREASE: f64 = 1e-6;
+/// How far inside of an edge the decisions at its ends are asked for, as a fraction: the ends may lie on creases.
+const INSET: f64 = 1e-6;
 
 /// A triangle, and which of its edges cross a crease.
 pub(super) type Crossing = (usize, [bool; 3]);
 
 impl Refinement<'_> {
-    /// Triangles with an edge that crosses a crease, those edges, and where they cross it. Vertices that lie on a crease
-    /// are marked: no edge crosses it there.
+    /// Triangles with an edge that crosses a crease, those edges, and where they cross it. Vertices on a crease are
+    /// marked.
     pub(super) fn crossed(
         &mut self,
         points: &Points,
         triangles: &[usize],
     ) -> Result<(Vec<Crossing>, HashMap<Edge, f64>), EvaluationError> {
-        loop {
-            let crossing = self.crossing(triangles)?;
-            let mut cuts = self.crease_points(points, &crossing)?;
-            let on: HashSet<u32> = cuts
-                .iter()
-                .filter(|(_, s)| !(ON_CREASE..=1.0 - ON_CREASE).contains(*s))
-                .map(|(edge, s)| if *s < 0.5 { edge.0 } else { edge.1 })
-                .collect();
-            if on.is_empty() {
-                cuts.retain(|_, s| *s > 0.0);
-                return Ok((crossing, cuts));
-            }
-            for (vertex, point) in points.of_vertex.iter().enumerate() {
-                let oblique = self.oblique[self.origins[vertex].patch as usize];
-                self.on_crease[vertex] |= oblique && on.contains(point);
-            }
-        }
+        let crossing = self.crossing(triangles)?;
+        let cuts = self.crease_points(points, &crossing)?;
+        Ok((crossing, cuts))
     }
 
-    /// Triangles with an edge whose ends lie on different sides of a crease, and those edges.
-    fn crossing(&self, triangles: &[usize]) -> Result<Vec<Crossing>, EvaluationError> {
+    /// Triangles with an edge on whose ends, seen from a little inside of it, the decisions differ; and those edges.
+    fn crossing(&mut self, triangles: &[usize]) -> Result<Vec<Crossing>, EvaluationError> {
         let mut crossing = Vec::new();
         for run in triangles.chunk_by(|a, b| self.patches[*a] == self.patches[*b]) {
             let patch = self.patches[run[0]] as usize;
             if !self.oblique[patch] {
                 continue;
             }
-            let corners = run.iter().flat_map(|t| self.mesh.triangles[*t]);
-            let (u, v): (Vec<f64>, Vec<f64>) =
-                corners.map(|i| (self.origins[i as usize].u, self.origins[i as usize].v)).unzip();
+            let (mut u, mut v) = (Vec::new(), Vec::new());
+            for t in run {
+                let corners = self.mesh.triangles[*t];
+                for k in 0..3 {
+                    let [a, b] = self.ends_of(corners[k], corners[(k + 1) % 3]);
+                    for s in [0.0, INSET, 1.0 - INSET] {
+                        u.push(mix(a.u, b.u, s));
+                        v.push(mix(a.v, b.v, s));
+                    }
+                }
+            }
             let signatures = oblique_signatures(self.instance, patch, &u, &v)?;
-            for (triangle, s) in run.iter().zip(signatures.chunks_exact(3)) {
+            for (triangle, s) in run.iter().zip(signatures.chunks_exact(9)) {
+                let differ = |a: usize, b: usize| s[a].to_bits() != s[b].to_bits();
                 let indices = self.mesh.triangles[*triangle];
-                let free = |k: usize| !self.on_crease[indices[k] as usize];
-                let crossed = [0, 1, 2].map(|k| {
-                    let next = (k + 1) % 3;
-                    free(k) && free(next) && s[k].to_bits() != s[next].to_bits()
-                });
+                for k in 0..3 {
+                    // The edge that leads here ends with the place 2 of its three.
+                    let last = 3 * ((k + 2) % 3) + 2;
+                    self.on_crease[indices[k] as usize] |= differ(3 * k, 3 * k + 1) && differ(3 * k, last);
+                }
+                let on = |k: usize| self.on_crease[indices[k % 3] as usize];
+                let crossed = [0, 1, 2].map(|k| !(on(k) && on(k + 1)) && differ(3 * k + 1, 3 * k + 2));
                 if crossed.contains(&true) {
                     crossing.push((*triangle, crossed));
                 }
@@ -70,7 +67,7 @@ impl Refinement<'_> {
     }
 
     /// Where edges cross a crease: their fractions from the point with the lower number on.
-    fn crease_points(&self, points: &Points, crossing: &[Crossing]) -> Result<HashMap<Edge, f64>, EvaluationError> {
+    fn crease_points(&mut self, points: &Points, crossing: &[Crossing]) -> Result<HashMap<Edge, f64>, EvaluationError> {
         let mut edges: Vec<(Edge, [SurfacePoint; 2])> = Vec::new();
         for (triangle, crossed) in crossing {
             let corners = self.mesh.triangles[*triangle];
@@ -78,12 +75,12 @@ impl Refinement<'_> {
                 let (a, b) = (corners[k], corners[(k + 1) % 3]);
                 let (edge, swapped) = points.edge(a, b);
                 let [a, b] = if swapped { [b, a] } else { [a, b] };
-                edges.push((edge, [a, b].map(|i| self.origins[i as usize])));
+                edges.push((edge, self.ends_of(a, b)));
             }
         }
         edges.sort_by_key(|(edge, ends)| (ends[0].patch, *edge));
         edges.dedup_by_key(|(edge, ends)| (ends[0].patch, *edge));
-        let mut cuts = HashMap::new();
+        let (mut cuts, mut jumps) = (HashMap::new(), self.jump);
         for run in edges.chunk_by(|a, b| a.1[0].patch == b.1[0].patch) {
             let patch = run[0].1[0].patch as usize;
             let signature = |at: &[f64]| -> Result<Vec<f64>, EvaluationError> {
@@ -91,16 +88,30 @@ impl Refinement<'_> {
                     run.iter().zip(at).map(|((_, [a, b]), s)| (mix(a.u, b.u, *s), mix(a.v, b.v, *s))).unzip();
                 oblique_signatures(self.instance, patch, &u, &v)
             };
-            let first = signature(&vec![0.0; run.len()])?;
-            let (mut low, mut high) = (vec![0.0; run.len()], vec![1.0; run.len()]);
+            let (mut low, mut high) = (vec![INSET; run.len()], vec![1.0 - INSET; run.len()]);
+            let first = signature(&low)?;
             for _ in 0..48 {
                 let middle: Vec<f64> = low.iter().zip(&high).map(|(l, h)| 0.5 * (l + h)).collect();
                 for (k, s) in signature(&middle)?.into_iter().enumerate() {
                     *if s.to_bits() == first[k].to_bits() { &mut low[k] } else { &mut high[k] } = middle[k];
                 }
             }
+            let place = |at: &[f64]| -> Result<Vec<[f64; 3]>, EvaluationError> {
+                let (u, v): (Vec<f64>, Vec<f64>) =
+                    run.iter().zip(at).map(|((_, [a, b]), s)| (mix(a.u, b.u, *s), mix(a.v, b.v, *s))).unzip();
+                let mut points = vec![[0.0; 3]; u.len()];
+                self.instance.points(patch, &u, &v, &mut points)?;
+                Ok(points)
+            };
+            for (p, q) in place(&low)?.into_iter().zip(place(&high)?) {
+                let jump = DVec3::from_array(p).distance(DVec3::from_array(q));
+                if jump > self.chord {
+                    jumps = jumps.max(jump);
+                }
+            }
             cuts.extend(run.iter().zip(&low).map(|((edge, _), s)| (*edge, *s)));
         }
+        self.jump = jumps;
         Ok(cuts)
     }
 

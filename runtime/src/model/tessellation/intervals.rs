@@ -111,7 +111,9 @@ impl Lattice {
             let inner = (SITES / axes[k].len()).clamp(4, 16);
             for (i, interval) in axes[k].iter().enumerate() {
                 let first = if ends { vec![0.0, 1.0] } else { Vec::new() };
-                let fractions = first.into_iter().chain((0..inner).map(|s| (s as f64 + 0.5) / inner as f64));
+                // Not even: periods of a model must not fall in with them.
+                let jitter = |s: usize| 0.1 + 0.8 * (s as f64 * 0.618_033_988_749_895).fract();
+                let fractions = first.into_iter().chain((0..inner).map(|s| (s as f64 + jitter(s)) / inner as f64));
                 for fraction in fractions {
                     at[k].push(interval.fraction(fraction));
                     of_site[k].push(i);

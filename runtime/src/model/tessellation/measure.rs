@@ -25,6 +25,9 @@ const PLACES: [[f64; 3]; 13] = [
 ];
 /// Steps of the finer lattice of places for patches with creases across u and v.
 const FINER: u32 = 8;
+/// Scattered places of a patch, and of a whole model at most: what is wider than about a hundredth of a patch is met.
+const SCATTERED: usize = 20_000;
+const MOST_SCATTERED: usize = 2_000_000;
 /// Triangles are measured in batches of this many.
 const BATCH: usize = 256;
 /// Where creases cross each other, or come and go within a triangle, the places miss more: the part of the chord up to
@@ -61,20 +64,22 @@ impl Refinement<'_> {
     fn measure_run(&self, run: &[usize]) -> Result<(Vec<(Finding, f64)>, f64), EvaluationError> {
         let patch = self.patches[run[0]] as usize;
         let (mut u, mut v) = (Vec::new(), Vec::new());
-        let finer = if self.oblique[patch] { lattice(FINER) } else { Vec::new() };
-        let places = if self.oblique[patch] { &finer[..] } else { &PLACES };
-        for triangle in run {
-            let origins = self.mesh.triangles[*triangle].map(|i| self.origins[i as usize]);
+        let places: Vec<Vec<[f64; 3]>> = run.iter().map(|triangle| self.places(*triangle)).collect();
+        for (triangle, places) in run.iter().zip(&places) {
             for w in places {
-                u.push((0..3).map(|k| w[k] * origins[k].u).sum::<f64>());
-                v.push((0..3).map(|k| w[k] * origins[k].v).sum::<f64>());
+                let at = self.uv(*triangle, *w);
+                u.push(at.0);
+                v.push(at.1);
             }
         }
         let mut surface = vec![[0.0; 3]; u.len()];
         self.instance.points(patch, &u, &v, &mut surface)?;
         let chord = if self.oblique[patch] { TRUSTED_BESIDE_CREASES * self.chord } else { self.chord };
         let (mut findings, mut good) = (Vec::new(), 0.0_f64);
-        for (triangle, surface) in run.iter().zip(surface.chunks_exact(places.len())) {
+        let mut rest = &surface[..];
+        for (triangle, places) in run.iter().zip(&places) {
+            let surface;
+            (surface, rest) = rest.split_at(places.len());
             let (distance, of_edges) = self.distances(*triangle, places, surface);
             if distance <= chord {
                 good = good.max(distance);
@@ -87,6 +92,25 @@ impl Refinement<'_> {
             findings.push((Finding { triangle: *triangle, divide }, distance));
         }
         Ok((findings, good))
+    }
+
+    /// The places at which a triangle is measured: fixed ones, and scattered ones in proportion to its part of the
+    /// patch, so that nothing falls in with the period of a model, and narrow things are met.
+    fn places(&self, triangle: usize) -> Vec<[f64; 3]> {
+        let indices = self.mesh.triangles[triangle];
+        let [a, b, c] = indices.map(|i| self.origins[i as usize]);
+        let share = 0.5 * ((b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v)).abs();
+        let scattered = (share * (MOST_SCATTERED / self.ends.len()).min(SCATTERED) as f64).ceil() as usize;
+        let mut places = if self.oblique[a.patch as usize] { lattice(FINER) } else { PLACES.to_vec() };
+        // The additive recurrence of Roberts, from another start in every triangle.
+        let start = f64::from(indices[0] % 1024) * 0.381_966;
+        places.extend((1..=scattered).map(|k| {
+            let (s, t) =
+                ((start + k as f64 * 0.754_877_666_246_693).fract(), (k as f64 * 0.569_840_290_998_053).fract());
+            let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
+            [1.0 - s - t, s, t]
+        }));
+        places
     }
 
     /// The largest distance between a triangle and the surface at the places, and that of each edge. Within a patch it

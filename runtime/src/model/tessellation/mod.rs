@@ -17,7 +17,7 @@ use super::atlas::Atlas;
 use super::breaks::Breaks;
 use super::{EvaluationError, Instance, Model, Partials};
 use crate::mesh::{Group, TriangleMesh};
-use borders::Borders;
+use borders::{Borders, Side};
 use glam::DVec3;
 use grid::{Grid, PlacedPiece};
 use intervals::{Axes, Interval};
@@ -48,7 +48,9 @@ pub struct Fineness {
 }
 
 /// The most triangles of a tessellation: some gigabytes.
-const MOST_TRIANGLES: usize = 20_000_000;
+const MOST_TRIANGLES: usize = 10_000_000;
+/// Triangles by which refinement may exceed the grids.
+const MOST_ADDED: usize = 2_000_000;
 
 impl Default for Fineness {
     fn default() -> Self {
@@ -82,13 +84,14 @@ impl Tessellation {
         let (breaks, mut axes) = divided(model, instance, fineness)?;
         limit(&mut axes);
         let borders = Borders::find(instance, &mut axes)?;
+        borders.keep_open(&mut axes);
         let points = grid::border_points(instance, &axes, &borders)?;
         let mut of_patch: Vec<Vec<PlacedPiece<'_>>> = vec![Vec::new(); axes.len()];
         for (piece, points) in borders.pieces.iter().zip(&points) {
             of_patch[piece.patch].push((piece, points));
         }
         let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
-        tessellation.refine(instance, &axes, &breaks, fineness)?;
+        tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness)?;
         tessellation.group(model, &axes);
         Ok(tessellation)
     }
@@ -118,8 +121,8 @@ impl Tessellation {
         Ok(tessellation)
     }
 
-    /// Evaluates all patches, several at once, on grids of some intervals, with given points of their borders, and joins
-    /// them in their order.
+    /// Evaluates all patches, several at once, on grids of some intervals, with given points of their borders, and
+    /// joins them in their order.
     fn of_axes(
         instance: &dyn Instance,
         axes: &[Axes],
@@ -146,20 +149,24 @@ impl Tessellation {
         instance: &dyn Instance,
         axes: &[Axes],
         breaks: &[Breaks],
+        poles: Vec<Vec<Side>>,
         fineness: Fineness,
     ) -> Result<(), EvaluationError> {
         let patch = |t: &[u32; 3]| self.origins[t[0] as usize].patch;
         let patches = self.mesh.triangles.iter().map(patch).collect();
+        let most_triangles = self.mesh.triangles.len() + MOST_ADDED;
         let mut refinement = Refinement {
             instance,
             patches,
             mesh: &mut self.mesh,
             origins: &mut self.origins,
             ends: axes.iter().map(ends).collect(),
+            poles,
             oblique: breaks.iter().map(|b| b.oblique).collect(),
             chord: fineness.chord,
-            most_triangles: MOST_TRIANGLES,
+            most_triangles,
             on_crease: Vec::new(),
+            jump: 0.0,
         };
         self.chord = refinement.run()?;
         Ok(())

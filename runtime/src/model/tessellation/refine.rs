@@ -4,6 +4,7 @@
 //! decisions of u and v differ between the ends of an edge (a crease that no line of u or v follows), it is divided at
 //! the crease.
 
+use super::borders::Side;
 use super::{SurfacePoint, unit_normals};
 use crate::mesh::TriangleMesh;
 use crate::model::{EvaluationError, Instance, Partials};
@@ -22,12 +23,16 @@ pub(super) struct Refinement<'a> {
     pub(super) patches: Vec<u32>,
     /// By patch the values of u and of v at which intervals end.
     pub(super) ends: Vec<[Vec<f64>; 2]>,
+    /// By patch the sides that are points: the parameter along them says nothing there.
+    pub(super) poles: Vec<Vec<Side>>,
     /// Patches with conditions of both u and v.
     pub(super) oblique: Vec<bool>,
     pub(super) chord: f64,
     pub(super) most_triangles: usize,
     /// Vertices on a crease that no line of u or v follows.
     pub(super) on_crease: Vec<bool>,
+    /// The largest jump of the surface that edges cross. Millimetres.
+    pub(super) jump: f64,
 }
 
 /// An edge by the numbers of its points, lower first; points at one position have one number.
@@ -50,12 +55,12 @@ impl Refinement<'_> {
             let (crossing, crease_points) = self.crossed(&points, &unmeasured)?;
             if findings.is_empty() && crossing.is_empty() {
                 self.split_normals()?;
-                return Ok(largest);
+                return Ok(largest.max(self.jump));
             }
             let bad = findings.iter().map(|f| f.1).fold(0.0, f64::max);
             if round + 1 == ROUNDS || self.mesh.triangles.len() >= self.most_triangles {
                 self.split_normals()?;
-                return Ok(largest.max(bad));
+                return Ok(largest.max(bad).max(self.jump));
             }
             let mut cuts = crease_points;
             let crossed: HashSet<usize> = crossing.iter().map(|c| c.0).collect();
@@ -127,7 +132,7 @@ impl Refinement<'_> {
     ) -> Result<(), EvaluationError> {
         let mut common: HashMap<Edge, (DVec3, u32)> = HashMap::new();
         for (raw, edge, s) in wanted {
-            let [a, b] = [raw.0, raw.1].map(|i| self.origins[i as usize]);
+            let [a, b] = self.ends_of(raw.0, raw.1);
             let mut origin = SurfacePoint { patch: a.patch, u: mix(a.u, b.u, *s), v: mix(a.v, b.v, *s) };
             let mut partials = self.partials(origin)?;
             let number = if let Some((position, number)) = common.get(edge) {
@@ -167,6 +172,41 @@ impl Refinement<'_> {
             points.of_vertex.push(number);
         }
         Ok(())
+    }
+
+    /// The ends of an edge; one at a pole has the parameter of the other.
+    pub(super) fn ends_of(&self, a: u32, b: u32) -> [SurfacePoint; 2] {
+        let ends = [a, b].map(|i| self.origins[i as usize]);
+        let mut found = ends;
+        for k in 0..2 {
+            match self.pole(&ends[k]) {
+                Some(0) => found[k].u = ends[1 - k].u,
+                Some(_) => found[k].v = ends[1 - k].v,
+                None => {}
+            }
+        }
+        found
+    }
+
+    /// The parameter that says nothing at a vertex, if it is a pole: 0 for u, 1 for v.
+    fn pole(&self, at: &SurfacePoint) -> Option<usize> {
+        let poles = &self.poles[at.patch as usize];
+        poles.iter().find(|side| side.has(at.u, at.v)).map(|side| side.along)
+    }
+
+    /// (u, v) at barycentric coordinates of a triangle. A corner at a pole has no part in the parameter that says
+    /// nothing there.
+    pub(super) fn uv(&self, triangle: usize, weights: [f64; 3]) -> (f64, f64) {
+        let corners = self.mesh.triangles[triangle].map(|i| self.origins[i as usize]);
+        let poles = corners.map(|c| self.pole(&c));
+        let mean = |axis: usize| {
+            let value = |k: usize| [corners[k].u, corners[k].v][axis];
+            let sum = |part: &dyn Fn(usize) -> f64| -> f64 { (0..3).map(|k| weights[k] * part(k)).sum() };
+            let counts = |k: usize| f64::from(u8::from(poles[k] != Some(axis)));
+            let all = sum(&counts);
+            if all > 0.0 && all < 1.0 { sum(&|k| counts(k) * value(k)) / all } else { sum(&value) }
+        };
+        (mean(0), mean(1))
     }
 
     pub(super) fn partials(&self, at: SurfacePoint) -> Result<Partials, EvaluationError> {

@@ -278,6 +278,43 @@ fn chords_are_kept() {
     }
 }
 
+/// What regular places of measuring miss: periods that fall in with them, narrow things, grids of nothing but poles and
+/// seams, several creases across an edge.
+const HIDDEN: [&str; 8] = [
+    "part p = |u: real, v: real| (200mm * u, 200mm * v, 5mm * sin(48turn * u))",
+    "part p = |u: real, v: real| (200mm * u, 200mm * v, 5mm * sin(16turn * u))",
+    "part p = revolve(|t| (20mm + 2mm * sin(48turn * t), 100mm * t))",
+    "part p = |u: real, v: real| (200mm * u, 200mm * v,
+       5mm * max(0, 1 - sqrt((u - 0.43217) ^ 2 + (v - 0.6123) ^ 2) / 0.02))",
+    "part p = |u: real, v: real| (200mm * u, 200mm * v, 5mm * exp(-(((u - 0.43) / 0.005) ^ 2)))",
+    "part p = |u: real, v: real| {
+       let d = polar(sin(v * 180deg), u * 1turn, -cos(v * 180deg))
+       d * (6mm / max(abs(d.x), abs(d.y), abs(d.z)))
+     }",
+    "part p = |u: real, v: real| {
+       let q = 10mm + 0.5mm * abs(((4 * v - u) % 1) * 2 - 1)
+       (q * cos(u * 1turn), q * sin(u * 1turn), 8mm * v)
+     }",
+    "part p = |u: real, v: real| (20mm * u, 20mm * v, 3mm * floor(2 * (u + v)))",
+];
+
+#[test]
+fn nothing_is_hidden() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    for body in HIDDEN {
+        let program = program(body);
+        let instance = instance(&program);
+        let tessellation = tessellate(&program, 0.1);
+        assert!(tessellation.mesh.triangles.len() > 8, "{body}");
+        let jumps = body.contains("floor");
+        assert_eq!(tessellation.chord > 0.1, jumps, "{body}: {}", tessellation.chord);
+        if !jumps {
+            let found = adversary(&*instance, &tessellation).farthest(&mut random, 400);
+            assert!(found <= 1.1 * 0.1, "{body}: {found}, {} triangles", tessellation.mesh.triangles.len());
+        }
+    }
+}
+
 /// A surface over a rectangle whose height has waves, creases along u, along v and across both, and curvature.
 fn random_surface(random: &mut ChaCha8Rng) -> String {
     let mut term = || {
