@@ -25,6 +25,10 @@ const PLACES: [[f64; 3]; 13] = [
 ];
 /// Steps of the finer lattice of places for patches with creases across u and v.
 const FINER: u32 = 8;
+/// Cosine between triangle and surface below which a triangle stands on the surface: coarse ones lean, too.
+const STANDING: f64 = 0.3;
+/// Triangles steeper against the surface count as if they had this cosine.
+const LEAST_COSINE: f64 = 0.05;
 /// Scattered places of a patch, and of a whole model at most: what is wider than about a hundredth of a patch is met.
 const SCATTERED: usize = 20_000;
 const MOST_SCATTERED: usize = 2_000_000;
@@ -127,11 +131,15 @@ impl Refinement<'_> {
         } else {
             DVec3::from_array(self.mesh.normals[indices[0] as usize])
         };
+        // A sliver that stands on the surface has its plane through it: what counts is along the surface's normal.
+        let along = |i: u32| DVec3::from_array(self.mesh.normals[i as usize]).dot(normal).abs();
+        let cosine = indices.map(along).into_iter().fold(LEAST_COSINE, f64::max);
+        let cosine = if cosine < STANDING { cosine } else { 1.0 };
         let is_end = [0, 1, 2].map(|k| self.is_end(indices[k], indices[(k + 1) % 3]));
         let (mut most, mut of_edges) = (0.0_f64, [0.0_f64; 3]);
         for (weights, point) in places.iter().zip(surface) {
             let point = DVec3::from_array(*point);
-            let mut distance = (point - corners[0]).dot(normal).abs();
+            let mut distance = (point - corners[0]).dot(normal).abs() / cosine;
             // The edge from corner k to the next one is opposite to the one after.
             if let Some(k) = (0..3).find(|k| weights[(k + 2) % 3] == 0.0) {
                 if is_end[k] {

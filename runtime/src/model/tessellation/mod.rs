@@ -50,7 +50,7 @@ pub struct Fineness {
 /// The most triangles of a tessellation: some gigabytes.
 const MOST_TRIANGLES: usize = 10_000_000;
 /// Triangles by which refinement may exceed the grids.
-const MOST_ADDED: usize = 2_000_000;
+const MOST_ADDED: usize = 500_000;
 
 impl Default for Fineness {
     fn default() -> Self {

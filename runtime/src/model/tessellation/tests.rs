@@ -294,7 +294,7 @@ fn chords_are_kept() {
 
 /// What regular places of measuring miss: periods that fall in with them, narrow things, grids of nothing but poles and
 /// seams, jumps across both parameters.
-const HIDDEN: [&str; 7] = [
+const HIDDEN: [&str; 8] = [
     "part p = |u: real, v: real| (200mm * u, 200mm * v, 5mm * sin(48turn * u))",
     "part p = |u: real, v: real| (200mm * u, 200mm * v, 5mm * sin(16turn * u))",
     "part p = revolve(|t| (20mm + 2mm * sin(48turn * t), 100mm * t))",
@@ -304,6 +304,10 @@ const HIDDEN: [&str; 7] = [
     "part p = |u: real, v: real| {
        let d = polar(sin(v * 180deg), u * 1turn, -cos(v * 180deg))
        d * (6mm / max(abs(d.x), abs(d.y), abs(d.z)))
+     }",
+    "part p = |u: real, v: real| {
+       let q = 10mm + 0.5mm * abs(((4 * v - u) % 1) * 2 - 1)
+       (q * cos(u * 1turn), q * sin(u * 1turn), 8mm * v)
      }",
     "part p = |u: real, v: real| (20mm * u, 20mm * v, 3mm * floor(2 * (u + v)))",
 ];
