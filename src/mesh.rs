@@ -46,7 +46,8 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
     let tessellation = tessellation.with_atlas(&atlas);
     let mesh = &tessellation.mesh;
-    write(&args.output, mesh, check_format(&args.output, ".obj, .ply or .stl")?)?;
+    let format = check_format(&args.output, ".obj, .ply or .stl")?;
+    write(&args.output, mesh, format)?;
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     println!(
         "{}: {vertices} vertices, {} triangles, {} parts, within {:.3e} mm of the surface",
@@ -58,7 +59,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     let largest = mesh.positions.iter().flatten().fold(0.0_f64, |most, c| most.max(c.abs()));
     // Half a unit in the last place of a number in single precision.
     let rounding = largest * f64::from(f32::EPSILON) / 2.0;
-    if check_format(&args.output, "")? == MeshFormat::Stl && rounding > 0.1 * chord {
+    if format == MeshFormat::Stl && rounding > 0.1 * chord {
         eprintln!(
             "warning: STL has single precision: so far from the origin its points are off by up to {rounding:.1e} mm; write \
              .obj or .ply"

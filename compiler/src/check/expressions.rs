@@ -198,7 +198,7 @@ impl<'a> Checker<'a> {
             return self.fail(error);
         };
         match condition.ty {
-            // What is the same in every call needs no side that is left out for its types.
+            // The same side is taken in every call, so that the types of both need not agree.
             Type::Bool(Some(holds)) if literal => {
                 let (a, b) = (self.expr(then), self.expr(otherwise));
                 let functions = a.ty.has_function() && b.ty.has_function();

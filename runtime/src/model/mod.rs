@@ -15,7 +15,8 @@ mod tessellation;
 mod texels;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
-pub use breaks::{Break, BreakKind, Breaks, oblique_signatures};
+pub(crate) use breaks::spans;
+pub use breaks::{Break, BreakKind, Breaks};
 pub use closed::{Closedness, OpenBorder};
 pub use gml_compiler::program::{EvaluationError, Order, Sites};
 pub use motion::Motion;

@@ -75,7 +75,7 @@ impl BitOr for Slots {
     }
 }
 
-/// What a function's results depend on, and which decisions it and its callees take.
+/// The values that a function's results depend on, and the decisions that it and its callees take.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Summary {
     pub(super) results: Vec<Axes>,
@@ -103,7 +103,7 @@ type Key = (FunctionId, Vec<Axes>);
 #[derive(Default)]
 pub(super) struct Flow {
     known: HashMap<Key, Rc<Summary>>,
-    /// What was looked at since the last change; it is not looked at again.
+    /// Functions that were looked at since the last change; they are not looked at again.
     visited: HashSet<Key>,
     changed: bool,
 }

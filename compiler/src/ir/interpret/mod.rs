@@ -136,7 +136,7 @@ struct Interpreter<'m> {
     memory: usize,
     /// Ends the run once it is set.
     interrupt: Option<&'m AtomicBool>,
-    /// What was decided so far, if the caller asked for it.
+    /// The decisions so far, if the caller asked for them.
     decisions: Option<Vec<Decision>>,
 }
 

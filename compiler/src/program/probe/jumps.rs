@@ -50,7 +50,7 @@ struct Probe<'p> {
     seen: HashSet<(Span, usize)>,
 }
 
-/// What a run decided, in order.
+/// The decisions of a run, in order.
 type Decisions = Vec<Decision>;
 
 /// An operation that takes another side at a value of a parameter.

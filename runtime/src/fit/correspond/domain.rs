@@ -1,6 +1,6 @@
 //! The smooth pieces of a patch: the stretches of u and of v between its breaks.
 
-use crate::model::{Break, BreakKind, Breaks};
+use crate::model::{Break, BreakKind, Breaks, spans};
 
 /// A stretch of u or of v on which a patch is smooth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,12 +97,7 @@ fn stretches(breaks: &[Break]) -> Vec<Stretch> {
     if breaks.len() >= usize::from(u16::MAX) {
         return vec![Stretch::default()];
     }
-    let mut all = vec![Stretch::default()];
-    for b in breaks {
-        if let Some(last) = all.last_mut() {
-            last.end = b.before;
-        }
-        all.push(Stretch { start: b.after, after_step: b.kind == BreakKind::Step, ..Stretch::default() });
-    }
-    all
+    let after_step = std::iter::once(false).chain(breaks.iter().map(|b| b.kind == BreakKind::Step));
+    let spans = spans(breaks.iter().map(|b| (b.before, b.after))).zip(after_step);
+    spans.map(|((start, end), after_step)| Stretch { start, end, after_step, wraps: false }).collect()
 }

@@ -36,7 +36,7 @@ struct Iteration {
     looked: usize,
 }
 
-/// What all foot points of a call have in common.
+/// The settings that all foot points of a call share.
 #[derive(Clone, Copy)]
 struct Search<'a> {
     domain: &'a Domain,
@@ -212,7 +212,7 @@ fn finish(
     None
 }
 
-/// The step that minimises the quadratic model of |S - q|^2 / 2 `within` stretches, and by how much it lowers |S - q|^2.
+/// The step that minimises the quadratic model of |S - q|^2 / 2 `within` stretches, and how much it lowers |S - q|^2.
 /// `metric` is the first fundamental form, `bend` the rest of the Hessian.
 fn newton(uv: [f64; 2], within: [Stretch; 2], g: [f64; 2], metric: [f64; 3], bend: [f64; 3]) -> ([f64; 2], f64) {
     let blocked = |k: usize| {

@@ -102,7 +102,7 @@ struct Lattice {
     lines: [usize; 2],
 }
 
-/// What a stretch does on the lines of the other parameter, at most.
+/// The most that a stretch bends on any line of the other parameter, and its greatest length.
 struct Bend {
     /// The cells on which it was measured.
     cells: usize,
@@ -127,7 +127,7 @@ impl Lattice {
         Some(Self { points, cells, lines: [u.len(), v.len()] })
     }
 
-    /// What every stretch of u (0) or of v (1) does, and how far apart its ends are.
+    /// The bend of every stretch of u (0) or of v (1), and how far apart the ends of all are.
     fn bends(&self, k: usize) -> (Vec<Bend>, f64) {
         let [along, across] = [self.lines[k], self.lines[1 - k]];
         let [step, jump] = if k == 0 { [1, self.lines[0]] } else { [self.lines[0], 1] };

@@ -74,19 +74,11 @@ pub(super) fn move_off(breaks: &[Break], values: &mut [f64]) {
     }
 }
 
-/// Signatures of the decisions by both u and v at sites, for those who follow edges that are not along lines of
-/// constant u or v; 0 everywhere where there are none.
-///
-/// # Errors
-/// The decisions cannot be evaluated.
-pub fn oblique_signatures(
-    instance: &dyn Instance,
-    patch: usize,
-    u: &[f64],
-    v: &[f64],
-) -> Result<Vec<f64>, EvaluationError> {
-    let all = Patch { instance, patch }.decisions(u, v)?;
-    Ok(all.into_iter().map(|[_, _, both]| both).collect())
+/// The spans of 0..1 that some cuts leave, each the last value before it and the first one after it, ascending.
+pub(crate) fn spans(cuts: impl Iterator<Item = (f64, f64)> + Clone) -> impl Iterator<Item = (f64, f64)> {
+    let starts = std::iter::once(0.0).chain(cuts.clone().map(|(_, after)| after));
+    let ends = cuts.map(|(before, _)| before).chain(std::iter::once(1.0));
+    starts.zip(ends)
 }
 
 /// A surface parameter.
@@ -125,9 +117,9 @@ type Gaps = [Vec<Gap>; 2];
 
 /// A patch of an instance.
 #[derive(Clone, Copy)]
-struct Patch<'a> {
-    instance: &'a dyn Instance,
-    patch: usize,
+pub(super) struct Patch<'a> {
+    pub(super) instance: &'a dyn Instance,
+    pub(super) patch: usize,
 }
 
 impl Patch<'_> {
@@ -138,11 +130,15 @@ impl Patch<'_> {
         self.instance.evaluate(self.patch, sites, Order::Decisions, out.as_flattened_mut())?;
         Ok(out)
     }
+
+    /// The signatures of both at sites, for those who follow edges that are not along lines of constant u or v; 0
+    /// everywhere where there are none.
+    pub(super) fn oblique_signatures(self, u: &[f64], v: &[f64]) -> Result<Vec<f64>, EvaluationError> {
+        Ok(self.decisions(u, v)?.into_iter().map(|[_, _, both]| both).collect())
+    }
 }
 
-/// A value in each of the intervals into which gaps cut 0..1, at a fraction of its length.
+/// A value in each of the spans between gaps, at a fraction of its length.
 fn between(gaps: &[Gap], fraction: f64) -> impl Iterator<Item = f64> {
-    let starts = std::iter::once(0.0).chain(gaps.iter().map(|g| g.after));
-    let ends = gaps.iter().map(|g| g.before).chain(std::iter::once(1.0));
-    starts.zip(ends).map(move |(start, end)| start + (end - start) * fraction)
+    spans(gaps.iter().map(|g| (g.before, g.after))).map(move |(start, end)| start + (end - start) * fraction)
 }

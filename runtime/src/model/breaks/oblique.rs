@@ -59,7 +59,7 @@ fn crossings(patch: Patch<'_>) -> Result<Vec<Crossing>, EvaluationError> {
 
 fn signatures(patch: Patch<'_>, sites: &[DVec2]) -> Result<Vec<f64>, EvaluationError> {
     let (u, v): (Vec<f64>, Vec<f64>) = sites.iter().map(|s| (s.x, s.y)).unzip();
-    Ok(patch.decisions(&u, &v)?.into_iter().map(|[_, _, both]| both).collect())
+    patch.oblique_signatures(&u, &v)
 }
 
 /// Brings the ends of crossings so close together as they are compared.

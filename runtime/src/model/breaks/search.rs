@@ -1,6 +1,6 @@
 //! The search for the places at which decisions change.
 
-use super::{Axis, Gap, Gaps, Patch, between};
+use super::{Axis, Gap, Gaps, Patch, spans};
 use gml_compiler::program::EvaluationError;
 use std::collections::HashSet;
 
@@ -54,9 +54,9 @@ pub(super) fn gaps(patch: Patch<'_>) -> Result<Gaps, EvaluationError> {
 /// Values in the intervals between gaps in which there is no line yet.
 fn missing(gaps: &[Gap], lines: &[f64]) -> Vec<f64> {
     let room = MOST_LINES.saturating_sub(lines.len());
-    let starts = between(gaps, 0.0).zip(between(gaps, 1.0)).zip(between(gaps, 0.382));
-    let empty = starts.filter(|((start, end), _)| !lines.iter().any(|line| start < line && line < end));
-    let empty: Vec<f64> = empty.map(|(_, at)| at).collect();
+    let spans = spans(gaps.iter().map(|g| (g.before, g.after)));
+    let empty = spans.filter(|(start, end)| !lines.iter().any(|line| start < line && line < end));
+    let empty: Vec<f64> = empty.map(|(start, end)| start + (end - start) * 0.382).collect();
     let every = empty.len().div_ceil(room.max(1)).max(1);
     empty.into_iter().step_by(every).take(room).collect()
 }

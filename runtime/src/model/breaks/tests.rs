@@ -1,6 +1,6 @@
 //! Breaks of compiled surfaces.
 
-use super::{Break, BreakKind, Breaks, oblique_signatures};
+use super::{Break, BreakKind, Breaks, Patch};
 use crate::model::surface::{Instance, Model, Partials};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -277,7 +277,8 @@ fn oblique_edges() {
     let instance = Model::instantiate(&kink, &[]).expect("it exists");
     let found = Breaks::of_patch(&*instance, 0).expect("it is finite");
     assert_eq!(found, Breaks { oblique: true, ..Breaks::default() });
-    let signatures = oblique_signatures(&*instance, 0, &[0.1, 0.2, 0.3, 0.4], &[0.3, 0.1, 0.1, 0.7]).expect("numbers");
+    let patch = Patch { instance: &*instance, patch: 0 };
+    let signatures = patch.oblique_signatures(&[0.1, 0.2, 0.3, 0.4], &[0.3, 0.1, 0.1, 0.7]).expect("numbers");
     assert!(signatures[0] == signatures[3] && signatures[1] == signatures[2] && signatures[0] != signatures[1]);
     assert!(breaks("|u, v| (u * 50mm, v * 50mm, if u * u + v * v < 0.6 { 2mm } else { 0mm })").oblique);
     assert!(!breaks("|u, v| (u * 50mm, v * 50mm, abs(u - v) ^ 3 * 9mm)").oblique, "it has no corner");

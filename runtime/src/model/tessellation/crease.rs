@@ -1,9 +1,9 @@
 //! Creases that no line of u or v follows: where edges cross them, and the normals on either side.
 
-use super::refine::{Edge, Points, Refinement, mix};
+use super::refine::{Cut, Edge, Points, Refinement, mix};
 use super::{SurfacePoint, unit_normals};
 use crate::model::EvaluationError;
-use crate::model::breaks::oblique_signatures;
+use crate::model::breaks::Patch;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -22,7 +22,7 @@ impl Refinement<'_> {
         &mut self,
         points: &Points,
         triangles: &[usize],
-    ) -> Result<(Vec<Crossing>, HashMap<Edge, f64>), EvaluationError> {
+    ) -> Result<(Vec<Crossing>, HashMap<Edge, Cut>), EvaluationError> {
         let crossing = self.crossing(triangles)?;
         let cuts = self.crease_points(points, &crossing)?;
         Ok((crossing, cuts))
@@ -47,7 +47,7 @@ impl Refinement<'_> {
                     }
                 }
             }
-            let signatures = oblique_signatures(self.instance, patch, &u, &v)?;
+            let signatures = Patch { instance: self.instance, patch }.oblique_signatures(&u, &v)?;
             for (triangle, s) in run.iter().zip(signatures.chunks_exact(9)) {
                 let differ = |a: usize, b: usize| s[a].to_bits() != s[b].to_bits();
                 let indices = self.mesh.triangles[*triangle];
@@ -66,8 +66,8 @@ impl Refinement<'_> {
         Ok(crossing)
     }
 
-    /// Where edges cross a crease: their fractions from the point with the lower number on.
-    fn crease_points(&mut self, points: &Points, crossing: &[Crossing]) -> Result<HashMap<Edge, f64>, EvaluationError> {
+    /// Where edges cross a crease.
+    fn crease_points(&mut self, points: &Points, crossing: &[Crossing]) -> Result<HashMap<Edge, Cut>, EvaluationError> {
         let mut edges: Vec<(Edge, [SurfacePoint; 2])> = Vec::new();
         for (triangle, crossed) in crossing {
             let corners = self.mesh.triangles[*triangle];
@@ -83,22 +83,23 @@ impl Refinement<'_> {
         let (mut cuts, mut jumps) = (HashMap::new(), self.jump);
         for run in edges.chunk_by(|a, b| a.1[0].patch == b.1[0].patch) {
             let patch = run[0].1[0].patch as usize;
-            let signature = |at: &[f64]| -> Result<Vec<f64>, EvaluationError> {
-                let (u, v): (Vec<f64>, Vec<f64>) =
-                    run.iter().zip(at).map(|((_, [a, b]), s)| (mix(a.u, b.u, *s), mix(a.v, b.v, *s))).unzip();
-                oblique_signatures(self.instance, patch, &u, &v)
+            let sites = |at: &[f64]| -> (Vec<f64>, Vec<f64>) {
+                run.iter().zip(at).map(|((_, [a, b]), s)| (mix(a.u, b.u, *s), mix(a.v, b.v, *s))).unzip()
+            };
+            let signatures = |at: &[f64]| {
+                let (u, v) = sites(at);
+                Patch { instance: self.instance, patch }.oblique_signatures(&u, &v)
             };
             let (mut low, mut high) = (vec![INSET; run.len()], vec![1.0 - INSET; run.len()]);
-            let first = signature(&low)?;
+            let first = signatures(&low)?;
             for _ in 0..48 {
                 let middle: Vec<f64> = low.iter().zip(&high).map(|(l, h)| 0.5 * (l + h)).collect();
-                for (k, s) in signature(&middle)?.into_iter().enumerate() {
+                for (k, s) in signatures(&middle)?.into_iter().enumerate() {
                     *if s.to_bits() == first[k].to_bits() { &mut low[k] } else { &mut high[k] } = middle[k];
                 }
             }
             let place = |at: &[f64]| -> Result<Vec<[f64; 3]>, EvaluationError> {
-                let (u, v): (Vec<f64>, Vec<f64>) =
-                    run.iter().zip(at).map(|((_, [a, b]), s)| (mix(a.u, b.u, *s), mix(a.v, b.v, *s))).unzip();
+                let (u, v) = sites(at);
                 let mut points = vec![[0.0; 3]; u.len()];
                 self.instance.points(patch, &u, &v, &mut points)?;
                 Ok(points)
@@ -109,7 +110,7 @@ impl Refinement<'_> {
                     jumps = jumps.max(jump);
                 }
             }
-            cuts.extend(run.iter().zip(&low).map(|((edge, _), s)| (*edge, *s)));
+            cuts.extend(run.iter().zip(low).map(|((edge, _), at)| (*edge, Cut { at, on_crease: true })));
         }
         self.jump = jumps;
         Ok(cuts)

@@ -1,7 +1,7 @@
 //! The stretches of a patch's parameters between its breaks, and how finely each is divided.
 
 use super::Fineness;
-use crate::model::{Break, Breaks, EvaluationError, Instance, SecondPartials};
+use crate::model::{Break, Breaks, EvaluationError, Instance, SecondPartials, spans};
 use glam::DVec3;
 
 /// A stretch of u or of v on which a patch is smooth.
@@ -30,10 +30,9 @@ pub(in crate::model) type Axes = [Vec<Interval>; 2];
 
 /// The intervals between the breaks of a patch.
 pub(in crate::model) fn between(breaks: &Breaks) -> Axes {
-    [&breaks.u, &breaks.v].map(|breaks| {
-        let starts = std::iter::once(0.0).chain(breaks.iter().map(|b: &Break| b.after));
-        let ends = breaks.iter().map(|b| b.before).chain(std::iter::once(1.0));
-        starts.zip(ends).map(|(start, end)| Interval { start, end, segments: 1 }).collect()
+    [&breaks.u, &breaks.v].map(|breaks: &Vec<Break>| {
+        let spans = spans(breaks.iter().map(|b| (b.before, b.after)));
+        spans.map(|(start, end)| Interval { start, end, segments: 1 }).collect()
     })
 }
 
@@ -50,7 +49,7 @@ const SITES: usize = 48;
 const RATIO: f64 = 1.3;
 const RATIOS: i32 = 24;
 
-/// What a chord leaves of a surface: along u, along v and along both at once, in a frame of the surface.
+/// How far chords leave a surface: along u, along v and along both at once, in a frame of the surface.
 #[derive(Clone, Copy, Default)]
 struct Bend {
     /// Components of the second derivatives along the normal.

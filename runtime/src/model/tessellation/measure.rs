@@ -41,7 +41,7 @@ const TRUSTED_BESIDE_CREASES: f64 = 0.85;
 /// An edge is divided if it leaves the surface by this part of what its triangle does.
 const SHARE: f64 = 0.5;
 
-/// What is wrong with a triangle.
+/// A triangle that leaves the surface.
 pub(super) struct Finding {
     pub(super) triangle: usize,
     /// Whether each of its edges is to be divided.
@@ -67,11 +67,18 @@ impl Refinement<'_> {
     /// As `measure`, of triangles of one patch.
     fn measure_run(&self, run: &[usize]) -> Result<(Vec<(Finding, f64)>, f64), EvaluationError> {
         let patch = self.patches[run[0]] as usize;
+        // Fixed places, and scattered ones.
+        let fixed = if self.oblique[patch] { lattice(FINER) } else { PLACES.to_vec() };
+        let (mut places, mut ends) = (Vec::new(), Vec::with_capacity(run.len()));
         let (mut u, mut v) = (Vec::new(), Vec::new());
-        let places: Vec<Vec<[f64; 3]>> = run.iter().map(|triangle| self.places(*triangle)).collect();
-        for (triangle, places) in run.iter().zip(&places) {
-            for w in places {
-                let at = self.uv(*triangle, *w);
+        for triangle in run {
+            let first = places.len();
+            places.extend_from_slice(&fixed);
+            places.extend(self.scattered(*triangle));
+            ends.push(places.len());
+            let uv = self.uv(*triangle);
+            for weights in &places[first..] {
+                let at = uv(*weights);
                 u.push(at.0);
                 v.push(at.1);
             }
@@ -80,11 +87,10 @@ impl Refinement<'_> {
         self.instance.points(patch, &u, &v, &mut surface)?;
         let chord = if self.oblique[patch] { TRUSTED_BESIDE_CREASES * self.chord } else { self.chord };
         let (mut findings, mut good) = (Vec::new(), 0.0_f64);
-        let mut rest = &surface[..];
-        for (triangle, places) in run.iter().zip(&places) {
-            let surface;
-            (surface, rest) = rest.split_at(places.len());
-            let (distance, of_edges) = self.distances(*triangle, places, surface);
+        let mut first = 0;
+        for (triangle, end) in run.iter().zip(ends) {
+            let (distance, of_edges) = self.distances(*triangle, &places[first..end], &surface[first..end]);
+            first = end;
             if distance <= chord {
                 good = good.max(distance);
                 continue;
@@ -98,23 +104,21 @@ impl Refinement<'_> {
         Ok((findings, good))
     }
 
-    /// The places at which a triangle is measured: fixed ones, and scattered ones in proportion to its part of the
-    /// patch, so that nothing falls in with the period of a model, and narrow things are met.
-    fn places(&self, triangle: usize) -> Vec<[f64; 3]> {
+    /// Scattered places of a triangle, in proportion to its part of the patch, so that nothing falls in with the period
+    /// of a model, and narrow things are met.
+    fn scattered(&self, triangle: usize) -> impl Iterator<Item = [f64; 3]> {
         let indices = self.mesh.triangles[triangle];
         let [a, b, c] = indices.map(|i| self.origins[i as usize]);
         let share = 0.5 * ((b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v)).abs();
         let scattered = (share * (MOST_SCATTERED / self.ends.len()).min(SCATTERED) as f64).ceil() as usize;
-        let mut places = if self.oblique[a.patch as usize] { lattice(FINER) } else { PLACES.to_vec() };
         // The additive recurrence of Roberts, from another start in every triangle.
         let start = f64::from(indices[0] % 1024) * 0.381_966;
-        places.extend((1..=scattered).map(|k| {
+        (1..=scattered).map(move |k| {
             let (s, t) =
                 ((start + k as f64 * 0.754_877_666_246_693).fract(), (k as f64 * 0.569_840_290_998_053).fract());
             let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
             [1.0 - s - t, s, t]
-        }));
-        places
+        })
     }
 
     /// The largest distance between a triangle and the surface at the places, and that of each edge. Within a patch it

@@ -38,6 +38,15 @@ pub(super) struct Refinement<'a> {
 /// An edge by the numbers of its points, lower first; points at one position have one number.
 pub(super) type Edge = (u32, u32);
 
+/// Where an edge is divided.
+#[derive(Clone, Copy)]
+pub(super) struct Cut {
+    /// The fraction from the point with the lower number on.
+    pub(super) at: f64,
+    /// Whether it crosses a crease there.
+    pub(super) on_crease: bool,
+}
+
 impl Refinement<'_> {
     /// Divides triangles until all keep to the chord, as far as they can be divided. Returns the largest distance that
     /// was measured last. Millimetres.
@@ -49,57 +58,53 @@ impl Refinement<'_> {
         self.on_crease = vec![false; self.mesh.positions.len()];
         let mut unmeasured: Vec<usize> = (0..self.mesh.triangles.len()).collect();
         let mut largest = 0.0_f64;
-        for round in 0..ROUNDS {
+        for round in 1.. {
             let (findings, good) = self.measure(&unmeasured)?;
             largest = largest.max(good);
-            let (crossing, crease_points) = self.crossed(&points, &unmeasured)?;
-            if findings.is_empty() && crossing.is_empty() {
-                self.split_normals()?;
-                return Ok(largest.max(self.jump));
+            let (crossing, mut cuts) = self.crossed(&points, &unmeasured)?;
+            let done = findings.is_empty() && crossing.is_empty();
+            if done || round == ROUNDS || self.mesh.triangles.len() >= self.most_triangles {
+                largest = findings.iter().map(|f| f.1).fold(largest, f64::max);
+                break;
             }
-            let bad = findings.iter().map(|f| f.1).fold(0.0, f64::max);
-            if round + 1 == ROUNDS || self.mesh.triangles.len() >= self.most_triangles {
-                self.split_normals()?;
-                return Ok(largest.max(bad).max(self.jump));
-            }
-            let mut cuts = crease_points;
             let crossed: HashSet<usize> = crossing.iter().map(|c| c.0).collect();
             for (finding, _) in findings.iter().filter(|(f, _)| !crossed.contains(&f.triangle)) {
                 let corners = self.mesh.triangles[finding.triangle];
                 for k in (0..3).filter(|k| finding.divide[*k]) {
                     let (edge, _) = points.edge(corners[k], corners[(k + 1) % 3]);
-                    cuts.entry(edge).or_insert(0.5);
+                    cuts.entry(edge).or_insert(Cut { at: 0.5, on_crease: false });
                 }
             }
             unmeasured = self.divide(&mut points, &cuts)?;
         }
-        Ok(largest)
+        self.split_normals()?;
+        Ok(largest.max(self.jump))
     }
 
     /// Divides edges, and the triangles at them. Returns the triangles that are to be measured: new ones.
-    fn divide(&mut self, points: &mut Points, cuts: &HashMap<Edge, f64>) -> Result<Vec<usize>, EvaluationError> {
+    fn divide(&mut self, points: &mut Points, cuts: &HashMap<Edge, Cut>) -> Result<Vec<usize>, EvaluationError> {
         let mut new_vertices: HashMap<Edge, u32> = HashMap::new();
-        let mut wanted: Vec<(Edge, Edge, f64)> = Vec::new();
+        let mut wanted: Vec<(Edge, Edge, Cut)> = Vec::new();
         let mut touched = Vec::new();
         for (t, corners) in self.mesh.triangles.iter().enumerate() {
             let mut touches = false;
             for k in 0..3 {
                 let (a, b) = (corners[k], corners[(k + 1) % 3]);
                 let (edge, swapped) = points.edge(a, b);
-                let Some(s) = cuts.get(&edge) else { continue };
+                let Some(cut) = cuts.get(&edge) else { continue };
                 touches = true;
-                let (raw, s) =
-                    if (a < b) == swapped { ((a.min(b), a.max(b)), 1.0 - s) } else { ((a.min(b), a.max(b)), *s) };
+                let raw = (a.min(b), a.max(b));
                 if let Entry::Vacant(entry) = new_vertices.entry(raw) {
                     entry.insert((self.mesh.positions.len() + wanted.len()) as u32);
-                    wanted.push((raw, edge, s));
+                    let at = if (a < b) == swapped { 1.0 - cut.at } else { cut.at };
+                    wanted.push((raw, edge, Cut { at, ..*cut }));
                 }
             }
             if touches {
                 touched.push(t);
             }
         }
-        self.add_vertices(points, &wanted, cuts)?;
+        self.add_vertices(points, &wanted)?;
         let mut fresh = Vec::new();
         for t in touched {
             let corners = self.mesh.triangles[t];
@@ -124,16 +129,11 @@ impl Refinement<'_> {
     }
 
     /// Evaluates new vertices on edges; those on one edge of several patches have the position of the first.
-    fn add_vertices(
-        &mut self,
-        points: &mut Points,
-        wanted: &[(Edge, Edge, f64)],
-        cuts: &HashMap<Edge, f64>,
-    ) -> Result<(), EvaluationError> {
+    fn add_vertices(&mut self, points: &mut Points, wanted: &[(Edge, Edge, Cut)]) -> Result<(), EvaluationError> {
         let mut common: HashMap<Edge, (DVec3, u32)> = HashMap::new();
-        for (raw, edge, s) in wanted {
+        for (raw, edge, cut) in wanted {
             let [a, b] = self.ends_of(raw.0, raw.1);
-            let mut origin = SurfacePoint { patch: a.patch, u: mix(a.u, b.u, *s), v: mix(a.v, b.v, *s) };
+            let mut origin = SurfacePoint { patch: a.patch, u: mix(a.u, b.u, cut.at), v: mix(a.v, b.v, cut.at) };
             let mut partials = self.partials(origin)?;
             let number = if let Some((position, number)) = common.get(edge) {
                 // The other patch may run along the edge with another speed.
@@ -167,8 +167,7 @@ impl Refinement<'_> {
             self.mesh.positions.push(partials.point);
             self.mesh.normals.push(normal[0].unwrap_or(DVec3::Z).to_array());
             self.origins.push(origin);
-            let crease = cuts.get(edge).is_some_and(|s| *s != 0.5);
-            self.on_crease.push(crease);
+            self.on_crease.push(cut.on_crease);
             points.of_vertex.push(number);
         }
         Ok(())
@@ -194,19 +193,19 @@ impl Refinement<'_> {
         poles.iter().find(|side| side.has(at.u, at.v)).map(|side| side.along)
     }
 
-    /// (u, v) at barycentric coordinates of a triangle. A corner at a pole has no part in the parameter that says
+    /// (u, v) of barycentric coordinates of a triangle. A corner at a pole has no part in the parameter that says
     /// nothing there.
-    pub(super) fn uv(&self, triangle: usize, weights: [f64; 3]) -> (f64, f64) {
+    pub(super) fn uv(&self, triangle: usize) -> impl Fn([f64; 3]) -> (f64, f64) {
         let corners = self.mesh.triangles[triangle].map(|i| self.origins[i as usize]);
         let poles = corners.map(|c| self.pole(&c));
-        let mean = |axis: usize| {
+        let mean = move |axis: usize, weights: [f64; 3]| {
             let value = |k: usize| [corners[k].u, corners[k].v][axis];
             let sum = |part: &dyn Fn(usize) -> f64| -> f64 { (0..3).map(|k| weights[k] * part(k)).sum() };
             let counts = |k: usize| f64::from(u8::from(poles[k] != Some(axis)));
             let all = sum(&counts);
             if all > 0.0 && all < 1.0 { sum(&|k| counts(k) * value(k)) / all } else { sum(&value) }
         };
-        (mean(0), mean(1))
+        move |weights| (mean(0, weights), mean(1, weights))
     }
 
     pub(super) fn partials(&self, at: SurfacePoint) -> Result<Partials, EvaluationError> {
