@@ -41,17 +41,25 @@ const TRUSTED_BESIDE_CREASES: f64 = 0.85;
 /// An edge is divided if it leaves the surface by this part of what its triangle does.
 const SHARE: f64 = 0.5;
 
-/// A triangle that leaves the surface.
+/// Triangles that come so near to the chord, as a part of what they are trusted for, are searched around the farthest of
+/// the places, with these steps of barycentric coordinates.
+const SEARCHED: f64 = 0.7;
+const SEARCH: [f64; 3] = [0.07, 0.04, 0.02];
+/// The part of the chord from which on creases are followed: what leaves less is not worth its triangles.
+const FOLLOWED: f64 = 0.1;
+
+/// A triangle that leaves the surface by more than the chord, or beside creases by a good part of it.
 pub(super) struct Finding {
     pub(super) triangle: usize,
-    /// Whether each of its edges is to be divided.
+    /// Millimetres.
+    pub(super) distance: f64,
+    /// Whether each of its edges is to be divided; none where the chord is kept.
     pub(super) divide: [bool; 3],
 }
 
 impl Refinement<'_> {
-    /// The triangles that leave the surface by more than the chord, with the distance; and the largest distance of the
-    /// others.
-    pub(super) fn measure(&self, triangles: &[usize]) -> Result<(Vec<(Finding, f64)>, f64), EvaluationError> {
+    /// The triangles that leave the surface, and the largest distance of those that keep to the chord.
+    pub(super) fn measure(&self, triangles: &[usize]) -> Result<(Vec<Finding>, f64), EvaluationError> {
         let runs: Vec<&[usize]> =
             triangles.chunk_by(|a, b| self.patches[*a] == self.patches[*b]).flat_map(|run| run.chunks(BATCH)).collect();
         let measured: Result<Vec<_>, EvaluationError> = runs.into_par_iter().map(|run| self.measure_run(run)).collect();
@@ -65,43 +73,72 @@ impl Refinement<'_> {
     }
 
     /// As `measure`, of triangles of one patch.
-    fn measure_run(&self, run: &[usize]) -> Result<(Vec<(Finding, f64)>, f64), EvaluationError> {
+    fn measure_run(&self, run: &[usize]) -> Result<(Vec<Finding>, f64), EvaluationError> {
         let patch = self.patches[run[0]] as usize;
-        // Fixed places, and scattered ones.
+        let [trusted, followed] = if self.oblique[patch] { [TRUSTED_BESIDE_CREASES, FOLLOWED] } else { [1.0; 2] };
+        let mut facets: Vec<Facet> = run.iter().map(|triangle| self.facet(*triangle)).collect();
         let fixed = if self.oblique[patch] { lattice(FINER) } else { PLACES.to_vec() };
+        let places = |k: usize, _: &Facet, places: &mut Vec<[f64; 3]>| {
+            places.extend_from_slice(&fixed);
+            places.extend(self.scattered(run[k]));
+        };
+        self.look(run, &mut facets, places)?;
+        let is_close = |f: &Facet| f.distance > SEARCHED * trusted * self.chord && f.distance <= trusted * self.chord;
+        for step in SEARCH {
+            let around = |_: usize, f: &Facet, places: &mut Vec<[f64; 3]>| {
+                if is_close(f) {
+                    places.extend(neighbours(f.farthest, step));
+                }
+            };
+            self.look(run, &mut facets, around)?;
+        }
+        let (mut findings, mut good) = (Vec::new(), 0.0_f64);
+        for (triangle, facet) in run.iter().zip(facets) {
+            let distance = facet.distance;
+            if distance <= trusted * self.chord {
+                good = good.max(distance);
+                if distance > followed * self.chord {
+                    findings.push(Finding { triangle: *triangle, distance, divide: [false; 3] });
+                }
+            } else {
+                findings.push(Finding { triangle: *triangle, distance, divide: facet.worst_edges() });
+            }
+        }
+        Ok((findings, good))
+    }
+
+    /// Measures triangles of a patch at the places that a function adds for each.
+    fn look(
+        &self,
+        run: &[usize],
+        facets: &mut [Facet],
+        add: impl Fn(usize, &Facet, &mut Vec<[f64; 3]>),
+    ) -> Result<(), EvaluationError> {
+        let patch = self.patches[run[0]] as usize;
         let (mut places, mut ends) = (Vec::new(), Vec::with_capacity(run.len()));
         let (mut u, mut v) = (Vec::new(), Vec::new());
-        for triangle in run {
+        for (k, triangle) in run.iter().enumerate() {
             let first = places.len();
-            places.extend_from_slice(&fixed);
-            places.extend(self.scattered(*triangle));
-            ends.push(places.len());
+            add(k, &facets[k], &mut places);
             let uv = self.uv(*triangle);
             for weights in &places[first..] {
                 let at = uv(*weights);
                 u.push(at.0);
                 v.push(at.1);
             }
+            ends.push(places.len());
         }
         let mut surface = vec![[0.0; 3]; u.len()];
         self.instance.points(patch, &u, &v, &mut surface)?;
-        let chord = if self.oblique[patch] { TRUSTED_BESIDE_CREASES * self.chord } else { self.chord };
-        let (mut findings, mut good) = (Vec::new(), 0.0_f64);
+        let mut measured = places.into_iter().zip(surface);
         let mut first = 0;
-        for (triangle, end) in run.iter().zip(ends) {
-            let (distance, of_edges) = self.distances(*triangle, &places[first..end], &surface[first..end]);
-            first = end;
-            if distance <= chord {
-                good = good.max(distance);
-                continue;
+        for (facet, end) in facets.iter_mut().zip(ends) {
+            for (weights, point) in measured.by_ref().take(end - first) {
+                facet.see(weights, DVec3::from_array(point));
             }
-            let longest = self.longest_edge(*triangle);
-            let worst = of_edges.iter().copied().fold(0.0, f64::max);
-            let divide =
-                [0, 1, 2].map(|k| if worst >= SHARE * distance { of_edges[k] >= SHARE * worst } else { k == longest });
-            findings.push((Finding { triangle: *triangle, divide }, distance));
+            first = end;
         }
-        Ok((findings, good))
+        Ok(())
     }
 
     /// Scattered places of a triangle, in proportion to its part of the patch, so that nothing falls in with the period
@@ -121,10 +158,8 @@ impl Refinement<'_> {
         })
     }
 
-    /// The largest distance between a triangle and the surface at the places, and that of each edge. Within a patch it
-    /// is taken along the triangle's normal: what lies beside is covered by the neighbours. Along borders and breaks,
-    /// which nothing covers, it is taken to the edge.
-    fn distances(&self, triangle: usize, places: &[[f64; 3]], surface: &[[f64; 3]]) -> (f64, [f64; 3]) {
+    /// A triangle of which nothing is measured yet.
+    fn facet(&self, triangle: usize) -> Facet {
         let indices = self.mesh.triangles[triangle];
         let corners = self.mesh.corners(indices);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
@@ -138,22 +173,15 @@ impl Refinement<'_> {
         // A sliver that stands on the surface has its plane through it: what counts is along the surface's normal.
         let along = |i: u32| DVec3::from_array(self.mesh.normals[i as usize]).dot(normal).abs();
         let cosine = indices.map(along).into_iter().fold(LEAST_COSINE, f64::max);
-        let cosine = if cosine < STANDING { cosine } else { 1.0 };
-        let is_end = [0, 1, 2].map(|k| self.is_end(indices[k], indices[(k + 1) % 3]));
-        let (mut most, mut of_edges) = (0.0_f64, [0.0_f64; 3]);
-        for (weights, point) in places.iter().zip(surface) {
-            let point = DVec3::from_array(*point);
-            let mut distance = (point - corners[0]).dot(normal).abs() / cosine;
-            // The edge from corner k to the next one is opposite to the one after.
-            if let Some(k) = (0..3).find(|k| weights[(k + 2) % 3] == 0.0) {
-                if is_end[k] {
-                    distance = to_segment(point, corners[k], corners[(k + 1) % 3]);
-                }
-                of_edges[k] = of_edges[k].max(distance);
-            }
-            most = most.max(distance);
+        Facet {
+            corners,
+            normal,
+            cosine: if cosine < STANDING { cosine } else { 1.0 },
+            is_end: [0, 1, 2].map(|k| self.is_end(indices[k], indices[(k + 1) % 3])),
+            distance: 0.0,
+            farthest: [1.0 / 3.0; 3],
+            of_edges: [0.0; 3],
         }
-        (most, of_edges)
     }
 
     /// Whether an edge lies on the border or on a break of its patch.
@@ -163,12 +191,68 @@ impl Refinement<'_> {
         (a.u == b.u && ends[0].binary_search_by(|e| e.total_cmp(&a.u)).is_ok())
             || (a.v == b.v && ends[1].binary_search_by(|e| e.total_cmp(&a.v)).is_ok())
     }
+}
 
-    fn longest_edge(&self, triangle: usize) -> usize {
-        let corners = self.mesh.corners(self.mesh.triangles[triangle]);
-        let length = |k: &usize| corners[*k].distance_squared(corners[(k + 1) % 3]);
-        (0..3).max_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or(0)
+/// A triangle, and how far the surface was seen to be from it.
+struct Facet {
+    corners: [DVec3; 3],
+    /// Of the plane that distances are taken from.
+    normal: DVec3,
+    /// By which distances from the plane are divided.
+    cosine: f64,
+    /// Whether each edge lies on the border or on a break.
+    is_end: [bool; 3],
+    /// The largest distance. Millimetres.
+    distance: f64,
+    /// Where that is.
+    farthest: [f64; 3],
+    /// The largest distance on each edge. Millimetres.
+    of_edges: [f64; 3],
+}
+
+impl Facet {
+    /// Measures the surface's point at a place. Within a patch the distance is taken along the triangle's normal: what
+    /// lies beside is covered by the neighbours. Along borders and breaks, which nothing covers, it is taken to the
+    /// edge.
+    fn see(&mut self, weights: [f64; 3], point: DVec3) {
+        let corners = &self.corners;
+        let beneath: DVec3 = (0..3).map(|k| weights[k] * corners[k]).sum();
+        let from_plane = (point - corners[0]).dot(self.normal).abs() / self.cosine;
+        let mut distance = from_plane.min(point.distance(beneath));
+        // The edge from corner k to the next one is opposite to the one after.
+        if let Some(k) = (0..3).find(|k| weights[(k + 2) % 3] == 0.0) {
+            if self.is_end[k] {
+                distance = to_segment(point, corners[k], corners[(k + 1) % 3]);
+            }
+            self.of_edges[k] = self.of_edges[k].max(distance);
+        }
+        if distance > self.distance {
+            (self.distance, self.farthest) = (distance, weights);
+        }
     }
+
+    /// The edges that leave the surface by a good part of what the triangle does; else the longest one.
+    fn worst_edges(&self) -> [bool; 3] {
+        let worst = self.of_edges.iter().copied().fold(0.0, f64::max);
+        if worst >= SHARE * self.distance {
+            return self.of_edges.map(|of_edge| of_edge >= SHARE * worst);
+        }
+        let length = |k: &usize| self.corners[*k].distance_squared(self.corners[(k + 1) % 3]);
+        let longest = (0..3).max_by(|a, b| length(a).total_cmp(&length(b)));
+        [0, 1, 2].map(|k| Some(k) == longest)
+    }
+}
+
+/// The places of a triangle around one, a step of barycentric coordinates away.
+fn neighbours(at: [f64; 3], step: f64) -> impl Iterator<Item = [f64; 3]> {
+    let moves = (0..3).flat_map(|i| (0..3).filter(move |j| *j != i).map(move |j| (i, j)));
+    moves.map(move |(i, j)| {
+        let step = step.min(at[i]);
+        let mut place = at;
+        place[i] -= step;
+        place[j] += step;
+        place
+    })
 }
 
 /// Barycentric coordinates in steps of a fraction, without the corners.

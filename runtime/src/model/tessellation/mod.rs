@@ -49,6 +49,9 @@ pub struct Fineness {
 
 /// The most triangles of a tessellation: some gigabytes.
 const MOST_TRIANGLES: usize = 10_000_000;
+/// The most triangles of the grids of all patches with creases across u and v: refinement follows these better, and a
+/// triangle beside them takes 50 evaluations of the surface.
+const MOST_OBLIQUE: usize = 200_000;
 /// Triangles by which refinement may exceed the grids.
 const MOST_ADDED: usize = 500_000;
 
@@ -82,7 +85,7 @@ impl Tessellation {
     /// The surface cannot be evaluated.
     pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
         let (breaks, mut axes) = divided(model, instance, fineness)?;
-        limit(&mut axes);
+        limit(&mut axes, &breaks);
         let borders = Borders::find(instance, &mut axes)?;
         borders.keep_open(&mut axes);
         let points = grid::border_points(instance, &axes, &borders)?;
@@ -165,7 +168,6 @@ impl Tessellation {
             oblique: breaks.iter().map(|b| b.oblique).collect(),
             chord: fineness.chord,
             most_triangles,
-            on_crease: Vec::new(),
             jump: 0.0,
         };
         self.chord = refinement.run()?;
@@ -216,16 +218,21 @@ fn divided(
     (0..model.parts().len()).into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().collect()
 }
 
-/// Makes grids coarser where all of them would have too many triangles.
-fn limit(axes: &mut [Axes]) {
-    let segments = |axis: &Vec<Interval>| axis.iter().map(|i| f64::from(i.segments)).sum::<f64>();
-    let triangles: f64 = axes.iter().map(|[u, v]| 2.0 * segments(u) * segments(v)).sum();
-    let share = (MOST_TRIANGLES as f64 / triangles).sqrt();
-    if share < 1.0 {
-        for interval in axes.iter_mut().flatten().flatten() {
-            interval.segments = ((f64::from(interval.segments) * share) as u32).max(1);
+/// Makes grids coarser where all of them would have too many triangles, or those of patches with creases across.
+fn limit(axes: &mut [Axes], breaks: &[Breaks]) {
+    let coarser = |axes: &mut [&mut Axes], most: usize| {
+        let segments = |axis: &Vec<Interval>| axis.iter().map(|i| f64::from(i.segments)).sum::<f64>();
+        let triangles: f64 = axes.iter().map(|[u, v]| 2.0 * segments(u) * segments(v)).sum();
+        let share = (most as f64 / triangles).sqrt();
+        if share < 1.0 {
+            for interval in axes.iter_mut().flat_map(|axes| axes.iter_mut()).flatten() {
+                interval.segments = ((f64::from(interval.segments) * share) as u32).max(1);
+            }
         }
-    }
+    };
+    let oblique = axes.iter_mut().zip(breaks).filter(|(_, breaks)| breaks.oblique);
+    coarser(&mut oblique.map(|(axes, _)| axes).collect::<Vec<_>>(), MOST_OBLIQUE);
+    coarser(&mut axes.iter_mut().collect::<Vec<_>>(), MOST_TRIANGLES);
 }
 
 /// The values of u and of v at which intervals end, ascending.

@@ -9,8 +9,8 @@ use super::{SurfacePoint, unit_normals};
 use crate::mesh::TriangleMesh;
 use crate::model::{EvaluationError, Instance, Partials};
 use glam::DVec3;
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::collections::{HashMap, HashSet};
 
 /// Rounds of measuring and dividing at most.
 const ROUNDS: usize = 24;
@@ -29,23 +29,12 @@ pub(super) struct Refinement<'a> {
     pub(super) oblique: Vec<bool>,
     pub(super) chord: f64,
     pub(super) most_triangles: usize,
-    /// Vertices on a crease that no line of u or v follows.
-    pub(super) on_crease: Vec<bool>,
     /// The largest jump of the surface that edges cross. Millimetres.
     pub(super) jump: f64,
 }
 
 /// An edge by the numbers of its points, lower first; points at one position have one number.
 pub(super) type Edge = (u32, u32);
-
-/// Where an edge is divided.
-#[derive(Clone, Copy)]
-pub(super) struct Cut {
-    /// The fraction from the point with the lower number on.
-    pub(super) at: f64,
-    /// Whether it crosses a crease there.
-    pub(super) on_crease: bool,
-}
 
 impl Refinement<'_> {
     /// Divides triangles until all keep to the chord, as far as they can be divided. Returns the largest distance that
@@ -55,25 +44,23 @@ impl Refinement<'_> {
     /// The surface cannot be evaluated.
     pub(super) fn run(&mut self) -> Result<f64, EvaluationError> {
         let mut points = Points::of(self.mesh);
-        self.on_crease = vec![false; self.mesh.positions.len()];
         let mut unmeasured: Vec<usize> = (0..self.mesh.triangles.len()).collect();
         let mut largest = 0.0_f64;
         for round in 1.. {
             let (findings, good) = self.measure(&unmeasured)?;
             largest = largest.max(good);
-            let (crossing, mut cuts) = self.crossed(&points, &unmeasured)?;
-            let done = findings.is_empty() && crossing.is_empty();
-            if done || round == ROUNDS || self.mesh.triangles.len() >= self.most_triangles {
-                largest = findings.iter().map(|f| f.1).fold(largest, f64::max);
-                break;
-            }
-            let crossed: HashSet<usize> = crossing.iter().map(|c| c.0).collect();
-            for (finding, _) in findings.iter().filter(|(f, _)| !crossed.contains(&f.triangle)) {
+            let beside: Vec<usize> = findings.iter().map(|f| f.triangle).collect();
+            let (crossed, mut cuts) = self.crossed(&points, &beside)?;
+            for finding in findings.iter().filter(|f| !crossed.contains(&f.triangle)) {
                 let corners = self.mesh.triangles[finding.triangle];
                 for k in (0..3).filter(|k| finding.divide[*k]) {
                     let (edge, _) = points.edge(corners[k], corners[(k + 1) % 3]);
-                    cuts.entry(edge).or_insert(Cut { at: 0.5, on_crease: false });
+                    cuts.entry(edge).or_insert(0.5);
                 }
+            }
+            if cuts.is_empty() || round == ROUNDS || self.mesh.triangles.len() >= self.most_triangles {
+                largest = findings.iter().map(|f| f.distance).fold(largest, f64::max);
+                break;
             }
             unmeasured = self.divide(&mut points, &cuts)?;
         }
@@ -81,10 +68,10 @@ impl Refinement<'_> {
         Ok(largest.max(self.jump))
     }
 
-    /// Divides edges, and the triangles at them. Returns the triangles that are to be measured: new ones.
-    fn divide(&mut self, points: &mut Points, cuts: &HashMap<Edge, Cut>) -> Result<Vec<usize>, EvaluationError> {
+    /// Divides edges at fractions from the point with the lower number on, and the triangles at them. Returns the triangles that are to be measured: new ones.
+    fn divide(&mut self, points: &mut Points, cuts: &HashMap<Edge, f64>) -> Result<Vec<usize>, EvaluationError> {
         let mut new_vertices: HashMap<Edge, u32> = HashMap::new();
-        let mut wanted: Vec<(Edge, Edge, Cut)> = Vec::new();
+        let mut wanted: Vec<(Edge, Edge, f64)> = Vec::new();
         let mut touched = Vec::new();
         for (t, corners) in self.mesh.triangles.iter().enumerate() {
             let mut touches = false;
@@ -96,8 +83,7 @@ impl Refinement<'_> {
                 let raw = (a.min(b), a.max(b));
                 if let Entry::Vacant(entry) = new_vertices.entry(raw) {
                     entry.insert((self.mesh.positions.len() + wanted.len()) as u32);
-                    let at = if (a < b) == swapped { 1.0 - cut.at } else { cut.at };
-                    wanted.push((raw, edge, Cut { at, ..*cut }));
+                    wanted.push((raw, edge, if (a < b) == swapped { 1.0 - cut } else { *cut }));
                 }
             }
             if touches {
@@ -129,11 +115,11 @@ impl Refinement<'_> {
     }
 
     /// Evaluates new vertices on edges; those on one edge of several patches have the position of the first.
-    fn add_vertices(&mut self, points: &mut Points, wanted: &[(Edge, Edge, Cut)]) -> Result<(), EvaluationError> {
+    fn add_vertices(&mut self, points: &mut Points, wanted: &[(Edge, Edge, f64)]) -> Result<(), EvaluationError> {
         let mut common: HashMap<Edge, (DVec3, u32)> = HashMap::new();
         for (raw, edge, cut) in wanted {
             let [a, b] = self.ends_of(raw.0, raw.1);
-            let mut origin = SurfacePoint { patch: a.patch, u: mix(a.u, b.u, cut.at), v: mix(a.v, b.v, cut.at) };
+            let mut origin = SurfacePoint { patch: a.patch, u: mix(a.u, b.u, *cut), v: mix(a.v, b.v, *cut) };
             let mut partials = self.partials(origin)?;
             let number = if let Some((position, number)) = common.get(edge) {
                 // The other patch may run along the edge with another speed.
@@ -167,7 +153,6 @@ impl Refinement<'_> {
             self.mesh.positions.push(partials.point);
             self.mesh.normals.push(normal[0].unwrap_or(DVec3::Z).to_array());
             self.origins.push(origin);
-            self.on_crease.push(cut.on_crease);
             points.of_vertex.push(number);
         }
         Ok(())
@@ -188,14 +173,14 @@ impl Refinement<'_> {
     }
 
     /// The parameter that says nothing at a vertex, if it is a pole: 0 for u, 1 for v.
-    fn pole(&self, at: &SurfacePoint) -> Option<usize> {
+    pub(super) fn pole(&self, at: &SurfacePoint) -> Option<usize> {
         let poles = &self.poles[at.patch as usize];
         poles.iter().find(|side| side.has(at.u, at.v)).map(|side| side.along)
     }
 
     /// (u, v) of barycentric coordinates of a triangle. A corner at a pole has no part in the parameter that says
     /// nothing there.
-    pub(super) fn uv(&self, triangle: usize) -> impl Fn([f64; 3]) -> (f64, f64) {
+    pub(super) fn uv(&self, triangle: usize) -> impl Fn([f64; 3]) -> (f64, f64) + use<> {
         let corners = self.mesh.triangles[triangle].map(|i| self.origins[i as usize]);
         let poles = corners.map(|c| self.pole(&c));
         let mean = move |axis: usize, weights: [f64; 3]| {
