@@ -1,8 +1,7 @@
 //! Charts: the places of the patches on the texture.
 
-use super::breaks::Breaks;
+use super::breaks::{Break, Breaks, spans};
 use super::packing::largest_packing;
-use super::tessellation::intervals::{self, Interval};
 use super::{EvaluationError, Instance, Model, Partials};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -152,8 +151,8 @@ fn extents(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<[f64; 2]>, 
 /// area.
 fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationError> {
     // Where breaks cannot be looked for, partial derivatives may still exist.
-    let axes = intervals::between(&Breaks::of_patch(instance, patch).unwrap_or_default());
-    let [(u, of_u), (v, of_v)] = axes.map(|axis| midpoints(&axis));
+    let breaks = Breaks::of_patch(instance, patch).unwrap_or_default();
+    let [(u, of_u), (v, of_v)] = [breaks.u, breaks.v].map(|breaks| midpoints(&breaks));
     let mut samples = vec![Partials::default(); u.len() * v.len()];
     instance.partials_grid(patch, &u, &v, &mut samples)?;
     let (mut sum, mut logarithms) = (0.0, 0.0);
@@ -171,16 +170,16 @@ fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationE
     Ok(if extent.iter().all(|e| *e > 0.0 && e.is_finite()) { extent } else { [0.0, 0.0] })
 }
 
-/// The nodes of the midpoint rule on every interval, with their weights.
-fn midpoints(axis: &[Interval]) -> (Vec<f64>, Vec<f64>) {
+/// The nodes of the midpoint rule on every span between breaks, with their weights.
+fn midpoints(breaks: &[Break]) -> (Vec<f64>, Vec<f64>) {
     const NODES: f64 = 32.0;
     const LEAST: f64 = 4.0;
-    let of_interval = |i: &Interval| {
-        let (start, length) = (i.start, i.end - i.start);
+    let of_span = |(start, end): (f64, f64)| {
+        let length = end - start;
         let count = (NODES * length).ceil().max(LEAST);
         (0..count as u32).map(move |k| (start + length * ((f64::from(k) + 0.5) / count), length / count))
     };
-    axis.iter().flat_map(of_interval).unzip()
+    spans(breaks.iter().map(|b| (b.before, b.after))).flat_map(of_span).unzip()
 }
 
 #[cfg(test)]

@@ -17,12 +17,12 @@ pub struct Closedness {
 }
 
 /// A piece of border that no other border coincides with.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct OpenBorder {
     /// The patch.
     pub patch: usize,
-    /// Where u is 0, where u is 1, where v is 0, or where v is 1.
-    pub side: &'static str,
+    /// Where it is: `u = 0`, `u = 1`, `v = 0`, `v = 1`, or where the surface jumps.
+    pub side: String,
     /// Its length. Millimetres.
     pub length: f64,
 }
@@ -36,14 +36,15 @@ impl Closedness {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn of(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        let breaks = |patch| Breaks::of_patch(instance, patch).map(|b| intervals::between(&b));
-        let mut axes = (0..model.parts().len()).map(breaks).collect::<Result<Vec<_>, _>>()?;
+        let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);
+        let mut axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
         let borders = Borders::find(instance, &mut axes)?;
         let open = borders.curves().filter(|curve| curve.len() % 2 == 1).map(|curve| {
             let piece = &borders.pieces[curve[0]];
-            OpenBorder { patch: piece.patch, side: piece.side.name(), length: piece.length() }
+            let length = piece.length(instance, &axes)?;
+            Ok(OpenBorder { patch: piece.patch, side: piece.side.name(), length })
         });
-        let mut closedness = Self { open: open.collect(), inside_out: Vec::new() };
+        let mut closedness = Self { open: open.collect::<Result<_, _>>()?, inside_out: Vec::new() };
         let mut joints = Joints { neighbours: vec![Vec::new(); axes.len()] };
         for curve in borders.curves().filter(|curve| curve.len() == 2) {
             let [a, b] = [0, 1].map(|k| &borders.pieces[curve[k]]);

@@ -11,6 +11,8 @@ use std::collections::HashMap;
 const COINCIDENT: f64 = 1e-8;
 /// Places at which a piece is sampled, its ends included.
 const SAMPLES: usize = 33;
+/// Places at which two pieces are compared: they miss what differs over less than a hundredth of both.
+const COMPARED: usize = 251;
 /// Steps of Gauss and Newton to the nearest point of a curve.
 const STEPS: usize = 12;
 /// Rounds in which pieces that end beside others are divided there.
@@ -18,20 +20,32 @@ const ROUNDS: usize = 6;
 /// Most intervals of an axis that such divisions may lead to.
 const MOST_INTERVALS: usize = 4096;
 
-/// A side of a patch: where v is 0, u is 1, v is 1 or u is 0.
-pub(in crate::model) const SIDES: [Side; 4] =
-    [Side { along: 0, at: 0.0 }, Side { along: 1, at: 1.0 }, Side { along: 0, at: 1.0 }, Side { along: 1, at: 0.0 }];
-
-/// A side of a patch.
+/// A side of a patch: where u or v begins or ends, or where the surface jumps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::model) struct Side {
     /// The parameter that runs along it: 0 for u, 1 for v.
     pub(in crate::model) along: usize,
     /// The value of the other one.
-    at: f64,
+    pub(in crate::model) at: f64,
+    /// Whether the patch is where that is larger.
+    low: bool,
 }
 
 impl Side {
+    /// All sides of a patch.
+    fn all(axes: &Axes) -> Vec<Side> {
+        let low = |along: usize, i: &Interval| Side { along, at: i.start(), low: true };
+        let high = |along: usize, i: &Interval| Side { along, at: i.end(), low: false };
+        let [u, v] = axes;
+        let last = |axis: &[Interval]| axis.len() - 1;
+        let mut sides = vec![low(0, &v[0]), high(1, &u[last(u)]), high(0, &v[last(v)]), low(1, &u[0])];
+        for (along, axis) in [(1, u), (0, v)] {
+            let steps = axis.windows(2).filter(|pair| pair[1].after_step);
+            sides.extend(steps.flat_map(|pair| [high(along, &pair[0]), low(along, &pair[1])]));
+        }
+        sides
+    }
+
     /// (u, v) at a value of the parameter along it.
     pub(in crate::model) fn uv(self, t: f64) -> (f64, f64) {
         if self.along == 0 { (t, self.at) } else { (self.at, t) }
@@ -43,13 +57,10 @@ impl Side {
     }
 
     /// In words.
-    pub(in crate::model) fn name(self) -> &'static str {
-        match (self.along == 0, self.at == 0.0) {
-            (true, true) => "v = 0",
-            (true, false) => "v = 1",
-            (false, true) => "u = 0",
-            (false, false) => "u = 1",
-        }
+    pub(in crate::model) fn name(self) -> String {
+        let across = if self.along == 0 { "v" } else { "u" };
+        // Six digits, without the zeros at their end.
+        format!("{across} = {}", (self.at * 1e6).round() / 1e6)
     }
 }
 
@@ -100,24 +111,23 @@ impl Borders {
         Ok(borders)
     }
 
-    fn of_intervals(instance: &dyn Instance, axes: &[Axes]) -> Result<Self, EvaluationError> {
+    fn of_intervals(instance: &dyn Instance, all: &[Axes]) -> Result<Self, EvaluationError> {
+        let sample = |k: usize| k as f64 / (SAMPLES - 1) as f64;
         let mut borders = Self::default();
-        for (patch, axes) in axes.iter().enumerate() {
-            for side in SIDES {
-                for (interval, stretch) in axes[side.along].iter().enumerate() {
-                    let at = |k: usize| stretch.fraction(k as f64 / (SAMPLES - 1) as f64);
-                    let (u, v): (Vec<f64>, Vec<f64>) = (0..SAMPLES).map(|k| side.uv(at(k))).unzip();
-                    let mut points = vec![[0.0; 3]; SAMPLES];
-                    instance.points(patch, &u, &v, &mut points)?;
-                    let samples = points.into_iter().map(DVec3::from_array).collect();
+        for (patch, axes) in all.iter().enumerate() {
+            for side in Side::all(axes) {
+                for interval in 0..axes[side.along].len() {
                     let leader = borders.pieces.len();
                     let (ends, reversed, is_point) = ([0; 2], false, false);
-                    borders.pieces.push(Piece { patch, side, interval, ends, leader, reversed, is_point, samples });
+                    let samples = Vec::new();
+                    let mut piece = Piece { patch, side, interval, ends, leader, reversed, is_point, samples };
+                    piece.samples = piece.points(instance, all, (0..SAMPLES).map(sample))?;
+                    borders.pieces.push(piece);
                 }
             }
         }
-        let all: Bounds = borders.pieces.iter().flat_map(|p| &p.samples).copied().collect();
-        borders.tolerance = COINCIDENT * all.diagonal();
+        let bounds: Bounds = borders.pieces.iter().flat_map(|p| &p.samples).copied().collect();
+        borders.tolerance = COINCIDENT * bounds.diagonal();
         borders.cluster();
         Ok(borders)
     }
@@ -169,10 +179,10 @@ impl Borders {
                 continue;
             }
             let targets: Vec<DVec3> = near.iter().map(|c| self.ends[*c]).collect();
-            let interval = axes[piece.patch][piece.side.along][piece.interval];
-            let size = interval.end - interval.start;
+            let interval = &axes[piece.patch][piece.side.along][piece.interval];
+            let size = interval.end() - interval.start();
             for (t, distance) in piece.nearest(instance, axes, &targets)? {
-                let inside = t > interval.start + 1e-9 * size && t < interval.end - 1e-9 * size;
+                let inside = t > interval.start() + 1e-9 * size && t < interval.end() - 1e-9 * size;
                 if inside && distance <= self.tolerance {
                     cuts.push((piece.patch, piece.side.along, piece.interval, t));
                 }
@@ -204,6 +214,20 @@ impl Borders {
             }
         }
         Ok(())
+    }
+
+    /// Makes some pieces curves of their own. Those that one of them leads follow the first of them.
+    pub(in crate::model) fn part(&mut self, pieces: &[usize]) {
+        for i in pieces {
+            let followers: Vec<usize> =
+                (0..self.pieces.len()).filter(|k| self.pieces[*k].leader == *i && k != i).collect();
+            let turned = followers.first().is_some_and(|first| self.pieces[*first].reversed);
+            for follower in &followers {
+                self.pieces[*follower].leader = followers[0];
+                self.pieces[*follower].reversed ^= turned;
+            }
+            (self.pieces[*i].leader, self.pieces[*i].reversed) = (*i, false);
+        }
     }
 
     /// The pieces of every curve, points left out.
@@ -250,14 +274,16 @@ impl Borders {
         }
     }
 
-    /// The segments of every piece: the most of those that its curve has as part of any patch.
-    pub(in crate::model) fn segments(&self, axes: &[Axes]) -> Vec<u32> {
-        let own = |piece: &Piece| axes[piece.patch][piece.side.along][piece.interval].segments;
-        let mut most = vec![1; self.pieces.len()];
-        for piece in &self.pieces {
-            most[piece.leader] = most[piece.leader].max(own(piece));
+    /// For every piece that of its curve which is divided most.
+    pub(in crate::model) fn finest(&self, axes: &[Axes]) -> Vec<usize> {
+        let own = |i: usize| axes[self.pieces[i].patch][self.pieces[i].side.along][self.pieces[i].interval].segments();
+        let mut finest: Vec<usize> = (0..self.pieces.len()).collect();
+        for (i, piece) in self.pieces.iter().enumerate() {
+            if own(i) > own(finest[piece.leader]) {
+                finest[piece.leader] = i;
+            }
         }
-        self.pieces.iter().map(|piece| if piece.is_point { own(piece) } else { most[piece.leader] }).collect()
+        self.pieces.iter().enumerate().map(|(i, piece)| if piece.is_point { i } else { finest[piece.leader] }).collect()
     }
 }
 
@@ -265,13 +291,29 @@ impl Piece {
     /// Whether the first piece of its curve runs, where this one lies, with this one's patch on the left, seen from
     /// outside.
     pub(in crate::model) fn is_counterclockwise(&self) -> bool {
-        let side = (self.side.along == 0) == (self.side.at == 0.0);
+        let side = (self.side.along == 0) == self.side.low;
         side != self.reversed
     }
 
-    /// Its length, by its samples. Millimetres.
-    pub(in crate::model) fn length(&self) -> f64 {
-        self.samples.windows(2).map(|w| w[0].distance(w[1])).sum()
+    /// Its length, by chords that are halved until that changes nothing. Millimetres.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub(in crate::model) fn length(&self, instance: &dyn Instance, axes: &[Axes]) -> Result<f64, EvaluationError> {
+        const FEWEST: usize = 1 << 10;
+        const MOST: usize = 1 << 17;
+        let mut chords = FEWEST;
+        let mut last = 0.0;
+        loop {
+            let points = self.points(instance, axes, (0..=chords).map(|k| k as f64 / chords as f64))?;
+            let length = points.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
+            // A quarter of the error is left at half the chord (Richardson).
+            let better = length + (length - last) / 3.0;
+            if (length - last).abs() <= 1e-7 * length || chords >= MOST {
+                return Ok(if last > 0.0 { better } else { length });
+            }
+            (chords, last) = (2 * chords, length);
+        }
     }
 
     fn longest_chord(&self) -> f64 {
@@ -286,23 +328,58 @@ impl Piece {
         axes: &[Axes],
         tolerance: f64,
     ) -> Result<Option<bool>, EvaluationError> {
-        let targets: Vec<DVec3> = (1..8).map(|k| other.samples[k * (SAMPLES - 1) / 8]).collect();
-        let places = self.nearest(instance, axes, &targets)?;
-        if places.iter().any(|(_, distance)| *distance > tolerance) {
-            return Ok(None);
+        let fractions = (0..COMPARED).map(|k| (k as f64 + jitter(k)) / COMPARED as f64);
+        let targets = other.points(instance, axes, fractions.clone())?;
+        let differ = |p: (&DVec3, &DVec3)| p.0.distance(*p.1) > tolerance;
+        // Most that are the same have the same speed.
+        let own = self.points(instance, axes, fractions.clone())?;
+        if !targets.iter().zip(&own).any(differ) {
+            return Ok(Some(false));
         }
-        let rises = places.windows(2).filter(|w| w[1].0 > w[0].0).count();
-        Ok((rises == 0 || rises + 1 == places.len()).then_some(rises == 0))
+        let own = self.points(instance, axes, fractions.map(|f| 1.0 - f))?;
+        if !targets.iter().zip(&own).any(differ) {
+            return Ok(Some(true));
+        }
+        // Most that differ do so at once.
+        let some: Vec<DVec3> = targets.iter().copied().step_by(COMPARED / 8).collect();
+        for targets in [some, targets] {
+            let places = self.nearest(instance, axes, &targets)?;
+            if places.iter().any(|(_, distance)| *distance > tolerance) {
+                return Ok(None);
+            }
+            let rises = places.windows(2).filter(|w| w[1].0 > w[0].0).count();
+            if rises > 0 && rises + 1 < places.len() {
+                return Ok(None);
+            }
+            if places.len() == COMPARED {
+                return Ok(Some(rises == 0));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The points at fractions of its length.
+    fn points(
+        &self,
+        instance: &dyn Instance,
+        axes: &[Axes],
+        fractions: impl Iterator<Item = f64>,
+    ) -> Result<Vec<DVec3>, EvaluationError> {
+        let interval = &axes[self.patch][self.side.along][self.interval];
+        let (u, v): (Vec<f64>, Vec<f64>) = fractions.map(|f| self.side.uv(interval.fraction(f))).unzip();
+        let mut points = vec![[0.0; 3]; u.len()];
+        instance.points(self.patch, &u, &v, &mut points)?;
+        Ok(points.into_iter().map(DVec3::from_array).collect())
     }
 
     /// For every target the parameter of the nearest point of the piece, and its distance.
-    fn nearest(
+    pub(super) fn nearest(
         &self,
         instance: &dyn Instance,
         axes: &[Axes],
         targets: &[DVec3],
     ) -> Result<Vec<(f64, f64)>, EvaluationError> {
-        let interval = axes[self.patch][self.side.along][self.interval];
+        let interval = &axes[self.patch][self.side.along][self.interval];
         let guess = |target: &DVec3| {
             let distance = |k: &usize| self.samples[*k].distance_squared(*target);
             let k = (0..SAMPLES).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
@@ -320,7 +397,7 @@ impl Piece {
         targets: &[DVec3],
         mut at: Vec<f64>,
     ) -> Result<Vec<(f64, f64)>, EvaluationError> {
-        let interval = axes[self.patch][self.side.along][self.interval];
+        let interval = &axes[self.patch][self.side.along][self.interval];
         let mut best: Vec<(f64, f64)> = at.iter().map(|t| (*t, f64::INFINITY)).collect();
         let mut partials = vec![Partials::default(); at.len()];
         for _ in 0..STEPS {
@@ -338,7 +415,7 @@ impl Piece {
                 }
                 let step = gap.dot(along) / along.length_squared();
                 if step.is_finite() {
-                    at[i] = (at[i] + step).clamp(interval.start, interval.end);
+                    at[i] = (at[i] + step).clamp(interval.start(), interval.end());
                 }
             }
             if !moved {
@@ -349,11 +426,17 @@ impl Piece {
     }
 }
 
+/// Where in its share of an interval a place is, so that places do not fall in with the periods of a model.
+pub(super) fn jitter(k: usize) -> f64 {
+    0.1 + 0.8 * (k as f64 * 0.618_033_988_749_895).fract()
+}
+
 /// Gives an axis so many segments at least.
-fn at_least(axis: &mut [Interval], segments: u32) {
-    let all: u32 = axis.iter().map(|i| i.segments).sum();
+fn at_least(axis: &mut [Interval], segments: usize) {
+    let all: usize = axis.iter().map(Interval::segments).sum();
     if all < segments {
-        axis[0].segments += segments - all;
+        let own = axis[0].segments();
+        axis[0].divide(own + segments - all);
     }
 }
 
@@ -364,10 +447,10 @@ fn cut(axes: &mut [Axes], mut cuts: Vec<(usize, usize, usize, f64)>) {
     let mut last = None;
     for (patch, along, interval, t) in cuts {
         let axis = &mut axes[patch][along];
-        let whole = axis[interval];
-        let near = |s: f64| (s - t).abs() <= 1e-9 * (whole.end - whole.start);
+        let (start, end) = (axis[interval].start(), axis[interval].end());
+        let near = |s: f64| (s - t).abs() <= 1e-9 * (end - start);
         let again = last.is_some_and(|(place, s)| place == (patch, along, interval) && near(s));
-        if !again && !near(whole.end) && axis.len() < MOST_INTERVALS {
+        if !again && !near(end) && axis.len() < MOST_INTERVALS {
             split(axis, interval, t);
         }
         last = Some(((patch, along, interval), t));

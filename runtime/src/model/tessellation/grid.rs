@@ -7,6 +7,9 @@ use crate::model::{EvaluationError, Instance, Partials, Sites};
 use glam::DVec3;
 use std::collections::HashMap;
 
+/// How far the points of a curve may be from a piece that is the same one, in tolerances: several roundings add up.
+const NEAR: f64 = 10.0;
+
 /// A patch's vertices: at every u of its lines for every v of its lines, u running fastest; a break has two lines, one
 /// on either side.
 pub(super) struct Grid {
@@ -29,7 +32,7 @@ impl Lines {
         let mut lines = Self { at: Vec::new(), first: Vec::new() };
         for interval in axis {
             lines.first.push(lines.at.len());
-            lines.at.extend((0..=interval.segments).map(|k| interval.at(k)));
+            lines.at.extend(&interval.values);
         }
         lines
     }
@@ -55,7 +58,8 @@ type Chains = HashMap<(u32, u32), Vec<u32>>;
 /// A piece of border with the parameters and positions of its vertices.
 pub(super) type PlacedPiece<'a> = (&'a Piece, &'a [(f64, DVec3)]);
 
-/// Places the vertices of all pieces of borders: those that are the same curve have the same points.
+/// Places the vertices of all pieces of borders: those that are the same curve have the points of the one that is divided
+/// most. Also returns the pieces that leave their curve, after all, at one of these points.
 ///
 /// # Errors
 /// The surface cannot be evaluated.
@@ -63,38 +67,49 @@ pub(super) fn border_points(
     instance: &dyn Instance,
     axes: &[Axes],
     borders: &Borders,
-) -> Result<BorderPoints, EvaluationError> {
-    let mut points: BorderPoints = Vec::with_capacity(borders.pieces.len());
-    let segments = borders.segments(axes);
-    for (i, piece) in borders.pieces.iter().enumerate() {
-        let interval = Interval { segments: segments[i], ..axes[piece.patch][piece.side.along][piece.interval] };
-        let own: Vec<f64> = (0..=interval.segments).map(|k| interval.at(k)).collect();
-        let placed = if piece.leader == i {
-            let (u, v): (Vec<f64>, Vec<f64>) = own.iter().map(|t| piece.side.uv(*t)).unzip();
-            let mut positions = vec![[0.0; 3]; own.len()];
-            instance.points(piece.patch, &u, &v, &mut positions)?;
-            let mut placed: Vec<(f64, DVec3)> =
-                own.into_iter().zip(positions.into_iter().map(DVec3::from_array)).collect();
-            snap_ends(&mut placed, piece, borders);
-            placed
-        } else {
-            let mut targets: Vec<DVec3> = points[piece.leader].iter().map(|p| p.1).collect();
-            if piece.reversed {
-                targets.reverse();
-            }
-            let found = piece.project(instance, axes, &targets, own.clone())?;
-            let parameter = |(found, own): ((f64, f64), f64)| {
-                // Equal steps of both are the rule; others are rounding.
-                let same = (found.0 - own).abs() <= 1e-9 * (interval.end - interval.start);
-                if same || found.1 > 1e3 * borders.tolerance { own } else { found.0 }
-            };
-            let mut parameters: Vec<f64> = found.into_iter().zip(own).map(parameter).collect();
-            (parameters[0], parameters[interval.segments as usize]) = (interval.start, interval.end);
-            parameters.into_iter().zip(targets).collect()
-        };
-        points.push(placed);
+) -> Result<(BorderPoints, Vec<usize>), EvaluationError> {
+    let finest = borders.finest(axes);
+    let mut points: BorderPoints = vec![Vec::new(); borders.pieces.len()];
+    for (i, piece) in borders.pieces.iter().enumerate().filter(|(i, _)| finest[*i] == *i) {
+        let own = &axes[piece.patch][piece.side.along][piece.interval].values;
+        let (u, v): (Vec<f64>, Vec<f64>) = own.iter().map(|t| piece.side.uv(*t)).unzip();
+        let mut positions = vec![[0.0; 3]; own.len()];
+        instance.points(piece.patch, &u, &v, &mut positions)?;
+        points[i] = own.iter().copied().zip(positions.into_iter().map(DVec3::from_array)).collect();
+        snap_ends(&mut points[i], piece, borders);
     }
-    Ok(points)
+    let mut leaving = Vec::new();
+    for (i, piece) in borders.pieces.iter().enumerate().filter(|(i, _)| finest[*i] != *i) {
+        let source = &borders.pieces[finest[i]];
+        let of_source = &axes[source.patch][source.side.along][source.interval];
+        let own = &axes[piece.patch][piece.side.along][piece.interval];
+        let length = of_source.end() - of_source.start();
+        let fraction = |t: f64| (t - of_source.start()) / length;
+        let mut placed: Vec<(f64, DVec3)> = points[finest[i]].iter().map(|(t, p)| (fraction(*t), *p)).collect();
+        if piece.reversed != source.reversed {
+            placed = placed.into_iter().rev().map(|(f, p)| (1.0 - f, p)).collect();
+        }
+        let targets: Vec<DVec3> = placed.iter().map(|p| p.1).collect();
+        let guesses: Vec<f64> = placed.iter().map(|p| own.fraction(p.0)).collect();
+        let mut found = piece.project(instance, axes, &targets, guesses.clone())?;
+        // A guess may lead to another place.
+        let near = |found: &[(f64, f64)]| found.iter().all(|f| f.1 <= NEAR * borders.tolerance);
+        if !near(&found) {
+            found = piece.nearest(instance, axes, &targets)?;
+        }
+        if !near(&found) {
+            leaving.push(i);
+        }
+        let parameter = |(found, guess): ((f64, f64), f64)| {
+            // Equal steps of both are the rule; others are rounding.
+            if (found.0 - guess).abs() <= 1e-9 * (own.end() - own.start()) { guess } else { found.0 }
+        };
+        let mut parameters: Vec<f64> = found.into_iter().zip(guesses).map(parameter).collect();
+        let last = parameters.len() - 1;
+        (parameters[0], parameters[last]) = (own.start(), own.end());
+        points[i] = parameters.into_iter().zip(targets).collect();
+    }
+    Ok((points, leaving))
 }
 
 fn snap_ends(placed: &mut [(f64, DVec3)], piece: &Piece, borders: &Borders) {
@@ -167,17 +182,14 @@ impl Grid {
         for (piece, points) in border {
             let first = lines[piece.side.along].first[piece.interval];
             let count = lines[piece.side.along].segments(piece.interval);
+            let across = &lines[1 - piece.side.along].at;
+            let line = across.partition_point(|at| *at < piece.side.at).min(across.len() - 1);
             let vertex = |k: usize| {
-                let (u, v) = piece.side.uv(0.5);
-                if piece.side.along == 0 {
-                    (if v == 0.0 { 0 } else { lines[1].at.len() - 1 }) * width + first + k
-                } else {
-                    (first + k) * width + if u == 0.0 { 0 } else { width - 1 }
-                }
+                if piece.side.along == 0 { line * width + first + k } else { (first + k) * width + line }
             };
-            let nearest = |k: usize| (k * (points.len() - 1) + count / 2) / count;
+            let nearest = nearest_points(&lines[piece.side.along].at[first..=first + count], points);
             for k in 0..=count {
-                let (t, position) = points[nearest(k)];
+                let (t, position) = points[nearest[k]];
                 let (u, v) = piece.side.uv(t);
                 let vertex = vertex(k);
                 self.positions[vertex] = position;
@@ -188,7 +200,7 @@ impl Grid {
                 }
             }
             for k in 0..count {
-                let between = &points[nearest(k) + 1..nearest(k + 1).max(nearest(k) + 1)];
+                let between = &points[nearest[k] + 1..nearest[k + 1].max(nearest[k] + 1)];
                 if between.is_empty() {
                     continue;
                 }
@@ -259,6 +271,22 @@ impl Grid {
         let over_ac = if (first - second).abs() > rounding { first < second } else { ac <= bd };
         if over_ac { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] }
     }
+}
+
+/// For every line that meets a border the point of it whose parameter is nearest; the first and the last one at the ends.
+/// As far as there are enough, they are different ones.
+fn nearest_points(lines: &[f64], points: &[(f64, DVec3)]) -> Vec<usize> {
+    let last = points.len() - 1;
+    let mut nearest: Vec<usize> = Vec::with_capacity(lines.len());
+    for (k, line) in lines.iter().enumerate() {
+        let above = points.partition_point(|p| p.0 < *line).min(last);
+        let below = above.saturating_sub(1);
+        let closest = if points[above].0 - line < line - points[below].0 { above } else { below };
+        let least = nearest.last().map_or(0, |previous| (previous + 1).min(last));
+        let most = last.saturating_sub(lines.len() - 1 - k);
+        nearest.push(if k == 0 { 0 } else { closest.clamp(least.min(most), most) });
+    }
+    nearest
 }
 
 /// The triangles of a triangle whose edges have vertices between their ends: fans from the corner opposite of each.

@@ -1,46 +1,134 @@
 //! The stretches of a patch's parameters between its breaks, and how finely each is divided.
 
 use super::Fineness;
-use crate::model::{Break, Breaks, EvaluationError, Instance, SecondPartials, spans};
+use super::borders::jitter;
+use crate::model::{Break, BreakKind, Breaks, EvaluationError, Instance, SecondPartials, spans};
 use glam::DVec3;
+use std::iter::once;
 
-/// A stretch of u or of v on which a patch is smooth.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A stretch of u or of v on which a patch is smooth, and the values at which it is divided.
+#[derive(Clone, Debug, PartialEq)]
 pub(in crate::model) struct Interval {
-    pub(in crate::model) start: f64,
-    pub(in crate::model) end: f64,
-    /// Equal steps into which it is divided.
-    pub(in crate::model) segments: u32,
+    /// Ascending, with both ends.
+    pub(super) values: Vec<f64>,
+    /// Whether the surface jumps between the interval before and this one.
+    pub(super) after_step: bool,
 }
 
 impl Interval {
-    /// The value after `k` of the steps: the ends exactly.
-    pub(super) fn at(&self, k: u32) -> f64 {
-        self.fraction(f64::from(k) / f64::from(self.segments))
+    /// An interval in equal steps.
+    pub(super) fn even(start: f64, end: f64, segments: u32) -> Self {
+        let inner = (1..segments).map(|k| start + f64::from(k) / f64::from(segments) * (end - start));
+        Self { values: once(start).chain(inner).chain([end]).collect(), after_step: false }
+    }
+
+    pub(super) fn start(&self) -> f64 {
+        self.values[0]
+    }
+
+    pub(super) fn end(&self) -> f64 {
+        self.values[self.values.len() - 1]
+    }
+
+    pub(super) fn segments(&self) -> usize {
+        self.values.len() - 1
     }
 
     /// The value at a fraction of the length.
     pub(super) fn fraction(&self, f: f64) -> f64 {
-        if f >= 1.0 { self.end } else { (self.start + f * (self.end - self.start)).min(self.end) }
+        if f >= 1.0 { self.end() } else { (self.start() + f * (self.end() - self.start())).min(self.end()) }
+    }
+
+    /// Divides it into so many steps, in the proportions of those that it has.
+    pub(super) fn divide(&mut self, segments: usize) {
+        let scale = self.segments() as f64 / segments as f64;
+        let inner = (1..segments).map(|k| self.between(k as f64 * scale));
+        self.values = once(self.start()).chain(inner).chain([self.end()]).collect();
+    }
+
+    /// The part from one value to another one, in steps like those that it has there.
+    fn part(&self, start: f64, end: f64) -> Self {
+        let [first, last] = [start, end].map(|t| self.steps_before(t));
+        let segments = ((last - first).ceil() as usize).max(1);
+        let inner = (1..segments).map(|k| self.between(first + (last - first) * k as f64 / segments as f64));
+        Self { values: once(start).chain(inner).chain([end]).collect(), after_step: false }
+    }
+
+    /// The value after a number of steps, which need not be whole.
+    fn between(&self, steps: f64) -> f64 {
+        let k = (steps as usize).min(self.segments() - 1);
+        self.values[k] + (steps - k as f64) * (self.values[k + 1] - self.values[k])
+    }
+
+    /// The number of steps before a value.
+    fn steps_before(&self, t: f64) -> f64 {
+        let k = self.values.partition_point(|value| *value <= t).clamp(1, self.segments()) - 1;
+        k as f64 + (t - self.values[k]) / (self.values[k + 1] - self.values[k])
     }
 }
 
 /// The intervals of u and of v.
 pub(in crate::model) type Axes = [Vec<Interval>; 2];
 
-/// The intervals between the breaks of a patch.
-pub(in crate::model) fn between(breaks: &Breaks) -> Axes {
-    [&breaks.u, &breaks.v].map(|breaks: &Vec<Break>| {
-        let spans = spans(breaks.iter().map(|b| (b.before, b.after)));
-        spans.map(|(start, end)| Interval { start, end, segments: 1 }).collect()
-    })
+/// An interval on which no point moves by more than this part of the patch's size has no extent: a corner that a
+/// polyline repeats, an arc whose radius is 0.
+const STANDING: f64 = 1e-9;
+
+/// The intervals between the breaks of a patch, in one step each; without those on which the surface stands still.
+///
+/// # Errors
+/// The surface cannot be evaluated.
+pub(in crate::model) fn of_patch(
+    instance: &dyn Instance,
+    patch: usize,
+    breaks: &Breaks,
+) -> Result<Axes, EvaluationError> {
+    let of_axis = |breaks: &[Break]| -> Vec<Interval> {
+        let after_step = once(false).chain(breaks.iter().map(|b| b.kind == BreakKind::Step));
+        let spans = spans(breaks.iter().map(|b| (b.before, b.after))).zip(after_step);
+        spans.map(|((start, end), after_step)| Interval { after_step, ..Interval::even(start, end, 1) }).collect()
+    };
+    let mut axes = [of_axis(&breaks.u), of_axis(&breaks.v)];
+    // The only interval of a parameter stays.
+    let divided = axes.each_ref().map(|axis| axis.len() > 1);
+    for k in (0..2).filter(|k| divided[*k]) {
+        let extents = extents(instance, patch, &axes, k)?;
+        let least = STANDING * extents.iter().copied().fold(0.0, f64::max);
+        let mut moves = extents.iter().map(|extent| *extent > least);
+        if least > 0.0 {
+            axes[k].retain(|_| moves.next().unwrap_or(true));
+        }
+    }
+    Ok(axes)
+}
+
+/// How far the points of a patch move over every interval of u (0) or of v (1), at most. Millimetres.
+fn extents(instance: &dyn Instance, patch: usize, axes: &Axes, k: usize) -> Result<Vec<f64>, EvaluationError> {
+    const ALONG: usize = 5;
+    const ACROSS: [f64; 3] = [0.1382, 0.5527, 0.9045];
+    let lines: Vec<f64> = axes[1 - k].iter().flat_map(|i| ACROSS.map(|f| i.fraction(f))).collect();
+    let along = |i: &Interval| (0..ALONG).map(|s| i.fraction(s as f64 / (ALONG - 1) as f64)).collect::<Vec<_>>();
+    let sites = axes[k].iter().flat_map(|i| {
+        let along = along(i);
+        lines.iter().flat_map(move |line| along.clone().into_iter().map(|t| (t, *line))).collect::<Vec<_>>()
+    });
+    let (u, v): (Vec<f64>, Vec<f64>) = sites.map(|(t, line)| if k == 0 { (t, line) } else { (line, t) }).unzip();
+    let mut points = vec![[0.0; 3]; u.len()];
+    instance.points(patch, &u, &v, &mut points)?;
+    let moved = |line: &[[f64; 3]]| {
+        let [first, rest @ ..] = line else { return 0.0 };
+        rest.iter().map(|p| DVec3::from_array(*p).distance(DVec3::from_array(*first))).fold(0.0, f64::max)
+    };
+    let of_interval = |lines: &[[f64; 3]]| lines.chunks(ALONG).map(moved).fold(0.0, f64::max);
+    Ok(points.chunks(ALONG * lines.len()).map(of_interval).collect())
 }
 
 /// Divides an interval in two at `t`, which is inside of it.
 pub(super) fn split(axis: &mut Vec<Interval>, interval: usize, t: f64) {
-    let whole = axis[interval];
-    axis[interval].end = t;
-    axis.insert(interval + 1, Interval { start: t, ..whole });
+    let whole = &axis[interval];
+    let [before, after] = [whole.part(whole.start(), t), whole.part(t, whole.end())];
+    axis[interval] = Interval { after_step: whole.after_step, ..before };
+    axis.insert(interval + 1, after);
 }
 
 /// Sites along an axis at which curvature is sampled: in every interval its ends and places between them.
@@ -110,8 +198,6 @@ impl Lattice {
             let inner = (SITES / axes[k].len()).clamp(4, 16);
             for (i, interval) in axes[k].iter().enumerate() {
                 let first = if ends { vec![0.0, 1.0] } else { Vec::new() };
-                // Not even: periods of a model must not fall in with them.
-                let jitter = |s: usize| 0.1 + 0.8 * (s as f64 * 0.618_033_988_749_895).fract();
                 let fractions = first.into_iter().chain((0..inner).map(|s| (s as f64 + jitter(s)) / inner as f64));
                 for fraction in fractions {
                     at[k].push(interval.fraction(fraction));
@@ -170,7 +256,7 @@ pub(super) fn divide(
     let tried = (-RATIOS..=RATIOS).map(|k| counts(middle * RATIO.powi(k)));
     let best = tried.min_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or_default();
     for (axis, best) in axes.iter_mut().zip(best) {
-        axis.iter_mut().zip(best).for_each(|(interval, segments)| interval.segments = segments);
+        axis.iter_mut().zip(best).for_each(|(interval, segments)| interval.divide(segments as usize));
     }
     Ok(())
 }
@@ -198,7 +284,7 @@ fn steps(lattice: &Lattice, axes: &Axes, fineness: Fineness, ratio: f64) -> [Vec
     }
     [0, 1].map(|k| {
         let count = |(interval, step): (&Interval, &f64)| {
-            let n = ((interval.end - interval.start) / step).ceil();
+            let n = ((interval.end() - interval.start()) / step).ceil();
             // NaN becomes 1.
             (n.max(1.0) as u32).min(fineness.max_segments.max(1))
         };

@@ -27,8 +27,6 @@ const PLACES: [[f64; 3]; 13] = [
 const FINER: u32 = 8;
 /// Cosine between triangle and surface below which a triangle stands on the surface: coarse ones lean, too.
 const STANDING: f64 = 0.3;
-/// Triangles steeper against the surface count as if they had this cosine.
-const LEAST_COSINE: f64 = 0.05;
 /// Scattered places of a patch, and of a whole model at most: what is wider than about a hundredth of a patch is met.
 const SCATTERED: usize = 20_000;
 const MOST_SCATTERED: usize = 2_000_000;
@@ -148,11 +146,12 @@ impl Refinement<'_> {
         let [a, b, c] = indices.map(|i| self.origins[i as usize]);
         let share = 0.5 * ((b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v)).abs();
         let scattered = (share * (MOST_SCATTERED / self.ends.len()).min(SCATTERED) as f64).ceil() as usize;
-        // The additive recurrence of Roberts, from another start in every triangle.
-        let start = f64::from(indices[0] % 1024) * 0.381_966;
+        // The additive recurrence of Roberts, from another start in every triangle: as many places have different s and
+        // t over a patch, not only over a triangle.
+        let start = [0.618_033_988_749_895, 0.414_213_562_373_095].map(|ratio| (triangle as f64 * ratio).fract());
         (1..=scattered).map(move |k| {
-            let (s, t) =
-                ((start + k as f64 * 0.754_877_666_246_693).fract(), (k as f64 * 0.569_840_290_998_053).fract());
+            let s = (start[0] + k as f64 * 0.754_877_666_246_693).fract();
+            let t = (start[1] + k as f64 * 0.569_840_290_998_053).fract();
             let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
             [1.0 - s - t, s, t]
         })
@@ -170,13 +169,12 @@ impl Refinement<'_> {
         } else {
             DVec3::from_array(self.mesh.normals[indices[0] as usize])
         };
-        // A sliver that stands on the surface has its plane through it: what counts is along the surface's normal.
-        let along = |i: u32| DVec3::from_array(self.mesh.normals[i as usize]).dot(normal).abs();
-        let cosine = indices.map(along).into_iter().fold(LEAST_COSINE, f64::max);
+        let of_surface = indices.map(|i| DVec3::from_array(self.mesh.normals[i as usize]));
         Facet {
             corners,
             normal,
-            cosine: if cosine < STANDING { cosine } else { 1.0 },
+            of_surface,
+            stands: of_surface.iter().all(|n| n.dot(normal).abs() < STANDING),
             is_end: [0, 1, 2].map(|k| self.is_end(indices[k], indices[(k + 1) % 3])),
             distance: 0.0,
             farthest: [1.0 / 3.0; 3],
@@ -196,10 +194,12 @@ impl Refinement<'_> {
 /// A triangle, and how far the surface was seen to be from it.
 struct Facet {
     corners: [DVec3; 3],
-    /// Of the plane that distances are taken from.
+    /// Of its plane.
     normal: DVec3,
-    /// By which distances from the plane are divided.
-    cosine: f64,
+    /// Of the surface at its corners.
+    of_surface: [DVec3; 3],
+    /// Whether it is a sliver that stands on the surface.
+    stands: bool,
     /// Whether each edge lies on the border or on a break.
     is_end: [bool; 3],
     /// The largest distance. Millimetres.
@@ -212,13 +212,16 @@ struct Facet {
 
 impl Facet {
     /// Measures the surface's point at a place. Within a patch the distance is taken along the triangle's normal: what
-    /// lies beside is covered by the neighbours. Along borders and breaks, which nothing covers, it is taken to the
-    /// edge.
+    /// lies beside is covered by the neighbours. Slivers that stand on the surface lie in their plane with it: there it
+    /// is taken along the surface's normals. Along borders and breaks, which nothing covers, it is taken to the edge.
     fn see(&mut self, weights: [f64; 3], point: DVec3) {
         let corners = &self.corners;
         let beneath: DVec3 = (0..3).map(|k| weights[k] * corners[k]).sum();
-        let from_plane = (point - corners[0]).dot(self.normal).abs() / self.cosine;
-        let mut distance = from_plane.min(point.distance(beneath));
+        let mut distance = if self.stands {
+            self.of_surface.iter().map(|normal| (point - beneath).dot(*normal).abs()).fold(0.0, f64::max)
+        } else {
+            (point - corners[0]).dot(self.normal).abs()
+        };
         // The edge from corner k to the next one is opposite to the one after.
         if let Some(k) = (0..3).find(|k| weights[(k + 2) % 3] == 0.0) {
             if self.is_end[k] {

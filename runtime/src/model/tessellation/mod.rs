@@ -6,6 +6,7 @@
 
 pub(super) mod borders;
 mod crease;
+mod grade;
 mod grid;
 pub(super) mod intervals;
 mod measure;
@@ -19,6 +20,7 @@ use super::{EvaluationError, Instance, Model, Partials};
 use crate::mesh::{Group, TriangleMesh};
 use borders::{Borders, Side};
 use glam::DVec3;
+use grade::grade;
 use grid::{Grid, PlacedPiece};
 use intervals::{Axes, Interval};
 use rayon::prelude::*;
@@ -86,9 +88,13 @@ impl Tessellation {
     pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
         let (breaks, mut axes) = divided(model, instance, fineness)?;
         limit(&mut axes, &breaks);
-        let borders = Borders::find(instance, &mut axes)?;
+        let mut borders = Borders::find(instance, &mut axes)?;
         borders.keep_open(&mut axes);
-        let points = grid::border_points(instance, &axes, &borders)?;
+        let (mut points, mut leaving) = grid::border_points(instance, &axes, &borders)?;
+        while !leaving.is_empty() {
+            borders.part(&leaving);
+            (points, leaving) = grid::border_points(instance, &axes, &borders)?;
+        }
         let mut of_patch: Vec<Vec<PlacedPiece<'_>>> = vec![Vec::new(); axes.len()];
         for (piece, points) in borders.pieces.iter().zip(&points) {
             of_patch[piece.patch].push((piece, points));
@@ -117,7 +123,7 @@ impl Tessellation {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn uniform(model: &dyn Model, instance: &dyn Instance, nu: u32, nv: u32) -> Result<Self, EvaluationError> {
-        let axis = |segments: u32| vec![Interval { start: 0.0, end: 1.0, segments: segments.max(1) }];
+        let axis = |segments: u32| vec![Interval::even(0.0, 1.0, segments.max(1))];
         let axes = vec![[axis(nu), axis(nv)]; model.parts().len()];
         let mut tessellation = Self::of_axes(instance, &axes, &vec![Vec::new(); axes.len()], 0.0)?;
         tessellation.group(model, &axes);
@@ -209,24 +215,26 @@ fn divided(
     instance: &dyn Instance,
     fineness: Fineness,
 ) -> Result<(Vec<Breaks>, Vec<Axes>), EvaluationError> {
+    let patches = model.parts().len();
     let of_patch = |patch: usize| {
         let breaks = Breaks::of_patch(instance, patch)?;
-        let mut axes = intervals::between(&breaks);
+        let mut axes = intervals::of_patch(instance, patch, &breaks)?;
         intervals::divide(instance, patch, &mut axes, fineness)?;
+        grade(instance, patch, &mut axes, breaks.oblique, fineness.chord, patches)?;
         Ok((breaks, axes))
     };
-    (0..model.parts().len()).into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().collect()
+    (0..patches).into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().collect()
 }
 
 /// Makes grids coarser where all of them would have too many triangles, or those of patches with creases across.
 fn limit(axes: &mut [Axes], breaks: &[Breaks]) {
     let coarser = |axes: &mut [&mut Axes], most: usize| {
-        let segments = |axis: &Vec<Interval>| axis.iter().map(|i| f64::from(i.segments)).sum::<f64>();
+        let segments = |axis: &Vec<Interval>| axis.iter().map(|i| i.segments() as f64).sum::<f64>();
         let triangles: f64 = axes.iter().map(|[u, v]| 2.0 * segments(u) * segments(v)).sum();
         let share = (most as f64 / triangles).sqrt();
         if share < 1.0 {
             for interval in axes.iter_mut().flat_map(|axes| axes.iter_mut()).flatten() {
-                interval.segments = ((f64::from(interval.segments) * share) as u32).max(1);
+                interval.divide(((interval.segments() as f64 * share) as usize).max(1));
             }
         }
     };
@@ -238,7 +246,7 @@ fn limit(axes: &mut [Axes], breaks: &[Breaks]) {
 /// The values of u and of v at which intervals end, ascending.
 fn ends(axes: &Axes) -> [Vec<f64>; 2] {
     axes.each_ref().map(|axis| {
-        let mut ends: Vec<f64> = axis.iter().flat_map(|i| [i.start, i.end]).collect();
+        let mut ends: Vec<f64> = axis.iter().flat_map(|i| [i.start(), i.end()]).collect();
         ends.dedup();
         ends
     })
