@@ -70,9 +70,9 @@ fn closedness(program: &Program) -> Option<Closedness> {
 
 fn inside_out_warning(program: &Program, part: usize) -> Diagnostic {
     let name = &program.parts()[part].name;
-    let message = format!("the part '{name}' is inside out against the parts that it meets");
+    let message = format!("the part '{name}' is inside out");
     Diagnostic::new(Code::InsideOut, program.part_span(part), message)
-        .label("its outer side is their inner side")
+        .label("its normals point into what it encloses")
         .hint("turn it with `flip`")
 }
 

@@ -3,6 +3,7 @@
 use crate::cli::MeshArgs;
 use crate::error::CommandError;
 use crate::picture::{self, Framing};
+use crate::progress::TerminalProgress;
 use crate::script;
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::{self, MeshFormat};
@@ -34,7 +35,10 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
         (None, None) => CHORD,
     };
     let fineness = Fineness { chord, ..Fineness::default() };
-    let mut tessellation = Tessellation::new(program, &*instance, fineness).map_err(CommandError::failed)?;
+    let progress = TerminalProgress::new();
+    let tessellation = Tessellation::with_progress(program, &*instance, fineness, &progress);
+    progress.finish();
+    let mut tessellation = tessellation.map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
     if let Some(framing) = framing {
         make_parent(&args.output)?;

@@ -41,10 +41,10 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
     let chord = 0.02 * scanner.spacing;
     let fineness = Fineness { chord, ..Fineness::default() };
-    let mut tessellation = Tessellation::new(&program, &*instance, fineness).map_err(CommandError::failed)?;
-    motion.move_tessellation(&mut tessellation);
-
     let progress = TerminalProgress::new();
+    let mut tessellation =
+        Tessellation::with_progress(&program, &*instance, fineness, &progress).map_err(CommandError::failed)?;
+    motion.move_tessellation(&mut tessellation);
     let surface = ExactSurface { tessellation: &tessellation, instance: &*instance, motion };
     let scan = simulate::scan_exact(surface, &scanner, &progress);
     progress.finish();

@@ -4,7 +4,9 @@ use super::breaks::Breaks;
 use super::tessellation::borders::Borders;
 use super::tessellation::intervals;
 use super::{EvaluationError, Fineness, Instance, Model, Tessellation};
+use crate::mesh::TriangleMesh;
 use glam::DVec3;
+use std::f64::consts::PI;
 
 /// How the borders of a model's parts meet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -12,7 +14,7 @@ pub struct Closedness {
     /// Pieces of border that no other border coincides with.
     pub open: Vec<OpenBorder>,
     /// Parts (patches) whose outer side is the inner one of their neighbours: the fewer ones of those that are joined;
-    /// all of them where a model in one piece encloses a negative volume.
+    /// all of them where they are closed and enclose a negative volume, unless they are a cavity in others.
     pub inside_out: Vec<usize>,
 }
 
@@ -52,17 +54,20 @@ impl Closedness {
             joints.neighbours[a.patch].push((b.patch, agree));
             joints.neighbours[b.patch].push((a.patch, agree));
         }
-        let components = joints.components();
-        for component in &components {
+        let mut closed = Vec::new();
+        for component in joints.components() {
             let turned = component.iter().filter(|(_, turned)| *turned).count();
             let fewer = 2 * turned <= component.len();
             closedness.inside_out.extend(component.iter().filter(|(_, t)| *t == fewer).map(|(patch, _)| *patch));
-        }
-        if closedness.open.is_empty() && closedness.inside_out.is_empty() && components.len() == 1 {
-            let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
-            if volume(&Tessellation::on_grids(model, instance, fineness)?) < 0.0 {
-                closedness.inside_out = (0..axes.len()).collect();
+            let has = |patch: usize| component.iter().any(|(of_component, _)| *of_component == patch);
+            if (turned == 0 || turned == component.len()) && !closedness.open.iter().any(|open| has(open.patch)) {
+                closed.push(component.into_iter().map(|(patch, _)| patch).collect());
             }
+        }
+        if !closed.is_empty() {
+            let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
+            let mesh = Tessellation::new(model, instance, fineness)?.mesh;
+            closedness.inside_out.extend(turned_bodies(&mesh, &closed).into_iter().flatten());
         }
         closedness.inside_out.sort_unstable();
         Ok(closedness)
@@ -106,14 +111,35 @@ impl Joints {
     }
 }
 
-/// The volume that closed triangles enclose, negative where they face inwards. Cubic millimetres.
-fn volume(tessellation: &Tessellation) -> f64 {
-    let mesh = &tessellation.mesh;
-    // About a point of the mesh: far from the origin digits would be lost.
-    let origin = mesh.positions.first().map_or(DVec3::ZERO, |p| DVec3::from_array(*p));
-    let tetrahedron = |t: &[u32; 3]| {
-        let [a, b, c] = mesh.corners(*t).map(|p| p - origin);
-        a.dot(b.cross(c)) / 6.0
+/// Of closed bodies, by their patches, those that enclose a negative volume and are no cavity in the others.
+fn turned_bodies<'a>(mesh: &TriangleMesh, bodies: &'a [Vec<usize>]) -> Vec<&'a Vec<usize>> {
+    let triangles = |body: &'a Vec<usize>| {
+        body.iter().flat_map(|patch| &mesh.triangles[mesh.groups[*patch].start..mesh.groups[*patch].end])
     };
-    mesh.triangles.iter().map(tetrahedron).sum()
+    let is_turned = |(k, body): &(usize, &'a Vec<usize>)| {
+        let Some(first) = triangles(body).next() else { return false };
+        // About a point of the body: far from the origin digits would be lost.
+        let at = mesh.corners(*first)[0];
+        if triangles(body).map(|t| tetrahedron(mesh.corners(*t).map(|p| p - at))).sum::<f64>() >= 0.0 {
+            return false;
+        }
+        let others = bodies.iter().enumerate().filter(|(other, _)| other != k).flat_map(|(_, other)| triangles(other));
+        let winding = others.map(|t| solid_angle(mesh.corners(*t).map(|p| p - at))).sum::<f64>() / (4.0 * PI);
+        winding < 0.5
+    };
+    bodies.iter().enumerate().filter(is_turned).map(|(_, body)| body).collect()
+}
+
+/// The volume of the tetrahedron between a triangle and the origin, negative where that is outside of the triangle.
+fn tetrahedron([a, b, c]: [DVec3; 3]) -> f64 {
+    a.dot(b.cross(c)) / 6.0
+}
+
+/// The solid angle under which a triangle is seen from the origin, negative where that is outside of it (van Oosterom
+/// and Strackee 1983).
+fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    let lengths = [a, b, c].map(DVec3::length);
+    let [of_a, of_b, of_c] = lengths;
+    let product: f64 = lengths.iter().product();
+    2.0 * a.dot(b.cross(c)).atan2(product + a.dot(b) * of_c + b.dot(c) * of_a + c.dot(a) * of_b)
 }

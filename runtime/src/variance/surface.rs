@@ -1,11 +1,12 @@
 //! The surface that a scan is measured from: a model at certain parameters, or a reference mesh.
 
 use super::{MeasureError, Tolerance};
-use crate::mesh::TriangleMesh;
+use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
     Atlas, AtlasError, Fineness, Instance, LARGEST, Model, Motion, ReferenceSurface, SMALLEST, Sensitivities,
     SensitivityMaps, Tessellation, Texels,
 };
+use glam::DVec3;
 use std::time::Instant;
 
 /// Longest edge of the tessellation, as a fraction of the model's diagonal: documents displace the vertices, so that
@@ -83,7 +84,7 @@ impl<'a> Surface<'a> {
         }?;
         let mut texels = Texels::of_model(model, &*instance, &atlas)?;
         let seconds = started.elapsed().as_secs_f64();
-        let size = Tessellation::new(model, &*instance, Fineness::default())?.mesh.bounds().diagonal();
+        let size = texels.position.iter().copied().map(DVec3::from_array).collect::<Bounds>().diagonal();
         let edge = if size > 0.0 { LONGEST_EDGE * size } else { f64::INFINITY };
         let fineness = Fineness { edge, ..Fineness::default() };
         let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);

@@ -4,6 +4,7 @@
 //! triangles as lines of the grid than as divided triangles; and the triangles of cells that are much longer than wide
 //! become slivers when they are divided.
 
+use super::MOST_TRIANGLES;
 use super::intervals::{Axes, Interval};
 use crate::model::{EvaluationError, Instance};
 use glam::{DVec2, DVec3};
@@ -74,7 +75,8 @@ pub(super) fn grade(
         let common =
             tally.into_iter().filter(|(_, [all, leaving])| *leaving as f64 >= COMMON.mul_add(*all as f64, 1.0));
         halved.extend(common.map(|(step, _)| step));
-        if halved.is_empty() {
+        let lines = axes.each_ref().map(|axis| axis.iter().map(Interval::segments).sum::<usize>() + halved.len());
+        if halved.is_empty() || lines[0].saturating_mul(lines[1]) > MOST_TRIANGLES {
             break;
         }
         let mut departures = departures.iter();

@@ -18,6 +18,7 @@ use super::atlas::Atlas;
 use super::breaks::Breaks;
 use super::{EvaluationError, Instance, Model, Partials};
 use crate::mesh::{Group, TriangleMesh};
+use crate::progress::{Progress, Silent};
 use borders::{Borders, Side};
 use glam::DVec3;
 use grade::grade;
@@ -86,6 +87,20 @@ impl Tessellation {
     /// # Errors
     /// The surface cannot be evaluated.
     pub fn new(model: &dyn Model, instance: &dyn Instance, fineness: Fineness) -> Result<Self, EvaluationError> {
+        Self::with_progress(model, instance, fineness, &Silent)
+    }
+
+    /// As [`new`](Self::new), and reports how far it is.
+    ///
+    /// # Errors
+    /// The surface cannot be evaluated.
+    pub fn with_progress(
+        model: &dyn Model,
+        instance: &dyn Instance,
+        fineness: Fineness,
+        progress: &dyn Progress,
+    ) -> Result<Self, EvaluationError> {
+        progress.report("meshing", f64::NAN, "");
         let (breaks, mut axes) = divided(model, instance, fineness)?;
         limit(&mut axes, &breaks);
         let mut borders = Borders::find(instance, &mut axes)?;
@@ -100,7 +115,7 @@ impl Tessellation {
             of_patch[piece.patch].push((piece, points));
         }
         let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
-        tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness)?;
+        tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness, progress)?;
         tessellation.group(model, &axes);
         Ok(tessellation)
     }
@@ -160,6 +175,7 @@ impl Tessellation {
         breaks: &[Breaks],
         poles: Vec<Vec<Side>>,
         fineness: Fineness,
+        progress: &dyn Progress,
     ) -> Result<(), EvaluationError> {
         let patch = |t: &[u32; 3]| self.origins[t[0] as usize].patch;
         let patches = self.mesh.triangles.iter().map(patch).collect();
@@ -176,7 +192,7 @@ impl Tessellation {
             most_triangles,
             jump: 0.0,
         };
-        self.chord = refinement.run()?;
+        self.chord = refinement.run(progress)?;
         Ok(())
     }
 

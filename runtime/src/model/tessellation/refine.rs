@@ -8,6 +8,7 @@ use super::borders::Side;
 use super::{SurfacePoint, unit_normals};
 use crate::mesh::TriangleMesh;
 use crate::model::{EvaluationError, Instance, Partials};
+use crate::progress::Progress;
 use glam::DVec3;
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -42,11 +43,12 @@ impl Refinement<'_> {
     ///
     /// # Errors
     /// The surface cannot be evaluated.
-    pub(super) fn run(&mut self) -> Result<f64, EvaluationError> {
+    pub(super) fn run(&mut self, progress: &dyn Progress) -> Result<f64, EvaluationError> {
         let mut points = Points::of(self.mesh);
         let mut unmeasured: Vec<usize> = (0..self.mesh.triangles.len()).collect();
         let mut largest = 0.0_f64;
         for round in 1.. {
+            progress.report("meshing", f64::NAN, &format!("{} triangles", self.mesh.triangles.len()));
             let (findings, good) = self.measure(&unmeasured)?;
             largest = largest.max(good);
             let beside: Vec<usize> = findings.iter().map(|f| f.triangle).collect();
@@ -58,7 +60,9 @@ impl Refinement<'_> {
                     cuts.entry(edge).or_insert(0.5);
                 }
             }
-            if cuts.is_empty() || round == ROUNDS || self.mesh.triangles.len() >= self.most_triangles {
+            // A cut divides two triangles.
+            let too_many = self.mesh.triangles.len() + 2 * cuts.len() > self.most_triangles;
+            if cuts.is_empty() || round == ROUNDS || too_many {
                 largest = findings.iter().map(|f| f.distance).fold(largest, f64::max);
                 break;
             }
