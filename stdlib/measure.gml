@@ -66,8 +66,9 @@ fn arc_length(curve, from: real = 0, to: real = 1) {
 /// How many parts a curve is cut into to measure it.
 let _parts = 32
 
-/// Nodes of Gauss and Legendre's rule of order 3 over 0..1, and their weights.
+/// Nodes of Gauss and Legendre's rule of three nodes over 0..1.
 let _places = [0.1127016653792583, 0.5, 0.8872983346207417]
+/// Their weights.
 let _shares = [5/18, 8/18, 5/18]
 
 /// Node j of the rule in four pieces of a curve, three in each, and its weight.
@@ -156,7 +157,7 @@ fn by_length(curve) {
 
 /// How many parts `by_length` cuts a curve into.
 let _spans = 16
-/// Nodes of Gauss and Legendre's rule of order 5 over 0..1, after a first one without weight.
+/// Nodes of Gauss and Legendre's rule of five nodes over 0..1, after a first one without weight.
 let _nodes = [0, 0.046910077030668004, 0.23076534494715845, 0.5, 0.7692346550528415, 0.953089922969332]
 /// Their weights.
 let _weights = [
