@@ -11,15 +11,16 @@
 /// ```
 fn linear_pattern(shape, count: int, step) = for i in 0..count { shape.translate(step * i) }
 
-/// Copies of a shape around the z axis: `count` of them over `angle`, the first where it is. Over a full turn they are
-/// evenly spaced; over less, the last one is at the end of the angle.
+/// Copies of a shape around the z axis: `count` of them over `angle`, the first where it is. Over a full turn, either
+/// way, they are evenly spaced; over any other angle, the last one is at its end.
 /// ```gml
 /// let holes = (30mm, 0mm, 0mm).polar_pattern(6)
 /// distance(holes[3], (-30mm, 0mm, 0mm)) < 1e-9mm                // = true
 /// distance((30mm, 0mm, 0mm).polar_pattern(3, 90deg)[2], (0mm, 30mm, 0mm)) < 1e-9mm   // = true
+/// distance((30mm, 0mm, 0mm).polar_pattern(4, -360deg)[1], (0mm, -30mm, 0mm)) < 1e-9mm   // = true
 /// ```
 fn polar_pattern(shape, count: int, angle: angle = 360deg) {
-  let gaps = if abs(degrees(angle) - 360) < 1e-9 or count == 1 { real(count) } else { count - 1.0 }
+  let gaps = if abs(abs(degrees(angle)) - 360) < 1e-9 or count == 1 { real(count) } else { count - 1.0 }
   for i in 0..count { shape.rotate(angle * i / gaps) }
 }
 

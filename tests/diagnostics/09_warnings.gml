@@ -94,6 +94,50 @@ model m {
   param h: length in 10mm..50mm = 20mm
   part p = cylinder(if k > 30mm { r } else { r + 5mm }, h)
 }
+// --- a parameter that cancels
+model m {
+  param k: length in 10mm..50mm = 20mm
+  param r: length in 10mm..50mm = 20mm
+  part p = sphere(r + k - k)
+}
+// --- a parameter that stands behind a stop
+model m {
+  param k: real in 1..5 = 2
+  param r: length in 10mm..50mm = 20mm
+  part p = sphere(r + 1mm * stop(k))
+}
+// --- a parameter whose bounds keep it without influence
+model m {
+  param r: length in 1mm..10mm = 5mm
+  param h: length in 1mm..50mm = 5mm
+  part p = cylinder(max(r, 12mm), h)
+}
+// --- a parameter without influence at the defaults
+model m {
+  param r: length in 1mm..20mm = 5mm
+  param h: length in 11mm..30mm = 15mm
+  part p = cylinder(smooth(r, h), h)
+}
+fn smooth(r: length, h: length) = h + max(r - h, 0mm) ^ 2 / 1mm
+// --- a step that moves over the surface
+model m {
+  param r: real in 0..1 = 0.5
+  part p = |u, v| (10mm * u, 10mm * v, if u < r { 0mm } else { 5mm })
+}
+// --- a jump that two parameters make together
+model m {
+  param a: length in 0mm..20mm = 5mm
+  param b: length in 0mm..20mm = 5mm
+  param c: length in 5mm..20mm = 5mm
+  part p = sphere(c + if a + b > 30mm { 3mm } else { 6mm } + (a + b) / 10)
+}
+// --- a cut that two parameters cross together
+model m {
+  param a: length in -20mm..20mm = -15mm
+  param b: length in -20mm..20mm = -15mm
+  param r: length in 10mm..50mm = 20mm
+  part p = cylinder(r + 1mm * radians(atan2(a + b - 10mm, -30mm)), r)
+}
 // --- a kink of an absolute value
 model m {
   param k: length in 10mm..50mm = 20mm

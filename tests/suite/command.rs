@@ -249,7 +249,7 @@ model m {
         ("instances=15", "functions are instantiated more than 15 times"),
         ("iterations=30", "this loop has 40 iterations, but at most 30 can be unrolled"),
         ("nodes=100", "the script grows beyond 100 nodes"),
-        ("operations=20", "operations"),
+        ("operations=20", "the limit 'operations' is 20"),
     ];
     for (limit, said) in table {
         let error = fails(folder.path(), &["mesh", "m.gml", "-o", "m.ply", "--limit", limit], 1);

@@ -218,14 +218,17 @@ impl<'a> Checker<'a> {
             return x;
         }
         let Some(x) = self.bare(builtin, x) else { return error(span) };
-        if let Some(value) = constant(&x) {
+        // A value that is not a number is left to the evaluation.
+        if let Some(value) = constant(&x).filter(|x| !x.is_nan()) {
             let value = match op {
                 Unary::Floor => value.floor(),
                 Unary::Ceil => value.ceil(),
                 Unary::Round => value.round(),
                 _ => value.trunc(),
             };
-            return int(value as i64, span);
+            // As a real number, the largest whole number is rounded up to one that is none.
+            let exists = value >= i64::MIN as f64 && value < i64::MAX as f64;
+            return if exists { int(value as i64, span) } else { self.overflow(span) };
         }
         unary(op, x, Type::INT, span)
     }

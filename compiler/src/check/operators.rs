@@ -84,7 +84,7 @@ impl<'a> Checker<'a> {
         binary(op, a, b, Type::INT, span)
     }
 
-    fn overflow(&mut self, span: Span) -> Expr {
+    pub(super) fn overflow(&mut self, span: Span) -> Expr {
         self.fail(Diagnostic::new(Code::IntArithmetic, span, "this whole number is too large"))
     }
 

@@ -207,5 +207,5 @@ fn check_size(builder: &FunctionBuilder, function: &str, limit: usize) -> Result
     if builder.node_count() <= limit {
         return Ok(());
     }
-    Err(SizeError::TooLarge { function: function.to_owned(), span: builder.span(), limit }.into())
+    Err(SizeError::too_large(function.to_owned(), builder.span(), limit).into())
 }

@@ -131,11 +131,13 @@ impl Writer<'_> {
         if elements.forced {
             docs.push(self.docs.force());
         }
+        // This holds also for a list that must be broken: the comma that another layout wrote after its last element
+        // must not change how the lists around it are broken.
+        let strong = spread == Spread::Arguments && elements.pieces.iter().filter(|p| p.strong).count() == 1;
         let hugged = if spread == Spread::Arguments && !elements.forced { self.hugged(&elements.pieces) } else { None };
         let Some(index) = hugged else {
-            return Piece::weak(self.docs.group(docs));
+            return Piece { doc: self.docs.group(docs), strong };
         };
-        let strong = elements.pieces[index].strong;
         let spread = self.docs.concat(docs);
         let hug = self.hug(open, &elements.pieces, index, close);
         let mut layouts = vec![(Fit::Flat, spread)];

@@ -187,6 +187,19 @@ fn scripts_with_other_spaces_comments_and_tokens() {
 }
 
 #[test]
+fn a_function_within_arguments_at_every_width() {
+    for text in [
+        "model m { part p = offset(revolve(|t| (r * (1 - t), r * t ^ 2)), 3mm) }",
+        "part p = offset(revolve(|t| (r * (1 - t), r * t ^ 2)), 3mm)",
+        "let a = f(g(|t| [r * (1 - t), r * t ^ 2]).h(|t| (a, b)), |u, v| k(|t| (u, v), t), 3mm)",
+    ] {
+        for width in 0..90 {
+            assert!(check(text, width, &format!("at a width of {width}")));
+        }
+    }
+}
+
+#[test]
 fn spaces_and_line_ends() {
     becomes("let  a=1+2*  3^2\n\n\n\nlet b = - a", "let a = 1 + 2 * 3 ^ 2\n\nlet b = -a\n");
     becomes("fn f( a:real,b=2 )->[ length ]=|t|a", "fn f(a: real, b = 2) -> [length] = |t| a\n");

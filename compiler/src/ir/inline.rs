@@ -29,7 +29,7 @@ pub(crate) fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), Si
             let params = builder.params();
             match inliner.splice(&mut builder, old, &params) {
                 Ok(results) => inlined = Some(builder.finish_like(old, results)),
-                Err(span) => return Err(SizeError::TooLarge { function: name, span, limit: limits.nodes }),
+                Err(span) => return Err(SizeError::too_large(name, span, limits.nodes)),
             }
         }
         let function = inlined.as_ref().unwrap_or(old);
@@ -39,7 +39,7 @@ pub(crate) fn inline(module: &mut Module, roots: &[FunctionId]) -> Result<(), Si
         let Some(inlined) = inlined else {
             if nodes > limits.nodes {
                 let span = old.nodes.last().map_or(Span::default(), |n| n.span);
-                return Err(SizeError::TooLarge { function: name, span, limit: limits.nodes });
+                return Err(SizeError::too_large(name, span, limits.nodes));
             }
             continue;
         };

@@ -12,6 +12,13 @@ pub struct SizeLimits {
     pub nesting: usize,
 }
 
+impl SizeLimits {
+    /// Most nodes of what is lowered. Inlining drops unused nodes: before it there may be more.
+    pub(super) fn lowered_nodes(&self) -> usize {
+        self.nodes / 2 * 5
+    }
+}
+
 impl Default for SizeLimits {
     fn default() -> SizeLimits {
         SizeLimits { nodes: 400_000, nesting: 100 }
@@ -22,13 +29,15 @@ impl Default for SizeLimits {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SizeError {
     /// It would have more nodes than the limit.
-    #[error("the program is too large: '{function}' calls for more than {limit} operations in all")]
+    #[error("the program is too large: '{function}' calls for more than {most} operations in all")]
     TooLarge {
         /// The function in which the limit was exceeded.
         function: String,
         /// The call there.
         span: Span,
-        /// The limit.
+        /// The number of operations that was exceeded: as many as `limit`, or more before unused ones are dropped.
+        most: usize,
+        /// The limit: [`SizeLimits::nodes`].
         limit: usize,
     },
     /// Its branches and loops would be nested deeper than the limit.
@@ -44,6 +53,11 @@ pub enum SizeError {
 }
 
 impl SizeError {
+    /// More operations than the limit, none of which is to be dropped.
+    pub(crate) fn too_large(function: String, span: Span, limit: usize) -> SizeError {
+        SizeError::TooLarge { function, span, most: limit, limit }
+    }
+
     /// The place in the source.
     #[must_use]
     pub fn span(&self) -> Span {
@@ -57,7 +71,13 @@ impl SizeError {
     pub fn diagnostic(&self) -> Diagnostic {
         let error = Diagnostic::new(Code::TooLarge, self.span(), self.to_string());
         match self {
-            SizeError::TooLarge { .. } => error.hint("the limit can be raised: --limit operations=N"),
+            SizeError::TooLarge { most, limit, .. } => {
+                let lowered = if most > limit { " (5/2 of it before unused operations are dropped)" } else { "" };
+                let raised = limit.saturating_mul(2);
+                error.hint(format!(
+                    "the limit 'operations' is {limit}{lowered}; raise it, for example with --limit operations={raised}"
+                ))
+            }
             SizeError::TooDeep { .. } => error,
         }
     }

@@ -21,7 +21,7 @@ pub struct Options {
     pub limits: Limits,
     /// The threads, if any, for work that can be done at once.
     pub workers: Workers,
-    /// Most operations of each function that is compiled, derivatives included.
+    /// Most operations of all functions together, and of each derivative.
     pub operations: usize,
 }
 

@@ -27,7 +27,7 @@ impl Options {
     /// | `instances` | functions times the types of arguments that they are called with |
     /// | `iterations` | iterations of a `for` and elements of an array |
     /// | `nodes` | nodes of the typed program, which takes some hundred bytes of memory each |
-    /// | `operations` | operations of each function that is compiled, derivatives included |
+    /// | `operations` | operations of all functions together, and of each derivative; 5/2 of it before unused ones go |
     ///
     /// # Errors
     /// If there is none, or it would be 0.

@@ -247,11 +247,11 @@ impl Frame<'_, '_> {
 
     /// An error if the functions have outgrown the limit.
     fn check_size(&self, span: Span) -> Result<(), SizeError> {
-        // Inlining drops unused nodes: before it there may be more.
-        let limit = self.lowerer.module.limits.nodes / 2 * 5;
-        if self.lowerer.nodes + self.b.node_count() <= limit {
+        let limits = self.lowerer.module.limits;
+        let most = limits.lowered_nodes();
+        if self.lowerer.nodes + self.b.node_count() <= most {
             return Ok(());
         }
-        Err(SizeError::TooLarge { function: self.b.name().to_owned(), span, limit })
+        Err(SizeError::TooLarge { function: self.b.name().to_owned(), span, most, limit: limits.nodes })
     }
 }

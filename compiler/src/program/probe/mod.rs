@@ -3,6 +3,7 @@
 //!
 //! All of it samples: it finds what shows at some tens of settings, and proves nothing.
 
+mod influence;
 mod jumps;
 mod ranges;
 
@@ -17,7 +18,7 @@ impl Program {
         if let Err(error) = self.evaluate_at_defaults() {
             return vec![self.not_evaluated(&error)];
         }
-        let mut found = self.without_influence();
+        let mut found = influence::probe(self);
         found.extend(ranges::probe(self));
         found.extend(jumps::probe(self));
         found.sort_by_key(|d| (d.span.file, d.span.start));
@@ -56,26 +57,6 @@ impl Program {
             Some((place, what)) => diagnostic.related(place, what),
             None => diagnostic,
         }
-    }
-
-    /// Parameters that no part depends on although something uses them.
-    fn without_influence(&self) -> Vec<Diagnostic> {
-        let idle = |i: &usize| self.parts.iter().all(|p| !p.active.contains(&(*i as u32)));
-        let decides = |i: usize| (0..self.parts.len()).any(|part| self.influences(part).any(|j| i == j));
-        let warning = |i: usize| {
-            let p = &self.parameters[i];
-            let message = if decides(i) {
-                format!("the parameter '{}' only decides: every derivative with respect to it is zero", p.name)
-            } else {
-                format!("no part depends on the parameter '{}'", p.name)
-            };
-            Diagnostic::new(Code::NoInfluence, p.span, message)
-                .hint("a fit cannot find its value; use it in a part, or make it an input")
-        };
-        if self.parts.is_empty() {
-            return Vec::new();
-        }
-        (0..self.parameters.len()).filter(idle).map(warning).collect()
     }
 
     /// The parameters that a part's surface uses, also those that only decide.

@@ -23,7 +23,7 @@ pub(super) fn probe(program: &Program) -> Vec<Diagnostic> {
 
 /// The position of setting `k` in the range of every parameter, from 0 to 1: points that fill space evenly (the
 /// additive recurrence of Roberts, whose steps are powers of the root of t^(d+1) = t + 1).
-fn positions(n: usize, k: usize) -> Vec<f64> {
+pub(super) fn positions(n: usize, k: usize) -> Vec<f64> {
     let mut root = 2f64;
     for _ in 0..32 {
         root = (1.0 + root).powf(1.0 / (n as f64 + 1.0));
@@ -33,7 +33,7 @@ fn positions(n: usize, k: usize) -> Vec<f64> {
 
 /// The setting at these positions (`None` for a default), where bounds may depend on preceding parameters. Fails with
 /// the index of the first parameter whose range is empty and the values so far.
-fn setting(program: &Program, positions: &[Option<f64>]) -> Result<Vec<f64>, (usize, Vec<f64>)> {
+pub(super) fn setting(program: &Program, positions: &[Option<f64>]) -> Result<Vec<f64>, (usize, Vec<f64>)> {
     let mut x = program.defaults();
     for (i, position) in positions.iter().enumerate() {
         let (low, high) = program.range(&x, i);

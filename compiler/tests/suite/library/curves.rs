@@ -2,6 +2,7 @@
 
 use super::geometry::*;
 use crate::common::Random;
+use std::f64::consts::{PI, TAU};
 
 #[test]
 fn arcs_through_three_points() {
@@ -46,6 +47,42 @@ fn curves_by_length_have_constant_speed() {
         let ends = curve(text, &[0.0, 1.0]);
         close(found[0][0], ends[0][0], 1e-12);
         close(found[1000][0], ends[1][0], 1e-12);
+    }
+}
+
+/// Each with its value and the largest relative error.
+#[test]
+fn lengths_and_areas_of_curves_with_corners() {
+    let triangle = "polyline([(0mm, 0mm), (4mm, 0mm), (4mm, 3mm)], closed: true)";
+    let stairs = "polyline([(0mm, 0mm), (10mm, 0mm), (10mm, 2mm), (3mm, 2mm), (3mm, 3mm), (9mm, 3mm), (9mm, 10mm),
+        (0mm, 10mm)], closed: true)";
+    let polygon = |n: f64| 0.5 * n * 100.0 * (TAU / n).sin();
+    let rounded = 800.0 - (4.0 - PI) * 25.0;
+    let areas = [
+        ("rectangle(40mm, 20mm)", 800.0, 1e-12),
+        ("rectangle(40mm, 0.1mm)", 4.0, 1e-12),
+        ("reversed(rectangle(40mm, 20mm))", -800.0, 1e-12),
+        ("rectangle(40mm, 20mm, radius: 5mm)", rounded, 1e-5),
+        (triangle, 6.0, 1e-12),
+        (stairs, 20.0 + 3.0 + 63.0, 1e-12),
+        ("regular_polygon(5, 10mm)", polygon(5.0), 1e-12),
+        ("regular_polygon(40, 10mm)", polygon(40.0), 1e-12),
+        ("regular_polygon(100, 10mm)", polygon(100.0), 1e-5),
+        ("ellipse(40mm, 1mm)", 40.0 * PI, 1e-12),
+    ];
+    let lengths = [
+        ("rectangle(40mm, 20mm)", 120.0, 1e-12),
+        (triangle, 12.0, 1e-12),
+        (stairs, 52.0, 1e-12),
+        ("regular_polygon(7, 10mm)", 140.0 * (PI / 7.0).sin(), 1e-12),
+        ("ellipse(2mm, 1mm)", 9.688448220547675, 1e-12),
+        ("ellipse(10mm, 1mm)", 40.63974180100896, 1e-9),
+    ];
+    let areas = areas.map(|(text, value, tolerance)| (format!("enclosed_area({text}) / 1mm"), value, tolerance));
+    let lengths = lengths.map(|(text, value, tolerance)| (format!("arc_length({text})"), value, tolerance));
+    for (text, value, tolerance) in areas.into_iter().chain(lengths) {
+        let found = curve(&format!("|t: real| ({text} + 0mm * t, 0mm)"), &[0.5])[0][0][0];
+        assert!((found / value - 1.0).abs() < tolerance, "{text} is {found} instead of {value}");
     }
 }
 

@@ -17,7 +17,7 @@ const SURFACES: &str = "
 ";
 
 /// Their parts: name and expression.
-const PARTS: [(&str, &str); 52] = [
+const PARTS: [(&str, &str); 53] = [
     ("plane", "plane(a, b)"),
     ("disc", "disc(a)"),
     ("annulus", "annulus(b, a)"),
@@ -69,6 +69,10 @@ const PARTS: [(&str, &str); 52] = [
     ("hermite", "revolve(hermite((a, 0mm), (b, b), (b, a), (a, b)))"),
     ("by_length", "revolve(by_length(bezier(profile)))"),
     ("tube_by_length", "tube(by_length(path), radius: b, up: (0, 0, 1))"),
+    (
+        "measured",
+        "plane(enclosed_area(rectangle(a, b + 0.3 * a)) / 10mm, arc_length(polyline(profile, closed: true), 0.1, 0.9))",
+    ),
     ("fillets", "revolve(rounded_polyline(profile, b / 8))"),
     ("joined", "revolve(join([line((a, 0mm), (2 * a, 0mm)), arc((2 * a, b), b, -90deg, w)]))"),
     ("offset_curve", "extrude(offset(ellipse(a, 4 * b), b), a)"),
