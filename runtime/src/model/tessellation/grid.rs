@@ -1,7 +1,8 @@
 //! Patches as grids of vertices between their breaks, with common points along common borders.
 
-use super::borders::{Borders, Piece};
+use super::borders::Borders;
 use super::intervals::{Axes, Interval};
+use super::piece::Piece;
 use super::{SurfacePoint, unit_normals};
 use crate::model::{EvaluationError, Instance, Partials, Sites};
 use glam::DVec3;
@@ -58,8 +59,8 @@ type Chains = HashMap<(u32, u32), Vec<u32>>;
 /// A piece of border with the parameters and positions of its vertices.
 pub(super) type PlacedPiece<'a> = (&'a Piece, &'a [(f64, DVec3)]);
 
-/// Places the vertices of all pieces of borders: those that are the same curve have the points of the one that is divided
-/// most. Also returns the pieces that leave their curve, after all, at one of these points.
+/// Places the vertices of all pieces of borders: those that are the same curve have the points of the one that is
+/// divided most. Also returns the pieces that leave their curve, after all, at one of these points.
 ///
 /// # Errors
 /// The surface cannot be evaluated.
@@ -273,8 +274,8 @@ impl Grid {
     }
 }
 
-/// For every line that meets a border the point of it whose parameter is nearest; the first and the last one at the ends.
-/// As far as there are enough, they are different ones.
+/// For every line that meets a border the point of it whose parameter is nearest; the first and the last one at the
+/// ends. As far as there are enough, they are different ones.
 fn nearest_points(lines: &[f64], points: &[(f64, DVec3)]) -> Vec<usize> {
     let last = points.len() - 1;
     let mut nearest: Vec<usize> = Vec::with_capacity(lines.len());

@@ -1,7 +1,7 @@
 //! The stretches of a patch's parameters between its breaks, and how finely each is divided.
 
 use super::Fineness;
-use super::borders::jitter;
+use super::piece::jitter;
 use crate::model::{Break, BreakKind, Breaks, EvaluationError, Instance, SecondPartials, spans};
 use glam::DVec3;
 use std::iter::once;

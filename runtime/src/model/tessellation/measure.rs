@@ -39,8 +39,8 @@ const TRUSTED_BESIDE_CREASES: f64 = 0.85;
 /// An edge is divided if it leaves the surface by this part of what its triangle does.
 const SHARE: f64 = 0.5;
 
-/// Triangles that come so near to the chord, as a part of what they are trusted for, are searched around the farthest of
-/// the places, with these steps of barycentric coordinates.
+/// Triangles that come so near to the chord, as a part of what they are trusted for, are searched around the farthest
+/// of the places, with these steps of barycentric coordinates.
 const SEARCHED: f64 = 0.7;
 const SEARCH: [f64; 3] = [0.07, 0.04, 0.02];
 /// The part of the chord from which on creases are followed: what leaves less is not worth its triangles.

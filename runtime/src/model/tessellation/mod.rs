@@ -10,6 +10,7 @@ mod grade;
 mod grid;
 pub(super) mod intervals;
 mod measure;
+mod piece;
 mod refine;
 #[cfg(test)]
 mod tests;
@@ -19,11 +20,12 @@ use super::breaks::Breaks;
 use super::{EvaluationError, Instance, Model, Partials};
 use crate::mesh::{Group, TriangleMesh};
 use crate::progress::{Progress, Silent};
-use borders::{Borders, Side};
+use borders::Borders;
 use glam::DVec3;
 use grade::grade;
 use grid::{Grid, PlacedPiece};
 use intervals::{Axes, Interval};
+use piece::Side;
 use rayon::prelude::*;
 use refine::Refinement;
 

@@ -4,7 +4,7 @@
 //! decisions of u and v differ between the ends of an edge (a crease that no line of u or v follows), it is divided at
 //! the crease.
 
-use super::borders::Side;
+use super::piece::Side;
 use super::{SurfacePoint, unit_normals};
 use crate::mesh::TriangleMesh;
 use crate::model::{EvaluationError, Instance, Partials};
@@ -72,7 +72,8 @@ impl Refinement<'_> {
         Ok(largest.max(self.jump))
     }
 
-    /// Divides edges at fractions from the point with the lower number on, and the triangles at them. Returns the triangles that are to be measured: new ones.
+    /// Divides edges at fractions from the point with the lower number on, and the triangles at them. Returns the
+    /// triangles that are to be measured: new ones.
     fn divide(&mut self, points: &mut Points, cuts: &HashMap<Edge, f64>) -> Result<Vec<usize>, EvaluationError> {
         let mut new_vertices: HashMap<Edge, u32> = HashMap::new();
         let mut wanted: Vec<(Edge, Edge, f64)> = Vec::new();

@@ -120,7 +120,7 @@ fn chords_of_the_examples_are_kept() {
 fn broken_chords(name: &str, program: &Program, triangles: usize, chords: &[f64]) -> Vec<String> {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     let instance = instance(program);
-    let one = |chord: f64| {
+    let mut one = |chord: f64| {
         let tessellation = tessellate(program, chord);
         let found = adversary(&*instance, &tessellation).farthest(&mut random, triangles);
         let kept = tessellation.chord <= chord && found <= MARGIN * chord;
