@@ -47,10 +47,13 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
         println!("{}: {} x {} pixels, {parts} parts", args.output.display(), framing.width, framing.height);
         return Ok(());
     }
-    let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
-    let tessellation = tessellation.with_atlas(&atlas);
-    let mesh = &tessellation.mesh;
     let format = check_format(&args.output, ".obj, .ply or .stl")?;
+    // STL has no texture coordinates.
+    if format != MeshFormat::Stl {
+        let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
+        tessellation = tessellation.with_atlas(&atlas);
+    }
+    let mesh = &tessellation.mesh;
     write(&args.output, mesh, format)?;
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     println!(
