@@ -74,8 +74,8 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     }
     if tessellation.chord > chord {
         eprintln!(
-            "warning: the mesh leaves the surface by up to {:.3e} mm, more than --chord {chord}mm: the surface jumps, \
-             or it would take too many triangles",
+            "warning: the mesh leaves the surface by up to {:.3e} mm, more than --chord {chord}mm: it is the best that \
+             was reached; where the surface jumps, or bends too narrowly, none may be",
             tessellation.chord
         );
     }

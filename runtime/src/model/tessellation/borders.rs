@@ -96,6 +96,10 @@ impl Borders {
     fn cuts(&self, instance: &dyn Instance, axes: &[Axes]) -> Result<Vec<(usize, usize, usize, f64)>, EvaluationError> {
         let mut by_x: Vec<usize> = (0..self.ends.len()).collect();
         by_x.sort_unstable_by(|a, b| self.ends[*a].x.total_cmp(&self.ends[*b].x));
+        let mut of_end: Vec<Vec<usize>> = vec![Vec::new(); self.ends.len()];
+        for piece in &self.pieces {
+            piece.ends.iter().for_each(|end| of_end[*end as usize].push(piece.patch));
+        }
         let mut cuts = Vec::new();
         for piece in self.pieces.iter().filter(|piece| !piece.is_point) {
             let bounds: Bounds = piece.samples.iter().copied().collect();
@@ -108,6 +112,8 @@ impl Borders {
                 .copied()
                 .take_while(|c| self.ends[*c].x <= high.x)
                 .filter(|c| !piece.ends.contains(&(*c as u32)))
+                // Both sides of a step have the lines of the patch in common: they would divide each other for ever.
+                .filter(|c| !piece.side.is_step || of_end[*c].iter().any(|patch| *patch != piece.patch))
                 .filter(|c| self.ends[*c].cmpge(low).all() && self.ends[*c].cmple(high).all())
                 .collect();
             if near.is_empty() {

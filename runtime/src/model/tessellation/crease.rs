@@ -18,6 +18,8 @@ const ALONG: [f64; 9] = [1e-6, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0 
 const ASIDE: f64 = 1e-9;
 /// Bisections of a crossing: to the rounding of u and v.
 const BISECTIONS: usize = 48;
+/// The least part of an edge that is cut off: where a crease passes so near to a vertex, cuts would never end.
+const LEAST_PART: f64 = 1e-3;
 /// Edges are asked for in batches of this many.
 const BATCH: usize = 512;
 
@@ -129,7 +131,9 @@ impl Refinement<'_> {
         let mut found: Vec<Option<Crossing>> = lines.iter().map(|_| None).collect();
         for ((k, o), sides) in open.iter().zip(positions.chunks_exact(2)) {
             let jump = DVec3::from_array(sides[0]).distance(DVec3::from_array(sides[1]));
-            found[*k] = Some(Crossing { fraction: o.low, jump });
+            if o.low > LEAST_PART && o.low < 1.0 - LEAST_PART {
+                found[*k] = Some(Crossing { fraction: o.low, jump });
+            }
         }
         Ok(found)
     }

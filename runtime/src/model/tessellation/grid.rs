@@ -4,6 +4,7 @@ use super::borders::Borders;
 use super::intervals::{Axes, Interval};
 use super::piece::Piece;
 use super::{SurfacePoint, unit_normals};
+use crate::mesh::Bounds;
 use crate::model::{EvaluationError, Instance, Partials, Sites};
 use glam::DVec3;
 use std::collections::HashMap;
@@ -13,6 +14,7 @@ const NEAR: f64 = 10.0;
 
 /// A patch's vertices: at every u of its lines for every v of its lines, u running fastest; a break has two lines, one
 /// on either side.
+#[derive(Default)]
 pub(super) struct Grid {
     pub(super) positions: Vec<DVec3>,
     pub(super) normals: Vec<DVec3>,
@@ -149,7 +151,16 @@ impl Grid {
         grid.close_breaks(&u, &v, tolerance);
         let chains = grid.place_border(instance, patch, [&u, &v], border)?;
         grid.triangulate(instance, patch, [&u, &v], &chains)?;
-        Ok(grid)
+        Ok(if grid.has_area() { grid } else { Self::default() })
+    }
+
+    /// Whether it is more than a line or a point: the rim of a thickened surface at a pole is not.
+    fn has_area(&self) -> bool {
+        const LEAST: f64 = 1e-9;
+        let corners = |t: &[u32; 3]| t.map(|i| self.positions[i as usize]);
+        let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
+        let extent = self.positions.iter().copied().collect::<Bounds>().diagonal();
+        self.triangles.iter().map(|t| area(corners(t))).sum::<f64>() > LEAST * extent * extent
     }
 
     /// Gives both lines of a break the same points, unless the surface jumps there.

@@ -133,9 +133,9 @@ pub(super) fn split(axis: &mut Vec<Interval>, interval: usize, t: f64) {
 
 /// Sites along an axis at which curvature is sampled: in every interval its ends and places between them.
 const SITES: usize = 48;
-/// Ratios of the steps of v to those of u that are tried: powers of this many to one, this often up and down.
-const RATIO: f64 = 1.3;
-const RATIOS: i32 = 24;
+/// Steps of u that are tried: the longest ones that the bend along u allows, divided by powers of this, so many.
+const SHARE: f64 = 1.3;
+const SHARES: i32 = 49;
 
 /// How far chords leave a surface: along u, along v and along both at once, in a frame of the surface.
 #[derive(Clone, Copy, Default)]
@@ -167,12 +167,12 @@ impl Bend {
         }
     }
 
-    /// Eight times the distance of the surface from the triangles of a cell of a unit step of u and `ratio` steps of
-    /// v, by second order: the sides, and the diagonal that leaves less.
-    fn sagitta(&self, ratio: f64) -> f64 {
-        let (uu, vv, uv) = (self.uu, self.vv * ratio * ratio, 2.0 * self.uv * ratio);
-        let diagonal = (uu + vv + uv).abs().min((uu + vv - uv).abs());
-        diagonal.max(uu.abs()).max(vv.abs())
+    /// The longest step of v beside one of u with which the surface leaves the triangles of a cell by an eighth of
+    /// `most`, by second order: its sides, and the diagonal that leaves less.
+    fn longest_v(&self, of_u: f64, most: f64) -> f64 {
+        let (along, twist) = (self.uu * of_u * of_u, 2.0 * self.uv * of_u);
+        let diagonals = [twist, -twist].map(|twist| first_exit(self.vv, twist, along, most));
+        (most / self.vv.abs()).sqrt().min(diagonals[0].max(diagonals[1]))
     }
 }
 
@@ -214,6 +214,31 @@ impl Lattice {
         Ok(lattice)
     }
 
+    /// The longest steps of u (0) or of v (1), by interval: those that a function allows at the sites, given the
+    /// interval of the other parameter; and that border lines and the length of edges allow.
+    fn longest(
+        &self,
+        k: usize,
+        axes: &Axes,
+        fineness: Fineness,
+        most: f64,
+        allowed: impl Fn(&Bend, usize) -> f64,
+    ) -> Vec<f64> {
+        let width = self.of_site[0].len();
+        let mut longest: Vec<f64> = axes[k].iter().map(|interval| interval.end() - interval.start()).collect();
+        for (i, bend) in self.bends.iter().enumerate() {
+            let site = [i % width, i / width];
+            let mut step = allowed(bend, self.of_site[1 - k][site[1 - k]]).min(fineness.edge / bend.speed[k]);
+            // Along lines that bound the surface, or a smooth part of it, any departure counts.
+            if self.at_end[1 - k][site[1 - k]] {
+                step = step.min((most / bend.across[k]).sqrt());
+            }
+            let longest = &mut longest[self.of_site[k][site[k]]];
+            *longest = longest.min(step);
+        }
+        longest
+    }
+
     /// Limits the bends at ends of intervals, which may be as good as infinite, to some times those between.
     fn tame_ends(&mut self) {
         const MOST: f64 = 4.0;
@@ -246,14 +271,25 @@ pub(super) fn divide(
     fineness: Fineness,
 ) -> Result<(), EvaluationError> {
     let lattice = Lattice::new(instance, patch, axes)?;
-    let counts = |ratio: f64| steps(&lattice, axes, fineness, ratio);
+    // Rounding and terms of higher order.
+    let most = 8.0 * 0.95 * fineness.chord;
+    let alone = lattice.longest(0, axes, fineness, most, |bend, _| (most / bend.uu.abs()).sqrt());
+    let counts = |share: f64| {
+        let of_u: Vec<f64> = alone.iter().map(|step| share * step).collect();
+        let of_v = lattice.longest(1, axes, fineness, most, |bend, of| bend.longest_v(of_u[of], most));
+        [(&axes[0], of_u), (&axes[1], of_v)].map(|(axis, steps)| {
+            let count = |(interval, step): (&Interval, f64)| {
+                let n = ((interval.end() - interval.start()) / step).ceil();
+                // NaN becomes 1.
+                (n.max(1.0) as u32).min(fineness.max_segments.max(1))
+            };
+            axis.iter().zip(steps).map(count).collect::<Vec<u32>>()
+        })
+    };
     let total = |counts: &[Vec<u32>; 2]| {
         counts.each_ref().map(|axis| axis.iter().map(|n| f64::from(*n)).sum::<f64>()).iter().product::<f64>()
     };
-    // The ratio that makes cells of the proportions of the speeds is in the middle.
-    let mean = |k: usize| lattice.bends.iter().map(|b| b.speed[k]).sum::<f64>().max(1e-300);
-    let middle = mean(0) / mean(1);
-    let tried = (-RATIOS..=RATIOS).map(|k| counts(middle * RATIO.powi(k)));
+    let tried = (0..SHARES).map(|k| counts(SHARE.powi(-k)));
     let best = tried.min_by(|a, b| total(a).total_cmp(&total(b))).unwrap_or_default();
     for (axis, best) in axes.iter_mut().zip(best) {
         axis.iter_mut().zip(best).for_each(|(interval, segments)| interval.divide(segments as usize));
@@ -261,33 +297,14 @@ pub(super) fn divide(
     Ok(())
 }
 
-/// Segments of every interval for a ratio of the steps of v to those of u.
-fn steps(lattice: &Lattice, axes: &Axes, fineness: Fineness, ratio: f64) -> [Vec<u32>; 2] {
-    // Rounding and terms of higher order.
-    let chord = 0.95 * fineness.chord;
-    let width = lattice.of_site[0].len();
-    let mut longest = axes.each_ref().map(|axis| vec![f64::INFINITY; axis.len()]);
-    for (i, bend) in lattice.bends.iter().enumerate() {
-        let site = [i % width, i / width];
-        let of = [0, 1].map(|k| lattice.of_site[k][site[k]]);
-        let step = (8.0 * chord / bend.sagitta(ratio)).sqrt();
-        for k in 0..2 {
-            let mut least = if k == 0 { step } else { step * ratio };
-            // Along lines that bound the surface, or a smooth part of it, any departure counts.
-            if lattice.at_end[1 - k][site[1 - k]] {
-                least = least.min((8.0 * chord / bend.across[k]).sqrt());
-            }
-            least = least.min(fineness.edge / bend.speed[k]);
-            let longest = &mut longest[k][of[k]];
-            *longest = longest.min(least);
-        }
-    }
-    [0, 1].map(|k| {
-        let count = |(interval, step): (&Interval, &f64)| {
-            let n = ((interval.end() - interval.start()) / step).ceil();
-            // NaN becomes 1.
-            (n.max(1.0) as u32).min(fineness.max_segments.max(1))
-        };
-        axes[k].iter().zip(&longest[k]).map(count).collect()
-    })
+/// The least positive w at which |d w^2 + b w + a| is `most`; infinite if there is none.
+fn first_exit(d: f64, b: f64, a: f64, most: f64) -> f64 {
+    // At the edge itself rounding would decide.
+    let a = a.clamp(-0.999 * most, 0.999 * most);
+    let roots = [most, -most].into_iter().flat_map(|bound| {
+        let c = a - bound;
+        let q = -0.5 * (b + b.signum() * (b * b - 4.0 * d * c).sqrt());
+        [q / d, c / q]
+    });
+    roots.filter(|root| *root > 0.0).fold(f64::INFINITY, f64::min)
 }

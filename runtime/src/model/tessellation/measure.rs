@@ -175,6 +175,7 @@ impl Refinement<'_> {
             normal,
             of_surface,
             stands: of_surface.iter().all(|n| n.dot(normal).abs() < STANDING),
+            is_oblique: self.oblique[self.patches[triangle] as usize],
             is_end: [0, 1, 2].map(|k| self.is_end(indices[k], indices[(k + 1) % 3])),
             distance: 0.0,
             farthest: [1.0 / 3.0; 3],
@@ -200,6 +201,8 @@ struct Facet {
     of_surface: [DVec3; 3],
     /// Whether it is a sliver that stands on the surface.
     stands: bool,
+    /// Whether its patch has creases across u and v.
+    is_oblique: bool,
     /// Whether each edge lies on the border or on a break.
     is_end: [bool; 3],
     /// The largest distance. Millimetres.
@@ -211,8 +214,8 @@ struct Facet {
 }
 
 impl Facet {
-    /// Measures the surface's point at a place. Within a patch the distance is taken along the triangle's normal: what
-    /// lies beside is covered by the neighbours. Slivers that stand on the surface lie in their plane with it: there it
+    /// Measures the surface's point at a place. Within a patch the distance is taken from the triangle's plane along the
+    /// surface's normal: what lies beside is covered by the neighbours. Slivers that stand on the surface lie in their plane with it: there it
     /// is taken along the surface's normals. Along borders and breaks, which nothing covers, it is taken to the edge.
     fn see(&mut self, weights: [f64; 3], point: DVec3) {
         let corners = &self.corners;
@@ -220,7 +223,7 @@ impl Facet {
         let mut distance = if self.stands {
             self.of_surface.iter().map(|normal| (point - beneath).dot(*normal).abs()).fold(0.0, f64::max)
         } else {
-            (point - corners[0]).dot(self.normal).abs()
+            (point - corners[0]).dot(self.normal).abs() / self.cosine(weights)
         };
         // The edge from corner k to the next one is opposite to the one after.
         if let Some(k) = (0..3).find(|k| weights[(k + 2) % 3] == 0.0) {
@@ -232,6 +235,16 @@ impl Facet {
         if distance > self.distance {
             (self.distance, self.farthest) = (distance, weights);
         }
+    }
+
+    /// Cosine between the triangle and the surface at a place: a coarse triangle that leans is farther from the surface
+    /// than the surface from its plane. Beside creases normals at the corners do not say.
+    fn cosine(&self, weights: [f64; 3]) -> f64 {
+        if self.is_oblique {
+            return 1.0;
+        }
+        let of_surface: DVec3 = (0..3).map(|k| weights[k] * self.of_surface[k]).sum();
+        of_surface.normalize_or(self.normal).dot(self.normal).abs().max(STANDING)
     }
 
     /// The edges that leave the surface by a good part of what the triangle does; else the longest one.

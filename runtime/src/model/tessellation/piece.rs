@@ -20,19 +20,22 @@ pub(in crate::model) struct Side {
     pub(in crate::model) at: f64,
     /// Whether the patch is where that is larger.
     low: bool,
+    /// Whether the patch goes on beyond a jump.
+    pub(super) is_step: bool,
 }
 
 impl Side {
     /// All sides of a patch.
     pub(super) fn all(axes: &Axes) -> Vec<Side> {
-        let low = |along: usize, i: &Interval| Side { along, at: i.start(), low: true };
-        let high = |along: usize, i: &Interval| Side { along, at: i.end(), low: false };
+        let low = |along: usize, i: &Interval| Side { along, at: i.start(), low: true, is_step: false };
+        let high = |along: usize, i: &Interval| Side { along, at: i.end(), low: false, is_step: false };
         let [u, v] = axes;
         let last = |axis: &[Interval]| axis.len() - 1;
         let mut sides = vec![low(0, &v[0]), high(1, &u[last(u)]), high(0, &v[last(v)]), low(1, &u[0])];
         for (along, axis) in [(1, u), (0, v)] {
             let steps = axis.windows(2).filter(|pair| pair[1].after_step);
-            sides.extend(steps.flat_map(|pair| [high(along, &pair[0]), low(along, &pair[1])]));
+            let both = |pair: &[Interval]| [high(along, &pair[0]), low(along, &pair[1])];
+            sides.extend(steps.flat_map(both).map(|side| Side { is_step: true, ..side }));
         }
         sides
     }
@@ -182,6 +185,10 @@ impl Piece {
         mut at: Vec<f64>,
     ) -> Result<Vec<(f64, f64)>, EvaluationError> {
         let interval = &axes[self.patch][self.side.along][self.interval];
+        // Not its ends: derivatives there may be those of the other side of a corner.
+        let margin = 1e-10 * (interval.end() - interval.start());
+        let inside = |t: f64| t.clamp(interval.start() + margin, interval.end() - margin);
+        at.iter_mut().for_each(|t| *t = inside(*t));
         let mut best: Vec<(f64, f64)> = at.iter().map(|t| (*t, f64::INFINITY)).collect();
         let mut partials = vec![Partials::default(); at.len()];
         for _ in 0..STEPS {
@@ -199,7 +206,7 @@ impl Piece {
                 }
                 let step = gap.dot(along) / along.length_squared();
                 if step.is_finite() {
-                    at[i] = (at[i] + step).clamp(interval.start(), interval.end());
+                    at[i] = inside(at[i] + step);
                 }
             }
             if !moved {

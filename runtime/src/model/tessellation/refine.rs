@@ -15,6 +15,8 @@ use std::collections::hash_map::Entry;
 
 /// Rounds of measuring and dividing at most.
 const ROUNDS: usize = 24;
+/// Rounds in which triangles that creases cross are divided at these only.
+const CREASES_FIRST: usize = 6;
 /// A mesh that is being refined.
 pub(super) struct Refinement<'a> {
     pub(super) instance: &'a dyn Instance,
@@ -53,7 +55,9 @@ impl Refinement<'_> {
             largest = largest.max(good);
             let beside: Vec<usize> = findings.iter().map(|f| f.triangle).collect();
             let (crossed, mut cuts) = self.crossed(&points, &beside)?;
-            for finding in findings.iter().filter(|f| !crossed.contains(&f.triangle)) {
+            // With the creases most of what such a triangle leaves is gone.
+            let waits = |triangle| round <= CREASES_FIRST && crossed.contains(triangle);
+            for finding in findings.iter().filter(|f| !waits(&f.triangle)) {
                 let corners = self.mesh.triangles[finding.triangle];
                 for k in (0..3).filter(|k| finding.divide[*k]) {
                     let (edge, _) = points.edge(corners[k], corners[(k + 1) % 3]);

@@ -131,7 +131,7 @@ fn broken_chords(name: &str, program: &Program, triangles: usize, chords: &[f64]
 
 /// What regular places of measuring miss: periods that fall in with them, narrow things, grids of nothing but poles and
 /// seams, jumps across both parameters.
-const HIDDEN: [&str; 12] = [
+const HIDDEN: [&str; 14] = [
     "part p = |u: real, v: real| (200mm * u, 200mm * v, 5mm * sin(48turn * u))",
     "part p = |u: real, v: real| (200mm * u, 200mm * v, 5mm * sin(16turn * u))",
     "part p = revolve(|t| (20mm + 2mm * sin(48turn * t), 100mm * t))",
@@ -150,6 +150,9 @@ const HIDDEN: [&str; 12] = [
     "part p = revolve(|t| (10mm + 2mm * exp(-(((1000 * t - 123.4) / 0.5) ^ 2)), 1m * t))",
     "part p = revolve(|t| (10mm + 2mm * exp(-(((1000 * t - 123.4) / 5) ^ 2)), 1m * t))",
     "part p = |u: real, v: real| (1m * u, 30mm * v, 2mm * exp(-((1000 * u - 123.4) ^ 2 + (30 * v - 11) ^ 2)))",
+    // Creases that end on lines of u and v, and beside vertices.
+    "part p = |u: real, v: real| (40mm * u, 10mm * v, 1.5mm * max(abs(sin(1turn * (v - 0.6))), abs(sin(1turn * (u - 0.2)))))",
+    "part p = |u: real, v: real| (40mm * u, 10mm * v, 7.5mm * max(abs((v - 0.6) ^ 2 - 0.04), abs(u - 0.2)))",
     // A thread of 24 turns: many creases between any two lines of v.
     "part p = |u: real, v: real| {
        let q = 10mm + 0.5mm * abs(((24 * v - u) % 1) * 2 - 1)
@@ -249,7 +252,8 @@ fn fewest_even(program: &Program, chord: f64) -> usize {
     let instance = instance(program);
     let error = |nu: u32, nv: u32| {
         let grid = Tessellation::uniform(program, &*instance, nu, nv).expect("it can be evaluated");
-        let mut largest = 0.0_f64;
+        // Too few steps around, and nothing is left.
+        let mut largest = if grid.mesh.triangles.is_empty() { f64::INFINITY } else { 0.0 };
         for t in &grid.mesh.triangles {
             let origins = t.map(|i| grid.origins[i as usize]);
             let lattice = (0..=4).flat_map(|i| (0..=4 - i).map(move |j| [i, j, 4 - i - j].map(|k| f64::from(k) / 4.0)));
@@ -294,5 +298,24 @@ fn triangles_are_few() {
         .collect();
     for (i, found, even) in counts {
         assert!(found as f64 <= 1.5 * even as f64, "{}: {found}, an even grid {even}", SURFACES[i]);
+    }
+}
+
+/// What is narrow along one parameter takes no more lines of the other one, or elsewhere.
+#[test]
+fn beads_take_few_triangles() {
+    for (body, most) in [
+        ("part p = revolve(|v| (5mm + max(0.0, 1 - ((v - 0.7123) * 2000) ^ 2) * 1mm, 2m * v))", 3_000),
+        ("part p = revolve(|v| (15mm + max(0.0, 1 - ((v - 0.6123) * 50) ^ 2) * 3mm, 100mm * v))", 10_000),
+        (
+            "part p = revolve(|v|
+               (15mm + (if abs(v - 0.6) < 0.03 { sqrt(9 - ((v - 0.6) * 100) ^ 2) * 1mm } else { 0mm }), 100mm * v))",
+            40_000,
+        ),
+        ("part p = revolve(|t| (10mm + 2mm * exp(-(((1000 * t - 123.4) / 0.5) ^ 2)), 1m * t))", 10_000),
+    ] {
+        let tessellation = tessellate(&program(body), 0.02);
+        assert!(tessellation.chord <= 0.02, "{body}: {}", tessellation.chord);
+        assert!(tessellation.mesh.triangles.len() <= most, "{body}: {}", tessellation.mesh.triangles.len());
     }
 }

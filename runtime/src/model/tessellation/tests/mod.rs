@@ -146,6 +146,12 @@ fn what_stands_still_has_no_triangles() {
         assert_eq!(tessellation.mesh.triangles.len(), triangles, "{body}");
         assert!(tessellation.chord < 1e-9, "{body}: {}", tessellation.chord);
     }
+    // The rim at the pole is a line.
+    let program = program("part p = thicken(sphere_zone(20mm, 0deg, 90deg), 2mm, around: true)");
+    let mesh = tessellate(&program, 0.1).mesh;
+    assert!(mesh.groups.iter().any(|group| group.start == group.end), "{:?}", mesh.groups);
+    assert_eq!(open_edges(&mesh), 0);
+    assert!(mesh.triangles.iter().all(|t| mesh.triangle_area(*t) > 1e-9));
 }
 
 /// Lids whose rim leaves that of the wall everywhere but at regular places, or nearly nowhere.
@@ -204,5 +210,30 @@ fn turned_bodies_are_named() {
         let program = program(body);
         let closedness = Closedness::of(&program, &*instance(&program)).expect("it can be evaluated");
         assert_eq!(closedness.inside_out, turned, "{body}: {:?}", closedness.open);
+    }
+}
+
+/// A crease ends on a border that the neighbour runs along with another speed, and the other way.
+#[test]
+fn borders_with_the_end_of_a_crease_close() {
+    for (crease, speed) in [
+        ("0.3 * u + 1.25 * v * v - 0.95", "1 - q * q"),
+        ("0.3 * u + 1.25 * v * v - 0.95", "1 - q ^ 3"),
+        ("0.3 * u + sin(v * 1rad) - 0.6", "cos(q * 90deg)"),
+        ("0.3 * u + v - 0.6", "1 - q"),
+    ] {
+        let body = format!(
+            "let f = |u: real, v: real| 10mm + 5mm * abs({crease})
+             part top = |u: real, v: real| (40mm * u, 10mm * v, f(u, v))
+             part base = |u: real, v: real| (40mm * u, 10mm * (1 - v), 0mm)
+             part front = |q: real, v: real| (40mm * q, 0mm, v * f(q, 0.0))
+             part back = |q: real, v: real| (40mm * (1 - q), 10mm, v * f(1 - q, 1.0))
+             part right = |q: real, v: real| (40mm, 10mm * q, v * f(1.0, q))
+             part left = |q: real, v: real| {{ let s = {speed}; (0mm, 10mm * s, v * f(0.0, s)) }}"
+        );
+        let program = program(&body);
+        let closedness = Closedness::of(&program, &*instance(&program)).expect("it can be evaluated");
+        assert_eq!((closedness.open, closedness.inside_out), (vec![], vec![]), "{crease}, {speed}");
+        assert_eq!(open_edges(&tessellate(&program, 0.02).mesh), 0, "{crease}, {speed}");
     }
 }
