@@ -2,7 +2,8 @@
 
 /// A curve in the plane (of x and y) moved sideways by a distance, to the right of its sense: outwards for a closed one
 /// that runs counterclockwise. Of a surface: moved along its normal, outwards. A negative distance goes to the other
-/// side. Beyond the radius of curvature it folds over. At a pole it follows the limit of the normal.
+/// side. Beyond the radius of curvature it folds over. At a pole it follows the limit of the normal. A corner is torn
+/// apart: both of its sides are moved along their own normals.
 /// ```gml
 /// norm(offset(circle(5mm), 2mm)(0.3))          // = 7 mm
 /// norm(offset(sphere(5mm), -1mm)(0.3, 0.6))    // = 4 mm
@@ -14,7 +15,7 @@ fn offset(shape, distance) = each(shape, |s|
 
 /// A sheet of a thickness on the outer side of a surface: {outer, inner, rims}, all normals outwards. The rims are
 /// those at v = 0, v = 1, u = 0 and u = 1; `around: true` leaves out the last two, where the surface closes on itself
-/// in u. The rim of a pole has no surface.
+/// in u. The rim of a pole has no surface. At a corner of the surface the sheet gapes, as `offset` does.
 /// ```gml
 /// norm(thicken(cylinder(5mm, 9mm), 2mm, around: true).outer(0.2, 0)) // = 7 mm
 /// len(thicken(plane(4mm, 4mm), 1mm).rims)                            // = 4
