@@ -39,11 +39,11 @@ impl Closedness {
     /// The surface cannot be evaluated.
     pub fn of(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
         let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);
-        let mut axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
-        let borders = Borders::find(instance, &mut axes)?;
+        let axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
+        let borders = Borders::find(instance, &axes)?;
         let open = borders.curves().filter(|curve| curve.len() % 2 == 1).map(|curve| {
             let piece = &borders.pieces[curve[0]];
-            let length = piece.length(instance, &axes)?;
+            let length = piece.length(instance)?;
             Ok(OpenBorder { patch: piece.patch, side: piece.side.name(), length })
         });
         let mut closedness = Self { open: open.collect::<Result<_, _>>()?, inside_out: Vec::new() };

@@ -1,6 +1,6 @@
 //! The borders of patches, and which of them are the same curve in space.
 
-use super::intervals::{Axes, Interval, split};
+use super::intervals::{Axes, Interval};
 use super::piece::{Piece, SAMPLES, Side};
 use crate::mesh::Bounds;
 use crate::model::{EvaluationError, Instance};
@@ -12,8 +12,6 @@ use std::collections::HashMap;
 const COINCIDENT: f64 = 1e-8;
 /// Rounds in which pieces that end beside others are divided there.
 const ROUNDS: usize = 6;
-/// Most intervals of an axis that such divisions may lead to.
-const MOST_INTERVALS: usize = 4096;
 
 /// The borders of all patches.
 #[derive(Clone, Debug, Default)]
@@ -26,49 +24,46 @@ pub(in crate::model) struct Borders {
 }
 
 impl Borders {
-    /// Finds the borders that are the same curve. Intervals are divided where a border of another patch ends beside
-    /// them.
+    /// Finds the borders that are the same curve. They are divided where a border of another patch ends beside them.
     ///
     /// # Errors
     /// The surface cannot be evaluated.
-    pub(in crate::model) fn find(instance: &dyn Instance, axes: &mut [Axes]) -> Result<Self, EvaluationError> {
-        for _ in 0..ROUNDS {
-            let mut borders = Self::of_intervals(instance, axes)?;
-            let cuts = borders.cuts(instance, axes)?;
-            if cuts.is_empty() {
-                borders.match_pieces(instance, axes)?;
-                return Ok(borders);
-            }
-            cut(axes, cuts);
-        }
+    pub(in crate::model) fn find(instance: &dyn Instance, axes: &[Axes]) -> Result<Self, EvaluationError> {
         let mut borders = Self::of_intervals(instance, axes)?;
-        borders.match_pieces(instance, axes)?;
+        for _ in 0..ROUNDS {
+            borders.cluster();
+            let cuts = borders.cuts(instance)?;
+            if cuts.is_empty() {
+                break;
+            }
+            borders.cut(instance, cuts)?;
+        }
+        borders.match_pieces(instance)?;
         Ok(borders)
     }
 
     fn of_intervals(instance: &dyn Instance, all: &[Axes]) -> Result<Self, EvaluationError> {
-        let sample = |k: usize| k as f64 / (SAMPLES - 1) as f64;
         let mut borders = Self::default();
         for (patch, axes) in all.iter().enumerate() {
             for side in Side::all(axes) {
                 for interval in 0..axes[side.along].len() {
                     let leader = borders.pieces.len();
                     let (ends, reversed, is_point) = ([0; 2], false, false);
-                    let samples = Vec::new();
-                    let mut piece = Piece { patch, side, interval, ends, leader, reversed, is_point, samples };
-                    piece.samples = piece.points(instance, all, (0..SAMPLES).map(sample))?;
+                    let (samples, span) = (Vec::new(), axes[side.along][interval].clone());
+                    let mut piece = Piece { patch, side, interval, span, ends, leader, reversed, is_point, samples };
+                    piece.sample(instance)?;
                     borders.pieces.push(piece);
                 }
             }
         }
         let bounds: Bounds = borders.pieces.iter().flat_map(|p| &p.samples).copied().collect();
         borders.tolerance = COINCIDENT * bounds.diagonal();
-        borders.cluster();
         Ok(borders)
     }
 
     /// Gives ends that coincide one number.
     fn cluster(&mut self) {
+        self.ends.clear();
         let cell = (4.0 * self.tolerance).max(f64::MIN_POSITIVE);
         let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
         for i in 0..self.pieces.len() {
@@ -92,16 +87,12 @@ impl Borders {
         }
     }
 
-    /// The places inside of intervals at which a piece of another border ends: patch, axis, interval and parameter.
-    fn cuts(&self, instance: &dyn Instance, axes: &[Axes]) -> Result<Vec<(usize, usize, usize, f64)>, EvaluationError> {
+    /// The places inside of pieces at which another one ends: piece and parameter.
+    fn cuts(&self, instance: &dyn Instance) -> Result<Vec<(usize, f64)>, EvaluationError> {
         let mut by_x: Vec<usize> = (0..self.ends.len()).collect();
         by_x.sort_unstable_by(|a, b| self.ends[*a].x.total_cmp(&self.ends[*b].x));
-        let mut of_end: Vec<Vec<usize>> = vec![Vec::new(); self.ends.len()];
-        for piece in &self.pieces {
-            piece.ends.iter().for_each(|end| of_end[*end as usize].push(piece.patch));
-        }
         let mut cuts = Vec::new();
-        for piece in self.pieces.iter().filter(|piece| !piece.is_point) {
+        for (i, piece) in self.pieces.iter().enumerate().filter(|(_, piece)| !piece.is_point) {
             let bounds: Bounds = piece.samples.iter().copied().collect();
             // Between samples a curve leaves their box by less than its chords are long.
             let margin = DVec3::splat(self.tolerance + 0.5 * piece.longest_chord());
@@ -112,28 +103,51 @@ impl Borders {
                 .copied()
                 .take_while(|c| self.ends[*c].x <= high.x)
                 .filter(|c| !piece.ends.contains(&(*c as u32)))
-                // Both sides of a step have the lines of the patch in common: they would divide each other for ever.
-                .filter(|c| !piece.side.is_step || of_end[*c].iter().any(|patch| *patch != piece.patch))
                 .filter(|c| self.ends[*c].cmpge(low).all() && self.ends[*c].cmple(high).all())
                 .collect();
             if near.is_empty() {
                 continue;
             }
             let targets: Vec<DVec3> = near.iter().map(|c| self.ends[*c]).collect();
-            let interval = &axes[piece.patch][piece.side.along][piece.interval];
-            let size = interval.end() - interval.start();
-            for (t, distance) in piece.nearest(instance, axes, &targets)? {
-                let inside = t > interval.start() + 1e-9 * size && t < interval.end() - 1e-9 * size;
+            let size = piece.span.end() - piece.span.start();
+            for (t, distance) in piece.nearest(instance, &targets)? {
+                let inside = t > piece.span.start() + 1e-9 * size && t < piece.span.end() - 1e-9 * size;
                 if inside && distance <= self.tolerance {
-                    cuts.push((piece.patch, piece.side.along, piece.interval, t));
+                    cuts.push((i, t));
                 }
             }
         }
         Ok(cuts)
     }
 
+    /// Divides pieces at parameters inside of them.
+    fn cut(&mut self, instance: &dyn Instance, mut cuts: Vec<(usize, f64)>) -> Result<(), EvaluationError> {
+        cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        let mut cuts = cuts.into_iter().peekable();
+        let mut pieces = Vec::with_capacity(self.pieces.len());
+        for (i, piece) in std::mem::take(&mut self.pieces).into_iter().enumerate() {
+            let size = piece.span.end() - piece.span.start();
+            let mut ends = vec![piece.span.start()];
+            while let Some((_, t)) = cuts.next_if(|cut| cut.0 == i) {
+                if t - ends[ends.len() - 1] > 1e-9 * size {
+                    ends.push(t);
+                }
+            }
+            ends.push(piece.span.end());
+            for span in ends.windows(2) {
+                let mut part = Piece { span: piece.span.part(span[0], span[1]), leader: pieces.len(), ..piece.clone() };
+                if ends.len() > 2 {
+                    part.sample(instance)?;
+                }
+                pieces.push(part);
+            }
+        }
+        self.pieces = pieces;
+        Ok(())
+    }
+
     /// Finds for every piece the first one that is the same curve.
-    fn match_pieces(&mut self, instance: &dyn Instance, axes: &[Axes]) -> Result<(), EvaluationError> {
+    fn match_pieces(&mut self, instance: &dyn Instance) -> Result<(), EvaluationError> {
         let mut leaders: HashMap<[u32; 2], Vec<usize>> = HashMap::new();
         for i in 0..self.pieces.len() {
             let piece = &self.pieces[i];
@@ -144,7 +158,7 @@ impl Borders {
             let leaders = leaders.entry([a.min(b), a.max(b)]).or_default();
             let mut found = None;
             for leader in leaders.iter() {
-                if let Some(reversed) = self.pieces[*leader].runs_along(piece, instance, axes, self.tolerance)? {
+                if let Some(reversed) = self.pieces[*leader].runs_along(piece, instance, self.tolerance)? {
                     found = Some((*leader, reversed));
                     break;
                 }
@@ -198,12 +212,15 @@ impl Borders {
 
     /// Gives intervals enough segments that triangles are left of them: three around where a patch closes, and two
     /// from a pole on.
-    pub(in crate::model) fn keep_open(&self, axes: &mut [Axes]) {
+    pub(in crate::model) fn keep_open(&mut self, axes: &mut [Axes]) {
+        for of_side in self.pieces.chunk_by(|a, b| a.patch == b.patch && a.side == b.side) {
+            let (first, last) = (&of_side[0], &of_side[of_side.len() - 1]);
+            if !of_side.iter().all(|piece| piece.is_point) && first.ends[0] == last.ends[1] {
+                at_least(&mut axes[first.patch][first.side.along], 3);
+            }
+        }
         for (i, piece) in self.pieces.iter().enumerate() {
             let axes = &mut axes[piece.patch];
-            if !piece.is_point && piece.ends[0] == piece.ends[1] {
-                at_least(&mut axes[piece.side.along], 3);
-            }
             // The other side, of which this is the seam.
             let seam = piece.leader != i && self.pieces[piece.leader].patch == piece.patch;
             if seam && self.pieces[piece.leader].side.along == piece.side.along {
@@ -213,11 +230,15 @@ impl Borders {
                 at_least(&mut axes[1 - piece.side.along], 2);
             }
         }
+        for piece in &mut self.pieces {
+            let whole = &axes[piece.patch][piece.side.along][piece.interval];
+            piece.span = whole.part(piece.span.start(), piece.span.end());
+        }
     }
 
     /// For every piece that of its curve which is divided most.
-    pub(in crate::model) fn finest(&self, axes: &[Axes]) -> Vec<usize> {
-        let own = |i: usize| axes[self.pieces[i].patch][self.pieces[i].side.along][self.pieces[i].interval].segments();
+    pub(in crate::model) fn finest(&self) -> Vec<usize> {
+        let own = |i: usize| self.pieces[i].span.segments();
         let mut finest: Vec<usize> = (0..self.pieces.len()).collect();
         for (i, piece) in self.pieces.iter().enumerate() {
             if own(i) > own(finest[piece.leader]) {
@@ -234,22 +255,5 @@ fn at_least(axis: &mut [Interval], segments: usize) {
     if all < segments {
         let own = axis[0].segments();
         axis[0].divide(own + segments - all);
-    }
-}
-
-/// Divides intervals at parameters inside of them.
-fn cut(axes: &mut [Axes], mut cuts: Vec<(usize, usize, usize, f64)>) {
-    // From behind, so that the intervals before keep their places.
-    cuts.sort_by(|a, b| (b.0, b.1, b.2).cmp(&(a.0, a.1, a.2)).then(b.3.total_cmp(&a.3)));
-    let mut last = None;
-    for (patch, along, interval, t) in cuts {
-        let axis = &mut axes[patch][along];
-        let (start, end) = (axis[interval].start(), axis[interval].end());
-        let near = |s: f64| (s - t).abs() <= 1e-9 * (end - start);
-        let again = last.is_some_and(|(place, s)| place == (patch, along, interval) && near(s));
-        if !again && !near(end) && axis.len() < MOST_INTERVALS {
-            split(axis, interval, t);
-        }
-        last = Some(((patch, along, interval), t));
     }
 }

@@ -58,8 +58,8 @@ pub(super) type BorderPoints = Vec<Vec<(f64, DVec3)>>;
 /// Vertices between two neighbours of the border of a grid, by these two.
 type Chains = HashMap<(u32, u32), Vec<u32>>;
 
-/// A piece of border with the parameters and positions of its vertices.
-pub(super) type PlacedPiece<'a> = (&'a Piece, &'a [(f64, DVec3)]);
+/// An interval of a border, by a piece of it, with the parameters and positions of all of its vertices.
+pub(super) type PlacedInterval<'a> = (&'a Piece, Vec<(f64, DVec3)>);
 
 /// Places the vertices of all pieces of borders: those that are the same curve have the points of the one that is
 /// divided most. Also returns the pieces that leave their curve, after all, at one of these points.
@@ -68,13 +68,12 @@ pub(super) type PlacedPiece<'a> = (&'a Piece, &'a [(f64, DVec3)]);
 /// The surface cannot be evaluated.
 pub(super) fn border_points(
     instance: &dyn Instance,
-    axes: &[Axes],
     borders: &Borders,
 ) -> Result<(BorderPoints, Vec<usize>), EvaluationError> {
-    let finest = borders.finest(axes);
+    let finest = borders.finest();
     let mut points: BorderPoints = vec![Vec::new(); borders.pieces.len()];
     for (i, piece) in borders.pieces.iter().enumerate().filter(|(i, _)| finest[*i] == *i) {
-        let own = &axes[piece.patch][piece.side.along][piece.interval].values;
+        let own = &piece.span.values;
         let (u, v): (Vec<f64>, Vec<f64>) = own.iter().map(|t| piece.side.uv(*t)).unzip();
         let mut positions = vec![[0.0; 3]; own.len()];
         instance.points(piece.patch, &u, &v, &mut positions)?;
@@ -84,8 +83,8 @@ pub(super) fn border_points(
     let mut leaving = Vec::new();
     for (i, piece) in borders.pieces.iter().enumerate().filter(|(i, _)| finest[*i] != *i) {
         let source = &borders.pieces[finest[i]];
-        let of_source = &axes[source.patch][source.side.along][source.interval];
-        let own = &axes[piece.patch][piece.side.along][piece.interval];
+        let of_source = &source.span;
+        let own = &piece.span;
         let length = of_source.end() - of_source.start();
         let fraction = |t: f64| (t - of_source.start()) / length;
         let mut placed: Vec<(f64, DVec3)> = points[finest[i]].iter().map(|(t, p)| (fraction(*t), *p)).collect();
@@ -94,11 +93,11 @@ pub(super) fn border_points(
         }
         let targets: Vec<DVec3> = placed.iter().map(|p| p.1).collect();
         let guesses: Vec<f64> = placed.iter().map(|p| own.fraction(p.0)).collect();
-        let mut found = piece.project(instance, axes, &targets, guesses.clone())?;
+        let mut found = piece.project(instance, &targets, guesses.clone())?;
         // A guess may lead to another place.
         let near = |found: &[(f64, f64)]| found.iter().all(|f| f.1 <= NEAR * borders.tolerance);
         if !near(&found) {
-            found = piece.nearest(instance, axes, &targets)?;
+            found = piece.nearest(instance, &targets)?;
         }
         if !near(&found) {
             leaving.push(i);
@@ -133,7 +132,7 @@ impl Grid {
         instance: &dyn Instance,
         patch: usize,
         axes: &Axes,
-        border: &[PlacedPiece<'_>],
+        border: &[PlacedInterval<'_>],
         tolerance: f64,
     ) -> Result<Self, EvaluationError> {
         let [u, v] = axes.each_ref().map(|axis| Lines::of(axis));
@@ -187,7 +186,7 @@ impl Grid {
         instance: &dyn Instance,
         patch: usize,
         lines: [&Lines; 2],
-        border: &[PlacedPiece<'_>],
+        border: &[PlacedInterval<'_>],
     ) -> Result<Chains, EvaluationError> {
         let width = lines[0].at.len();
         let (mut moved, mut chains) = (Vec::new(), Chains::new());

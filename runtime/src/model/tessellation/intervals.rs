@@ -47,7 +47,7 @@ impl Interval {
     }
 
     /// The part from one value to another one, in steps like those that it has there.
-    fn part(&self, start: f64, end: f64) -> Self {
+    pub(super) fn part(&self, start: f64, end: f64) -> Self {
         let [first, last] = [start, end].map(|t| self.steps_before(t));
         let segments = ((last - first).ceil() as usize).max(1);
         let inner = (1..segments).map(|k| self.between(first + (last - first) * k as f64 / segments as f64));
@@ -121,14 +121,6 @@ fn extents(instance: &dyn Instance, patch: usize, axes: &Axes, k: usize) -> Resu
     };
     let of_interval = |lines: &[[f64; 3]]| lines.chunks(ALONG).map(moved).fold(0.0, f64::max);
     Ok(points.chunks(ALONG * lines.len()).map(of_interval).collect())
-}
-
-/// Divides an interval in two at `t`, which is inside of it.
-pub(super) fn split(axis: &mut Vec<Interval>, interval: usize, t: f64) {
-    let whole = &axis[interval];
-    let [before, after] = [whole.part(whole.start(), t), whole.part(t, whole.end())];
-    axis[interval] = Interval { after_step: whole.after_step, ..before };
-    axis.insert(interval + 1, after);
 }
 
 /// Sites along an axis at which curvature is sampled: in every interval its ends and places between them.

@@ -23,7 +23,7 @@ use crate::progress::{Progress, Silent};
 use borders::Borders;
 use glam::DVec3;
 use grade::grade;
-use grid::{Grid, PlacedPiece};
+use grid::{Grid, PlacedInterval};
 use intervals::{Axes, Interval};
 use piece::Side;
 use rayon::prelude::*;
@@ -105,16 +105,20 @@ impl Tessellation {
         progress.report("meshing", f64::NAN, "");
         let (breaks, mut axes) = divided(model, instance, fineness)?;
         limit(&mut axes, &breaks);
-        let mut borders = Borders::find(instance, &mut axes)?;
+        let mut borders = Borders::find(instance, &axes)?;
         borders.keep_open(&mut axes);
-        let (mut points, mut leaving) = grid::border_points(instance, &axes, &borders)?;
+        let (mut points, mut leaving) = grid::border_points(instance, &borders)?;
         while !leaving.is_empty() {
             borders.part(&leaving);
-            (points, leaving) = grid::border_points(instance, &axes, &borders)?;
+            (points, leaving) = grid::border_points(instance, &borders)?;
         }
-        let mut of_patch: Vec<Vec<PlacedPiece<'_>>> = vec![Vec::new(); axes.len()];
-        for (piece, points) in borders.pieces.iter().zip(&points) {
-            of_patch[piece.patch].push((piece, points));
+        let mut of_patch: Vec<Vec<PlacedInterval<'_>>> = vec![Vec::new(); axes.len()];
+        let pieces: Vec<_> = borders.pieces.iter().zip(points).collect();
+        for of_interval in pieces.chunk_by(|(a, _), (b, _)| a.is_beside(b)) {
+            let (first, points) = &of_interval[0];
+            let mut all = points.clone();
+            of_interval[1..].iter().for_each(|(_, points)| all.extend_from_slice(&points[1..]));
+            of_patch[first.patch].push((first, all));
         }
         let mut tessellation = Self::of_axes(instance, &axes, &of_patch, borders.tolerance)?;
         tessellation.refine(instance, &axes, &breaks, borders.poles(axes.len()), fineness, progress)?;
@@ -152,7 +156,7 @@ impl Tessellation {
     fn of_axes(
         instance: &dyn Instance,
         axes: &[Axes],
-        borders: &[Vec<PlacedPiece<'_>>],
+        borders: &[Vec<PlacedInterval<'_>>],
         tolerance: f64,
     ) -> Result<Self, EvaluationError> {
         let grid = |(patch, axes): (usize, &Axes)| Grid::new(instance, patch, axes, &borders[patch], tolerance);

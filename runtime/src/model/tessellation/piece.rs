@@ -58,12 +58,14 @@ impl Side {
     }
 }
 
-/// A piece of the border of a patch: an interval of a side.
+/// A piece of the border of a patch: an interval of a side, or a part of it between the ends of other borders.
 #[derive(Clone, Debug)]
 pub(in crate::model) struct Piece {
     pub(in crate::model) patch: usize,
     pub(in crate::model) side: Side,
     pub(in crate::model) interval: usize,
+    /// The part of the interval, in its steps.
+    pub(super) span: Interval,
     /// Clusters of its first and its last point.
     pub(in crate::model) ends: [u32; 2],
     /// The piece whose points it has, and whether it runs the other way; itself where it is the first of its curve.
@@ -86,13 +88,13 @@ impl Piece {
     ///
     /// # Errors
     /// The surface cannot be evaluated.
-    pub(in crate::model) fn length(&self, instance: &dyn Instance, axes: &[Axes]) -> Result<f64, EvaluationError> {
+    pub(in crate::model) fn length(&self, instance: &dyn Instance) -> Result<f64, EvaluationError> {
         const FEWEST: usize = 1 << 10;
         const MOST: usize = 1 << 17;
         let mut chords = FEWEST;
         let mut last = 0.0;
         loop {
-            let points = self.points(instance, axes, (0..=chords).map(|k| k as f64 / chords as f64))?;
+            let points = self.points(instance, (0..=chords).map(|k| k as f64 / chords as f64))?;
             let length = points.windows(2).map(|w| w[0].distance(w[1])).sum::<f64>();
             // A quarter of the error is left at half the chord (Richardson).
             let better = length + (length - last) / 3.0;
@@ -101,6 +103,11 @@ impl Piece {
             }
             (chords, last) = (2 * chords, length);
         }
+    }
+
+    /// Whether it is of the same interval.
+    pub(super) fn is_beside(&self, other: &Piece) -> bool {
+        (self.patch, self.interval) == (other.patch, other.interval) && self.side == other.side
     }
 
     pub(super) fn longest_chord(&self) -> f64 {
@@ -112,25 +119,24 @@ impl Piece {
         &self,
         other: &Piece,
         instance: &dyn Instance,
-        axes: &[Axes],
         tolerance: f64,
     ) -> Result<Option<bool>, EvaluationError> {
         let fractions = (0..COMPARED).map(|k| (k as f64 + jitter(k)) / COMPARED as f64);
-        let targets = other.points(instance, axes, fractions.clone())?;
+        let targets = other.points(instance, fractions.clone())?;
         let differ = |p: (&DVec3, &DVec3)| p.0.distance(*p.1) > tolerance;
         // Most that are the same have the same speed.
-        let own = self.points(instance, axes, fractions.clone())?;
+        let own = self.points(instance, fractions.clone())?;
         if !targets.iter().zip(&own).any(differ) {
             return Ok(Some(false));
         }
-        let own = self.points(instance, axes, fractions.map(|f| 1.0 - f))?;
+        let own = self.points(instance, fractions.map(|f| 1.0 - f))?;
         if !targets.iter().zip(&own).any(differ) {
             return Ok(Some(true));
         }
         // Most that differ do so at once.
         let some: Vec<DVec3> = targets.iter().copied().step_by(COMPARED / 8).collect();
         for targets in [some, targets] {
-            let places = self.nearest(instance, axes, &targets)?;
+            let places = self.nearest(instance, &targets)?;
             if places.iter().any(|(_, distance)| *distance > tolerance) {
                 return Ok(None);
             }
@@ -145,15 +151,19 @@ impl Piece {
         Ok(None)
     }
 
+    /// Takes its samples.
+    pub(super) fn sample(&mut self, instance: &dyn Instance) -> Result<(), EvaluationError> {
+        self.samples = self.points(instance, (0..SAMPLES).map(|k| k as f64 / (SAMPLES - 1) as f64))?;
+        Ok(())
+    }
+
     /// The points at fractions of its length.
     pub(super) fn points(
         &self,
         instance: &dyn Instance,
-        axes: &[Axes],
         fractions: impl Iterator<Item = f64>,
     ) -> Result<Vec<DVec3>, EvaluationError> {
-        let interval = &axes[self.patch][self.side.along][self.interval];
-        let (u, v): (Vec<f64>, Vec<f64>) = fractions.map(|f| self.side.uv(interval.fraction(f))).unzip();
+        let (u, v): (Vec<f64>, Vec<f64>) = fractions.map(|f| self.side.uv(self.span.fraction(f))).unzip();
         let mut points = vec![[0.0; 3]; u.len()];
         instance.points(self.patch, &u, &v, &mut points)?;
         Ok(points.into_iter().map(DVec3::from_array).collect())
@@ -163,31 +173,47 @@ impl Piece {
     pub(super) fn nearest(
         &self,
         instance: &dyn Instance,
-        axes: &[Axes],
         targets: &[DVec3],
     ) -> Result<Vec<(f64, f64)>, EvaluationError> {
-        let interval = &axes[self.patch][self.side.along][self.interval];
         let guess = |target: &DVec3| {
             let distance = |k: &usize| self.samples[*k].distance_squared(*target);
             let k = (0..SAMPLES).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(0);
-            interval.fraction(k as f64 / (SAMPLES - 1) as f64)
+            self.span.fraction(k as f64 / (SAMPLES - 1) as f64)
         };
         let guesses: Vec<f64> = targets.iter().map(guess).collect();
-        self.project(instance, axes, targets, guesses)
+        // Beside the seam of a closed curve both ends are near, and only one of them leads there.
+        let (start, end) = (self.span.start(), self.span.end());
+        let others = guesses
+            .iter()
+            .map(|t| {
+                if *t == start {
+                    end
+                } else if *t == end {
+                    start
+                } else {
+                    *t
+                }
+            })
+            .collect();
+        let mut found = self.project(instance, targets, guesses)?;
+        for (found, other) in found.iter_mut().zip(self.project(instance, targets, others)?) {
+            if other.1 < found.1 {
+                *found = other;
+            }
+        }
+        Ok(found)
     }
 
     /// The parameters of the points of the piece nearest to some targets, from guesses, and their distances.
     pub(in crate::model) fn project(
         &self,
         instance: &dyn Instance,
-        axes: &[Axes],
         targets: &[DVec3],
         mut at: Vec<f64>,
     ) -> Result<Vec<(f64, f64)>, EvaluationError> {
-        let interval = &axes[self.patch][self.side.along][self.interval];
         // Not its ends: derivatives there may be those of the other side of a corner.
-        let margin = 1e-10 * (interval.end() - interval.start());
-        let inside = |t: f64| t.clamp(interval.start() + margin, interval.end() - margin);
+        let margin = 1e-10 * (self.span.end() - self.span.start());
+        let inside = |t: f64| t.clamp(self.span.start() + margin, self.span.end() - margin);
         at.iter_mut().for_each(|t| *t = inside(*t));
         let mut best: Vec<(f64, f64)> = at.iter().map(|t| (*t, f64::INFINITY)).collect();
         let mut partials = vec![Partials::default(); at.len()];

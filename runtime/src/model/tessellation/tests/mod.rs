@@ -237,3 +237,44 @@ fn borders_with_the_end_of_a_crease_close() {
         assert_eq!(open_edges(&tessellate(&program, 0.02).mesh), 0, "{crease}, {speed}");
     }
 }
+
+/// Seams that must be met through many parts, borders that end at another height on each wall, steps that overlap from
+/// a common end, and seams a little beside each other.
+#[test]
+fn borders_that_meet_in_parts_close() {
+    let block = "let hh = |u: real, v: real| mix(mix(8mm, 12mm, u), mix(8mm, 12mm, u), v)
+        let at = |u: real, v: real| (u * 40mm, v * 30mm, hh(u, v))
+        let lo = |u: real, v: real| (u * 40mm, v * 30mm, 0mm)
+        let md = |u: real| (u * 40mm, 0mm, 5mm)
+        part top = |u: real, v: real| at(u, v)
+        part base = flip(|u: real, v: real| lo(u, v))
+        part f1 = ruled(|t: real| lo(t, 0.0), |t: real| md(t))
+        part f2 = ruled(|t: real| md(t), |t: real| at(t, 0.0))
+        part r = ruled(|t: real| lo(1.0, t), |t: real| at(1.0, t))
+        part b = ruled(|t: real| lo(1.0 - t, 1.0), |t: real| at(1.0 - t, 1.0))
+        part l = ruled(|t: real| lo(0.0, 1.0 - t), |t: real| at(0.0, 1.0 - t))";
+    let stairs = "let z = |u: real| 2mm * min(4.0, floor(5 * u)) + 4mm
+        part top = |u: real, v: real| (50mm * u, 20mm * v, z(u))
+        for i in 1..5 { part riser = |u: real, v: real| (10mm * i, 20mm * (1 - u), z(i / 5 - 0.1) + 2mm * v) }
+        part base = |u: real, v: real| (50mm * u, 20mm * (1 - v), 0mm)
+        part f = |u: real, v: real| (50mm * u, 0mm, z(u) * v)
+        part k = |u: real, v: real| (50mm * (1 - u), 20mm, z(1 - u) * v)
+        part l = |u: real, v: real| (0mm, 20mm * (1 - u), 4mm * v)
+        part r = |u: real, v: real| (50mm, 20mm * u, 12mm * v)";
+    let drums = "part b = flip(disc(5mm))
+        part w = cylinder(5mm, 8mm).linear_pattern(10, (0mm, 0mm, 8mm))
+        part t = disc(5mm).rotate(20deg).translate((0mm, 0mm, 80mm))";
+    let seam = "part w = cone(0mm, 7mm, 5mm)
+        part t = revolve(line((7mm, 5mm), (0mm, 9mm)), 2deg, 362deg)";
+    for (body, truth, most) in
+        [(block, 12_000.0, 20), (stairs, 8_000.0, 80), (drums, 2_000.0 * PI, 2_000), (seam, 49.0 * PI * 9.0 / 3.0, 500)]
+    {
+        let program = program(body);
+        let closedness = Closedness::of(&program, &*instance(&program)).expect("it can be evaluated");
+        assert_eq!((closedness.open, closedness.inside_out), (vec![], vec![]), "{body}");
+        let mesh = tessellate(&program, 0.02).mesh;
+        assert_eq!(open_edges(&mesh), 0, "{body}");
+        assert!((volume(&mesh) - truth).abs() < 0.02 * area(&mesh), "{body}: {}", volume(&mesh));
+        assert!(mesh.triangles.len() <= most, "{body}: {}", mesh.triangles.len());
+    }
+}
