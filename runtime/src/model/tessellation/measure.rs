@@ -215,9 +215,9 @@ struct Facet {
 
 impl Facet {
     /// Measures the surface's point at a place. Within a patch the distance is taken from the triangle's plane along
-    /// the surface's normal: what lies beside is covered by the neighbours. Slivers that stand on the surface have it in
-    /// their plane: there it is that from the triangle's place along the surface's normals. Along borders and breaks,
-    /// which nothing covers, it is taken to the edge.
+    /// the surface's normal: what lies beside is covered by the neighbours. Slivers that stand on the surface have it
+    /// in their plane: there it is that from the triangle's place along the surface's normals. Along borders and
+    /// breaks, which nothing covers, it is taken to the edge.
     fn see(&mut self, weights: [f64; 3], point: DVec3) {
         let corners = &self.corners;
         let beneath: DVec3 = (0..3).map(|k| weights[k] * corners[k]).sum();
