@@ -46,7 +46,7 @@ fn points(k: usize) -> (Vec<f64>, Vec<f64>) {
     (0..GRID * GRID).map(|c| (place(c % GRID, shift[0]), place(c / GRID, shift[1]))).unzip()
 }
 
-/// What moving a parameter did.
+/// The effect of moving a parameter.
 enum Effect {
     /// No part changed at so many settings.
     None(usize),

@@ -89,7 +89,7 @@ impl Line {
     }
 }
 
-/// What happens at a change.
+/// The fault at a change of decisions.
 enum Finding {
     /// The surface jumps by so much.
     Jump(f64),

@@ -30,13 +30,14 @@ impl Borders {
     /// The surface cannot be evaluated.
     pub(in crate::model) fn find(instance: &dyn Instance, axes: &[Axes]) -> Result<Self, EvaluationError> {
         let mut borders = Self::of_intervals(instance, axes)?;
+        borders.cluster();
         for _ in 0..ROUNDS {
-            borders.cluster();
             let cuts = borders.cuts(instance)?;
             if cuts.is_empty() {
                 break;
             }
             borders.cut(instance, cuts)?;
+            borders.cluster();
         }
         borders.match_pieces(instance)?;
         Ok(borders)

@@ -6,6 +6,7 @@
 
 use super::MOST_TRIANGLES;
 use super::intervals::{Axes, Interval};
+use super::piece::scattered;
 use crate::model::{EvaluationError, Instance};
 use glam::{DVec2, DVec3};
 use std::collections::{BTreeMap, BTreeSet};
@@ -48,11 +49,7 @@ pub(super) fn grade(
     patches: usize,
 ) -> Result<(), EvaluationError> {
     let count = (MOST_PLACES / patches).min(PLACES);
-    let mut scattered = (1..).map(|k| {
-        let k = f64::from(k);
-        // The additive recurrence of Roberts.
-        DVec2::new((k * 0.754_877_666_246_693).fract(), (k * 0.569_840_290_998_053).fract())
-    });
+    let mut scattered = (1..).map(|k| DVec2::from_array(scattered(f64::from(k), [0.0; 2])));
     let mut places: Vec<Place> = scattered.by_ref().take(count).map(|uv| Place { uv, is_fresh: true }).collect();
     for _ in 0..ROUNDS {
         let cells: Vec<[Step; 2]> = places.iter().map(|p| [0, 1].map(|k| step_around(&axes[k], k, p.uv[k]))).collect();

@@ -1,5 +1,6 @@
 //! The distance between triangles and surface.
 
+use super::piece::scattered;
 use super::refine::Refinement;
 use crate::model::EvaluationError;
 use glam::DVec3;
@@ -145,13 +146,12 @@ impl Refinement<'_> {
         let indices = self.mesh.triangles[triangle];
         let [a, b, c] = indices.map(|i| self.origins[i as usize]);
         let share = 0.5 * ((b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v)).abs();
-        let scattered = (share * (MOST_SCATTERED / self.ends.len()).min(SCATTERED) as f64).ceil() as usize;
-        // The additive recurrence of Roberts, from another start in every triangle: as many places have different s and
-        // t over a patch, not only over a triangle.
+        let count = (share * (MOST_SCATTERED / self.ends.len()).min(SCATTERED) as f64).ceil() as usize;
+        // From another start in every triangle: as many places have different s and t over a patch, not only over a
+        // triangle.
         let start = [0.618_033_988_749_895, 0.414_213_562_373_095].map(|ratio| (triangle as f64 * ratio).fract());
-        (1..=scattered).map(move |k| {
-            let s = (start[0] + k as f64 * 0.754_877_666_246_693).fract();
-            let t = (start[1] + k as f64 * 0.569_840_290_998_053).fract();
+        (1..=count).map(move |k| {
+            let [s, t] = scattered(k as f64, start);
             let (s, t) = if s + t > 1.0 { (1.0 - s, 1.0 - t) } else { (s, t) };
             [1.0 - s - t, s, t]
         })

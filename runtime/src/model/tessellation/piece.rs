@@ -20,22 +20,19 @@ pub(in crate::model) struct Side {
     pub(in crate::model) at: f64,
     /// Whether the patch is where that is larger.
     low: bool,
-    /// Whether the patch goes on beyond a jump.
-    pub(super) is_step: bool,
 }
 
 impl Side {
     /// All sides of a patch.
     pub(super) fn all(axes: &Axes) -> Vec<Side> {
-        let low = |along: usize, i: &Interval| Side { along, at: i.start(), low: true, is_step: false };
-        let high = |along: usize, i: &Interval| Side { along, at: i.end(), low: false, is_step: false };
+        let low = |along: usize, i: &Interval| Side { along, at: i.start(), low: true };
+        let high = |along: usize, i: &Interval| Side { along, at: i.end(), low: false };
         let [u, v] = axes;
         let last = |axis: &[Interval]| axis.len() - 1;
         let mut sides = vec![low(0, &v[0]), high(1, &u[last(u)]), high(0, &v[last(v)]), low(1, &u[0])];
         for (along, axis) in [(1, u), (0, v)] {
             let steps = axis.windows(2).filter(|pair| pair[1].after_step);
-            let both = |pair: &[Interval]| [high(along, &pair[0]), low(along, &pair[1])];
-            sides.extend(steps.flat_map(both).map(|side| Side { is_step: true, ..side }));
+            sides.extend(steps.flat_map(|pair| [high(along, &pair[0]), low(along, &pair[1])]));
         }
         sides
     }
@@ -183,22 +180,13 @@ impl Piece {
         let guesses: Vec<f64> = targets.iter().map(guess).collect();
         // Beside the seam of a closed curve both ends are near, and only one of them leads there.
         let (start, end) = (self.span.start(), self.span.end());
-        let others = guesses
-            .iter()
-            .map(|t| {
-                if *t == start {
-                    end
-                } else if *t == end {
-                    start
-                } else {
-                    *t
-                }
-            })
-            .collect();
+        let at_end: Vec<usize> = (0..guesses.len()).filter(|i| guesses[*i] == start || guesses[*i] == end).collect();
+        let others = at_end.iter().map(|i| if guesses[*i] == start { end } else { start }).collect();
+        let again: Vec<DVec3> = at_end.iter().map(|i| targets[*i]).collect();
         let mut found = self.project(instance, targets, guesses)?;
-        for (found, other) in found.iter_mut().zip(self.project(instance, targets, others)?) {
-            if other.1 < found.1 {
-                *found = other;
+        for (i, other) in at_end.into_iter().zip(self.project(instance, &again, others)?) {
+            if other.1 < found[i].1 {
+                found[i] = other;
             }
         }
         Ok(found)
@@ -246,4 +234,11 @@ impl Piece {
 /// Where in its share of an interval a place is, so that places do not fall in with the periods of a model.
 pub(super) fn jitter(k: usize) -> f64 {
     0.1 + 0.8 * (k as f64 * 0.618_033_988_749_895).fract()
+}
+
+/// Numbers in 0..1 for every k that lie evenly in the square, and do not fall in with the periods of a model: the
+/// additive recurrence of Roberts.
+pub(super) fn scattered(k: f64, start: [f64; 2]) -> [f64; 2] {
+    const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+    [0, 1].map(|i| (start[i] + k * STEPS[i]).fract())
 }
