@@ -41,12 +41,7 @@ impl Closedness {
         let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);
         let axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
         let borders = Borders::find(instance, &axes)?;
-        let open = borders.curves().filter(|curve| curve.len() % 2 == 1).map(|curve| {
-            let piece = &borders.pieces[curve[0]];
-            let length = piece.length(instance)?;
-            Ok(OpenBorder { patch: piece.patch, side: piece.side.name(), length })
-        });
-        let mut closedness = Self { open: open.collect::<Result<_, _>>()?, inside_out: Vec::new() };
+        let mut closedness = Self { open: open_borders(instance, &borders)?, inside_out: Vec::new() };
         let mut joints = Joints { neighbours: vec![Vec::new(); axes.len()] };
         for curve in borders.curves().filter(|curve| curve.len() == 2) {
             let [a, b] = [0, 1].map(|k| &borders.pieces[curve[k]]);
@@ -78,6 +73,24 @@ impl Closedness {
     pub fn is_closed(&self) -> bool {
         self.open.is_empty()
     }
+}
+
+/// The pieces that no other one coincides with; those that follow each other along a side are one.
+fn open_borders(instance: &dyn Instance, borders: &Borders) -> Result<Vec<OpenBorder>, EvaluationError> {
+    let mut open: Vec<OpenBorder> = Vec::new();
+    let mut last = None;
+    for curve in borders.curves().filter(|curve| curve.len() % 2 == 1) {
+        let piece = &borders.pieces[curve[0]];
+        let length = piece.length(instance)?;
+        let follows = |last: usize| last + 1 == curve[0] && borders.pieces[last].is_on_side_of(piece);
+        if let Some(whole) = open.last_mut().filter(|_| last.is_some_and(follows)) {
+            whole.length += length;
+        } else {
+            open.push(OpenBorder { patch: piece.patch, side: piece.side.name(), length });
+        }
+        last = Some(curve[0]);
+    }
+    Ok(open)
 }
 
 /// Patches that have a border in common, and whether their outer sides agree along it.

@@ -203,7 +203,7 @@ impl Borders {
     /// By patch the sides all of whose pieces are points.
     pub(in crate::model) fn poles(&self, patches: usize) -> Vec<Vec<Side>> {
         let mut poles = vec![Vec::new(); patches];
-        for of_side in self.pieces.chunk_by(|a, b| a.patch == b.patch && a.side == b.side) {
+        for of_side in self.pieces.chunk_by(|a, b| a.is_on_side_of(b)) {
             if of_side.iter().all(|piece| piece.is_point) {
                 poles[of_side[0].patch].push(of_side[0].side);
             }
@@ -214,7 +214,7 @@ impl Borders {
     /// Gives intervals enough segments that triangles are left of them: three around where a patch closes, and two
     /// from a pole on.
     pub(in crate::model) fn keep_open(&mut self, axes: &mut [Axes]) {
-        for of_side in self.pieces.chunk_by(|a, b| a.patch == b.patch && a.side == b.side) {
+        for of_side in self.pieces.chunk_by(|a, b| a.is_on_side_of(b)) {
             let (first, last) = (&of_side[0], &of_side[of_side.len() - 1]);
             if !of_side.iter().all(|piece| piece.is_point) && first.ends[0] == last.ends[1] {
                 at_least(&mut axes[first.patch][first.side.along], 3);

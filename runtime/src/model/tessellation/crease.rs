@@ -1,6 +1,6 @@
 //! Creases that no line of u or v follows: where edges cross them, and the normals on either side.
 
-use super::refine::{Edge, Points, Refinement, mix};
+use super::refine::{Edge, LEAST_CHORDS, Points, Refinement, mix};
 use super::{SurfacePoint, unit_normals};
 use crate::model::breaks::Patch;
 use crate::model::{EvaluationError, Partials};
@@ -28,6 +28,7 @@ struct Line {
     edge: Edge,
     /// From the point with the lower number to the other.
     ends: [SurfacePoint; 2],
+    positions: [DVec3; 2],
     /// The least and the greatest (u, v) of the smooth piece that it is on.
     bounds: [DVec2; 2],
 }
@@ -95,7 +96,8 @@ impl Refinement<'_> {
                 *known.entry((a.min(b), a.max(b))).or_insert_with(|| {
                     let [a, b] = if swapped { [b, a] } else { [a, b] };
                     let bounds = [DVec2::new(low_u, low_v), DVec2::new(high_u, high_v)];
-                    lines.push(Line { edge, ends: self.ends_of(a, b), bounds });
+                    let positions = [a, b].map(|i| DVec3::from_array(self.mesh.positions[i as usize]));
+                    lines.push(Line { edge, ends: self.ends_of(a, b), positions, bounds });
                     lines.len() - 1
                 })
             })
@@ -130,9 +132,11 @@ impl Refinement<'_> {
         self.instance.points(patch, &u, &v, &mut positions)?;
         let mut found: Vec<Option<Crossing>> = lines.iter().map(|_| None).collect();
         for ((k, o), sides) in open.iter().zip(positions.chunks_exact(2)) {
-            let jump = DVec3::from_array(sides[0]).distance(DVec3::from_array(sides[1]));
-            if o.low > LEAST_PART && o.low < 1.0 - LEAST_PART {
-                found[*k] = Some(Crossing { fraction: o.low, jump });
+            let sides = [0, 1].map(|i| DVec3::from_array(sides[i]));
+            let least = (0..2).map(|i| sides[i].distance(lines[*k].positions[i])).fold(f64::INFINITY, f64::min);
+            let is_apart = o.low > LEAST_PART && o.low < 1.0 - LEAST_PART && least > LEAST_CHORDS * self.chord;
+            if is_apart {
+                found[*k] = Some(Crossing { fraction: o.low, jump: sides[0].distance(sides[1]) });
             }
         }
         Ok(found)

@@ -1,9 +1,9 @@
 //! The distance between triangles and surface.
 
 use super::piece::scattered;
-use super::refine::Refinement;
+use super::refine::{LEAST_CHORDS, Refinement, mix};
 use crate::model::EvaluationError;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// Barycentric coordinates of the places at which a triangle is measured, the middles of its edges first. The distance
@@ -103,7 +103,41 @@ impl Refinement<'_> {
                 findings.push(Finding { triangle: *triangle, distance, divide: facet.worst_edges() });
             }
         }
-        Ok((findings, good))
+        Ok((self.without_slivers(patch, findings)?, good))
+    }
+
+    /// Without triangles that have no width on the surface: beside their longest edge it is the neighbour that covers
+    /// the surface, and is divided there.
+    fn without_slivers(&self, patch: usize, findings: Vec<Finding>) -> Result<Vec<Finding>, EvaluationError> {
+        let (mut u, mut v, mut tips) = (Vec::new(), Vec::new(), Vec::new());
+        for finding in &findings {
+            let [a, b, tip] = self.longest_edge_first(finding.triangle);
+            let [p, q] = self.ends_of(a, b).map(|end| DVec2::new(end.u, end.v));
+            let at = &self.origins[tip as usize];
+            let along = (DVec2::new(at.u, at.v) - p).dot(q - p) / (q - p).length_squared();
+            let along = if along.is_finite() { along.clamp(0.0, 1.0) } else { 0.0 };
+            u.push(mix(p.x, q.x, along));
+            v.push(mix(p.y, q.y, along));
+            tips.push((!self.is_end(a, b)).then(|| DVec3::from_array(self.mesh.positions[tip as usize])));
+        }
+        let mut feet = vec![[0.0; 3]; u.len()];
+        self.instance.points(patch, &u, &v, &mut feet)?;
+        let has_width = |(tip, foot): (Option<DVec3>, [f64; 3])| {
+            tip.is_none_or(|tip| tip.distance(DVec3::from_array(foot)) > LEAST_CHORDS * self.chord)
+        };
+        let widths = tips.into_iter().zip(feet).map(has_width);
+        Ok(findings.into_iter().zip(widths).filter(|(_, has_width)| *has_width).map(|(finding, _)| finding).collect())
+    }
+
+    /// The corners of a triangle, those of the edge that is the longest in (u, v) first.
+    fn longest_edge_first(&self, triangle: usize) -> [u32; 3] {
+        let corners = self.mesh.triangles[triangle];
+        let length = |k: usize| {
+            let [a, b] = self.ends_of(corners[k], corners[(k + 1) % 3]);
+            (b.u - a.u).hypot(b.v - a.v)
+        };
+        let k = (0..3).max_by(|a, b| length(*a).total_cmp(&length(*b))).unwrap_or(0);
+        [corners[k], corners[(k + 1) % 3], corners[(k + 2) % 3]]
     }
 
     /// Measures triangles of a patch at the places that a function adds for each.

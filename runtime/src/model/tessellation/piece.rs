@@ -102,9 +102,14 @@ impl Piece {
         }
     }
 
+    /// Whether it is of the same side.
+    pub(in crate::model) fn is_on_side_of(&self, other: &Piece) -> bool {
+        self.patch == other.patch && self.side == other.side
+    }
+
     /// Whether it is of the same interval.
     pub(super) fn is_beside(&self, other: &Piece) -> bool {
-        (self.patch, self.interval) == (other.patch, other.interval) && self.side == other.side
+        self.is_on_side_of(other) && self.interval == other.interval
     }
 
     pub(super) fn longest_chord(&self) -> f64 {

@@ -17,6 +17,10 @@ use std::collections::hash_map::Entry;
 const ROUNDS: usize = 24;
 /// Rounds in which triangles that creases cross are divided at these only.
 const CREASES_FIRST: usize = 6;
+/// The least length that is cut off an edge at a crease, and the least height of a triangle that is divided, in chords:
+/// what is narrower does not count, and cuts of cuts would end at vertices that coincide.
+pub(super) const LEAST_CHORDS: f64 = 1e-3;
+
 /// A mesh that is being refined.
 pub(super) struct Refinement<'a> {
     pub(super) instance: &'a dyn Instance,

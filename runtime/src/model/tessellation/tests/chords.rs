@@ -247,6 +247,63 @@ fn chords_of_random_surfaces_are_kept() {
     assert!(broken.is_empty(), "{} of 500:\n{}", broken.len(), broken.join("\n"));
 }
 
+/// A height with creases on creases, most of which cross each other.
+fn random_creases(random: &mut ChaCha8Rng, depth: u32) -> String {
+    let mut number = |low: f64, high: f64| (random.random_range(low..high) * 1000.0).round() / 1000.0;
+    let line = format!("(({}) * u + ({}) * v + ({}))", number(-1.5, 1.5), number(-1.5, 1.5), number(-1.5, 1.5));
+    let (many, few) = (number(1.0, 9.0).floor(), number(2.0, 4.0).floor());
+    if depth == 0 {
+        return match number(0.0, 4.0) as u32 {
+            0 => format!("sin({many}turn * {line}) / 2"),
+            1 => format!("abs({line})"),
+            2 => format!("abs(sin({few}turn * {line}))"),
+            _ => line,
+        };
+    }
+    let kind = number(0.0, 6.0) as u32;
+    let inner = random_creases(random, depth - 1);
+    match kind {
+        0 => format!("min({inner}, {})", random_creases(random, depth - 1)),
+        1 => format!("max({inner}, {})", random_creases(random, depth - 1)),
+        2 => format!("abs({inner})"),
+        3 => format!("abs(({few} * ({inner})) % 1 - 0.5)"),
+        4 => format!("tanh({inner})"),
+        _ => format!("({inner} + {}) / 2", random_creases(random, depth - 1)),
+    }
+}
+
+/// Where many creases meet, triangles become narrow, but none has corners that coincide, and none is there twice:
+/// beside a border of other patches neither.
+#[test]
+fn dense_creases_leave_no_empty_triangles() {
+    let one = |seed: u64| {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let height = random_creases(&mut random, 3);
+        let at = |u: &str, v: &str| format!("h({u}, {v})");
+        let body = format!(
+            "fn h(u: real, v: real) = 8mm + 5mm * tanh({height})
+             part top = |u: real, v: real| (u * 40mm, v * 30mm, {})
+             part back = ruled(|t: real| (40mm * (0.63 - 0.54 * t), 30mm, 0mm),
+               |t: real| (40mm * (0.63 - 0.54 * t), 30mm, {}))
+             part left = ruled(|t: real| (0mm, 30mm * (1 - 0.4 * t), 0mm),
+               |t: real| (0mm, 30mm * (1 - 0.4 * t), {}))",
+            at("u", "v"),
+            at("0.63 - 0.54 * t", "1.0"),
+            at("0.0", "1 - 0.4 * t"),
+        );
+        let mesh = tessellate(&program(&body), [0.3, 0.1, 0.03][seed as usize % 3]).mesh;
+        let number = mesh.position_numbers();
+        let mut triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|i| number[i as usize])).collect();
+        triangles.iter_mut().for_each(|t| t.sort_unstable());
+        triangles.sort_unstable();
+        let empty = triangles.iter().filter(|t| t[0] == t[1] || t[1] == t[2]).count();
+        let twice = triangles.windows(2).filter(|w| w[0] == w[1]).count();
+        (empty + twice > 0).then(|| format!("{seed}: {empty} empty, {twice} twice: {body}"))
+    };
+    let broken: Vec<String> = (0..60u64).into_par_iter().filter_map(one).collect();
+    assert!(broken.is_empty(), "{} of 60:\n{}", broken.len(), broken.join("\n"));
+}
+
 /// The fewest triangles of a grid of even steps that keeps to the chord at the places of a lattice in every triangle.
 fn fewest_even(program: &Program, chord: f64) -> usize {
     let instance = instance(program);
