@@ -26,10 +26,15 @@ const COMMON: f64 = 0.25;
 const ELONGATED: f64 = 4.0;
 
 /// A place of a patch.
-struct Place {
+pub(super) struct Place {
     uv: DVec2,
     /// Whether it counts in the part of a step's places.
     is_fresh: bool,
+}
+
+/// A place at (u, v).
+pub(super) fn place(uv: DVec2) -> Place {
+    Place { uv, is_fresh: true }
 }
 
 /// A step of u (0) or of v (1): of an interval.
@@ -50,9 +55,9 @@ pub(super) fn grade(
 ) -> Result<(), EvaluationError> {
     let count = (MOST_PLACES / patches).min(PLACES);
     let mut scattered = (1..).map(|k| DVec2::from_array(scattered(f64::from(k), [0.0; 2])));
-    let mut places: Vec<Place> = scattered.by_ref().take(count).map(|uv| Place { uv, is_fresh: true }).collect();
+    let mut places: Vec<Place> = scattered.by_ref().take(count).map(place).collect();
     for _ in 0..ROUNDS {
-        let cells: Vec<[Step; 2]> = places.iter().map(|p| [0, 1].map(|k| step_around(&axes[k], k, p.uv[k]))).collect();
+        let cells = cells(axes, &places);
         let departures = departures(instance, patch, axes, &places, &cells)?;
         let mut tally: BTreeMap<Step, [usize; 2]> = BTreeMap::new();
         let mut halved: BTreeSet<Step> = BTreeSet::new();
@@ -88,11 +93,31 @@ pub(super) fn grade(
             values.insert(step + 1, 0.5 * (start + end));
             places.extend(scattered.by_ref().take(2 * FRESH).map(|mut uv| {
                 uv[k] = start + uv[k] * (end - start);
-                Place { uv, is_fresh: true }
+                place(uv)
             }));
         }
     }
     Ok(())
+}
+
+/// Whether the surface leaves the cells of some places by more than a distance (millimetres) anywhere.
+///
+/// # Errors
+/// The surface cannot be evaluated.
+pub(super) fn departs(
+    instance: &dyn Instance,
+    patch: usize,
+    axes: &Axes,
+    places: &[Place],
+    distance: f64,
+) -> Result<bool, EvaluationError> {
+    let departures = departures(instance, patch, axes, places, &cells(axes, places))?;
+    Ok(departures.iter().any(|d| d.along.iter().any(|along| *along > distance)))
+}
+
+/// The steps of u and of v around places.
+fn cells(axes: &Axes, places: &[Place]) -> Vec<[Step; 2]> {
+    places.iter().map(|p| [0, 1].map(|k| step_around(&axes[k], k, p.uv[k]))).collect()
 }
 
 fn step_around(axis: &[Interval], k: usize, t: f64) -> Step {

@@ -45,7 +45,7 @@ const SHARE: f64 = 0.5;
 const SEARCHED: f64 = 0.7;
 const SEARCH: [f64; 3] = [0.07, 0.04, 0.02];
 /// The part of the chord from which on creases are followed: what leaves less is not worth its triangles.
-const FOLLOWED: f64 = 0.1;
+const FOLLOWED: f64 = 0.85;
 
 /// A triangle that leaves the surface by more than the chord, or beside creases by a good part of it.
 pub(super) struct Finding {

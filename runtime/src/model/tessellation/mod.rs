@@ -1,8 +1,10 @@
 //! A model's surface as triangles whose vertices know their patch and parameters.
 //!
-//! A patch is divided at its breaks (`model::breaks`), and the intervals between them into equal steps (`intervals`).
-//! Borders that are the same curve in space are found and get the same points (`borders`), patches become grids
-//! (`grid`), and what leaves the surface by more than the chord is divided further (`refine`).
+//! A patch is divided at its breaks (`model::breaks`), and the intervals between them into steps: equal ones at first
+//! (`intervals`), shorter ones where creases across u and v are dense (`resolve`) or where the surface bends within a
+//! step (`grade`). Borders that are the same curve in space are found and get the same points (`borders`, `piece`),
+//! patches become grids (`grid`), and what leaves the surface by more than the chord (`measure`) is divided further,
+//! first at the creases that no line of u or v follows (`crease`), then anywhere (`refine`).
 
 pub(super) mod borders;
 mod crease;
@@ -12,6 +14,7 @@ pub(super) mod intervals;
 mod measure;
 mod piece;
 mod refine;
+mod resolve;
 #[cfg(test)]
 mod tests;
 
@@ -28,6 +31,7 @@ use intervals::{Axes, Interval};
 use piece::Side;
 use rayon::prelude::*;
 use refine::Refinement;
+use resolve::resolve;
 
 /// A point of a model: a patch and its parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -242,6 +246,9 @@ fn divided(
         let breaks = Breaks::of_patch(instance, patch)?;
         let mut axes = intervals::of_patch(instance, patch, &breaks)?;
         intervals::divide(instance, patch, &mut axes, fineness)?;
+        if breaks.oblique {
+            resolve(instance, patch, &mut axes, fineness.chord)?;
+        }
         grade(instance, patch, &mut axes, breaks.oblique, fineness.chord, patches)?;
         Ok((breaks, axes))
     };
