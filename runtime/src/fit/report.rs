@@ -8,9 +8,9 @@ use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::result::{Covariance, FitResult, FittedParameter};
+use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter};
 use crate::fit::tuning::{
-    EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, NAMED,
+    CONTRADICTED, EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, NAMED,
 };
 use nalgebra::DVector;
 
@@ -78,6 +78,7 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         monitor.warn("the last stage did not converge");
     }
     let coverage = covered(solution);
+    let contradicted = contradicted(solution);
     let Records { trace, warnings, seconds } = monitor.records();
     FitResult {
         model: problem.model.name().to_owned(),
@@ -97,6 +98,7 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         tests,
         bootstrap,
         coverage,
+        contradicted,
         search: None,
         seconds,
         warnings,
@@ -104,6 +106,34 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         interrupted,
         trace,
     }
+}
+
+/// What of the model stands in empty space, by part, with a warning where that is more than the rays of a few places.
+/// None where the scan does not say what is empty.
+fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
+    let Solution { level, estimate, loss, .. } = solution;
+    let problem = level.problem;
+    let find = || problem.free_space()?.areas(level, estimate, loss.sigma, |_| true);
+    let of_patches = problem.monitor.stage("free space", find)?;
+    let all: f64 = of_patches.iter().map(|areas| areas.whole).sum();
+    let parts = problem.model.parts().iter().zip(&of_patches).filter(|(_, areas)| areas.contradicted > 0.0);
+    let found: Vec<ContradictedPart> = parts
+        .map(|(part, areas)| ContradictedPart {
+            part: part.name.clone(),
+            area: areas.contradicted,
+            share: areas.contradicted / areas.whole,
+            place: areas.place.to_array(),
+        })
+        .collect();
+    for ContradictedPart { part, area, share, place: [x, y, z] } in &found {
+        if *area > CONTRADICTED * all {
+            problem.monitor.warn(format!(
+                "{area:.0} mm2 of `{part}` ({:.0} % of it), about ({x:.1}, {y:.1}, {z:.1}) mm, stand where the scan shows empty space: what shapes it there is wrong, or was removed from the object",
+                100.0 * share
+            ));
+        }
+    }
+    Some(found)
 }
 
 /// The covariance of the parameters; with those named that the scan does not determine.

@@ -57,6 +57,10 @@ pub struct FitResult {
     /// The share of the model that was scanned, where its ends were held to the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<Covered>,
+    /// What of the model stands where the scan shows empty space, by part; absent where the scan (a
+    /// cloud, or a mesh whose sides are not known) does not say what is empty.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contradicted: Option<Vec<ContradictedPart>>,
     /// The candidates of a search over discrete inputs, if there was one: this is the fit of the best one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
@@ -126,6 +130,19 @@ pub struct HypothesisTest {
     pub degrees: usize,
     /// The probability of such a statistic, or a larger one, if the held values are true.
     pub p: f64,
+}
+
+/// A part of the model some of which stands where the scan shows empty space.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContradictedPart {
+    /// The part's name.
+    pub part: String,
+    /// The area. Square millimetres.
+    pub area: f64,
+    /// That area as a share of the part's.
+    pub share: f64,
+    /// The middle of that area, in the scan's frame. Millimetres.
+    pub place: [f64; 3],
 }
 
 /// Fits with several values of discrete inputs, compared.

@@ -1,4 +1,7 @@
-//! Even samples: Halton's low-discrepancy sequence, and the centres of a grid's cells.
+//! Even samples: Halton's low-discrepancy sequence, directions by it, and the centres of a grid's cells.
+
+use glam::DVec3;
+use std::f64::consts::TAU;
 
 /// The i-th number (from 1) of Halton's sequence in dimension n, in (0, 1).
 pub(crate) fn halton(i: usize, n: usize) -> f64 {
@@ -13,6 +16,13 @@ pub(crate) fn halton(i: usize, n: usize) -> f64 {
         i /= base;
     }
     x
+}
+
+/// Direction k of an even set over the sphere.
+pub(crate) fn direction(k: usize) -> DVec3 {
+    let (z, angle) = (2.0 * halton(k + 1, 0) - 1.0, TAU * halton(k + 1, 1));
+    let r = (1.0 - z * z).sqrt();
+    DVec3::new(r * angle.cos(), r * angle.sin(), z)
 }
 
 /// The centres of the cells of a grid over [0, 1]^2: u and v, row by row.

@@ -1,6 +1,7 @@
 //! The problem that a fit solves: a model, a scan and its noise, the parameterization of estimates, and the objective.
 
 pub(crate) mod coverage;
+pub(crate) mod free_space;
 pub(crate) mod isometry;
 pub(crate) mod level;
 pub(crate) mod loss;
@@ -18,6 +19,7 @@ use super::start::Start;
 use crate::fit::tuning::{FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
 use crate::model::Model;
 use crate::scan::Scan;
+use free_space::FreeSpace;
 use isometry::Isometry;
 use level::Level;
 use objective::Evaluation;
@@ -25,6 +27,7 @@ use parameterization::Parameterization;
 use points::Points;
 use pose_treatment::PoseTreatment;
 use rigid::{RigidParameters, recognise};
+use std::sync::OnceLock;
 use sums::PatchSum;
 
 /// A model to be fitted to a scan. It does not change during the fit.
@@ -47,6 +50,7 @@ pub(crate) struct Problem<'a> {
     /// The treatment of the pose.
     pub(crate) pose: PoseTreatment,
     pub(crate) monitor: &'a Monitor<'a>,
+    free_space: OnceLock<Option<FreeSpace>>,
 }
 
 impl<'a> Problem<'a> {
@@ -77,7 +81,8 @@ impl<'a> Problem<'a> {
         let rigid = recognise(model, &start.x, radius)?;
         let pose = PoseTreatment::choose(model, options, &rigid, &start, monitor);
         let oriented = !points.normal.is_empty() && scan.oriented && !options.ignore_normals;
-        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, pose, monitor })
+        let free_space = OnceLock::new();
+        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, pose, monitor, free_space })
     }
 
     /// The level of the registration: about the start values, with coarse facets.
@@ -89,6 +94,11 @@ impl<'a> Problem<'a> {
         let space = Parameterization::new(self.model, x, self.pose.free(&self.start), self.pose.moving, ties);
         let at = space.estimate(x, Isometry::IDENTITY);
         Ok(Level::new(self, space, &at, START_CHORD)?)
+    }
+
+    /// The space that the scan shows to be empty, where it can say so.
+    pub(crate) fn free_space(&self) -> Option<&FreeSpace> {
+        self.free_space.get_or_init(|| FreeSpace::of(self.scan, self.points.spacing())).as_ref()
     }
 
     /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's

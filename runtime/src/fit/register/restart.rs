@@ -2,6 +2,7 @@
 //! they are in the basin of another local minimum, or while the model is turned about the rest's axis of symmetry.
 
 use super::Seeds;
+use super::area::area;
 use super::candidate::{Candidate, by_value, minimise, objective};
 use super::group::{Group, Rest, groups, loss_ratio, rest};
 use super::symmetry::equivalents;
@@ -13,10 +14,10 @@ use crate::fit::problem::parameterization::{Estimate, Parameterization};
 use crate::fit::problem::points::Points;
 use crate::fit::sampling::halton;
 use crate::fit::tuning::{
-    ACCEPTED, ALONE, ALONE_COARSE, ALONE_FINE, ALONE_ITERATIONS, ALONE_STEP, ANGLES, AROUND_START, BATCH, CLEAR,
-    EQUAL_VALUES, JOINT, JOINT_ITERATIONS, JOINT_POINTS, JOINT_STEP, LEAST_UNEXPLAINED, MODEL_SIZE, PART_CHORD,
-    RANKED_POINTS, RESTART_ROUNDS, SAME_START, SMALL_GROUP, SMALL_GROUP_POINTS, SMALL_GROUP_STARTS, UNEXPLAINED_POINTS,
-    VARIANTS, WORTH_ANOTHER_ROUND,
+    ACCEPTED, ALONE, ALONE_COARSE, ALONE_FINE, ALONE_ITERATIONS, ALONE_STEP, ANGLES, AREA_WEIGHT, AROUND_START, BATCH,
+    CLEAR, CLEARLY_LESS, EQUAL_VALUES, JOINT, JOINT_ITERATIONS, JOINT_POINTS, JOINT_STEP, LEAST_UNEXPLAINED,
+    MODEL_SIZE, PART_CHORD, RANKED_POINTS, RESTART_ROUNDS, SAME_START, SMALL_GROUP, SMALL_GROUP_POINTS,
+    SMALL_GROUP_STARTS, UNEXPLAINED_POINTS, VARIANTS, WORTH_ANOTHER_ROUND,
 };
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -90,9 +91,6 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
     let at_bound = level.space.at_bound(&from.estimate);
     let ratio = |at: &Candidate| loss_ratio(&present, &at.estimate, &rest.explained);
     let doubtful = group.members.iter().any(|k| at_bound[*k]) || !(ratio(from)? < ACCEPTED);
-    if scope == Scope::Doubtful && !doubtful {
-        return None;
-    }
     let unexplained = unexplained.sample(UNEXPLAINED_POINTS);
     // A small part has hardly a point among few: the unexplained ones are counted twice, and where few values are
     // tried, there are more of all.
@@ -102,8 +100,10 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
     // The sides of the group's patches are learnt anew: a curve run backwards turns its tube inside out.
     let from = &Candidate { signs: group.unsigned(signs), ..from.clone() };
     let local = Local::new(level, group, &rest, &unexplained, from)?;
+    let value = objective(level, &joint_points, scale, Some(signs)).evaluate(&from.estimate, Order::Value)?.value;
+    let value = value + local.surface(&from.estimate)?;
+    let starts = starts(plan, group, from, round);
     let restarted = if doubtful {
-        let starts = starts(plan, group, from, round);
         // At the final scale what is accepted is right; at a coarser one, it may be the next local minimum.
         let enough = if scope == Scope::All { CLEAR } else { ACCEPTED };
         let accepted = |at: &Candidate| ratio(at).is_some_and(|ratio| ratio < enough);
@@ -112,8 +112,11 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
         } else {
             local.batches(&starts, &joint_points, scale, accepted)
         }
+    } else if scope == Scope::Doubtful && round == 0 {
+        // What fits as well may not be the only thing that does.
+        local.from_known(&starts, &joint_points, scale)
     } else {
-        vec![from.clone()]
+        vec![Candidate { value, ..from.clone() }]
     };
     let restarted = local.with_equivalents(plan, &joint_points, restarted);
     let least = restarted.first()?.value;
@@ -122,7 +125,6 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
         |c: &Candidate| level.space.normalised_distance(&group.members, &c.estimate, reference, level.problem.radius);
     let equal = restarted.into_iter().take_while(|c| c.value <= least * (1.0 + EQUAL_VALUES));
     let best = equal.min_by(|a, b| from_reference(a).total_cmp(&from_reference(b)))?;
-    let value = objective(level, &joint_points, scale, Some(signs)).evaluate(&from.estimate, Order::Value)?.value;
     let better = best.value < value * (1.0 - EQUAL_VALUES)
         || (best.value <= value * (1.0 + EQUAL_VALUES) && from_reference(&best) < from_reference(from));
     let ratio = ratio(if better { &best } else { from })?;
@@ -132,14 +134,6 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
     // Its value is to be compared with others' again.
     let value = objective(level, points, scale, Some(&best.signs)).evaluate(&best.estimate, Order::Value)?.value;
     Some(Restarted { better: Some(Candidate { value, ..best }), ratio })
-}
-
-/// Minimises over everything from every candidate.
-fn jointly(level: &Level, points: &Points, scale: f64, candidates: Vec<Candidate>) -> Vec<Candidate> {
-    let stop = Stop { iterations: JOINT_ITERATIONS, step: JOINT_STEP * level.problem.radius };
-    let minimise =
-        |from: Candidate| minimise(level, &objective(level, points, scale, Some(&from.signs)), &from, stop, true);
-    candidates.into_par_iter().filter_map(minimise).collect()
 }
 
 /// Estimates to restart from: the present values of the group's parameters, the seeds', and values spread over the
@@ -194,6 +188,8 @@ struct Local<'s> {
     layout: Layout,
     /// The group's parameters as positions in the model's list.
     free: Vec<usize>,
+    /// The area of the whole model. Square millimetres.
+    whole_area: f64,
 }
 
 impl<'s> Local<'s> {
@@ -209,7 +205,33 @@ impl<'s> Local<'s> {
         let (tolerance, size) = (PART_CHORD * problem.radius, MODEL_SIZE * problem.radius);
         let layout = Layout::of_patches(problem.model, &*instance, tolerance, size, |patch| group.patches[patch]);
         let free = group.members.iter().map(|k| level.space.free[*k]).collect();
-        Some(Self { level, group, rest, unexplained, from, layout, free })
+        let whole_area = area(level, &from.estimate, |_| true)?;
+        Some(Self { level, group, rest, unexplained, from, layout, free, whole_area })
+    }
+
+    /// What the group's surface counts: of two that explain the scan alike the lesser one is the object's. A tube that
+    /// ends on a wall may as well run on inside of it, to where its curve meets the wall's surface again.
+    fn surface(&self, at: &Estimate) -> Option<f64> {
+        Some(AREA_WEIGHT * area(self.level, at, |patch| self.group.patches[patch])? / self.whole_area)
+    }
+
+    /// Minimises over everything from every candidate. The values are those of the surface, too.
+    fn jointly(&self, points: &Points, scale: f64, candidates: Vec<Candidate>) -> Vec<Candidate> {
+        let level = self.level;
+        let stop = Stop { iterations: JOINT_ITERATIONS, step: JOINT_STEP * level.problem.radius };
+        let minimise = |from: Candidate| {
+            let objective = objective(level, points, scale, Some(&from.signs));
+            let minimum = minimise(level, &objective, &from, stop, true)?;
+            Some(Candidate { value: minimum.value + self.surface(&minimum.estimate)?, ..minimum })
+        };
+        candidates.into_par_iter().filter_map(minimise).collect()
+    }
+
+    /// From the present values and the seeds' only.
+    fn from_known(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
+        let Ranked { known, all } = self.rank(&starts[..KNOWN]);
+        let candidates = self.spread(known, all, KNOWN, SAME_START);
+        self.jointly(points, scale, self.alone(scale, &candidates))
     }
 
     fn objective<'o>(&'o self, space: &'o Parameterization<'o>, scale: f64) -> Objective<'o> {
@@ -226,7 +248,7 @@ impl<'s> Local<'s> {
         let estimates = equivalents(&alone, &best.estimate, &self.group.members, reference, level.problem.radius);
         let signs = self.group.unsigned(&best.signs);
         let exchanged = estimates.into_iter().map(|estimate| Candidate { estimate, signs: signs.clone(), ..*best });
-        candidates.extend(jointly(level, points, scale, exchanged.collect()));
+        candidates.extend(self.jointly(points, scale, exchanged.collect()));
         by_value(candidates)
     }
 
@@ -238,7 +260,7 @@ impl<'s> Local<'s> {
         let spread = self.spread(known.clone(), all.clone(), KNOWN + self.group.effort(ALONE), near);
         let mut chosen = self.spread(known, all, KNOWN + 1, SAME_START);
         chosen.extend(self.alone(scale, &spread).into_iter().take(1));
-        jointly(self.level, points, scale, chosen)
+        self.jointly(points, scale, chosen)
     }
 
     /// A group of many: the likeliest starts first, batch by batch, until a candidate is `accepted`. Each is optimised
@@ -261,7 +283,7 @@ impl<'s> Local<'s> {
             };
             for batch in candidates.chunks(BATCH) {
                 let best = self.spread(Vec::new(), self.alone(scale, batch), JOINT, SAME_START);
-                restarted.extend(jointly(self.level, points, scale, best));
+                restarted.extend(self.jointly(points, scale, best));
                 if restarted.iter().min_by(|a, b| a.value.total_cmp(&b.value)).is_some_and(&accepted) {
                     return restarted;
                 }

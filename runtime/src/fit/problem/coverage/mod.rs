@@ -24,7 +24,7 @@ use std::sync::Arc;
 use visible::Places;
 
 pub(crate) use scanned::Scanned;
-pub(crate) use visible::places;
+pub(crate) use visible::{all_places, places};
 
 /// The term with its scale.
 pub(crate) struct Coverage<'a> {

@@ -1,14 +1,13 @@
 //! Places spread evenly over what could be seen of a model: those inside of walls, where a handle ends, are left out.
 
 use crate::bvh::Bvh;
-use crate::fit::sampling::{cell_centres, halton};
+use crate::fit::sampling::{cell_centres, direction};
 use crate::fit::tuning::{
     CHORD, COVERAGE_PLACES, GRAZING_VIEW, PLACE_SAMPLES, PLACE_SEGMENTS, PLACES_EACH_WAY, VIEW_DIRECTIONS, VIEW_OFFSET,
 };
 use crate::model::{EvaluationError, Fineness, Instance, Model, Partials, Tessellation};
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
 
 /// Places of one patch, by u and v, with the area that each stands for. Square millimetres.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,7 +18,7 @@ pub(crate) struct Places {
     pub(crate) area: Vec<f64>,
 }
 
-/// Places on every patch that can be evaluated. `radius` is the scale of lengths.
+/// Visible places on every patch that can be evaluated. `radius` is the scale of lengths.
 ///
 /// # Errors
 /// The model cannot be tessellated.
@@ -27,16 +26,37 @@ pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) ->
     let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: PLACE_SEGMENTS };
     let surface = Tessellation::on_grids(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
+    let above = VIEW_OFFSET * radius;
+    let visible = |p: &Partials| is_visible(&bvh, DVec3::from_array(p.point), across(p).normalize_or_zero(), above);
+    Ok(spread(model, instance, |_| true, visible))
+}
+
+/// Places on some patches, whether they could be seen or not.
+pub(crate) fn all_places(
+    model: &dyn Model,
+    instance: &dyn Instance,
+    of_patch: impl Fn(usize) -> bool + Sync,
+) -> Vec<Places> {
+    spread(model, instance, of_patch, |_| true)
+}
+
+/// Places spread evenly over all patches, those that are chosen, as far as they can be evaluated.
+fn spread(
+    model: &dyn Model,
+    instance: &dyn Instance,
+    of_patch: impl Fn(usize) -> bool + Sync,
+    chosen: impl Fn(&Partials) -> bool + Sync,
+) -> Vec<Places> {
     let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
     let total: f64 = gauges.iter().flatten().map(|g| g.area).sum();
     let spacing = (total / COVERAGE_PLACES).sqrt();
     let of_patch = |(patch, gauge): (usize, &Option<Gauge>)| {
-        let gauge = gauge.as_ref()?;
+        let gauge = gauge.as_ref().filter(|_| of_patch(patch))?;
         let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, PLACES_EACH_WAY));
-        Some(visible(&bvh, patch, grid(instance, patch, sides)?, VIEW_OFFSET * radius))
+        Places::of_cells(instance, patch, sides, &chosen)
     };
     let by_patch: Vec<Option<Places>> = gauges.par_iter().enumerate().map(of_patch).collect();
-    Ok(by_patch.into_iter().flatten().filter(|p| !p.u.is_empty()).collect())
+    by_patch.into_iter().flatten().filter(|p| !p.u.is_empty()).collect()
 }
 
 /// The size of a patch.
@@ -62,41 +82,35 @@ fn across(p: &Partials) -> DVec3 {
     DVec3::from_array(p.du).cross(DVec3::from_array(p.dv))
 }
 
-/// The middles of a grid's cells, with their surfaces.
-type Cells = ([Vec<f64>; 2], Vec<Partials>);
-
-fn grid(instance: &dyn Instance, patch: usize, cells: [usize; 2]) -> Option<Cells> {
-    let [u, v] = cell_centres(cells);
-    let mut partials = vec![Partials::default(); u.len()];
-    instance.partials(patch, &u, &v, &mut partials).ok()?;
-    Some(([u, v], partials))
-}
-
-/// The cells that are visible from outside.
-fn visible(bvh: &Bvh, patch: usize, ([u, v], partials): Cells, above: f64) -> Places {
-    let mut places = Places { patch, ..Places::default() };
-    let count = partials.len() as f64;
-    for ((u, v), p) in u.iter().zip(&v).zip(&partials) {
-        let normal = across(p);
-        let area = normal.length() / count;
-        let normal = normal.normalize_or_zero();
-        let from = DVec3::from_array(p.point) + normal * above;
-        let seen = |k: usize| {
-            let direction = sphere(k);
-            direction.dot(normal) > GRAZING_VIEW && bvh.nearest_hit(from, direction, f64::INFINITY).is_none()
-        };
-        if area > 0.0 && (0..VIEW_DIRECTIONS).any(seen) {
-            places.u.push(*u);
-            places.v.push(*v);
-            places.area.push(area);
+impl Places {
+    /// The middles of a grid's cells that have an area, some of them. None where the patch cannot be evaluated.
+    fn of_cells(
+        instance: &dyn Instance,
+        patch: usize,
+        cells: [usize; 2],
+        chosen: impl Fn(&Partials) -> bool,
+    ) -> Option<Self> {
+        let [u, v] = cell_centres(cells);
+        let mut partials = vec![Partials::default(); u.len()];
+        instance.partials(patch, &u, &v, &mut partials).ok()?;
+        let mut places = Self { patch, ..Self::default() };
+        let count = partials.len() as f64;
+        for ((u, v), p) in u.iter().zip(&v).zip(&partials) {
+            let area = across(p).length() / count;
+            if area > 0.0 && chosen(p) {
+                places.u.push(*u);
+                places.v.push(*v);
+                places.area.push(area);
+            }
         }
+        Some(places)
     }
-    places
 }
 
-/// Direction k of an even set.
-fn sphere(k: usize) -> DVec3 {
-    let (z, angle) = (2.0 * halton(k + 1, 0) - 1.0, TAU * halton(k + 1, 1));
-    let r = (1.0 - z * z).sqrt();
-    DVec3::new(r * angle.cos(), r * angle.sin(), z)
+/// Whether a place of a surface is visible from outside.
+fn is_visible(bvh: &Bvh, point: DVec3, normal: DVec3, above: f64) -> bool {
+    let from = point + normal * above;
+    (0..VIEW_DIRECTIONS).map(direction).any(|direction| {
+        direction.dot(normal) > GRAZING_VIEW && bvh.nearest_hit(from, direction, f64::INFINITY).is_none()
+    })
 }
