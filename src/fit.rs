@@ -3,8 +3,9 @@
 use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs, ScriptArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
+use crate::provenance::Provenance;
 use crate::values::{self, Range};
-use crate::{mesh, script, search, table};
+use crate::{mesh, saved, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, SearchError};
@@ -18,7 +19,14 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let options = options(&args.controls, &program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
-    let fitting = Fitting { script: &args.script, controls: &args.controls, search: &args.search, scan: &scan };
+    let provenance = Provenance::of(&args.script.model, &program);
+    let fitting = Fitting {
+        script: &args.script,
+        provenance: &provenance,
+        controls: &args.controls,
+        search: &args.search,
+        scan: &scan,
+    };
     let (_, mut result) = fitting.run(&program, &options, &progress)?;
     result.warnings.extend(scan.warnings.iter().cloned());
     write_trace(args.controls.trace.as_deref(), &result)?;
@@ -36,6 +44,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
 /// A fit, or a search over inputs, as the command line describes it.
 pub(crate) struct Fitting<'a> {
     pub(crate) script: &'a ScriptArgs,
+    pub(crate) provenance: &'a Provenance,
     pub(crate) controls: &'a FitControls,
     /// Ranges of inputs; empty for a single fit.
     pub(crate) search: &'a [Range],
@@ -51,7 +60,7 @@ impl Fitting<'_> {
         progress: &TerminalProgress,
     ) -> Result<(Option<Program>, FitResult), CommandError> {
         if self.search.is_empty() {
-            return Ok((None, run_fit(program, &self.script.model, self.scan, options, progress)?));
+            return Ok((None, run_fit(program, self.provenance, self.scan, options, progress)?));
         }
         let values = search::combinations(program, &self.script.compile, self.search)?;
         let prepare = |inputs: &InputValues| -> Result<(Program, FitOptions), CommandError> {
@@ -66,7 +75,7 @@ impl Fitting<'_> {
             SearchError::Fit(error) => error.into(),
             error => CommandError::Failed(format!("--search: {error}")),
         })?;
-        let fit = FitResult { script: self.script.model.display().to_string(), ..selected.fit };
+        let fit = self.provenance.named(selected.fit, &selected.model);
         Ok((Some(selected.model), fit))
     }
 }
@@ -161,14 +170,14 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
 /// Fits, with progress on a terminal.
 pub(crate) fn run_fit(
     program: &Program,
-    script: &Path,
+    provenance: &Provenance,
     scan: &Scan,
     options: &FitOptions,
     progress: &TerminalProgress,
 ) -> Result<FitResult, CommandError> {
     let result = fit::fit(program, scan, options, progress);
     progress.finish();
-    Ok(FitResult { script: script.display().to_string(), ..result? })
+    Ok(provenance.named(result?, program))
 }
 
 /// The verdict of a test of a held value.
@@ -221,6 +230,10 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         })
         .collect();
     let mut out = table::render(&["parameter", "value", "sd", "unit", ""], &rows);
+    if !fit.inputs.is_empty() {
+        let inputs: Vec<String> = fit.inputs.iter().map(saved::assigned).collect();
+        out.push_str(&format!("inputs: {}\n", inputs.join(" ")));
+    }
     if let Some(pose) = &fit.pose {
         let t = pose.translation.map(table::number);
         out.push_str(&format!("pose (added by gmlc): translation {} {} {} mm, rotation\n", t[0], t[1], t[2]));

@@ -3,6 +3,7 @@
 use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
+use crate::provenance::Provenance;
 use crate::{deviations, fit, measure, mesh, script};
 use gml_compiler::program::Program;
 use gml_runtime::export::json;
@@ -13,12 +14,14 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     let options = measure::options(&args.variance)?;
     let program = script::compile(&args.script.model, &args.script.compile)?;
-    inspect(&program, args, &options, &TerminalProgress::until(fit::on_interrupt()?))
+    let provenance = Provenance::of(&args.script.model, &program);
+    inspect(&program, &provenance, args, &options, &TerminalProgress::until(fit::on_interrupt()?))
 }
 
 /// Inspects a scan with a compiled script.
 pub(crate) fn inspect(
     program: &Program,
+    provenance: &Provenance,
     args: &InspectArgs,
     options: &MeasureOptions,
     progress: &TerminalProgress,
@@ -28,7 +31,8 @@ pub(crate) fn inspect(
     // Before the fit, which takes longer.
     variance::require_triangles(&scan)?;
     mesh::make_folder(&args.output)?;
-    let fitting = fit::Fitting { script: &args.script, controls: &args.fit, search: &args.search, scan: &scan };
+    let fitting =
+        fit::Fitting { script: &args.script, provenance, controls: &args.fit, search: &args.search, scan: &scan };
     let (searched, fitted) = fitting.run(program, &fit_options, progress)?;
     // The fit is kept even if something fails afterwards.
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;

@@ -32,7 +32,8 @@ pub use monitor::TracePoint;
 pub use options::{FitError, FitOptions};
 pub use problem::loss::LossKind;
 pub use result::{
-    Bootstrap, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
+    Bootstrap, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest, Resampled, Search,
+    SearchCandidate,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 
