@@ -38,7 +38,8 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
         Format::Text => print!("{}", summary(&result)),
         Format::Json => println!("{}", serde_json::to_string_pretty(&result).map_err(CommandError::failed)?),
     }
-    unless_interrupted(&result)
+    unless_interrupted(&result)?;
+    judge(&result)
 }
 
 /// A fit, or a search over inputs, as the command line describes it.
@@ -102,6 +103,11 @@ pub(crate) fn on_interrupt() -> Result<Arc<AtomicBool>, CommandError> {
 /// An error if the user interrupted the fit.
 pub(crate) fn unless_interrupted(result: &FitResult) -> Result<(), CommandError> {
     if result.interrupted { Err(CommandError::interrupted()) } else { Ok(()) }
+}
+
+/// An error if the fit cannot be relied on.
+pub(crate) fn judge(result: &FitResult) -> Result<(), CommandError> {
+    result.shortcoming().map_or(Ok(()), |reason| Err(CommandError::Unreliable(reason)))
 }
 
 /// Writes the optimisers' steps as comma-separated values.

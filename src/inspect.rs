@@ -56,5 +56,12 @@ pub(crate) fn inspect(
     let report = &inspection.measurement.report;
     print!("{}\n{}", fit::summary(&inspection.fit), deviations::summary(report));
     println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
-    deviations::judge(report)
+    // Deviations from a model that was not fitted are no verdict on the object, but they are said.
+    match (fit::judge(&inspection.fit), deviations::judge(report)) {
+        (Err(unreliable), Err(deviations)) => {
+            deviations.print();
+            Err(unreliable)
+        }
+        (fit, deviations) => fit.and(deviations),
+    }
 }

@@ -106,7 +106,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let values: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     repl.session.borrow_mut().set_all(&values)?;
     println!("the parameters are set to these values");
-    Ok(())
+    fitting::judge(&fitted)
 }
 
 /// `:inspect SCAN DIR`.

@@ -142,6 +142,21 @@ fn a_search_names_its_inputs() {
     assert_eq!(found["script_sha256"], json(&folder.path().join("fit.json"))["script_sha256"]);
 }
 
+#[test]
+fn the_status_tells_a_fit_from_a_failure() {
+    let folder = fitted();
+    // No ball is a drum.
+    write(folder.path(), "ball.gml", "model ball {\n  param r: length in 1mm..4mm = 3mm\n  part ball = sphere(r)\n}\n");
+    let fit = ["fit", "ball.gml", "scan.ply", "-o", "ball.json"];
+    let error = fails(folder.path(), &fit, 4);
+    assert!(error.starts_with("unreliable fit: the model explains") && error.lines().count() == 1, "{error}");
+    assert!(json(&folder.path().join("ball.json"))["inliers"].as_f64() < Some(0.5));
+    let options = ["--resolution", "128", "--device", "cpu", "--tolerance", "0.001mm", "-o", "out"];
+    let error = fails(folder.path(), &[&["inspect", "ball.gml", "scan.ply"][..], &options].concat(), 4);
+    assert!(error.contains("out of tolerance") && error.contains("unreliable fit: "), "{error}");
+    assert!(folder.path().join("out/report.html").exists());
+}
+
 /// The fit of a session names its script, not what else was entered.
 #[test]
 fn a_fit_of_a_session_belongs_to_its_script() {

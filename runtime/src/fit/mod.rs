@@ -24,6 +24,7 @@ mod sampling;
 mod search;
 mod start;
 mod tuning;
+mod verdict;
 
 #[cfg(test)]
 mod tests;
