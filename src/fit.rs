@@ -1,9 +1,10 @@
 //! `gmlc fit`.
 
-use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs, ScriptArgs};
+use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
+use crate::subject::Subject;
 use crate::values::{self, Range};
 use crate::{mesh, saved, script, search, table};
 use gml_compiler::program::{Program, Quantity};
@@ -15,19 +16,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
-    let program = script::compile(&args.script.model, &args.script.compile)?;
-    let options = options(&args.controls, &program)?;
+    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search)?;
+    let options = subject.options(&args.controls, &subject.program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
-    let provenance = Provenance::of(&args.script.model, &program);
-    let fitting = Fitting {
-        script: &args.script,
-        provenance: &provenance,
-        controls: &args.controls,
-        search: &args.search,
-        scan: &scan,
-    };
-    let (_, mut result) = fitting.run(&program, &options, &progress)?;
+    let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scan: &scan };
+    let (_, mut result) = fitting.run(&options, &progress)?;
     result.warnings.extend(scan.warnings.iter().cloned());
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
@@ -44,8 +38,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
 
 /// A fit, or a search over inputs, as the command line describes it.
 pub(crate) struct Fitting<'a> {
-    pub(crate) script: &'a ScriptArgs,
-    pub(crate) provenance: &'a Provenance,
+    pub(crate) subject: &'a Subject,
     pub(crate) controls: &'a FitControls,
     /// Ranges of inputs; empty for a single fit.
     pub(crate) search: &'a [Range],
@@ -56,18 +49,18 @@ impl Fitting<'_> {
     /// Fits with progress on a terminal. A search also returns the program with the selected inputs.
     pub(crate) fn run(
         &self,
-        program: &Program,
         options: &FitOptions,
         progress: &TerminalProgress,
     ) -> Result<(Option<Program>, FitResult), CommandError> {
+        let Subject { script, program, provenance, .. } = self.subject;
         if self.search.is_empty() {
-            return Ok((None, run_fit(program, self.provenance, self.scan, options, progress)?));
+            return Ok((None, run_fit(program, provenance, self.scan, options, progress)?));
         }
-        let values = search::combinations(program, &self.script.compile, self.search)?;
+        let values = search::combinations(program, &script.compile, self.search)?;
         let prepare = |inputs: &InputValues| -> Result<(Program, FitOptions), CommandError> {
-            let args = search::with_inputs(&self.script.compile, inputs);
-            let program = script::compile_quietly(&self.script.model, &args)?.program;
-            let options = self::options(self.controls, &program)?;
+            let args = search::with_inputs(&script.compile, inputs);
+            let program = script::compile_quietly(&script.model, &args)?.program;
+            let options = self.subject.options(self.controls, &program)?;
             Ok((program, options))
         };
         let selected = fit::search(values, self.scan, |inputs| prepare(inputs).map_err(|e| e.reason()), progress);
@@ -76,7 +69,7 @@ impl Fitting<'_> {
             SearchError::Fit(error) => error.into(),
             error => CommandError::Failed(format!("--search: {error}")),
         })?;
-        let fit = self.provenance.named(selected.fit, &selected.model);
+        let fit = provenance.named(selected.fit, &selected.model);
         Ok((Some(selected.model), fit))
     }
 }

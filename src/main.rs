@@ -22,6 +22,7 @@ mod saved;
 mod scan;
 mod script;
 mod search;
+mod subject;
 mod table;
 mod values;
 mod variance;

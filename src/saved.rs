@@ -9,7 +9,7 @@ use gml_compiler::program::{Failed, Input, Parameter, Program, Quantity};
 use gml_compiler::source::FileId;
 use gml_compiler::syntax;
 use gml_compiler::syntax::ast::{Item, ItemKind, Model};
-use gml_runtime::fit::{FitResult, FittedInput};
+use gml_runtime::fit::{Converged, EarlierFit, FitResult, FittedInput};
 use gml_runtime::model::Motion;
 use std::path::{Path, PathBuf};
 
@@ -41,6 +41,24 @@ impl SavedFit {
         if self.fit.pose.is_some() {
             self.warn("the pose that gmlc added is left out: the model is where the script puts it");
         }
+    }
+
+    /// Where the fit ended, for one of a program that may have other inputs or another text.
+    pub(crate) fn earlier(&self, program: &Program) -> EarlierFit {
+        let FitResult { parameters, pose, scan, loss, sigma, .. } = &self.fit;
+        let converged = Converged { scan_sha256: scan.sha256.clone(), loss: *loss, sigma: *sigma };
+        let inputs: Vec<FittedInput> = program.inputs().iter().map(provenance::input).collect();
+        let finished = self.fit.converged && !self.fit.interrupted && !parameters.iter().any(|p| p.fixed);
+        let same = finished && inputs == self.fit.inputs && !self.is_of_another_text(program);
+        EarlierFit {
+            values: parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            pose: *pose,
+            converged: same.then_some(converged),
+        }
+    }
+
+    fn is_of_another_text(&self, program: &Program) -> bool {
+        self.fit.script_sha256.as_ref().is_some_and(|sum| *sum != provenance::sha256(program.sources()))
     }
 
     /// The values of a program's parameters.
@@ -127,7 +145,7 @@ impl SavedFit {
             let taken = assigned(&provenance::input(input));
             self.warn(&format!("does not say with which '{}' it was fitted: {taken} is taken", input.name));
         }
-        if self.fit.script_sha256.as_ref().is_some_and(|sum| *sum != provenance::sha256(program.sources())) {
+        if self.is_of_another_text(program) {
             self.warn("the text of the script, or of what it uses, has changed since the fit");
         }
         Ok(())

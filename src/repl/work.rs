@@ -7,6 +7,7 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::script::{FileLoader, compile_options};
+use crate::subject::Subject;
 use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing};
 use clap::{CommandFactory, Parser};
 use gml_compiler::program::{Limits, Program};
@@ -113,17 +114,20 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: InspectLine = parsed(words(rest)?)?;
     let (program, x) = program(repl)?;
+    let script = ScriptArgs { model: script(repl), compile: CompileArgs::default() };
     let args = InspectArgs {
-        script: ScriptArgs { model: script(repl), compile: CompileArgs::default() },
+        script: script.clone(),
         scan: line.scan,
         fit: controls(line.fit, &program, &x),
+        params: None,
         search: Vec::new(),
         variance: line.variance,
         output: line.output,
     };
     let options = measure::options(&args.variance)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let result = inspecting::inspect(&program, &provenance(repl), &args, &options, &progress);
+    let subject = Subject { script, program, provenance: provenance(repl), saved: None };
+    let result = inspecting::inspect(&subject, &args, &options, &progress);
     progress.finish();
     result
 }

@@ -1,6 +1,6 @@
 //! Fits that later commands begin from: their inputs, and the script that they belong to.
 
-use crate::support::{fails, gmlc, gmlc_in, gmlc_with_input, json, text};
+use crate::support::{fails, gmlc, gmlc_in, gmlc_with_input, json, parameter, text};
 use std::path::Path;
 use tempfile::{TempDir, tempdir};
 
@@ -170,4 +170,93 @@ fn a_fit_of_a_session_belongs_to_its_script() {
     }
     let (status, _) = gmlc_with_input(folder.path(), &["repl", "drum.gml"], ":mesh drum.ply --params fit.json\n");
     assert_eq!(status, Some(1), "the values of a session are those that were set");
+}
+
+/// A body without any symmetry, with a pose that gmlc adds.
+const WEDGE: &str = "model wedge {
+  param a: length in 10mm..60mm = 30mm
+  param b: length in 10mm..60mm = 20mm
+  param r: length in 2mm..15mm = 6mm
+  part base = |u, v| (u * a, v * b, 0mm)
+  part wall = |u, v| (0mm, u * b, v * a / 2)
+  part ball = sphere(r).translate((a, b, 2 * r))
+  part knob = sphere(4mm).translate((a / 2, b / 3, 0mm))
+}
+";
+
+/// The largest difference of a parameter of two fits, in standard deviations of the first.
+fn moved(a: &serde_json::Value, b: &serde_json::Value) -> f64 {
+    let all = |fit: &serde_json::Value| fit["parameters"].as_array().expect("parameters").clone();
+    let difference = |(a, b): (serde_json::Value, serde_json::Value)| {
+        let [value, other, sd] = [&a["value"], &b["value"], &a["sd"]].map(|x| x.as_f64().expect("a number"));
+        (value - other).abs() / sd
+    };
+    all(a).into_iter().zip(all(b)).map(difference).fold(0.0, f64::max)
+}
+
+/// A folder with the wedge and a scan of it.
+fn wedge() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    write(folder.path(), "wedge.gml", WEDGE);
+    scan_wedge(folder.path(), "4", "scan.ply");
+    folder
+}
+
+/// Scans the wedge, in a position that follows from the seed.
+fn scan_wedge(folder: &Path, seed: &str, name: &str) {
+    let scan = ["scan", "wedge.gml", "-p", "a=41mm", "-p", "r=9mm", "--spacing", "1.5mm", "--noise", "0.1mm"];
+    gmlc(folder, &[&scan[..], &["--seed", seed, "-o", name]].concat());
+}
+
+fn fit_wedge(folder: &Path, scan: &str, name: &str, more: &[&str]) -> serde_json::Value {
+    gmlc(folder, &[&["fit", "wedge.gml", scan, "-o", name][..], more].concat());
+    json(&folder.join(name))
+}
+
+#[test]
+fn a_fit_goes_on_where_it_ended() {
+    let folder = wedge();
+    let fit = |name, more: &[&str]| fit_wedge(folder.path(), "scan.ply", name, more);
+    let first = fit("fit.json", &[]);
+    let evaluations = |fit: &serde_json::Value| fit["evaluations"].as_u64().expect("a number");
+    let again = fit("again.json", &["--params", "fit.json"]);
+    assert!(moved(&first, &again) < 0.1, "{}", moved(&first, &again));
+    assert!(10 * evaluations(&again) < evaluations(&first), "{} of {}", evaluations(&again), evaluations(&first));
+
+    // What was held is not held any longer.
+    let held = fit("held.json", &["--fix", "r=9.2mm"]);
+    assert!(moved(&first, &held) > 10.0);
+    let released = fit("released.json", &["--params", "held.json"]);
+    assert!(moved(&first, &released) < 0.5 && released["parameters"][2]["fixed"] == false, "{released}");
+    assert!(evaluations(&released) < evaluations(&first), "{} of {}", evaluations(&released), evaluations(&first));
+    let overridden = fit("overridden.json", &["--params", "fit.json", "-p", "a=32mm", "--fix", "r"]);
+    assert_eq!(parameter(&overridden, "r"), parameter(&first, "r"), "held at the value of the fit");
+    assert!(moved(&first, &overridden) < 1.0, "{}", moved(&first, &overridden));
+}
+
+/// The pose of a fit may be that of another scan.
+#[test]
+fn a_fit_that_explains_nothing_is_not_gone_on_with() {
+    let folder = wedge();
+    fit_wedge(folder.path(), "scan.ply", "fit.json", &[]);
+    scan_wedge(folder.path(), "5", "elsewhere.ply");
+    let elsewhere = fit_wedge(folder.path(), "elsewhere.ply", "elsewhere.json", &["--params", "fit.json"]);
+    let off = |name, truth: f64| (parameter(&elsewhere, name) - truth).abs();
+    assert!(off("a", 41.0) < 0.1 && off("b", 20.0) < 0.3 && off("r", 9.0) < 0.05, "{elsewhere}");
+    let error = fails(folder.path(), &["fit", "wedge.gml", "scan.ply", "--params", "fit.json", "--no-pose"], 2);
+    assert!(error.contains("--no-pose: the fit to go on from (--params) has a pose"), "{error}");
+}
+
+/// `inspect` goes on, too; a search may leave the inputs of the fit.
+#[test]
+fn inputs_are_kept_where_a_fit_goes_on() {
+    let folder = fitted();
+    let inspect = ["inspect", "drum.gml", "scan.ply", "--params", "fit.json", "--resolution", "128", "--device", "cpu"];
+    gmlc(folder.path(), &[&inspect[..], &["-o", "out"]].concat());
+    let [fit, gone_on] = ["fit.json", "out/fit.json"].map(|name| json(&folder.path().join(name)));
+    assert_eq!(fit["inputs"], gone_on["inputs"]);
+    assert!(gone_on["evaluations"].as_u64() < fit["evaluations"].as_u64());
+    let search = ["fit", "drum.gml", "scan.ply", "--params", "fit.json", "--search", "knobs=4..5", "-o", "found.json"];
+    gmlc(folder.path(), &search);
+    assert_eq!(json(&folder.path().join("found.json"))["inputs"], fit["inputs"]);
 }

@@ -30,7 +30,7 @@ mod verdict;
 mod tests;
 
 pub use monitor::TracePoint;
-pub use options::{FitError, FitOptions};
+pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
 pub use result::{
     Bootstrap, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest, Resampled, Search,

@@ -112,7 +112,8 @@ fn released_options(problem: &Problem, tested: &[usize]) -> [FitOptions; 2] {
     let names: Vec<&String> = tested.iter().map(|i| &problem.model.parameters()[*i].name).collect();
     let mut near = problem.options.clone();
     near.fixed.retain(|name| !names.contains(&name));
-    let mut anew = near.clone();
+    // Where an earlier fit ended, the values under test may have decided.
+    let mut anew = FitOptions { earlier: None, ..near.clone() };
     anew.start.retain(|name, _| !names.contains(&name));
     [anew, near]
 }

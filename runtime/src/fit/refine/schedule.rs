@@ -1,6 +1,7 @@
 //! From where the registration ended to the optimum: from coarse to fine, in the scale of the loss and in points
 //! (graduated non-convexity), to the scale that the scan's noise suggests.
 
+use super::earlier;
 use crate::fit::correspond::cache::FootCache;
 use crate::fit::optimise;
 use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
@@ -64,6 +65,9 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let wide = Loss::welsch(ANNEALING_START * problem.radius);
     if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
         signs = problem.facing(&unsided, &signs);
+    }
+    if let Some(guess) = earlier::converged(&level, &estimate, &signs) {
+        return polish(level, &problem.points, guess, Some(POLISH));
     }
     let few = problem.thin.sample(ANNEALING_POINTS);
     let given = problem.options.sigma.map(|sigma| Loss { kind: problem.options.loss, sigma });

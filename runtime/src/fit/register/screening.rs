@@ -5,6 +5,7 @@ use super::candidate::{Candidate, by_value, climb, distinct, objective};
 use super::distance_field::DistanceField;
 use super::restart::{Restart, Scope, restart};
 use super::shape_proposals::propose;
+use crate::fit::options::FitOptions;
 use crate::fit::problem::isometry::{Isometry, random_rotation, rotations};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Order;
@@ -21,6 +22,14 @@ use rayon::prelude::*;
 pub(crate) fn near(level: &Level, seeds: &Seeds, searched: bool) -> (Candidate, f64) {
     let from = Candidate::new(level, seeds.start.clone());
     let points = level.problem.thin.sample(COMPARED);
+    let FitOptions { earlier, start, .. } = level.problem.options;
+    if earlier.is_some() && start.is_empty() {
+        // Wide scales of the loss would only lead away from where the earlier fit ended.
+        let ratio = inlier_ratio(level, &points, FINE, &from);
+        if ratio > level.problem.convincing() {
+            return (from, ratio);
+        }
+    }
     // A start so far off that hardly a point feels it is brought nearer with wider scales.
     let [first, last] = NEAR_RUNGS;
     let mut scales = first.scales.to_vec();
