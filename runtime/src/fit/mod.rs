@@ -14,6 +14,7 @@ mod infer;
 mod monitor;
 mod optimise;
 mod options;
+mod plan;
 mod problem;
 mod refine;
 mod register;
@@ -58,7 +59,7 @@ pub fn fit(
     options: &FitOptions,
     progress: &dyn Progress,
 ) -> Result<FitResult, FitError> {
-    let monitor = Monitor::new(progress);
+    let monitor = Monitor::of_stages(progress, plan::whole(options));
     let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
     let solution = solve(&problem)?;
     let inference = infer::infer(&solution);

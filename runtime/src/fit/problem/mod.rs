@@ -64,7 +64,6 @@ impl<'a> Problem<'a> {
         if model.parts().is_empty() {
             return Err(FitError::EmptyModel);
         }
-        monitor.progress.report("preparing", f64::NAN, "");
         let points = Points::of(scan);
         // Outliers must not decide on the place and the size of the object.
         let surfaces = points.on_surfaces(scan);

@@ -57,7 +57,7 @@ pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>,
         }
         near = Some(candidate);
     }
-    problem.monitor.progress.report("screening orientations", f64::NAN, "");
+    problem.monitor.reach(0.0, "screening orientations");
     let defaults: Vec<f64> = names.iter().map(|p| p.default).collect();
     let reference = level.space.estimate(&defaults, start.motion);
     let anywhere = Seeds { start, reference };
