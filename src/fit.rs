@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{mesh, saved, script, search, table};
+use crate::{mesh, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, SearchError};
@@ -230,7 +230,7 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         .collect();
     let mut out = table::render(&["parameter", "value", "sd", "unit", ""], &rows);
     if !fit.inputs.is_empty() {
-        let inputs: Vec<String> = fit.inputs.iter().map(saved::assigned).collect();
+        let inputs: Vec<String> = fit.inputs.iter().map(ToString::to_string).collect();
         out.push_str(&format!("inputs: {}\n", inputs.join(" ")));
     }
     if let Some(pose) = &fit.pose {

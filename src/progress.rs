@@ -111,6 +111,9 @@ impl TerminalProgress {
     pub(crate) fn finish(&self) {
         *lock(&self.work) = Work::default();
         if let Shown::Bar(bar) = &self.shown {
+            // Or the next report would show the last one for a moment.
+            bar.set_prefix("");
+            bar.set_message("");
             bar.finish_and_clear();
         }
     }

@@ -88,12 +88,7 @@ impl SavedFit {
             InputValue::Int(whole) => whole.to_string(),
             InputValue::Real(number) => input.quantity.shown(number),
         };
-        CommandError::usage(format!(
-            "--input {}={given}: {} was fitted with {}",
-            input.name,
-            self.path.display(),
-            assigned(input)
-        ))
+        CommandError::usage(format!("--input {}={given}: {} was fitted with {input}", input.name, self.path.display(),))
     }
 
     /// Says what is wrong if a script cannot be compiled with the fit's inputs because it is another one.
@@ -118,7 +113,8 @@ impl SavedFit {
     /// Refuses a fit of a model of another name, or one with inputs that are not `declared`.
     pub(crate) fn require_inputs(&self, model: &str, declared: &[String]) -> Result<(), CommandError> {
         self.require_name(model)?;
-        let lost: Vec<String> = self.fit.inputs.iter().filter(|i| !declared.contains(&i.name)).map(assigned).collect();
+        let lost: Vec<String> =
+            self.fit.inputs.iter().filter(|i| !declared.contains(&i.name)).map(ToString::to_string).collect();
         if lost.is_empty() {
             return Ok(());
         }
@@ -142,7 +138,7 @@ impl SavedFit {
             self.fit.inputs.iter().all(|f| f.name != i.name) && args.inputs.iter().all(|(name, _)| *name != i.name)
         };
         for input in program.inputs().iter().filter(unknown) {
-            let taken = assigned(&provenance::input(input));
+            let taken = provenance::input(input);
             self.warn(&format!("does not say with which '{}' it was fitted: {taken} is taken", input.name));
         }
         if self.is_of_another_text(program) {
@@ -205,13 +201,4 @@ fn same(given: InputValue, fitted: f64) -> bool {
         InputValue::Real(number) => number,
     };
     (given - fitted).abs() <= ROUNDING * fitted.abs()
-}
-
-/// `flutes=45`, as on the command line.
-pub(crate) fn assigned(input: &FittedInput) -> String {
-    let shown = match input.quantity {
-        Quantity::Bool => (input.value != 0.0).to_string(),
-        quantity => quantity.shown(input.value),
-    };
-    format!("{}={shown}", input.name)
 }

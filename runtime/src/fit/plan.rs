@@ -26,7 +26,7 @@ pub(crate) fn to_solution(options: &FitOptions) -> Vec<Stage> {
         stage("prepare", "preparing", 0.01),
         stage("screen", "finding the pose", 0.77),
         stage("fit", "fitting", 0.19),
-        stage("finish", "writing the pose back", 0.01),
+        stage("finish", "finishing", 0.01),
     ];
     if options.coverage {
         stages.push(stage("coverage", "coverage", 0.1));
@@ -39,7 +39,7 @@ pub(crate) fn whole(options: &FitOptions) -> Vec<Stage> {
     let mut stages = to_solution(options);
     // The fit is repeated without the values under test.
     if options.fixed.iter().any(|name| options.start.contains_key(name)) {
-        stages.push(stage("test", "testing the held values", 1.0));
+        stages.push(stage("test", "testing held values", 1.0));
     }
     stages.push(stage("uncertainty", "standard deviations", 0.02));
     if options.bootstrap > 0 {

@@ -7,6 +7,7 @@ use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
 
 /// The result of a fit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -87,6 +88,16 @@ pub struct FittedInput {
     pub unit: String,
     /// What it measures.
     pub quantity: Quantity,
+}
+
+/// `knobs=5`, as on the command line.
+impl Display for FittedInput {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.quantity {
+            Quantity::Bool => write!(f, "{}={}", self.name, self.value != 0.0),
+            quantity => write!(f, "{}={}", self.name, quantity.shown(self.value)),
+        }
+    }
 }
 
 /// A parameter of the script.
