@@ -15,6 +15,8 @@ pub(crate) enum CommandError {
     Reported,
     /// Everything was done, and deviations exceed the tolerance; one line per part: exit status 3.
     OutOfTolerance(Vec<String>),
+    /// Everything was done, and the fit cannot be relied on, for this reason: exit status 4.
+    Unreliable(String),
 }
 
 impl From<Failed> for CommandError {
@@ -30,6 +32,7 @@ impl CommandError {
             Self::Failed(_) | Self::Script(_) | Self::Reported => 1,
             Self::Usage(_) => 2,
             Self::OutOfTolerance(_) => 3,
+            Self::Unreliable(_) => 4,
         }
     }
 
@@ -39,6 +42,7 @@ impl CommandError {
             Self::Failed(message) | Self::Usage(message) => eprintln!("error: {message}"),
             Self::Script(errors) => crate::diagnostics::print(&errors.diagnostics, &errors.sources),
             Self::OutOfTolerance(lines) => lines.iter().for_each(|line| eprintln!("out of tolerance: {line}")),
+            Self::Unreliable(reason) => eprintln!("unreliable fit: {reason}"),
             Self::Reported => {}
         }
     }
@@ -46,7 +50,7 @@ impl CommandError {
     /// The reason in one line.
     pub(crate) fn reason(&self) -> String {
         match self {
-            Self::Failed(message) | Self::Usage(message) => message.clone(),
+            Self::Failed(message) | Self::Usage(message) | Self::Unreliable(message) => message.clone(),
             Self::Script(errors) => errors.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
             Self::OutOfTolerance(_) | Self::Reported => String::new(),
         }

@@ -1,8 +1,10 @@
 //! `gmlc fit`.
 
-use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs, ScriptArgs};
+use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
+use crate::provenance::Provenance;
+use crate::subject::Subject;
 use crate::values::{self, Range};
 use crate::{mesh, script, search, table};
 use gml_compiler::program::{Program, Quantity};
@@ -14,12 +16,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
-    let program = script::compile(&args.script.model, &args.script.compile)?;
-    let options = options(&args.controls, &program)?;
+    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search)?;
+    let options = subject.options(&args.controls, &subject.program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
-    let fitting = Fitting { script: &args.script, controls: &args.controls, search: &args.search, scan: &scan };
-    let (_, mut result) = fitting.run(&program, &options, &progress)?;
+    let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scan: &scan };
+    let (_, mut result) = fitting.run(&options, &progress)?;
     result.warnings.extend(scan.warnings.iter().cloned());
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
@@ -30,12 +32,13 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
         Format::Text => print!("{}", summary(&result)),
         Format::Json => println!("{}", serde_json::to_string_pretty(&result).map_err(CommandError::failed)?),
     }
-    unless_interrupted(&result)
+    unless_interrupted(&result)?;
+    judge(&result)
 }
 
 /// A fit, or a search over inputs, as the command line describes it.
 pub(crate) struct Fitting<'a> {
-    pub(crate) script: &'a ScriptArgs,
+    pub(crate) subject: &'a Subject,
     pub(crate) controls: &'a FitControls,
     /// Ranges of inputs; empty for a single fit.
     pub(crate) search: &'a [Range],
@@ -46,18 +49,18 @@ impl Fitting<'_> {
     /// Fits with progress on a terminal. A search also returns the program with the selected inputs.
     pub(crate) fn run(
         &self,
-        program: &Program,
         options: &FitOptions,
         progress: &TerminalProgress,
     ) -> Result<(Option<Program>, FitResult), CommandError> {
+        let Subject { script, program, provenance, .. } = self.subject;
         if self.search.is_empty() {
-            return Ok((None, run_fit(program, &self.script.model, self.scan, options, progress)?));
+            return Ok((None, run_fit(program, provenance, self.scan, options, progress)?));
         }
-        let values = search::combinations(program, &self.script.compile, self.search)?;
+        let values = search::combinations(program, &script.compile, self.search)?;
         let prepare = |inputs: &InputValues| -> Result<(Program, FitOptions), CommandError> {
-            let args = search::with_inputs(&self.script.compile, inputs);
-            let program = script::compile_quietly(&self.script.model, &args)?.program;
-            let options = self::options(self.controls, &program)?;
+            let args = search::with_inputs(&script.compile, inputs);
+            let program = script::compile_quietly(&script.model, &args)?.program;
+            let options = self.subject.options(self.controls, &program)?;
             Ok((program, options))
         };
         let selected = fit::search(values, self.scan, |inputs| prepare(inputs).map_err(|e| e.reason()), progress);
@@ -66,7 +69,7 @@ impl Fitting<'_> {
             SearchError::Fit(error) => error.into(),
             error => CommandError::Failed(format!("--search: {error}")),
         })?;
-        let fit = FitResult { script: self.script.model.display().to_string(), ..selected.fit };
+        let fit = provenance.named(selected.fit, &selected.model);
         Ok((Some(selected.model), fit))
     }
 }
@@ -93,6 +96,11 @@ pub(crate) fn on_interrupt() -> Result<Arc<AtomicBool>, CommandError> {
 /// An error if the user interrupted the fit.
 pub(crate) fn unless_interrupted(result: &FitResult) -> Result<(), CommandError> {
     if result.interrupted { Err(CommandError::interrupted()) } else { Ok(()) }
+}
+
+/// An error if the fit cannot be relied on.
+pub(crate) fn judge(result: &FitResult) -> Result<(), CommandError> {
+    result.shortcoming().map_or(Ok(()), |reason| Err(CommandError::Unreliable(reason)))
 }
 
 /// Writes the optimisers' steps as comma-separated values.
@@ -161,14 +169,14 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
 /// Fits, with progress on a terminal.
 pub(crate) fn run_fit(
     program: &Program,
-    script: &Path,
+    provenance: &Provenance,
     scan: &Scan,
     options: &FitOptions,
     progress: &TerminalProgress,
 ) -> Result<FitResult, CommandError> {
     let result = fit::fit(program, scan, options, progress);
     progress.finish();
-    Ok(FitResult { script: script.display().to_string(), ..result? })
+    Ok(provenance.named(result?, program))
 }
 
 /// The verdict of a test of a held value.
@@ -221,6 +229,10 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         })
         .collect();
     let mut out = table::render(&["parameter", "value", "sd", "unit", ""], &rows);
+    if !fit.inputs.is_empty() {
+        let inputs: Vec<String> = fit.inputs.iter().map(ToString::to_string).collect();
+        out.push_str(&format!("inputs: {}\n", inputs.join(" ")));
+    }
     if let Some(pose) = &fit.pose {
         let t = pose.translation.map(table::number);
         out.push_str(&format!("pose (added by gmlc): translation {} {} {} mm, rotation\n", t[0], t[1], t[2]));

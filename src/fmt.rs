@@ -127,7 +127,9 @@ impl Report {
                 }
             }
             Err(CommandError::Script(errors)) => self.add_errors(*errors),
-            Err(CommandError::Failed(message) | CommandError::Usage(message)) => self.failures.push(message),
+            Err(CommandError::Failed(message) | CommandError::Usage(message) | CommandError::Unreliable(message)) => {
+                self.failures.push(message);
+            }
             Err(CommandError::OutOfTolerance(lines)) => self.failures.extend(lines),
             Err(CommandError::Reported) => {}
         }

@@ -3,8 +3,8 @@
 use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
-use crate::{deviations, fit, measure, mesh, script};
-use gml_compiler::program::Program;
+use crate::subject::Subject;
+use crate::{deviations, fit, measure, mesh};
 use gml_runtime::export::json;
 use gml_runtime::inspect::{InspectError, Inspection, Origin};
 use gml_runtime::variance::{self, MeasureOptions};
@@ -12,30 +12,31 @@ use gml_runtime::variance::{self, MeasureOptions};
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     let options = measure::options(&args.variance)?;
-    let program = script::compile(&args.script.model, &args.script.compile)?;
-    inspect(&program, args, &options, &TerminalProgress::until(fit::on_interrupt()?))
+    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search)?;
+    inspect(&subject, args, &options, &TerminalProgress::until(fit::on_interrupt()?))
 }
 
 /// Inspects a scan with a compiled script.
 pub(crate) fn inspect(
-    program: &Program,
+    subject: &Subject,
     args: &InspectArgs,
     options: &MeasureOptions,
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
-    let fit_options = fit::options(&args.fit, program)?;
+    let fit_options = subject.options(&args.fit, &subject.program)?;
     let scan = fit::read_scan(&args.scan)?;
     // Before the fit, which takes longer.
     variance::require_triangles(&scan)?;
     mesh::make_folder(&args.output)?;
-    let fitting = fit::Fitting { script: &args.script, controls: &args.fit, search: &args.search, scan: &scan };
-    let (searched, fitted) = fitting.run(program, &fit_options, progress)?;
+    let fitting = fit::Fitting { subject, controls: &args.fit, search: &args.search, scan: &scan };
+    let (searched, fitted) = fitting.run(&fit_options, progress)?;
     // The fit is kept even if something fails afterwards.
     json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
     fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
     fit::unless_interrupted(&fitted)?;
 
-    let inspection = Inspection::of_fit(searched.as_ref().unwrap_or(program), fitted, &scan, options, progress);
+    let program = searched.as_ref().unwrap_or(&subject.program);
+    let inspection = Inspection::of_fit(program, fitted, &scan, options, progress);
     let inspection = inspection.map_err(|e| match e {
         InspectError::Measure(error) => error.into(),
         error => CommandError::failed(error),
@@ -52,5 +53,12 @@ pub(crate) fn inspect(
     let report = &inspection.measurement.report;
     print!("{}\n{}", fit::summary(&inspection.fit), deviations::summary(report));
     println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
-    deviations::judge(report)
+    // Deviations from a model that was not fitted are no verdict on the object, but they are said.
+    match (fit::judge(&inspection.fit), deviations::judge(report)) {
+        (Err(unreliable), Err(deviations)) => {
+            deviations.print();
+            Err(unreliable)
+        }
+        (fit, deviations) => fit.and(deviations),
+    }
 }

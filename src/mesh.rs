@@ -4,7 +4,7 @@ use crate::cli::MeshArgs;
 use crate::error::CommandError;
 use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
-use crate::script;
+use crate::script::{Valued, compile_valued};
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::{self, MeshFormat};
 use gml_runtime::mesh::TriangleMesh;
@@ -20,8 +20,7 @@ const CHORD: f64 = 0.02;
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     framing(args)?;
-    let program = script::compile(&args.script.model, &args.script.compile)?;
-    let (x, motion) = script::parameters(&program, &args.values)?;
+    let Valued { program, x, motion } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     write_model(args, &program, &x, &motion)
 }
 

@@ -2,8 +2,9 @@
 
 use crate::cli::VirtualScanArgs;
 use crate::error::CommandError;
+use crate::mesh;
 use crate::progress::TerminalProgress;
-use crate::{mesh, script};
+use crate::script::{Valued, compile_valued};
 use gml_runtime::export::json;
 use gml_runtime::model::{Fineness, Model, Tessellation};
 use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
@@ -35,8 +36,7 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         seed: args.seed,
         ..Scanner::default()
     };
-    let program = script::compile(&args.script.model, &args.script.compile)?;
-    let (x, motion) = script::parameters(&program, &args.values)?;
+    let Valued { program, x, motion } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
     // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
     let chord = 0.02 * scanner.spacing;

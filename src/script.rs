@@ -2,10 +2,10 @@
 
 use crate::cli::{CompileArgs, ValueArgs};
 use crate::error::CommandError;
+use crate::saved::SavedFit;
 use crate::values;
 use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::{Loader, SourceFile};
-use gml_runtime::fit::FitResult;
 use gml_runtime::model::Motion;
 use gml_runtime::workers::workers;
 use std::path::{Component, Path, PathBuf};
@@ -100,27 +100,34 @@ pub(crate) fn compile_quietly(script: &Path, args: &CompileArgs) -> Result<Compi
     program::compile(file, &FileLoader, &options).map_err(CommandError::from)
 }
 
-/// The parameters from defaults, a fit and `-p` options, with the pose that the fit added.
-pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64>, Motion), CommandError> {
+/// Compiles a script with the inputs of a fit, if there is one, but for those that are `searched`.
+pub(crate) fn compile_for(
+    script: &Path,
+    args: &CompileArgs,
+    fit: Option<&SavedFit>,
+    searched: &[&str],
+) -> Result<Program, CommandError> {
+    let Some(fit) = fit else { return compile(script, args) };
+    let program = compile(script, &fit.with_inputs(args, searched)?).map_err(|e| fit.explain(e))?;
+    fit.require_model(&program, args)?;
+    Ok(program)
+}
+
+/// A program with values of its parameters.
+pub(crate) struct Valued {
+    pub(crate) program: Program,
+    pub(crate) x: Vec<f64>,
+    /// The pose that a fit added.
+    pub(crate) motion: Motion,
+}
+
+/// Compiles a script, with parameters from defaults, a fit and `-p` options; the fit's inputs are the script's.
+pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueArgs) -> Result<Valued, CommandError> {
+    let fit = args.params.as_deref().map(SavedFit::read).transpose()?;
+    let program = compile_for(script, compile, fit.as_ref(), &[])?;
     let known = program.parameters();
-    let mut x: Vec<f64> = known.iter().map(|p| p.default).collect();
-    let mut motion = Motion::IDENTITY;
-    if let Some(path) = &args.params {
-        let fit = read_fit(path)?;
-        for p in &fit.parameters {
-            let Some(i) = known.iter().position(|k| k.name == p.name) else {
-                return Err(CommandError::Failed(format!(
-                    "{}: the model has no parameter '{}': was it fitted with another script?",
-                    path.display(),
-                    p.name
-                )));
-            };
-            x[i] = p.value;
-        }
-        if let Some(pose) = fit.pose {
-            motion = pose;
-        }
-    }
+    let mut x = fit.as_ref().map_or_else(|| program.defaults(), |fit| fit.values_of(&program));
+    let motion = fit.and_then(|fit| fit.pose()).unwrap_or(Motion::IDENTITY);
     for (name, value) in &args.values {
         let (i, value) = values::parameter_value("-p", name, value, known)?;
         x[i] = value;
@@ -128,11 +135,5 @@ pub(crate) fn parameters(program: &Program, args: &ValueArgs) -> Result<(Vec<f64
     for (parameter, (value, bounds)) in known.iter().zip(x.iter().zip(program.bounds(&x))) {
         parameter.within(*value, bounds).map_err(CommandError::Failed)?;
     }
-    Ok((x, motion))
-}
-
-fn read_fit(path: &Path) -> Result<FitResult, CommandError> {
-    let text = read(path)?;
-    serde_json::from_str(&text)
-        .map_err(|e| CommandError::Failed(format!("{}: is not a result of `gmlc fit`: {e}", path.display())))
+    Ok(Valued { program, x, motion })
 }

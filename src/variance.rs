@@ -3,7 +3,8 @@
 use crate::cli::VarianceArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
-use crate::{deviations, fit, measure, mesh, script};
+use crate::script::{Valued, compile_valued};
+use crate::{deviations, fit, measure, mesh};
 use gml_runtime::export::measurement;
 use gml_runtime::scan::{self, ReferenceMesh};
 use gml_runtime::variance::{self, MeasureOptions, Measurement, Reference};
@@ -12,8 +13,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
     let extension = args.reference.extension().unwrap_or_default();
     let measured = if extension.eq_ignore_ascii_case("gml") {
-        let program = script::compile(&args.reference, &args.compile)?;
-        let (x, motion) = script::parameters(&program, &args.values)?;
+        let Valued { program, x, motion } = compile_valued(&args.reference, &args.compile, &args.values)?;
         measure_from(Reference::Model { model: &program, x: &x, motion }, args, &options)
     } else {
         let shown = args.reference.display();

@@ -127,6 +127,11 @@ impl Sources {
         self.files.truncate(files);
     }
 
+    /// The files that are not of the library, in the order in which they were added: a script before what it uses.
+    pub fn scripts(&self) -> impl Iterator<Item = &SourceFile> {
+        self.files.iter()
+    }
+
     /// All files in the order in which they were added, those of the library last.
     pub fn iter(&self) -> impl Iterator<Item = (FileId, &SourceFile)> {
         let library = self.library.iter().map(|(i, f)| (FileId(LIBRARY + i), f));

@@ -81,7 +81,8 @@ pub(crate) enum NormalsArg {
 Examples:
   gmlc fit examples/cup/cup.gml scan.ply -o fit.json
   gmlc fit mug.gml mug.ply --unit m -p height=80mm --fix wall=2mm -o fit.json
-  gmlc fit examples/flange/flange.gml flange.ply --search bolts=3..12 -o fit.json")]
+  gmlc fit examples/flange/flange.gml flange.ply --search bolts=3..12 -o fit.json
+  gmlc fit examples/cup/cup.gml scan.ply --params fit.json --coverage -o covered.json")]
 pub(crate) struct FitArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,
@@ -89,6 +90,9 @@ pub(crate) struct FitArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) controls: FitControls,
+    /// Go on from a result of `gmlc fit`: from its parameters, pose and inputs; -p overrides parameters
+    #[arg(long, value_name = "FIT.json")]
+    pub(crate) params: Option<PathBuf>,
     /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
     #[arg(long, value_name = "NAME=LOW..HIGH", value_parser = values::range)]
     pub(crate) search: Vec<Range>,
@@ -204,6 +208,9 @@ pub(crate) struct InspectArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) fit: FitControls,
+    /// Go on from a result of `gmlc fit`: from its parameters, pose and inputs; -p overrides parameters
+    #[arg(long, value_name = "FIT.json")]
+    pub(crate) params: Option<PathBuf>,
     /// Fit every value of a whole-number input, such as bolts=3..16, and select the best (may be repeated)
     #[arg(long, value_name = "NAME=LOW..HIGH", value_parser = values::range)]
     pub(crate) search: Vec<Range>,

@@ -181,6 +181,9 @@ pub(crate) struct ReplArgs {
     /// Set a parameter, such as r=42mm (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = values::assignment)]
     pub(crate) values: Vec<(String, String)>,
+    /// Take the parameters and inputs from a result of `gmlc fit`; -p overrides parameters
+    #[arg(long, value_name = "FIT.json", requires = "model")]
+    pub(crate) params: Option<PathBuf>,
     /// Do not load or save the history of lines
     #[arg(long)]
     pub(crate) no_history: bool,

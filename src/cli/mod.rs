@@ -29,7 +29,8 @@ Examples:
   gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
 
 Exit status: 0 success; 1 an error in a script, a scan or another file, or no result;
-2 an error in the command line; 3 a deviation exceeds its tolerance.";
+2 an error in the command line; 3 a deviation exceeds its tolerance; 4 the fit did not converge,
+or explains fewer than half of the scan's points. All files are written with 3 and 4.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -94,7 +95,7 @@ pub(crate) struct ValueArgs {
     /// Set a parameter, such as r=42mm, alpha=30deg or shape=4 (may be repeated)
     #[arg(short = 'p', long = "param", value_name = "NAME=VALUE", value_parser = values::assignment)]
     pub(crate) values: Vec<(String, String)>,
-    /// Take the parameters from a result of `gmlc fit`; -p overrides them
+    /// Take the parameters, the pose and the inputs from a result of `gmlc fit`; -p overrides parameters
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
 }

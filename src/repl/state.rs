@@ -2,9 +2,10 @@
 
 use super::watch::Watch;
 use super::{commands, show};
-use crate::cli::ReplArgs;
+use crate::cli::{CompileArgs, ReplArgs};
 use crate::diagnostics;
 use crate::error::CommandError;
+use crate::saved::SavedFit;
 use crate::script::{self, FileLoader};
 use gml_compiler::session::{Limits, Options, Session};
 use gml_compiler::source::SourceFile;
@@ -39,7 +40,10 @@ impl Repl {
         let interrupt = Arc::new(AtomicBool::new(false));
         // A user at a terminal ends what takes too long; nobody does so for scripts.
         let limits = Limits { steps: if interactive { u64::MAX } else { 1_000_000_000 }, ..Limits::default() };
-        let inputs: BTreeMap<_, _> = args.inputs.iter().cloned().collect();
+        let fit = args.params.as_deref().map(SavedFit::read).transpose()?;
+        let given = CompileArgs { inputs: args.inputs.clone(), ..CompileArgs::default() };
+        let inputs = fit.as_ref().map_or(Ok(given.clone()), |fit| fit.with_inputs(&given, &[]))?.inputs;
+        let inputs: BTreeMap<_, _> = inputs.into_iter().collect();
         let options = Options { limits, inputs: inputs.clone(), interrupt: interrupt.clone(), ..Options::default() };
         let session = Rc::new(RefCell::new(Session::new(options)));
         let mut repl = Repl { session, interrupt, watch: Watch::default(), interactive, failed: false };
@@ -50,13 +54,28 @@ impl Repl {
             Some(model) => model.inputs().iter().map(|i| i.name.clone()).collect(),
             None => Vec::new(),
         };
-        if let Some(name) = inputs.keys().find(|name| !known.contains(name)) {
+        if let Some((name, _)) = args.inputs.iter().find(|(name, _)| !known.contains(name)) {
             return Err(CommandError::usage(format!("--input {name}: the model has no input of that name")));
+        }
+        if let Some(fit) = fit {
+            repl.take_values(&fit, &given, &known)?;
         }
         for (name, value) in &args.values {
             repl.session.borrow_mut().set(name, value, &FileLoader)?;
         }
         Ok(repl)
+    }
+
+    /// Gives the model, whose inputs are `known`, the values of a fit.
+    fn take_values(&mut self, fit: &SavedFit, given: &CompileArgs, known: &[String]) -> Result<(), CommandError> {
+        let mut session = self.session.borrow_mut();
+        let name = session.model().map(|m| m.name().to_owned()).ok_or_else(commands::no_model)?;
+        fit.require_inputs(&name, known)?;
+        let program = session.compile(&script::compile_options())?.program;
+        fit.require_model(&program, given)?;
+        fit.without_pose();
+        session.set_all(&fit.values_of(&program))?;
+        Ok(())
     }
 
     /// Evaluates a line, or several that belong together. The dialogue continues after any error.

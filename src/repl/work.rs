@@ -5,7 +5,9 @@ use super::state::Repl;
 use crate::cli::{CompileArgs, FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
+use crate::provenance::Provenance;
 use crate::script::{FileLoader, compile_options};
+use crate::subject::Subject;
 use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing};
 use clap::{CommandFactory, Parser};
 use gml_compiler::program::{Limits, Program};
@@ -75,6 +77,12 @@ pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let model = script(repl).display().to_string();
     words.splice(0..0, [model, "-o".to_owned()]);
     let line: MeshLine = parsed(words)?;
+    let MeshArgs { script: ScriptArgs { compile, .. }, values, .. } = &line.args;
+    if values.params.is_some() || !(values.values.is_empty() && compile.inputs.is_empty() && compile.limits.is_empty())
+    {
+        let message = "--params, -p, --input and --limit have no meaning here: the model has the values that were set";
+        return Err(CommandError::usage(message));
+    }
     let (program, x) = program(repl)?;
     meshing::write_model(&line.args, &program, &x, &Motion::IDENTITY)
 }
@@ -87,7 +95,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let options = fitting::options(&controls(line.controls, &program, &x), &program)?;
     let scan = fitting::read_scan(&line.scan)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let mut fitted = fitting::run_fit(&program, &script(repl), &scan, &options, &progress)?;
+    let mut fitted = fitting::run_fit(&program, &provenance(repl), &scan, &options, &progress)?;
     fitted.warnings.extend(scan.warnings);
     fitting::write_trace(trace.as_deref(), &fitted)?;
     fitting::unless_interrupted(&fitted)?;
@@ -99,24 +107,27 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let values: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
     repl.session.borrow_mut().set_all(&values)?;
     println!("the parameters are set to these values");
-    Ok(())
+    fitting::judge(&fitted)
 }
 
 /// `:inspect SCAN DIR`.
 pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: InspectLine = parsed(words(rest)?)?;
     let (program, x) = program(repl)?;
+    let script = ScriptArgs { model: script(repl), compile: CompileArgs::default() };
     let args = InspectArgs {
-        script: ScriptArgs { model: script(repl), compile: CompileArgs::default() },
+        script: script.clone(),
         scan: line.scan,
         fit: controls(line.fit, &program, &x),
+        params: None,
         search: Vec::new(),
         variance: line.variance,
         output: line.output,
     };
     let options = measure::options(&args.variance)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let result = inspecting::inspect(&program, &args, &options, &progress);
+    let subject = Subject { script, program, provenance: provenance(repl), saved: None };
+    let result = inspecting::inspect(&subject, &args, &options, &progress);
     progress.finish();
     result
 }
@@ -179,6 +190,10 @@ fn script(repl: &Repl) -> PathBuf {
     let session = repl.session.borrow();
     let name = session.model_file().or_else(|| session.model().map(|m| m.name().to_owned()));
     PathBuf::from(name.unwrap_or_default())
+}
+
+fn provenance(repl: &Repl) -> Provenance {
+    Provenance::of_current(&script(repl), repl.session.borrow().model_file().is_none())
 }
 
 /// A fit starts from the values that were set, unless its options override them.

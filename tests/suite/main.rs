@@ -12,6 +12,7 @@ mod interrupt;
 mod nist;
 mod prose;
 mod repl;
+mod saved;
 mod search;
 mod support;
 mod variance;

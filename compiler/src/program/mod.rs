@@ -82,6 +82,12 @@ impl Program {
         &self.typed.inputs
     }
 
+    /// The files that it was compiled from.
+    #[must_use]
+    pub fn sources(&self) -> &Sources {
+        &self.sources
+    }
+
     /// The patches of surface, in order.
     #[must_use]
     pub fn parts(&self) -> &[Part] {

@@ -14,6 +14,7 @@ mod infer;
 mod monitor;
 mod optimise;
 mod options;
+mod plan;
 mod problem;
 mod refine;
 mod register;
@@ -24,16 +25,17 @@ mod sampling;
 mod search;
 mod start;
 mod tuning;
+mod verdict;
 
 #[cfg(test)]
 mod tests;
 
 pub use monitor::TracePoint;
-pub use options::{FitError, FitOptions};
+pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
 pub use result::{
-    Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search,
-    SearchCandidate,
+    Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest,
+    Resampled, Search, SearchCandidate,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 
@@ -57,7 +59,7 @@ pub fn fit(
     options: &FitOptions,
     progress: &dyn Progress,
 ) -> Result<FitResult, FitError> {
-    let monitor = Monitor::new(progress);
+    let monitor = Monitor::of_stages(progress, plan::whole(options));
     let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
     let solution = solve(&problem)?;
     let inference = infer::infer(&solution);

@@ -1,6 +1,7 @@
 //! Observation of a running fit: progress, warnings, times, and the trace of its steps.
 
-use crate::progress::{Progress, Silent};
+use super::plan::Stage;
+use crate::progress::{Piece, Progress, Silent};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -34,9 +35,22 @@ pub(crate) struct Records {
     pub(crate) seconds: BTreeMap<String, f64>,
 }
 
+/// Where a fit is.
+#[derive(Default)]
+struct Position {
+    /// `stage 2 of 5: finding the pose`.
+    stage: String,
+    /// Where the stage begins and ends in the whole fit, between 0 and 1.
+    range: (f64, f64),
+    /// How much of the stage is done.
+    done: f64,
+}
+
 /// The observer of a fit. Nothing in it affects the fit but `cancelled`.
 pub(crate) struct Monitor<'a> {
-    pub(crate) progress: &'a dyn Progress,
+    progress: &'a dyn Progress,
+    stages: Vec<Stage>,
+    position: Mutex<Position>,
     /// Evaluations of the objective.
     pub(crate) evaluations: AtomicU64,
     trace: Mutex<Vec<TracePoint>>,
@@ -46,15 +60,17 @@ pub(crate) struct Monitor<'a> {
 
 impl Default for Monitor<'_> {
     fn default() -> Self {
-        Self::new(&Silent)
+        Self::of_stages(&Silent, Vec::new())
     }
 }
 
 impl<'a> Monitor<'a> {
-    /// A monitor that reports to `progress`.
-    pub(crate) fn new(progress: &'a dyn Progress) -> Self {
+    /// A monitor that reports the stages to `progress`.
+    pub(crate) fn of_stages(progress: &'a dyn Progress, stages: Vec<Stage>) -> Self {
         Self {
             progress,
+            stages,
+            position: Mutex::default(),
             evaluations: AtomicU64::new(0),
             trace: Mutex::default(),
             warnings: Mutex::default(),
@@ -69,10 +85,38 @@ impl<'a> Monitor<'a> {
 
     /// Runs a stage and adds its time to those of its name.
     pub(crate) fn stage<T>(&self, name: &str, run: impl FnOnce() -> T) -> T {
+        self.enter(name);
         let begin = Instant::now();
         let outcome = run();
         *lock(&self.seconds).entry(name.to_owned()).or_default() += begin.elapsed().as_secs_f64();
         outcome
+    }
+
+    /// Shows that a stage begins.
+    fn enter(&self, name: &str) {
+        let Some(n) = self.stages.iter().position(|stage| stage.name == name) else { return };
+        let upto = |n: usize| self.stages[..n].iter().map(|stage| stage.share).sum::<f64>();
+        let whole = upto(self.stages.len());
+        *lock(&self.position) = Position {
+            stage: format!("stage {} of {}: {}", n + 1, self.stages.len(), self.stages[n].words),
+            range: (upto(n) / whole, upto(n + 1) / whole),
+            done: 0.0,
+        };
+        self.reach(0.0, "");
+    }
+
+    /// Shows how much of the stage is done, between 0 and 1, with a phrase of figures, which may be empty.
+    pub(crate) fn reach(&self, done: f64, detail: &str) {
+        let mut position = lock(&self.position);
+        position.done = position.done.max(done);
+        let (from, to) = position.range;
+        self.progress.report(&position.stage, from + position.done * (to - from), detail);
+    }
+
+    /// A fit within the present stage, as progress.
+    pub(crate) fn piece(&self) -> Piece<'a> {
+        let Position { stage, range, .. } = &*lock(&self.position);
+        Piece { whole: self.progress, name: stage.clone(), range: *range }
     }
 
     /// Adds a sentence for the user.
@@ -84,7 +128,7 @@ impl<'a> Monitor<'a> {
     pub(crate) fn note(&self, point: TracePoint) {
         let TracePoint { stage, objective, sigma, inliers, .. } = &point;
         let shown = format!("{stage}: objective {objective:.4}, sigma {sigma:.3} mm, inliers {:.1} %", 100.0 * inliers);
-        self.progress.report("fitting", f64::NAN, &shown);
+        self.reach(0.0, &shown);
         lock(&self.trace).push(point);
     }
 

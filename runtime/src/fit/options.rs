@@ -1,7 +1,7 @@
 //! Options of a fit, and the reasons for which there is none.
 
 use crate::fit::problem::loss::LossKind;
-use crate::model::EvaluationError;
+use crate::model::{EvaluationError, Motion};
 use std::collections::BTreeMap;
 use thiserror::Error;
 
@@ -20,6 +20,8 @@ pub struct FitOptions {
     /// Start values by parameter, in millimetres and radians; the script's defaults hold for the others. A start value
     /// of a pose parameter of the script is taken as a pose to begin from, and orientations are not screened.
     pub start: BTreeMap<String, f64>,
+    /// An earlier fit of the model to go on from; `start` overrides its values.
+    pub earlier: Option<EarlierFit>,
     /// Parameters that keep their start value. Where that was given in `start`, the result says whether the scan
     /// contradicts it.
     pub fixed: Vec<String>,
@@ -42,6 +44,31 @@ pub struct FitOptions {
     pub bootstrap: usize,
     /// Seed of the orientations that are screened and of the bootstrap. 0 is as good as any.
     pub seed: u64,
+}
+
+/// Where an earlier fit ended. It is taken for near: orientations are screened only if the model there explains less
+/// than half of the scan to which that fit converged, or less than nine tenths of another one. Parameters that it held
+/// are not held.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EarlierFit {
+    /// Values of parameters, in millimetres and radians.
+    pub values: BTreeMap<String, f64>,
+    /// The pose that was added to them, if one was.
+    pub pose: Option<Motion>,
+    /// How it converged; none if it did not, if it held parameters, or if it was a fit of another model, as one with
+    /// other inputs is.
+    pub converged: Option<Converged>,
+}
+
+/// The scan and the loss with which a fit converged: with the same ones, another fit has nothing left to do.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Converged {
+    /// SHA-256 of the scan's file.
+    pub scan_sha256: String,
+    /// The kind of the loss.
+    pub loss: LossKind,
+    /// Its scale. Millimetres.
+    pub sigma: f64,
 }
 
 /// A reason for which there is no fit.

@@ -83,6 +83,8 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
     FitResult {
         model: problem.model.name().to_owned(),
         script: String::new(),
+        script_sha256: None,
+        inputs: Vec::new(),
         scan: problem.scan.source.clone(),
         parameters,
         pose: problem.pose.report_pose.then(|| solution.estimate.motion.into()),

@@ -7,6 +7,7 @@ use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter};
 
 /// The result of a fit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,6 +16,13 @@ pub struct FitResult {
     pub model: String,
     /// Path of the script as the user gave it; filled in by the command.
     pub script: String,
+    /// SHA-256 of the texts of the script and of what it uses, in hexadecimal; filled in by the command. Absent where
+    /// the model does not come from a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub script_sha256: Option<String>,
+    /// The script's inputs in its order, with the values that it was compiled with; filled in by the command.
+    #[serde(default)]
+    pub inputs: Vec<FittedInput>,
     /// The scan.
     pub scan: ScanSource,
     /// The script's parameters in its order.
@@ -71,6 +79,29 @@ pub struct FitResult {
     /// The steps that led here, in order. Not part of fit.json.
     #[serde(skip)]
     pub trace: Vec<TracePoint>,
+}
+
+/// An input of the script.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FittedInput {
+    /// Its name.
+    pub name: String,
+    /// Its value, in `unit`; 0 or 1 for a `bool`.
+    pub value: f64,
+    /// `mm`, `rad` or empty.
+    pub unit: String,
+    /// What it measures.
+    pub quantity: Quantity,
+}
+
+/// `knobs=5`, as on the command line.
+impl Display for FittedInput {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self.quantity {
+            Quantity::Bool => write!(f, "{}={}", self.name, self.value != 0.0),
+            quantity => write!(f, "{}={}", self.name, quantity.shown(self.value)),
+        }
+    }
 }
 
 /// A parameter of the script.

@@ -8,7 +8,7 @@ use super::problem::rigid::pose_parameters;
 use super::result::{FitResult, Search, SearchCandidate};
 use super::tuning::{CONVINCING_INLIERS, FINALISTS, SOME_EVIDENCE, STRONG_EVIDENCE};
 use crate::model::Model;
-use crate::progress::Progress;
+use crate::progress::{Piece, Progress};
 use crate::scan::Scan;
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -82,15 +82,16 @@ pub fn search<M: Model>(
 ) -> Result<Selected<M>, SearchError> {
     let mut candidates: Vec<Candidate<M>> = Vec::new();
     let mut failed: Vec<SearchCandidate> = Vec::new();
-    for inputs in values {
+    let count = values.len();
+    let mut fits = Fits { progress, count: count + FINALISTS.min(count), begun: 0 };
+    for (n, inputs) in values.into_iter().enumerate() {
         if progress.cancelled() && !candidates.is_empty() {
             break;
         }
-        let named: Vec<String> = inputs.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        progress.report(&named.join(" "), f64::NAN, "");
+        let piece = fits.next(format!("{} ({} of {count})", named(&inputs), n + 1));
         let failure = match prepare(&inputs) {
             Err(why) => why,
-            Ok((model, options)) => match fit(&model, scan, &options, progress) {
+            Ok((model, options)) => match fit(&model, scan, &options, &piece) {
                 Ok(fit) => {
                     candidates.push(Candidate { inputs, model, options, fit });
                     continue;
@@ -108,7 +109,7 @@ pub fn search<M: Model>(
     let mut comparison = rank(&mut candidates, scan)?;
     let strong = comparison.margin.is_some_and(|m| Evidence::of_margin(m) == Evidence::Strong);
     if !(strong && candidates[0].fit.inliers > CONVINCING_INLIERS) {
-        refit_best(&mut candidates, scan, progress)?;
+        refit_best(&mut candidates, scan, &mut fits)?;
         comparison = rank(&mut candidates, scan)?;
     }
     comparison.candidates.extend(failed);
@@ -134,24 +135,47 @@ fn rank<M: Model>(candidates: &mut Vec<Candidate<M>>, scan: &Scan) -> Result<Sea
     Ok(search)
 }
 
+fn named(inputs: &InputValues) -> String {
+    inputs.iter().map(|(name, value)| format!("{name}={value}")).collect::<Vec<_>>().join(" ")
+}
+
+/// The fits of a search as pieces of its progress, all of one length.
+struct Fits<'a> {
+    progress: &'a dyn Progress,
+    /// Their number, with those that may be repeated.
+    count: usize,
+    begun: usize,
+}
+
+impl<'a> Fits<'a> {
+    /// The next fit.
+    fn next(&mut self, name: String) -> Piece<'a> {
+        let at = |n: usize| n as f64 / self.count as f64;
+        let range = (at(self.begun), at(self.begun + 1));
+        self.begun += 1;
+        Piece { whole: self.progress, name, range }
+    }
+}
+
 /// Fits the best candidates again, each from the shape of the best other one, and keeps the better fit.
-fn refit_best<M: Model>(candidates: &mut [Candidate<M>], scan: &Scan, progress: &dyn Progress) -> Result<(), FitError> {
+fn refit_best<M: Model>(candidates: &mut [Candidate<M>], scan: &Scan, fits: &mut Fits) -> Result<(), FitError> {
     let count = candidates.len().min(FINALISTS);
     for i in 0..count {
         let other = usize::from(i == 0);
-        if progress.cancelled() || other >= count {
+        if fits.progress.cancelled() || other >= count {
             break;
         }
         let shape: Vec<(String, f64)> =
             candidates[other].fit.parameters.iter().map(|p| (p.name.clone(), p.value)).collect();
-        let Candidate { model, options, fit: before, .. } = &mut candidates[i];
+        let Candidate { inputs, model, options, fit: before, .. } = &mut candidates[i];
         let pose = pose_parameters(model, scan);
         let mut options = options.clone();
         for (name, value) in shape.into_iter().filter(|(name, _)| !pose.contains(name)) {
             options.start.entry(name).or_insert(value);
         }
         // If the other's shape does not exist with these inputs, there is nothing to try.
-        let Ok(again) = fit(model, scan, &options, progress) else { continue };
+        let piece = fits.next(format!("{} again ({} of {count})", named(inputs), i + 1));
+        let Ok(again) = fit(model, scan, &options, &piece) else { continue };
         let compared = compare(&[&*before, &again].map(|fit| Rival { model, fit }), scan)?;
         if compared.bic[1] < compared.bic[0] {
             *before = again;

@@ -55,6 +55,10 @@ impl FitOptions {
         }
         let parameters = model.parameters();
         let mut x: Vec<f64> = parameters.iter().map(|p| p.default).collect();
+        // Where the bounds have changed, these values move into them: the user did not give them.
+        for (name, value) in self.earlier.iter().flat_map(|earlier| &earlier.values) {
+            x[index(name, parameters)?] = *value;
+        }
         let mut given = vec![false; x.len()];
         for (name, value) in &self.start {
             let i = index(name, parameters)?;

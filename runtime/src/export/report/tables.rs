@@ -62,6 +62,10 @@ pub(super) fn fit(fit: &FitResult) -> String {
     let mut out = String::from("<section>\n<h2>Fit</h2>\n<div class=\"columns\">\n<div>\n<h3>Parameters</h3>\n");
     let head = "<thead><tr><th>Parameter</th><th>Value</th><th>SD</th><th>Unit</th><th></th></tr></thead>\n";
     table(head, fit.parameters.iter().map(parameter), &mut out);
+    if !fit.inputs.is_empty() {
+        let inputs: Vec<String> = fit.inputs.iter().map(|input| escape(&input.to_string())).collect();
+        let _ = writeln!(out, "<p>Inputs: {}</p>", inputs.join(", "));
+    }
     out.push_str("</div>\n<div>\n");
     quality(fit, &mut out);
     if let Some(p) = &fit.pose {

@@ -1,5 +1,5 @@
 use super::{Report, fill, write};
-use crate::fit::{FitResult, FittedParameter};
+use crate::fit::{FitResult, FittedInput, FittedParameter};
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
 use crate::scan::ScanSource;
@@ -43,10 +43,15 @@ fn tessellation() -> Tessellation {
     }
 }
 
+fn input(name: &str, value: f64, quantity: Quantity) -> FittedInput {
+    FittedInput { name: name.to_owned(), value, unit: quantity.unit().to_owned(), quantity }
+}
+
 fn fit() -> FitResult {
     FitResult {
         model: HOSTILE.to_owned(),
         script: HOSTILE.to_owned(),
+        inputs: vec![input("knobs", 5.0, Quantity::Int), input("tilt", 0.5, Quantity::Angle)],
         scan: ScanSource::default(),
         parameters: vec![
             FittedParameter {
@@ -135,6 +140,7 @@ fn figures_are_there() {
     assert!(page.contains("<td>alpha</td><td>45.00000</td><td>0.573</td><td class=\"text\">&deg;</td>"));
     assert!(page.contains("at its bound") && page.contains("held fixed"));
     assert!(page.contains("positive: the scan lies outside the model"));
+    assert!(page.contains("<p>Inputs: knobs=5, tilt=28.647889757deg</p>"));
     assert!(page.contains("&minus;2.00000"), "the pose");
     assert!(page.contains("<b>87.5 %</b><span>of the surface measured"));
     // Seven texels have data; -9 is below the scale's end, 2 above.

@@ -14,6 +14,7 @@ use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Draws and fits as many scans as the options say; None where fewer than two could be fitted.
 pub(crate) fn run(solution: &Solution, uncertainty: Option<&Uncertainty>) -> Option<Bootstrap> {
@@ -23,7 +24,7 @@ pub(crate) fn run(solution: &Solution, uncertainty: Option<&Uncertainty>) -> Opt
     if problem.monitor.cancelled() {
         return None;
     }
-    problem.monitor.progress.report("bootstrap", f64::NAN, "");
+    let drawn = AtomicUsize::new(0);
     let blocks = blocks(&problem.points, edge);
     let fits: Vec<Vec<f64>> = (0..samples)
         .into_par_iter()
@@ -34,7 +35,10 @@ pub(crate) fn run(solution: &Solution, uncertainty: Option<&Uncertainty>) -> Opt
             }
             let mut random = ChaCha8Rng::seed_from_u64(problem.options.seed);
             random.set_stream(1 + sample as u64);
-            refitted(solution, &draw(&problem.points, &blocks, &mut random))
+            let refitted = refitted(solution, &draw(&problem.points, &blocks, &mut random));
+            let drawn = 1 + drawn.fetch_add(1, Ordering::Relaxed);
+            problem.monitor.reach(drawn as f64 / samples as f64, &format!("sample {drawn} of {samples}"));
+            refitted
         })
         .collect();
     if fits.len() < 2 {

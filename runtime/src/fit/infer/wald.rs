@@ -3,6 +3,7 @@
 use super::significance::chi_squared_tail;
 use crate::fit::monitor::Monitor;
 use crate::fit::options::FitOptions;
+use crate::fit::plan;
 use crate::fit::problem::Problem;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Parameterization;
@@ -22,7 +23,6 @@ pub(crate) fn test(solution: &Solution) -> Vec<HypothesisTest> {
     if tested.is_empty() || problem.monitor.cancelled() {
         return Vec::new();
     }
-    problem.monitor.progress.report("testing the held values", f64::NAN, "");
     let released = problem.monitor.stage("test", || released(solution, &tested));
     if problem.monitor.cancelled() {
         return Vec::new();
@@ -70,8 +70,9 @@ struct Released {
 fn released(solution: &Solution, tested: &[usize]) -> Option<Released> {
     let problem = solution.level.problem;
     let x = solution.level.space.x(&solution.estimate.z)?;
-    let monitor = Monitor::new(problem.monitor.progress);
     let options = released_options(problem, tested);
+    let piece = problem.monitor.piece();
+    let monitor = Monitor::of_stages(&piece, plan::to_solution(&options[0]));
     let again = options.iter().find_map(|o| Problem::new(problem.model, problem.scan, o, &monitor).ok());
     let anew = again.as_ref().and_then(|problem| solve(problem).ok());
     problem.monitor.count(monitor.evaluations());
@@ -112,7 +113,8 @@ fn released_options(problem: &Problem, tested: &[usize]) -> [FitOptions; 2] {
     let names: Vec<&String> = tested.iter().map(|i| &problem.model.parameters()[*i].name).collect();
     let mut near = problem.options.clone();
     near.fixed.retain(|name| !names.contains(&name));
-    let mut anew = near.clone();
+    // Where an earlier fit ended, the values under test may have decided.
+    let mut anew = FitOptions { earlier: None, ..near.clone() };
     anew.start.retain(|name, _| !names.contains(&name));
     [anew, near]
 }

@@ -14,9 +14,9 @@ pub(crate) mod rows;
 pub(crate) mod sums;
 
 use super::monitor::Monitor;
-use super::options::{FitError, FitOptions};
+use super::options::{Converged, FitError, FitOptions};
 use super::start::Start;
-use crate::fit::tuning::{FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
+use crate::fit::tuning::{CONVINCING, EXPLAINED, FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
 use crate::model::Model;
 use crate::scan::Scan;
 use free_space::FreeSpace;
@@ -68,7 +68,6 @@ impl<'a> Problem<'a> {
         if model.parts().is_empty() {
             return Err(FitError::EmptyModel);
         }
-        monitor.progress.report("preparing", f64::NAN, "");
         let points = Points::of(scan);
         // Outliers must not decide on the place and the size of the object.
         let surfaces = points.on_surfaces(scan);
@@ -83,6 +82,24 @@ impl<'a> Problem<'a> {
         let oriented = !points.normal.is_empty() && scan.oriented && !options.ignore_normals;
         let free_space = OnceLock::new();
         Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, pose, monitor, free_space })
+    }
+
+    /// The motion that an earlier fit added, as far as the pose may be sought.
+    pub(crate) fn start_motion(&self) -> Isometry {
+        let pose = self.options.earlier.as_ref().and_then(|earlier| earlier.pose);
+        pose.filter(|_| self.pose.moving).map_or(Isometry::IDENTITY, Isometry::from)
+    }
+
+    /// The end of an earlier fit, if that converged to this scan.
+    pub(crate) fn converged(&self) -> Option<&Converged> {
+        let end = self.options.earlier.as_ref()?.converged.as_ref()?;
+        // Scans that are not from files have no sum.
+        (!end.scan_sha256.is_empty() && end.scan_sha256 == self.scan.source.sha256).then_some(end)
+    }
+
+    /// Inlier ratio above which no other orientations than that of the start are sought.
+    pub(crate) fn convincing(&self) -> f64 {
+        if self.converged().is_some() { EXPLAINED } else { CONVINCING }
     }
 
     /// The level of the registration: about the start values, with coarse facets.

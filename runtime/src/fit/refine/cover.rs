@@ -19,10 +19,10 @@ pub(crate) fn cover(solution: Solution) -> Solution {
             return solution;
         }
     };
-    problem.monitor.progress.report("coverage", f64::NAN, "");
     let sample = problem.points.every(THIN_POINTS);
     let mut covered = solution;
-    for scale in COVERAGE_SCALES {
+    for (n, scale) in COVERAGE_SCALES.into_iter().enumerate() {
+        problem.monitor.reach(n as f64 / (COVERAGE_SCALES.len() + 1) as f64, "");
         covered = polish_with(coverage.at_scale(scale * problem.radius), covered, &sample);
     }
     let scale = (COVERAGE_FINEST * problem.radius).max(covered.loss.sigma);

@@ -2,6 +2,7 @@
 //! script's parameters, and the coverage term; `solve` runs registration and all of these in their order.
 
 pub(crate) mod cover;
+mod earlier;
 pub(crate) mod schedule;
 pub(crate) mod solve;
 pub(crate) mod write_back;

@@ -1,6 +1,7 @@
 //! From where the registration ended to the optimum: from coarse to fine, in the scale of the loss and in points
 //! (graduated non-convexity), to the scale that the scan's noise suggests.
 
+use super::earlier;
 use crate::fit::correspond::cache::FootCache;
 use crate::fit::optimise;
 use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
@@ -52,6 +53,10 @@ impl<'a> Solution<'a> {
     }
 }
 
+/// Shares of the refinement's time until the scale of the loss has come down, and until parts have been restarted.
+const ANNEALED: f64 = 0.05;
+const RESTARTED: f64 = 0.9;
+
 /// From the registration's scale of the loss to the final one.
 pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let Registration { level, candidate, seeds } = registration;
@@ -65,22 +70,34 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
         signs = problem.facing(&unsided, &signs);
     }
+    if let Some(guess) = earlier::converged(&level, &estimate, &signs) {
+        return polish(level, &problem.points, guess, Some(POLISH));
+    }
     let few = problem.thin.sample(ANNEALING_POINTS);
     let given = problem.options.sigma.map(|sigma| Loss { kind: problem.options.loss, sigma });
     let mut guess = Guess { estimate, loss: given.unwrap_or(wide), signs, iterations: 0 };
     guess = anneal(&level, &few, guess, given);
+    problem.monitor.reach(ANNEALED, "");
     if !problem.monitor.cancelled() {
         // At so fine a scale, parts that passed for right before may be wrong.
         let (estimate, signs) = (guess.estimate.clone(), guess.signs.clone());
         let from = Candidate { estimate, signs, value: f64::INFINITY };
         let scale = guess.loss.sigma / problem.radius;
-        let plan = Restart { level: &level, seeds: &seeds, points: &few, scale, scope: Scope::Doubtful };
+        let plan = Restart {
+            level: &level,
+            seeds: &seeds,
+            points: &few,
+            scale,
+            scope: Scope::Doubtful,
+            span: (ANNEALED, RESTARTED),
+        };
         let Candidate { estimate, signs, value } = restart(&plan, from);
         // A candidate that no restart has improved has no value still.
         if value.is_finite() {
             guess = anneal(&level, &few, Guess { estimate, signs, ..guess }, given);
         }
     }
+    problem.monitor.reach(RESTARTED, "");
     let loss = given.unwrap_or_else(|| suggested_loss(&level, &problem.thin, &guess));
     guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
     // A sample as dense as the scan itself comes first: all points then have hardly anything left to do. Where the

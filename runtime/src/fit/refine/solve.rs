@@ -14,7 +14,6 @@ use crate::fit::register::register;
 pub(crate) fn solve<'a>(problem: &'a Problem<'a>) -> Result<Solution<'a>, FitError> {
     let monitor = problem.monitor;
     let registration = monitor.stage("screen", || register(problem))?;
-    monitor.progress.report("fitting", f64::NAN, "");
     let solution = monitor.stage("fit", || refine(registration));
     let solution = monitor.stage("finish", || write_back(solution));
     if problem.options.coverage && !monitor.cancelled() {

@@ -13,10 +13,9 @@ mod symmetry;
 
 use super::options::FitError;
 use super::problem::Problem;
-use super::problem::isometry::Isometry;
 use super::problem::level::Level;
 use super::problem::parameterization::Estimate;
-use super::tuning::{ANOTHER_UNIT, CLEARLY_BETTER, CONVINCING};
+use super::tuning::{ANOTHER_UNIT, CLEARLY_BETTER};
 use candidate::Candidate;
 
 /// The start of the refinement.
@@ -44,21 +43,22 @@ pub(crate) struct Seeds {
 pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>, FitError> {
     let level = problem.start_level()?;
     warn_of_unit(problem, level.space.radius);
-    let start = level.space.estimate(&problem.start.x, Isometry::IDENTITY);
+    let start = level.space.estimate(&problem.start.x, problem.start_motion());
     let names = problem.model.parameters();
     let given = |i: &usize| problem.options.start.contains_key(&names[*i].name);
     let searched = problem.pose.moving;
-    let given_near = problem.options.no_pose || problem.rigid.indices.iter().any(given);
+    let earlier = problem.options.earlier.is_some();
+    let given_near = problem.options.no_pose || earlier || problem.rigid.indices.iter().any(given);
     let at_start = Seeds { start: start.clone(), reference: start.clone() };
     let mut near = None;
     if given_near || !searched {
         let (candidate, inlier_ratio) = screening::near(&level, &at_start, searched);
-        if !searched || inlier_ratio > CONVINCING {
+        if !searched || inlier_ratio > problem.convincing() {
             return Ok(Registration { level, candidate, seeds: at_start });
         }
         near = Some(candidate);
     }
-    problem.monitor.progress.report("screening orientations", f64::NAN, "");
+    problem.monitor.reach(0.0, "screening orientations");
     let defaults: Vec<f64> = names.iter().map(|p| p.default).collect();
     let reference = level.space.estimate(&defaults, start.motion);
     let anywhere = Seeds { start, reference };

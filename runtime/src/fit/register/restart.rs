@@ -32,6 +32,16 @@ pub(crate) struct Restart<'s> {
     /// Scale of the loss, in radii of the scan.
     pub(crate) scale: f64,
     pub(crate) scope: Scope,
+    /// The part of the stage's time that the restarts take, for those who watch it.
+    pub(crate) span: (f64, f64),
+}
+
+impl Restart<'_> {
+    /// Shows how many rounds are done: the first one takes about half of the time, and so on.
+    fn reach(&self, rounds: f64) {
+        let (from, to) = self.span;
+        self.level.problem.monitor.reach(to + (from - to) * (-rounds).exp2(), "parts in other places");
+    }
 }
 
 /// The groups that are restarted.
@@ -50,7 +60,8 @@ pub(crate) fn restart(plan: &Restart, candidate: Candidate) -> Candidate {
     let mut best = candidate;
     for round in 0..RESTART_ROUNDS {
         let mut again = false;
-        for group in &groups {
+        for (n, group) in groups.iter().enumerate() {
+            plan.reach(round as f64 + n as f64 / groups.len() as f64);
             let Some(Restarted { better, ratio }) = restart_group(plan, group, round, &best) else { continue };
             // A group that still fits badly is tried once more with other values; and a rest that fits better shows
             // more clearly which points it leaves over, if there is any doubt or another group left.
@@ -78,7 +89,7 @@ struct Restarted {
 /// Restarts one group. None where the rest explains nearly all points, where the model does not exist, or where there
 /// is no need to.
 fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) -> Option<Restarted> {
-    let Restart { level, seeds, points, scale, scope } = *plan;
+    let Restart { level, seeds, points, scale, scope, .. } = *plan;
     let thin = &level.problem.thin;
     let present = objective(level, thin, scale, Some(&from.signs));
     let rest = rest(&present, &from.estimate, group)?;

@@ -5,6 +5,7 @@ use super::candidate::{Candidate, by_value, climb, distinct, objective};
 use super::distance_field::DistanceField;
 use super::restart::{Restart, Scope, restart};
 use super::shape_proposals::propose;
+use crate::fit::options::FitOptions;
 use crate::fit::problem::isometry::{Isometry, random_rotation, rotations};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Order;
@@ -16,11 +17,24 @@ use crate::fit::tuning::{
 };
 use rayon::prelude::*;
 
+/// Shares of the time of a global search until all orientations are aligned, and until the best are optimised. Then
+/// parts are restarted.
+const ORIENTED: f64 = 0.05;
+const CLIMBED: f64 = 0.1;
+
 /// The best place to begin from near the start, with its inlier ratio. `searched` says whether there are others, far
 /// from it.
 pub(crate) fn near(level: &Level, seeds: &Seeds, searched: bool) -> (Candidate, f64) {
     let from = Candidate::new(level, seeds.start.clone());
     let points = level.problem.thin.sample(COMPARED);
+    let FitOptions { earlier, start, .. } = level.problem.options;
+    if earlier.is_some() && start.is_empty() {
+        // Wide scales of the loss would only lead away from where the earlier fit ended.
+        let ratio = inlier_ratio(level, &points, FINE, &from);
+        if ratio > level.problem.convincing() {
+            return (from, ratio);
+        }
+    }
     // A start so far off that hardly a point feels it is brought nearer with wider scales.
     let [first, last] = NEAR_RUNGS;
     let mut scales = first.scales.to_vec();
@@ -34,7 +48,7 @@ pub(crate) fn near(level: &Level, seeds: &Seeds, searched: bool) -> (Candidate, 
     if searched && ratio < HOPELESS {
         return (candidate, ratio);
     }
-    let candidate = restart(&plan(level, seeds, &points), candidate);
+    let candidate = restart(&plan(level, seeds, &points, (0.0, CLIMBED)), candidate);
     let ratio = inlier_ratio(level, &points, FINE, &candidate);
     (candidate, ratio)
 }
@@ -45,8 +59,8 @@ fn inlier_ratio(level: &Level, points: &Points, scale: f64, at: &Candidate) -> f
     evaluation.map_or(0.0, |e| e.inliers() / points.len().max(1) as f64)
 }
 
-fn plan<'s>(level: &'s Level<'s>, seeds: &'s Seeds, points: &'s Points) -> Restart<'s> {
-    Restart { level, seeds, points, scale: FINE, scope: Scope::All }
+fn plan<'s>(level: &'s Level<'s>, seeds: &'s Seeds, points: &'s Points, span: (f64, f64)) -> Restart<'s> {
+    Restart { level, seeds, points, scale: FINE, scope: Scope::All, span }
 }
 
 /// The best place to begin from of all orientations, of the start's shape, the script's default shape and others that
@@ -58,11 +72,22 @@ pub(crate) fn anywhere(level: &Level, seeds: &Seeds) -> Option<Candidate> {
         shapes.push(defaults.clone());
     }
     shapes.extend(propose(level, start));
-    let oriented = shapes.iter().flat_map(|shape| distinct(level, orientations(level, shape), PER_SHAPE));
-    let candidates = climb(level, by_value(oriented.collect()), &GLOBAL_RUNGS);
+    let monitor = level.problem.monitor;
+    let count = shapes.len();
+    let oriented = shapes.iter().enumerate().flat_map(|(n, shape)| {
+        let done = ORIENTED * n as f64 / count as f64;
+        monitor.reach(done, &format!("orientations of shape {} of {count}", n + 1));
+        distinct(level, orientations(level, shape), PER_SHAPE)
+    });
+    let oriented = by_value(oriented.collect());
+    monitor.reach(ORIENTED, "the best orientations");
+    let candidates = climb(level, oriented, &GLOBAL_RUNGS);
     let points = level.problem.thin.sample(COMPARED);
     let candidates = distinct(level, candidates, RESTARTED).into_iter();
-    let restarted = candidates.map(|candidate| restart(&plan(level, seeds, &points), candidate));
+    let begin = |n: usize| CLIMBED + (1.0 - CLIMBED) * n as f64 / RESTARTED as f64;
+    let restarted = candidates
+        .enumerate()
+        .map(|(n, candidate)| restart(&plan(level, seeds, &points, (begin(n), begin(n + 1))), candidate));
     by_value(restarted.collect()).into_iter().next()
 }
 

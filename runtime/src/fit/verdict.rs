@@ -1,0 +1,31 @@
+//! Whether a fit can be relied on.
+
+use super::result::FitResult;
+use super::tuning::EXPLAINED;
+
+impl FitResult {
+    /// A sentence that says why the fit cannot be relied on; none if it converged and at least half of the scan's
+    /// points are inliers.
+    #[must_use]
+    pub fn shortcoming(&self) -> Option<String> {
+        if !(self.inliers >= EXPLAINED) {
+            let share = 100.0 * self.inliers;
+            return Some(format!("the model explains {share:.0} % of the scan's points, fewer than half of them"));
+        }
+        (!self.converged).then(|| "the last stage did not converge".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fit_is_relied_on_if_it_converged_to_half_of_the_points() {
+        let said = |converged, inliers| FitResult { converged, inliers, ..FitResult::default() }.shortcoming();
+        assert_eq!(said(true, 0.5), None);
+        assert!(said(false, 0.9).is_some_and(|why| why.contains("converge")));
+        assert!(said(true, 0.49).is_some_and(|why| why.contains("49 %")));
+        assert!(said(true, f64::NAN).is_some());
+    }
+}

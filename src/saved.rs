@@ -1,0 +1,204 @@
+//! A fit that a command begins from: the file of `--params`.
+
+use crate::cli::CompileArgs;
+use crate::error::CommandError;
+use crate::{provenance, script};
+use gml_compiler::check::InputValue;
+use gml_compiler::diagnostic::Code;
+use gml_compiler::program::{Failed, Input, Parameter, Program, Quantity};
+use gml_compiler::source::FileId;
+use gml_compiler::syntax;
+use gml_compiler::syntax::ast::{Item, ItemKind, Model};
+use gml_runtime::fit::{Converged, EarlierFit, FitResult, FittedInput};
+use gml_runtime::model::Motion;
+use std::path::{Path, PathBuf};
+
+/// Relative difference of equal numbers: the last digits of a number may be lost in a file.
+const ROUNDING: f64 = 1e-12;
+
+/// A result of `gmlc fit`.
+pub(crate) struct SavedFit {
+    path: PathBuf,
+    fit: FitResult,
+}
+
+impl SavedFit {
+    /// Reads fit.json.
+    pub(crate) fn read(path: &Path) -> Result<SavedFit, CommandError> {
+        let text = script::read(path)?;
+        let fit = serde_json::from_str(&text)
+            .map_err(|e| CommandError::Failed(format!("{}: is not a result of `gmlc fit`: {e}", path.display())))?;
+        Ok(SavedFit { path: path.to_owned(), fit })
+    }
+
+    /// The pose that the fit added.
+    pub(crate) fn pose(&self) -> Option<Motion> {
+        self.fit.pose
+    }
+
+    /// Warns where a command has no use for the pose that the fit added.
+    pub(crate) fn without_pose(&self) {
+        if self.fit.pose.is_some() {
+            self.warn("the pose that gmlc added is left out: the model is where the script puts it");
+        }
+    }
+
+    /// Where the fit ended, for one of a program that may have other inputs or another text.
+    pub(crate) fn earlier(&self, program: &Program) -> EarlierFit {
+        let FitResult { parameters, pose, scan, loss, sigma, .. } = &self.fit;
+        let converged = Converged { scan_sha256: scan.sha256.clone(), loss: *loss, sigma: *sigma };
+        let inputs: Vec<FittedInput> = program.inputs().iter().map(provenance::input).collect();
+        let finished = self.fit.converged && !self.fit.interrupted && !parameters.iter().any(|p| p.fixed);
+        let same = finished && inputs == self.fit.inputs && !self.is_of_another_text(program);
+        EarlierFit {
+            values: parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
+            pose: *pose,
+            converged: same.then_some(converged),
+        }
+    }
+
+    fn is_of_another_text(&self, program: &Program) -> bool {
+        self.fit.script_sha256.as_ref().is_some_and(|sum| *sum != provenance::sha256(program.sources()))
+    }
+
+    /// The values of a program's parameters.
+    pub(crate) fn values_of(&self, program: &Program) -> Vec<f64> {
+        let fitted =
+            |p: &Parameter| self.fit.parameters.iter().find(|f| f.name == p.name).map_or(p.default, |f| f.value);
+        program.parameters().iter().map(fitted).collect()
+    }
+
+    /// The arguments of a compilation with the inputs of the fit, but for those that are `searched`.
+    pub(crate) fn with_inputs(&self, args: &CompileArgs, searched: &[&str]) -> Result<CompileArgs, CommandError> {
+        let mut args = args.clone();
+        for input in self.fit.inputs.iter().filter(|i| !searched.contains(&i.name.as_str())) {
+            let given = args.inputs.iter().find(|(name, _)| *name == input.name);
+            match given {
+                Some((_, given)) if !same(*given, input.value) => return Err(self.contradiction(input, *given)),
+                Some(_) => {}
+                None => args.inputs.push((input.name.clone(), value(input))),
+            }
+        }
+        Ok(args)
+    }
+
+    fn contradiction(&self, input: &FittedInput, given: InputValue) -> CommandError {
+        let given = match given {
+            InputValue::Bool(flag) => flag.to_string(),
+            InputValue::Int(whole) => whole.to_string(),
+            InputValue::Real(number) => input.quantity.shown(number),
+        };
+        CommandError::usage(format!("--input {}={given}: {} was fitted with {input}", input.name, self.path.display(),))
+    }
+
+    /// Says what is wrong if a script cannot be compiled with the fit's inputs because it is another one.
+    pub(crate) fn explain(&self, error: CommandError) -> CommandError {
+        let CommandError::Script(failed) = &error else { return error };
+        if !failed.diagnostics.iter().any(|d| d.code == Code::UnknownInput) {
+            return error;
+        }
+        self.lost_inputs(failed).unwrap_or(error)
+    }
+
+    fn lost_inputs(&self, failed: &Failed) -> Option<CommandError> {
+        let (tree, _) = syntax::parse(FileId(0), &failed.sources.scripts().next()?.text);
+        let model = |item: &Item| if let ItemKind::Model(model) = &item.kind { Some(model.clone()) } else { None };
+        let Model { name, items } = tree.items.iter().rev().find_map(model)?;
+        let input =
+            |item: &Item| if let ItemKind::Input(input) = &item.kind { Some(input.name.text.clone()) } else { None };
+        let declared: Vec<String> = items.iter().filter_map(input).collect();
+        self.require_inputs(&name.text, &declared).err()
+    }
+
+    /// Refuses a fit of a model of another name, or one with inputs that are not `declared`.
+    pub(crate) fn require_inputs(&self, model: &str, declared: &[String]) -> Result<(), CommandError> {
+        self.require_name(model)?;
+        let lost: Vec<String> =
+            self.fit.inputs.iter().filter(|i| !declared.contains(&i.name)).map(ToString::to_string).collect();
+        if lost.is_empty() {
+            return Ok(());
+        }
+        let inputs = if lost.len() == 1 { "input of that name" } else { "inputs of these names" };
+        Err(self.failed(&format!("was fitted with {}, and the model '{model}' has no {inputs}", lost.join(", "))))
+    }
+
+    fn require_name(&self, name: &str) -> Result<(), CommandError> {
+        // Files from before the name was written have an empty one.
+        if self.fit.model.is_empty() || self.fit.model == name {
+            return Ok(());
+        }
+        Err(self.failed(&format!("is of the model '{}', and this model is '{name}'", self.fit.model)))
+    }
+
+    /// Refuses a fit of another model, and warns of one of another text. `args` are those of the command line.
+    pub(crate) fn require_model(&self, program: &Program, args: &CompileArgs) -> Result<(), CommandError> {
+        self.require_name(program.name())?;
+        self.require_parameters(program)?;
+        let unknown = |i: &&Input| {
+            self.fit.inputs.iter().all(|f| f.name != i.name) && args.inputs.iter().all(|(name, _)| *name != i.name)
+        };
+        for input in program.inputs().iter().filter(unknown) {
+            let taken = provenance::input(input);
+            self.warn(&format!("does not say with which '{}' it was fitted: {taken} is taken", input.name));
+        }
+        if self.is_of_another_text(program) {
+            self.warn("the text of the script, or of what it uses, has changed since the fit");
+        }
+        Ok(())
+    }
+
+    /// Refuses a fit whose parameters are not the model's.
+    fn require_parameters(&self, program: &Program) -> Result<(), CommandError> {
+        let (fitted, known) = (&self.fit.parameters, program.parameters());
+        let quoted = |names: Vec<&str>| names.iter().map(|n| format!("'{n}'")).collect::<Vec<_>>().join(", ");
+        let extra = fitted.iter().filter(|f| known.iter().all(|k| k.name != f.name)).map(|f| f.name.as_str());
+        let lacking = known.iter().filter(|k| fitted.iter().all(|f| f.name != k.name)).map(|k| k.name.as_str());
+        let (extra, lacking) = (quoted(extra.collect()), quoted(lacking.collect()));
+        let mut differences = Vec::new();
+        if !extra.is_empty() {
+            differences.push(format!("the fit has {extra}, which the model has not"));
+        }
+        if !lacking.is_empty() {
+            differences.push(format!("the model has {lacking}, which the fit has not"));
+        }
+        let another = |k: &&Parameter| fitted.iter().any(|f| f.name == k.name && f.quantity != k.quantity);
+        let another = quoted(known.iter().filter(another).map(|k| k.name.as_str()).collect());
+        if !another.is_empty() {
+            differences.push(format!("{another} measured something else"));
+        }
+        if differences.is_empty() {
+            return Ok(());
+        }
+        let differences = differences.join("; ");
+        Err(self.failed(&format!(
+            "was fitted to other parameters than those of the model '{}': {differences}",
+            program.name()
+        )))
+    }
+
+    fn failed(&self, what: &str) -> CommandError {
+        CommandError::Failed(format!("{}: {what}", self.path.display()))
+    }
+
+    fn warn(&self, what: &str) {
+        eprintln!("warning: {}: {what}", self.path.display());
+    }
+}
+
+/// The value of an input for the compiler.
+fn value(input: &FittedInput) -> InputValue {
+    match input.quantity {
+        Quantity::Int => InputValue::Int(input.value as i64),
+        Quantity::Bool => InputValue::Bool(input.value != 0.0),
+        _ => InputValue::Real(input.value),
+    }
+}
+
+fn same(given: InputValue, fitted: f64) -> bool {
+    let given = match given {
+        InputValue::Int(whole) => whole as f64,
+        InputValue::Bool(flag) => f64::from(flag),
+        InputValue::Real(number) => number,
+    };
+    (given - fitted).abs() <= ROUNDING * fitted.abs()
+}

@@ -1,0 +1,53 @@
+//! What is fitted: a compiled script, from its beginning or from where an earlier fit ended.
+
+use crate::cli::{FitControls, ScriptArgs};
+use crate::error::CommandError;
+use crate::provenance::Provenance;
+use crate::saved::SavedFit;
+use crate::values::Range;
+use crate::{fit, script};
+use gml_compiler::program::Program;
+use gml_runtime::fit::FitOptions;
+use std::path::Path;
+
+/// A compiled script to be fitted.
+pub(crate) struct Subject {
+    /// The script, with the inputs of the earlier fit.
+    pub(crate) script: ScriptArgs,
+    /// The program for these inputs; those that are searched have their defaults.
+    pub(crate) program: Program,
+    pub(crate) provenance: Provenance,
+    /// The fit to go on from.
+    pub(crate) saved: Option<SavedFit>,
+}
+
+impl Subject {
+    /// Compiles a script; `params` is the file of an earlier fit. Inputs that are searched may differ from that fit's.
+    pub(crate) fn compiled(
+        script: &ScriptArgs,
+        params: Option<&Path>,
+        searched: &[Range],
+    ) -> Result<Subject, CommandError> {
+        let saved = params.map(SavedFit::read).transpose()?;
+        let searched: Vec<&str> = searched.iter().map(|range| range.name.as_str()).collect();
+        let program = script::compile_for(&script.model, &script.compile, saved.as_ref(), &searched)?;
+        let provenance = Provenance::of(&script.model, &program);
+        let mut script = script.clone();
+        if let Some(saved) = &saved {
+            script.compile = saved.with_inputs(&script.compile, &searched)?;
+        }
+        Ok(Subject { script, program, provenance, saved })
+    }
+
+    /// The options of a fit of this script with perhaps other inputs, which is `program`.
+    pub(crate) fn options(&self, controls: &FitControls, program: &Program) -> Result<FitOptions, CommandError> {
+        let mut options = fit::options(controls, program)?;
+        options.earlier = self.saved.as_ref().map(|saved| saved.earlier(program));
+        if controls.no_pose && options.earlier.as_ref().is_some_and(|earlier| earlier.pose.is_some()) {
+            return Err(CommandError::usage(
+                "--no-pose: the fit to go on from (--params) has a pose, which gmlc added",
+            ));
+        }
+        Ok(options)
+    }
+}
