@@ -59,6 +59,5 @@ pub fn fit(
     let monitor = Monitor::new(progress);
     let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
     let solution = solve(&problem)?;
-    let inference = infer::infer(&solution);
-    Ok(report::result(&solution, inference))
+    Ok(report::result(infer::infer(solution)))
 }

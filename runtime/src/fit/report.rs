@@ -15,9 +15,10 @@ use crate::fit::tuning::{
 use nalgebra::DVector;
 
 /// The result of a fit.
-pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
+pub(crate) fn result(inference: Inference) -> FitResult {
+    let Inference { solution, uncertainty, tests, bootstrap } = inference;
+    let solution = &solution;
     let Level { problem, space, .. } = &solution.level;
-    let Inference { uncertainty, tests, bootstrap } = inference;
     let monitor = problem.monitor;
     let fixed = &problem.start.fixed;
     let x = space.x(&solution.estimate.z).unwrap_or_default();
@@ -74,8 +75,6 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         if covariance.is_none() {
             monitor.warn("interrupted: standard deviations were not computed");
         }
-    } else if !solution.converged {
-        monitor.warn("the last stage did not converge");
     }
     let coverage = covered(solution);
     let Records { trace, warnings, seconds } = monitor.records();

@@ -235,7 +235,7 @@ pub(crate) const MOST_CELLS: f64 = 48.0;
 /// cells of their own, even if only one each.
 pub(crate) const LEAST_CURVATURE_CELLS: usize = 3;
 pub(crate) const MOST_STRETCHES: usize = 400;
-/// Samples each way of a patch for the velocities by which rigid parameters are recognised.
+/// Samples each way of a patch for the velocities by which rigid parameters are recognised and coordinates scaled.
 pub(crate) const VELOCITY_SAMPLES: usize = 5;
 /// A field of velocities is rigid up to this part of its size: far above rounding, far below any true deformation.
 pub(crate) const RIGID: f64 = 1e-8;
@@ -389,6 +389,26 @@ pub(crate) const SWITCH_REACH: f64 = REACH_SIGMAS;
 pub(crate) const SWITCH_CAP: f64 = 0.8;
 /// How often the covariance is computed with the switches that it suggests.
 pub(crate) const SWITCH_ROUNDS: usize = 3;
+/// A fit has converged where the step that Newton's method would still take is below the first number of standard
+/// deviations in every coordinate: there a confidence interval does not tell the place from the optimum. Exact scans
+/// have no deviations: steps below the second number (radii) are rounding.
+pub(crate) const SETTLED_STEP: f64 = 0.05;
+pub(crate) const SETTLED_ROUNDING: f64 = 1e-8;
+/// Where the gradient jumps from one correspondence switch to the next: the pairs of places over which it is averaged,
+/// and how far away they are at most (standard deviations).
+pub(crate) const AVERAGED_PAIRS: usize = 8;
+pub(crate) const AVERAGED_REACH: f64 = 0.25;
+/// Objectives are equal that differ, relatively, by less than this over the effective points: as chi-squared of one
+/// degree of freedom, two standard deviations of a parameter.
+pub(crate) const EQUAL_FITS: f64 = 4.0;
+/// A motion whose standard deviation is so many times the least one of all motions leaves the surface where it is.
+pub(crate) const SYMMETRIC: f64 = 1e3;
+/// The last step of a fit that is resumed, as a part of the step of a converged one.
+pub(crate) const RESUMED_STEP: f64 = 0.2;
+/// Coordinates that the warning of a stall names at most, and the remaining step (standard deviations) beyond which a
+/// coordinate has no standard deviation: curvatures that far from the optimum are not those there.
+pub(crate) const STALLED_NAMED: usize = 3;
+pub(crate) const STALLED_WITHOUT: f64 = 1.0;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A released fit is another one than that near the held values where chance explains the difference of their mean

@@ -17,6 +17,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 pub(crate) struct Uncertainty {
     /// Zero in the rows and columns of coordinates that are held or not determined.
     pub(crate) covariance: DMatrix<f64>,
+    /// The inverse of the bread, which is the Hessian of the sum of losses times sigma^2 / 2; zero likewise.
+    pub(crate) inverse: DMatrix<f64>,
     /// The covariance if residuals were independent of each other and all alike: s^2 (sum w J J^T)^-1.
     pub(crate) naive: DMatrix<f64>,
     /// Directions (of unit length) in which no distance changes.
@@ -73,8 +75,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     }
     let naive = &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = scores.len() as f64 / blocks.map_or(1.0, |b| b.inflation);
-    let Inverse { undetermined, determined, .. } = inverse;
-    Some(Uncertainty { covariance, naive, undetermined, determined, effective_points, blocks })
+    let Inverse { matrix: inverse, undetermined, determined, .. } = inverse;
+    Some(Uncertainty { covariance, inverse, naive, undetermined, determined, effective_points, blocks })
 }
 
 /// The residuals of all points.

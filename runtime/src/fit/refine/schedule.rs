@@ -31,6 +31,7 @@ pub(crate) struct Guess {
 }
 
 /// The end of a stage: an optimum with the level on which it was found and the loss by which it is judged.
+#[derive(Clone)]
 pub(crate) struct Solution<'a> {
     pub(crate) level: Level<'a>,
     pub(crate) estimate: Estimate,
@@ -139,14 +140,23 @@ fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     Loss::welsch(next.sigma.min(loss.sigma).max(SCALE_FASTEST * loss.sigma))
 }
 
+/// The distance to which feet are exact at the final scale. Millimetres. Least squares is for those who want every
+/// digit.
+pub(crate) fn foot_tolerance(loss: Loss, radius: f64) -> f64 {
+    match loss.kind {
+        LossKind::Squared => SQUARED_TOLERANCE * radius,
+        _ => FOOT_TOLERANCE * loss.sigma,
+    }
+}
+
 /// Gauss-Newton at the final scale. Steps are traced as those of `stage`, if there is one.
 pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage: Option<&'static str>) -> Solution<'a> {
     let Guess { estimate, loss, signs, iterations } = guess;
-    // Least squares is for those who want every digit.
-    let (tolerance, step) = match loss.kind {
-        LossKind::Squared => (SQUARED_TOLERANCE * level.problem.radius, SQUARED_STEP * level.problem.radius),
+    let tolerance = foot_tolerance(loss, level.problem.radius);
+    let step = match loss.kind {
+        LossKind::Squared => SQUARED_STEP * level.problem.radius,
         // Shorter steps are about as large as those by which single points that change patches move the optimum.
-        _ => (FOOT_TOLERANCE * loss.sigma, POLISH_STEP * loss.sigma),
+        _ => POLISH_STEP * loss.sigma,
     };
     let cache = foot_cache(points, loss.sigma);
     let objective = Objective {
