@@ -33,6 +33,7 @@ pub use options::{FitError, FitOptions};
 pub use problem::loss::LossKind;
 pub use result::{
     Bootstrap, Covariance, Covered, FitResult, FittedParameter, HypothesisTest, Resampled, Search, SearchCandidate,
+    WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 

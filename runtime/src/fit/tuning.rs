@@ -405,10 +405,8 @@ pub(crate) const EQUAL_FITS: f64 = 4.0;
 pub(crate) const SYMMETRIC: f64 = 1e3;
 /// The last step of a fit that is resumed, as a part of the step of a converged one.
 pub(crate) const RESUMED_STEP: f64 = 0.2;
-/// Coordinates that the warning of a stall names at most, and the remaining step (standard deviations) beyond which a
-/// coordinate has no standard deviation: curvatures that far from the optimum are not those there.
+/// Coordinates that the warning of a stall names at most.
 pub(crate) const STALLED_NAMED: usize = 3;
-pub(crate) const STALLED_WITHOUT: f64 = 1.0;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A released fit is another one than that near the held values where chance explains the difference of their mean

@@ -11,7 +11,7 @@ use crate::fit::refine::schedule::{POLISH, Solution, foot_tolerance};
 use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING, SETTLED_STEP,
-    STALLED_NAMED, STALLED_WITHOUT, SYMMETRIC,
+    STALLED_NAMED, SYMMETRIC,
 };
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
@@ -76,13 +76,10 @@ pub(crate) fn assess(mut solution: Solution) -> Assessed {
         }
         at = at.on(way);
     }
-    let Candidate { mut solution, mut uncertainty, remaining } = at;
+    let Candidate { mut solution, uncertainty, remaining } = at;
     solution.converged = remaining.is_settled();
     if !solution.converged && !problem.monitor.cancelled() {
         problem.monitor.warn(remaining.warning(&solution));
-        for (k, determined) in uncertainty.determined.iter_mut().enumerate() {
-            *determined &= remaining.deviations(k) <= STALLED_WITHOUT;
-        }
     }
     Assessed { solution, uncertainty: Some(uncertainty) }
 }
@@ -110,7 +107,7 @@ impl<'a> Candidate<'a> {
         let mut sum = DVector::zeros(dim);
         for draw in 1..=AVERAGED_PAIRS {
             let mut away = DVector::from_fn(dim, |k, _| {
-                if !self.uncertainty.determined[k] {
+                if !self.uncertainty.determines(k) {
                     return 0.0;
                 }
                 AVERAGED_REACH * self.remaining.unit[k] * (2.0 * halton(draw, k) - 1.0)
@@ -162,7 +159,7 @@ impl<'a> Candidate<'a> {
     fn minimum(&self, way: Continuation) -> Option<Minimum> {
         let Self { solution: Solution { level, estimate, .. }, uncertainty, remaining, .. } = self;
         let objective = self.objective();
-        let determined = || (0..remaining.unit.len()).filter(|k| uncertainty.determined[*k]);
+        let determined = || (0..remaining.unit.len()).filter(|k| uncertainty.determines(*k));
         let least = determined().map(|k| deviation(uncertainty, k)).fold(f64::INFINITY, f64::min);
         let stop = Stop { iterations: POLISH_ITERATIONS, step: RESUMED_STEP * SETTLED_STEP * least };
         let beside = |step: &[f64]| level.space.retract(estimate, step);
@@ -199,7 +196,7 @@ impl Remaining {
         without_symmetries(&mut step, &uncertainty.naive, level.space.free.len());
         let least = SETTLED_ROUNDING * level.problem.radius / SETTLED_STEP;
         let mut unit: Vec<f64> = (0..dim).map(|k| deviation(uncertainty, k).max(least)).collect();
-        (0..dim).filter(|k| !uncertainty.determined[*k]).for_each(|k| step[k] = 0.0);
+        (0..dim).filter(|k| !uncertainty.determines(*k)).for_each(|k| step[k] = 0.0);
         let room = level.space.room(estimate);
         let noise = (evaluation.patches.iter().map(|p| p.d2).sum::<f64>() / evaluation.inliers().max(1.0)).sqrt();
         for (k, _) in level.space.at_bound(estimate).iter().enumerate().filter(|(_, at_bound)| **at_bound) {

@@ -2,7 +2,7 @@
 
 use super::cup::{SYNTHETIC, check, scan_of, synthetic};
 use super::shapes::{Simple, cup, simple};
-use crate::fit::{FitOptions, FitResult, fit};
+use crate::fit::{FitOptions, FitResult, WithoutSd, fit};
 use crate::progress::Silent;
 use crate::scan::Scan;
 use glam::{DQuat, DVec3};
@@ -93,7 +93,7 @@ fn a_handle_that_was_not_scanned_is_not_known() {
     assert!(said, "{:?}", hidden.warnings);
     let [radius, handle] = [7, 10].map(|i| &hidden.parameters[i]);
     assert!((radius.value - SYNTHETIC[7]).abs() < 0.15 && radius.sd.is_some(), "{radius:?}");
-    assert!(handle.sd.is_none(), "{handle:?}");
+    assert!(handle.sd.is_none() && handle.without_sd == Some(WithoutSd::NotScanned), "{handle:?}");
 }
 
 #[test]
