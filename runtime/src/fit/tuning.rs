@@ -255,6 +255,14 @@ pub(crate) const WRITTEN_BACK: f64 = 1e-6;
 /// inwards.
 pub(crate) const FACING_POINTS: f64 = 10.0;
 pub(crate) const FACING_CLEAR: f64 = 0.85;
+/// Which side is out is the script's in the end (`Sides`). The mean cosine beyond which the scan's normals contradict a
+/// patch, and the share of all weights from which on it is the scan that is reversed.
+pub(crate) const FACING_AGAINST: f64 = 0.5;
+pub(crate) const REVERSED_SHARE: f64 = 0.9;
+/// A patch faces another side of the scan where points that face its way have less than this share of the weight of
+/// those that face any way, or are more times as far off as the second number (root mean square).
+pub(crate) const SIDED_SHARE: f64 = 0.5;
+pub(crate) const OTHER_SIDE: f64 = 3.0;
 /// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit; where points are dense, in
 /// distances between neighbours: enough for all steps that remain to all points after some of them were fitted (0024).
 pub(crate) const REACH_SIGMAS: f64 = 0.15;

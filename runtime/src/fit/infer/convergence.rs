@@ -245,9 +245,9 @@ impl Remaining {
     }
 }
 
-/// Takes motions out of a step by which the surface hardly leaves itself: about the axis of a body of revolution both the
-/// gradient and the curvature are rounding, and their ratio says nothing. `covariance` is that of the coordinates, of
-/// which those of the motion begin at `first`.
+/// Takes motions out of a step by which the surface hardly leaves itself: about the axis of a body of revolution both
+/// the gradient and the curvature are rounding, and their ratio says nothing. `covariance` is that of the coordinates,
+/// of which those of the motion begin at `first`.
 fn without_symmetries(step: &mut DVector<f64>, covariance: &DMatrix<f64>, first: usize) {
     let count = step.len() - first;
     if count == 0 {

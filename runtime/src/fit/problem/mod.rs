@@ -10,6 +10,7 @@ pub(crate) mod points;
 pub(crate) mod pose_treatment;
 pub(crate) mod rigid;
 pub(crate) mod rows;
+pub(crate) mod sides;
 pub(crate) mod sums;
 
 use super::monitor::Monitor;
@@ -91,10 +92,11 @@ impl<'a> Problem<'a> {
         Ok(Level::new(self, space, &at, START_CHORD)?)
     }
 
-    /// Per patch, which way its parametrisation faces: outwards, as the language's convention has it, unless the scan's
-    /// normals say clearly otherwise. Where points lie on both sides (a thin wall whose sides are not told apart yet)
-    /// the convention decides: without a decision, both sides of the scanned wall would pull at both of the model. A
-    /// patch with too few points to say keeps the side that it had `before`.
+    /// Per patch, which way its parametrisation seems to face while the fit seeks its place (`Sides` has the last word):
+    /// outwards, as the language's convention has it, unless the scan's normals say clearly otherwise. Where points lie
+    /// on both sides (a thin wall whose sides are not told apart yet) the convention decides: without a decision, both
+    /// sides of the scanned wall would pull at both of the model. A patch with too few points to say keeps the side that
+    /// it had `before`.
     pub(crate) fn facing(&self, evaluation: &Evaluation, before: &[i8]) -> Vec<i8> {
         let sign = |(p, before): (&PatchSum, &i8)| {
             let inwards = if p.weight >= FACING_POINTS { p.facing <= -FACING_CLEAR * p.weight } else { *before < 0 };

@@ -9,6 +9,7 @@ use crate::fit::problem::loss::{Loss, LossKind, robust_deviation};
 use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
+use crate::fit::problem::sides::Sides;
 use crate::fit::register::Registration;
 use crate::fit::register::candidate::Candidate;
 use crate::fit::register::restart::{Restart, Scope, restart};
@@ -57,15 +58,14 @@ impl<'a> Solution<'a> {
 pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let Registration { level, candidate, seeds } = registration;
     let problem = level.problem;
-    let Candidate { estimate, mut signs, .. } = candidate;
+    let Candidate { estimate, signs, .. } = candidate;
     // A model that cannot be evaluated where it has come to keeps its facets.
     let level = Level::new(problem, level.space.clone(), &estimate, CHORD).unwrap_or(level);
-    // Here nearly every point is nearest to its own patch, whichever way that faces: signs that were estimated wrongly
-    // from farther off are corrected.
+    // Here nearly every point is nearest to its own patch, whichever way that faces: what the scan's normals said from
+    // farther off gives way to what the script says.
     let wide = Loss::welsch(ANNEALING_START * problem.radius);
-    if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
-        signs = problem.facing(&unsided, &signs);
-    }
+    let mut sides = Sides::of(&level, &estimate, wide).unwrap_or(Sides { signs, ..Sides::default() });
+    let signs = sides.signs.clone();
     let few = problem.thin.sample(ANNEALING_POINTS);
     let given = problem.options.sigma.map(|sigma| Loss { kind: problem.options.loss, sigma });
     let mut guess = Guess { estimate, loss: given.unwrap_or(wide), signs, iterations: 0 };
@@ -76,12 +76,15 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
         let from = Candidate { estimate, signs, value: f64::INFINITY };
         let scale = guess.loss.sigma / problem.radius;
         let plan = Restart { level: &level, seeds: &seeds, points: &few, scale, scope: Scope::Doubtful };
-        let Candidate { estimate, signs, value } = restart(&plan, from);
+        let Candidate { estimate, value, .. } = restart(&plan, from);
         // A candidate that no restart has improved has no value still.
         if value.is_finite() {
+            sides = Sides::of(&level, &estimate, guess.loss).unwrap_or(sides);
+            let signs = sides.signs.clone();
             guess = anneal(&level, &few, Guess { estimate, signs, ..guess }, given);
         }
     }
+    sides.warn(&level);
     let loss = given.unwrap_or_else(|| suggested_loss(&level, &problem.thin, &guess));
     guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
     // A sample as dense as the scan itself comes first: all points then have hardly anything left to do. Where the
@@ -113,9 +116,7 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
         };
         let stop = Stop { iterations: ANNEALING_ITERATIONS, step: ANNEALING_STEP * loss.sigma };
         if let Some(minimum) = optimise::minimise(&objective, guess.estimate.clone(), stop) {
-            let signs = level.problem.facing(&minimum.evaluation, &guess.signs);
-            guess =
-                Guess { estimate: minimum.estimate, loss, signs, iterations: guess.iterations + minimum.iterations };
+            guess = Guess { estimate: minimum.estimate, iterations: guess.iterations + minimum.iterations, ..guess };
         }
         guess.loss = given.unwrap_or_else(|| suggested_loss(level, points, &guess));
         if guess.loss.sigma > SCALE_SETTLED * loss.sigma {

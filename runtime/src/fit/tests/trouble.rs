@@ -108,3 +108,21 @@ fn a_scan_in_another_unit_is_asked_about() {
     scan.noise /= 1000.0;
     assert!(asked(&scan));
 }
+
+#[test]
+fn a_scan_with_the_other_side_out_gives_the_same_fit_and_a_sentence() {
+    let mut scan = scan_of(&simple(Simple::Torus, &[47.0, 9.0]), &[47.0, 9.0], 0.05, 3000, 4);
+    let coverage = FitOptions { coverage: true, ..FitOptions::default() };
+    let fitted = |scan: &Scan| fit(&simple(Simple::Torus, &[40.0, 12.0]), scan, &coverage, &Silent).unwrap();
+    let right = fitted(&scan);
+    scan.mesh.normals.iter_mut().for_each(|n| *n = n.map(|c| -c));
+    let turned = fitted(&scan);
+    let said = |r: &FitResult| r.warnings.iter().filter(|w| w.contains("turned as a whole")).count();
+    assert_eq!((said(&right), said(&turned)), (0, 1), "{:?}", turned.warnings);
+    for (a, b) in right.parameters.iter().zip(&turned.parameters) {
+        let sd = a.sd.unwrap();
+        assert!((a.value - b.value).abs() < 0.2 * sd, "{}: {} and {}, sd {sd}", a.name, a.value, b.value);
+    }
+    let share = |r: &FitResult| r.coverage.as_ref().unwrap().share;
+    assert!(share(&turned) > 0.95 && (share(&turned) - share(&right)).abs() < 0.01, "{}", share(&turned));
+}
