@@ -9,7 +9,9 @@ use crate::values::{self, Range};
 use crate::{mesh, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
-use gml_runtime::fit::{self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, SearchError};
+use gml_runtime::fit::{
+    self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, SearchError, WithoutSd,
+};
 use gml_runtime::scan::{self, Scan};
 use std::path::Path;
 use std::sync::Arc;
@@ -219,11 +221,7 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         .map(|p| {
             let degrees = p.quantity == Quantity::Angle;
             let shown = |x: f64| table::number(if degrees { x.to_degrees() } else { x });
-            let state = match (p.fixed, p.at_bound) {
-                (true, _) => "fixed",
-                (_, true) => "at its bound",
-                _ => "",
-            };
+            let state = p.without_sd.map_or("", WithoutSd::text);
             let unit = if degrees { "deg" } else { &p.unit };
             vec![p.name.clone(), shown(p.value), p.sd.map(shown).unwrap_or_default(), unit.into(), state.into()]
         })

@@ -51,7 +51,10 @@ pub(crate) fn inspect(
     written.map_err(CommandError::failed)?;
 
     let report = &inspection.measurement.report;
-    print!("{}\n{}", fit::summary(&inspection.fit), deviations::summary(report));
+    // What both say of the scan is said once.
+    let mut fitted = inspection.fit.clone();
+    fitted.warnings.retain(|warning| !report.warnings.contains(warning));
+    print!("{}\n{}", fit::summary(&fitted), deviations::summary(report));
     println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
     // Deviations from a model that was not fitted are no verdict on the object, but they are said.
     match (fit::judge(&inspection.fit), deviations::judge(report)) {

@@ -41,6 +41,26 @@ fn flutes_of_a_column_are_counted() {
     wins_clearly(&fit, "flutes", 16, &text);
 }
 
+/// Ridges at which the flutes meet are kinks; and twenty flutes keep step with any grid of five samples.
+#[test]
+fn flutes_with_sharp_ridges_are_counted() {
+    let folder = tempdir().expect("a folder");
+    let script = folder.path().join("pot.gml").display().to_string();
+    let text = "model pot {\n  input flutes: int in 6..40 = 16\n\
+        param foot: length in 15mm..60mm = 25mm\n  param rim: length in 20mm..80mm = 38mm\n\
+        param groove: length in 0mm..10mm = 1mm\n\
+        part wall = |u, v| polar(mix(foot, rim, v) - groove * abs(sin(flutes * u * 180deg)), u * 1turn, v * 60mm)\n}\n";
+    std::fs::write(&script, text).expect("it can be written");
+    let scan = ["scan", &script, "-o", "scan.ply", "--input", "flutes=20", "-p", "groove=3mm", "-p", "rim=42mm"];
+    gmlc(folder.path(), &[&scan[..], &["--spacing", "3mm", "--noise", "0.1mm"]].concat());
+    let text = gmlc(folder.path(), &["fit", &script, "scan.ply", "--search", "flutes=20..21", "-o", "fit.json"]);
+    let fit = json(&folder.path().join("fit.json"));
+    wins_clearly(&fit, "flutes", 20, &text);
+    assert!((crate::support::parameter(&fit, "groove") - 3.0).abs() < 0.03, "{text}");
+    let has_sd = |p: &Value| p["sd"].as_f64().is_some();
+    assert!(fit["converged"] == true && fit["parameters"].as_array().is_some_and(|p| p.iter().all(has_sd)), "{text}");
+}
+
 #[test]
 fn sides_of_a_polygonal_cup_are_counted() {
     let folder = tempdir().expect("a folder");

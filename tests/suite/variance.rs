@@ -110,6 +110,79 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     assert!(error.contains("has no parameters"), "{error}");
 }
 
+const CLOSED: &str = "use std.surface (cylinder, disc, flip)\nmodel can {\n\
+    param r: length = 20mm\n param h: length = 50mm\n\
+    part side = cylinder(r, h)\n\
+    part lid = |u, v| disc(r)(u, v) + (0mm, 0mm, h)\n\
+    part base = flip(disc(r))\n}\n";
+
+const TURNED: &str = "warning: the scan faces the other way than the model everywhere: it was turned as a whole";
+
+/// Parameters and signed mean deviations of an inspection, and the printed text.
+fn inspected(folder: &Path, script: &str, scan: &str) -> (Vec<f64>, Vec<f64>, String) {
+    let text = gmlc(folder, &["inspect", script, scan, "--resolution", "256", "--device", "cpu", "-o", "out"]);
+    let list = |file: &str, field: &str| json(&folder.join("out").join(file))[field].as_array().cloned();
+    let parameters = list("fit.json", "parameters").expect("parameters");
+    let parts = list("variance.json", "parts").expect("parts");
+    let means = parts.iter().map(|p| number(&p["signed"]["mean"])).collect();
+    (parameters.iter().map(|p| number(&p["value"])).collect(), means, text)
+}
+
+/// Which side is out is the script's, or follows from the volume that it encloses; a scan is turned as a whole.
+#[test]
+fn a_scan_with_the_other_side_out_is_turned() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "can.gml", CLOSED);
+    gmlc(folder, &["scan", "can.gml", "-p", "r=21mm", "--spacing", "2mm", "--noise", "0.1mm", "-o", "scan.obj"]);
+    let scan = std::fs::read_to_string(folder.join("scan.obj")).expect("text");
+    let turn = |line: &str| match line.split_whitespace().collect::<Vec<_>>()[..] {
+        ["f", a, b, c] => format!("f {a} {c} {b}\n"),
+        _ => format!("{line}\n"),
+    };
+    write(folder, "turned.obj", &scan.lines().map(turn).collect::<String>());
+    let (parameters, means, text) = inspected(folder, "can.gml", "scan.obj");
+    assert!(!text.contains("turned") && (parameters[0] - 21.0).abs() < 0.02, "{text}");
+    let (of_turned, means_of_turned, text) = inspected(folder, "can.gml", "turned.obj");
+    assert_eq!(text.matches(TURNED).count(), 1, "{text}");
+    for (a, b) in parameters.iter().chain(&means).zip(of_turned.iter().chain(&means_of_turned)) {
+        assert!((a - b).abs() < 1e-3, "{a} and {b}: {text}");
+    }
+    let fit = gmlc(folder, &["fit", "can.gml", "turned.obj", "-o", "fit.json"]);
+    let variance = ["variance", "can.gml", "turned.obj", "--params", "fit.json", "--resolution", "256", "-o", "out"];
+    assert!(fit.matches(TURNED).count() == 1 && gmlc(folder, &variance).matches(TURNED).count() == 1, "{fit}");
+
+    // A base that is written inside out encloses the same volume.
+    write(folder, "base.gml", &CLOSED.replace("flip(disc(r))", "disc(r)"));
+    let (_, means_of_base, text) = inspected(folder, "base.gml", "scan.obj");
+    assert!(text.contains("the outer side of base is the other one than written"), "{text}");
+    assert!((means[2] - means_of_base[2]).abs() < 0.01, "{means:?} and {means_of_base:?}");
+    // A part of an open model is left as it is written, and named.
+    let open = CLOSED.replace("part base = flip(disc(r))\n", "").replace("disc(r)(u, v)", "flip(disc(r))(u, v)");
+    write(folder, "open.gml", &open);
+    let (parameters, _, text) = inspected(folder, "open.gml", "scan.obj");
+    assert!(text.contains("the outer side of `lid` faces the inner one of the scan"), "{text}");
+    assert!((parameters[0] - 21.0).abs() < 0.02, "{text}");
+}
+
+/// The scanned wall is 3 mm thick, the model's 1 mm: the scan's outer side is nearer to the model's inner one than the
+/// inner side is.
+#[test]
+fn sides_of_a_wall_are_the_scripts_even_if_the_other_is_nearer() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    let bowl = crate::support::example("bowl/bowl.gml");
+    gmlc(folder, &["mesh", &bowl, "-o", "scan.ply"]);
+    let options = ["-p", "wall=1mm", "--resolution", "256", "--device", "cpu", "-o", "out"];
+    let text = gmlc(folder, &[&["variance", &bowl, "scan.ply"], &options[..]].concat());
+    let report = json(&folder.join("out/variance.json"));
+    let floor =
+        report["parts"].as_array().and_then(|parts| parts.iter().find(|p| p["name"] == "floor")).expect("a floor");
+    // The floors lie at 3 mm and 1 mm times the cosine of the slope of 25 degrees.
+    assert!((number(&floor["signed"]["mean"]) - 2.0 * 25f64.to_radians().cos()).abs() < 0.02, "{text}");
+    assert!(!text.contains("turned") && !text.contains("outer side of floor"), "{text}");
+}
+
 /// A plate of 40 mm, half a millimetre above the model, with a hole of 3 x 3 mm and one of 12 x 12 mm.
 #[test]
 fn small_holes_are_filled_and_not_measured() {

@@ -35,7 +35,7 @@ pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
 pub use result::{
     Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest,
-    Resampled, Search, SearchCandidate,
+    Resampled, Search, SearchCandidate, WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 
@@ -62,6 +62,5 @@ pub fn fit(
     let monitor = Monitor::of_stages(progress, plan::whole(options));
     let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
     let solution = solve(&problem)?;
-    let inference = infer::infer(&solution);
-    Ok(report::result(&solution, inference))
+    Ok(report::result(infer::infer(solution)))
 }

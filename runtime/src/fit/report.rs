@@ -6,25 +6,28 @@ use crate::fit::monitor::Records;
 use crate::fit::problem::Problem;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
+use crate::fit::problem::sides::Sides;
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter};
+use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
 use crate::fit::tuning::{
     CONTRADICTED, EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, NAMED,
 };
+use gml_compiler::program::Part;
 use nalgebra::DVector;
 
 /// The result of a fit.
-pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
+pub(crate) fn result(inference: Inference) -> FitResult {
+    let Inference { solution, uncertainty, tests, bootstrap } = inference;
+    let solution = &solution;
     let Level { problem, space, .. } = &solution.level;
-    let Inference { uncertainty, tests, bootstrap } = inference;
     let monitor = problem.monitor;
     let fixed = &problem.start.fixed;
     let x = space.x(&solution.estimate.z).unwrap_or_default();
     let points = problem.points.len() as f64;
     let inliers = solution.evaluation.inliers();
     let d2: f64 = solution.evaluation.patches.iter().map(|p| p.d2).sum();
-    let covariance = uncertainty.map(|u| covariance(solution, &u));
+    let covariance = uncertainty.as_ref().map(|u| covariance(solution, u));
     let mut deviations = vec![None; fixed.len()];
     if let Some(known) = &covariance {
         for (a, name) in known.parameters.iter().enumerate() {
@@ -52,6 +55,10 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
             fixed: fixed[i],
             at_bound: at_bound[i],
             sd: deviations[i],
+            without_sd: match deviations[i] {
+                Some(_) => None,
+                None => Some(without_sd(solution, uncertainty.as_ref(), i)),
+            },
         })
         .collect();
     warn(problem, &parameters, &solution.evaluation, &deviations);
@@ -74,8 +81,6 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
         if covariance.is_none() {
             monitor.warn("interrupted: standard deviations were not computed");
         }
-    } else if !solution.converged {
-        monitor.warn("the last stage did not converge");
     }
     let coverage = covered(solution);
     let contradicted = contradicted(solution);
@@ -115,7 +120,10 @@ pub(crate) fn result(solution: &Solution, inference: Inference) -> FitResult {
 fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
     let Solution { level, estimate, loss, .. } = solution;
     let problem = level.problem;
-    let find = || problem.free_space()?.areas(level, estimate, loss.sigma, |_| true);
+    let find = || {
+        let reversed = Sides::of(level, estimate, *loss)?.reversed;
+        problem.free_space()?.areas(level, estimate, loss.sigma, reversed)
+    };
     let of_patches = problem.monitor.stage("free space", find)?;
     let all: f64 = of_patches.iter().map(|areas| areas.whole).sum();
     let parts = problem.model.parts().iter().zip(&of_patches).filter(|(_, areas)| areas.contradicted > 0.0);
@@ -138,16 +146,42 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
     Some(found)
 }
 
+/// The reason for which parameter `i` has no standard deviation.
+fn without_sd(solution: &Solution, uncertainty: Option<&Uncertainty>, i: usize) -> WithoutSd {
+    let Level { problem, space, .. } = &solution.level;
+    if problem.start.fixed[i] {
+        return WithoutSd::Fixed;
+    }
+    if problem.rigid.without_influence.contains(&i) {
+        return WithoutSd::NoInfluence;
+    }
+    if problem.pose.stands_for.contains(&i) && !space.varies(i) {
+        return WithoutSd::InPose;
+    }
+    let slope = space.chain(&solution.estimate);
+    let reason = match uncertainty {
+        Some(uncertainty) => uncertainty.without(slope.row(i).iter()),
+        None if problem.monitor.cancelled() => Some(WithoutSd::Interrupted),
+        None if !solution.converged => Some(WithoutSd::NotConverged),
+        None => None,
+    };
+    let shapes = |part: &Part| part.active.contains(&(i as u32));
+    let mut shaped = problem.model.parts().iter().zip(&solution.evaluation.patches).filter(|(part, _)| shapes(part));
+    match reason {
+        None | Some(WithoutSd::NotDetermined) if shaped.all(|(_, sum)| sum.inliers < HARDLY_ANY_POINTS) => {
+            WithoutSd::NotScanned
+        }
+        reason => reason.unwrap_or(WithoutSd::NotDetermined),
+    }
+}
+
 /// The covariance of the parameters; with those named that the scan does not determine.
 fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     let Level { problem, space, .. } = &solution.level;
     let monitor = problem.monitor;
     let slope = space.chain(&solution.estimate);
     let parameters = problem.model.parameters();
-    let determined = |i: &usize| {
-        let row = slope.row(*i);
-        row.amax() > 0.0 && row.iter().zip(&uncertainty.determined).all(|(s, determined)| *s == 0.0 || *determined)
-    };
+    let determined = |i: &usize| slope.row(*i).amax() > 0.0 && uncertainty.without(slope.row(*i).iter()).is_none();
     let chosen: Vec<usize> = (0..parameters.len()).filter(determined).collect();
     let rows = slope.select_rows(&chosen);
     let matrix = &rows * &uncertainty.covariance * rows.transpose();

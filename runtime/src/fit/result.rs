@@ -122,6 +122,55 @@ pub struct FittedParameter {
     /// Standard deviation, where it was estimated, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sd: Option<f64>,
+    /// The reason for which there is no standard deviation.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub without_sd: Option<WithoutSd>,
+}
+
+/// The reason for which a parameter has no standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum WithoutSd {
+    /// The user held it at its value.
+    #[serde(rename = "fixed")]
+    Fixed,
+    /// It ended at one of its bounds, which hold it there.
+    #[serde(rename = "at its bound")]
+    AtBound,
+    /// No point of the model's surface depends on it.
+    #[serde(rename = "no influence")]
+    NoInfluence,
+    /// It moves the whole model, and the pose that was added does that.
+    #[serde(rename = "part of the pose")]
+    InPose,
+    /// All parts that it shapes were not scanned, or cannot be told from others.
+    #[serde(rename = "its part was not scanned")]
+    NotScanned,
+    /// No distance depends on it, or only together with other parameters.
+    #[serde(rename = "the scan does not determine it")]
+    NotDetermined,
+    /// The fit stopped too far from the optimum.
+    #[serde(rename = "not converged")]
+    NotConverged,
+    /// The user ended the fit before it was computed.
+    #[serde(rename = "interrupted")]
+    Interrupted,
+}
+
+impl WithoutSd {
+    /// The reason as fit.json has it.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Fixed => "fixed",
+            Self::AtBound => "at its bound",
+            Self::NoInfluence => "no influence",
+            Self::InPose => "part of the pose",
+            Self::NotScanned => "its part was not scanned",
+            Self::NotDetermined => "the scan does not determine it",
+            Self::NotConverged => "not converged",
+            Self::Interrupted => "interrupted",
+        }
+    }
 }
 
 /// The covariance of the parameters that have a standard deviation.

@@ -1,4 +1,5 @@
-//! Even samples: Halton's low-discrepancy sequence, directions by it, and the centres of a grid's cells.
+//! Even samples: Halton's low-discrepancy sequence, directions by it, the centres of a grid's cells, and other places in
+//! these.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -32,6 +33,18 @@ pub(crate) fn cell_centres([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
     [u, v]
 }
 
+/// A place in every cell of a grid over [0, 1]^2: u and v, row by row. Where it is in its cell changes from cell to cell
+/// by ever longer irrational steps: centres of cells, and places with even steps, see the flutes of a periodic surface
+/// at the same phase every time if their numbers are multiples of each other.
+pub(crate) fn scattered([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
+    let within =
+        |i: usize, n: usize, step: f64, k: usize| (i as f64 + (((k + 1) * (k + 1)) as f64 * step).fract()) / n as f64;
+    let (u, v) = (0..nu * nv)
+        .map(|k| (within(k % nu, nu, std::f64::consts::SQRT_2, k), within(k / nu, nv, 3f64.sqrt(), k)))
+        .unzip();
+    [u, v]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -42,6 +55,18 @@ mod tests {
         for n in 0..40 {
             let mean: f64 = (1..=2000).map(|i| halton(i, n)).sum::<f64>() / 2000.0;
             assert!((mean - 0.5).abs() < 0.03, "{n}: {mean}");
+        }
+    }
+
+    #[test]
+    fn scattered_places_see_every_phase_of_a_periodic_surface() {
+        for axis in scattered([5, 5]) {
+            for periods in 1..=200 {
+                let squares: f64 =
+                    axis.iter().map(|t| (std::f64::consts::PI * f64::from(periods) * t).sin().powi(2)).sum();
+                // The mean square of a sine is 1/2.
+                assert!((squares / 25.0 - 0.5).abs() < 0.25, "{periods}: {squares}");
+            }
         }
     }
 }

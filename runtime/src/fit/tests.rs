@@ -1,8 +1,9 @@
 //! Fits of models written by hand: an oracle that shares nothing with the compiler.
 
 mod both_ways;
+mod convergence;
 mod corners;
-mod cup;
+pub(crate) mod cup;
 mod derivatives;
 mod distances;
 mod fits;

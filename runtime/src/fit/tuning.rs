@@ -241,7 +241,7 @@ pub(crate) const MOST_CELLS: f64 = 48.0;
 /// cells of their own, even if only one each.
 pub(crate) const LEAST_CURVATURE_CELLS: usize = 3;
 pub(crate) const MOST_STRETCHES: usize = 400;
-/// Samples each way of a patch for the velocities by which rigid parameters are recognised.
+/// Samples each way of a patch for the velocities by which rigid parameters are recognised and coordinates scaled.
 pub(crate) const VELOCITY_SAMPLES: usize = 5;
 /// A field of velocities is rigid up to this part of its size: far above rounding, far below any true deformation.
 pub(crate) const RIGID: f64 = 1e-8;
@@ -261,6 +261,14 @@ pub(crate) const WRITTEN_BACK: f64 = 1e-6;
 /// inwards.
 pub(crate) const FACING_POINTS: f64 = 10.0;
 pub(crate) const FACING_CLEAR: f64 = 0.85;
+/// Which side is out is the script's in the end (`Sides`). The mean cosine beyond which the scan's normals contradict a
+/// patch, and the share of all weights from which on it is the scan that is reversed.
+pub(crate) const FACING_AGAINST: f64 = 0.5;
+pub(crate) const REVERSED_SHARE: f64 = 0.9;
+/// A patch faces another side of the scan where points that face its way have less than this share of the weight of
+/// those that face any way, or are more times as far off as the second number (root mean square).
+pub(crate) const SIDED_SHARE: f64 = 0.5;
+pub(crate) const OTHER_SIDE: f64 = 3.0;
 /// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit; where points are dense, in
 /// distances between neighbours: enough for all steps that remain to all points after some of them were fitted (0024).
 pub(crate) const REACH_SIGMAS: f64 = 0.15;
@@ -395,6 +403,24 @@ pub(crate) const SWITCH_REACH: f64 = REACH_SIGMAS;
 pub(crate) const SWITCH_CAP: f64 = 0.8;
 /// How often the covariance is computed with the switches that it suggests.
 pub(crate) const SWITCH_ROUNDS: usize = 3;
+/// A fit has converged where the step that Newton's method would still take is below the first number of standard
+/// deviations in every coordinate: there a confidence interval does not tell the place from the optimum. Exact scans
+/// have no deviations: steps below the second number (radii) are rounding.
+pub(crate) const SETTLED_STEP: f64 = 0.05;
+pub(crate) const SETTLED_ROUNDING: f64 = 1e-8;
+/// Where the gradient jumps from one correspondence switch to the next: the pairs of places over which it is averaged,
+/// and how far away they are at most (standard deviations).
+pub(crate) const AVERAGED_PAIRS: usize = 8;
+pub(crate) const AVERAGED_REACH: f64 = 0.25;
+/// Objectives are equal that differ, relatively, by less than this over the effective points: as chi-squared of one
+/// degree of freedom, two standard deviations of a parameter.
+pub(crate) const EQUAL_FITS: f64 = 4.0;
+/// A motion whose standard deviation is so many times the least one of all motions leaves the surface where it is.
+pub(crate) const SYMMETRIC: f64 = 1e3;
+/// The last step of a fit that is resumed, as a part of the step of a converged one.
+pub(crate) const RESUMED_STEP: f64 = 0.2;
+/// Coordinates that the warning of a stall names at most.
+pub(crate) const STALLED_NAMED: usize = 3;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A released fit is another one than that near the held values where chance explains the difference of their mean

@@ -16,6 +16,8 @@ pub struct Closedness {
     /// Parts (patches) whose outer side is the inner one of their neighbours: the fewer ones of those that are joined;
     /// all of them where they are closed and enclose a negative volume, unless they are a cavity in others.
     pub inside_out: Vec<usize>,
+    /// Those of them that belong to closed bodies: there the volume says which side is out, whatever is written.
+    pub inverted: Vec<usize>,
 }
 
 /// A piece of border that no other border coincides with.
@@ -41,7 +43,7 @@ impl Closedness {
         let of_patch = |patch| intervals::of_patch(instance, patch, &Breaks::of_patch(instance, patch)?);
         let axes = (0..model.parts().len()).map(of_patch).collect::<Result<Vec<_>, _>>()?;
         let borders = Borders::find(instance, &axes)?;
-        let mut closedness = Self { open: open_borders(instance, &borders)?, inside_out: Vec::new() };
+        let mut closedness = Self { open: open_borders(instance, &borders)?, ..Self::default() };
         let mut joints = Joints { neighbours: vec![Vec::new(); axes.len()] };
         for curve in borders.curves().filter(|curve| curve.len() == 2) {
             let [a, b] = [0, 1].map(|k| &borders.pieces[curve[k]]);
@@ -53,16 +55,25 @@ impl Closedness {
         for component in joints.components() {
             let turned = component.iter().filter(|(_, turned)| *turned).count();
             let fewer = 2 * turned <= component.len();
-            closedness.inside_out.extend(component.iter().filter(|(_, t)| *t == fewer).map(|(patch, _)| *patch));
+            let contrary = || component.iter().filter(|(_, t)| *t == fewer).map(|(patch, _)| *patch);
+            closedness.inside_out.extend(contrary());
             let has = |patch: usize| component.iter().any(|(of_component, _)| *of_component == patch);
-            if (turned == 0 || turned == component.len()) && !closedness.open.iter().any(|open| has(open.patch)) {
-                closed.push(component.into_iter().map(|(patch, _)| patch).collect());
+            if closedness.open.iter().any(|open| has(open.patch)) {
+                continue;
             }
+            closed.push(component);
         }
         if !closed.is_empty() {
             let fineness = Fineness { chord: CHORD * borders.diagonal(), ..Fineness::default() };
             let mesh = Tessellation::new(model, instance, fineness)?.mesh;
-            closedness.inside_out.extend(turned_bodies(&mesh, &closed).into_iter().flatten());
+            for (body, outwards) in closed.iter().zip(outwards(&mesh, &closed)) {
+                let contrary: Vec<usize> = body.iter().filter(|(_, t)| *t == outwards).map(|(p, _)| *p).collect();
+                if contrary.len() == body.len() {
+                    closedness.inside_out.extend(&contrary);
+                }
+                closedness.inverted.extend(contrary);
+            }
+            closedness.inverted.sort_unstable();
         }
         closedness.inside_out.sort_unstable();
         Ok(closedness)
@@ -124,23 +135,27 @@ impl Joints {
     }
 }
 
-/// Of closed bodies, by their patches, those that enclose a negative volume and are no cavity in the others.
-fn turned_bodies<'a>(mesh: &TriangleMesh, bodies: &'a [Vec<usize>]) -> Vec<&'a Vec<usize>> {
-    let triangles = |body: &'a Vec<usize>| {
-        body.iter().flat_map(|patch| &mesh.triangles[mesh.groups[*patch].start..mesh.groups[*patch].end])
+/// Of closed bodies, by their patches and whether these are turned against the first one, whether the first one's outer
+/// side is the body's: whether they enclose a positive volume, or are a cavity in the others.
+fn outwards(mesh: &TriangleMesh, bodies: &[Vec<(usize, bool)>]) -> Vec<bool> {
+    let triangles = |(patch, turned): &(usize, bool)| {
+        let sign = if *turned { -1.0 } else { 1.0 };
+        mesh.triangles[mesh.groups[*patch].start..mesh.groups[*patch].end].iter().map(move |t| (t, sign))
     };
-    let is_turned = |(k, body): &(usize, &'a Vec<usize>)| {
-        let Some(first) = triangles(body).next() else { return false };
+    let is_outwards = |(k, body): (usize, &Vec<(usize, bool)>)| {
+        let Some((first, _)) = body.iter().flat_map(triangles).next() else { return true };
         // About a point of the body: far from the origin digits would be lost.
         let at = mesh.corners(*first)[0];
-        if triangles(body).map(|t| tetrahedron(mesh.corners(*t).map(|p| p - at))).sum::<f64>() >= 0.0 {
-            return false;
+        let volume = |(t, sign): (&[u32; 3], f64)| sign * tetrahedron(mesh.corners(*t).map(|p| p - at));
+        if body.iter().flat_map(triangles).map(volume).sum::<f64>() >= 0.0 {
+            return true;
         }
-        let others = bodies.iter().enumerate().filter(|(other, _)| other != k).flat_map(|(_, other)| triangles(other));
-        let winding = others.map(|t| solid_angle(mesh.corners(*t).map(|p| p - at))).sum::<f64>() / (4.0 * PI);
-        winding < 0.5
+        let others = bodies.iter().enumerate().filter(|(other, _)| *other != k).flat_map(|(_, other)| other);
+        let angle = |(t, _): (&[u32; 3], f64)| solid_angle(mesh.corners(*t).map(|p| p - at));
+        let winding = others.flat_map(triangles).map(angle).sum::<f64>() / (4.0 * PI);
+        winding >= 0.5
     };
-    bodies.iter().enumerate().filter(is_turned).map(|(_, body)| body).collect()
+    bodies.iter().enumerate().map(is_outwards).collect()
 }
 
 /// The volume of the tetrahedron between a triangle and the origin, negative where that is outside of the triangle.

@@ -8,10 +8,25 @@ use foldhash::fast::RandomState;
 use glam::DVec3;
 use std::collections::HashSet;
 
+/// Clean geometry.
+pub(super) struct Cleaned {
+    /// With unit vertex normals.
+    pub(super) mesh: TriangleMesh,
+    /// The signs of the normals are more than a guess.
+    pub(super) oriented: bool,
+    /// The triangles were turned to agree with the file's normals.
+    pub(super) turned: bool,
+}
+
+/// The share of the triangles that must face away from the file's vertex normals for all to be turned: of a file in
+/// which they agree, hardly any do so, at sharp edges.
+const CONTRADICTORY: f64 = 0.9;
+
 /// Cleans geometry in millimetres: merges vertices, and drops triangles without area, repeated triangles and vertices
 /// that no triangle uses (but in a cloud). Texture coordinates and groups do not survive it: a scan needs neither.
-/// Returns whether the signs of the normals are more than a guess, too.
-pub(super) fn clean(raw: &RawMesh) -> Result<(TriangleMesh, bool), ScanFault> {
+/// Triangles that contradict the file's normals are turned: the order of a triangle's vertices is an accident more
+/// often than a normal.
+pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
     let (positions, index) = merge_equal(raw.positions.iter().copied());
     let mut normals = merged_normals(raw, &index, positions.len());
     let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
@@ -32,13 +47,31 @@ pub(super) fn clean(raw: &RawMesh) -> Result<(TriangleMesh, bool), ScanFault> {
         retain_marked(&mut mesh.positions, &used);
         retain_marked(&mut normals, &used);
     }
+    let turned = is_contradictory(&mesh, &normals);
+    if turned {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
     let oriented = !mesh.triangles.is_empty() || normals.iter().any(Option::is_some);
     let complete = !normals.is_empty() && normals.iter().all(Option::is_some);
     mesh.normals = if complete { vec![[0.0; 3]; mesh.positions.len()] } else { normals::compute(&mesh) };
     for (normal, given) in mesh.normals.iter_mut().zip(normals) {
         *normal = given.map_or(*normal, Into::into);
     }
-    Ok((mesh, oriented))
+    Ok(Cleaned { mesh, oriented, turned })
+}
+
+/// Whether nearly all triangles face away from the normals that the file gives their vertices.
+fn is_contradictory(mesh: &TriangleMesh, normals: &[Option<DVec3>]) -> bool {
+    let agreement = |t: &[u32; 3]| {
+        let given: DVec3 = t.iter().filter_map(|v| *normals.get(*v as usize)?).sum();
+        mesh.triangle_normal(*t).map_or(0.0, |normal| normal.dot(given))
+    };
+    let (mut with, mut against) = (0.0, 0.0);
+    for agreement in mesh.triangles.iter().map(agreement) {
+        with += f64::from(u8::from(agreement > 0.0));
+        against += f64::from(u8::from(agreement < 0.0));
+    }
+    against > CONTRADICTORY * (with + against)
 }
 
 /// Without area, up to rounding: the height is below 1e-12 of the longest side.

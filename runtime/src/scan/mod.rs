@@ -25,12 +25,16 @@ pub(crate) use outliers::outliers;
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::TriangleMesh;
+use clean::Cleaned;
 use format::Format;
 use raw::{Crossing, RawMesh};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::ErrorKind;
 use std::path::Path;
+
+/// The sentence on a scan that was turned as a whole.
+pub(crate) const TURNED: &str = "the scan faces the other way than the model everywhere: it was turned as a whole";
 
 /// The largest file that is read, in bytes: vertices and triangles of such a file can be numbered with 32 bits.
 const MOST_BYTES: u64 = 4 << 30;
@@ -50,6 +54,17 @@ pub struct Scan {
     pub noise: f64,
     /// Sentences for the user about faults of the file that were put up with.
     pub warnings: Vec<String>,
+}
+
+impl Scan {
+    /// The same with its other side out.
+    #[must_use]
+    pub(crate) fn turned(&self) -> Self {
+        let mut turned = self.clone();
+        turned.mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        turned.mesh.normals.iter_mut().for_each(|n| *n = n.map(|c| -c));
+        turned
+    }
 }
 
 /// A mesh to compare a scan with, as its file has it.
@@ -92,7 +107,8 @@ pub fn read(path: &Path, unit: Unit) -> Result<Scan, ScanError> {
     };
     let scan = || {
         let (raw, warnings) = parse(path, bytes)?;
-        Ok(Scan { warnings, ..finish(raw, unit, source)? })
+        let scan = finish(raw, unit, source)?;
+        Ok(Scan { warnings: [warnings, scan.warnings].concat(), ..scan })
     };
     scan().map_err(|fault: ScanFault| fault.at(path))
 }
@@ -144,11 +160,14 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
 }
 
 fn finish(raw: RawMesh, unit: Unit, mut source: ScanSource) -> Result<Scan, ScanFault> {
-    let (mesh, oriented) = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
+    let Cleaned { mesh, oriented, turned } = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
     let noise = noise::estimate(&mesh, oriented);
-    Ok(Scan { mesh, oriented, source, noise, warnings: Vec::new() })
+    let warning =
+        "the triangles face away from the vertex normals of the same file: they were turned to agree with these";
+    let warnings = turned.then(|| warning.to_owned()).into_iter().collect();
+    Ok(Scan { mesh, oriented, source, noise, warnings })
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, ScanFault> {

@@ -7,7 +7,7 @@ use super::detection::detect;
 use super::explained::explain;
 use super::form::{form_deviations, recognise};
 use super::holes::FilledHoles;
-use super::orientation::agree_with_scan;
+use super::orientation::{Facings, turn};
 use super::surface::Surface;
 use super::unmatched::Unmatched;
 use super::{
@@ -18,7 +18,7 @@ use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
 use crate::model::{AtlasError, EvaluationError, ReferenceError, Sensitivities, SensitivityMaps, Tessellation, Texels};
 use crate::progress::Progress;
-use crate::scan::Scan;
+use crate::scan::{Scan, TURNED};
 use std::time::Instant;
 use thiserror::Error;
 
@@ -154,11 +154,17 @@ pub fn measure(
         options.max_distance.unwrap_or_else(|| MAX_DISTANCE * surface.tessellation.mesh.bounds().diagonal());
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
-    let bvh = Bvh::build(&scan.mesh).map_err(|error| MeasureError::Scan { path: scan.source.path.clone(), error })?;
+    let unusable = |error| MeasureError::Scan { path: scan.source.path.clone(), error };
+    let bvh = Bvh::build(&scan.mesh).map_err(unusable)?;
     let build = started.elapsed().as_secs_f64();
 
-    let mesh = &mut surface.tessellation.mesh;
-    let flipped = agree_with_scan(&mut surface.texels, mesh, &scan.mesh, &bvh, max_distance);
+    if surface.inverted.contains(&true) {
+        turn(&mut surface.texels, &mut surface.tessellation.mesh, &surface.inverted);
+    }
+    let Facings { reversed, contested } = Facings::of(&surface.texels, &scan.mesh, &bvh, max_distance);
+    let turned = reversed.then(|| scan.turned());
+    let scan = turned.as_ref().unwrap_or(scan);
+    let bvh = if reversed { Bvh::build(&scan.mesh).map_err(unusable)? } else { bvh };
     let sensitivities = surface.sensitivities()?;
     let maps = if options.sensitivity_maps { surface.sensitivity_maps()? } else { None };
     progress.report("casting rays", f64::NAN, &format!("{} texels", surface.texels.len()));
@@ -199,10 +205,13 @@ pub fn measure(
     if (options.distance, options.device) == (DistanceKind::Closest, Device::Gpu) {
         report.warnings.push("the GPU only casts rays: native code found the closest points".to_owned());
     }
-    if !flipped.is_empty() {
-        let parts = flipped.join(", ");
+    if reversed {
+        report.warnings.push(TURNED.to_owned());
+    }
+    if !contested.is_empty() {
+        let parts = contested.join(", ");
         report.warnings.push(format!(
-            "the script's normals of {parts} point into the material: they were turned to agree with the scan"
+            "the outer side of {parts} faces the inner one of the scan: signs are the model's, and `flip` would turn them"
         ));
     }
 

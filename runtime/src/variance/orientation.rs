@@ -1,57 +1,82 @@
-//! The orientation of the parts' normals, decided by the scan.
+//! Which side of the parts is out: the model says so, and the scan only says whether it faces the same way.
 
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
 use crate::model::Texels;
+use std::collections::HashMap;
 
 /// Sampled texels per part.
 const SAMPLES: usize = 2000;
+/// The share of the samples whose parts face the other way from which on it is the scan that is turned.
+const REVERSED: f64 = 0.9;
+/// The scan's side that a part faces is that of another surface if it is so many times farther off than the other side.
+const OTHER_SIDE: f64 = 3.0;
 
-/// Turns the normals of parts that point into the material; returns the names of these parts.
-///
-/// A script may parametrise a surface so that its normals point into the material, and a mesh from elsewhere may be
-/// wound the wrong way round. Signs of deviations would then be wrong and every triangle of the scan would seem to face
-/// away. For a sample of every part's texels the closest point of the scan (at most `max_distance` away) is found; a
-/// part is turned if most of the scan's normals there are opposite to its own. Only the nearer half of the sample
-/// votes, so that neither the other side of a wall nor gross deviations decide. The model's `mesh` has one group per
-/// part, in the order of the texels' parts; its triangles and normals are turned likewise.
-pub(in crate::variance) fn agree_with_scan(
-    texels: &mut Texels,
-    mesh: &mut TriangleMesh,
-    scan: &TriangleMesh,
-    bvh: &Bvh,
-    max_distance: f64,
-) -> Vec<String> {
-    let samples = texels.samples_of_parts(SAMPLES);
-    let turned: Vec<bool> =
-        samples.iter().map(|sample| points_inwards(texels, sample, scan, bvh, max_distance)).collect();
+/// How a scan faces, compared with the model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(in crate::variance) struct Facings {
+    /// All parts, or nearly all, face the other way.
+    pub(in crate::variance) reversed: bool,
+    /// Names of the parts that face the scan's other side, after the scan was turned if it is `reversed`.
+    pub(in crate::variance) contested: Vec<String>,
+}
+
+/// A sample of a part with the closest point of the scan.
+struct Vote {
+    texel: usize,
+    distance: f64,
+    /// 1 if the scan faces the same way there, -1 if not.
+    sign: f64,
+}
+
+impl Facings {
+    /// For a sample of every part's texels the closest point of the scan (at most `max_distance` away) is found. Only
+    /// the nearer half of a part's sample votes, so that neither the other side of a wall nor gross deviations decide.
+    pub(in crate::variance) fn of(texels: &Texels, scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> Self {
+        let samples = texels.samples_of_parts(SAMPLES);
+        let votes: Vec<Vec<Vote>> =
+            samples.iter().map(|sample| votes(texels, sample, scan, bvh, max_distance)).collect();
+        let sum = |votes: &[Vote]| votes.iter().map(|v| v.sign).sum::<f64>();
+        let all: usize = votes.iter().map(Vec::len).sum();
+        let against: usize = votes.iter().filter(|v| sum(v) < 0.0).map(Vec::len).sum();
+        let reversed = all > 0 && against as f64 >= REVERSED * all as f64;
+        let turn = if reversed { -1.0 } else { 1.0 };
+        let is_contested = |votes: &Vec<Vote>| {
+            let own_side = |vote: &&Vote| {
+                let normal = texels.normal[vote.texel].map(|c| turn * f64::from(c));
+                let closest =
+                    bvh.closest_point_facing(texels.position[vote.texel].into(), max_distance, normal.into(), 0.0);
+                closest.is_some_and(|c| c.distance <= OTHER_SIDE * vote.distance)
+            };
+            turn * sum(votes) < 0.0 && 2 * votes.iter().filter(own_side).count() < votes.len()
+        };
+        let parts = texels.part_names.iter().zip(&votes);
+        Self { reversed, contested: parts.filter(|(_, v)| is_contested(v)).map(|(name, _)| name.clone()).collect() }
+    }
+}
+
+fn votes(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> Vec<Vote> {
+    let vote = |&texel: &usize| {
+        let closest = bvh.closest_point(texels.position[texel].into(), max_distance)?;
+        let normal = scan.triangle_normal(*scan.triangles.get(closest.triangle as usize)?)?;
+        let cosine: f64 = (0..3).map(|k| normal[k] * f64::from(texels.normal[texel][k])).sum();
+        // Edges, and whatever stands across the surface, do not vote.
+        (cosine.abs() > 0.5).then_some(Vote { texel, distance: closest.distance, sign: cosine.signum() })
+    };
+    let mut votes: Vec<Vote> = sample.iter().filter_map(vote).collect();
+    votes.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+    votes.truncate(votes.len().div_ceil(2));
+    votes
+}
+
+/// Turns the normals and triangles of some parts. The model's `mesh` has one group per part, in the order of the
+/// texels' parts; groups do not share vertices.
+pub(in crate::variance) fn turn(texels: &mut Texels, mesh: &mut TriangleMesh, turned: &[bool]) {
     for (i, &part) in texels.part.iter().enumerate() {
         if turned[part as usize] {
             texels.normal[i] = texels.normal[i].map(|c| -c);
         }
     }
-    turn_groups(mesh, &turned);
-    texels.part_names.iter().zip(&turned).filter(|(_, t)| **t).map(|(n, _)| n.clone()).collect()
-}
-
-fn points_inwards(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> bool {
-    let mut votes: Vec<(f64, f64)> = sample
-        .iter()
-        .filter_map(|&i| {
-            let closest = bvh.closest_point(texels.position[i].into(), max_distance)?;
-            let normal = scan.triangle_normal(*scan.triangles.get(closest.triangle as usize)?)?;
-            let cosine: f64 = (0..3).map(|k| normal[k] * f64::from(texels.normal[i][k])).sum();
-            // Edges, and whatever stands across the surface, do not vote.
-            (cosine.abs() > 0.5).then_some((closest.distance, cosine.signum()))
-        })
-        .collect();
-    votes.sort_by(|a, b| a.0.total_cmp(&b.0));
-    votes.truncate(votes.len().div_ceil(2));
-    votes.iter().map(|v| v.1).sum::<f64>() < 0.0
-}
-
-/// Turns the triangles and normals of some groups. Groups do not share vertices.
-fn turn_groups(mesh: &mut TriangleMesh, turned: &[bool]) {
     let mut vertices = vec![false; mesh.positions.len()];
     for (group, _) in mesh.groups.iter().zip(turned).filter(|(_, t)| **t) {
         for triangle in &mut mesh.triangles[group.start..group.end] {
@@ -64,6 +89,24 @@ fn turn_groups(mesh: &mut TriangleMesh, turned: &[bool]) {
     for (normal, _) in mesh.normals.iter_mut().zip(vertices).filter(|(_, v)| *v) {
         *normal = normal.map(|c| -c);
     }
+}
+
+/// Whether a mesh is closed, every edge between two triangles that agree, and encloses a negative volume.
+pub(in crate::variance) fn is_inside_out(mesh: &TriangleMesh) -> bool {
+    // Parts of a mesh do not share vertices, but places.
+    let place = |v: u32| mesh.positions[v as usize].map(|c| (c + 0.0).to_bits());
+    let mut edges: HashMap<[[u64; 3]; 2], i32> = HashMap::new();
+    let mut volume = 0.0;
+    let Some(origin) = mesh.triangles.first().map(|t| mesh.corners(*t)[0]) else { return false };
+    for triangle in &mesh.triangles {
+        for k in 0..3 {
+            let [from, to] = [place(triangle[k]), place(triangle[(k + 1) % 3])];
+            *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
+        }
+        let [a, b, c] = mesh.corners(*triangle).map(|p| p - origin);
+        volume += a.dot(b.cross(c));
+    }
+    volume < 0.0 && edges.values().all(|balance| *balance == 0)
 }
 
 #[cfg(test)]
@@ -81,13 +124,14 @@ mod tests {
     }
 
     #[test]
-    fn a_reference_wound_inwards_is_turned_and_one_wound_outwards_is_not() {
-        let scan = box_mesh(10.5, true);
-        let bvh = Bvh::build(&scan).expect("a box");
+    fn a_closed_reference_is_turned_by_its_volume() {
         for outwards in [true, false] {
             let mut surface = ReferenceSurface::new(&box_mesh(10.0, outwards), 64).expect("a box");
-            let turned = agree_with_scan(&mut surface.texels, &mut surface.tessellation.mesh, &scan, &bvh, 5.0);
-            assert_eq!(turned.is_empty(), outwards);
+            assert_eq!(is_inside_out(&surface.tessellation.mesh), !outwards);
+            if !outwards {
+                let parts = vec![true; surface.texels.part_names.len()];
+                turn(&mut surface.texels, &mut surface.tessellation.mesh, &parts);
+            }
             for (p, n) in surface.texels.position.iter().zip(&surface.texels.normal) {
                 assert!((0..3).map(|k| p[k] * f64::from(n[k])).sum::<f64>() > 0.0);
             }
@@ -96,6 +140,20 @@ mod tests {
                 let [a, b, c] = t.map(|i| glam::DVec3::from(mesh.positions[i as usize]));
                 assert!((b - a).cross(c - a).dot(a) > 0.0);
             }
+        }
+        let mut open = box_mesh(10.0, false);
+        open.triangles.pop();
+        assert!(!is_inside_out(&open), "what is open has no volume");
+    }
+
+    #[test]
+    fn a_scan_that_faces_the_other_way_everywhere_is_reversed() {
+        for outwards in [true, false] {
+            let scan = box_mesh(10.5, outwards);
+            let bvh = Bvh::build(&scan).expect("a box");
+            let surface = ReferenceSurface::new(&box_mesh(10.0, true), 64).expect("a box");
+            let facings = Facings::of(&surface.texels, &scan, &bvh, 5.0);
+            assert_eq!(facings, Facings { reversed: !outwards, contested: Vec::new() });
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The surface that a scan is measured from: a model at certain parameters, or a reference mesh.
 
+use super::orientation::is_inside_out;
 use super::{MeasureError, Tolerance};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
-    Atlas, AtlasError, Fineness, Instance, LARGEST, Model, Motion, ReferenceSurface, SMALLEST, Sensitivities,
-    SensitivityMaps, Tessellation, Texels,
+    Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Model, Motion, ReferenceSurface, SMALLEST,
+    Sensitivities, SensitivityMaps, Tessellation, Texels,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -54,6 +55,8 @@ pub(super) struct Surface<'a> {
     pub(super) seconds: f64,
     /// The parts' own tolerances.
     pub(super) tolerances: Vec<Option<Tolerance>>,
+    /// By part, whether its outer side is the other one than written, by the volume that it encloses with others.
+    pub(super) inverted: Vec<bool>,
     /// Sentences for the user.
     pub(super) notices: Vec<String>,
     /// The model that derivatives are computed from; none for a mesh.
@@ -92,8 +95,11 @@ impl<'a> Surface<'a> {
         motion.move_tessellation(&mut tessellation);
         let tolerances = model.tolerances(x)?.into_iter();
         let tolerances = tolerances.map(|t| t.map(|t| Tolerance { lower: 0.0 - t, upper: t })).collect();
+        let mut inverted = vec![false; model.parts().len()];
+        Closedness::of(model, &*instance)?.inverted.iter().for_each(|patch| inverted[*patch] = true);
+        let notices = inverted_notice(&texels.part_names, &inverted).into_iter().collect();
         let parametrised = Some(Parametrised { model, instance, atlas, motion });
-        Ok(Self { tessellation, texels, seconds, tolerances, notices: Vec::new(), parametrised })
+        Ok(Self { tessellation, texels, seconds, tolerances, inverted, notices, parametrised })
     }
 
     fn of_mesh(mesh: &TriangleMesh, resolution: Resolution) -> Result<Self, MeasureError> {
@@ -111,7 +117,10 @@ impl<'a> Surface<'a> {
             if mean_width <= edge {
                 let tolerances = vec![None; texels.part_names.len()];
                 let seconds = started.elapsed().as_secs_f64();
-                return Ok(Self { tessellation, texels, seconds, tolerances, notices, parametrised: None });
+                let inverted = vec![is_inside_out(&tessellation.mesh); tolerances.len()];
+                let mut notices = notices;
+                notices.extend(inverted_notice(&texels.part_names, &inverted));
+                return Ok(Self { tessellation, texels, seconds, tolerances, inverted, notices, parametrised: None });
             }
             if size == LARGEST {
                 return Err(AtlasError::TooFine { edge, least: mean_width }.into());
@@ -131,4 +140,15 @@ impl<'a> Surface<'a> {
         let Some(Parametrised { model, instance, atlas, motion }) = &self.parametrised else { return Ok(None) };
         Ok(Some(SensitivityMaps::new(*model, &**instance, atlas, &self.texels, motion)?))
     }
+}
+
+/// A sentence on parts whose outer side follows from a volume.
+fn inverted_notice(names: &[String], inverted: &[bool]) -> Option<String> {
+    let named: Vec<&str> = names.iter().zip(inverted).filter(|(_, i)| **i).map(|(name, _)| name.as_str()).collect();
+    (!named.is_empty()).then(|| {
+        format!(
+            "the outer side of {} is the other one than written: it follows from the enclosed volume",
+            named.join(", ")
+        )
+    })
 }

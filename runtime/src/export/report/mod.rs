@@ -122,7 +122,9 @@ fn facts(report: &Report<'_>) -> String {
 }
 
 fn warnings(report: &Report<'_>) -> String {
-    let all: Vec<&String> = report.fit.iter().flat_map(|f| &f.warnings).chain(&report.variance.warnings).collect();
+    let of_scan = |w: &&String| !report.variance.warnings.contains(w);
+    let of_fit = report.fit.iter().flat_map(|f| &f.warnings).filter(of_scan);
+    let all: Vec<&String> = of_fit.chain(&report.variance.warnings).collect();
     if all.is_empty() {
         return String::new();
     }

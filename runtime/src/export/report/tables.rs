@@ -1,7 +1,7 @@
 //! The report's tables.
 
 use crate::export::escape::escape;
-use crate::fit::{FitResult, FittedParameter};
+use crate::fit::{FitResult, FittedParameter, WithoutSd};
 use crate::model::Motion;
 use crate::variance::{
     Explanation, FormDeviation, ParameterEffect, Piece, Statistics, UnmatchedSummary, VarianceReport,
@@ -80,10 +80,10 @@ fn parameter(p: &FittedParameter) -> String {
     let (factor, unit) =
         if p.quantity == Quantity::Angle { (1f64.to_degrees(), "&deg;".to_owned()) } else { (1.0, escape(&p.unit)) };
     let sd = p.sd.map_or_else(String::new, |sd| number(sd * factor));
-    let mark = match (p.fixed, p.at_bound) {
-        (true, _) => "held fixed",
-        (false, true) => "<span class=\"mark\">at its bound</span>",
-        (false, false) => "",
+    let mark = match p.without_sd {
+        Some(WithoutSd::Fixed) => "held fixed".to_owned(),
+        Some(reason) => format!("<span class=\"mark\">{}</span>", reason.text()),
+        None => String::new(),
     };
     let (name, value) = (escape(&p.name), precise(p.value * factor));
     format!(

@@ -1,5 +1,5 @@
 use super::{Report, fill, write};
-use crate::fit::{FitResult, FittedInput, FittedParameter};
+use crate::fit::{FitResult, FittedInput, FittedParameter, WithoutSd};
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
 use crate::scan::ScanSource;
@@ -62,6 +62,7 @@ fn fit() -> FitResult {
                 fixed: false,
                 at_bound: true,
                 sd: Some(0.01),
+                without_sd: Some(WithoutSd::AtBound),
             },
             FittedParameter {
                 name: HOSTILE.to_owned(),
@@ -71,6 +72,7 @@ fn fit() -> FitResult {
                 fixed: true,
                 at_bound: false,
                 sd: None,
+                without_sd: Some(WithoutSd::Fixed),
             },
         ],
         pose: Some(Motion { rotation: Motion::IDENTITY.rotation, translation: [1.0, -2.0, 3.0] }),

@@ -5,6 +5,7 @@
 mod blocks;
 pub(crate) mod bootstrap;
 pub(crate) mod compare;
+mod convergence;
 mod meat;
 pub(crate) mod sandwich;
 mod significance;
@@ -17,28 +18,32 @@ use super::problem::objective::Objective;
 use super::refine::schedule::Solution;
 use super::result::{Bootstrap, HypothesisTest};
 use super::tuning::FOOT_TOLERANCE;
+use convergence::{Assessed, assess};
 use sandwich::Uncertainty;
 
-/// The statistics of a solution's parameters.
-pub(crate) struct Inference {
+/// A solution with the statistics of its parameters.
+pub(crate) struct Inference<'a> {
+    pub(crate) solution: Solution<'a>,
     /// None where the fit was cancelled or the scan determines nothing.
     pub(crate) uncertainty: Option<Uncertainty>,
     pub(crate) tests: Vec<HypothesisTest>,
     pub(crate) bootstrap: Option<Bootstrap>,
 }
 
-/// Standard deviations, tests and the bootstrap, as far as they were asked for.
-pub(crate) fn infer(solution: &Solution) -> Inference {
+/// Takes a solution to the optimum if it is not there yet; standard deviations, tests and the bootstrap, as far as they
+/// were asked for.
+pub(crate) fn infer(solution: Solution) -> Inference {
     let problem = solution.level.problem;
-    let tests = wald::test(solution);
+    let Assessed { solution, uncertainty } = problem.monitor.stage("uncertainty", || assess(solution));
+    let tests = wald::test(&solution);
     let uncertainty = problem.monitor.stage("uncertainty", || {
-        // A user who has cancelled does not wait for standard deviations.
-        let uncertainty = if problem.monitor.cancelled() { None } else { uncertainty(solution) };
-        uncertainty.map(|uncertainty| unobserved::mark(solution, uncertainty))
+        // One fit that was cancelled is like another, wherever it was.
+        let uncertainty = uncertainty.filter(|_| !problem.monitor.cancelled());
+        uncertainty.map(|uncertainty| unobserved::mark(&solution, uncertainty))
     });
     let bootstrap = (problem.options.bootstrap > 0)
-        .then(|| problem.monitor.stage("bootstrap", || bootstrap::run(solution, uncertainty.as_ref())));
-    Inference { uncertainty, tests, bootstrap: bootstrap.flatten() }
+        .then(|| problem.monitor.stage("bootstrap", || bootstrap::run(&solution, uncertainty.as_ref())));
+    Inference { solution, uncertainty, tests, bootstrap: bootstrap.flatten() }
 }
 
 /// How well the solution is determined.

@@ -8,6 +8,7 @@ use super::switches;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::rows::{AllRows, Rows};
+use crate::fit::result::WithoutSd;
 use crate::fit::tuning::{DETERMINED, SWITCH_ROUNDS};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
@@ -17,12 +18,14 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 pub(crate) struct Uncertainty {
     /// Zero in the rows and columns of coordinates that are held or not determined.
     pub(crate) covariance: DMatrix<f64>,
+    /// The inverse of the bread, which is the Hessian of the sum of losses times sigma^2 / 2; zero likewise.
+    pub(crate) inverse: DMatrix<f64>,
     /// The covariance if residuals were independent of each other and all alike: s^2 (sum w J J^T)^-1.
     pub(crate) naive: DMatrix<f64>,
     /// Directions (of unit length) in which no distance changes.
     pub(crate) undetermined: Vec<DVector<f64>>,
-    /// By coordinate, whether it is determined.
-    pub(crate) determined: Vec<bool>,
+    /// By coordinate, why it has no standard deviation; None of one that has.
+    pub(crate) without: Vec<Option<WithoutSd>>,
     /// The number of independent points that would say as much.
     pub(crate) effective_points: f64,
     /// Blocks of dependent residuals, if there are any.
@@ -73,8 +76,31 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     }
     let naive = &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = scores.len() as f64 / blocks.map_or(1.0, |b| b.inflation);
-    let Inverse { undetermined, determined, .. } = inverse;
-    Some(Uncertainty { covariance, naive, undetermined, determined, effective_points, blocks })
+    let Inverse { matrix: inverse, undetermined, determined, .. } = inverse;
+    let reason = |k: usize| match (determined[k], is_held(held, k)) {
+        (true, _) => None,
+        (false, true) => Some(WithoutSd::AtBound),
+        (false, false) => Some(WithoutSd::NotDetermined),
+    };
+    let without = (0..dim).map(reason).collect();
+    Some(Uncertainty { covariance, inverse, naive, undetermined, without, effective_points, blocks })
+}
+
+impl Uncertainty {
+    /// Whether coordinate k has a standard deviation.
+    pub(crate) fn determines(&self, k: usize) -> bool {
+        self.without[k].is_none()
+    }
+
+    /// Why a variable has no standard deviation that depends on coordinates by `slope`; None of one that has.
+    pub(crate) fn without<'s>(&self, slope: impl Iterator<Item = &'s f64>) -> Option<WithoutSd> {
+        slope.zip(&self.without).filter(|(slope, _)| **slope != 0.0).find_map(|(_, without)| *without)
+    }
+}
+
+/// Whether a coordinate is fixed at a bound: `held` has no entries for the motion.
+fn is_held(held: &[bool], k: usize) -> bool {
+    held.get(k).copied().unwrap_or(false)
 }
 
 /// The residuals of all points.
@@ -126,9 +152,8 @@ impl Inverse {
         if !(largest > 0.0 && largest.is_finite()) {
             return None;
         }
-        let is_held = |k: usize| held.get(k).copied().unwrap_or(false);
         let mut determined: Vec<bool> =
-            (0..dim).map(|k| !is_held(k) && weighted[(k, k)] > NO_INFLUENCE * largest).collect();
+            (0..dim).map(|k| !is_held(held, k) && weighted[(k, k)] > NO_INFLUENCE * largest).collect();
         let varied: Vec<usize> = (0..dim).filter(|k| determined[*k]).collect();
         if varied.is_empty() {
             return None;

@@ -5,6 +5,7 @@ use super::sandwich::Uncertainty;
 use crate::fit::problem::objective::Objective;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::{Group, groups};
+use crate::fit::result::WithoutSd;
 use crate::fit::tuning::UNEXPLAINED_SHARE;
 
 /// Marks parameters as not determined whose parts the scan does not show, with a warning.
@@ -15,7 +16,7 @@ pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncerta
             continue;
         }
         for k in &group.members {
-            uncertainty.determined[*k] = false;
+            uncertainty.without[*k] = Some(WithoutSd::NotScanned);
         }
         let parts = level.problem.model.parts().iter().zip(&group.patches).filter(|(_, shaped)| **shaped);
         let mut names: Vec<String> = parts.map(|(part, _)| format!("`{}`", part.group)).collect();

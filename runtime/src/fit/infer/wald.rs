@@ -137,9 +137,7 @@ fn values_of(refitted: &Solution, tested: &[usize], x: Vec<f64>) -> Option<Relea
     let uncertainty = super::uncertainty(refitted)?;
     let slope = refitted.level.space.chain(&refitted.estimate);
     let rows: Vec<DVector<f64>> = tested.iter().map(|i| slope.row(*i).transpose()).collect();
-    let determined =
-        |row: &DVector<f64>| row.iter().zip(&uncertainty.determined).all(|(s, determined)| *s == 0.0 || *determined);
-    if !rows.iter().all(determined) {
+    if rows.iter().any(|row| uncertainty.without(row.iter()).is_some()) {
         return None;
     }
     let covariance =

@@ -19,7 +19,9 @@ pub(crate) struct Stop {
 }
 
 /// Relative error of the objective: feet are found to a finite precision.
-const ROUNDING: f64 = 1e-7;
+pub(crate) const ROUNDING: f64 = 1e-7;
+/// Predicted gain, relative to the objective, that is below the rounding of its sums.
+const LEAST_GAIN: f64 = 1e-13;
 
 /// The end of a minimisation.
 pub(crate) struct Minimum {
@@ -81,7 +83,7 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
             break;
         };
         if step.amax() <= stop.step {
-            at.converged = true;
+            at.converged = is_optimum(&at.evaluation, &room, stop);
             break;
         }
         let predicted = at.evaluation.predicted_gain(&step);
@@ -105,14 +107,21 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
             }
             _ => {
                 // Below the rounding of the objective no step can be told from another.
-                at.converged = predicted < 1e-13 * at.evaluation.value.max(1e-3);
-                if at.converged || !damping.reject() {
+                if predicted < LEAST_GAIN * at.evaluation.value.max(1e-3) || !damping.reject() {
+                    at.converged = is_optimum(&at.evaluation, &room, stop);
                     break;
                 }
             }
         }
     }
     Some(at)
+}
+
+/// Whether the step with hardly any damping is short enough, or would gain nothing: a step may be short only because
+/// damping was raised, far from any optimum.
+fn is_optimum(at: &Evaluation, room: &[(f64, f64)], stop: Stop) -> bool {
+    damped_step(at, room, Damping::START)
+        .is_some_and(|step| step.amax() <= stop.step || at.predicted_gain(&step) < LEAST_GAIN * at.value.max(1e-3))
 }
 
 /// Whether a coordinate stands at a bound and the gradient pushes it against it. `room` is how far it may go.

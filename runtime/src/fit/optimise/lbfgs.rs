@@ -24,15 +24,13 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate) -> Option<Minimum
         let before = at.evaluation.value;
         let projected =
             (0..held.len()).filter(|k| !held[*k]).map(|k| at.evaluation.gradient[k].abs()).fold(0.0, f64::max);
-        if projected <= LBFGS_GRADIENT || at.iterations >= LBFGS_ITERATIONS {
-            at.converged = projected <= LBFGS_GRADIENT;
+        at.converged = projected <= LBFGS_GRADIENT;
+        if at.converged || at.iterations >= LBFGS_ITERATIONS {
             break;
         }
         round(objective, &mut at, &held);
         if !(before - at.evaluation.value > LBFGS_GAIN * before) {
-            // No progress although the gradient is not small: kinks of the objective, where correspondences switch, end
-            // it here.
-            at.converged = true;
+            // The line search found no descent although the gradient is not small: this is a stall, no optimum.
             break;
         }
     }

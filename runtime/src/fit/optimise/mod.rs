@@ -1,7 +1,7 @@
 //! Minimisation of an objective inside the bounds.
 
 pub(crate) mod gauss_newton;
-mod lbfgs;
+pub(crate) mod lbfgs;
 
 use super::problem::objective::Objective;
 use super::problem::parameterization::Estimate;

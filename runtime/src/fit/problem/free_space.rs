@@ -56,25 +56,21 @@ impl FreeSpace {
         Some(Self { bvh, near: EMPTY_AWAY_NOISE * scan.noise + spacing })
     }
 
-    /// The areas of some patches; `sigma` (millimetres) is the scale of the loss. None where the model does not exist.
-    pub(crate) fn areas(
-        &self,
-        level: &Level,
-        at: &Estimate,
-        sigma: f64,
-        of_patch: impl Fn(usize) -> bool + Sync,
-    ) -> Option<Vec<Areas>> {
+    /// The areas of all patches; `sigma` (millimetres) is the scale of the loss, `reversed` says that the scan's
+    /// triangles face the other way. None where the model does not exist.
+    pub(crate) fn areas(&self, level: &Level, at: &Estimate, sigma: f64, reversed: bool) -> Option<Vec<Areas>> {
         let problem = level.problem;
         let instance = problem.model.instantiate(&level.space.x(&at.z)?).ok()?;
         let mut areas = vec![Areas::default(); problem.model.parts().len()];
         let near = self.near.max(EMPTY_AWAY_SIGMAS * sigma);
-        for places in all_places(problem.model, &*instance, of_patch) {
+        let side = if reversed { -1.0 } else { 1.0 };
+        for places in all_places(problem.model, &*instance) {
             let mut partials = vec![Partials::default(); places.u.len()];
             instance.partials(places.patch, &places.u, &places.v, &mut partials).ok()?;
             let seen = |p: &Partials| {
                 let normal = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv)).normalize_or_zero();
                 let (point, normal) = (at.motion.apply(DVec3::from_array(p.point)), at.motion.rotation * normal);
-                (point, self.seen(&problem.scan.mesh, point, normal, near))
+                (point, self.seen(&problem.scan.mesh, point, normal, side, near))
             };
             let seen: Vec<(DVec3, Seen)> = partials.par_iter().map(seen).collect();
             let sums = &mut areas[places.patch];
@@ -97,8 +93,8 @@ impl FreeSpace {
     /// How the scan speaks of a place: it is scanned where the scan is nearer than `near` (millimetres), and
     /// contradicted where nothing of it is, and from a little behind the place many directions lead to the front of a
     /// scanned surface, and none to the back of one.
-    fn seen(&self, scan: &TriangleMesh, p: DVec3, normal: DVec3, near: f64) -> Seen {
-        if self.bvh.closest_point_facing(p, near, normal, 0.0).is_some() {
+    fn seen(&self, scan: &TriangleMesh, p: DVec3, normal: DVec3, side: f64, near: f64) -> Seen {
+        if self.bvh.closest_point_facing(p, near, side * normal, 0.0).is_some() {
             return Seen::Scanned;
         }
         if self.bvh.closest_point(p, near).is_some() {
@@ -110,7 +106,7 @@ impl FreeSpace {
             let direction = direction(k);
             let Some(hit) = self.bvh.nearest_hit(from, direction, f64::INFINITY) else { continue };
             let [a, b, c] = scan.corners(scan.triangles[hit.triangle as usize]);
-            let cosine = (b - a).cross(c - a).normalize_or_zero().dot(direction);
+            let cosine = side * (b - a).cross(c - a).normalize_or_zero().dot(direction);
             if cosine > EMPTY_BACK {
                 return Seen::Unseen;
             }

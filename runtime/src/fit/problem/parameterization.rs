@@ -55,6 +55,9 @@ pub(crate) struct Parameterization<'a> {
     pub(crate) radius: f64,
 }
 
+/// Motion of the surface (millimetres) per unit of a parameter that is only rounding.
+const NO_MOTION: f64 = 1e-12;
+
 impl<'a> Parameterization<'a> {
     /// The space in which the parameters `free` (ascending) and, if `moving`, the motion vary about `x`. Scales are 1
     /// until `set_scale`. Of every pair in `ties` the second parameter, which is not free, is to equal the first.
@@ -232,8 +235,8 @@ impl<'a> Parameterization<'a> {
         let slope = self.slope(&estimate.z);
         for k in 0..self.free.len() {
             let moved: f64 = (0..self.base.len()).map(|i| slope[(i, k)].abs() * motion_of_x[i]).sum();
-            // Without influence there is nothing to scale by.
-            self.scale[k] = if moved.is_finite() && moved > 0.0 { moved } else { 1.0 };
+            // Without influence there is nothing to scale by, and rounding errors are no influence.
+            self.scale[k] = if moved.is_finite() && moved > NO_MOTION { moved } else { 1.0 };
         }
     }
 

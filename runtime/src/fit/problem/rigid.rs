@@ -1,7 +1,7 @@
 //! Parameters of a script that move the whole model rigidly, and how they are recognised.
 
 use super::points::{Points, gyration, mean};
-use crate::fit::sampling::cell_centres;
+use crate::fit::sampling::scattered;
 use crate::fit::tuning::{OTHER_PLACE_REACH, OTHER_PLACES, RIGID, VELOCITY_SAMPLES};
 use crate::model::{EvaluationError, Instance, Model};
 use crate::scan::Scan;
@@ -88,9 +88,9 @@ pub(crate) struct VelocityField {
 }
 
 impl VelocityField {
-    /// Samples every patch on a grid in its inside. Points that are not finite are left out.
+    /// Samples every patch at places spread over its inside. Points that are not finite are left out.
     pub(crate) fn sample(model: &dyn Model, instance: &dyn Instance) -> Result<Self, EvaluationError> {
-        let [u, v] = cell_centres([VELOCITY_SAMPLES; 2]);
+        let [u, v] = scattered([VELOCITY_SAMPLES; 2]);
         let count = model.parameters().len();
         let mut field = Self { points: Vec::new(), velocity: vec![Vec::new(); count] };
         for (patch, part) in model.parts().iter().enumerate() {

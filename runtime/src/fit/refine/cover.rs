@@ -41,7 +41,7 @@ fn coverage_at<'a>(solution: &Solution<'a>) -> Result<Coverage<'a>, String> {
     let instance = problem.model.instantiate(&x).map_err(|e| e.to_string())?;
     let places = places(problem.model, &*instance, problem.radius).map_err(|e| e.to_string())?;
     let scanned = Scanned::new(problem.scan, problem.oriented, problem.radius).map_err(|e| e.to_string())?;
-    Ok(Coverage::new(scanned, places, Loss::welsch(COVERAGE_SCALES[0] * problem.radius)))
+    Ok(Coverage::new(scanned, places, solution.signs.clone(), Loss::welsch(COVERAGE_SCALES[0] * problem.radius)))
 }
 
 /// The share of the model that was scanned; None where the term took no part.

@@ -4,12 +4,12 @@ use super::schedule::Guess;
 use crate::fit::options::FitOptions;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
-use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
+use crate::fit::problem::sides::Sides;
 
 /// The guess at `from`, if an earlier fit of the same problem converged there, by its loss. The way from coarse to fine
 /// would lead back to it by detours over samples of the points, which end elsewhere by a tenth of a standard deviation.
-pub(crate) fn converged(level: &Level, from: &Estimate, signs: &[i8]) -> Option<Guess> {
+pub(crate) fn converged(level: &Level, from: &Estimate) -> Option<Guess> {
     let problem = level.problem;
     let FitOptions { start, fixed, equal, sigma, loss: kind, .. } = problem.options;
     let end = problem.converged()?;
@@ -20,7 +20,6 @@ pub(crate) fn converged(level: &Level, from: &Estimate, signs: &[i8]) -> Option<
     }
     let loss = Loss { kind: end.loss, sigma: end.sigma };
     // As after a level of annealing.
-    let objective = Objective { signs: Some(signs), ..level.objective(&problem.thin, loss) };
-    let signs = problem.facing(&objective.evaluate(from, Order::Value)?, signs);
+    let signs = Sides::of(level, from, loss)?.signs;
     Some(Guess { estimate: from.clone(), loss, signs, iterations: 0 })
 }

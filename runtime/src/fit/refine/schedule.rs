@@ -10,6 +10,7 @@ use crate::fit::problem::loss::{Loss, LossKind, robust_deviation};
 use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
+use crate::fit::problem::sides::Sides;
 use crate::fit::register::Registration;
 use crate::fit::register::candidate::Candidate;
 use crate::fit::register::restart::{Restart, Scope, restart};
@@ -32,6 +33,7 @@ pub(crate) struct Guess {
 }
 
 /// The end of a stage: an optimum with the level on which it was found and the loss by which it is judged.
+#[derive(Clone)]
 pub(crate) struct Solution<'a> {
     pub(crate) level: Level<'a>,
     pub(crate) estimate: Estimate,
@@ -61,16 +63,16 @@ const RESTARTED: f64 = 0.9;
 pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let Registration { level, candidate, seeds } = registration;
     let problem = level.problem;
-    let Candidate { estimate, mut signs, .. } = candidate;
+    let Candidate { estimate, signs, .. } = candidate;
     // A model that cannot be evaluated where it has come to keeps its facets.
     let level = Level::new(problem, level.space.clone(), &estimate, CHORD).unwrap_or(level);
-    // Here nearly every point is nearest to its own patch, whichever way that faces: signs that were estimated wrongly
-    // from farther off are corrected.
+    // Here nearly every point is nearest to its own patch, whichever way that faces: what the scan's normals said from
+    // farther off gives way to what the script says.
     let wide = Loss::welsch(ANNEALING_START * problem.radius);
-    if let Some(unsided) = level.objective(&problem.thin, wide).evaluate(&estimate, Order::Value) {
-        signs = problem.facing(&unsided, &signs);
-    }
-    if let Some(guess) = earlier::converged(&level, &estimate, &signs) {
+    let mut sides = Sides::of(&level, &estimate, wide).unwrap_or(Sides { signs, ..Sides::default() });
+    let signs = sides.signs.clone();
+    if let Some(guess) = earlier::converged(&level, &estimate) {
+        sides.warn(&level);
         return polish(level, &problem.points, guess, Some(POLISH));
     }
     let few = problem.thin.sample(ANNEALING_POINTS);
@@ -91,12 +93,15 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
             scope: Scope::Doubtful,
             span: (ANNEALED, RESTARTED),
         };
-        let Candidate { estimate, signs, value } = restart(&plan, from);
+        let Candidate { estimate, value, .. } = restart(&plan, from);
         // A candidate that no restart has improved has no value still.
         if value.is_finite() {
+            sides = Sides::of(&level, &estimate, guess.loss).unwrap_or(sides);
+            let signs = sides.signs.clone();
             guess = anneal(&level, &few, Guess { estimate, signs, ..guess }, given);
         }
     }
+    sides.warn(&level);
     problem.monitor.reach(RESTARTED, "");
     let loss = given.unwrap_or_else(|| suggested_loss(&level, &problem.thin, &guess));
     guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
@@ -129,9 +134,7 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
         };
         let stop = Stop { iterations: ANNEALING_ITERATIONS, step: ANNEALING_STEP * loss.sigma };
         if let Some(minimum) = optimise::minimise(&objective, guess.estimate.clone(), stop) {
-            let signs = level.problem.facing(&minimum.evaluation, &guess.signs);
-            guess =
-                Guess { estimate: minimum.estimate, loss, signs, iterations: guess.iterations + minimum.iterations };
+            guess = Guess { estimate: minimum.estimate, iterations: guess.iterations + minimum.iterations, ..guess };
         }
         guess.loss = given.unwrap_or_else(|| suggested_loss(level, points, &guess));
         if guess.loss.sigma > SCALE_SETTLED * loss.sigma {
@@ -156,14 +159,23 @@ fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     Loss::welsch(next.sigma.min(loss.sigma).max(SCALE_FASTEST * loss.sigma))
 }
 
+/// The distance to which feet are exact at the final scale. Millimetres. Least squares is for those who want every
+/// digit.
+pub(crate) fn foot_tolerance(loss: Loss, radius: f64) -> f64 {
+    match loss.kind {
+        LossKind::Squared => SQUARED_TOLERANCE * radius,
+        _ => FOOT_TOLERANCE * loss.sigma,
+    }
+}
+
 /// Gauss-Newton at the final scale. Steps are traced as those of `stage`, if there is one.
 pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage: Option<&'static str>) -> Solution<'a> {
     let Guess { estimate, loss, signs, iterations } = guess;
-    // Least squares is for those who want every digit.
-    let (tolerance, step) = match loss.kind {
-        LossKind::Squared => (SQUARED_TOLERANCE * level.problem.radius, SQUARED_STEP * level.problem.radius),
+    let tolerance = foot_tolerance(loss, level.problem.radius);
+    let step = match loss.kind {
+        LossKind::Squared => SQUARED_STEP * level.problem.radius,
         // Shorter steps are about as large as those by which single points that change patches move the optimum.
-        _ => (FOOT_TOLERANCE * loss.sigma, POLISH_STEP * loss.sigma),
+        _ => POLISH_STEP * loss.sigma,
     };
     let cache = foot_cache(points, loss.sigma);
     let objective = Objective {

@@ -9,7 +9,7 @@ use crate::fit::problem::loss::Loss;
 use crate::fit::problem::rigid::recognise;
 use crate::fit::refine::write_back::parameters_at;
 use crate::fit::register::group::{Rest, groups, rest};
-use crate::fit::{FitError, FitOptions, FittedParameter, LossKind, fit};
+use crate::fit::{FitError, FitOptions, FittedParameter, LossKind, WithoutSd, fit};
 use crate::progress::Silent;
 use glam::{DQuat, DVec3};
 
@@ -90,6 +90,7 @@ fn an_optimum_beyond_a_bound_ends_at_the_bound_and_is_flagged() {
     model.set_bounds(0, 36.3, 45.0);
     let result = fit(&model, &scan, &FitOptions::default(), &Silent).unwrap();
     assert!(result.parameters[0].at_bound && result.parameters[0].value == 36.3, "{result:?}");
+    assert_eq!(result.parameters[0].without_sd, Some(WithoutSd::AtBound));
     // The objective is one-sided: nothing pulls an end back that has grown beyond the scan.
     assert!(!result.parameters[1].at_bound && result.parameters[1].value > 58.5, "{result:?}");
     assert!(result.warnings.iter().any(|w| w.contains("`a` ended at a bound")), "{:?}", result.warnings);

@@ -3,7 +3,7 @@
 use super::cup::scan_of;
 use super::number::Number;
 use super::shapes::{Formula, Handmade, Simple, simple};
-use crate::fit::{FitError, FitOptions, FitResult, LossKind, fit};
+use crate::fit::{FitError, FitOptions, FitResult, LossKind, WithoutSd, fit};
 use crate::mesh::TriangleMesh;
 use crate::progress::{Progress, Silent};
 use crate::scan::Scan;
@@ -74,6 +74,7 @@ fn a_held_value_is_contradicted_where_it_is_wrong() {
         let options = FitOptions { start: [("a".to_owned(), held)].into(), fixed: vec!["a".to_owned()], ..still() };
         let result = fit(&simple(Simple::Cylinder, &[30.0, 58.0]), &scan, &options, &Silent).unwrap();
         assert_eq!(result.parameters[0].value, held);
+        assert_eq!(result.parameters[0].without_sd, Some(WithoutSd::Fixed));
         result.tests[0].clone()
     };
     let (right, wrong) = (test(36.0), test(36.02));
@@ -149,9 +150,30 @@ fn a_combination_that_the_scan_does_not_determine_is_named() {
     let model = Handmade::new(Sum, &rows, &[("all", &[0, 1])]);
     let result = fit(&model, &scan, &still(), &Silent).unwrap();
     assert!((result.parameters[0].value + result.parameters[1].value - 37.0).abs() < 0.01, "{result:?}");
-    assert!(result.parameters.iter().all(|p| p.sd.is_none()), "{result:?}");
+    let reason = Some(WithoutSd::NotDetermined);
+    assert!(result.parameters.iter().all(|p| p.sd.is_none() && p.without_sd == reason), "{result:?}");
     let named = result.warnings.iter().any(|w| w.contains("combination") && w.contains("`a`") && w.contains("`b`"));
     assert!(named, "{:?}", result.warnings);
+}
+
+#[test]
+fn a_parameter_that_moves_nothing_says_so() {
+    let scan = scan_of(&simple(Simple::Sphere, &[37.0]), &[37.0], 0.05, 1000, 6);
+    let rows = [("a", Quantity::Length, 1.0, 99.0, 35.0), ("idle", Quantity::Length, 1.0, 99.0, 18.0)];
+    let model = Handmade::new(Simple::Sphere, &rows, &[("all", &[0, 1])]);
+    let result = fit(&model, &scan, &still(), &Silent).unwrap();
+    let reasons: Vec<Option<WithoutSd>> = result.parameters.iter().map(|p| p.without_sd).collect();
+    assert_eq!(reasons, [None, Some(WithoutSd::NoInfluence)]);
+    let json = serde_json::to_value(&result.parameters).unwrap();
+    assert_eq!((json[0].get("without_sd"), &json[1]["without_sd"]), (None, &"no influence".into()));
+}
+
+#[test]
+fn reasons_are_written_as_they_are_shown() {
+    use WithoutSd::{AtBound, Fixed, InPose, Interrupted, NoInfluence, NotConverged, NotDetermined, NotScanned};
+    for reason in [Fixed, AtBound, NoInfluence, InPose, NotScanned, NotDetermined, NotConverged, Interrupted] {
+        assert_eq!(serde_json::to_value(reason).unwrap(), reason.text());
+    }
 }
 
 #[test]
@@ -187,6 +209,7 @@ fn an_interrupted_fit_has_the_best_so_far() {
     let result = fit(&model, &scan, &FitOptions::default(), &Impatient(AtomicU32::new(0))).unwrap();
     assert!(result.interrupted && !result.converged && result.parameters.len() == 2, "{result:?}");
     assert!(result.warnings.iter().any(|w| w.contains("interrupted")), "{result:?}");
+    assert!(result.parameters.iter().all(|p| p.without_sd == Some(WithoutSd::Interrupted)), "{result:?}");
     let whole = fit(&model, &scan, &FitOptions::default(), &Silent).unwrap();
     assert!(!whole.interrupted && !whole.trace.is_empty());
     assert!(whole.trace.windows(2).all(|pair| pair[0].evaluations <= pair[1].evaluations));

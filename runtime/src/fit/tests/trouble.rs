@@ -2,7 +2,7 @@
 
 use super::cup::{SYNTHETIC, check, scan_of, synthetic};
 use super::shapes::{Simple, cup, simple};
-use crate::fit::{FitOptions, FitResult, fit};
+use crate::fit::{FitOptions, FitResult, WithoutSd, fit};
 use crate::progress::Silent;
 use crate::scan::Scan;
 use glam::{DQuat, DVec3};
@@ -93,7 +93,7 @@ fn a_handle_that_was_not_scanned_is_not_known() {
     assert!(said, "{:?}", hidden.warnings);
     let [radius, handle] = [7, 10].map(|i| &hidden.parameters[i]);
     assert!((radius.value - SYNTHETIC[7]).abs() < 0.15 && radius.sd.is_some(), "{radius:?}");
-    assert!(handle.sd.is_none(), "{handle:?}");
+    assert!(handle.sd.is_none() && handle.without_sd == Some(WithoutSd::NotScanned), "{handle:?}");
 }
 
 #[test]
@@ -107,4 +107,22 @@ fn a_scan_in_another_unit_is_asked_about() {
     scan.mesh.positions.iter_mut().for_each(|p| *p = p.map(|c| c / 1000.0));
     scan.noise /= 1000.0;
     assert!(asked(&scan));
+}
+
+#[test]
+fn a_scan_with_the_other_side_out_gives_the_same_fit_and_a_sentence() {
+    let mut scan = scan_of(&simple(Simple::Torus, &[47.0, 9.0]), &[47.0, 9.0], 0.05, 3000, 4);
+    let coverage = FitOptions { coverage: true, ..FitOptions::default() };
+    let fitted = |scan: &Scan| fit(&simple(Simple::Torus, &[40.0, 12.0]), scan, &coverage, &Silent).unwrap();
+    let right = fitted(&scan);
+    scan.mesh.normals.iter_mut().for_each(|n| *n = n.map(|c| -c));
+    let turned = fitted(&scan);
+    let said = |r: &FitResult| r.warnings.iter().filter(|w| w.contains("turned as a whole")).count();
+    assert_eq!((said(&right), said(&turned)), (0, 1), "{:?}", turned.warnings);
+    for (a, b) in right.parameters.iter().zip(&turned.parameters) {
+        let sd = a.sd.unwrap();
+        assert!((a.value - b.value).abs() < 0.2 * sd, "{}: {} and {}, sd {sd}", a.name, a.value, b.value);
+    }
+    let share = |r: &FitResult| r.coverage.as_ref().unwrap().share;
+    assert!(share(&turned) > 0.95 && (share(&turned) - share(&right)).abs() < 0.01, "{}", share(&turned));
 }

@@ -382,3 +382,30 @@ fn mutated_files_do_no_harm() {
     }
     assert!(good > 1000 && bad > 1000, "{good} good, {bad} bad");
 }
+
+/// The normals of a file are meant; the order of a triangle's vertices may be an accident.
+#[test]
+fn triangles_that_contradict_the_normals_of_their_file_are_turned() {
+    let square = |order: [&str; 2], up: &str| {
+        let normals = format!("vn 0 0 {up}\n").repeat(4);
+        let corner = |v: &str| format!("{v}//{v}");
+        let face = |order: &str| order.split(' ').map(corner).collect::<Vec<_>>().join(" ");
+        let faces: String = order.iter().map(|order| format!("f {}\n", face(order))).collect();
+        scan_of("a.obj", format!("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n{normals}{faces}")).unwrap()
+    };
+    for (order, up, turned) in [
+        (["1 2 3", "1 3 4"], "1", false),
+        (["1 3 2", "1 4 3"], "1", true),
+        (["1 2 3", "1 3 4"], "-1", true),
+        // They contradict each other: no turn of the whole helps.
+        (["1 2 3", "1 4 3"], "1", false),
+    ] {
+        let scan = square(order, up);
+        let said = scan.warnings.iter().filter(|w| w.contains("turned to agree")).count();
+        assert_eq!(said, usize::from(turned), "{order:?}, {up}: {:?}", scan.warnings);
+        if turned {
+            let agrees = |t: &[u32; 3]| scan.mesh.triangle_normal(*t).unwrap().z * scan.mesh.normals[0][2] > 0.0;
+            assert!(scan.mesh.triangles.iter().all(agrees));
+        }
+    }
+}

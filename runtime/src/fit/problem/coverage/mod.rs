@@ -30,6 +30,8 @@ pub(crate) use visible::{all_places, places};
 pub(crate) struct Coverage<'a> {
     scanned: Arc<Scanned<'a>>,
     places: Arc<[Places]>,
+    /// Per patch, which way is out (see `Facing`).
+    signs: Vec<i8>,
     loss: Loss,
     /// Places in all, and the mean area that one stands for.
     count: f64,
@@ -58,10 +60,10 @@ struct Stretch {
 }
 
 impl<'a> Coverage<'a> {
-    pub(crate) fn new(scanned: Scanned<'a>, places: Vec<Places>, loss: Loss) -> Self {
+    pub(crate) fn new(scanned: Scanned<'a>, places: Vec<Places>, signs: Vec<i8>, loss: Loss) -> Self {
         let count = places.iter().map(|p| p.u.len()).sum::<usize>().max(1) as f64;
         let mean_area = places.iter().flat_map(|p| &p.area).sum::<f64>() / count;
-        Self { scanned: Arc::new(scanned), places: places.into(), loss, count, mean_area }
+        Self { scanned: Arc::new(scanned), places: places.into(), signs, loss, count, mean_area }
     }
 
     /// The scale of the loss. Millimetres.
@@ -72,7 +74,7 @@ impl<'a> Coverage<'a> {
     /// The same at another scale. Millimetres.
     pub(crate) fn at_scale(&self, sigma: f64) -> Self {
         let (scanned, places) = (self.scanned.clone(), self.places.clone());
-        Self { scanned, places, loss: Loss { sigma, ..self.loss }, ..*self }
+        Self { scanned, places, signs: self.signs.clone(), loss: Loss { sigma, ..self.loss }, ..*self }
     }
 
     /// The term and its derivatives by the scaled local coordinates.
@@ -163,11 +165,12 @@ impl<'a> Coverage<'a> {
         let mut matched = Matched::none(places.patch);
         let mut elements = Vec::new();
         let mut lost = 0.0;
+        let side = if self.signs[places.patch] < 0 { -1.0 } else { 1.0 };
         for (i, p) in partials.iter().enumerate() {
             let point = DVec3::from_array(p.point);
             let normal = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv));
             let share = area[i] / self.mean_area;
-            let (there, outward) = (motion.apply(point), motion.rotation * normal.normalize_or_zero());
+            let (there, outward) = (motion.apply(point), motion.rotation * normal.normalize_or_zero() * side);
             let Beyond { distance, direction, element } = match self.scanned.place(there, outward, self.loss.cutoff()) {
                 Place::Scanned => continue,
                 Place::Nowhere => {
@@ -215,7 +218,8 @@ mod tests {
         let at = level.space.estimate(&[26.0], motion);
         let instance = model.instantiate(&[26.0]).unwrap();
         let places = places(&model, &*instance, problem.radius).unwrap();
-        let coverage = Coverage::new(Scanned::new(&scan, true, problem.radius).unwrap(), places, Loss::welsch(5.0));
+        let coverage =
+            Coverage::new(Scanned::new(&scan, true, problem.radius).unwrap(), places, vec![1], Loss::welsch(5.0));
         let objective = level.objective(&problem.points, Loss::welsch(1.0));
         let evaluate = |at: &Estimate, order| coverage.evaluate(&objective, &objective.place(at).unwrap(), at, order);
         let [gradient, normal] = [Order::Gradient, Order::Normal].map(|order| evaluate(&at, order).gradient);

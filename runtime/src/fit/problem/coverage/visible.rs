@@ -28,30 +28,21 @@ pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) ->
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let above = VIEW_OFFSET * radius;
     let visible = |p: &Partials| is_visible(&bvh, DVec3::from_array(p.point), across(p).normalize_or_zero(), above);
-    Ok(spread(model, instance, |_| true, visible))
+    Ok(spread(model, instance, visible))
 }
 
-/// Places on some patches, whether they could be seen or not.
-pub(crate) fn all_places(
-    model: &dyn Model,
-    instance: &dyn Instance,
-    of_patch: impl Fn(usize) -> bool + Sync,
-) -> Vec<Places> {
-    spread(model, instance, of_patch, |_| true)
+/// Places on every patch that can be evaluated, whether they could be seen or not.
+pub(crate) fn all_places(model: &dyn Model, instance: &dyn Instance) -> Vec<Places> {
+    spread(model, instance, |_| true)
 }
 
-/// Places spread evenly over all patches, those that are chosen, as far as they can be evaluated.
-fn spread(
-    model: &dyn Model,
-    instance: &dyn Instance,
-    of_patch: impl Fn(usize) -> bool + Sync,
-    chosen: impl Fn(&Partials) -> bool + Sync,
-) -> Vec<Places> {
+/// Places spread evenly over all patches that can be evaluated, those that are chosen.
+fn spread(model: &dyn Model, instance: &dyn Instance, chosen: impl Fn(&Partials) -> bool + Sync) -> Vec<Places> {
     let gauges: Vec<Option<Gauge>> = (0..model.parts().len()).map(|patch| Gauge::of(instance, patch)).collect();
     let total: f64 = gauges.iter().flatten().map(|g| g.area).sum();
     let spacing = (total / COVERAGE_PLACES).sqrt();
     let of_patch = |(patch, gauge): (usize, &Option<Gauge>)| {
-        let gauge = gauge.as_ref().filter(|_| of_patch(patch))?;
+        let gauge = gauge.as_ref()?;
         let sides = gauge.sides.map(|side| ((side / spacing).ceil() as usize).clamp(1, PLACES_EACH_WAY));
         Places::of_cells(instance, patch, sides, &chosen)
     };

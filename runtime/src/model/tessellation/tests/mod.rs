@@ -210,6 +210,7 @@ fn turned_bodies_are_named() {
         let program = program(body);
         let closedness = Closedness::of(&program, &*instance(&program)).expect("it can be evaluated");
         assert_eq!(closedness.inside_out, turned, "{body}: {:?}", closedness.open);
+        assert_eq!(closedness.inverted, turned, "{body}");
     }
 }
 
