@@ -1,5 +1,5 @@
-//! Even samples: Halton's low-discrepancy sequence, directions by it, the centres of a grid's cells, and other places in
-//! these.
+//! Even samples: Halton's low-discrepancy sequence, directions by it, the centres of a grid's cells, and other places
+//! in these.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
@@ -33,9 +33,9 @@ pub(crate) fn cell_centres([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
     [u, v]
 }
 
-/// A place in every cell of a grid over [0, 1]^2: u and v, row by row. Where it is in its cell changes from cell to cell
-/// by ever longer irrational steps: centres of cells, and places with even steps, see the flutes of a periodic surface
-/// at the same phase every time if their numbers are multiples of each other.
+/// A place in every cell of a grid over [0, 1]^2: u and v, row by row. Where it is in its cell changes from cell to
+/// cell by ever longer irrational steps: centres of cells, and places with even steps, see the flutes of a periodic
+/// surface at the same phase every time if their numbers are multiples of each other.
 pub(crate) fn scattered([nu, nv]: [usize; 2]) -> [Vec<f64>; 2] {
     let within =
         |i: usize, n: usize, step: f64, k: usize| (i as f64 + (((k + 1) * (k + 1)) as f64 * step).fract()) / n as f64;

@@ -119,11 +119,11 @@ impl<'a> Problem<'a> {
         self.free_space.get_or_init(|| FreeSpace::of(self.scan, self.points.spacing())).as_ref()
     }
 
-    /// Per patch, which way its parametrisation seems to face while the fit seeks its place (`Sides` has the last word):
-    /// outwards, as the language's convention has it, unless the scan's normals say clearly otherwise. Where points lie
-    /// on both sides (a thin wall whose sides are not told apart yet) the convention decides: without a decision, both
-    /// sides of the scanned wall would pull at both of the model. A patch with too few points to say keeps the side that
-    /// it had `before`.
+    /// Per patch, which way its parametrisation seems to face while the fit seeks its place (`Sides` has the last
+    /// word): outwards, as the language's convention has it, unless the scan's normals say clearly otherwise. Where
+    /// points lie on both sides (a thin wall whose sides are not told apart yet) the convention decides: without a
+    /// decision, both sides of the scanned wall would pull at both of the model. A patch with too few points to say
+    /// keeps the side that it had `before`.
     pub(crate) fn facing(&self, evaluation: &Evaluation, before: &[i8]) -> Vec<i8> {
         let sign = |(p, before): (&PatchSum, &i8)| {
             let inwards = if p.weight >= FACING_POINTS { p.facing <= -FACING_CLEAR * p.weight } else { *before < 0 };

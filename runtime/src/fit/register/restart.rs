@@ -125,7 +125,7 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
         }
     } else if scope == Scope::Doubtful && round == 0 {
         // What fits as well may not be the only thing that does.
-        local.from_known(&starts, &joint_points, scale)
+        local.known_starts(&starts, &joint_points, scale)
     } else {
         vec![Candidate { value, ..from.clone() }]
     };
@@ -239,7 +239,7 @@ impl<'s> Local<'s> {
     }
 
     /// From the present values and the seeds' only.
-    fn from_known(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
+    fn known_starts(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
         let Ranked { known, all } = self.rank(&starts[..KNOWN]);
         let candidates = self.spread(known, all, KNOWN, SAME_START);
         self.jointly(points, scale, self.alone(scale, &candidates))
