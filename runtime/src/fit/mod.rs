@@ -61,6 +61,7 @@ pub fn fit(
 ) -> Result<FitResult, FitError> {
     let monitor = Monitor::of_stages(progress, plan::whole(options));
     let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
+    problem::extent::warn(&problem);
     let solution = solve(&problem)?;
     Ok(report::result(infer::infer(solution)))
 }

@@ -195,6 +195,9 @@ pub(crate) const INLIER_DEVIATIONS: f64 = 3.0;
 
 // ------------------------------------------------------------------------------------------------- Points and facets
 
+/// Points are flat in a direction in which their standard deviation is below so many of the noise: that of points in a
+/// plane is the noise itself, which is estimated to some 20 % from few points.
+pub(crate) const FLAT_NOISE: f64 = 1.5;
 /// The fewest points that are fitted: three do not determine a surface.
 pub(crate) const FEWEST_POINTS: usize = 4;
 /// Points are sorted by cells of a grid with so many along its longest edge, so that neighbours are near in memory.

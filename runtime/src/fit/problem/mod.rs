@@ -1,6 +1,7 @@
 //! The problem that a fit solves: a model, a scan and its noise, the parameterization of estimates, and the objective.
 
 pub(crate) mod coverage;
+pub(crate) mod extent;
 pub(crate) mod free_space;
 pub(crate) mod isometry;
 pub(crate) mod level;

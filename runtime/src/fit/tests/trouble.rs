@@ -3,11 +3,13 @@
 use super::cup::{SYNTHETIC, check, scan_of, synthetic};
 use super::shapes::{Simple, cup, simple};
 use crate::fit::{FitOptions, FitResult, WithoutSd, fit};
+use crate::mesh::TriangleMesh;
 use crate::progress::Silent;
-use crate::scan::Scan;
+use crate::scan::{Scan, from_mesh};
 use glam::{DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::Distribution;
 
 fn fitted(shape: Simple, start: &[f64], scan: &Scan) -> FitResult {
     fit(&simple(shape, start), scan, &FitOptions::default(), &Silent).unwrap()
@@ -125,4 +127,49 @@ fn a_scan_with_the_other_side_out_gives_the_same_fit_and_a_sentence() {
     }
     let share = |r: &FitResult| r.coverage.as_ref().unwrap().share;
     assert!(share(&turned) > 0.95 && (share(&turned) - share(&right)).abs() < 0.01, "{}", share(&turned));
+}
+
+/// A cloud without normals.
+fn cloud(positions: Vec<[f64; 3]>) -> Scan {
+    let mesh = TriangleMesh { positions, ..TriangleMesh::default() };
+    from_mesh(mesh, "cloud").unwrap()
+}
+
+#[test]
+fn flat_scans_and_few_points_are_named() {
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    let noise = rand_distr::Normal::new(0.0, 0.05).unwrap();
+    let mut cylinder = |count: usize| {
+        let point = |_| {
+            let (angle, z): (f64, f64) = (random.random_range(0.0..6.3), random.random_range(0.0..60.0));
+            [25.0 * angle.cos(), 25.0 * angle.sin(), z]
+        };
+        (0..count).map(point).collect::<Vec<_>>()
+    };
+    let (few, enough) = (cylinder(7), cylinder(400));
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut flat = |directions: usize| {
+        let mut point = |_| {
+            let mut along = |k: usize| {
+                let noise = noise.sample(&mut random);
+                if k < directions { random.random_range(-40.0..40.0) + noise } else { noise }
+            };
+            [along(0), along(1), along(2)]
+        };
+        cloud((0..500).map(&mut point).collect())
+    };
+    for (scan, sentence) in [
+        (flat(1), Some("on a line")),
+        (flat(2), Some("in a plane")),
+        (cloud(few), Some("7 points for 8 unknowns (2 parameters and the pose)")),
+        (cloud(enough), None),
+    ] {
+        let warnings = fitted(Simple::Cylinder, &[30.0, 50.0], &scan).warnings;
+        let named = |w: &String| w.contains("on a line") || w.contains("in a plane") || w.contains("unknowns");
+        let found: Vec<&String> = warnings.iter().filter(|w| named(w)).collect();
+        match sentence {
+            Some(sentence) => assert!(found.len() == 1 && found[0].contains(sentence), "{sentence}: {warnings:?}"),
+            None => assert!(found.is_empty(), "{warnings:?}"),
+        }
+    }
 }

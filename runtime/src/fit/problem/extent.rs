@@ -1,0 +1,45 @@
+//! Scans that cannot determine a model, whatever it is: too few points, points on a line, points in a plane.
+
+use super::Problem;
+use super::points::{Points, mean};
+use crate::fit::tuning::FLAT_NOISE;
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+
+/// Warns where the scan's points are too few for the unknowns, or have no extent in some direction.
+pub(crate) fn warn(problem: &Problem) {
+    let Problem { monitor, points, start, pose, scan, .. } = problem;
+    let parameters = pose.free(start).len();
+    let unknowns = parameters + if pose.moving { 6 } else { 0 };
+    if points.len() <= unknowns {
+        let and_pose = if pose.moving { " and the pose" } else { "" };
+        monitor.warn(format!(
+            "the scan has {} points for {unknowns} unknowns ({parameters} parameters{and_pose}): any model fits so few, and nothing says how well",
+            points.len()
+        ));
+    }
+    // A flat thing is flat up to its noise. Without any, up to the rounding of single precision.
+    let flat = (FLAT_NOISE * scan.noise).max(1e-6 * problem.radius);
+    let [_, second, least] = extents(&problem.thin);
+    if second <= flat {
+        monitor.warn(format!(
+            "the scan's points lie on a line, up to {second:.3} mm (standard deviation): they determine no surface"
+        ));
+    } else if least <= flat {
+        monitor.warn(format!(
+            "the scan's points lie in a plane, up to {least:.3} mm (standard deviation): they determine nothing of the model but a face in that plane"
+        ));
+    }
+}
+
+/// The standard deviations of points along their principal axes, largest first. Millimetres.
+fn extents(points: &Points) -> [f64; 3] {
+    let centre = mean(&points.position);
+    let add = |sum: Matrix3<f64>, p: &glam::DVec3| {
+        let d = Vector3::from((*p - centre).to_array());
+        sum + d * d.transpose()
+    };
+    let covariance = points.position.iter().fold(Matrix3::zeros(), add) / points.len().max(1) as f64;
+    let mut extents: Vec<f64> = SymmetricEigen::new(covariance).eigenvalues.iter().map(|e| e.max(0.0).sqrt()).collect();
+    extents.sort_by(|a, b| b.total_cmp(a));
+    [extents[0], extents[1], extents[2]]
+}
