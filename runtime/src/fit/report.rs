@@ -4,6 +4,7 @@ use crate::fit::infer::Inference;
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::monitor::Records;
 use crate::fit::problem::Problem;
+use crate::fit::problem::free_space::FreeSpace;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::sides::Sides;
@@ -115,24 +116,24 @@ pub(crate) fn result(inference: Inference) -> FitResult {
     }
 }
 
-/// What of the model stands in empty space, by part, with a warning where that is more than the rays of a few places.
+/// The model's surface that stands in empty space, by part, with a warning where that is more than a few places.
 /// None where the scan does not say what is empty.
 fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
     let Solution { level, estimate, loss, .. } = solution;
     let problem = level.problem;
     let find = || {
         let reversed = Sides::of(level, estimate, *loss)?.reversed;
-        problem.free_space()?.areas(level, estimate, loss.sigma, reversed)
+        FreeSpace::of(problem.scan, problem.points.spacing())?.contradicted(level, estimate, loss.sigma, reversed)
     };
     let of_patches = problem.monitor.stage("free space", find)?;
-    let all: f64 = of_patches.iter().map(|areas| areas.whole).sum();
-    let parts = problem.model.parts().iter().zip(&of_patches).filter(|(_, areas)| areas.contradicted > 0.0);
+    let all: f64 = of_patches.iter().map(|c| c.of).sum();
+    let parts = problem.model.parts().iter().zip(&of_patches).filter(|(_, c)| c.area > 0.0);
     let found: Vec<ContradictedPart> = parts
-        .map(|(part, areas)| ContradictedPart {
+        .map(|(part, c)| ContradictedPart {
             part: part.name.clone(),
-            area: areas.contradicted,
-            share: areas.contradicted / areas.whole,
-            place: areas.place.to_array(),
+            area: c.area,
+            share: c.area / c.of,
+            place: c.place.to_array(),
         })
         .collect();
     for ContradictedPart { part, area, share, place: [x, y, z] } in &found {

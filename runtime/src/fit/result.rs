@@ -65,7 +65,7 @@ pub struct FitResult {
     /// The share of the model that was scanned, where its ends were held to the scan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<Covered>,
-    /// What of the model stands where the scan shows empty space, by part; absent where the scan (a
+    /// The model's surface that stands where the scan shows empty space, by part; absent where the scan (a
     /// cloud, or a mesh whose sides are not known) does not say what is empty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contradicted: Option<Vec<ContradictedPart>>,

@@ -173,11 +173,10 @@ pub(crate) const PART_CHORD: f64 = 0.005;
 pub(crate) const AXIS_POINTS: u32 = 20;
 pub(crate) const AXIS_EIGENVALUE: f64 = 1e-3;
 pub(crate) const AXIS_TURN: f64 = 0.3;
-/// Samples each way of a patch for its area, and what the area of a group's parts counts against the mean loss, as a
-/// part of the whole model's: less than a tenth of the loss of so many points that nothing explains, so that no scanned
-/// surface is given up, and ten times what a handle of a cup gained by its other intersection with the wall's surface
-/// (0.0002 for a thirtieth of the model's area).
-pub(crate) const AREA_SAMPLES: usize = 8;
+/// What the area of a group's parts counts against the mean loss, as a part of the whole model's: less than a tenth
+/// of the loss of so many points that nothing explains, so that no scanned surface is given up, and ten times what
+/// a handle of a cup gained by its other intersection with the wall's surface (0.0002 for a thirtieth of the
+/// model's area).
 pub(crate) const AREA_WEIGHT: f64 = 0.1;
 /// Exchanges of parameters that are tried, and the factor on the objective within which a surface is the same but for
 /// where it is sampled.

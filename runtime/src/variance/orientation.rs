@@ -94,13 +94,13 @@ pub(in crate::variance) fn turn(texels: &mut Texels, mesh: &mut TriangleMesh, tu
 /// Whether a mesh is closed, every edge between two triangles that agree, and encloses a negative volume.
 pub(in crate::variance) fn is_inside_out(mesh: &TriangleMesh) -> bool {
     // Parts of a mesh do not share vertices, but places.
-    let place = |v: u32| mesh.positions[v as usize].map(|c| (c + 0.0).to_bits());
-    let mut edges: HashMap<[[u64; 3]; 2], i32> = HashMap::new();
+    let place = mesh.position_numbers();
+    let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
     let mut volume = 0.0;
     let Some(origin) = mesh.triangles.first().map(|t| mesh.corners(*t)[0]) else { return false };
     for triangle in &mesh.triangles {
         for k in 0..3 {
-            let [from, to] = [place(triangle[k]), place(triangle[(k + 1) % 3])];
+            let [from, to] = [triangle[k], triangle[(k + 1) % 3]].map(|v| place[v as usize]);
             *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
         }
         let [a, b, c] = mesh.corners(*triangle).map(|p| p - origin);

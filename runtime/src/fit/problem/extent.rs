@@ -1,9 +1,9 @@
 //! Scans that cannot determine a model, whatever it is: too few points, points on a line, points in a plane.
 
 use super::Problem;
-use super::points::{Points, mean};
+use super::points::{Points, moments};
 use crate::fit::tuning::FLAT_NOISE;
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use nalgebra::{Matrix3, SymmetricEigen};
 
 /// Warns where the scan's points are too few for the unknowns, or have no extent in some direction.
 pub(crate) fn warn(problem: &Problem) {
@@ -33,12 +33,8 @@ pub(crate) fn warn(problem: &Problem) {
 
 /// The standard deviations of points along their principal axes, largest first. Millimetres.
 fn extents(points: &Points) -> [f64; 3] {
-    let centre = mean(&points.position);
-    let add = |sum: Matrix3<f64>, p: &glam::DVec3| {
-        let d = Vector3::from((*p - centre).to_array());
-        sum + d * d.transpose()
-    };
-    let covariance = points.position.iter().fold(Matrix3::zeros(), add) / points.len().max(1) as f64;
+    let (_, covariance) = moments(&points.position);
+    let covariance = Matrix3::from_column_slice(&covariance.to_cols_array());
     let mut extents: Vec<f64> = SymmetricEigen::new(covariance).eigenvalues.iter().map(|e| e.max(0.0).sqrt()).collect();
     extents.sort_by(|a, b| b.total_cmp(a));
     [extents[0], extents[1], extents[2]]

@@ -21,7 +21,6 @@ use super::start::Start;
 use crate::fit::tuning::{CONVINCING, EXPLAINED, FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
 use crate::model::Model;
 use crate::scan::Scan;
-use free_space::FreeSpace;
 use isometry::Isometry;
 use level::Level;
 use objective::Evaluation;
@@ -29,7 +28,6 @@ use parameterization::Parameterization;
 use points::Points;
 use pose_treatment::PoseTreatment;
 use rigid::{RigidParameters, recognise};
-use std::sync::OnceLock;
 use sums::PatchSum;
 
 /// A model to be fitted to a scan. It does not change during the fit.
@@ -52,7 +50,6 @@ pub(crate) struct Problem<'a> {
     /// The treatment of the pose.
     pub(crate) pose: PoseTreatment,
     pub(crate) monitor: &'a Monitor<'a>,
-    free_space: OnceLock<Option<FreeSpace>>,
 }
 
 impl<'a> Problem<'a> {
@@ -82,8 +79,7 @@ impl<'a> Problem<'a> {
         let rigid = recognise(model, &start.x, radius)?;
         let pose = PoseTreatment::choose(model, options, &rigid, &start, monitor);
         let oriented = !points.normal.is_empty() && scan.oriented && !options.ignore_normals;
-        let free_space = OnceLock::new();
-        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, pose, monitor, free_space })
+        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, pose, monitor })
     }
 
     /// The motion that an earlier fit added, as far as the pose may be sought.
@@ -113,11 +109,6 @@ impl<'a> Problem<'a> {
         let space = Parameterization::new(self.model, x, self.pose.free(&self.start), self.pose.moving, ties);
         let at = space.estimate(x, Isometry::IDENTITY);
         Ok(Level::new(self, space, &at, START_CHORD)?)
-    }
-
-    /// The space that the scan shows to be empty, where it can say so.
-    pub(crate) fn free_space(&self) -> Option<&FreeSpace> {
-        self.free_space.get_or_init(|| FreeSpace::of(self.scan, self.points.spacing())).as_ref()
     }
 
     /// Per patch, which way its parametrisation seems to face while the fit seeks its place (`Sides` has the last

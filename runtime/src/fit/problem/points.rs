@@ -8,7 +8,7 @@ use crate::mesh::Bounds;
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, outliers};
 use foldhash::fast::FixedState;
-use glam::{DVec3, U64Vec3};
+use glam::{DMat3, DVec3, U64Vec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
 
@@ -190,6 +190,17 @@ struct Cell {
 /// The mean of points.
 pub(crate) fn mean(points: &[DVec3]) -> DVec3 {
     points.iter().sum::<DVec3>() / points.len().max(1) as f64
+}
+
+/// The mean and the covariance of points.
+pub(crate) fn moments(points: &[DVec3]) -> (DVec3, DMat3) {
+    let count = points.len().max(1) as f64;
+    let mean = mean(points);
+    let square = |p: &DVec3| {
+        let d = *p - mean;
+        DMat3::from_cols(d * d.x, d * d.y, d * d.z)
+    };
+    (mean, points.iter().map(square).fold(DMat3::ZERO, |sum, s| sum + s) * (1.0 / count))
 }
 
 /// The radius of gyration of points: their root mean square distance from the mean.

@@ -3,7 +3,7 @@
 
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::parameterization::Parameterization;
-use crate::fit::problem::points::mean;
+use crate::fit::problem::points::moments;
 use crate::fit::tuning::{MOMENT_SAMPLES, SAME_MOMENTS};
 use glam::{DMat3, DVec3};
 use std::collections::BTreeMap;
@@ -42,16 +42,6 @@ impl PartMoments {
         };
         self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(near)
     }
-}
-
-fn moments(points: &[DVec3]) -> (DVec3, DMat3) {
-    let count = points.len().max(1) as f64;
-    let mean = mean(points);
-    let square = |p: &DVec3| {
-        let d = *p - mean;
-        DMat3::from_cols(d * d.x, d * d.y, d * d.z)
-    };
-    (mean, points.iter().map(square).fold(DMat3::ZERO, |sum, s| sum + s) * (1.0 / count))
 }
 
 #[cfg(test)]

@@ -49,7 +49,8 @@ impl Restart<'_> {
 pub(crate) enum Scope {
     /// All of them: even where nothing is wrong, another name for the same surface may be nearer to the reference.
     All,
-    /// Those whose own points fit worse than the others, or of which a parameter is at a bound.
+    /// Those whose own points fit worse than the others, or of which a parameter is at a bound. The others are compared
+    /// with the seeds' values once: what fits as well may not be the only thing that does.
     Doubtful,
 }
 
@@ -87,7 +88,7 @@ struct Restarted {
 }
 
 /// Restarts one group. None where the rest explains nearly all points, where the model does not exist, or where there
-/// is no need to.
+/// is no need to any more.
 fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) -> Option<Restarted> {
     let Restart { level, seeds, points, scale, scope, .. } = *plan;
     let thin = &level.problem.thin;
@@ -102,6 +103,9 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
     let at_bound = level.space.at_bound(&from.estimate);
     let ratio = |at: &Candidate| loss_ratio(&present, &at.estimate, &rest.explained);
     let doubtful = group.members.iter().any(|k| at_bound[*k]) || !(ratio(from)? < ACCEPTED);
+    if scope == Scope::Doubtful && !doubtful && round > 0 {
+        return None;
+    }
     let unexplained = unexplained.sample(UNEXPLAINED_POINTS);
     // A small part has hardly a point among few: the unexplained ones are counted twice, and where few values are
     // tried, there are more of all.
@@ -123,9 +127,8 @@ fn restart_group(plan: &Restart, group: &Group, round: usize, from: &Candidate) 
         } else {
             local.batches(&starts, &joint_points, scale, accepted)
         }
-    } else if scope == Scope::Doubtful && round == 0 {
-        // What fits as well may not be the only thing that does.
-        local.known_starts(&starts, &joint_points, scale)
+    } else if scope == Scope::Doubtful {
+        local.jointly(&joint_points, scale, local.alone(scale, &local.known(&starts)))
     } else {
         vec![Candidate { value, ..from.clone() }]
     };
@@ -220,7 +223,7 @@ impl<'s> Local<'s> {
         Some(Self { level, group, rest, unexplained, from, layout, free, whole_area })
     }
 
-    /// What the group's surface counts: of two that explain the scan alike the lesser one is the object's. A tube that
+    /// The price of the group's surface: of two that explain the scan alike the lesser one is the object's. A tube that
     /// ends on a wall may as well run on inside of it, to where its curve meets the wall's surface again.
     fn surface(&self, at: &Estimate) -> Option<f64> {
         Some(AREA_WEIGHT * area(self.level, at, |patch| self.group.patches[patch])? / self.whole_area)
@@ -238,11 +241,10 @@ impl<'s> Local<'s> {
         candidates.into_par_iter().filter_map(minimise).collect()
     }
 
-    /// From the present values and the seeds' only.
-    fn known_starts(&self, starts: &[Estimate], points: &Points, scale: f64) -> Vec<Candidate> {
+    /// The present values and the seeds', those that are not the same.
+    fn known(&self, starts: &[Estimate]) -> Vec<Candidate> {
         let Ranked { known, all } = self.rank(&starts[..KNOWN]);
-        let candidates = self.spread(known, all, KNOWN, SAME_START);
-        self.jointly(points, scale, self.alone(scale, &candidates))
+        self.spread(known, all, KNOWN, SAME_START)
     }
 
     fn objective<'o>(&'o self, space: &'o Parameterization<'o>, scale: f64) -> Objective<'o> {
@@ -287,8 +289,7 @@ impl<'s> Local<'s> {
         // Often a known start is in the basin of the right minimum.
         for only_known in [true, false] {
             let candidates = if only_known {
-                let Ranked { known, all } = self.rank(&starts[..KNOWN]);
-                self.spread(known, all, KNOWN, SAME_START)
+                self.known(starts)
             } else {
                 self.spread(Vec::new(), self.rank(starts).all, self.group.effort(ALONE), SAME_START)
             };

@@ -24,7 +24,7 @@ use std::sync::Arc;
 use visible::Places;
 
 pub(crate) use scanned::Scanned;
-pub(crate) use visible::{all_places, places};
+pub(crate) use visible::{across, all_places, patch_area, places};
 
 /// The term with its scale.
 pub(crate) struct Coverage<'a> {
@@ -168,7 +168,7 @@ impl<'a> Coverage<'a> {
         let side = if self.signs[places.patch] < 0 { -1.0 } else { 1.0 };
         for (i, p) in partials.iter().enumerate() {
             let point = DVec3::from_array(p.point);
-            let normal = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv));
+            let normal = across(p);
             let share = area[i] / self.mean_area;
             let (there, outward) = (motion.apply(point), motion.rotation * normal.normalize_or_zero() * side);
             let Beyond { distance, direction, element } = match self.scanned.place(there, outward, self.loss.cutoff()) {

@@ -69,7 +69,13 @@ impl Gauge {
     }
 }
 
-fn across(p: &Partials) -> DVec3 {
+/// The area of a patch, exact to some percent. Square millimetres. None where it cannot be evaluated.
+pub(crate) fn patch_area(instance: &dyn Instance, patch: usize) -> Option<f64> {
+    Gauge::of(instance, patch).map(|gauge| gauge.area)
+}
+
+/// The normal du x dv, as long as the surface is large by u and v.
+pub(crate) fn across(p: &Partials) -> DVec3 {
     DVec3::from_array(p.du).cross(DVec3::from_array(p.dv))
 }
 
