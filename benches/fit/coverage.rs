@@ -110,7 +110,8 @@ fn draw(program: &Program, instance: &dyn Instance, random: &mut ChaCha8Rng) -> 
     out[0]
 }
 
-fn area(p: &Partials) -> f64 {
+/// The size of a place's piece of surface.
+pub(crate) fn area(p: &Partials) -> f64 {
     cross(p.du, p.dv).iter().map(|c| c * c).sum::<f64>().sqrt()
 }
 

@@ -6,15 +6,19 @@
 //! - `examples [SEEDS [NAME]]`: every example, or one, against virtual scans of it (needs no data);
 //! - `far [CUPS]`: simulated cups whose shape is far from the script's defaults (needs no data);
 //! - `scans`: the four real scans of the data;
+//! - `truths [SCANS [FIRST]] [NAME]`: every example, or one, against virtual scans of random shapes of it, from the
+//!   script's defaults (needs no data);
 //! - `coverage [SCANS]`: how often the 95 % intervals of the cup's parameters hold the truth, for white noise and for
 //!   noise whose neighbours depend on each other (needs no data).
 
+mod case;
 mod coverage;
 mod cup;
 mod examples;
 mod far;
 mod matrix;
 mod scans;
+mod truths;
 
 use gml_compiler::check::InputValue;
 use gml_compiler::program::{Options, Program, compile};
@@ -42,8 +46,12 @@ fn main() {
         },
         Some("examples") => examples::run(count(5), words.get(1..).unwrap_or_default()),
         Some("far") => far::run(count(12)),
+        Some("truths") => {
+            let first = numbers.get(1).copied().unwrap_or(0);
+            truths::run(first..first + count(300), names.get(1).map(String::as_str));
+        }
         Some("coverage") => coverage::run(count(200)),
-        Some(other) => println!("{other}: expected success, examples, far, scans or coverage"),
+        Some(other) => println!("{other}: expected success, examples, far, scans, truths or coverage"),
     }
 }
 
