@@ -129,14 +129,18 @@ fn described(
     options.start.extend(shape.map(|(p, x)| (p.name.clone(), *x)));
     let from_truth = fit(&case.program, scan, &options, &Silent).map_or(f64::NAN, |f| f.objective);
     let contradicted: f64 = result.contradicted.iter().flatten().map(|c| c.area).sum();
+    let shown = |(p, x): (&Parameter, &f64)| format!(" -p {}={}", p.name, p.quantity.shown(*x).replace(' ', ""));
+    let set = case.program.parameters().iter().zip(truth).filter(|(p, _)| !is_pose(p)).map(shown);
     format!(
-        "{}; objective {:.5} (from the truth {from_truth:.5}), inliers {:.3}, contradicted {contradicted:.0} mm2, \
-         spacing {:.2}, noise {:.3}, {} warnings",
+        "{}; objective {:.5} (from the truth {from_truth:.5}), inliers {:.3}, contradicted {contradicted:.0} mm2, {} \
+         warnings; gmlc scan{} --spacing {:.4}mm --noise {:.4}mm --seed {}",
         silent.iter().map(of).collect::<Vec<_>>().join(", "),
         result.objective,
         result.inliers,
+        result.warnings.len(),
+        set.collect::<String>(),
         scanner.spacing,
         scanner.noise,
-        result.warnings.len()
+        scanner.seed,
     )
 }

@@ -11,8 +11,10 @@ use crate::fit::problem::sides::Sides;
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
+use crate::fit::room::shown;
 use crate::fit::tuning::{
-    CONTRADICTED, EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, NAMED,
+    BIASED, CONTRADICTED, EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE,
+    NAMED,
 };
 use gml_compiler::program::Part;
 use nalgebra::DVector;
@@ -37,6 +39,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
             }
         }
     }
+    let biases = uncertainty.as_ref().map(|u| space.chain(&solution.estimate) * &u.bias);
     let mut at_bound = vec![false; fixed.len()];
     for (i, at) in space.free.iter().zip(space.at_bound(&solution.estimate)) {
         for i in space.followers(*i) {
@@ -56,6 +59,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
             fixed: fixed[i],
             at_bound: at_bound[i],
             sd: deviations[i],
+            bias: deviations[i].and(biases.as_ref()).map(|biases| biases[i]),
             without_sd: match deviations[i] {
                 Some(_) => None,
                 None => Some(without_sd(solution, uncertainty.as_ref(), i)),
@@ -250,6 +254,16 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
             monitor.warn(format!("`{}` has no influence on the surface and kept its start value", p.name));
         } else if p.at_bound {
             monitor.warn(format!("`{}` ended at a bound ({} {})", p.name, p.value, p.unit));
+        } else if let (Some(sd), Some(bias)) = (p.sd, p.bias)
+            && bias.abs() > BIASED * sd
+        {
+            let side = if bias > 0.0 { "large" } else { "small" };
+            let by = shown(format!("{bias:.1e}").parse::<f64>().unwrap_or(bias).abs(), p.quantity);
+            monitor.warn(format!(
+                "noise of {:.3} mm makes `{}` too {side} by about {by}, which its standard deviation holds: the surface \
+                 is curved there too much for so much noise",
+                problem.scan.noise, p.name
+            ));
         } else if let Some(sd) = deviations[i]
             && sd > HARDLY_DETERMINED * problem.radius.max(p.value.abs())
             && p.unit == "mm"

@@ -122,6 +122,10 @@ pub struct FittedParameter {
     /// Standard deviation, where it was estimated, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sd: Option<f64>,
+    /// The estimate's bias by noise, as the simulation of it has it, where there is a standard deviation, which holds
+    /// it; in `unit`. The value is not corrected.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub bias: Option<f64>,
     /// The reason for which there is no standard deviation.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub without_sd: Option<WithoutSd>,

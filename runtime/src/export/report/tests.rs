@@ -62,6 +62,7 @@ fn fit() -> FitResult {
                 fixed: false,
                 at_bound: true,
                 sd: Some(0.01),
+                bias: Some(0.001),
                 without_sd: Some(WithoutSd::AtBound),
             },
             FittedParameter {
@@ -72,6 +73,7 @@ fn fit() -> FitResult {
                 fixed: true,
                 at_bound: false,
                 sd: None,
+                bias: None,
                 without_sd: Some(WithoutSd::Fixed),
             },
         ],

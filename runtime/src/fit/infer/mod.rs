@@ -2,6 +2,7 @@
 //! bootstrap), which held values it contradicts (Wald), which parts it does not show, and which of several models it
 //! supports.
 
+mod bias;
 mod blocks;
 pub(crate) mod bootstrap;
 pub(crate) mod compare;
@@ -39,6 +40,7 @@ pub(crate) fn infer(solution: Solution) -> Inference {
     let uncertainty = problem.monitor.stage("uncertainty", || {
         // One fit that was cancelled is like another, wherever it was.
         let uncertainty = uncertainty.filter(|_| !problem.monitor.cancelled());
+        let uncertainty = uncertainty.map(|uncertainty| bias::include(&solution, uncertainty));
         uncertainty.map(|uncertainty| unobserved::mark(&solution, uncertainty))
     });
     let bootstrap = (problem.options.bootstrap > 0)

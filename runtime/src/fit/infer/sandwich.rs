@@ -18,6 +18,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 pub(crate) struct Uncertainty {
     /// Zero in the rows and columns of coordinates that are held or not determined.
     pub(crate) covariance: DMatrix<f64>,
+    /// The bias by noise where it was estimated, which the covariance then holds; zero likewise.
+    pub(crate) bias: DVector<f64>,
     /// The inverse of the bread, which is the Hessian of the sum of losses times sigma^2 / 2; zero likewise.
     pub(crate) inverse: DMatrix<f64>,
     /// The covariance if residuals were independent of each other and all alike: s^2 (sum w J J^T)^-1.
@@ -83,7 +85,16 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         (false, false) => Some(WithoutSd::NotDetermined),
     };
     let without = (0..dim).map(reason).collect();
-    Some(Uncertainty { covariance, inverse, naive, undetermined, without, effective_points, blocks })
+    Some(Uncertainty {
+        covariance,
+        bias: DVector::zeros(dim),
+        inverse,
+        naive,
+        undetermined,
+        without,
+        effective_points,
+        blocks,
+    })
 }
 
 impl Uncertainty {

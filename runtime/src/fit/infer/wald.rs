@@ -1,5 +1,6 @@
 //! Whether the scan contradicts a value at which a parameter was held: Wald's test, on the fit with it released.
 
+use super::bias;
 use super::significance::chi_squared_tail;
 use crate::fit::monitor::Monitor;
 use crate::fit::options::FitOptions;
@@ -134,7 +135,7 @@ fn clearly_better(anew: &Solution, near: &Solution, degrees: usize) -> bool {
 /// The tested parameters in a fit that has them free.
 fn values_of(refitted: &Solution, tested: &[usize], x: Vec<f64>) -> Option<Released> {
     let values = refitted.level.space.x(&refitted.estimate.z)?;
-    let uncertainty = super::uncertainty(refitted)?;
+    let uncertainty = bias::include(refitted, super::uncertainty(refitted)?);
     let slope = refitted.level.space.chain(&refitted.estimate);
     let rows: Vec<DVector<f64>> = tested.iter().map(|i| slope.row(*i).transpose()).collect();
     if rows.iter().any(|row| uncertainty.without(row.iter()).is_some()) {

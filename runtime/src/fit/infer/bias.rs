@@ -1,0 +1,108 @@
+//! The bias that noise has: where the surface is curved, or ends in an edge, more than noise is wide, points that are
+//! off along the surface are nearest to other places of it, and on the average the estimate is beside the truth (Fuller
+//! 1987, section 3.1). How far is found by simulation: noise is put on the feet of the points, and the step that
+//! Newton's method takes is the bias. Noise and its opposite are put on each point, so that what is linear in it, which
+//! has no bias but all of the variance, cancels.
+
+use super::sandwich::Uncertainty;
+use crate::fit::problem::objective::{Objective, Order};
+use crate::fit::problem::points::Points;
+use crate::fit::refine::schedule::Solution;
+use crate::fit::tuning::{BIAS_PAIRS, BIAS_POINTS, FOOT_TOLERANCE};
+use glam::DVec3;
+use nalgebra::DVector;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+
+/// The uncertainty with the bias by noise, which the covariance holds from here on as the mean square of a systematic
+/// error (GUM 2008, F.2.4.5, of biases that are not corrected).
+pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertainty {
+    match by_noise(solution, &uncertainty) {
+        Some(bias) => {
+            Uncertainty { covariance: &uncertainty.covariance + &bias * bias.transpose(), bias, ..uncertainty }
+        }
+        None => uncertainty,
+    }
+}
+
+/// The bias of the scaled local coordinates, in millimetres, by noise as the scan has it, the same in every direction.
+/// Zero without noise; None where the model does not exist or no point lies near it.
+fn by_noise(solution: &Solution, uncertainty: &Uncertainty) -> Option<DVector<f64>> {
+    let Solution { level, estimate, loss, evaluation, .. } = solution;
+    let problem = level.problem;
+    let rms = (evaluation.patches.iter().map(|p| p.d2).sum::<f64>() / evaluation.inliers().max(1.0)).sqrt();
+    let noise = problem.scan.noise.min(rms);
+    let mut sum = DVector::zeros(level.space.dim());
+    if !(noise > 0.0) {
+        return Some(sum);
+    }
+    let sample = problem.points.every(BIAS_POINTS);
+    let objective = objective(solution, &sample);
+    let placed = objective.place(estimate).ok()?;
+    let mut feet = objective.feet(&placed);
+    feet.retain(|(_, foot)| loss.value(foot.d2) < 0.5);
+    if feet.is_empty() {
+        return None;
+    }
+    let near = sample.pick(feet.iter().map(|(index, _)| *index));
+    let exact: Vec<DVec3> = feet.iter().map(|(_, foot)| placed.motion.apply(foot.point)).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(0);
+    for _ in 0..BIAS_PAIRS {
+        let mut offset = || noise * DVec3::from_array(std::array::from_fn(|_| StandardNormal.sample(&mut random)));
+        let offsets: Vec<DVec3> = exact.iter().map(|_| offset()).collect();
+        for sign in [1.0, -1.0] {
+            let mut simulated = near.clone();
+            simulated.position = exact.iter().zip(&offsets).map(|(p, off)| *p + sign * *off).collect();
+            sum += self::objective(solution, &simulated).evaluate(estimate, Order::Gradient)?.gradient;
+        }
+    }
+    let mean = sum / (2 * BIAS_PAIRS) as f64;
+    // The objective is the mean of losses, the sandwich is of their sum times sigma^2 / 2.
+    let count = problem.points.len() as f64 * near.len() as f64 / sample.len() as f64;
+    Some(-(&uncertainty.inverse * mean) * (0.5 * loss.sigma.powi(2) * count))
+}
+
+/// The objective at the final scale over some points.
+fn objective<'s>(solution: &'s Solution<'s>, points: &'s Points) -> Objective<'s> {
+    Objective {
+        signs: Some(&solution.signs),
+        tolerance: FOOT_TOLERANCE * solution.loss.sigma,
+        cancellable: false,
+        ..solution.level.objective(points, solution.loss)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fit::tests::cup::scan_of;
+    use crate::fit::tests::shapes::{Simple, simple};
+    use crate::fit::{FitOptions, fit};
+    use crate::progress::Silent;
+
+    #[test]
+    fn a_sphere_is_too_large_by_the_squared_noise_over_its_radius() {
+        // |c + R n + e| is R + n e + (|e|^2 - (n e)^2) / 2R + ..., whose mean is R + s^2 / R.
+        let (radius, noise, scans) = (6.0, 0.5, 8);
+        let expected = noise * noise / radius;
+        let model = simple(Simple::Sphere, &[radius]);
+        let (mut off, mut found) = (0.0, 0.0);
+        for seed in 0..scans {
+            let mut scan = scan_of(&model, &[radius], 0.0, 3000, seed);
+            let mut random = ChaCha8Rng::seed_from_u64(1000 + seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            scan.mesh.positions.iter_mut().for_each(|p| *p = p.map(|c| c + noise * normal()));
+            scan.noise = noise;
+            let options = FitOptions { sigma: Some(3.6 * noise), ..FitOptions::default() };
+            let result = fit(&model, &scan, &options, &Silent).unwrap();
+            let [ref r] = result.parameters[..] else { panic!("one parameter") };
+            off += (r.value - radius) / scans as f64;
+            found += r.bias.unwrap() / scans as f64;
+            assert!((r.value - radius).abs() < 4.0 * r.sd.unwrap() && r.sd.unwrap() > r.bias.unwrap(), "{r:?}");
+        }
+        // The mean of eight has a standard deviation of 0.5 / sqrt(24000) = 0.0032, a thirteenth of what is expected.
+        assert!((off / expected - 1.0).abs() < 0.25, "{off} for {expected}");
+        assert!((found / expected - 1.0).abs() < 0.15, "{found} for {expected}");
+    }
+}
