@@ -25,7 +25,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
     let monitor = problem.monitor;
     let fixed = &problem.start.fixed;
     let x = space.x(&solution.estimate.z).unwrap_or_default();
-    let points = problem.points.len() as f64;
+    let weight = problem.points.weight();
     let inliers = solution.evaluation.inliers();
     let d2: f64 = solution.evaluation.patches.iter().map(|p| p.d2).sum();
     let covariance = uncertainty.as_ref().map(|u| covariance(solution, u));
@@ -63,13 +63,13 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         })
         .collect();
     warn(problem, &parameters, &solution.evaluation, &deviations);
-    if inliers < EXPLAINED * points {
+    if inliers < EXPLAINED * weight {
         monitor.warn(format!(
             "only {:.0} % of the scan's points lie near the model: it does not explain this scan, or the fit has failed",
-            100.0 * inliers / points
+            100.0 * inliers / weight
         ));
     }
-    let rms = (d2 / inliers.max(1.0)).sqrt();
+    let rms = (d2 / inliers.max(f64::MIN_POSITIVE)).sqrt();
     if rms > FOREIGN_NOISE * problem.scan.noise && rms > FOREIGN_RADIUS * problem.radius {
         monitor.warn(format!(
             "what lies near the model is {rms:.3} mm off (root mean square), {:.0} times the scan's noise: no model of this family has the scan's shape, or the fit has failed",
@@ -97,7 +97,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         objective: solution.evaluation.value,
         sigma: solution.loss.sigma,
         noise: problem.scan.noise,
-        inliers: inliers / points,
+        inliers: inliers / weight,
         rms,
         iterations: u64::from(solution.iterations),
         evaluations: monitor.evaluations(),
@@ -111,6 +111,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         seconds,
         warnings,
         loss: solution.loss.kind,
+        weights: problem.options.weights,
         interrupted,
         trace,
     }
@@ -169,7 +170,7 @@ fn without_sd(solution: &Solution, uncertainty: Option<&Uncertainty>, i: usize) 
     let shapes = |part: &Part| part.active.contains(&(i as u32));
     let mut shaped = problem.model.parts().iter().zip(&solution.evaluation.patches).filter(|(part, _)| shapes(part));
     match reason {
-        None | Some(WithoutSd::NotDetermined) if shaped.all(|(_, sum)| sum.inliers < HARDLY_ANY_POINTS) => {
+        None | Some(WithoutSd::NotDetermined) if shaped.all(|(_, sum)| sum.points < HARDLY_ANY_POINTS) => {
             WithoutSd::NotScanned
         }
         reason => reason.unwrap_or(WithoutSd::NotDetermined),
@@ -258,7 +259,7 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
         }
     }
     for (part, sum) in problem.model.parts().iter().zip(&evaluation.patches) {
-        if sum.inliers < HARDLY_ANY_POINTS {
+        if sum.points < HARDLY_ANY_POINTS {
             monitor.warn(format!(
                 "almost no point of the scan belongs to `{}`: what only shapes it is not determined",
                 part.name

@@ -2,6 +2,7 @@
 
 use crate::fit::monitor::TracePoint;
 use crate::fit::problem::loss::LossKind;
+use crate::fit::problem::weights::Weights;
 use crate::model::Motion;
 use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;
@@ -31,15 +32,15 @@ pub struct FitResult {
     /// where the script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pose: Option<Motion>,
-    /// Mean loss over the scan's points (\[VA\] eq. 1): between 0 and 1 for bounded losses.
+    /// Mean loss over the scan's points (\[VA\] eq. 1), by their weights: between 0 and 1 for bounded losses.
     pub objective: f64,
     /// The final scale of the loss. Millimetres.
     pub sigma: f64,
     /// The scan's noise (standard deviation). Millimetres.
     pub noise: f64,
-    /// Fraction of the points with a loss below 1/2.
+    /// Fraction of the points with a loss below 1/2, by their weights.
     pub inliers: f64,
-    /// Root mean square distance of the inliers. Millimetres.
+    /// Root mean square distance of the inliers, by their weights. Millimetres.
     pub rms: f64,
     /// Iterations of the optimisers.
     pub iterations: u64,
@@ -48,6 +49,9 @@ pub struct FitResult {
     /// The kind of the loss.
     #[serde(default)]
     pub loss: LossKind,
+    /// How much the points counted: all alike in results that do not say it.
+    #[serde(default = "all_alike")]
+    pub weights: Weights,
     /// The user ended the fit before it was done: this is the best that was found until then.
     #[serde(default)]
     pub interrupted: bool,
@@ -79,6 +83,10 @@ pub struct FitResult {
     /// The steps that led here, in order. Not part of fit.json.
     #[serde(skip)]
     pub trace: Vec<TracePoint>,
+}
+
+fn all_alike() -> Weights {
+    Weights::Points
 }
 
 /// An input of the script.

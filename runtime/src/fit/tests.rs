@@ -12,3 +12,4 @@ pub(crate) mod shapes;
 mod statistics;
 mod success;
 mod trouble;
+mod weights;

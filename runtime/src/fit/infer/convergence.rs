@@ -191,7 +191,7 @@ impl Remaining {
             return Self { step: DVector::repeat(dim, f64::INFINITY), unit: vec![1.0; dim] };
         }
         // The objective is the mean of losses, the sandwich is of their sum times sigma^2 / 2.
-        let sum = 0.5 * loss.sigma.powi(2) * level.problem.points.len() as f64;
+        let sum = 0.5 * loss.sigma.powi(2) * level.problem.points.weight();
         let mut step = -(&uncertainty.inverse * gradient) * sum;
         without_symmetries(&mut step, &uncertainty.naive, level.space.free.len());
         let least = SETTLED_ROUNDING * level.problem.radius / SETTLED_STEP;
