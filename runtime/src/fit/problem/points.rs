@@ -143,9 +143,10 @@ impl Points {
 
     /// About `count` points, one per cell of a cubic grid, the one nearest to the cell's centre: even in space,
     /// whatever the scan's density, except for a cluttered cloud, which is sampled by density. Cells with hardly any
-    /// points are left out: in a dense scan every outlier has a cell of its own, and a thousandth of the points would
-    /// be a fifth of the sample. A point has the prior weights of all points in its cell, in proportion. All points
-    /// where there are not more.
+    /// points, by their prior weights, are left out: in a dense scan every outlier has a cell of its own, and a
+    /// thousandth of the points would be a fifth of the sample. All points of the sample count alike: with the weights
+    /// of their cells, in which one point speaks for all surfaces that pass through, searches went astray (0037). All
+    /// points, with their weights, where there are not more.
     pub(crate) fn sample(&self, count: usize) -> Self {
         if self.len() <= count {
             return self.clone();
@@ -174,11 +175,9 @@ impl Points {
             let next = cells * (SAMPLE_AIM * ratio).sqrt();
             cells = if next > coarse && next < fine { next } else { (coarse * fine).sqrt() };
         }
-        chosen.sort_unstable_by_key(|cell| cell.index);
-        let mut sample = self.pick(chosen.iter().map(|cell| cell.index));
-        // The mean stays what it is, so that samples may be put together.
-        let share = chosen.len() as f64 / self.len() as f64;
-        sample.prior.iter_mut().zip(&chosen).for_each(|(prior, cell)| *prior = share * cell.prior);
+        chosen.sort_unstable();
+        let mut sample = self.pick(chosen.into_iter());
+        sample.prior.fill(1.0);
         sample
     }
 
@@ -197,7 +196,7 @@ impl Points {
         self
     }
 
-    fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<Cell> {
+    fn one_a_cell(&self, low: DVec3, cell: f64) -> Vec<usize> {
         let mut cells: Vec<Cell> = Vec::new();
         let mut slots: HashMap<U64Vec3, usize, FixedState> = HashMap::default();
         // Neighbours in the list are neighbours in space: most of them share their cell.
@@ -221,8 +220,7 @@ impl Points {
             }
         }
         let least = EMPTY_CELL * median(&mut cells.iter().map(|c| c.prior).collect::<Vec<f64>>()).unwrap_or(0.0);
-        cells.retain(|c| c.prior >= least);
-        cells
+        cells.into_iter().filter(|c| c.prior >= least).map(|c| c.index).collect()
     }
 }
 
