@@ -1,7 +1,7 @@
 //! Turns a solution into the result: values, standard deviations, warnings.
 
-use crate::fit::infer::Inference;
 use crate::fit::infer::sandwich::Uncertainty;
+use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
 use crate::fit::problem::Problem;
 use crate::fit::problem::free_space::FreeSpace;
@@ -29,6 +29,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
     let inliers = solution.evaluation.inliers();
     let d2: f64 = solution.evaluation.patches.iter().map(|p| p.d2).sum();
     let covariance = uncertainty.as_ref().map(|u| covariance(solution, u));
+    let pose_covariance = uncertainty.as_ref().and_then(|u| pose::joint(solution, u, &determined(solution, u)));
     let mut deviations = vec![None; fixed.len()];
     if let Some(known) = &covariance {
         for (a, name) in known.parameters.iter().enumerate() {
@@ -103,6 +104,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         evaluations: monitor.evaluations(),
         converged: solution.converged,
         covariance,
+        pose_covariance,
         tests,
         bootstrap,
         coverage,
@@ -177,14 +179,20 @@ fn without_sd(solution: &Solution, uncertainty: Option<&Uncertainty>, i: usize) 
     }
 }
 
+/// The parameters that have a standard deviation.
+fn determined(solution: &Solution, uncertainty: &Uncertainty) -> Vec<usize> {
+    let slope = solution.level.space.chain(&solution.estimate);
+    let determined = |i: &usize| slope.row(*i).amax() > 0.0 && uncertainty.without(slope.row(*i).iter()).is_none();
+    (0..solution.level.problem.model.parameters().len()).filter(determined).collect()
+}
+
 /// The covariance of the parameters; with those named that the scan does not determine.
 fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     let Level { problem, space, .. } = &solution.level;
     let monitor = problem.monitor;
     let slope = space.chain(&solution.estimate);
     let parameters = problem.model.parameters();
-    let determined = |i: &usize| slope.row(*i).amax() > 0.0 && uncertainty.without(slope.row(*i).iter()).is_none();
-    let chosen: Vec<usize> = (0..parameters.len()).filter(determined).collect();
+    let chosen = determined(solution, uncertainty);
     let rows = slope.select_rows(&chosen);
     let matrix = &rows * &uncertainty.covariance * rows.transpose();
     let naive = &rows * &uncertainty.naive * rows.transpose();

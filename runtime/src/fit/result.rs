@@ -60,6 +60,9 @@ pub struct FitResult {
     /// The covariance of the parameters that are free and determined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
+    /// The covariance of the pose that was added, joint with that of the parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose_covariance: Option<PoseCovariance>,
     /// Tests of values at which parameters were held.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<HypothesisTest>,
@@ -199,6 +202,32 @@ pub struct Covariance {
     /// not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<f64>,
+}
+
+/// The covariance of the pose that was added, joint with that of the parameters. The pose varies by a motion in the
+/// scan's frame after it, p -> exp(turn) (p - centre) + centre + shift.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseCovariance {
+    /// The point about which turns are, in the scan's frame. Millimetres.
+    pub centre: [f64; 3],
+    /// The names of the parameters, as in `Covariance`.
+    pub parameters: Vec<String>,
+    /// The matrix, by rows: the parameters in their units, the shift along x, y and z in millimetres, and the turn about
+    /// x, y and z (a rotation vector) in radians.
+    pub matrix: Vec<Vec<f64>>,
+    /// Motions by which the model moves within itself. They are held: the matrix is zero along them.
+    pub symmetries: Vec<Symmetry>,
+}
+
+/// A motion that changes no distance, in the scan's frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Symmetry {
+    /// The shift of the centre: a unit vector, or millimetres per radian of the turn.
+    pub shift: [f64; 3],
+    /// The axis of the turn, of unit length; zero if there is none.
+    pub turn: [f64; 3],
+    /// The motion in words.
+    pub text: String,
 }
 
 /// Wald's test of values at which parameters were held.
