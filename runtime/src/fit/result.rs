@@ -212,8 +212,8 @@ pub struct PoseCovariance {
     pub centre: [f64; 3],
     /// The names of the parameters, as in `Covariance`.
     pub parameters: Vec<String>,
-    /// The matrix, by rows: the parameters in their units, the shift along x, y and z in millimetres, and the turn about
-    /// x, y and z (a rotation vector) in radians.
+    /// The matrix, by rows: the parameters in their units, the shift along x, y and z in millimetres, and the turn
+    /// about x, y and z (a rotation vector) in radians.
     pub matrix: Vec<Vec<f64>>,
     /// Motions by which the model moves within itself. They are held: the matrix is zero along them.
     pub symmetries: Vec<Symmetry>,

@@ -68,8 +68,8 @@ pub(crate) struct Evaluation {
     pub(crate) value: f64,
     /// Its gradient.
     pub(crate) gradient: DVector<f64>,
-    /// Sum of weight * J^T J, times 2 / sigma^2 over the sum of the prior weights: the Hessian without the terms that make it indefinite (see
-    /// `curved`).
+    /// Sum of weight * J^T J, times 2 / sigma^2 over the sum of the prior weights: the Hessian without the terms that
+    /// make it indefinite (see `curved`).
     pub(crate) normal: DMatrix<f64>,
     /// Sums by patch.
     pub(crate) patches: Vec<PatchSum>,

@@ -238,8 +238,8 @@ fn of_points<T: Copy>(values: &[T], indices: impl Iterator<Item = usize>) -> Vec
     if values.is_empty() { Vec::new() } else { indices.map(|i| values[i]).collect() }
 }
 
-/// The effective sample size of weights, (sum w)^2 / sum w^2 (Kish 1965): the variance of a weighted mean of independent
-/// values of equal variance is that variance over it. Zero where there are none.
+/// The effective sample size of weights, (sum w)^2 / sum w^2 (Kish 1965): the variance of a weighted mean of
+/// independent values of equal variance is that variance over it. Zero where there are none.
 pub(crate) fn effective(weights: impl Iterator<Item = f64>) -> f64 {
     let (sum, squares) = weights.fold((0.0, 0.0), |(sum, squares), w| (sum + w, squares + w * w));
     if squares > 0.0 { sum * sum / squares } else { 0.0 }

@@ -42,8 +42,8 @@ impl Weights {
 }
 
 /// The cap on the areas of n vertices at which the largest is sqrt(n) times the mean of all, or infinity if none is
-/// larger (Ionides 2008, for the weights of importance sampling). No vertex then counts for more than 1 / sqrt(n) of the
-/// scan, and the effective sample size, at least n over the largest weight, is at least sqrt(n).
+/// larger (Ionides 2008, for the weights of importance sampling). No vertex then counts for more than 1 / sqrt(n) of
+/// the scan, and the effective sample size, at least n over the largest weight, is at least sqrt(n).
 fn cap(area: &[f64]) -> f64 {
     let root = (area.len() as f64).sqrt();
     let mut sorted = area.to_vec();
