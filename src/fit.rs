@@ -160,6 +160,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     }
     options.sigma = controls.sigma;
     options.loss = controls.loss;
+    options.weights = controls.weights;
     options.no_pose = controls.no_pose;
     options.ignore_normals = controls.normals == NormalsArg::Ignore;
     options.bootstrap = controls.bootstrap as usize;

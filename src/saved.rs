@@ -45,8 +45,8 @@ impl SavedFit {
 
     /// Where the fit ended, for one of a program that may have other inputs or another text.
     pub(crate) fn earlier(&self, program: &Program) -> EarlierFit {
-        let FitResult { parameters, pose, scan, loss, sigma, .. } = &self.fit;
-        let converged = Converged { scan_sha256: scan.sha256.clone(), loss: *loss, sigma: *sigma };
+        let FitResult { parameters, pose, scan, loss, sigma, weights, .. } = &self.fit;
+        let converged = Converged { scan_sha256: scan.sha256.clone(), loss: *loss, sigma: *sigma, weights: *weights };
         let inputs: Vec<FittedInput> = program.inputs().iter().map(provenance::input).collect();
         let finished = self.fit.converged && !self.fit.interrupted && !parameters.iter().any(|p| p.fixed);
         let same = finished && inputs == self.fit.inputs && !self.is_of_another_text(program);

@@ -93,8 +93,17 @@ impl Inspection {
     ) -> Result<Self, InspectError> {
         let x: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
         let motion = fit.pose.unwrap_or(Motion::IDENTITY);
-        let covariance = fit.covariance.as_ref();
-        let covariance = covariance.map(|c| ParameterCovariance { parameters: &c.parameters, matrix: &c.matrix });
+        let of_parameters = fit.covariance.as_ref().map(|c| ParameterCovariance {
+            parameters: &c.parameters,
+            matrix: &c.matrix,
+            centre: None,
+        });
+        let with_pose = fit.pose_covariance.as_ref().map(|c| ParameterCovariance {
+            parameters: &c.parameters,
+            matrix: &c.matrix,
+            centre: Some(c.centre),
+        });
+        let covariance = with_pose.or(of_parameters);
         let reference = Reference::Model { model, x: &x, motion };
         let measurement = measure(reference, scan, covariance, options, progress)?;
         let upright = upright(model, &x, &motion)?;

@@ -3,7 +3,7 @@
 use super::{CompileArgs, Format, ScriptArgs, ValueArgs};
 use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
-use gml_runtime::fit::LossKind;
+use gml_runtime::fit::{LossKind, Weights};
 use gml_runtime::scan::Unit;
 use gml_runtime::variance::{Device, DistanceKind, Resolution, Tolerance};
 use std::path::PathBuf;
@@ -38,6 +38,9 @@ pub(crate) struct FitControls {
     /// Loss function at the end of the fit
     #[arg(long, default_value = "welsch", value_parser = values::one_of(&LOSSES))]
     pub(crate) loss: LossKind,
+    /// How much the points of a mesh count
+    #[arg(long, default_value = "area", value_parser = values::one_of(&WEIGHTS))]
+    pub(crate) weights: Weights,
     /// Do not fit a pose: only the script's own parameters move the model
     #[arg(long)]
     pub(crate) no_pose: bool,
@@ -64,6 +67,15 @@ const LOSSES: [Choice<LossKind>; 4] = [
     Choice { name: "squared", help: "Least squares, for scans without outliers", value: LossKind::Squared },
     Choice { name: "huber", help: "Quadratic for small distances, linear for large ones", value: LossKind::Huber },
     Choice { name: "tukey", help: "Bounded, and constant beyond 1.7 sigma", value: LossKind::Tukey },
+];
+
+const WEIGHTS: [Choice<Weights>; 2] = [
+    Choice {
+        name: "area",
+        help: "As the area that they stand for, however finely the mesh is divided",
+        value: Weights::Area,
+    },
+    Choice { name: "points", help: "All alike, as those of a cloud", value: Weights::Points },
 ];
 
 /// How the scan's normals are used.

@@ -33,9 +33,10 @@ mod tests;
 pub use monitor::TracePoint;
 pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
+pub use problem::weights::Weights;
 pub use result::{
     Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest,
-    Resampled, Search, SearchCandidate, WithoutSd,
+    PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 

@@ -1,6 +1,7 @@
 //! Options of a fit, and the reasons for which there is none.
 
 use crate::fit::problem::loss::LossKind;
+use crate::fit::problem::weights::Weights;
 use crate::model::{EvaluationError, Motion};
 use std::collections::BTreeMap;
 use thiserror::Error;
@@ -36,6 +37,8 @@ pub struct FitOptions {
     pub ignore_normals: bool,
     /// The loss at the end. Before that, while the place is still sought, it is always Welsch's.
     pub loss: LossKind,
+    /// How much the points of a mesh count.
+    pub weights: Weights,
     /// Holds the model's ends to the scan: surface of the model that could be seen and lies beyond the scan counts as
     /// well. For scans that show the ends.
     pub coverage: bool,
@@ -69,6 +72,8 @@ pub struct Converged {
     pub loss: LossKind,
     /// Its scale. Millimetres.
     pub sigma: f64,
+    /// How much the points counted.
+    pub weights: Weights,
 }
 
 /// A reason for which there is no fit.

@@ -1,7 +1,7 @@
 //! Turns a solution into the result: values, standard deviations, warnings.
 
-use crate::fit::infer::Inference;
 use crate::fit::infer::sandwich::Uncertainty;
+use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
 use crate::fit::problem::Problem;
 use crate::fit::problem::free_space::FreeSpace;
@@ -27,10 +27,11 @@ pub(crate) fn result(inference: Inference) -> FitResult {
     let monitor = problem.monitor;
     let fixed = &problem.start.fixed;
     let x = space.x(&solution.estimate.z).unwrap_or_default();
-    let points = problem.points.len() as f64;
+    let weight = problem.points.weight();
     let inliers = solution.evaluation.inliers();
     let d2: f64 = solution.evaluation.patches.iter().map(|p| p.d2).sum();
     let covariance = uncertainty.as_ref().map(|u| covariance(solution, u));
+    let pose_covariance = uncertainty.as_ref().and_then(|u| pose::joint(solution, u, &determined(solution, u)));
     let mut deviations = vec![None; fixed.len()];
     if let Some(known) = &covariance {
         for (a, name) in known.parameters.iter().enumerate() {
@@ -67,13 +68,13 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         })
         .collect();
     warn(problem, &parameters, &solution.evaluation, &deviations);
-    if inliers < EXPLAINED * points {
+    if inliers < EXPLAINED * weight {
         monitor.warn(format!(
             "only {:.0} % of the scan's points lie near the model: it does not explain this scan, or the fit has failed",
-            100.0 * inliers / points
+            100.0 * inliers / weight
         ));
     }
-    let rms = (d2 / inliers.max(1.0)).sqrt();
+    let rms = (d2 / inliers.max(f64::MIN_POSITIVE)).sqrt();
     if rms > FOREIGN_NOISE * problem.scan.noise && rms > FOREIGN_RADIUS * problem.radius {
         monitor.warn(format!(
             "what lies near the model is {rms:.3} mm off (root mean square), {:.0} times the scan's noise: no model of this family has the scan's shape, or the fit has failed",
@@ -101,12 +102,13 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         objective: solution.evaluation.value,
         sigma: solution.loss.sigma,
         noise: problem.scan.noise,
-        inliers: inliers / points,
+        inliers: inliers / weight,
         rms,
         iterations: u64::from(solution.iterations),
         evaluations: monitor.evaluations(),
         converged: solution.converged,
         covariance,
+        pose_covariance,
         tests,
         bootstrap,
         coverage,
@@ -115,6 +117,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         seconds,
         warnings,
         loss: solution.loss.kind,
+        weights: problem.options.weights,
         interrupted,
         trace,
     }
@@ -173,11 +176,18 @@ fn without_sd(solution: &Solution, uncertainty: Option<&Uncertainty>, i: usize) 
     let shapes = |part: &Part| part.active.contains(&(i as u32));
     let mut shaped = problem.model.parts().iter().zip(&solution.evaluation.patches).filter(|(part, _)| shapes(part));
     match reason {
-        None | Some(WithoutSd::NotDetermined) if shaped.all(|(_, sum)| sum.inliers < HARDLY_ANY_POINTS) => {
+        None | Some(WithoutSd::NotDetermined) if shaped.all(|(_, sum)| sum.points < HARDLY_ANY_POINTS) => {
             WithoutSd::NotScanned
         }
         reason => reason.unwrap_or(WithoutSd::NotDetermined),
     }
+}
+
+/// The parameters that have a standard deviation.
+fn determined(solution: &Solution, uncertainty: &Uncertainty) -> Vec<usize> {
+    let slope = solution.level.space.chain(&solution.estimate);
+    let determined = |i: &usize| slope.row(*i).amax() > 0.0 && uncertainty.without(slope.row(*i).iter()).is_none();
+    (0..solution.level.problem.model.parameters().len()).filter(determined).collect()
 }
 
 /// The covariance of the parameters; with those named that the scan does not determine.
@@ -186,8 +196,7 @@ fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     let monitor = problem.monitor;
     let slope = space.chain(&solution.estimate);
     let parameters = problem.model.parameters();
-    let determined = |i: &usize| slope.row(*i).amax() > 0.0 && uncertainty.without(slope.row(*i).iter()).is_none();
-    let chosen: Vec<usize> = (0..parameters.len()).filter(determined).collect();
+    let chosen = determined(solution, uncertainty);
     let rows = slope.select_rows(&chosen);
     let matrix = &rows * &uncertainty.covariance * rows.transpose();
     let naive = &rows * &uncertainty.naive * rows.transpose();
@@ -272,7 +281,7 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
         }
     }
     for (part, sum) in problem.model.parts().iter().zip(&evaluation.patches) {
-        if sum.inliers < HARDLY_ANY_POINTS {
+        if sum.points < HARDLY_ANY_POINTS {
             monitor.warn(format!(
                 "almost no point of the scan belongs to `{}`: what only shapes it is not determined",
                 part.name

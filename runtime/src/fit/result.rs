@@ -2,6 +2,7 @@
 
 use crate::fit::monitor::TracePoint;
 use crate::fit::problem::loss::LossKind;
+use crate::fit::problem::weights::Weights;
 use crate::model::Motion;
 use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;
@@ -31,15 +32,15 @@ pub struct FitResult {
     /// where the script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pose: Option<Motion>,
-    /// Mean loss over the scan's points (\[VA\] eq. 1): between 0 and 1 for bounded losses.
+    /// Mean loss over the scan's points (\[VA\] eq. 1), by their weights: between 0 and 1 for bounded losses.
     pub objective: f64,
     /// The final scale of the loss. Millimetres.
     pub sigma: f64,
     /// The scan's noise (standard deviation). Millimetres.
     pub noise: f64,
-    /// Fraction of the points with a loss below 1/2.
+    /// Fraction of the points with a loss below 1/2, by their weights.
     pub inliers: f64,
-    /// Root mean square distance of the inliers. Millimetres.
+    /// Root mean square distance of the inliers, by their weights. Millimetres.
     pub rms: f64,
     /// Iterations of the optimisers.
     pub iterations: u64,
@@ -48,6 +49,9 @@ pub struct FitResult {
     /// The kind of the loss.
     #[serde(default)]
     pub loss: LossKind,
+    /// How much the points counted: all alike in results that do not say it.
+    #[serde(default = "all_alike")]
+    pub weights: Weights,
     /// The user ended the fit before it was done: this is the best that was found until then.
     #[serde(default)]
     pub interrupted: bool,
@@ -56,6 +60,9 @@ pub struct FitResult {
     /// The covariance of the parameters that are free and determined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,
+    /// The covariance of the pose that was added, joint with that of the parameters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pose_covariance: Option<PoseCovariance>,
     /// Tests of values at which parameters were held.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<HypothesisTest>,
@@ -79,6 +86,10 @@ pub struct FitResult {
     /// The steps that led here, in order. Not part of fit.json.
     #[serde(skip)]
     pub trace: Vec<TracePoint>,
+}
+
+fn all_alike() -> Weights {
+    Weights::Points
 }
 
 /// An input of the script.
@@ -195,6 +206,32 @@ pub struct Covariance {
     /// not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub block: Option<f64>,
+}
+
+/// The covariance of the pose that was added, joint with that of the parameters. The pose varies by a motion in the
+/// scan's frame after it, p -> exp(turn) (p - centre) + centre + shift.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PoseCovariance {
+    /// The point about which turns are, in the scan's frame. Millimetres.
+    pub centre: [f64; 3],
+    /// The names of the parameters, as in `Covariance`.
+    pub parameters: Vec<String>,
+    /// The matrix, by rows: the parameters in their units, the shift along x, y and z in millimetres, and the turn
+    /// about x, y and z (a rotation vector) in radians.
+    pub matrix: Vec<Vec<f64>>,
+    /// Motions by which the model moves within itself. They are held: the matrix is zero along them.
+    pub symmetries: Vec<Symmetry>,
+}
+
+/// A motion that changes no distance, in the scan's frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Symmetry {
+    /// The shift of the centre: a unit vector, or millimetres per radian of the turn.
+    pub shift: [f64; 3],
+    /// The axis of the turn, of unit length; zero if there is none.
+    pub turn: [f64; 3],
+    /// The motion in words.
+    pub text: String,
 }
 
 /// Wald's test of values at which parameters were held.

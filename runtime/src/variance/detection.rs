@@ -1,20 +1,23 @@
 //! Levels of detection: above them a deviation is more than the uncertainty of the scan and of the fit.
 
 use super::Deviations;
-use crate::model::Sensitivities;
+use crate::model::{Sensitivities, Texels};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// Two-sided 95 % of the normal distribution.
 const LEVEL: f64 = 1.959_964;
 
-/// Covariance of fitted parameters.
+/// Covariance of fitted parameters and of a fitted pose.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterCovariance<'a> {
     /// Names of the parameters.
     pub parameters: &'a [String],
-    /// The matrix by rows, in the parameters' units.
+    /// The matrix by rows, in the parameters' units; where a pose was fitted as well, with six more rows and columns
+    /// for its shift along x, y and z (millimetres) and its turn about them (radians).
     pub matrix: &'a [Vec<f64>],
+    /// The point about which the pose turns, in the scan's frame, if one was fitted. Millimetres.
+    pub centre: Option<[f64; 3]>,
 }
 
 /// The level of detection of a part, as M3C2 defines it for pairs of scans (Lague, Brodu and Leroux, 'Accurate 3D
@@ -41,8 +44,11 @@ pub(in crate::variance) fn detect(
     fit: Option<(&Sensitivities, ParameterCovariance<'_>)>,
 ) -> Vec<Detection> {
     let texels = &deviations.texels;
-    let model =
-        |part: usize| fit.map_or(0.0, |(sensitivities, covariance)| surface_deviation(sensitivities, covariance, part));
+    let model = |part: usize| {
+        fit.map_or(0.0, |(sensitivities, covariance)| {
+            surface_deviation(sensitivities, covariance, &deviations.texels, part)
+        })
+    };
     let levels: Vec<(f64, f64)> = (0..texels.part_names.len())
         .map(|part| {
             let model = model(part);
@@ -66,9 +72,14 @@ pub(in crate::variance) fn detect(
     levels.into_iter().zip(areas).map(detection).collect()
 }
 
-/// Root mean square over a part's sampled texels of sqrt(s^T C s), where s are the parameters' effects along the
-/// normal. Millimetres.
-fn surface_deviation(sensitivities: &Sensitivities, covariance: ParameterCovariance<'_>, part: usize) -> f64 {
+/// Root mean square over a part's sampled texels of sqrt(s^T C s), where s are the effects of the parameters and of the
+/// pose along the normal. Millimetres.
+fn surface_deviation(
+    sensitivities: &Sensitivities,
+    covariance: ParameterCovariance<'_>,
+    texels: &Texels,
+    part: usize,
+) -> f64 {
     let Some(part) = sensitivities.parts.get(part) else { return 0.0 };
     let index = |p: &usize| {
         let (name, _) = sensitivities.parameters.get(*p)?;
@@ -79,11 +90,20 @@ fn surface_deviation(sensitivities: &Sensitivities, covariance: ParameterCovaria
     let mut sum = 0.0;
     for (k, normal) in part.normals.iter().enumerate() {
         let normal = DVec3::from(*normal);
-        let effects: Vec<(usize, f64)> = part.derivatives[k * indices.len()..(k + 1) * indices.len()]
+        let mut effects: Vec<(usize, f64)> = part.derivatives[k * indices.len()..(k + 1) * indices.len()]
             .iter()
             .zip(&indices)
             .filter_map(|(d, index)| Some(((*index)?, normal.dot(DVec3::from(*d)))))
             .collect();
+        if let Some(centre) = covariance.centre {
+            // shift + turn x (p - centre), along the normal.
+            let p = DVec3::from(texels.position[part.texels[k]]);
+            let turned = (p - DVec3::from(centre)).cross(normal);
+            let first = covariance.parameters.len();
+            effects.extend(
+                normal.to_array().into_iter().chain(turned.to_array()).enumerate().map(|(a, x)| (first + a, x)),
+            );
+        }
         let variance: f64 =
             effects.iter().map(|(a, x)| effects.iter().map(|(b, y)| x * entry(*a, *b) * y).sum::<f64>()).sum();
         sum += variance.max(0.0);
@@ -94,7 +114,7 @@ fn surface_deviation(sensitivities: &Sensitivities, covariance: ParameterCovaria
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{PartSensitivities, Texels};
+    use crate::model::PartSensitivities;
     use gml_compiler::program::Quantity;
 
     /// Two parts of two texels, one of which deviates by much, one by little, one by nothing known.
@@ -134,12 +154,25 @@ mod tests {
         };
         let parameters = ["q".to_owned(), "p".to_owned()];
         let matrix = [vec![0.04, -0.01], vec![-0.01, 0.03]];
-        let covariance = ParameterCovariance { parameters: &parameters, matrix: &matrix };
+        let covariance = ParameterCovariance { parameters: &parameters, matrix: &matrix, centre: None };
         let found = detect(&deviations, 0.3, Some((&sensitivities, covariance)));
         // 4 * 0.03 + 0.04 - 2 * 2 * 0.01
         assert!((found[0].model - 0.12f64.sqrt()).abs() < 1e-12, "{found:?}");
         assert!((found[0].level - 1.959_964 * 0.21f64.sqrt()).abs() < 1e-12, "{found:?}");
         assert_eq!((found[0].significant, found[1].significant), (0.25 + 0.75, 1.0));
+        // A pose that shifts along z as `p` moves the surface back, and turns about an axis 2 mm beside the texels.
+        let mut joint = vec![vec![0.0; 8]; 8];
+        joint[1][1] = 0.25;
+        joint[4][4] = 1.0;
+        (joint[1][4], joint[4][1]) = (-0.4999, -0.4999);
+        joint[5][5] = 0.01;
+        let covariance =
+            ParameterCovariance { parameters: &parameters, matrix: &joint, centre: Some([0.0, -2.0, 0.0]) };
+        let found = detect(&deviations, 0.3, Some((&sensitivities, covariance)));
+        // 4 * 0.25 + 1 - 2 * 2 * 0.4999, and 2^2 * 0.01 of the turn; without the pose it would be 1.
+        assert!((found[0].model - 0.0404f64.sqrt()).abs() < 1e-12, "{found:?}");
+        // The second part moves with the pose alone.
+        assert!((found[1].model - 1.04f64.sqrt()).abs() < 1e-12, "{found:?}");
         let alone = detect(&deviations, 0.5, None);
         assert_eq!((alone[0].model, alone[0].significant, alone[1].significant), (0.0, 0.25, 0.0));
     }

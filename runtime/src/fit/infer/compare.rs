@@ -43,7 +43,8 @@ pub(crate) struct Comparison {
 /// # Errors
 /// A scan without points, or a model that cannot be evaluated where its fit ended.
 pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitError> {
-    let points = Points::of(scan);
+    let weights = rivals.first().map(|rival| rival.fit.weights).unwrap_or_default();
+    let points = Points::of(scan, weights);
     let radius = points.gyration();
     if points.len() == 0 || !(radius > 0.0) {
         return Err(FitError::EmptyScan { points: points.len() });
@@ -53,7 +54,7 @@ pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitEr
         rivals.iter().map(|r| mean_loss(*r, &points, radius, sigma)).collect::<Result<Vec<f64>, FitError>>()?;
     let best = (0..rivals.len()).min_by(|a, b| objective[*a].total_cmp(&objective[*b]));
     let known = best.and_then(|b| rivals[b].fit.covariance.as_ref()).map(|c| c.effective_points);
-    let n = known.unwrap_or(points.len() as f64).max(2.0);
+    let n = known.unwrap_or_else(|| points.effective()).max(2.0);
     let bic = rivals
         .iter()
         .zip(&objective)

@@ -2,6 +2,7 @@
 //! of the coordinates, whatever optimiser came here and whatever made it stop. A fit that has stalled goes on in other
 //! ways.
 
+use super::pose::within_itself;
 use super::sandwich::Uncertainty;
 use crate::fit::optimise::gauss_newton::{Minimum, Stop, pushed};
 use crate::fit::optimise::{gauss_newton, lbfgs};
@@ -11,9 +12,9 @@ use crate::fit::refine::schedule::{POLISH, Solution, foot_tolerance};
 use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING, SETTLED_STEP,
-    STALLED_NAMED, SYMMETRIC,
+    STALLED_NAMED,
 };
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 /// A solution of which it is known whether it is an optimum.
 pub(crate) struct Assessed<'a> {
@@ -191,7 +192,7 @@ impl Remaining {
             return Self { step: DVector::repeat(dim, f64::INFINITY), unit: vec![1.0; dim] };
         }
         // The objective is the mean of losses, the sandwich is of their sum times sigma^2 / 2.
-        let sum = 0.5 * loss.sigma.powi(2) * level.problem.points.len() as f64;
+        let sum = 0.5 * loss.sigma.powi(2) * level.problem.points.weight();
         let mut step = -(&uncertainty.inverse * gradient) * sum;
         without_symmetries(&mut step, &uncertainty.naive, level.space.free.len());
         let least = SETTLED_ROUNDING * level.problem.radius / SETTLED_STEP;
@@ -249,17 +250,9 @@ impl Remaining {
 /// the gradient and the curvature are rounding, and their ratio says nothing. `covariance` is that of the coordinates,
 /// of which those of the motion begin at `first`.
 fn without_symmetries(step: &mut DVector<f64>, covariance: &DMatrix<f64>, first: usize) {
-    let count = step.len() - first;
-    if count == 0 {
-        return;
-    }
-    let eigen = SymmetricEigen::new(covariance.view((first, first), (count, count)).into_owned());
-    let least = eigen.eigenvalues.iter().copied().filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
-    for (value, direction) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value > SYMMETRIC.powi(2) * least {
-            let along = direction.dot(&step.rows(first, count));
-            step.rows_mut(first, count).axpy(-along, &direction, 1.0);
-        }
+    for direction in within_itself(covariance, first) {
+        let along = direction.dot(&step.rows(first, direction.len()));
+        step.rows_mut(first, direction.len()).axpy(-along, &direction, 1.0);
     }
 }
 

@@ -7,7 +7,8 @@ use super::sums::{score, squares};
 use super::switches;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::problem::rows::{AllRows, Rows};
+use crate::fit::problem::points::effective;
+use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::result::WithoutSd;
 use crate::fit::tuning::{DETERMINED, SWITCH_ROUNDS};
 use glam::DVec3;
@@ -22,7 +23,8 @@ pub(crate) struct Uncertainty {
     pub(crate) bias: DVector<f64>,
     /// The inverse of the bread, which is the Hessian of the sum of losses times sigma^2 / 2; zero likewise.
     pub(crate) inverse: DMatrix<f64>,
-    /// The covariance if residuals were independent of each other and all alike: s^2 (sum w J J^T)^-1.
+    /// The covariance if residuals were independent of each other and all alike: s^2 A (sum w w0 J J^T) A with
+    /// A = (sum w J J^T)^-1, where w0 is a point's prior weight and w that times the loss's weight.
     pub(crate) naive: DMatrix<f64>,
     /// Directions (of unit length) in which no distance changes.
     pub(crate) undetermined: Vec<DVector<f64>>,
@@ -45,10 +47,11 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let all = AllRows::new(objective, at)?;
     let chain = objective.space.chain(at);
     let local = |matrix: &DMatrix<f64>| chain.tr_mul(&(matrix * &chain));
-    // Sums of curvature J J^T and of weight J J^T.
-    let factors = |rows: &Rows| rows.points.iter().map(|point| [point.curvature, point.weight]).collect();
-    let [mut bread, mut weighted] = squares(&all, chain.nrows(), factors).map(|matrix| local(&matrix));
-    let Residuals { positions, scores, weight, weighted_d2 } = Residuals::of(objective, &all);
+    // Sums of curvature J J^T, of weight J J^T, and of that times the prior weight.
+    let of_point = |point: &RowPoint| [point.curvature, point.weight, point.prior * point.weight];
+    let factors = |rows: &Rows| rows.points.iter().map(of_point).collect();
+    let [mut bread, mut weighted, mut alike] = squares(&all, chain.nrows(), factors).map(|matrix| local(&matrix));
+    let Residuals { positions, scores, priors, weight, weighted_d2 } = Residuals::of(objective, &all);
     if scores.len() <= dim {
         return None;
     }
@@ -56,6 +59,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     if let Some(coverage) = &coverage {
         bread += local(&coverage.bread);
         weighted += local(&coverage.weighted);
+        alike += local(&coverage.weighted);
     }
     let blocks = Blocks::find(&positions, &scores, objective.points.gyration());
     let mut inverse = Inverse::of(&bread, &weighted, held)?;
@@ -76,8 +80,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         inverse = Inverse::of(&switches::smoothed(&bread, &switches, &covariance), &weighted, held)?;
         covariance = sandwich(&inverse);
     }
-    let naive = &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
-    let effective_points = scores.len() as f64 / blocks.map_or(1.0, |b| b.inflation);
+    let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
+    let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix: inverse, undetermined, determined, .. } = inverse;
     let reason = |k: usize| match (determined[k], is_held(held, k)) {
         (true, _) => None,
@@ -120,6 +124,7 @@ struct Residuals {
     /// Position and patch.
     positions: Vec<(DVec3, u32)>,
     scores: Vec<f64>,
+    priors: Vec<f64>,
     /// Sum of weights, and of weight times squared distance.
     weight: f64,
     weighted_d2: f64,
@@ -132,6 +137,7 @@ impl Residuals {
                 let score = score(point);
                 sums.positions.push((objective.points.position[point.index as usize], rows.patch));
                 sums.scores.push(score);
+                sums.priors.push(point.prior);
                 sums.weight += point.weight;
                 sums.weighted_d2 += score * point.distance;
             }
@@ -140,6 +146,7 @@ impl Residuals {
         all.fold(Self::default, add, |chunk| {
             sums.positions.extend(chunk.positions);
             sums.scores.extend(chunk.scores);
+            sums.priors.extend(chunk.priors);
             sums.weight += chunk.weight;
             sums.weighted_d2 += chunk.weighted_d2;
         });

@@ -45,13 +45,17 @@ fn is_observed(solution: &Solution, uncertainty: &Uncertainty, group: &Group) ->
     placed.facets.remove(|patch| group.patches[patch]);
     let without = objective.losses(&placed);
     // Points whose nearest patch is the group's are those for which it makes a difference.
-    let near = with.iter().zip(&without).filter(|(with, without)| **with < 0.5 && *with != *without);
-    let (count, alone) = near
-        .fold((0.0, 0.0), |(count, alone), (_, without)| (count + 1.0, alone + f64::from(u8::from(*without >= 0.5))));
-    if alone > UNEXPLAINED_SHARE * f64::max(count, 1.0) {
+    let near = (0..points.len()).filter(|i| with[*i] < 0.5 && with[*i] != without[*i]);
+    let (all, alone) = near.fold((0.0, 0.0), |(all, alone), i| {
+        let prior = points.prior(i);
+        (all + prior, if without[i] >= 0.5 { alone + prior } else { alone })
+    });
+    if alone > UNEXPLAINED_SHARE * all {
         return Some(true);
     }
-    let mean = |losses: &[f64]| losses.iter().sum::<f64>() / points.len().max(1) as f64;
+    let mean = |losses: &[f64]| {
+        losses.iter().enumerate().map(|(i, loss)| points.prior(i) * loss).sum::<f64>() / points.weight()
+    };
     let (with, without) = (mean(&with), mean(&without));
     if !(without > with) || !(with > 0.0) {
         return None;

@@ -1,7 +1,7 @@
 //! The loss of a distance (\[VA\] eq. 2, which writes psi, and others), and its scale from residuals.
 
 use crate::fit::tuning::CUTOFF_SIGMAS;
-use crate::robust::{MAD_TO_SD, median};
+use crate::robust::{MAD_TO_SD, weighted_median};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::LN_2;
 
@@ -30,12 +30,21 @@ pub(crate) struct Loss {
     pub(crate) sigma: f64,
 }
 
-/// The loss of a point, with its weight and its curvature (see `Loss`).
+/// The loss of a point, with its weight and its curvature (see `Loss`), times its prior weight.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointLoss {
+    pub(crate) prior: f64,
     pub(crate) value: f64,
     pub(crate) weight: f64,
     pub(crate) curvature: f64,
+}
+
+impl PointLoss {
+    /// That of a point that counts `prior` times as much.
+    pub(crate) fn times(self, prior: f64) -> Self {
+        let Self { prior: before, value, weight, curvature } = self;
+        Self { prior: prior * before, value: prior * value, weight: prior * weight, curvature: prior * curvature }
+    }
 }
 
 impl Loss {
@@ -68,15 +77,20 @@ impl Loss {
         }
     }
 
-    /// The loss, the weight and the curvature at a squared distance, for the price of one of the three.
+    /// The loss, the weight and the curvature at a squared distance, for the price of one of the three. The prior
+    /// weight is 1.
     pub(crate) fn at(self, d2: f64) -> PointLoss {
         match self.kind {
             LossKind::Welsch => {
                 let value = self.value(d2);
                 let weight = 1.0 - value;
-                PointLoss { value, weight, curvature: weight * (1.0 - 2.0 * d2 / (self.sigma * self.sigma)) }
+                let curvature = weight * (1.0 - 2.0 * d2 / (self.sigma * self.sigma));
+                PointLoss { prior: 1.0, value, weight, curvature }
             }
-            _ => PointLoss { value: self.value(d2), weight: self.weight(d2), curvature: self.curvature(d2) },
+            _ => {
+                let (value, weight, curvature) = (self.value(d2), self.weight(d2), self.curvature(d2));
+                PointLoss { prior: 1.0, value, weight, curvature }
+            }
         }
     }
 
@@ -119,11 +133,11 @@ impl Loss {
     }
 }
 
-/// Robust standard deviation of unsigned distances: 1.4826 times their median, over those within `limit`.
-/// Zero where there are none.
-pub(crate) fn robust_deviation(distances: &mut Vec<f64>, limit: f64) -> f64 {
-    distances.retain(|d| *d <= limit);
-    MAD_TO_SD * median(distances).unwrap_or(0.0)
+/// Robust standard deviation of unsigned distances with their prior weights: 1.4826 times their median, over those
+/// within `limit`. Zero where there are none.
+pub(crate) fn robust_deviation(distances: &mut Vec<(f64, f64)>, limit: f64) -> f64 {
+    distances.retain(|(d, _)| *d <= limit);
+    MAD_TO_SD * weighted_median(distances).unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -148,7 +162,7 @@ mod tests {
                 assert!((bend - expected).abs() < 1e-6, "{kind:?}: {bend} against {expected} at {d}");
             }
             for d2 in [0.0, 0.2, 1.5, 9.0] {
-                let PointLoss { value, weight, curvature } = loss.at(d2);
+                let PointLoss { value, weight, curvature, .. } = loss.at(d2);
                 let expected = [loss.value(d2), loss.weight(d2), loss.curvature(d2)];
                 for (a, b) in [value, weight, curvature].into_iter().zip(expected) {
                     assert!((a - b).abs() < 1e-14, "{kind:?}: {a} {b} at {d2}");
@@ -172,9 +186,9 @@ mod tests {
 
     #[test]
     fn the_robust_deviation_ignores_what_lies_beyond_the_limit() {
-        let mut distances: Vec<f64> = (0..1000).map(|i| f64::from(i) * 1e-3).collect();
-        distances.extend([50.0; 200]);
+        let mut distances: Vec<(f64, f64)> = (0..1000).map(|i| (f64::from(i) * 1e-3, 1.0)).collect();
+        distances.extend([(50.0, 1.0); 200]);
         assert!((robust_deviation(&mut distances, 10.0) - 1.4826 * 0.5).abs() < 1e-3);
-        assert_eq!(robust_deviation(&mut vec![5.0], 1.0), 0.0);
+        assert_eq!(robust_deviation(&mut vec![(5.0, 1.0)], 1.0), 0.0);
     }
 }

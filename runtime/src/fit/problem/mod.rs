@@ -14,6 +14,7 @@ pub(crate) mod rigid;
 pub(crate) mod rows;
 pub(crate) mod sides;
 pub(crate) mod sums;
+pub(crate) mod weights;
 
 use super::monitor::Monitor;
 use super::options::{Converged, FitError, FitOptions};
@@ -67,7 +68,7 @@ impl<'a> Problem<'a> {
         if model.parts().is_empty() {
             return Err(FitError::EmptyModel);
         }
-        let points = Points::of(scan);
+        let points = Points::of(scan, options.weights);
         // Outliers must not decide on the place and the size of the object.
         let surfaces = points.on_surfaces(scan);
         let radius = surfaces.gyration();
@@ -118,7 +119,7 @@ impl<'a> Problem<'a> {
     /// keeps the side that it had `before`.
     pub(crate) fn facing(&self, evaluation: &Evaluation, before: &[i8]) -> Vec<i8> {
         let sign = |(p, before): (&PatchSum, &i8)| {
-            let inwards = if p.weight >= FACING_POINTS { p.facing <= -FACING_CLEAR * p.weight } else { *before < 0 };
+            let inwards = if p.near >= FACING_POINTS { p.facing <= -FACING_CLEAR * p.weight } else { *before < 0 };
             match (self.oriented, inwards) {
                 (false, _) => 0,
                 (true, true) => -1,

@@ -64,12 +64,12 @@ pub(crate) enum Order {
 /// The objective at one estimate. Derivatives are by scaled local coordinates.
 #[derive(Clone, Debug)]
 pub(crate) struct Evaluation {
-    /// Mean loss.
+    /// Mean loss, by the points' prior weights.
     pub(crate) value: f64,
     /// Its gradient.
     pub(crate) gradient: DVector<f64>,
-    /// Sum of weight * J^T J, times 2 / (sigma^2 N): the Hessian without the terms that make it indefinite (see
-    /// `curved`).
+    /// Sum of weight * J^T J, times 2 / sigma^2 over the sum of the prior weights: the Hessian without the terms that
+    /// make it indefinite (see `curved`).
     pub(crate) normal: DMatrix<f64>,
     /// Sums by patch.
     pub(crate) patches: Vec<PatchSum>,
@@ -95,7 +95,7 @@ impl Evaluation {
         -(self.gradient.dot(step) + 0.5 * step.dot(&(&self.normal * step)))
     }
 
-    /// Points with a loss below 1/2.
+    /// The sum of the prior weights of points with a loss below 1/2.
     pub(crate) fn inliers(&self) -> f64 {
         self.patches.iter().map(|p| p.inliers).sum()
     }
@@ -173,14 +173,13 @@ impl Objective<'_> {
     /// Traces a step of an optimiser.
     pub(crate) fn note(&self, evaluation: &Evaluation) {
         let Some(stage) = self.stage else { return };
-        let points = self.points.len();
         self.monitor.note(TracePoint {
             stage,
             evaluations: self.monitor.evaluations(),
-            points,
+            points: self.points.len(),
             sigma: self.loss.sigma,
             objective: evaluation.value,
-            inliers: evaluation.inliers() / points.max(1) as f64,
+            inliers: evaluation.inliers() / self.points.weight(),
         });
     }
 
@@ -220,7 +219,7 @@ impl Objective<'_> {
         if self.cancelled() {
             return None;
         }
-        let mut evaluation = self.total(&sums, self.points.len().max(1) as f64, at, order, placed.facets.absent);
+        let mut evaluation = self.total(&sums, self.points.weight(), at, order, placed.facets.absent);
         if let Some(coverage) = &self.coverage {
             let Evaluation { value, gradient, normal, .. } = coverage.evaluate(self, placed, at, order);
             evaluation.value += value;
@@ -237,7 +236,7 @@ impl Objective<'_> {
         matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
     }
 
-    /// The loss of every point: 1 for those without a foot.
+    /// The loss of every point, whatever its prior weight: 1 for those without a foot.
     pub(crate) fn losses(&self, placed: &Placed) -> Vec<f64> {
         let mut losses = vec![1.0; self.points.len()];
         for (i, foot) in self.feet(placed) {
@@ -252,16 +251,15 @@ impl Objective<'_> {
         self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
         let inverse = motion.rotation.inverse();
         let cutoff = self.loss.cutoff();
-        let points = &self.points.position;
-        let loss = |p: &DVec3| {
+        let loss = |(i, p): (usize, &DVec3)| {
             let d = facets.distance(inverse * (*p - motion.translation), cutoff);
-            self.loss.value(d * d)
+            self.points.prior(i) * self.loss.value(d * d)
         };
-        points.iter().map(loss).sum::<f64>() / points.len().max(1) as f64
+        self.points.position.iter().enumerate().map(loss).sum::<f64>() / self.points.weight()
     }
 
     fn sums(&self, placed: &Placed, chunk: &mut Chunk, order: Order) -> Sums {
-        let mut sums = Sums::none(self.space, chunk.range.len(), order);
+        let mut sums = Sums::none(self.space, self.points.weight_of(chunk.range.clone()), order);
         if self.cancelled() {
             return sums;
         }
@@ -290,7 +288,9 @@ impl Objective<'_> {
             let (q, uv): (Vec<DVec3>, Vec<[f64; 2]>) = points.iter().map(|p| (p.q, p.uv)).unzip();
             let feet =
                 foot_points(&*placed.instance, patch, self.layout.domain(patch), &q, &uv, self.tolerance).ok()?;
-            let losses = feet.iter().map(|f| self.loss.at(f.d2)).collect();
+            let loss =
+                |(foot, point): (&Foot, &Correspondence)| self.loss.at(foot.d2).times(self.points.prior(point.index));
+            let losses = feet.iter().zip(points).map(loss).collect();
             Some(Matched { patch, points: points.to_vec(), feet, losses })
         };
         correspondences.chunk_by(|a, b| a.patch == b.patch).filter_map(of_patch).collect()

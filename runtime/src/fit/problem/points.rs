@@ -1,5 +1,6 @@
 //! The scan as the fit sees it: points and normals, and deterministic subsamples that cover it evenly.
 
+use super::weights::Weights;
 use crate::fit::tuning::{
     CLEAN_CLOUD, EMPTY_CELL, MOST_SAMPLE_CELLS, OUTLIER_PASSES, OUTLIER_POINTS, SAMPLE_AIM, SAMPLE_ENOUGH,
     SAMPLE_ROUNDS, SPACING_POINTS, WALK_CELLS,
@@ -11,6 +12,7 @@ use foldhash::fast::FixedState;
 use glam::{DMat3, DVec3, U64Vec3};
 use std::borrow::Cow;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// Points of a scan. Millimetres.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +20,9 @@ pub(crate) struct Points {
     pub(crate) position: Vec<DVec3>,
     /// Unit normals, as many as positions, or none.
     pub(crate) normal: Vec<DVec3>,
+    /// Prior weights, by which points count, as many as positions; none where all count alike. Of all points of a scan
+    /// the mean is 1.
+    prior: Vec<f64>,
     /// The index of each of them in the scan.
     pub(crate) index: Vec<u32>,
     /// Many outliers, which are sparse, are among them: a sample even in space would consist of these.
@@ -27,7 +32,7 @@ pub(crate) struct Points {
 impl Points {
     /// All points of a scan, in the order of a walk through cells of space, so that neighbours in the list are
     /// neighbours in space (the search of nearest facets then finds its boxes in the cache).
-    pub(crate) fn of(scan: &Scan) -> Self {
+    pub(crate) fn of(scan: &Scan, weights: Weights) -> Self {
         let position: Vec<DVec3> = scan.mesh.positions.iter().map(|p| DVec3::from_array(*p)).collect();
         let all = Self {
             normal: if scan.mesh.normals.len() == position.len() {
@@ -35,6 +40,7 @@ impl Points {
             } else {
                 Vec::new()
             },
+            prior: weights.of(&scan.mesh),
             index: (0..position.len() as u32).collect(),
             position,
             cluttered: false,
@@ -73,7 +79,8 @@ impl Points {
         Self {
             position: indices.clone().map(|i| self.position[i]).collect(),
             index: indices.clone().map(|i| self.index[i]).collect(),
-            normal: if self.normal.is_empty() { Vec::new() } else { indices.map(|i| self.normal[i]).collect() },
+            normal: of_points(&self.normal, indices.clone()),
+            prior: of_points(&self.prior, indices),
             cluttered: self.cluttered,
         }
     }
@@ -81,6 +88,38 @@ impl Points {
     /// The number of points.
     pub(crate) fn len(&self) -> usize {
         self.position.len()
+    }
+
+    /// The prior weight of a point.
+    pub(crate) fn prior(&self, i: usize) -> f64 {
+        self.prior.get(i).copied().unwrap_or(1.0)
+    }
+
+    /// The sum of the prior weights of some points.
+    pub(crate) fn weight_of(&self, range: Range<usize>) -> f64 {
+        self.prior.get(range.clone()).map_or(range.len() as f64, |prior| prior.iter().sum())
+    }
+
+    /// The sum of all prior weights, by which sums over the points become means. 1 where there are no points.
+    pub(crate) fn weight(&self) -> f64 {
+        if self.len() == 0 { 1.0 } else { self.weight_of(0..self.len()) }
+    }
+
+    /// The same with other prior weights.
+    #[cfg(test)]
+    pub(crate) fn with_priors(self, prior: Vec<f64>) -> Self {
+        Self { prior, ..self }
+    }
+
+    /// The number of points that would determine a mean as well if all counted alike.
+    pub(crate) fn effective(&self) -> f64 {
+        effective((0..self.len()).map(|i| self.prior(i)))
+    }
+
+    /// The mean of the points.
+    pub(crate) fn mean(&self) -> DVec3 {
+        let sum = self.position.iter().enumerate().fold(DVec3::ZERO, |sum, (i, p)| sum + self.prior(i) * *p);
+        sum / self.weight()
     }
 
     /// The median distance from a point to the next one in the list. Millimetres.
@@ -95,15 +134,19 @@ impl Points {
         self.position.iter().copied().collect()
     }
 
-    /// The radius of gyration.
+    /// The radius of gyration: the root mean square distance from the mean.
     pub(crate) fn gyration(&self) -> f64 {
-        gyration(&self.position)
+        let mean = self.mean();
+        let square = |(i, p): (usize, &DVec3)| self.prior(i) * p.distance_squared(mean);
+        (self.position.iter().enumerate().map(square).sum::<f64>() / self.weight()).sqrt()
     }
 
     /// About `count` points, one per cell of a cubic grid, the one nearest to the cell's centre: even in space,
     /// whatever the scan's density, except for a cluttered cloud, which is sampled by density. Cells with hardly any
-    /// points are left out: in a dense scan every outlier has a cell of its own, and a thousandth of the points would
-    /// be a fifth of the sample. All points where there are not more.
+    /// points, by their prior weights, are left out: in a dense scan every outlier has a cell of its own, and a
+    /// thousandth of the points would be a fifth of the sample. All points of the sample count alike: with the weights
+    /// of their cells, in which one point speaks for all surfaces that pass through, searches went astray (0037). All
+    /// points, with their weights, where there are not more.
     pub(crate) fn sample(&self, count: usize) -> Self {
         if self.len() <= count {
             return self.clone();
@@ -133,7 +176,9 @@ impl Points {
             cells = if next > coarse && next < fine { next } else { (coarse * fine).sqrt() };
         }
         chosen.sort_unstable();
-        self.pick(chosen.into_iter())
+        let mut sample = self.pick(chosen.into_iter());
+        sample.prior.fill(1.0);
+        sample
     }
 
     /// About `count` points, each as likely as any other: dense where the scan is. All points where there are not more.
@@ -146,6 +191,7 @@ impl Points {
     pub(crate) fn and(mut self, others: &Self) -> Self {
         self.position.extend(&others.position);
         self.normal.extend(&others.normal);
+        self.prior.extend(&others.prior);
         self.index.extend(&others.index);
         self
     }
@@ -164,18 +210,17 @@ impl Points {
                 let next = cells.len();
                 last = (place, *slots.entry(place).or_insert(next));
                 if last.1 == next {
-                    cells.push(Cell { off, index: i, count: 0 });
+                    cells.push(Cell { off, index: i, prior: 0.0 });
                 }
             }
             let best = &mut cells[last.1];
-            best.count += 1;
+            best.prior += self.prior(i);
             if off < best.off {
                 (best.off, best.index) = (off, i);
             }
         }
-        let mut counts: Vec<f64> = cells.iter().map(|c| f64::from(c.count)).collect();
-        let fewest = EMPTY_CELL * median(&mut counts).unwrap_or(0.0);
-        cells.into_iter().filter(|c| f64::from(c.count) >= fewest).map(|c| c.index).collect()
+        let least = EMPTY_CELL * median(&mut cells.iter().map(|c| c.prior).collect::<Vec<f64>>()).unwrap_or(0.0);
+        cells.into_iter().filter(|c| c.prior >= least).map(|c| c.index).collect()
     }
 }
 
@@ -184,7 +229,20 @@ struct Cell {
     /// The squared distance of the point that is nearest to the middle, in cells, and which it is.
     off: f64,
     index: usize,
-    count: u32,
+    /// The sum of the prior weights of its points.
+    prior: f64,
+}
+
+/// Values of the points at some indices, where points have any.
+fn of_points<T: Copy>(values: &[T], indices: impl Iterator<Item = usize>) -> Vec<T> {
+    if values.is_empty() { Vec::new() } else { indices.map(|i| values[i]).collect() }
+}
+
+/// The effective sample size of weights, (sum w)^2 / sum w^2 (Kish 1965): the variance of a weighted mean of
+/// independent values of equal variance is that variance over it. Zero where there are none.
+pub(crate) fn effective(weights: impl Iterator<Item = f64>) -> f64 {
+    let (sum, squares) = weights.fold((0.0, 0.0), |(sum, squares), w| (sum + w, squares + w * w));
+    if squares > 0.0 { sum * sum / squares } else { 0.0 }
 }
 
 /// The mean of points.

@@ -1,6 +1,7 @@
 //! Parameters of a script that move the whole model rigidly, and how they are recognised.
 
 use super::points::{Points, gyration, mean};
+use super::weights::Weights;
 use crate::fit::sampling::scattered;
 use crate::fit::tuning::{OTHER_PLACE_REACH, OTHER_PLACES, RIGID, VELOCITY_SAMPLES};
 use crate::model::{EvaluationError, Instance, Model};
@@ -44,7 +45,7 @@ pub(crate) fn recognise(model: &dyn Model, x: &[f64], size: f64) -> Result<Rigid
 #[must_use]
 pub(crate) fn pose_parameters(model: &dyn Model, scan: &Scan) -> Vec<String> {
     let x: Vec<f64> = model.parameters().iter().map(|p| p.default).collect();
-    let size = Points::of(scan).gyration().max(f64::MIN_POSITIVE);
+    let size = Points::of(scan, Weights::default()).gyration().max(f64::MIN_POSITIVE);
     // A model that does not exist at its defaults is taken to have none; a fit of it fails with the reason.
     let indices = recognise(model, &x, size).map(|rigid| rigid.indices).unwrap_or_default();
     indices.into_iter().map(|i| model.parameters()[i].name.clone()).collect()

@@ -26,9 +26,11 @@ pub(crate) struct RowPoint {
     pub(crate) index: u32,
     /// From the model's surface to the point, positive on the side of dS/du x dS/dv. Millimetres.
     pub(crate) distance: f64,
-    /// See `Loss`.
+    /// See `PointLoss`.
+    pub(crate) prior: f64,
+    /// See `PointLoss`.
     pub(crate) weight: f64,
-    /// See `Loss`.
+    /// See `PointLoss`.
     pub(crate) curvature: f64,
 }
 
@@ -118,8 +120,8 @@ impl Objective<'_> {
         let mut points = Vec::with_capacity(feet.len());
         for (i, ((foot, point), loss)) in feet.iter().zip(matches).zip(losses).enumerate() {
             let (away, distance) = self.away(foot, point.q);
-            let PointLoss { weight, curvature, .. } = *loss;
-            points.push(RowPoint { index: point.index as u32, distance, weight, curvature });
+            let PointLoss { prior, weight, curvature, .. } = *loss;
+            points.push(RowPoint { index: point.index as u32, distance, prior, weight, curvature });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
             // The surface moving outwards brings it nearer to a point outside.
             jacobian.extend(varied.iter().map(|a| -away.dot(DVec3::from_slice(&slopes[3 * a..]))));

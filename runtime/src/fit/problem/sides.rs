@@ -35,7 +35,7 @@ impl Sides {
             // Only then it is worth the time to look at the bodies that the parts enclose.
             signs = outward(level, estimate);
         }
-        let weight = |p: &PatchSum| if p.weight >= FACING_POINTS { p.weight } else { 0.0 };
+        let weight = |p: &PatchSum| if p.near >= FACING_POINTS { p.weight } else { 0.0 };
         let against = |signs: &[i8]| {
             unsided.iter().zip(signs).filter(|(p, s)| is_against(p, **s)).map(|(p, _)| weight(p)).sum::<f64>()
         };
@@ -72,7 +72,7 @@ impl Sides {
 
 /// Whether the scan's normals say that a patch faces the other way than `sign`.
 fn is_against(patch: &PatchSum, sign: i8) -> bool {
-    patch.weight >= FACING_POINTS && f64::from(sign) * patch.facing < -FACING_AGAINST * patch.weight
+    patch.near >= FACING_POINTS && f64::from(sign) * patch.facing < -FACING_AGAINST * patch.weight
 }
 
 /// Whether points that face a patch's way are few or far off, compared with points that face any way.

@@ -10,13 +10,16 @@ use crate::model::Instance;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-/// Sums over the points of one patch.
+/// Sums over the points of one patch. Weights are the loss's times the points' prior ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct PatchSum {
-    /// Points with a loss below 1/2.
+    /// Number of points with a loss below 1/2, and the sum of their weights without the loss's.
+    pub(crate) points: f64,
     pub(crate) inliers: f64,
-    /// Sum of their squared distances.
+    /// Sum of their squared distances, by the same weights.
     pub(crate) d2: f64,
+    /// Sum of the loss's weights alone: about the number of points near the patch.
+    pub(crate) near: f64,
     /// Sum of weights.
     pub(crate) weight: f64,
     /// Sum of weight times squared distance.
@@ -35,11 +38,11 @@ pub(crate) struct Sums {
 }
 
 impl Sums {
-    /// The sums of `points` points that are beyond the cut-off.
-    pub(crate) fn none(space: &Parameterization, points: usize, order: Order) -> Self {
+    /// The sums of points beyond the cut-off whose prior weights sum up to `weight`.
+    pub(crate) fn none(space: &Parameterization, weight: f64, order: Order) -> Self {
         let n = space.model.parameters().len() + 6;
         Self {
-            loss: points as f64,
+            loss: weight,
             gradient: if order == Order::Value { Vec::new() } else { vec![0.0; n] },
             normal: if order == Order::Normal { vec![0.0; n * n] } else { Vec::new() },
             patches: vec![PatchSum::default(); space.model.parts().len()],
@@ -48,8 +51,8 @@ impl Sums {
 }
 
 impl Objective<'_> {
-    /// The evaluation from the sums of all chunks, which have `points` points in all.
-    pub(crate) fn total(&self, sums: &[Sums], points: f64, at: &Estimate, order: Order, absent: usize) -> Evaluation {
+    /// The evaluation from the sums of all chunks, whose points have prior weights of `weight` in all.
+    pub(crate) fn total(&self, sums: &[Sums], weight: f64, at: &Estimate, order: Order, absent: usize) -> Evaluation {
         let n = self.space.model.parameters().len() + 6;
         let mut gradient = DVector::zeros(n);
         let mut normal = DMatrix::zeros(n, n);
@@ -64,15 +67,17 @@ impl Objective<'_> {
                 *h += s;
             }
             for (p, s) in patches.iter_mut().zip(&sum.patches) {
+                p.points += s.points;
                 p.inliers += s.inliers;
                 p.d2 += s.d2;
+                p.near += s.near;
                 p.weight += s.weight;
                 p.weighted_d2 += s.weighted_d2;
                 p.facing += s.facing;
             }
         }
-        let scale = 2.0 / (self.loss.sigma * self.loss.sigma * points);
-        let value = loss / points;
+        let scale = 2.0 / (self.loss.sigma * self.loss.sigma * weight);
+        let value = loss / weight;
         if order == Order::Value {
             let (gradient, normal) = (DVector::zeros(0), DMatrix::zeros(0, 0));
             return Evaluation { value, gradient, normal, patches, absent };
@@ -93,14 +98,16 @@ impl Objective<'_> {
     pub(crate) fn add_patch(&self, instance: &dyn Instance, matched: &Matched, order: Order, sums: &mut Sums) {
         let half2 = self.loss.half().powi(2);
         let part = &mut sums.patches[matched.patch];
-        for ((foot, point), PointLoss { value, weight, .. }) in
+        for ((foot, point), PointLoss { prior, value, weight, .. }) in
             matched.feet.iter().zip(&matched.points).zip(&matched.losses)
         {
-            sums.loss += value - 1.0;
+            sums.loss += value - prior;
             if foot.d2 < half2 {
-                part.inliers += 1.0;
-                part.d2 += foot.d2;
+                part.points += 1.0;
+                part.inliers += prior;
+                part.d2 += prior * foot.d2;
             }
+            part.near += weight / prior.max(f64::MIN_POSITIVE);
             part.weight += weight;
             part.weighted_d2 += weight * foot.d2;
             part.facing += weight * foot.normal.normalize_or_zero().dot(point.normal);

@@ -11,9 +11,10 @@ use crate::fit::problem::sides::Sides;
 /// would lead back to it by detours over samples of the points, which end elsewhere by a tenth of a standard deviation.
 pub(crate) fn converged(level: &Level, from: &Estimate) -> Option<Guess> {
     let problem = level.problem;
-    let FitOptions { start, fixed, equal, sigma, loss: kind, .. } = problem.options;
+    let FitOptions { start, fixed, equal, sigma, loss: kind, weights, .. } = problem.options;
     let end = problem.converged()?;
-    let same_options = start.is_empty() && fixed.is_empty() && equal.is_empty() && sigma.is_none() && *kind == end.loss;
+    let same_objective = sigma.is_none() && *kind == end.loss && *weights == end.weights;
+    let same_options = start.is_empty() && fixed.is_empty() && equal.is_empty() && same_objective;
     let there = level.space.estimate(&problem.start.x, problem.start_motion());
     if !(same_options && there == *from && end.sigma > 0.0) {
         return None;

@@ -151,7 +151,8 @@ fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     let loss = guess.loss;
     let objective = Objective { signs: Some(&guess.signs), ..level.objective(points, loss) };
     let Ok(placed) = objective.place(&guess.estimate) else { return loss };
-    let mut distances: Vec<f64> = objective.feet(&placed).iter().map(|(_, f)| f.d2.sqrt()).collect();
+    let mut distances: Vec<(f64, f64)> =
+        objective.feet(&placed).iter().map(|(i, f)| (f.d2.sqrt(), points.prior(*i))).collect();
     let problem = level.problem;
     let spread =
         robust_deviation(&mut distances, loss.cutoff()).max(problem.scan.noise).max(LEAST_SPREAD * problem.radius);

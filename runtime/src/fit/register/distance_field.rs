@@ -100,10 +100,10 @@ impl DistanceField {
     fn step(&self, points: &Points, loss: Loss, at: &Isometry, centre: DVec3) -> (f64, Option<Vector6<f64>>) {
         let inverse = at.rotation.inverse();
         let (mut sum, mut normal, mut gradient) = (0.0, Matrix6::zeros(), Vector6::zeros());
-        for p in &points.position {
+        for (i, p) in points.position.iter().enumerate() {
             let q = inverse * (*p - at.translation);
             let (d, slope) = self.at(q);
-            let PointLoss { value, weight, .. } = loss.at(d * d);
+            let PointLoss { value, weight, .. } = loss.at(d * d).times(points.prior(i));
             sum += value;
             // Moving the model by (a, w) moves the point by -(a + w x (q - c)) in the model's frame.
             let turn = (q - centre).cross(slope);
@@ -114,7 +114,7 @@ impl DistanceField {
         for k in 0..6 {
             normal[(k, k)] = normal[(k, k)] * FIELD_DAMPING + f64::MIN_POSITIVE;
         }
-        (sum / points.len().max(1) as f64, normal.cholesky().map(|factor| -factor.solve(&gradient)))
+        (sum / points.weight(), normal.cholesky().map(|factor| -factor.solve(&gradient)))
     }
 }
 

@@ -67,9 +67,13 @@ pub(crate) fn loss_ratio(objective: &Objective, at: &Estimate, explained: &[bool
     let placed = objective.place(at).ok()?;
     let losses = objective.losses(&placed);
     let mean = |side: bool| {
-        let chosen = losses.iter().zip(explained).filter(|(_, e)| **e == side).map(|(p, _)| *p);
-        let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), p| (sum + p, count + 1.0));
-        sum / f64::max(count, 1.0)
+        let chosen = (0..losses.len()).filter(|i| explained[*i] == side);
+        let add = |(sum, weight): (f64, f64), i| {
+            let prior = objective.points.prior(i);
+            (sum + prior * losses[i], weight + prior)
+        };
+        let (sum, weight) = chosen.fold((0.0, 0.0), add);
+        if weight > 0.0 { sum / weight } else { 0.0 }
     };
     Some(mean(false) / mean(true))
 }
@@ -91,21 +95,22 @@ pub(crate) fn rest(objective: &Objective, at: &Estimate, group: &Group) -> Optio
     let radius = objective.space.radius;
     let half2 = objective.loss.half().powi(2);
     let mut explained = vec![false; objective.points.len()];
-    let (mut gram, mut count) = (Matrix6::zeros(), 0);
+    let (mut gram, mut count, mut weight) = (Matrix6::zeros(), 0, 0.0);
     for (i, foot) in objective.feet(&placed) {
         if foot.d2 < half2 {
             explained[i] = true;
             let n = foot.normal.normalize_or_zero();
             let turn = (foot.point - centre).cross(n) / radius;
             let row = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
-            gram += row * row.transpose();
+            gram += row * row.transpose() * objective.points.prior(i);
+            weight += objective.points.prior(i);
             count += 1;
         }
     }
     if count < AXIS_POINTS || !objective.space.moving {
         return Some(Rest { explained, axis: None });
     }
-    let eigen = SymmetricEigen::new(gram / f64::from(count));
+    let eigen = SymmetricEigen::new(gram / weight);
     let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < AXIS_EIGENVALUE).find_map(|k| {
         let e = eigen.eigenvectors.column(k);
         let turn = DVec3::new(e[3], e[4], e[5]) / radius;

@@ -10,7 +10,7 @@ use crate::fit::problem::isometry::{Isometry, random_rotation, rotations};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Order;
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::problem::points::{Points, mean};
+use crate::fit::problem::points::Points;
 use crate::fit::tuning::{
     ALIGNED_AGAIN, ALIGNMENT_FEW, ALIGNMENT_POINTS, ALIGNMENT_SCALE, CAPTURED, COMPARED, FINE, GLOBAL_RUNGS, HOPELESS,
     NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
@@ -56,7 +56,7 @@ pub(crate) fn near(level: &Level, seeds: &Seeds, searched: bool) -> (Candidate, 
 /// The share of points near a candidate, by a scale of the loss.
 fn inlier_ratio(level: &Level, points: &Points, scale: f64, at: &Candidate) -> f64 {
     let evaluation = objective(level, points, scale, None).evaluate(&at.estimate, Order::Value);
-    evaluation.map_or(0.0, |e| e.inliers() / points.len().max(1) as f64)
+    evaluation.map_or(0.0, |e| e.inliers() / points.weight())
 }
 
 fn plan<'s>(level: &'s Level<'s>, seeds: &'s Seeds, points: &'s Points, span: (f64, f64)) -> Restart<'s> {
@@ -109,7 +109,7 @@ fn orientations(level: &Level, shape: &Estimate) -> Vec<Candidate> {
     let turn = random_rotation(level.problem.options.seed);
     let mut motions = vec![shape.motion];
     let turned = rotations(ORIENTATIONS).into_iter();
-    motions.extend(turned.map(|r| Isometry::taking(turn * r, centre, mean(&points.position))));
+    motions.extend(turned.map(|r| Isometry::taking(turn * r, centre, points.mean())));
     // Few points tell the hopeless orientations.
     let aligned = align(motions, &few);
     align(aligned.into_iter().take(ALIGNED_AGAIN).map(|c| c.estimate.motion).collect(), &points)

@@ -17,7 +17,8 @@ pub(crate) fn propose(level: &Level, start: &Estimate) -> Vec<Estimate> {
         return Vec::new();
     }
     let ranges: Vec<(f64, f64)> = (0..dim).map(|k| level.space.search_range(k, start.z[k], problem.radius)).collect();
-    let scanned = distances(&problem.thin.sample(D2_POINTS).position, problem.radius);
+    let sample = problem.thin.sample(D2_POINTS);
+    let scanned = distances(&sample.position, |i| sample.prior(i), problem.radius);
     let draw = |i: usize| {
         let unit: Vec<f64> = (0..dim).map(|n| halton(i, n)).collect();
         let z: Vec<f64> = unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
@@ -52,16 +53,17 @@ impl Proposal {
 /// A cumulative distribution of distances.
 type Distribution = [f64; D2_BINS];
 
-/// The distribution of the distances between points; bins are scaled by `radius` (millimetres).
-fn distances(points: &[DVec3], radius: f64) -> Distribution {
+/// The distribution of the distances between points, which have prior weights; bins are scaled by `radius`
+/// (millimetres).
+fn distances(points: &[DVec3], prior: impl Fn(usize) -> f64, radius: f64) -> Distribution {
     let mut counts = [0.0; D2_BINS];
     let width = D2_SPAN * radius / D2_BINS as f64;
     for (i, a) in points.iter().enumerate() {
-        for b in &points[..i] {
-            counts[((a.distance(*b) / width) as usize).min(D2_BINS - 1)] += 1.0;
+        for (j, b) in points[..i].iter().enumerate() {
+            counts[((a.distance(*b) / width) as usize).min(D2_BINS - 1)] += prior(i) * prior(j);
         }
     }
-    let total: f64 = counts.iter().sum::<f64>().max(1.0);
+    let total: f64 = counts.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let mut sum = 0.0;
     counts.map(|c| {
         sum += c / total;
@@ -78,7 +80,7 @@ fn of_model(level: &Level, z: &[f64]) -> Option<Distribution> {
     let model = level.problem.model;
     let instance = model.instantiate(&level.space.x(z)?).ok()?;
     let points = surface_points(model.parts().len(), &*instance);
-    (points.len() > 2).then(|| distances(&points, level.problem.radius))
+    (points.len() > 2).then(|| distances(&points, |_| 1.0, level.problem.radius))
 }
 
 /// About `D2_POINTS` points of the surface, even by area.

@@ -55,6 +55,19 @@ fn the_gradient_of_the_objective_agrees_with_differences() {
 }
 
 #[test]
+fn the_gradient_of_weighted_points_agrees_with_differences() {
+    let model = simple(Simple::Torus, &[40.0, 12.0]);
+    let scan = super::cup::scan_of(&simple(Simple::Torus, &[43.0, 14.0]), &[43.0, 14.0], 0.1, 2000, 2);
+    let (options, monitor) = (FitOptions::default(), Monitor::default());
+    let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    let priors = (0..problem.points.len()).map(|i| 0.1 + (i % 7) as f64).collect();
+    let points = problem.points.clone().with_priors(priors);
+    let objective = Objective { tolerance: 1e-8, ..level.objective(&points, Loss::welsch(6.0)) };
+    compare(&objective, &[40.0, 12.0], Isometry::IDENTITY);
+}
+
+#[test]
 fn the_gradient_pulled_back_to_another_estimate_agrees_with_differences() {
     let model = cup();
     let scan = synthetic(0.3, 3000, 4);

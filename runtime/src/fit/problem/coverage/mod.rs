@@ -8,7 +8,7 @@ mod visible;
 
 use crate::fit::correspond::foot::Foot;
 use crate::fit::problem::isometry::Isometry;
-use crate::fit::problem::loss::{Loss, PointLoss};
+use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Correspondence, Evaluation, Matched, Objective, Order, Placed};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::sums::{Sums, add_scaled};
@@ -84,7 +84,7 @@ impl<'a> Coverage<'a> {
             .chunks()
             .into_par_iter()
             .map(|(places, range)| {
-                let mut sums = Sums::none(objective.space, 0, order);
+                let mut sums = Sums::none(objective.space, 0.0, order);
                 match self.stretch(&*placed.instance, &at.motion, places, range.clone()) {
                     Some(stretch) => {
                         sums.loss += stretch.lost + stretch.matched.losses.iter().map(|l| l.value).sum::<f64>();
@@ -104,8 +104,8 @@ impl<'a> Coverage<'a> {
     pub(crate) fn information(&self, objective: &Objective, at: &Estimate) -> Option<Information> {
         let placed = objective.place(at).ok()?;
         let total = objective.space.model.parameters().len() + 6;
-        // A point's share in the objective is 2 / (sigma^2 N).
-        let ratio = (objective.loss.sigma / self.loss.sigma).powi(2) * objective.points.len() as f64 / self.count;
+        // A point's share in the objective is 2 / sigma^2 over the sum of the prior weights.
+        let ratio = (objective.loss.sigma / self.loss.sigma).powi(2) * objective.points.weight() / self.count;
         let objective = objective.with_loss(self.loss);
         let zero = || DMatrix::zeros(total, total);
         let mut information = Information { bread: zero(), weighted: zero(), meat: zero() };
@@ -181,11 +181,9 @@ impl<'a> Coverage<'a> {
             };
             let back = motion.rotation.inverse() * direction * distance;
             let uv = [u[i], v[i]];
-            let PointLoss { value, weight, curvature } = self.loss.at(distance * distance);
             matched.points.push(Correspondence { index: i, patch: places.patch as u32, uv, q: point - back, normal });
             matched.feet.push(Foot { uv, point, normal, d2: distance * distance });
-            let scaled = PointLoss { value: share * value, weight: share * weight, curvature: share * curvature };
-            matched.losses.push(scaled);
+            matched.losses.push(self.loss.at(distance * distance).times(share));
             elements.push(element);
         }
         Some(Stretch { matched, elements, lost })
