@@ -59,7 +59,7 @@ fn by_noise(solution: &Solution, uncertainty: &Uncertainty) -> Option<DVector<f6
     }
     let mean = sum / (2 * BIAS_PAIRS) as f64;
     // The objective is the mean of losses, the sandwich is of their sum times sigma^2 / 2.
-    let count = problem.points.len() as f64 * near.len() as f64 / sample.len() as f64;
+    let count = problem.points.weight() * near.weight() / sample.weight();
     Some(-(&uncertainty.inverse * mean) * (0.5 * loss.sigma.powi(2) * count))
 }
 
