@@ -17,6 +17,7 @@ mod raw;
 mod stl;
 #[cfg(test)]
 mod tests;
+mod thinned;
 mod unit;
 
 pub use error::{ScanError, ScanFault};
@@ -27,6 +28,7 @@ pub use unit::{Unit, UnknownUnit};
 use crate::mesh::TriangleMesh;
 use clean::Cleaned;
 use format::Format;
+use normals::OverNeighbourhoods;
 use raw::{Crossing, RawMesh};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -160,14 +162,41 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
 }
 
 fn finish(raw: RawMesh, unit: Unit, mut source: ScanSource) -> Result<Scan, ScanFault> {
-    let Cleaned { mesh, oriented, turned } = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
+    let given = !raw.normals.is_empty() || !raw.corner_normals.is_empty();
+    let Cleaned { mut mesh, mut oriented, turned } = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
-    let noise = noise::estimate(&mesh, oriented);
-    let warning =
-        "the triangles face away from the vertex normals of the same file: they were turned to agree with these";
-    let warnings = turned.then(|| warning.to_owned()).into_iter().collect();
-    Ok(Scan { mesh, oriented, source, noise, warnings })
+    let mut warnings = Vec::new();
+    if turned {
+        warnings.push(
+            "the triangles face away from the vertex normals of the same file: they were turned to agree with these"
+                .to_owned(),
+        );
+    }
+    let mut agree = normals::agree(&mesh);
+    if given && !agree && !mesh.triangles.is_empty() {
+        let of_triangles = mesh.vertex_normals();
+        let from_file = std::mem::replace(&mut mesh.normals, of_triangles);
+        agree = normals::agree(&mesh);
+        if agree {
+            warnings.push("the file's normals point anywhere: those of its triangles count instead".to_owned());
+        } else {
+            mesh.normals = from_file;
+        }
+    }
+    let noise = noise::estimate(&mesh, oriented && agree);
+    if noise.is_thick || oriented && !agree {
+        let OverNeighbourhoods { normals, sided } = normals::over_neighbourhoods(&mesh, noise.one_in);
+        mesh.normals = normals;
+        if oriented && !sided {
+            oriented = false;
+            let what = if given { "normals of the file" } else { "triangles" };
+            warnings.push(format!(
+                "the {what} face any way: they are ignored, and a point belongs to the nearest surface, whichever way it faces"
+            ));
+        }
+    }
+    Ok(Scan { mesh, oriented, source, noise: noise.deviation, warnings })
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, ScanFault> {
