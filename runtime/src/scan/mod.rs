@@ -25,7 +25,7 @@ pub(crate) use neighbours::Neighbours;
 pub(crate) use outliers::outliers;
 pub use unit::{Unit, UnknownUnit};
 
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, retain_marked};
 use clean::Cleaned;
 use format::Format;
 use normals::OverNeighbourhoods;
@@ -59,6 +59,46 @@ pub struct Scan {
 }
 
 impl Scan {
+    /// The vertices that are marked, and the triangles whose corners all are. Not from a file of its own.
+    #[must_use]
+    pub(crate) fn part(&self, kept: &[bool]) -> Self {
+        let mut mesh = TriangleMesh { groups: Vec::new(), ..self.mesh.clone() };
+        let mut number = 0;
+        let numbers: Vec<Option<u32>> = kept
+            .iter()
+            .map(|kept| {
+                number += u32::from(*kept);
+                kept.then(|| number - 1)
+            })
+            .collect();
+        mesh.triangles = mesh
+            .triangles
+            .iter()
+            .filter_map(|t| {
+                let [a, b, c] = t.map(|corner| numbers[corner as usize]);
+                Some([a?, b?, c?])
+            })
+            .collect();
+        retain_marked(&mut mesh.positions, kept);
+        retain_marked(&mut mesh.normals, kept);
+        let points = mesh.positions.len();
+        let source =
+            ScanSource { sha256: String::new(), points, triangles: mesh.triangles.len(), ..self.source.clone() };
+        let noise = noise::estimate(&mesh, self.oriented).deviation;
+        Self { mesh, source, noise, warnings: Vec::new(), oriented: self.oriented }
+    }
+
+    /// Its mirror image: x is turned round.
+    #[must_use]
+    pub(crate) fn mirrored(&self) -> Self {
+        let mut mirrored = self.clone();
+        let lists = [&mut mirrored.mesh.positions, &mut mirrored.mesh.normals];
+        lists.into_iter().flatten().for_each(|[x, ..]| *x = -*x);
+        mirrored.mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        mirrored.source.sha256 = String::new();
+        mirrored
+    }
+
     /// The same with its other side out.
     #[must_use]
     pub(crate) fn turned(&self) -> Self {

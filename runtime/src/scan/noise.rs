@@ -27,7 +27,7 @@ use rayon::prelude::*;
 /// The number of vertices that are predicted: the estimate's own error is then below one per cent.
 const SAMPLES: usize = 20_000;
 /// The number of neighbours that predict a vertex.
-const NEAREST: usize = 24;
+const NEAREST: usize = 14;
 /// The fewest neighbours that determine a quadric and leave something over to judge it by: it has six coefficients.
 const FEWEST: usize = 8;
 /// The fewest predicted vertices whose median is an estimate.

@@ -7,6 +7,7 @@ pub(crate) mod bootstrap;
 pub(crate) mod compare;
 mod convergence;
 mod meat;
+pub(crate) mod misfit;
 pub(crate) mod sandwich;
 mod significance;
 mod sums;

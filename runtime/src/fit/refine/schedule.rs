@@ -17,7 +17,7 @@ use crate::fit::register::restart::{Restart, Scope, restart};
 use crate::fit::tuning::{
     ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, CHORD, FOOT_TOLERANCE,
     INLIER_DEVIATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED, SQUARED_STEP,
-    SQUARED_TOLERANCE, THIN_POINTS,
+    SQUARED_TOLERANCE, THIN_POINTS, WIDEST_NOISE,
 };
 use std::sync::Arc;
 
@@ -146,17 +146,17 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
 
 /// The scale that the residuals suggest: the loss is 1/2 (\[VA\] sect. 3) at three robust standard
 /// deviations of the distances, which hold both the noise and what the model's family cannot follow. Never above the
-/// present scale, and never below the noise's.
+/// present scale, except for the noise's, below which it never is.
 fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     let loss = guess.loss;
     let objective = Objective { signs: Some(&guess.signs), ..level.objective(points, loss) };
     let Ok(placed) = objective.place(&guess.estimate) else { return loss };
     let mut distances: Vec<f64> = objective.feet(&placed).iter().map(|(_, f)| f.d2.sqrt()).collect();
     let problem = level.problem;
-    let spread =
-        robust_deviation(&mut distances, loss.cutoff()).max(problem.scan.noise).max(LEAST_SPREAD * problem.radius);
-    let next = Loss::with_half_at(loss.kind, INLIER_DEVIATIONS * spread);
-    Loss::welsch(next.sigma.min(loss.sigma).max(SCALE_FASTEST * loss.sigma))
+    let spread = robust_deviation(&mut distances, loss.cutoff()).max(LEAST_SPREAD * problem.radius);
+    let sigma = |spread: f64| Loss::with_half_at(loss.kind, INLIER_DEVIATIONS * spread).sigma;
+    let noise = sigma(problem.scan.noise).min(WIDEST_NOISE * problem.radius);
+    Loss::welsch(sigma(spread).min(loss.sigma).max(SCALE_FASTEST * loss.sigma).max(noise))
 }
 
 /// The distance to which feet are exact at the final scale. Millimetres. Least squares is for those who want every
