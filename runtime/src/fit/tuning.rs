@@ -331,7 +331,7 @@ pub(crate) const ANNEALING_START: f64 = 0.05;
 pub(crate) const ANNEALING_LEVELS: usize = 6;
 pub(crate) const ANNEALING_ITERATIONS: u32 = 12;
 pub(crate) const ANNEALING_STEP: f64 = 1e-3;
-/// The largest scale (radii) that noise alone makes: beyond it whole parts are outliers or not together.
+/// The largest distance (radii) of an inlier that noise alone makes: beyond it whole parts are inliers or outliers.
 pub(crate) const WIDEST_NOISE: f64 = 0.2;
 /// A scale is final if the next one is larger than this part of it; no level goes down farther than by the second
 /// factor.
