@@ -1,6 +1,7 @@
 //! The built command, end to end. There is one test binary, because linking each takes long.
 
 mod architecture;
+mod awkward;
 mod command;
 mod diagnostics;
 mod documentation;

@@ -8,7 +8,9 @@
 //! - `register`: global registration, which finds where to begin.
 //! - `refine`: local refinement from coarse to fine.
 //! - `infer`: standard deviations, tests, comparisons.
+//! - `scene`: what else the scan shows than the object.
 
+mod attempt;
 mod correspond;
 mod infer;
 mod monitor;
@@ -22,6 +24,7 @@ mod report;
 mod result;
 mod room;
 mod sampling;
+mod scene;
 mod search;
 mod start;
 mod tuning;
@@ -43,9 +46,8 @@ pub use search::{Evidence, InputValues, SearchError, Selected, search};
 use crate::model::Model;
 use crate::progress::Progress;
 use crate::scan::Scan;
-use monitor::Monitor;
-use problem::Problem;
-use refine::solve::solve;
+use attempt::attempt;
+use scene::Scene;
 
 /// Fits a model to a scan. The scan's frame is the script's: a script with pose parameters gets them, one without gets
 /// a pose beside its parameters.
@@ -60,9 +62,6 @@ pub fn fit(
     options: &FitOptions,
     progress: &dyn Progress,
 ) -> Result<FitResult, FitError> {
-    let monitor = Monitor::of_stages(progress, plan::whole(options));
-    let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
-    problem::extent::warn(&problem);
-    let solution = solve(&problem)?;
-    Ok(report::result(infer::infer(solution)))
+    let first = attempt(model, scan, options, progress)?;
+    Ok(Scene { model, scan, options, progress }.explain(first))
 }

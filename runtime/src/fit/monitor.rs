@@ -5,7 +5,7 @@ use crate::progress::{Piece, Progress, Silent};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 /// The objective after a step of an optimiser.
@@ -53,6 +53,8 @@ pub(crate) struct Monitor<'a> {
     position: Mutex<Position>,
     /// Evaluations of the objective.
     pub(crate) evaluations: AtomicU64,
+    /// The scan is many times smaller or larger than the model where the fit began.
+    pub(crate) out_of_proportion: AtomicBool,
     trace: Mutex<Vec<TracePoint>>,
     warnings: Mutex<Vec<String>>,
     seconds: Mutex<BTreeMap<String, f64>>,
@@ -72,6 +74,7 @@ impl<'a> Monitor<'a> {
             stages,
             position: Mutex::default(),
             evaluations: AtomicU64::new(0),
+            out_of_proportion: AtomicBool::new(false),
             trace: Mutex::default(),
             warnings: Mutex::default(),
             seconds: Mutex::default(),

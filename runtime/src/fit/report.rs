@@ -1,26 +1,27 @@
 //! Turns a solution into the result: values, standard deviations, warnings.
 
+use crate::fit::infer::misfit::{self, Residual};
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
-use crate::fit::problem::Problem;
 use crate::fit::problem::free_space::FreeSpace;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::sides::Sides;
+use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
 use crate::fit::room::shown;
 use crate::fit::tuning::{
-    BIASED, CONTRADICTED, EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE,
+    BIASED, CONTRADICTED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN,
     NAMED,
 };
 use gml_compiler::program::Part;
 use nalgebra::DVector;
 
-/// The result of a fit.
-pub(crate) fn result(inference: Inference) -> FitResult {
+/// The result of a fit; `residuals` are those of its inliers.
+pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> FitResult {
     let Inference { solution, uncertainty, tests, bootstrap } = inference;
     let solution = &solution;
     let Level { problem, space, .. } = &solution.level;
@@ -70,17 +71,12 @@ pub(crate) fn result(inference: Inference) -> FitResult {
     warn(problem, &parameters, &solution.evaluation, &deviations);
     if inliers < EXPLAINED * weight {
         monitor.warn(format!(
-            "only {:.0} % of the scan's points lie near the model: it does not explain this scan, or the fit has failed",
+            "only {:.0} % of the scan's points lie near the model: the scan shows much else or another object, or the fit has failed",
             100.0 * inliers / weight
         ));
     }
     let rms = (d2 / inliers.max(f64::MIN_POSITIVE)).sqrt();
-    if rms > FOREIGN_NOISE * problem.scan.noise && rms > FOREIGN_RADIUS * problem.radius {
-        monitor.warn(format!(
-            "what lies near the model is {rms:.3} mm off (root mean square), {:.0} times the scan's noise: no model of this family has the scan's shape, or the fit has failed",
-            rms / problem.scan.noise.max(1e-9 * problem.radius)
-        ));
-    }
+    warn_of_pattern(problem, residuals, rms);
     let interrupted = monitor.cancelled();
     if interrupted {
         monitor.warn("interrupted: this is the best that was found until then, not a finished fit");
@@ -114,6 +110,7 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         coverage,
         contradicted,
         search: None,
+        degenerate: extent::degenerate(problem).is_some(),
         seconds,
         warnings,
         loss: solution.loss.kind,
@@ -121,6 +118,23 @@ pub(crate) fn result(inference: Inference) -> FitResult {
         interrupted,
         trace,
     }
+}
+
+/// Warns where the residuals, `rms` (millimetres) in all, have a pattern that is not noise.
+fn warn_of_pattern(problem: &Problem, residuals: Option<&[Residual]>, rms: f64) {
+    let Some(correlation) = residuals.and_then(misfit::correlation) else { return };
+    let pattern = rms * correlation.sqrt();
+    if pattern < LEAST_PATTERN * problem.radius {
+        return;
+    }
+    let failed = if pattern > FOREIGN_RADIUS * problem.radius {
+        ": no model of this family has it, or the fit has failed"
+    } else {
+        ""
+    };
+    problem.monitor.warn(format!(
+        "the model does not have the scan's shape{failed}: of the {rms:.3} mm (root mean square) by which what lies near it is off, {pattern:.3} mm are a pattern and no noise (correlation of neighbours {correlation:.2})"
+    ));
 }
 
 /// The model's surface that stands in empty space, by part, with a warning where that is more than a few places.
@@ -280,13 +294,15 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
             monitor.warn(format!("the scan hardly determines `{}` (standard deviation {sd:.3} mm)", p.name));
         }
     }
-    for (part, sum) in problem.model.parts().iter().zip(&evaluation.patches) {
-        if sum.points < HARDLY_ANY_POINTS {
-            monitor.warn(format!(
-                "almost no point of the scan belongs to `{}`: what only shapes it is not determined",
-                part.name
-            ));
-        }
+    let hidden =
+        problem.model.parts().iter().zip(&evaluation.patches).filter(|(_, sum)| sum.points < HARDLY_ANY_POINTS);
+    let hidden: Vec<String> = hidden.map(|(part, _)| format!("`{}`", part.name)).collect();
+    if !hidden.is_empty() {
+        let them = if hidden.len() > 1 { "them" } else { "it" };
+        let hidden = hidden.join(", ");
+        monitor.warn(format!(
+            "almost no point of the scan belongs to {hidden}: what only shapes {them} is not determined"
+        ));
     }
     if evaluation.absent > 0 {
         monitor.warn(format!("{} of the model's patches could not be evaluated", evaluation.absent));

@@ -57,6 +57,9 @@ pub struct FitResult {
     pub interrupted: bool,
     /// Whether the last stage met its criterion.
     pub converged: bool,
+    /// The scan has too few points for the unknowns, or they lie in a plane or on a line: a warning says which.
+    #[serde(default)]
+    pub degenerate: bool,
     /// The covariance of the parameters that are free and determined.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub covariance: Option<Covariance>,

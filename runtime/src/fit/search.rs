@@ -1,7 +1,7 @@
 //! Fits for every value of discrete inputs: no derivative leads from one value to the next, so that each is fitted, and
 //! Schwarz's criterion (BIC) selects one.
 
-use super::fit;
+use super::attempt::{Attempt, attempt};
 use super::infer::compare::{Rival, compare};
 use super::options::{FitError, FitOptions};
 use super::problem::rigid::pose_parameters;
@@ -91,8 +91,8 @@ pub fn search<M: Model>(
         let piece = fits.next(format!("{} ({} of {count})", named(&inputs), n + 1));
         let failure = match prepare(&inputs) {
             Err(why) => why,
-            Ok((model, options)) => match fit(&model, scan, &options, &piece) {
-                Ok(fit) => {
+            Ok((model, options)) => match attempt(&model, scan, &options, &piece) {
+                Ok(Attempt { result: fit, .. }) => {
                     candidates.push(Candidate { inputs, model, options, fit });
                     continue;
                 }
@@ -175,7 +175,7 @@ fn refit_best<M: Model>(candidates: &mut [Candidate<M>], scan: &Scan, fits: &mut
         }
         // If the other's shape does not exist with these inputs, there is nothing to try.
         let piece = fits.next(format!("{} again ({} of {count})", named(inputs), i + 1));
-        let Ok(again) = fit(model, scan, &options, &piece) else { continue };
+        let Ok(Attempt { result: again, .. }) = attempt(model, scan, &options, &piece) else { continue };
         let compared = compare(&[&*before, &again].map(|fit| Rival { model, fit }), scan)?;
         if compared.bic[1] < compared.bic[0] {
             *before = again;

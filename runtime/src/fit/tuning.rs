@@ -331,6 +331,8 @@ pub(crate) const ANNEALING_START: f64 = 0.05;
 pub(crate) const ANNEALING_LEVELS: usize = 6;
 pub(crate) const ANNEALING_ITERATIONS: u32 = 12;
 pub(crate) const ANNEALING_STEP: f64 = 1e-3;
+/// The largest distance (radii) of an inlier that noise alone makes: beyond it whole parts are inliers or outliers.
+pub(crate) const WIDEST_NOISE: f64 = 0.2;
 /// A scale is final if the next one is larger than this part of it; no level goes down farther than by the second
 /// factor.
 pub(crate) const SCALE_SETTLED: f64 = 0.9;
@@ -438,9 +440,16 @@ pub(crate) const BOOTSTRAP_TOLERANCE: f64 = 1e-4;
 
 /// A model explains a scan of which at least this share is near it.
 pub(crate) const EXPLAINED: f64 = 0.5;
-/// Residuals above this multiple of the noise and this many radii are not due to the scanner.
-pub(crate) const FOREIGN_NOISE: f64 = 5.0;
+/// A pattern of residuals above this many radii is not that of an object of the model's family with small faults.
 pub(crate) const FOREIGN_RADIUS: f64 = 0.015;
+/// Residuals have a pattern where neighbours' correlation is above the first number, and so many standard deviations of
+/// that of independent ones. A box that is sheared by 5 % has 0.4, fits of the right model have 0.03 at most.
+pub(crate) const CORRELATED: f64 = 0.2;
+pub(crate) const CORRELATION_CLEAR: f64 = 5.0;
+/// Cells (radii) of the walk in which neighbours are found, and the least pattern (radii) that is worth a warning: what
+/// is smaller is that of facets and of rounding.
+pub(crate) const WALK_STEP: f64 = 1e-3;
+pub(crate) const LEAST_PATTERN: f64 = 1e-3;
 /// Correlations beyond this are worth a warning.
 pub(crate) const INSEPARABLE: f64 = 0.999;
 /// Coordinates of an undetermined direction are named that have this part of its largest one.
@@ -458,6 +467,36 @@ pub(crate) const CONVINCING_INLIERS: f64 = 0.95;
 /// evidence.
 pub(crate) const SOME_EVIDENCE: f64 = 2.0;
 pub(crate) const STRONG_EVIDENCE: f64 = 10.0;
+
+// -------------------------------------------------------------------------------------------------------------- Scene
+
+/// The share of the points that nothing explains from which on a fit asks what they are: inliers of right fits are 94 %
+/// at least where the noise is ten times larger than the spacing.
+pub(crate) const REMAINDER: f64 = 0.1;
+/// The share of them that one reason must account for.
+pub(crate) const MOSTLY: f64 = 0.7;
+/// A piece of the scan, and a mirror image, is explained by a fit that has this share of its points.
+pub(crate) const PIECE_EXPLAINED: f64 = 0.8;
+pub(crate) const MIRRORED: f64 = 0.9;
+/// Another copy shows this part of the points of the first at least.
+pub(crate) const COPY_POINTS: f64 = 0.4;
+/// The most pieces that are fitted, the least points and the least share of the scan that one has; a plane with a
+/// larger share than the last may be what the object stands on.
+pub(crate) const PIECES: usize = 3;
+pub(crate) const PIECE_POINTS: usize = 100;
+pub(crate) const PIECE_SHARE: f64 = 0.03;
+pub(crate) const SUPPORT_SHARE: f64 = 0.3;
+/// Points of a scene that are clustered; neighbours of a point by which its density is judged; the share of the points
+/// that are as dense as the object; the factor on their reach.
+pub(crate) const SCENE_POINTS: usize = 30_000;
+pub(crate) const CLUSTER_NEIGHBOURS: usize = 8;
+pub(crate) const CLUSTER_DENSEST: f64 = 0.05;
+pub(crate) const CLUSTER_REACH: f64 = 1.6;
+/// Planes that are drawn, of which one in 37 lies on a plane with 30 % of the points; the points by which they are
+/// judged; half their thickness in standard deviations of the noise.
+pub(crate) const PLANE_DRAWS: usize = 400;
+pub(crate) const PLANE_SAMPLES: usize = 3000;
+pub(crate) const PLANE_NOISE: f64 = 3.0;
 
 // --------------------------------------------------------------------------------------------------------- Free space
 

@@ -4,10 +4,13 @@ use super::result::FitResult;
 use super::tuning::EXPLAINED;
 
 impl FitResult {
-    /// A sentence that says why the fit cannot be relied on; none if it converged and at least half of the scan's
-    /// points are inliers.
+    /// A sentence that says why the fit cannot be relied on; none if it converged, at least half of the scan's points
+    /// are inliers, and these are enough and not flat.
     #[must_use]
     pub fn shortcoming(&self) -> Option<String> {
+        if self.degenerate {
+            return Some("the scan has too few points, or too flat ones, to determine the model".to_owned());
+        }
         if !(self.inliers >= EXPLAINED) {
             let share = 100.0 * self.inliers;
             return Some(format!("the model explains {share:.0} % of the scan's points, fewer than half of them"));
@@ -27,5 +30,7 @@ mod tests {
         assert!(said(false, 0.9).is_some_and(|why| why.contains("converge")));
         assert!(said(true, 0.49).is_some_and(|why| why.contains("49 %")));
         assert!(said(true, f64::NAN).is_some());
+        let flat = FitResult { converged: true, inliers: 1.0, degenerate: true, ..FitResult::default() };
+        assert!(flat.shortcoming().is_some_and(|why| why.contains("flat")));
     }
 }

@@ -17,6 +17,7 @@ mod raw;
 mod stl;
 #[cfg(test)]
 mod tests;
+mod thinned;
 mod unit;
 
 pub use error::{ScanError, ScanFault};
@@ -24,9 +25,10 @@ pub(crate) use neighbours::Neighbours;
 pub(crate) use outliers::outliers;
 pub use unit::{Unit, UnknownUnit};
 
-use crate::mesh::TriangleMesh;
+use crate::mesh::{TriangleMesh, retain_marked};
 use clean::Cleaned;
 use format::Format;
+use normals::OverNeighbourhoods;
 use raw::{Crossing, RawMesh};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -57,6 +59,46 @@ pub struct Scan {
 }
 
 impl Scan {
+    /// The vertices that are marked, and the triangles whose corners all are. Not from a file of its own.
+    #[must_use]
+    pub(crate) fn part(&self, kept: &[bool]) -> Self {
+        let mut mesh = TriangleMesh { groups: Vec::new(), ..self.mesh.clone() };
+        let mut number = 0;
+        let numbers: Vec<Option<u32>> = kept
+            .iter()
+            .map(|kept| {
+                number += u32::from(*kept);
+                kept.then(|| number - 1)
+            })
+            .collect();
+        mesh.triangles = mesh
+            .triangles
+            .iter()
+            .filter_map(|t| {
+                let [a, b, c] = t.map(|corner| numbers[corner as usize]);
+                Some([a?, b?, c?])
+            })
+            .collect();
+        retain_marked(&mut mesh.positions, kept);
+        retain_marked(&mut mesh.normals, kept);
+        let points = mesh.positions.len();
+        let source =
+            ScanSource { sha256: String::new(), points, triangles: mesh.triangles.len(), ..self.source.clone() };
+        let noise = noise::estimate(&mesh, self.oriented).deviation;
+        Self { mesh, source, noise, warnings: Vec::new(), oriented: self.oriented }
+    }
+
+    /// Its mirror image: x is turned round.
+    #[must_use]
+    pub(crate) fn mirrored(&self) -> Self {
+        let mut mirrored = self.clone();
+        let lists = [&mut mirrored.mesh.positions, &mut mirrored.mesh.normals];
+        lists.into_iter().flatten().for_each(|[x, ..]| *x = -*x);
+        mirrored.mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        mirrored.source.sha256 = String::new();
+        mirrored
+    }
+
     /// The same with its other side out.
     #[must_use]
     pub(crate) fn turned(&self) -> Self {
@@ -160,14 +202,41 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
 }
 
 fn finish(raw: RawMesh, unit: Unit, mut source: ScanSource) -> Result<Scan, ScanFault> {
-    let Cleaned { mesh, oriented, turned } = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
+    let given = !raw.normals.is_empty() || !raw.corner_normals.is_empty();
+    let Cleaned { mut mesh, mut oriented, turned } = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
-    let noise = noise::estimate(&mesh, oriented);
-    let warning =
-        "the triangles face away from the vertex normals of the same file: they were turned to agree with these";
-    let warnings = turned.then(|| warning.to_owned()).into_iter().collect();
-    Ok(Scan { mesh, oriented, source, noise, warnings })
+    let mut warnings = Vec::new();
+    if turned {
+        warnings.push(
+            "the triangles face away from the vertex normals of the same file: they were turned to agree with these"
+                .to_owned(),
+        );
+    }
+    let mut agree = normals::agree(&mesh);
+    if given && !agree && !mesh.triangles.is_empty() {
+        let of_triangles = mesh.vertex_normals();
+        let from_file = std::mem::replace(&mut mesh.normals, of_triangles);
+        agree = normals::agree(&mesh);
+        if agree {
+            warnings.push("the file's normals point anywhere: those of its triangles count instead".to_owned());
+        } else {
+            mesh.normals = from_file;
+        }
+    }
+    let noise = noise::estimate(&mesh, oriented && agree);
+    if noise.is_thick || oriented && !agree {
+        let OverNeighbourhoods { normals, sided } = normals::over_neighbourhoods(&mesh, noise.one_in);
+        mesh.normals = normals;
+        if oriented && !sided {
+            oriented = false;
+            let what = if given { "normals of the file" } else { "triangles" };
+            warnings.push(format!(
+                "the {what} face any way: they are ignored, and a point belongs to the nearest surface, whichever way it faces"
+            ));
+        }
+    }
+    Ok(Scan { mesh, oriented, source, noise: noise.deviation, warnings })
 }
 
 fn load(path: &Path) -> Result<Vec<u8>, ScanFault> {

@@ -1,86 +1,111 @@
 //! How noisy a scan is: the spread of its vertices about a smooth surface through their neighbours.
 //!
-//! A vertex is predicted from its neighbours alone: they are seen from the plane that fits them best, and a quadric
+//! A vertex is predicted from its nearest neighbours: they are seen from the plane that fits them best, and a quadric
 //! z = c0 + c1 u + c2 v + c3 u^2 + c4 u v + c5 v^2 is fitted by least squares. If all have independent noise of SD s
 //! along the normal, the vertex's distance from the quadric has the variance s^2 (1 + h), where h is the prediction's
 //! leverage, the first diagonal element of the inverse normal matrix. Divided by sqrt(1 + h) every vertex is therefore
 //! a sample of s, whatever its neighbourhood; no calibration is needed. The median of their sizes, times 1.4826, is the
-//! estimate: edges, outliers and holes do not pull it. Noise that a scanner's software has smoothed is no longer
-//! independent from vertex to vertex, and is underestimated.
+//! estimate: edges, outliers and holes do not pull it.
+//!
+//! Neighbours are the nearest ones of the place below the vertex on that plane: those of the vertex itself would be
+//! like it. Where the noise is larger than the distances between vertices, the nearest ones are a ball out of a thick
+//! layer, and show no surface. Then the scan is thinned, until they reach farther than the layer is thick: the noise
+//! stays, the distances grow. Edges of triangles are of no use there, as they climb from end to end of the layer.
+//!
+//! Noise that a scanner's software has smoothed over more than such a neighbourhood is underestimated.
 
 use super::neighbours::Neighbours;
 use super::normals::least_variation;
 use super::outliers::outliers;
+use super::thinned::{Thinned, least_thinning};
 use crate::mesh::TriangleMesh;
 use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
 use nalgebra::{Cholesky, Matrix6, Vector6};
 use rayon::prelude::*;
 
-/// The number of vertices that are sampled: the estimate's own error is then below one per cent.
+/// The number of vertices that are predicted: the estimate's own error is then below one per cent.
 const SAMPLES: usize = 20_000;
-/// The number of neighbours of a point of a cloud.
-const NEAREST: usize = 20;
+/// The number of neighbours that predict a vertex.
+const NEAREST: usize = 14;
 /// The fewest neighbours that determine a quadric and leave something over to judge it by: it has six coefficients.
 const FEWEST: usize = 8;
-/// The most neighbours; where there are more, the mesh does not sample the surface evenly.
-const MOST: usize = 64;
 /// The fewest predicted vertices whose median is an estimate.
 const ENOUGH: usize = 20;
+/// Neighbourhoods show the surface that reach farther than so many standard deviations of the noise.
+const REACH: f64 = 4.0;
 
-/// The noise's standard deviation along the normal, in millimetres; 0 where there are too few vertices to tell.
-///
-/// `oriented` says whether the normals tell the sides of a thin wall from each other: without them a cloud's neighbours
-/// may lie on both sides, and the wall's thickness passes for noise.
-pub(super) fn estimate(mesh: &TriangleMesh, oriented: bool) -> f64 {
-    let mut deviations = if mesh.triangles.is_empty() { of_cloud(mesh, oriented) } else { of_mesh(mesh) };
-    if deviations.len() < ENOUGH {
-        return 0.0;
+/// The noise of a scan.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Noise {
+    /// Standard deviation along the normal, in millimetres; 0 where there are too few vertices to tell.
+    pub(super) deviation: f64,
+    /// The neighbourhoods of a scan that is thinned to one vertex in so many show the surface. 1 where none do.
+    pub(super) one_in: usize,
+    /// Those of all vertices, or of as many as are looked at, do not.
+    pub(super) is_thick: bool,
+}
+
+/// The noise. `sided` says whether the normals tell the sides of a thin wall from each other: without them a vertex's
+/// neighbours may lie on both sides, and the wall's thickness passes for noise.
+pub(super) fn estimate(mesh: &TriangleMesh, sided: bool) -> Noise {
+    let first = least_thinning(mesh);
+    let (mut finest, mut one_in) = (None, first);
+    while let Some(Level { deviation, reach }) = level(&Thinned::new(mesh, one_in), sided) {
+        if reach >= REACH * deviation {
+            return Noise { deviation, one_in, is_thick: one_in > first };
+        }
+        finest.get_or_insert(deviation);
+        one_in *= 2;
     }
-    median(&mut deviations).unwrap_or(0.0) * MAD_TO_SD
+    // Too few vertices, or no size of neighbourhood shows a surface.
+    Noise { deviation: finest.unwrap_or(0.0), one_in: 1, is_thick: false }
 }
 
-/// The sampled vertices, evenly from all.
-fn samples(mesh: &TriangleMesh) -> Vec<u32> {
-    let count = mesh.positions.len();
-    (0..count as u32).step_by(count.div_ceil(SAMPLES).max(1)).collect()
+/// The noise that neighbourhoods of some size show.
+struct Level {
+    /// Standard deviation along the normal. Millimetres.
+    deviation: f64,
+    /// Median distance of a vertex's farthest neighbour. Millimetres.
+    reach: f64,
 }
 
-fn of_mesh(mesh: &TriangleMesh) -> Vec<f64> {
-    let rings = Rings::new(mesh);
-    let of_vertex = |vertex: u32| deviation(&offsets(mesh, vertex, rings.two_rings(vertex as usize)?.into_iter()));
-    samples(mesh).into_par_iter().filter_map(of_vertex).collect()
-}
-
-fn of_cloud(mesh: &TriangleMesh, oriented: bool) -> Vec<f64> {
-    let tree = Neighbours::new(&mesh.positions);
-    let samples = samples(mesh);
-    let outliers = outliers(&tree, &mesh.positions, &samples);
+/// The noise by the neighbourhoods of a thinned scan; none where there are too few.
+fn level(thinned: &Thinned, sided: bool) -> Option<Level> {
+    let Thinned { positions, .. } = thinned;
+    let tree = Neighbours::new(positions);
+    let count = positions.len();
+    let samples: Vec<u32> = (0..count as u32).step_by(count.div_ceil(SAMPLES).max(1)).collect();
+    let outliers = outliers(&tree, positions, &samples);
     let of_vertex = |(vertex, outlier): (u32, bool)| {
-        if outlier {
-            return None;
-        }
-        let at = mesh.positions[vertex as usize];
-        if !oriented {
-            return deviation(&offsets(mesh, vertex, tree.nearest(at, NEAREST + 1).into_iter()));
-        }
-        let normal = |i: u32| DVec3::from(mesh.normals[i as usize]);
-        let alike = |i: &u32| normal(*i).dot(normal(vertex)) > 0.0;
-        let near = tree.nearest(at, 2 * NEAREST + 1).into_iter().filter(alike).take(NEAREST + 1);
-        deviation(&offsets(mesh, vertex, near))
+        let at = DVec3::from(positions[vertex as usize]);
+        let near = offsets(thinned, &tree, vertex, at, sided);
+        let normal = least_variation(&near).filter(|_| !outlier)?;
+        let height = normal.dot(near.iter().sum::<DVec3>()) / near.len() as f64;
+        let near = offsets(thinned, &tree, vertex, at + height * normal, sided);
+        Some((deviation(&near)?, near.last()?.length()))
     };
-    samples.into_par_iter().zip(outliers).filter_map(of_vertex).collect()
+    let (mut deviations, mut reaches): (Vec<f64>, Vec<f64>) =
+        samples.into_par_iter().zip(outliers).filter_map(of_vertex).unzip();
+    if deviations.len() < ENOUGH {
+        return None;
+    }
+    Some(Level { deviation: median(&mut deviations)? * MAD_TO_SD, reach: median(&mut reaches)? })
 }
 
-/// The vectors from a vertex to others.
-fn offsets(mesh: &TriangleMesh, vertex: u32, others: impl Iterator<Item = u32>) -> Vec<DVec3> {
-    let centre = DVec3::from(mesh.positions[vertex as usize]);
-    others.filter(|i| *i != vertex).map(|i| DVec3::from(mesh.positions[i as usize]) - centre).collect()
+/// The vectors from a vertex to the others that are nearest to `place`, nearest first.
+fn offsets(thinned: &Thinned, tree: &Neighbours, vertex: u32, place: DVec3, sided: bool) -> Vec<DVec3> {
+    let at = DVec3::from(thinned.positions[vertex as usize]);
+    let normal = |i: u32| DVec3::from(thinned.normals[i as usize]);
+    let near = tree.nearest(place.into(), if sided { 2 * NEAREST } else { NEAREST } + 1);
+    let alike = |i: &u32| *i != vertex && (!sided || normal(*i).dot(normal(vertex)) > 0.0);
+    let offset = |i: u32| DVec3::from(thinned.positions[i as usize]) - at;
+    near.into_iter().filter(alike).take(NEAREST).map(offset).collect()
 }
 
 /// Distance of the origin from a quadric through `offsets`, over the square root of its variance for unit noise.
 fn deviation(offsets: &[DVec3]) -> Option<f64> {
-    if !(FEWEST..=MOST).contains(&offsets.len()) {
+    if offsets.len() < FEWEST {
         return None;
     }
     let normal = least_variation(offsets)?;
@@ -106,57 +131,6 @@ fn deviation(offsets: &[DVec3]) -> Option<f64> {
     Some(distance / (1.0 + leverage).sqrt()).filter(|d| d.is_finite())
 }
 
-/// The triangles around every vertex.
-struct Rings<'a> {
-    triangles: &'a [[u32; 3]],
-    /// Those of vertex i are `around[start[i]..start[i + 1]]`.
-    start: Vec<usize>,
-    around: Vec<u32>,
-}
-
-impl<'a> Rings<'a> {
-    fn new(mesh: &'a TriangleMesh) -> Self {
-        let mut start = vec![0; mesh.positions.len() + 1];
-        for &vertex in mesh.triangles.iter().flatten() {
-            start[vertex as usize + 1] += 1;
-        }
-        for i in 1..start.len() {
-            start[i] += start[i - 1];
-        }
-        let mut next = start.clone();
-        let mut around = vec![0; 3 * mesh.triangles.len()];
-        for (t, triangle) in mesh.triangles.iter().enumerate() {
-            for &vertex in triangle {
-                around[next[vertex as usize]] = t as u32;
-                next[vertex as usize] += 1;
-            }
-        }
-        Self { triangles: &mesh.triangles, start, around }
-    }
-
-    /// Vertices at most two edges away; none where there are too many.
-    fn two_rings(&self, vertex: usize) -> Option<Vec<u32>> {
-        let mut found = self.one_ring(vertex)?;
-        for i in 0..found.len() {
-            found.extend(self.one_ring(found[i] as usize)?);
-        }
-        found.sort_unstable();
-        found.dedup();
-        Some(found)
-    }
-
-    fn one_ring(&self, vertex: usize) -> Option<Vec<u32>> {
-        let triangles = &self.around[self.start[vertex]..self.start[vertex + 1]];
-        if triangles.len() > MOST {
-            return None;
-        }
-        let mut ring: Vec<u32> = triangles.iter().flat_map(|&t| self.triangles[t as usize]).collect();
-        ring.sort_unstable();
-        ring.dedup();
-        Some(ring)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -166,7 +140,11 @@ mod tests {
 
     /// A torus of radii 40 and 15, vertices about 0.8 apart, moved along its normals by noise.
     fn noisy_torus(noise: f64) -> TriangleMesh {
-        let (m, n) = (320_usize, 120_usize);
+        torus(320, 120, noise)
+    }
+
+    /// One of so many rings of so many vertices.
+    fn torus(m: usize, n: usize, noise: f64) -> TriangleMesh {
         let mut random = ChaCha8Rng::seed_from_u64(11);
         let distribution = Normal::new(0.0, noise).unwrap();
         let mut mesh = TriangleMesh::default();
@@ -187,18 +165,26 @@ mod tests {
 
     #[test]
     fn known_noise_is_recovered() {
-        for noise in [0.05, 0.1, 0.3, 0.5] {
-            let mesh = noisy_torus(noise);
+        // Vertices are 0.39 apart.
+        for ratio in [0.05, 0.2, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 5.0] {
+            let noise = 0.39 * ratio;
+            let mesh = torus(640, 240, noise);
             let cloud = TriangleMesh { triangles: Vec::new(), ..mesh.clone() };
-            for (kind, found) in [("mesh", estimate(&mesh, true)), ("cloud", estimate(&cloud, false))] {
-                assert!((found / noise - 1.0).abs() < 0.15, "{kind}: {found} for {noise}");
+            for (kind, found) in [("mesh", estimate(&mesh, false)), ("cloud", estimate(&cloud, false))] {
+                let Noise { deviation, is_thick, .. } = found;
+                assert!((deviation / noise - 1.0).abs() < 0.15, "{kind}: {deviation} for {noise}");
+                assert!(ratio == 0.7 || is_thick == (ratio > 0.7), "{kind}: {found:?} for {noise}");
             }
         }
     }
 
+    fn with_normals(mesh: TriangleMesh) -> TriangleMesh {
+        TriangleMesh { normals: mesh.vertex_normals(), ..mesh }
+    }
+
     #[test]
     fn a_smooth_surface_has_none() {
-        assert!(estimate(&noisy_torus(0.0), true) < 0.005);
+        assert!(estimate(&with_normals(noisy_torus(0.0)), true).deviation < 0.005);
     }
 
     #[test]
@@ -207,7 +193,7 @@ mod tests {
         for position in mesh.positions.iter_mut().step_by(50) {
             position[2] += 10.0;
         }
-        let found = estimate(&mesh, true);
+        let found = estimate(&with_normals(mesh), true).deviation;
         assert!((0.15..0.4).contains(&found), "{found}");
     }
 
@@ -224,7 +210,7 @@ mod tests {
             cloud.positions.push([x + 0.3 * f64::from(k % 3), y + 0.3 * f64::from(k % 7), z]);
             cloud.normals.push([0.0, 0.0, 2.0 * up - 1.0]);
         }
-        let (apart, together) = (estimate(&cloud, true), estimate(&cloud, false));
+        let (apart, together) = (estimate(&cloud, true).deviation, estimate(&cloud, false).deviation);
         assert!((apart / 0.1 - 1.0).abs() < 0.2 && together > 0.3, "{apart}, {together}");
     }
 
@@ -235,15 +221,14 @@ mod tests {
         for _ in 0..cloud.positions.len() {
             cloud.positions.push(std::array::from_fn(|_| random.random_range(-90.0..90.0)));
         }
-        let found = estimate(&cloud, false);
+        let found = estimate(&cloud, false).deviation;
         assert!((found / 0.2 - 1.0).abs() < 0.2, "{found}");
     }
 
     #[test]
     fn too_little_says_nothing() {
-        let mut mesh = noisy_torus(0.2);
-        mesh.triangles.truncate(10);
-        assert_eq!(estimate(&mesh, true), 0.0);
-        assert_eq!(estimate(&TriangleMesh { positions: vec![[0.0; 3]; 3], ..TriangleMesh::default() }, false), 0.0);
+        let few = TriangleMesh { positions: noisy_torus(0.2).positions[..10].to_vec(), ..TriangleMesh::default() };
+        assert_eq!(estimate(&few, false), Noise { deviation: 0.0, one_in: 1, is_thick: false });
+        assert_eq!(estimate(&TriangleMesh { positions: vec![[0.0; 3]; 3], ..few }, false).deviation, 0.0);
     }
 }

@@ -1,13 +1,24 @@
-//! Vertex normals of files without normals.
+//! Vertex normals: of files without normals, and where those of a file or of its triangles point anywhere.
 
 use super::neighbours::Neighbours;
+use super::thinned::{Thinned, least_thinning};
 use crate::mesh::TriangleMesh;
+use crate::robust::median;
 use glam::DVec3;
 use nalgebra::{Const, Matrix3, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Neighbours from which a point's normal is found in a cloud.
 const NEIGHBOURS: usize = 16;
+/// Neighbours by which the normals of a scan are judged, and from which they are found where they are no good.
+const NEARBY: usize = 24;
+/// The number of vertices at which normals are judged.
+const JUDGED: usize = 5000;
+/// Normals agree where their mean along the surface's own is longer than this: 1 where they are exact, 0.2 of 24 random
+/// ones. Triangles whose noise is as large as their edges have 0.75.
+const AGREEMENT: f64 = 0.7;
+/// The side that neighbours' normals take together is no accident from so many standard deviations on.
+const SIDE_CLEAR: f64 = 3.0;
 
 /// Unit normals for all vertices: from the triangles, or in a cloud from the nearest points.
 pub(super) fn compute(mesh: &TriangleMesh) -> Vec<[f64; 3]> {
@@ -28,6 +39,67 @@ fn of_cloud(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
             if normal.dot(DVec3::from(p) - centre) < 0.0 { -normal } else { normal }.into()
         })
         .collect()
+}
+
+/// Whether the vertices' normals agree with each other and with the surface, at most places. Those of the two sides of
+/// a thin wall may be opposite.
+pub(super) fn agree(mesh: &TriangleMesh) -> bool {
+    let Thinned { positions, normals } = Thinned::new(mesh, least_thinning(mesh));
+    let tree = Neighbours::new(&positions);
+    let agreement = |at: &[f64; 3]| {
+        let near = tree.nearest(*at, NEARBY);
+        let points: Vec<DVec3> = near.iter().map(|i| DVec3::from(positions[*i as usize])).collect();
+        let across = least_variation(&points)?;
+        let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+        let (mut mean, mut sided) = (0.0, 0.0);
+        for (i, point) in near.iter().zip(&points) {
+            let along = DVec3::from(normals[*i as usize]).dot(across) / points.len() as f64;
+            mean += along;
+            sided += along * (*point - middle).dot(across).signum();
+        }
+        Some(f64::max(mean.abs(), sided.abs()))
+    };
+    let step = positions.len().div_ceil(JUDGED).max(1);
+    let mut agreements: Vec<f64> = positions.par_iter().step_by(step).filter_map(agreement).collect();
+    // Where there are hardly any vertices nothing speaks against them.
+    positions.len() <= NEARBY || median(&mut agreements).is_none_or(|agreement| agreement > AGREEMENT)
+}
+
+/// Normals from neighbourhoods.
+pub(super) struct OverNeighbourhoods {
+    /// Unit normals of all vertices.
+    pub(super) normals: Vec<[f64; 3]>,
+    /// The normals that there were, though any may be far off, take a side together at most places.
+    pub(super) sided: bool,
+}
+
+/// Normals from neighbourhoods that are larger than the noise: those of the scan thinned to one vertex in `one_in`.
+/// Their sides are those of most of the mesh's present normals near by.
+pub(super) fn over_neighbourhoods(mesh: &TriangleMesh, one_in: usize) -> OverNeighbourhoods {
+    let Thinned { positions, .. } = Thinned::new(mesh, one_in);
+    let tree = Neighbours::new(&positions);
+    let nearest = |p: &[f64; 3]| tree.nearest(*p, 1).first().map_or(0, |place| *place as usize);
+    let place: Vec<usize> = mesh.positions.par_iter().map(nearest).collect();
+    let mut sums = vec![(DVec3::ZERO, 0.0); positions.len()];
+    for (place, normal) in place.iter().zip(&mesh.normals) {
+        let (sum, count) = sums[*place];
+        sums[*place] = (sum + DVec3::from(*normal), count + 1.0);
+    }
+    let of_place = |at: &[f64; 3]| {
+        let near = tree.nearest(*at, NEARBY);
+        let points: Vec<DVec3> = near.iter().map(|i| DVec3::from(positions[*i as usize])).collect();
+        let across = least_variation(&points).unwrap_or(DVec3::Z);
+        let sums = near.iter().map(|i| sums[*i as usize]);
+        let (sum, count) = sums.fold((DVec3::ZERO, 0.0), |all, of| (all.0 + of.0, all.1 + of.1));
+        let side = across.dot(sum);
+        // The component of a random unit vector has the variance 1/3.
+        (if side < 0.0 { -across } else { across }, side.abs() / f64::max(count / 3.0, 1.0).sqrt())
+    };
+    let (normals, mut sides): (Vec<DVec3>, Vec<f64>) = positions.par_iter().map(of_place).unzip();
+    OverNeighbourhoods {
+        normals: place.iter().map(|place| normals[*place].into()).collect(),
+        sided: median(&mut sides).is_some_and(|side| side > SIDE_CLEAR),
+    }
 }
 
 /// Unit direction of least variance of some points; none where it is not defined (fewer than three points).
@@ -62,6 +134,9 @@ pub(super) fn variation(points: &[DVec3]) -> Option<SymmetricEigen<f64, Const<3>
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
 
     /// A latitude-longitude sphere: its exact normals are its positions.
     fn sphere(n: usize) -> TriangleMesh {
@@ -94,6 +169,40 @@ mod tests {
                 assert!(cosine > limit, "{cosine}");
             }
         }
+    }
+
+    /// A mesh with its vertices moved along its normals at random, and with the normals of its triangles.
+    fn noisy(mut mesh: TriangleMesh, noise: f64) -> TriangleMesh {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let distribution = Normal::new(0.0, noise).unwrap();
+        for position in &mut mesh.positions {
+            *position = (DVec3::from(*position) * (1.0 + distribution.sample(&mut random))).into();
+        }
+        mesh.normals = mesh.vertex_normals();
+        mesh
+    }
+
+    #[test]
+    fn neighbourhoods_larger_than_the_noise_have_the_normals_of_the_surface() {
+        // Edges are 0.008 and less.
+        let mesh = noisy(sphere(400), 0.024);
+        let right = |normals: &[[f64; 3]]| {
+            let cosines =
+                normals.iter().zip(&mesh.positions).map(|(n, p)| DVec3::from(*n).dot(DVec3::from(*p).normalize()));
+            cosines.filter(|c| *c > 0.9).count() as f64 / normals.len() as f64
+        };
+        assert!(right(&mesh.normals) < 0.4 && !agree(&mesh), "{}", right(&mesh.normals));
+        let found = over_neighbourhoods(&mesh, 64);
+        assert!(right(&found.normals) > 0.93 && found.sided, "{}", right(&found.normals));
+    }
+
+    #[test]
+    fn random_normals_take_no_side() {
+        let mut mesh = noisy(sphere(60), 0.001);
+        assert!(agree(&mesh));
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        mesh.normals.iter_mut().for_each(|n| *n = n.map(|c| if random.random_bool(0.5) { c } else { -c }));
+        assert!(!agree(&mesh) && !over_neighbourhoods(&mesh, 1).sided);
     }
 
     #[test]

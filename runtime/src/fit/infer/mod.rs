@@ -8,6 +8,7 @@ pub(crate) mod bootstrap;
 pub(crate) mod compare;
 mod convergence;
 mod meat;
+pub(crate) mod misfit;
 pub(crate) mod pose;
 pub(crate) mod sandwich;
 mod significance;

@@ -5,14 +5,14 @@ use super::points::{Points, moments};
 use crate::fit::tuning::FLAT_NOISE;
 use nalgebra::{Matrix3, SymmetricEigen};
 
-/// Warns where the scan's points are too few for the unknowns, or have no extent in some direction.
-pub(crate) fn warn(problem: &Problem) {
-    let Problem { monitor, points, start, pose, scan, .. } = problem;
+/// A sentence where the scan's points are too few for the unknowns, or have no extent in some direction.
+pub(crate) fn degenerate(problem: &Problem) -> Option<String> {
+    let Problem { points, start, pose, scan, .. } = problem;
     let parameters = pose.free(start).len();
     let unknowns = parameters + if pose.moving { 6 } else { 0 };
     if points.len() <= unknowns {
         let and_pose = if pose.moving { " and the pose" } else { "" };
-        monitor.warn(format!(
+        return Some(format!(
             "the scan has {} points for {unknowns} unknowns ({parameters} parameters{and_pose}): any model fits so few, and nothing says how well",
             points.len()
         ));
@@ -21,13 +21,15 @@ pub(crate) fn warn(problem: &Problem) {
     let flat = (FLAT_NOISE * scan.noise).max(1e-6 * problem.radius);
     let [_, second, least] = extents(&problem.thin);
     if second <= flat {
-        monitor.warn(format!(
+        Some(format!(
             "the scan's points lie on a line, up to {second:.3} mm (standard deviation): they determine no surface"
-        ));
+        ))
     } else if least <= flat {
-        monitor.warn(format!(
+        Some(format!(
             "the scan's points lie in a plane, up to {least:.3} mm (standard deviation): they determine nothing of the model but a face in that plane"
-        ));
+        ))
+    } else {
+        None
     }
 }
 

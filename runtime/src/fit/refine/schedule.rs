@@ -17,7 +17,7 @@ use crate::fit::register::restart::{Restart, Scope, restart};
 use crate::fit::tuning::{
     ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, CHORD, FOOT_TOLERANCE,
     INLIER_DEVIATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED, SQUARED_STEP,
-    SQUARED_TOLERANCE, THIN_POINTS,
+    SQUARED_TOLERANCE, THIN_POINTS, WIDEST_NOISE,
 };
 use std::sync::Arc;
 
@@ -103,7 +103,11 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     }
     sides.warn(&level);
     problem.monitor.reach(RESTARTED, "");
-    let loss = given.unwrap_or_else(|| suggested_loss(&level, &problem.thin, &guess));
+    // Only now may it rise to the noise's: restarts need the finer scale to see small parts.
+    let noise = (INLIER_DEVIATIONS * problem.scan.noise).min(WIDEST_NOISE * problem.radius);
+    let noise = Loss::with_half_at(guess.loss.kind, noise).sigma;
+    let suggested = || Loss::welsch(suggested_loss(&level, &problem.thin, &guess).sigma.max(noise));
+    let loss = given.unwrap_or_else(suggested);
     guess.loss = if given.is_none() { Loss::with_half_at(problem.options.loss, loss.half()) } else { loss };
     // A sample as dense as the scan itself comes first: all points then have hardly anything left to do. Where the
     // motion is still to be put into the script's parameters, they wait for that.
@@ -146,7 +150,7 @@ fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>)
 
 /// The scale that the residuals suggest: the loss is 1/2 (\[VA\] sect. 3) at three robust standard
 /// deviations of the distances, which hold both the noise and what the model's family cannot follow. Never above the
-/// present scale, and never below the noise's.
+/// present scale.
 fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     let loss = guess.loss;
     let objective = Objective { signs: Some(&guess.signs), ..level.objective(points, loss) };
@@ -154,9 +158,8 @@ fn suggested_loss(level: &Level, points: &Points, guess: &Guess) -> Loss {
     let mut distances: Vec<(f64, f64)> =
         objective.feet(&placed).iter().map(|(i, f)| (f.d2.sqrt(), points.prior(*i))).collect();
     let problem = level.problem;
-    let spread =
-        robust_deviation(&mut distances, loss.cutoff()).max(problem.scan.noise).max(LEAST_SPREAD * problem.radius);
-    let next = Loss::with_half_at(loss.kind, INLIER_DEVIATIONS * spread);
+    let spread = robust_deviation(&mut distances, loss.cutoff()).max(LEAST_SPREAD * problem.radius);
+    let next = Loss::with_half_at(loss.kind, INLIER_DEVIATIONS * spread.max(problem.scan.noise));
     Loss::welsch(next.sigma.min(loss.sigma).max(SCALE_FASTEST * loss.sigma))
 }
 

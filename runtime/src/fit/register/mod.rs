@@ -16,7 +16,9 @@ use super::problem::Problem;
 use super::problem::level::Level;
 use super::problem::parameterization::Estimate;
 use super::tuning::{ANOTHER_UNIT, CLEARLY_BETTER};
+use crate::scan::Unit;
 use candidate::Candidate;
+use std::sync::atomic::Ordering;
 
 /// The start of the refinement.
 pub(crate) struct Registration<'a> {
@@ -72,13 +74,37 @@ pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>,
     Ok(Registration { level, candidate, seeds })
 }
 
-/// Warns where the scan's radius of gyration is out of all proportion to the model's (millimetres).
+/// Warns where the scan's radius of gyration is out of all proportion to the model's (millimetres), and names the unit
+/// of length that would make them alike.
 fn warn_of_unit(problem: &Problem, model: f64) {
     let scan = problem.radius;
     let (ratio, word) = if scan < model { (model / scan, "smaller") } else { (scan / model, "larger") };
     if ratio > ANOTHER_UNIT {
-        problem.monitor.warn(format!(
-            "the scan is {ratio:.0} times {word} than the model where the fit began: is its unit of length right (--unit m, cm or in)?"
-        ));
+        problem.monitor.out_of_proportion.store(true, Ordering::Relaxed);
+        let advice = likely_unit(&problem.scan.source.unit, model / scan);
+        problem
+            .monitor
+            .warn(format!("the scan is {ratio:.0} times {word} than the model where the fit began: {advice}"));
+    }
+}
+
+/// What to do with a scan, read in a unit, that must be made larger by about `factor`.
+fn likely_unit(unit: &str, factor: f64) -> String {
+    let off = |other: f64| (factor / other).ln().abs();
+    let present = unit.parse::<Unit>().unwrap_or_default().millimetres();
+    let nearest = Unit::ALL.into_iter().min_by(|a, b| {
+        let [a, b] = [a, b].map(|unit| off(unit.millimetres() / present));
+        a.total_cmp(&b)
+    });
+    // Inches and millimetres are as often exchanged in one direction as in the other.
+    let inverse = [1.0 / 25.4, 0.1, 1e-3].into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(1.0);
+    match nearest {
+        Some(likely) if off(likely.millimetres() / present) <= off(inverse) => {
+            format!("its unit of length is likely {likely} (--unit {likely}), not {unit}")
+        }
+        _ => format!(
+            "its coordinates were likely multiplied by {} on their way, so divide them by that",
+            (10.0 / inverse).round() / 10.0
+        ),
     }
 }

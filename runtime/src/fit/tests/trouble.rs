@@ -60,8 +60,10 @@ fn a_wrong_object_is_said_to_be_wrong() {
     let torus = scan_of(&simple(Simple::Torus, &[47.0, 20.0]), &[47.0, 20.0], 0.05, 3000, 5);
     for (shape, start) in [(Simple::Sphere, vec![40.0]), (Simple::Cylinder, vec![30.0, 80.0])] {
         let result = fitted(shape, &start, &torus);
-        let said =
-            result.warnings.iter().any(|w| w.contains("does not explain") || w.contains("no model of this family"));
+        let said = result
+            .warnings
+            .iter()
+            .any(|w| w.contains("another object") || w.contains("does not have the scan's shape"));
         assert!(said, "{shape:?}: {result:?}");
     }
 }
@@ -103,7 +105,7 @@ fn a_scan_in_another_unit_is_asked_about() {
     let mut scan = scan_of(&simple(Simple::Torus, &[47.0, 9.0]), &[47.0, 9.0], 0.05, 2000, 6);
     let asked = |scan: &Scan| {
         let result = fitted(Simple::Torus, &[40.0, 12.0], scan);
-        result.warnings.iter().any(|w| w.contains("times smaller than the model") && w.contains("unit"))
+        result.warnings.iter().any(|w| w.contains("times smaller than the model") && w.contains("likely m (--unit m)"))
     };
     assert!(!asked(&scan));
     scan.mesh.positions.iter_mut().for_each(|p| *p = p.map(|c| c / 1000.0));

@@ -1,0 +1,45 @@
+//! One fit of a model to a scan, from the problem to the result.
+
+use super::infer::{infer, misfit};
+use super::monitor::Monitor;
+use super::options::{FitError, FitOptions};
+use super::problem::{Problem, extent};
+use super::refine::solve::solve;
+use super::result::FitResult;
+use super::{plan, report};
+use crate::model::Model;
+use crate::progress::Progress;
+use crate::scan::Scan;
+use std::sync::atomic::Ordering;
+
+/// A fit with what it explains of the scan.
+pub(crate) struct Attempt {
+    pub(crate) result: FitResult,
+    /// Per vertex of the scan, whether it is an inlier.
+    pub(crate) near: Vec<bool>,
+    /// The scan is about as large as the model.
+    pub(crate) in_proportion: bool,
+}
+
+/// Fits a model to a scan. See [`crate::fit::fit()`].
+///
+/// # Errors
+/// See [`crate::fit::fit()`].
+pub(crate) fn attempt(
+    model: &dyn Model,
+    scan: &Scan,
+    options: &FitOptions,
+    progress: &dyn Progress,
+) -> Result<Attempt, FitError> {
+    let monitor = Monitor::of_stages(progress, plan::whole(options));
+    let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
+    extent::degenerate(&problem).into_iter().for_each(|sentence| monitor.warn(sentence));
+    let inference = infer(solve(&problem)?);
+    let residuals = misfit::residuals(&inference.solution);
+    let mut near = vec![false; scan.mesh.positions.len()];
+    for residual in residuals.iter().flatten() {
+        near[problem.points.index[residual.point] as usize] = true;
+    }
+    let result = report::result(inference, residuals.as_deref());
+    Ok(Attempt { result, near, in_proportion: !monitor.out_of_proportion.load(Ordering::Relaxed) })
+}

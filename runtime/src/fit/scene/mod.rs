@@ -1,0 +1,95 @@
+//! What else a scan shows than the object: the likely reason for which a fit does not explain all of it. Pieces of the
+//! scan are fitted alone where the whole of it was not explained; then what remains is looked at.
+
+mod pieces;
+mod remainder;
+
+use super::attempt::{Attempt, attempt};
+use super::options::FitOptions;
+use super::problem::loss::LossKind;
+use super::result::FitResult;
+use super::tuning::{EXPLAINED, MIRRORED, PIECE_EXPLAINED, REMAINDER};
+use crate::model::Model;
+use crate::progress::{Piece, Progress};
+use crate::scan::Scan;
+
+/// A model with the scan of a scene.
+pub(crate) struct Scene<'a> {
+    pub(crate) model: &'a dyn Model,
+    pub(crate) scan: &'a Scan,
+    pub(crate) options: &'a FitOptions,
+    pub(crate) progress: &'a dyn Progress,
+}
+
+impl Scene<'_> {
+    /// The better of a first fit and of those of pieces of the scan, with sentences on what else the scan shows.
+    pub(crate) fn explain(&self, first: Attempt) -> FitResult {
+        // With the other losses the user says that every point belongs to the object.
+        let is_bounded = matches!(self.options.loss, LossKind::Welsch | LossKind::Tukey);
+        if !is_bounded || first.result.degenerate || !first.in_proportion || self.ends(&first) {
+            return first.result;
+        }
+        let of_piece = (first.result.inliers < EXPLAINED).then(|| self.in_pieces()).flatten();
+        let whole = of_piece.is_none();
+        let mut best = of_piece.unwrap_or(first);
+        if 1.0 - best.result.inliers > REMAINDER && !self.ends(&best) {
+            let mirrored = whole.then(|| self.mirrored(&best)).flatten();
+            let said = mirrored.or_else(|| remainder::sentence(self, &best));
+            best.result.warnings.extend(said);
+        }
+        best.result
+    }
+
+    fn ends(&self, attempt: &Attempt) -> bool {
+        attempt.result.interrupted || self.progress.cancelled()
+    }
+
+    /// A fit of the model to another scan than the whole; none where there is none.
+    fn fit(&self, scan: &Scan, options: FitOptions, name: &str) -> Option<Attempt> {
+        let piece = Piece { whole: self.progress, name: name.to_owned(), range: (0.0, 1.0) };
+        let options = FitOptions { bootstrap: 0, coverage: false, ..options };
+        attempt(self.model, scan, &options, &piece).ok().filter(|attempt| !attempt.result.interrupted)
+    }
+
+    /// The fit to the piece of the scan that the model explains best; none where it explains none.
+    fn in_pieces(&self) -> Option<Attempt> {
+        let mut best: Option<(Attempt, Vec<bool>)> = None;
+        for kept in pieces::of(self.scan) {
+            let name = "fitting a piece of the scan";
+            let Some(found) = self.fit(&self.scan.part(&kept), self.options.clone(), name) else { continue };
+            if best.as_ref().is_none_or(|(best, _)| found.result.inliers > best.result.inliers) {
+                best = Some((found, kept));
+            }
+        }
+        let (Attempt { mut result, near, in_proportion }, kept) =
+            best.filter(|(best, _)| best.result.converged && best.result.inliers > PIECE_EXPLAINED)?;
+        let points = self.scan.mesh.positions.len();
+        let share = near.len() as f64 / points.max(1) as f64;
+        let mut of_piece = near.iter();
+        let near: Vec<bool> = kept.iter().map(|kept| *kept && of_piece.next() == Some(&true)).collect();
+        let [x, y, z] = remainder::middle(&self.scan.mesh.positions, &near).to_array();
+        result.warnings.push(format!(
+            "the model was fitted to a piece of the scan about ({x:.0}, {y:.0}, {z:.0}) mm, {:.0} % of its points, of which it explains {:.0} %: the whole of the scan it does not explain",
+            100.0 * share,
+            100.0 * result.inliers
+        ));
+        // The loss of points that are far away is 1.
+        result.objective = 1.0 - share * (1.0 - result.objective);
+        result.inliers *= share;
+        result.scan = self.scan.source.clone();
+        Some(Attempt { result, near, in_proportion })
+    }
+
+    /// A sentence where the model explains a mirror image of the scan, and not the scan.
+    fn mirrored(&self, best: &Attempt) -> Option<String> {
+        let mirrored =
+            self.fit(&self.scan.mirrored(), self.options.clone(), "fitting a mirror image of the scan")?.result;
+        (mirrored.inliers > MIRRORED && mirrored.inliers - best.result.inliers > REMAINDER).then(|| {
+            format!(
+                "the scan looks like a mirror image of the object: mirrored, the model explains {:.0} % of its points instead of {:.0} %; look for an axis whose sign was changed on the way",
+                100.0 * mirrored.inliers,
+                100.0 * best.result.inliers
+            )
+        })
+    }
+}
