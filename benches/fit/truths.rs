@@ -1,6 +1,7 @@
 //! Every example against virtual scans of shapes drawn from the middle half of its bounds, in any pose, from the
-//! script's defaults: how often every parameter is within four of its standard deviations, or marked as one that is not
-//! to be trusted (not converged, no standard deviation, or a warning that names it). What is wrong and silent is listed.
+//! script's defaults: how often every parameter is within four of its standard deviations, or marked as one that is
+//! not to be trusted (not converged, no standard deviation, or a warning that names it). What is wrong and silent is
+//! listed.
 
 use crate::case::Case;
 use crate::{coverage, median, seconds};

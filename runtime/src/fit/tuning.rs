@@ -442,6 +442,9 @@ pub(crate) const BOOTSTRAP_TOLERANCE: f64 = 1e-4;
 pub(crate) const EXPLAINED: f64 = 0.5;
 /// A pattern of residuals above this many radii is not that of an object of the model's family with small faults.
 pub(crate) const FOREIGN_RADIUS: f64 = 0.015;
+/// What lies near a model is off by so many times the noise where its shape is another one. Objects differ from their
+/// models by design: the octagonal cup is 2.1 times the noise off a round one, a box sheared by 5 % 5.3 times.
+pub(crate) const FOREIGN_NOISE: f64 = 4.0;
 /// Residuals have a pattern where neighbours' correlation is above the first number, and so many standard deviations of
 /// that of independent ones. A box that is sheared by 5 % has 0.4, fits of the right model have 0.03 at most.
 pub(crate) const CORRELATED: f64 = 0.2;
@@ -514,8 +517,9 @@ pub(crate) const EMPTY_BACK: f64 = 0.1;
 /// Contradicted area as a part of the model's, from which on it is no accident: some ten of the
 /// places.
 pub(crate) const CONTRADICTED: f64 = 1.5e-3;
-/// Pairs of simulated noise for the bias that it has, and the most points on which it is simulated: two of 20,000 find
-/// the bias of ten columns' flutes (2.7 to 13 random standard deviations) to 0.05 of one, in a fiftieth of a fit's time.
+/// Pairs of simulated noise for the bias that it has, and the most points on which it is simulated: two of 20,000
+/// find the bias of ten columns' flutes (2.7 to 13 random standard deviations) to 0.05 of one, in a fiftieth of a
+/// fit's time.
 pub(crate) const BIAS_PAIRS: usize = 2;
 pub(crate) const BIAS_POINTS: usize = 20_000;
 /// The part of a standard deviation that is bias above which a warning says so: the bias is then twice the random part.
