@@ -14,8 +14,8 @@ use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
 use crate::fit::room::shown;
 use crate::fit::tuning::{
-    BIASED, CONTRADICTED, EXPLAINED, FOREIGN_NOISE, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE,
-    LEAST_PATTERN, NAMED,
+    BIASED, CONTRADICTED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN,
+    NAMED,
 };
 use gml_compiler::program::Part;
 use nalgebra::DVector;
@@ -124,7 +124,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
 fn warn_of_pattern(problem: &Problem, residuals: Option<&[Residual]>, rms: f64) {
     let Some(correlation) = residuals.and_then(misfit::correlation) else { return };
     let pattern = rms * correlation.sqrt();
-    if pattern < LEAST_PATTERN * problem.radius || rms < FOREIGN_NOISE * problem.scan.noise {
+    if pattern < LEAST_PATTERN * problem.radius {
         return;
     }
     let failed = if pattern > FOREIGN_RADIUS * problem.radius {

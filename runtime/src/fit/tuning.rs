@@ -442,9 +442,6 @@ pub(crate) const BOOTSTRAP_TOLERANCE: f64 = 1e-4;
 pub(crate) const EXPLAINED: f64 = 0.5;
 /// A pattern of residuals above this many radii is not that of an object of the model's family with small faults.
 pub(crate) const FOREIGN_RADIUS: f64 = 0.015;
-/// What lies near a model is off by so many times the noise where its shape is another one. Objects differ from their
-/// models by design: the octagonal cup is 2.1 times the noise off a round one, a box sheared by 5 % 5.3 times.
-pub(crate) const FOREIGN_NOISE: f64 = 4.0;
 /// Residuals have a pattern where neighbours' correlation is above the first number, and so many standard deviations of
 /// that of independent ones. A box that is sheared by 5 % has 0.4, fits of the right model have 0.03 at most.
 pub(crate) const CORRELATED: f64 = 0.2;

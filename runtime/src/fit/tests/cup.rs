@@ -113,5 +113,8 @@ fn the_cup_is_found_without_a_pose_or_a_start() {
     let truth: Vec<f64> = truth["x_true"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
     let result = fit(&cup(), &scan, &FitOptions::default(), &Silent).unwrap();
     check(&result, &truth);
-    assert!(result.inliers > 0.98 && result.sigma < 3.0 && result.warnings.is_empty(), "{result:?}");
+    assert!(result.inliers > 0.98 && result.sigma < 3.0, "{result:?}");
+    // The scanned cup has eight sides, the model is round.
+    let [warning] = &result.warnings[..] else { panic!("{:?}", result.warnings) };
+    assert!(warning.starts_with("the model does not have the scan's shape: of the 0.6"), "{warning}");
 }
