@@ -127,7 +127,7 @@ const fn doubtful(
     says: &'static [&'static str],
     known: &'static [&'static str],
 ) -> Case {
-    Case { name, script: "bracket", make, status: 4, says, known }
+    Case { status: 4, ..right(name, make, says, known) }
 }
 
 fn view() -> Mesh {

@@ -37,7 +37,7 @@ pub struct FitOptions {
     pub ignore_normals: bool,
     /// The loss at the end. Before that, while the place is still sought, it is always Welsch's.
     pub loss: LossKind,
-    /// How much the points of a mesh count.
+    /// The prior weights of the points of a mesh.
     pub weights: Weights,
     /// Holds the model's ends to the scan: surface of the model that could be seen and lies beyond the scan counts as
     /// well. For scans that show the ends.
@@ -72,7 +72,7 @@ pub struct Converged {
     pub loss: LossKind,
     /// Its scale. Millimetres.
     pub sigma: f64,
-    /// How much the points counted.
+    /// The prior weights of the points.
     pub weights: Weights,
 }
 

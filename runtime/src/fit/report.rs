@@ -30,7 +30,6 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
     let x = space.x(&solution.estimate.z).unwrap_or_default();
     let weight = problem.points.weight();
     let inliers = solution.evaluation.inliers();
-    let d2: f64 = solution.evaluation.patches.iter().map(|p| p.d2).sum();
     let covariance = uncertainty.as_ref().map(|u| covariance(solution, u));
     let pose_covariance = uncertainty.as_ref().and_then(|u| pose::joint(solution, u, &determined(solution, u)));
     let mut deviations = vec![None; fixed.len()];
@@ -75,7 +74,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
             100.0 * inliers / weight
         ));
     }
-    let rms = (d2 / inliers.max(f64::MIN_POSITIVE)).sqrt();
+    let rms = solution.evaluation.rms();
     warn_of_pattern(problem, residuals, rms);
     let interrupted = monitor.cancelled();
     if interrupted {

@@ -49,7 +49,7 @@ pub struct FitResult {
     /// The kind of the loss.
     #[serde(default)]
     pub loss: LossKind,
-    /// How much the points counted: all alike in results that do not say it.
+    /// The prior weights of the points: all alike in results that do not say it.
     #[serde(default = "all_alike")]
     pub weights: Weights,
     /// The user ended the fit before it was done: this is the best that was found until then.

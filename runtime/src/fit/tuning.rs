@@ -436,6 +436,14 @@ pub(crate) const UNEXPLAINED_SHARE: f64 = 0.1;
 pub(crate) const BOOTSTRAP_ITERATIONS: u32 = 10;
 pub(crate) const BOOTSTRAP_TOLERANCE: f64 = 1e-4;
 
+/// Pairs of simulated noise for the bias that it has, and the most points on which it is simulated: two of 20,000
+/// find the bias of ten columns' flutes (2.7 to 13 random standard deviations) to 0.05 of one, in a fiftieth of a
+/// fit's time.
+pub(crate) const BIAS_PAIRS: usize = 2;
+pub(crate) const BIAS_POINTS: usize = 20_000;
+/// The part of a standard deviation that is bias above which a warning says so: the bias is then twice the random part.
+pub(crate) const BIASED: f64 = 0.9;
+
 // ---------------------------------------------------------------------------------------- Warnings and model selection
 
 /// A model explains a scan of which at least this share is near it.
@@ -514,10 +522,3 @@ pub(crate) const EMPTY_BACK: f64 = 0.1;
 /// Contradicted area as a part of the model's, from which on it is no accident: some ten of the
 /// places.
 pub(crate) const CONTRADICTED: f64 = 1.5e-3;
-/// Pairs of simulated noise for the bias that it has, and the most points on which it is simulated: two of 20,000
-/// find the bias of ten columns' flutes (2.7 to 13 random standard deviations) to 0.05 of one, in a fiftieth of a
-/// fit's time.
-pub(crate) const BIAS_PAIRS: usize = 2;
-pub(crate) const BIAS_POINTS: usize = 20_000;
-/// The part of a standard deviation that is bias above which a warning says so: the bias is then twice the random part.
-pub(crate) const BIASED: f64 = 0.9;

@@ -5,10 +5,9 @@
 //! has no bias but all of the variance, cancels.
 
 use super::sandwich::Uncertainty;
-use crate::fit::problem::objective::{Objective, Order};
-use crate::fit::problem::points::Points;
+use crate::fit::problem::objective::Order;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::tuning::{BIAS_PAIRS, BIAS_POINTS, FOOT_TOLERANCE};
+use crate::fit::tuning::{BIAS_PAIRS, BIAS_POINTS};
 use glam::DVec3;
 use nalgebra::DVector;
 use rand::SeedableRng;
@@ -31,17 +30,15 @@ pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertai
 fn by_noise(solution: &Solution, uncertainty: &Uncertainty) -> Option<DVector<f64>> {
     let Solution { level, estimate, loss, evaluation, .. } = solution;
     let problem = level.problem;
-    let rms = (evaluation.patches.iter().map(|p| p.d2).sum::<f64>() / evaluation.inliers().max(1.0)).sqrt();
-    let noise = problem.scan.noise.min(rms);
+    let noise = problem.scan.noise.min(evaluation.rms());
     let mut sum = DVector::zeros(level.space.dim());
     if !(noise > 0.0) {
         return Some(sum);
     }
     let sample = problem.points.every(BIAS_POINTS);
-    let objective = objective(solution, &sample);
+    let objective = solution.objective(&sample);
     let placed = objective.place(estimate).ok()?;
-    let mut feet = objective.feet(&placed);
-    feet.retain(|(_, foot)| loss.value(foot.d2) < 0.5);
+    let feet = solution.inlier_feet(&objective, &placed);
     if feet.is_empty() {
         return None;
     }
@@ -54,23 +51,12 @@ fn by_noise(solution: &Solution, uncertainty: &Uncertainty) -> Option<DVector<f6
         for sign in [1.0, -1.0] {
             let mut simulated = near.clone();
             simulated.position = exact.iter().zip(&offsets).map(|(p, off)| *p + sign * *off).collect();
-            sum += self::objective(solution, &simulated).evaluate(estimate, Order::Gradient)?.gradient;
+            sum += solution.objective(&simulated).evaluate(estimate, Order::Gradient)?.gradient;
         }
     }
     let mean = sum / (2 * BIAS_PAIRS) as f64;
-    // The objective is the mean of losses, the sandwich is of their sum times sigma^2 / 2.
-    let count = problem.points.weight() * near.weight() / sample.weight();
-    Some(-(&uncertainty.inverse * mean) * (0.5 * loss.sigma.powi(2) * count))
-}
-
-/// The objective at the final scale over some points.
-fn objective<'s>(solution: &'s Solution<'s>, points: &'s Points) -> Objective<'s> {
-    Objective {
-        signs: Some(&solution.signs),
-        tolerance: FOOT_TOLERANCE * solution.loss.sigma,
-        cancellable: false,
-        ..solution.level.objective(points, solution.loss)
-    }
+    let weight = problem.points.weight() * near.weight() / sample.weight();
+    Some(uncertainty.newton_step(&mean, 0.5 * loss.sigma.powi(2) * weight))
 }
 
 #[cfg(test)]

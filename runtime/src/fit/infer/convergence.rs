@@ -191,15 +191,14 @@ impl Remaining {
             // A stand-in for a model that does not exist here.
             return Self { step: DVector::repeat(dim, f64::INFINITY), unit: vec![1.0; dim] };
         }
-        // The objective is the mean of losses, the sandwich is of their sum times sigma^2 / 2.
         let sum = 0.5 * loss.sigma.powi(2) * level.problem.points.weight();
-        let mut step = -(&uncertainty.inverse * gradient) * sum;
+        let mut step = uncertainty.newton_step(gradient, sum);
         without_symmetries(&mut step, &uncertainty.naive, level.space.free.len());
         let least = SETTLED_ROUNDING * level.problem.radius / SETTLED_STEP;
         let mut unit: Vec<f64> = (0..dim).map(|k| deviation(uncertainty, k).max(least)).collect();
         (0..dim).filter(|k| !uncertainty.determines(*k)).for_each(|k| step[k] = 0.0);
         let room = level.space.room(estimate);
-        let noise = (evaluation.patches.iter().map(|p| p.d2).sum::<f64>() / evaluation.inliers().max(1.0)).sqrt();
+        let noise = evaluation.rms();
         for (k, _) in level.space.at_bound(estimate).iter().enumerate().filter(|(_, at_bound)| **at_bound) {
             let (gradient, curvature) = (gradient[k], evaluation.normal[(k, k)]);
             if !pushed(gradient, room[k]) && curvature > 0.0 {

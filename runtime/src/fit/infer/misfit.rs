@@ -2,10 +2,9 @@
 
 use crate::fit::correspond::foot::Foot;
 use crate::fit::problem::Problem;
-use crate::fit::problem::objective::Objective;
 use crate::fit::problem::points::morton;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::tuning::{CORRELATED, CORRELATION_CLEAR, FOOT_TOLERANCE, WALK_STEP};
+use crate::fit::tuning::{CORRELATED, CORRELATION_CLEAR, WALK_STEP};
 use glam::DVec3;
 
 /// A point of the scan that is an inlier.
@@ -21,14 +20,12 @@ pub(crate) struct Residual {
 /// the surface. (Neighbours in space are also alike in their noise, where that is larger than the spacing.) None where
 /// the model does not exist.
 pub(crate) fn residuals(solution: &Solution) -> Option<Vec<Residual>> {
-    let Solution { level, estimate, loss, signs, .. } = solution;
+    let Solution { level, estimate, .. } = solution;
     let Problem { points, radius, .. } = level.problem;
-    let tolerance = FOOT_TOLERANCE * loss.sigma;
-    let objective = Objective { signs: Some(signs), tolerance, cancellable: false, ..level.objective(points, *loss) };
+    let objective = solution.objective(points);
     let placed = objective.place(estimate).ok()?;
     let inverse = estimate.motion.rotation.inverse();
-    let mut feet = objective.feet(&placed);
-    feet.retain(|(_, foot)| loss.value(foot.d2) < 0.5);
+    let mut feet = solution.inlier_feet(&objective, &placed);
     let low = feet.iter().map(|(_, foot)| foot.point).fold(DVec3::INFINITY, DVec3::min);
     let cell = |foot: &Foot| morton(((foot.point - low) / (WALK_STEP * radius)).as_u64vec3());
     feet.sort_by_cached_key(|(i, foot)| (cell(foot), *i));

@@ -20,7 +20,6 @@ pub(crate) mod wald;
 use super::problem::objective::Objective;
 use super::refine::schedule::Solution;
 use super::result::{Bootstrap, HypothesisTest};
-use super::tuning::FOOT_TOLERANCE;
 use convergence::{Assessed, assess};
 use sandwich::Uncertainty;
 
@@ -52,13 +51,7 @@ pub(crate) fn infer(solution: Solution) -> Inference {
 
 /// How well the solution is determined.
 fn uncertainty(solution: &Solution) -> Option<Uncertainty> {
-    let Solution { level, estimate, loss, signs, cache, .. } = solution;
-    let objective = Objective {
-        signs: Some(signs),
-        tolerance: FOOT_TOLERANCE * loss.sigma,
-        cache: Some(cache.clone()),
-        cancellable: false,
-        ..level.objective(&level.problem.points, *loss)
-    };
+    let Solution { level, estimate, cache, .. } = solution;
+    let objective = Objective { cache: Some(cache.clone()), ..solution.objective(&level.problem.points) };
     sandwich::assess(&objective, estimate, &level.space.at_bound(estimate))
 }

@@ -102,6 +102,12 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
 }
 
 impl Uncertainty {
+    /// Newton's step against the gradient of a mean loss; `sum` is sigma^2 / 2 times the weight of the points (the
+    /// objective is the mean of losses, the bread is of their sum times sigma^2 / 2).
+    pub(crate) fn newton_step(&self, gradient: &DVector<f64>, sum: f64) -> DVector<f64> {
+        -(&self.inverse * gradient) * sum
+    }
+
     /// Whether coordinate k has a standard deviation.
     pub(crate) fn determines(&self, k: usize) -> bool {
         self.without[k].is_none()

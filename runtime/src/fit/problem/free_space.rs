@@ -24,12 +24,12 @@ pub(crate) struct FreeSpace {
     near: f64,
 }
 
-/// What of a patch is contradicted.
+/// The contradicted surface of a patch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Contradicted {
     /// The whole patch. Square millimetres.
     pub(crate) of: f64,
-    /// What is contradicted of it. Square millimetres.
+    /// The contradicted area. Square millimetres.
     pub(crate) area: f64,
     /// The place in the middle of that, in the scan's frame.
     pub(crate) place: DVec3,
@@ -46,7 +46,7 @@ impl FreeSpace {
         Some(Self { bvh, near: EMPTY_AWAY_NOISE * scan.noise + spacing })
     }
 
-    /// What is contradicted of every patch; `sigma` (millimetres) is the scale of the loss, `reversed` says that the
+    /// The contradicted surface of every patch; `sigma` (millimetres) is the scale of the loss, `reversed` says that the
     /// scan's triangles face the other way. None where the model does not exist.
     pub(crate) fn contradicted(
         &self,

@@ -95,6 +95,11 @@ impl Evaluation {
         -(self.gradient.dot(step) + 0.5 * step.dot(&(&self.normal * step)))
     }
 
+    /// The root mean square distance of the inliers. Millimetres.
+    pub(crate) fn rms(&self) -> f64 {
+        (self.patches.iter().map(|p| p.d2).sum::<f64>() / self.inliers().max(f64::MIN_POSITIVE)).sqrt()
+    }
+
     /// The sum of the prior weights of points with a loss below 1/2.
     pub(crate) fn inliers(&self) -> f64 {
         self.patches.iter().map(|p| p.inliers).sum()

@@ -3,7 +3,7 @@
 use crate::mesh::TriangleMesh;
 use serde::{Deserialize, Serialize};
 
-/// How much the points of a scan count.
+/// The prior weights of the points of a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Weights {

@@ -3,11 +3,12 @@
 
 use super::earlier;
 use crate::fit::correspond::cache::FootCache;
+use crate::fit::correspond::foot::Foot;
 use crate::fit::optimise;
 use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::{Loss, LossKind, robust_deviation};
-use crate::fit::problem::objective::{Evaluation, Objective, Order, foot_cache};
+use crate::fit::problem::objective::{Evaluation, Objective, Order, Placed, foot_cache};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::problem::sides::Sides;
@@ -48,6 +49,23 @@ pub(crate) struct Solution<'a> {
 }
 
 impl<'a> Solution<'a> {
+    /// The objective by which the solution is judged, over some points: that of its loss, cancelled or not.
+    pub(crate) fn objective<'s>(&'s self, points: &'s Points) -> Objective<'s> {
+        Objective {
+            signs: Some(&self.signs),
+            tolerance: FOOT_TOLERANCE * self.loss.sigma,
+            cancellable: false,
+            ..self.level.objective(points, self.loss)
+        }
+    }
+
+    /// The feet of the inliers among an objective's points, with the points' indices.
+    pub(crate) fn inlier_feet(&self, objective: &Objective, placed: &Placed) -> Vec<(usize, Foot)> {
+        let mut feet = objective.feet(placed);
+        feet.retain(|(_, foot)| self.loss.value(foot.d2) < 0.5);
+        feet
+    }
+
     /// The solution as the beginning of another stage.
     pub(crate) fn into_guess(self) -> (Level<'a>, Guess) {
         let Self { level, estimate, loss, signs, iterations, .. } = self;

@@ -88,7 +88,7 @@ fn warn_of_unit(problem: &Problem, model: f64) {
     }
 }
 
-/// What to do with a scan, read in a unit, that must be made larger by about `factor`.
+/// The mend for a scan, read in a unit, that must be made larger by about `factor`.
 fn likely_unit(unit: &str, factor: f64) -> String {
     let off = |other: f64| (factor / other).ln().abs();
     let present = unit.parse::<Unit>().unwrap_or_default().millimetres();
