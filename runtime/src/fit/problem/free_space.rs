@@ -46,8 +46,8 @@ impl FreeSpace {
         Some(Self { bvh, near: EMPTY_AWAY_NOISE * scan.noise + spacing })
     }
 
-    /// The contradicted surface of every patch; `sigma` (millimetres) is the scale of the loss, `reversed` says that the
-    /// scan's triangles face the other way. None where the model does not exist.
+    /// The contradicted surface of every patch; `sigma` (millimetres) is the scale of the loss, `reversed` says that
+    /// the scan's triangles face the other way. None where the model does not exist.
     pub(crate) fn contradicted(
         &self,
         level: &Level,
