@@ -82,6 +82,9 @@ pub(crate) const ORIENTATIONS: usize = 200;
 /// Those of them that are aligned with more points, best first, and distinct candidates that a shape has in the end.
 pub(crate) const ALIGNED_AGAIN: usize = 80;
 pub(crate) const PER_SHAPE: usize = 12;
+/// The distance of a part's middle from the object's, in the object's radii of gyration: half of a cylinder's wall has
+/// it at 0.5 to 0.6.
+pub(crate) const BESIDE: f64 = 0.5;
 /// Points of the two alignments: few tell the hopeless orientations (0017).
 pub(crate) const ALIGNMENT_FEW: usize = 90;
 pub(crate) const ALIGNMENT_POINTS: usize = 350;

@@ -12,9 +12,10 @@ use crate::fit::problem::objective::Order;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::tuning::{
-    ALIGNED_AGAIN, ALIGNMENT_FEW, ALIGNMENT_POINTS, ALIGNMENT_SCALE, CAPTURED, COMPARED, FINE, GLOBAL_RUNGS, HOPELESS,
-    NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
+    ALIGNED_AGAIN, ALIGNMENT_FEW, ALIGNMENT_POINTS, ALIGNMENT_SCALE, BESIDE, CAPTURED, COMPARED, FINE, GLOBAL_RUNGS,
+    HOPELESS, NEAR_RUNGS, ORIENTATIONS, PER_SHAPE, RESTARTED, Rung, SAME_PARAMETERS, WIDEST,
 };
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// Shares of the time of a global search until all orientations are aligned, and until the best are optimised. Then
@@ -64,7 +65,8 @@ fn plan<'s>(level: &'s Level<'s>, seeds: &'s Seeds, points: &'s Points, span: (f
 }
 
 /// The best place to begin from of all orientations, of the start's shape, the script's default shape and others that
-/// resemble the scan.
+/// resemble the scan. If what is found is not convincing, the scan may be a part of the object: its middle is then not
+/// the model's, and the orientations are tried once more with places beside the model's middle.
 pub(crate) fn anywhere(level: &Level, seeds: &Seeds) -> Option<Candidate> {
     let Seeds { start, reference: defaults } = seeds;
     let mut shapes = vec![start.clone()];
@@ -72,33 +74,65 @@ pub(crate) fn anywhere(level: &Level, seeds: &Seeds) -> Option<Candidate> {
         shapes.push(defaults.clone());
     }
     shapes.extend(propose(level, start));
+    let points = level.problem.thin.sample(COMPARED);
+    let whole = best_of(level, seeds, &shapes, &points, Middle::Same);
+    let convincing = |c: &Candidate| inlier_ratio(level, &points, FINE, c) > level.problem.convincing();
+    if whole.as_ref().is_some_and(convincing) || level.problem.monitor.cancelled() {
+        return whole;
+    }
+    let part = best_of(level, seeds, &shapes, &points, Middle::Beside);
+    by_value(whole.into_iter().chain(part).collect()).into_iter().next()
+}
+
+/// Where the middle of the scan is on the model.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Middle {
+    /// In its middle.
+    Same,
+    /// Beside it, in one of six directions.
+    Beside,
+}
+
+impl Middle {
+    /// Places on a model by its own middle and its radius of gyration. Millimetres.
+    fn places(self, centre: DVec3, gyration: f64) -> Vec<DVec3> {
+        match self {
+            Self::Same => vec![centre],
+            Self::Beside => {
+                DVec3::AXES.iter().flat_map(|a| [-1.0, 1.0].map(|s| centre + s * BESIDE * gyration * *a)).collect()
+            }
+        }
+    }
+}
+
+/// The best candidate over some shapes in all orientations, by the points by which candidates are compared.
+fn best_of(level: &Level, seeds: &Seeds, shapes: &[Estimate], points: &Points, middle: Middle) -> Option<Candidate> {
     let monitor = level.problem.monitor;
     let count = shapes.len();
     let oriented = shapes.iter().enumerate().flat_map(|(n, shape)| {
         let done = ORIENTED * n as f64 / count as f64;
         monitor.reach(done, &format!("orientations of shape {} of {count}", n + 1));
-        distinct(level, orientations(level, shape), PER_SHAPE)
+        distinct(level, orientations(level, shape, middle), PER_SHAPE)
     });
     let oriented = by_value(oriented.collect());
     monitor.reach(ORIENTED, "the best orientations");
     let candidates = climb(level, oriented, &GLOBAL_RUNGS);
-    let points = level.problem.thin.sample(COMPARED);
     let candidates = distinct(level, candidates, RESTARTED).into_iter();
     let begin = |n: usize| CLIMBED + (1.0 - CLIMBED) * n as f64 / RESTARTED as f64;
     let restarted = candidates
         .enumerate()
-        .map(|(n, candidate)| restart(&plan(level, seeds, &points, (begin(n), begin(n + 1))), candidate));
+        .map(|(n, candidate)| restart(&plan(level, seeds, points, (begin(n), begin(n + 1))), candidate));
     by_value(restarted.collect()).into_iter().next()
 }
 
 /// Every orientation with the parameters of `shape`, aligned rigidly with the scan; best first.
-fn orientations(level: &Level, shape: &Estimate) -> Vec<Candidate> {
+fn orientations(level: &Level, shape: &Estimate, middle: Middle) -> Vec<Candidate> {
     let points = level.problem.thin.sample(ALIGNMENT_POINTS);
     let few = points.every(ALIGNMENT_FEW);
     let objective = objective(level, &points, ALIGNMENT_SCALE, None);
     let Ok(placed) = objective.place(shape) else { return Vec::new() };
     let Some(field) = DistanceField::new(&placed.facets, level.problem.radius) else { return Vec::new() };
-    let (centre, _) = placed.facets.moments();
+    let (centre, gyration) = placed.facets.moments();
     let align = |motions: Vec<Isometry>, points: &Points| {
         let align = |motion| {
             let (motion, value) = field.align(points, objective.loss, motion, centre);
@@ -108,8 +142,11 @@ fn orientations(level: &Level, shape: &Estimate) -> Vec<Candidate> {
     };
     let turn = random_rotation(level.problem.options.seed);
     let mut motions = vec![shape.motion];
+    let places = middle.places(centre, gyration);
     let turned = rotations(ORIENTATIONS).into_iter();
-    motions.extend(turned.map(|r| Isometry::taking(turn * r, centre, points.mean())));
+    motions.extend(turned.flat_map(|r| {
+        places.iter().map(|place| Isometry::taking(turn * r, *place, points.mean())).collect::<Vec<_>>()
+    }));
     // Few points tell the hopeless orientations.
     let aligned = align(motions, &few);
     align(aligned.into_iter().take(ALIGNED_AGAIN).map(|c| c.estimate.motion).collect(), &points)
