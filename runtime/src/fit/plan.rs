@@ -42,6 +42,7 @@ pub(crate) fn whole(options: &FitOptions) -> Vec<Stage> {
         stages.push(stage("test", "testing held values", 1.0));
     }
     stages.push(stage("uncertainty", "standard deviations", 0.02));
+    stages.push(stage("other shapes", "looking for other shapes", 0.1));
     if options.bootstrap > 0 {
         stages.push(stage("bootstrap", "bootstrap", SAMPLE * options.bootstrap as f64));
     }

@@ -1,6 +1,7 @@
 //! Turns a solution into the result: values, standard deviations, warnings.
 
 use crate::fit::infer::misfit::{self, Residual};
+use crate::fit::infer::rivals::Rival;
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
@@ -11,7 +12,7 @@ use crate::fit::problem::sides::Sides;
 use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
+use crate::fit::result::{Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
 use crate::fit::room::shown;
 use crate::fit::tuning::{
     BIASED, CONTRADICTED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN,
@@ -22,7 +23,7 @@ use nalgebra::DVector;
 
 /// The result of a fit; `residuals` are those of its inliers.
 pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> FitResult {
-    let Inference { solution, uncertainty, tests, bootstrap } = inference;
+    let Inference { solution, uncertainty, tests, bootstrap, rivals } = inference;
     let solution = &solution;
     let Level { problem, space, .. } = &solution.level;
     let monitor = problem.monitor;
@@ -83,6 +84,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
             monitor.warn("interrupted: standard deviations were not computed");
         }
     }
+    let alternatives = alternatives(solution, &rivals);
     let coverage = covered(solution);
     let contradicted = contradicted(solution);
     let Records { trace, warnings, seconds } = monitor.records();
@@ -108,6 +110,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
         bootstrap,
         coverage,
         contradicted,
+        alternatives,
         search: None,
         degenerate: extent::degenerate(problem).is_some(),
         seconds,
@@ -165,6 +168,32 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
         }
     }
     Some(found)
+}
+
+/// Other shapes that explain the scan as well, each with a warning.
+fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
+    let Level { problem, space, .. } = &solution.level;
+    let Some(present) = space.x(&solution.estimate.z) else { return Vec::new() };
+    let of = |rival: &Rival| {
+        let x = space.x(&rival.estimate.z)?;
+        let shaped = problem.model.parts().iter().zip(&rival.patches).filter(|(_, shaped)| **shaped);
+        let mut parts: Vec<String> = shaped.map(|(part, _)| part.group.clone()).collect();
+        parts.dedup();
+        let members: Vec<usize> = rival.members.iter().flat_map(|k| space.followers(space.free[*k])).collect();
+        let parameter = |i: &usize| &problem.model.parameters()[*i];
+        let value = |i: &usize| {
+            let at = |x: &[f64]| shown(x[*i], parameter(i).quantity);
+            format!("`{}` {} (here {})", parameter(i).name, at(&x), at(&present))
+        };
+        problem.monitor.warn(format!(
+            "another shape of {} explains the scan as well: {}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both",
+            parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "),
+            members.iter().map(value).collect::<Vec<_>>().join(", "),
+        ));
+        let values = members.iter().map(|i| (parameter(i).name.clone(), x[*i])).collect();
+        Some(Alternative { parts, values, evidence: rival.evidence })
+    };
+    rivals.iter().filter_map(of).collect()
 }
 
 /// The reason for which parameter `i` has no standard deviation.

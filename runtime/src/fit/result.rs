@@ -79,6 +79,9 @@ pub struct FitResult {
     /// cloud, or a mesh whose sides are not known) does not say what is empty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contradicted: Option<Vec<ContradictedPart>>,
+    /// Other shapes of parts that explain the scan as well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alternatives: Vec<Alternative>,
     /// The candidates of a search over discrete inputs, if there was one: this is the fit of the best one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
@@ -93,6 +96,18 @@ pub struct FitResult {
 
 fn all_alike() -> Weights {
     Weights::Points
+}
+
+/// Another shape of some parts that explains the scan as well: the two differ where nothing was scanned.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Alternative {
+    /// The parts, or groups of parts, that have another shape.
+    pub parts: Vec<String>,
+    /// The values of the parameters that shape them, in the parameters' units.
+    pub values: BTreeMap<String, f64>,
+    /// n ln(ratio of the mean loss to that of the fit), with the effective points: below zero it explains the scan
+    /// better.
+    pub evidence: f64,
 }
 
 /// An input of the script.

@@ -525,3 +525,32 @@ pub(crate) const EMPTY_BACK: f64 = 0.1;
 /// Contradicted area as a part of the model's, from which on it is no accident: some ten of the
 /// places.
 pub(crate) const CONTRADICTED: f64 = 1.5e-3;
+
+// ------------------------------------------------------------------------------------------------------------- Rivals
+
+/// Points of a group by which its rivals are looked for, and the least number.
+pub(crate) const RIVAL_POINTS: usize = 150;
+pub(crate) const RIVAL_LEAST_POINTS: usize = 20;
+/// Values of each parameter of a group, all over its bounds, and the coarse scale (radii) at which the others follow.
+pub(crate) const RIVAL_VALUES: u32 = 6;
+pub(crate) const RIVAL_COARSE: f64 = 0.03;
+/// Gauss-Newton steps, and the step (scales of the loss) that is the last one.
+pub(crate) const RIVAL_ITERATIONS: u32 = 10;
+pub(crate) const RIVAL_STEP: f64 = 1e-3;
+/// Twice the logarithm of a likelihood ratio beyond which another shape explains the scan worse: Schwarz's "very
+/// strong" (Kass and Raftery 1995). By the group's own points, with the rest held, it may be more.
+pub(crate) const RIVAL_EVIDENCE: f64 = 10.0;
+pub(crate) const RIVALS_JOINTLY: f64 = 300.0;
+/// Standard deviations of the mean difference in loss beyond which another shape is worse, or better by more than a
+/// few outliers that are near it by chance.
+pub(crate) const RIVAL_WORSE: f64 = 2.0;
+pub(crate) const RIVAL_BETTER: f64 = 3.0;
+/// Of two shapes that explain the scan alike the scan prefers the one with less contradicted area, if they differ by
+/// this share of what a warning needs: five places.
+pub(crate) const RIVAL_CONTRADICTED: f64 = 0.4;
+/// A rival is another shape than the solution beyond so many standard deviations in some parameter. Along a valley the
+/// first step is half as long again, and so often it may double.
+pub(crate) const RIVAL_DEVIATIONS: f64 = 4.0;
+pub(crate) const RIVAL_DOUBLINGS: u32 = 8;
+/// A rival that the scan prefers takes the solution's place, and its rivals are looked for in turn, so often.
+pub(crate) const RIVALS_ADOPTED: u32 = 3;

@@ -10,6 +10,7 @@ mod convergence;
 mod meat;
 pub(crate) mod misfit;
 pub(crate) mod pose;
+pub(crate) mod rivals;
 pub(crate) mod sandwich;
 mod significance;
 mod sums;
@@ -20,7 +21,8 @@ pub(crate) mod wald;
 use super::problem::objective::Objective;
 use super::refine::schedule::Solution;
 use super::result::{Bootstrap, HypothesisTest};
-use convergence::{Assessed, assess};
+use convergence::assess;
+use rivals::{Rival, Weighed};
 use sandwich::Uncertainty;
 
 /// A solution with the statistics of its parameters.
@@ -30,13 +32,16 @@ pub(crate) struct Inference<'a> {
     pub(crate) uncertainty: Option<Uncertainty>,
     pub(crate) tests: Vec<HypothesisTest>,
     pub(crate) bootstrap: Option<Bootstrap>,
+    /// Other shapes that explain the scan as well.
+    pub(crate) rivals: Vec<Rival>,
 }
 
 /// Takes a solution to the optimum if it is not there yet; standard deviations, tests and the bootstrap, as far as they
 /// were asked for.
 pub(crate) fn infer(solution: Solution) -> Inference {
     let problem = solution.level.problem;
-    let Assessed { solution, uncertainty } = problem.monitor.stage("uncertainty", || assess(solution));
+    let assessed = problem.monitor.stage("uncertainty", || assess(solution));
+    let Weighed { solution, uncertainty, rivals } = problem.monitor.stage("other shapes", || rivals::weigh(assessed));
     let tests = wald::test(&solution);
     let uncertainty = problem.monitor.stage("uncertainty", || {
         // One fit that was cancelled is like another, wherever it was.
@@ -46,7 +51,7 @@ pub(crate) fn infer(solution: Solution) -> Inference {
     });
     let bootstrap = (problem.options.bootstrap > 0)
         .then(|| problem.monitor.stage("bootstrap", || bootstrap::run(&solution, uncertainty.as_ref())));
-    Inference { solution, uncertainty, tests, bootstrap: bootstrap.flatten() }
+    Inference { solution, uncertainty, tests, bootstrap: bootstrap.flatten(), rivals }
 }
 
 /// How well the solution is determined.

@@ -339,6 +339,11 @@ impl<'a> Parameterization<'a> {
         ((a.z[k] - b.z[k]) * self.scale[k]).abs()
     }
 
+    /// The scaled step from one estimate's free parameters to another's.
+    pub(crate) fn step(&self, from: &Estimate, to: &Estimate) -> Vec<f64> {
+        from.z.iter().zip(&to.z).zip(&self.scale).map(|((from, to), scale)| (to - from) * scale).collect()
+    }
+
     /// How different some of an estimate's free parameters are from those at reference, by what they may be: the sum of
     /// squared differences, each over the stretch in which the parameter is looked for. What moves the surface most
     /// does not count more than the rest here: a start that is 20 % off in every value is nearer to the truth than to

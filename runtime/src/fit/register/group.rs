@@ -37,6 +37,16 @@ impl Group {
         (each * self.members.len()).min(most)
     }
 
+    /// The points near the model, by an objective, whose nearest patch is one of the group's. None where the model does
+    /// not exist.
+    pub(crate) fn own_points(&self, objective: &Objective, at: &Estimate) -> Option<Vec<usize>> {
+        let mut placed = objective.place(at).ok()?;
+        let with = objective.losses(&placed);
+        placed.facets.remove(|patch| self.patches[patch]);
+        let without = objective.losses(&placed);
+        Some((0..with.len()).filter(|i| with[*i] < 0.5 && with[*i] != without[*i]).collect())
+    }
+
     /// Signs of which those of the group's patches are not known.
     pub(crate) fn unsigned(&self, signs: &[i8]) -> Vec<i8> {
         signs.iter().zip(&self.patches).map(|(sign, shaped)| if *shaped { 0 } else { *sign }).collect()
