@@ -165,6 +165,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     options.ignore_normals = controls.normals == NormalsArg::Ignore;
     options.bootstrap = controls.bootstrap as usize;
     options.coverage = controls.coverage;
+    options.one_sided = controls.one_sided;
     options.seed = controls.seed;
     Ok(options)
 }

@@ -51,6 +51,10 @@ pub(crate) struct FitControls {
     /// a fit
     #[arg(long)]
     pub(crate) coverage: bool,
+    /// Judge the fit by the scan's points alone: surface of the model where the scan shows empty space does not count
+    /// against it, and open ends stay where they are
+    #[arg(long)]
+    pub(crate) one_sided: bool,
     /// Also fit N scans resampled from the scan, for confidence intervals with few assumptions
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=100_000))]
     pub(crate) bootstrap: u32,

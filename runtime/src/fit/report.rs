@@ -3,20 +3,18 @@
 use crate::fit::infer::misfit::{self, Residual};
 use crate::fit::infer::rivals::Rival;
 use crate::fit::infer::sandwich::Uncertainty;
+use crate::fit::infer::witness::{self, Witness};
 use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
-use crate::fit::problem::free_space::FreeSpace;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
-use crate::fit::problem::sides::Sides;
 use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
 use crate::fit::room::shown;
 use crate::fit::tuning::{
-    BIASED, CONTRADICTED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN,
-    NAMED,
+    BIASED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN, NAMED,
 };
 use gml_compiler::program::Part;
 use nalgebra::DVector;
@@ -142,14 +140,10 @@ fn warn_of_pattern(problem: &Problem, residuals: Option<&[Residual]>, rms: f64) 
 /// The model's surface that stands in empty space, by part, with a warning where that is more than a few places.
 /// None where the scan does not say what is empty.
 fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
-    let Solution { level, estimate, loss, .. } = solution;
-    let problem = level.problem;
-    let find = || {
-        let reversed = Sides::of(level, estimate, *loss)?.reversed;
-        FreeSpace::of(problem.scan, problem.points.spacing())?.contradicted(level, estimate, loss.sigma, reversed)
-    };
+    let problem = solution.level.problem;
+    let find = || Witness::of(solution)?.contradicted(&solution.estimate);
     let of_patches = problem.monitor.stage("free space", find)?;
-    let all: f64 = of_patches.iter().map(|c| c.of).sum();
+    let (_, chance) = witness::total(&of_patches);
     let parts = problem.model.parts().iter().zip(&of_patches).filter(|(_, c)| c.area > 0.0);
     let found: Vec<ContradictedPart> = parts
         .map(|(part, c)| ContradictedPart {
@@ -160,7 +154,7 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
         })
         .collect();
     for ContradictedPart { part, area, share, place: [x, y, z] } in &found {
-        if *area > CONTRADICTED * all {
+        if *area > chance {
             problem.monitor.warn(format!(
                 "{area:.0} mm2 of `{part}` ({:.0} % of it), about ({x:.1}, {y:.1}, {z:.1}) mm, stand where the scan shows empty space: what shapes it there is wrong, or was removed from the object",
                 100.0 * share

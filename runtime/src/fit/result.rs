@@ -181,6 +181,10 @@ pub enum WithoutSd {
     /// No distance depends on it, or only together with other parameters.
     #[serde(rename = "the scan does not determine it")]
     NotDetermined,
+    /// The scan leaves it open on one side: it is where the surface is least, as of an open end that the scan may have
+    /// seen or not.
+    #[serde(rename = "the scan ends there")]
+    ScanEnds,
     /// The fit stopped too far from the optimum.
     #[serde(rename = "not converged")]
     NotConverged,
@@ -200,6 +204,7 @@ impl WithoutSd {
             Self::InPose => "part of the pose",
             Self::NotScanned => "its part was not scanned",
             Self::NotDetermined => "the scan does not determine it",
+            Self::ScanEnds => "the scan ends there",
             Self::NotConverged => "not converged",
             Self::Interrupted => "interrupted",
         }

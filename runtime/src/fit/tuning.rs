@@ -210,6 +210,9 @@ pub(crate) const MOST_SAMPLE_CELLS: f64 = 4096.0;
 pub(crate) const SAMPLE_ROUNDS: usize = 14;
 pub(crate) const SAMPLE_ENOUGH: f64 = 1.05;
 pub(crate) const SAMPLE_AIM: f64 = 0.975;
+/// Cells of which most hold one point only: that share of all points, and the ratio that is taken for theirs.
+pub(crate) const SAMPLE_SPARSE: f64 = 0.9;
+pub(crate) const SAMPLE_COARSER: f64 = 0.5;
 /// Points of a chunk, the unit of parallel work and of the order of sums. Few points make the second number of chunks
 /// all the same, as long as a chunk has the third number of points.
 pub(crate) const CHUNK_POINTS: usize = 512;
@@ -428,6 +431,8 @@ pub(crate) const SYMMETRIC: f64 = 1e3;
 pub(crate) const RESUMED_STEP: f64 = 0.2;
 /// Coordinates that the warning of a stall names at most.
 pub(crate) const STALLED_NAMED: usize = 3;
+/// A coordinate is determined by the scan's ends whose standard deviation would be so many times larger without them.
+pub(crate) const BY_ENDS: f64 = 10.0;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A released fit is another one than that near the held values where chance explains the difference of their mean
@@ -554,3 +559,17 @@ pub(crate) const RIVAL_DEVIATIONS: f64 = 4.0;
 pub(crate) const RIVAL_DOUBLINGS: u32 = 8;
 /// A rival that the scan prefers takes the solution's place, and its rivals are looked for in turn, so often.
 pub(crate) const RIVALS_ADOPTED: u32 = 3;
+
+// ------------------------------------------------------------------------------------------------------ Least surface
+
+/// Points by which the scan protests against less surface.
+pub(crate) const LEAST_POINTS: usize = 60_000;
+/// Twice the logarithm of a likelihood ratio at which it does: a standard deviation.
+pub(crate) const LEAST_PROTEST: f64 = 1.0;
+/// The first step and the last one (radii), the relative gain of area below which a step is none, and the rounds.
+pub(crate) const LEAST_FIRST_STEP: f64 = 0.1;
+pub(crate) const LEAST_LAST_STEP: f64 = 1e-3;
+pub(crate) const LEAST_AREA_GAIN: f64 = 1e-9;
+pub(crate) const LEAST_ROUNDS: u32 = 6;
+/// Mixtures of several directions that are tried in a round.
+pub(crate) const LEAST_MIXTURES: u32 = 12;

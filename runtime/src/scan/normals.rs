@@ -2,10 +2,11 @@
 
 use super::neighbours::Neighbours;
 use super::thinned::{Thinned, least_thinning};
+use crate::eigen::{self, Eigen};
 use crate::mesh::TriangleMesh;
 use crate::robust::median;
 use glam::DVec3;
-use nalgebra::{Const, Matrix3, SymmetricEigen};
+use nalgebra::{Const, Matrix3};
 use rayon::prelude::*;
 
 /// Neighbours from which a point's normal is found in a cloud.
@@ -113,7 +114,7 @@ pub(super) fn least_variation(points: &[DVec3]) -> Option<DVec3> {
 }
 
 /// The principal axes of some points, with their shares of the variance; none where all points are one.
-pub(super) fn variation(points: &[DVec3]) -> Option<SymmetricEigen<f64, Const<3>>> {
+pub(super) fn variation(points: &[DVec3]) -> Option<Eigen<Const<3>>> {
     let mean = points.iter().sum::<DVec3>() / points.len() as f64;
     let mut covariance = Matrix3::<f64>::zeros();
     for &point in points {
@@ -128,7 +129,7 @@ pub(super) fn variation(points: &[DVec3]) -> Option<SymmetricEigen<f64, Const<3>
     if !(size.is_finite() && size > 0.0) {
         return None;
     }
-    SymmetricEigen::try_new(covariance / size, f64::EPSILON, 1000)
+    Some(eigen::symmetric(covariance / size))
 }
 
 #[cfg(test)]

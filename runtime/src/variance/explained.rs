@@ -2,11 +2,12 @@
 //! remains.
 
 use super::Deviations;
+use crate::eigen;
 use crate::model::{PartSensitivities, Sensitivities};
 use crate::robust::{MAD_TO_SD, median_and_deviation};
 use glam::DVec3;
 use gml_compiler::program::Quantity;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 /// Outliers (edges of holes, clutter) are this many robust standard deviations from the median; they are left out.
@@ -150,7 +151,7 @@ fn explained(columns: &DMatrix<f64>, distances: &DVector<f64>) -> f64 {
             .map(|c| if c.norm() > 0.0 { c / c.norm() } else { c.into_owned() })
             .collect::<Vec<DVector<f64>>>(),
     );
-    let eigen = SymmetricEigen::new(scaled.tr_mul(&scaled));
+    let eigen = eigen::symmetric(scaled.tr_mul(&scaled));
     let product = scaled.tr_mul(distances);
     let largest = eigen.eigenvalues.max();
     let shares = eigen

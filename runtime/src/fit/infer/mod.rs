@@ -7,6 +7,7 @@ mod blocks;
 pub(crate) mod bootstrap;
 pub(crate) mod compare;
 mod convergence;
+mod least_surface;
 mod meat;
 pub(crate) mod misfit;
 pub(crate) mod pose;
@@ -17,6 +18,7 @@ mod sums;
 mod switches;
 pub(crate) mod unobserved;
 pub(crate) mod wald;
+pub(crate) mod witness;
 
 use super::problem::objective::Objective;
 use super::refine::schedule::Solution;
@@ -41,7 +43,10 @@ pub(crate) struct Inference<'a> {
 pub(crate) fn infer(solution: Solution) -> Inference {
     let problem = solution.level.problem;
     let assessed = problem.monitor.stage("uncertainty", || assess(solution));
-    let Weighed { solution, uncertainty, rivals } = problem.monitor.stage("other shapes", || rivals::weigh(assessed));
+    let Weighed { solution, uncertainty, rivals } = problem.monitor.stage("other shapes", || {
+        let assessed = if problem.options.one_sided { assessed } else { least_surface::settle(assessed) };
+        rivals::weigh(assessed)
+    });
     let tests = wald::test(&solution);
     let uncertainty = problem.monitor.stage("uncertainty", || {
         // One fit that was cancelled is like another, wherever it was.

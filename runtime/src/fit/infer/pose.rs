@@ -2,12 +2,13 @@
 //! itself, which have none.
 
 use super::sandwich::Uncertainty;
+use crate::eigen;
 use crate::fit::problem::level::Level;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{PoseCovariance, Symmetry};
 use crate::fit::tuning::{NAMED, SYMMETRIC};
 use glam::DVec3;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 /// The joint covariance of some parameters, given by their indices, and the pose. None where no pose was added.
 pub(crate) fn joint(solution: &Solution, uncertainty: &Uncertainty, parameters: &[usize]) -> Option<PoseCovariance> {
@@ -57,7 +58,7 @@ pub(super) fn within_itself(covariance: &DMatrix<f64>, first: usize) -> Vec<DVec
     if count == 0 {
         return Vec::new();
     }
-    let eigen = SymmetricEigen::new(covariance.view((first, first), (count, count)).into_owned());
+    let eigen = eigen::symmetric(covariance.view((first, first), (count, count)).into_owned());
     let largest = eigen.eigenvalues.amax();
     // Directions that the scan does not determine at all have no variance but rounding.
     let none = |value: f64| value <= 1e-14 * largest;

@@ -5,9 +5,9 @@
 
 use super::convergence::{self, Assessed};
 use super::sandwich::Uncertainty;
+use super::witness::{self, Witness};
 use crate::fit::correspond::layout::Layout;
 use crate::fit::optimise::gauss_newton::{self, Stop};
-use crate::fit::problem::free_space::FreeSpace;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::Objective;
@@ -17,9 +17,9 @@ use crate::fit::problem::sides::Sides;
 use crate::fit::refine::schedule::{Guess, POLISH, Solution, polish};
 use crate::fit::register::group::{Group, groups};
 use crate::fit::tuning::{
-    CONTRADICTED, MODEL_SIZE, PART_CHORD, RIVAL_BETTER, RIVAL_COARSE, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS,
-    RIVAL_DOUBLINGS, RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_STEP, RIVAL_VALUES,
-    RIVAL_WORSE, RIVALS_ADOPTED, RIVALS_JOINTLY, THIN_POINTS,
+    MODEL_SIZE, PART_CHORD, RIVAL_BETTER, RIVAL_COARSE, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_DOUBLINGS,
+    RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_STEP, RIVAL_VALUES, RIVAL_WORSE,
+    RIVALS_ADOPTED, RIVALS_JOINTLY, THIN_POINTS,
 };
 use rayon::prelude::*;
 
@@ -105,27 +105,15 @@ pub(crate) fn find(solution: &Solution, uncertainty: &Uncertainty) -> Rivals {
     if found.is_empty() {
         return none;
     }
-    let space = witness(solution);
-    let area = |at: &Estimate| {
-        let (space, reversed) = space.as_ref()?;
-        let parts = space.contradicted(&solution.level, at, solution.loss.sigma, *reversed)?;
-        Some((parts.iter().map(|c| c.area).sum::<f64>(), parts.iter().map(|c| c.of).sum::<f64>()))
-    };
-    let (contradicted, of) = area(&solution.estimate).unwrap_or_default();
-    let chance = CONTRADICTED * of;
+    let witness = Witness::of(solution);
+    let area = |at: &Estimate| Some(witness::total(&witness.as_ref()?.contradicted(at)?));
+    let (contradicted, chance) = area(&solution.estimate).unwrap_or_default();
     // What stands where the scan shows empty space is no rival.
     let rivals = found.into_iter().filter_map(|rival| {
         let (there, _) = area(&rival.estimate).unwrap_or_default();
         (there <= contradicted + RIVAL_CONTRADICTED * chance).then_some(Rival { contradicted: there, ..rival })
     });
     Rivals { rivals: rivals.collect(), contradicted, chance }
-}
-
-/// The scan as a witness of empty space, and whether its triangles face the other way. None where it does not say.
-fn witness(solution: &Solution) -> Option<(FreeSpace, bool)> {
-    let Solution { level, estimate, loss, .. } = solution;
-    let reversed = Sides::of(level, estimate, *loss)?.reversed;
-    Some((FreeSpace::of(level.problem.scan, level.problem.points.spacing())?, reversed))
 }
 
 impl Rivals {

@@ -5,14 +5,15 @@ use super::blocks::Blocks;
 use super::meat;
 use super::sums::{score, squares};
 use super::switches;
+use crate::eigen;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::effective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::result::WithoutSd;
-use crate::fit::tuning::{DETERMINED, SWITCH_ROUNDS};
+use crate::fit::tuning::{BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, SWITCH_ROUNDS};
 use glam::DVec3;
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 /// The covariance of the scaled local coordinates.
 #[derive(Clone, Debug)]
@@ -48,9 +49,17 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let chain = objective.space.chain(at);
     let local = |matrix: &DMatrix<f64>| chain.tr_mul(&(matrix * &chain));
     // Sums of curvature J J^T, of weight J J^T, and of that times the prior weight.
-    let of_point = |point: &RowPoint| [point.curvature, point.weight, point.prior * point.weight];
-    let factors = |rows: &Rows| rows.points.iter().map(of_point).collect();
-    let [mut bread, mut weighted, mut alike] = squares(&all, chain.nrows(), factors).map(|matrix| local(&matrix));
+    // The last sum is that of weight J J^T without points beyond the model's ends.
+    let shown = shown_patches(&all, objective.space.model.parts().len());
+    let factors = |rows: &Rows| {
+        let of_point = |point: &RowPoint| {
+            let within = if shown[rows.patch as usize] && !point.beyond { point.weight } else { 0.0 };
+            [point.curvature, point.weight, point.prior * point.weight, within]
+        };
+        rows.points.iter().map(of_point).collect()
+    };
+    let [mut bread, mut weighted, mut alike, mut within] =
+        squares(&all, chain.nrows(), factors).map(|matrix| local(&matrix));
     let Residuals { positions, scores, priors, weight, weighted_d2 } = Residuals::of(objective, &all);
     if scores.len() <= dim {
         return None;
@@ -60,6 +69,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         bread += local(&coverage.bread);
         weighted += local(&coverage.weighted);
         alike += local(&coverage.weighted);
+        within += local(&coverage.weighted);
     }
     let blocks = Blocks::find(&positions, &scores, objective.points.gyration());
     let mut inverse = Inverse::of(&bread, &weighted, held)?;
@@ -83,8 +93,9 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix: inverse, undetermined, determined, .. } = inverse;
+    let by_ends = by_ends(&weighted, &within, &determined);
     let reason = |k: usize| match (determined[k], is_held(held, k)) {
-        (true, _) => None,
+        (true, _) => by_ends[k].then_some(WithoutSd::ScanEnds),
         (false, true) => Some(WithoutSd::AtBound),
         (false, false) => Some(WithoutSd::NotDetermined),
     };
@@ -117,6 +128,39 @@ impl Uncertainty {
     pub(crate) fn without<'s>(&self, slope: impl Iterator<Item = &'s f64>) -> Option<WithoutSd> {
         slope.zip(&self.without).filter(|(slope, _)| **slope != 0.0).find_map(|(_, without)| *without)
     }
+}
+
+/// By patch, whether more than hardly any points lie near it.
+fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
+    let mut points = vec![0.0; patches];
+    let near = |point: &&RowPoint| point.weight > 0.5 * point.prior;
+    let add = |sums: &mut Vec<(u32, f64)>, rows: &Rows| {
+        sums.push((rows.patch, rows.points.iter().filter(near).count() as f64));
+    };
+    all.fold(Vec::new, add, |sums| sums.into_iter().for_each(|(patch, count)| points[patch as usize] += count));
+    points.into_iter().map(|count| count >= HARDLY_ANY_POINTS).collect()
+}
+
+/// By coordinate, whether hardly anything but the ends of the scan determines it: points beyond an end of the model, or
+/// the few that a part took which was not scanned. They say that the model reaches so far, not that the object does not
+/// reach farther. `weighted` is the information of all points, `within` that of the others.
+fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, determined: &[bool]) -> Vec<bool> {
+    let varied: Vec<usize> = (0..determined.len()).filter(|k| determined[*k]).collect();
+    let variances = |of: &DMatrix<f64>| {
+        let unit = |k: usize| weighted[(k, k)].sqrt();
+        let scaled = DMatrix::from_fn(varied.len(), varied.len(), |a, b| {
+            let (i, j) = (varied[a], varied[b]);
+            of[(i, j)] / (unit(i) * unit(j)) + if a == b { SINGULAR } else { 0.0 }
+        });
+        Some(scaled.cholesky()?.inverse().diagonal())
+    };
+    let mut by_ends = vec![false; determined.len()];
+    if let (Some(all), Some(within)) = (variances(weighted), variances(within)) {
+        for (a, k) in varied.iter().enumerate() {
+            by_ends[*k] = within[a] > BY_ENDS.powi(2) * all[a];
+        }
+    }
+    by_ends
 }
 
 /// Whether a coordinate is fixed at a bound: `held` has no entries for the motion.
@@ -186,7 +230,7 @@ impl Inverse {
         let scaled = |m: &DMatrix<f64>| {
             DMatrix::from_fn(varied.len(), varied.len(), |a, b| m[(varied[a], varied[b])] / (unit[a] * unit[b]))
         };
-        let flat = SymmetricEigen::new(scaled(weighted));
+        let flat = eigen::symmetric(scaled(weighted));
         let mut undetermined = Vec::new();
         let mut sound = Vec::new();
         for (value, vector) in flat.eigenvalues.iter().zip(flat.eigenvectors.column_iter()) {

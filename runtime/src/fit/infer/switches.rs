@@ -5,10 +5,11 @@
 //! large one a few such points matter as much as all others.
 
 use super::sums::score;
+use crate::eigen::{self, Eigen};
 use crate::fit::problem::objective::{Chunk, Correspondence, Objective, Placed};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::tuning::{SWITCH_CAP, SWITCH_REACH};
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// A point with another patch within reach.
@@ -120,9 +121,11 @@ pub(crate) fn smoothed(bread: &DMatrix<f64>, switches: &[Switch], covariance: &D
     let l = factor.l();
     let Some(half) = l.solve_lower_triangular(&reduction) else { return bread.clone() };
     let Some(relative) = l.solve_lower_triangular(&half.transpose()) else { return bread.clone() };
-    let mut eigen = SymmetricEigen::new(0.5 * (&relative + relative.transpose()));
+    let mut eigen = eigen::symmetric(0.5 * (&relative + relative.transpose()));
     eigen.eigenvalues.apply(|e| *e = 1.0 - e.clamp(0.0, SWITCH_CAP));
-    &l * eigen.recompose() * l.transpose()
+    let Eigen { eigenvalues, eigenvectors } = eigen;
+    let basis = &l * eigenvectors;
+    &basis * DMatrix::from_diagonal(&eigenvalues) * basis.transpose()
 }
 
 #[cfg(test)]

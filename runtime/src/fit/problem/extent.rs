@@ -2,8 +2,9 @@
 
 use super::Problem;
 use super::points::{Points, moments};
+use crate::eigen;
 use crate::fit::tuning::FLAT_NOISE;
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::Matrix3;
 
 /// A sentence where the scan's points are too few for the unknowns, or have no extent in some direction.
 pub(crate) fn degenerate(problem: &Problem) -> Option<String> {
@@ -37,7 +38,7 @@ pub(crate) fn degenerate(problem: &Problem) -> Option<String> {
 fn extents(points: &Points) -> [f64; 3] {
     let (_, covariance) = moments(&points.position);
     let covariance = Matrix3::from_column_slice(&covariance.to_cols_array());
-    let mut extents: Vec<f64> = SymmetricEigen::new(covariance).eigenvalues.iter().map(|e| e.max(0.0).sqrt()).collect();
+    let mut extents: Vec<f64> = eigen::symmetric(covariance).eigenvalues.iter().map(|e| e.max(0.0).sqrt()).collect();
     extents.sort_by(|a, b| b.total_cmp(a));
     [extents[0], extents[1], extents[2]]
 }

@@ -16,10 +16,13 @@ use crate::model::Partials;
 use crate::scan::Scan;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::f64::consts::TAU;
 
 /// The scan as a witness of empty space.
 pub(crate) struct FreeSpace {
     bvh: Bvh,
+    /// The surface of a cloud.
+    discs: Option<TriangleMesh>,
     /// Model surface nearer to the scan than this may be where it is by the scan's noise or gaps. Millimetres.
     near: f64,
 }
@@ -36,14 +39,18 @@ pub(crate) struct Contradicted {
 }
 
 impl FreeSpace {
-    /// Of a scan whose points are `spacing` (millimetres) apart. None for clouds and meshes whose sides are not known:
-    /// they do not say which side was seen.
+    /// Of a scan whose points are `spacing` (millimetres) apart. None for scans whose sides are not known: they do not
+    /// say which side was seen.
     pub(crate) fn of(scan: &Scan, spacing: f64) -> Option<Self> {
-        if scan.mesh.triangles.is_empty() || !scan.oriented {
+        if !scan.oriented {
             return None;
         }
-        let bvh = Bvh::build(&scan.mesh).ok()?;
-        Some(Self { bvh, near: EMPTY_AWAY_NOISE * scan.noise + spacing })
+        let discs = match scan.mesh.triangles.is_empty() {
+            true => Some(discs(&scan.mesh, spacing)?),
+            false => None,
+        };
+        let bvh = Bvh::build(discs.as_ref().unwrap_or(&scan.mesh)).ok()?;
+        Some(Self { bvh, discs, near: EMPTY_AWAY_NOISE * scan.noise + spacing })
     }
 
     /// The contradicted surface of every patch; `sigma` (millimetres) is the scale of the loss, `reversed` says that
@@ -59,6 +66,7 @@ impl FreeSpace {
         let instance = problem.model.instantiate(&level.space.x(&at.z)?).ok()?;
         let mut contradicted = vec![Contradicted::default(); problem.model.parts().len()];
         let near = self.near.max(EMPTY_AWAY_SIGMAS * sigma);
+        let surface = self.discs.as_ref().unwrap_or(&problem.scan.mesh);
         let side = if reversed { -1.0 } else { 1.0 };
         for places in all_places(problem.model, &*instance) {
             let mut partials = vec![Partials::default(); places.u.len()];
@@ -66,7 +74,7 @@ impl FreeSpace {
             let in_empty_space = |p: &Partials| {
                 let point = at.motion.apply(DVec3::from_array(p.point));
                 let normal = at.motion.rotation * across(p).normalize_or_zero();
-                self.is_empty_at(&problem.scan.mesh, point, normal, side, near).then_some(point)
+                self.is_empty_at(surface, point, normal, side, near).then_some(point)
             };
             let found: Vec<Option<DVec3>> = partials.par_iter().map(in_empty_space).collect();
             let of_patch = &mut contradicted[places.patch];
@@ -102,4 +110,30 @@ impl FreeSpace {
         }
         from_front >= EMPTY_SEEN_FROM_FRONT
     }
+}
+
+/// The points of a cloud as small triangles across their normals, which close the surface between neighbours. None
+/// where a point has no normal.
+fn discs(cloud: &TriangleMesh, spacing: f64) -> Option<TriangleMesh> {
+    if cloud.normals.len() != cloud.positions.len() {
+        return None;
+    }
+    // The circle inside of the triangle reaches to the next point.
+    let radius = 2.0 * spacing;
+    let mut mesh = TriangleMesh::default();
+    for (p, n) in cloud.positions.iter().zip(&cloud.normals) {
+        let (p, n) = (DVec3::from_array(*p), DVec3::from_array(*n).normalize_or_zero());
+        if n == DVec3::ZERO {
+            continue;
+        }
+        let first = u32::try_from(mesh.positions.len()).ok()?;
+        let a = n.any_orthonormal_vector();
+        let b = n.cross(a);
+        mesh.positions.extend((0..3).map(|k| {
+            let (sin, cos) = (TAU * f64::from(k) / 3.0).sin_cos();
+            (p + radius * (cos * a + sin * b)).to_array()
+        }));
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    Some(mesh)
 }

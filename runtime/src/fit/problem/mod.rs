@@ -22,6 +22,7 @@ use super::start::Start;
 use crate::fit::tuning::{CONVINCING, EXPLAINED, FACING_CLEAR, FACING_POINTS, FEWEST_POINTS, START_CHORD, THIN_POINTS};
 use crate::model::Model;
 use crate::scan::Scan;
+use free_space::FreeSpace;
 use isometry::Isometry;
 use level::Level;
 use objective::Evaluation;
@@ -29,6 +30,7 @@ use parameterization::Parameterization;
 use points::Points;
 use pose_treatment::PoseTreatment;
 use rigid::{RigidParameters, recognise};
+use std::sync::OnceLock;
 use sums::PatchSum;
 
 /// A model to be fitted to a scan. It does not change during the fit.
@@ -51,6 +53,8 @@ pub(crate) struct Problem<'a> {
     /// The treatment of the pose.
     pub(crate) pose: PoseTreatment,
     pub(crate) monitor: &'a Monitor<'a>,
+    /// What the scan shows to be empty, once it was asked for.
+    free_space: OnceLock<Option<FreeSpace>>,
 }
 
 impl<'a> Problem<'a> {
@@ -80,7 +84,26 @@ impl<'a> Problem<'a> {
         let rigid = recognise(model, &start.x, radius)?;
         let pose = PoseTreatment::choose(model, options, &rigid, &start, monitor);
         let oriented = !points.normal.is_empty() && scan.oriented && !options.ignore_normals;
-        Ok(Self { model, scan, options, start, points, thin, radius, oriented, rigid, pose, monitor })
+        Ok(Self {
+            model,
+            scan,
+            options,
+            start,
+            points,
+            thin,
+            radius,
+            oriented,
+            rigid,
+            pose,
+            monitor,
+            free_space: OnceLock::new(),
+        })
+    }
+
+    /// What the scan shows to be empty. None where it does not say, or the user wants nothing of it.
+    pub(crate) fn free_space(&self) -> Option<&FreeSpace> {
+        let find = || FreeSpace::of(self.scan, self.points.spacing()).filter(|_| !self.options.one_sided);
+        self.free_space.get_or_init(find).as_ref()
     }
 
     /// The motion that an earlier fit added, as far as the pose may be sought.

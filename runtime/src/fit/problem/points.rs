@@ -2,8 +2,8 @@
 
 use super::weights::Weights;
 use crate::fit::tuning::{
-    CLEAN_CLOUD, EMPTY_CELL, MOST_SAMPLE_CELLS, OUTLIER_PASSES, OUTLIER_POINTS, SAMPLE_AIM, SAMPLE_ENOUGH,
-    SAMPLE_ROUNDS, SPACING_POINTS, WALK_CELLS,
+    CLEAN_CLOUD, EMPTY_CELL, MOST_SAMPLE_CELLS, OUTLIER_PASSES, OUTLIER_POINTS, SAMPLE_AIM, SAMPLE_COARSER,
+    SAMPLE_ENOUGH, SAMPLE_ROUNDS, SAMPLE_SPARSE, SPACING_POINTS, WALK_CELLS,
 };
 use crate::mesh::Bounds;
 use crate::robust::median;
@@ -162,7 +162,9 @@ impl Points {
         let mut chosen = Vec::new();
         for _ in 0..SAMPLE_ROUNDS {
             let picked = self.one_a_cell(bounds.low, extent / cells);
-            let ratio = count as f64 / picked.len() as f64;
+            // Where most points have a cell of their own, their number does not say how large cells fill.
+            let sparse = picked.len() as f64 > SAMPLE_SPARSE * self.len() as f64;
+            let ratio = if sparse { SAMPLE_COARSER } else { count as f64 / picked.len() as f64 };
             if picked.len() > count {
                 fine = cells;
             } else {
@@ -174,6 +176,9 @@ impl Points {
             }
             let next = cells * (SAMPLE_AIM * ratio).sqrt();
             cells = if next > coarse && next < fine { next } else { (coarse * fine).sqrt() };
+        }
+        if chosen.is_empty() {
+            return self.every(count);
         }
         chosen.sort_unstable();
         let mut sample = self.pick(chosen.into_iter());

@@ -32,6 +32,8 @@ pub(crate) struct RowPoint {
     pub(crate) weight: f64,
     /// See `PointLoss`.
     pub(crate) curvature: f64,
+    /// The foot is on the edge of the patch and the point lies beyond it.
+    pub(crate) beyond: bool,
 }
 
 impl Rows {
@@ -121,7 +123,8 @@ impl Objective<'_> {
         for (i, ((foot, point), loss)) in feet.iter().zip(matches).zip(losses).enumerate() {
             let (away, distance) = self.away(foot, point.q);
             let PointLoss { prior, weight, curvature, .. } = *loss;
-            points.push(RowPoint { index: point.index as u32, distance, prior, weight, curvature });
+            let beyond = is_beyond(foot, point.q);
+            points.push(RowPoint { index: point.index as u32, distance, prior, weight, curvature, beyond });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
             // The surface moving outwards brings it nearer to a point outside.
             jacobian.extend(varied.iter().map(|a| -away.dot(DVec3::from_slice(&slopes[3 * a..]))));
@@ -146,4 +149,10 @@ impl Objective<'_> {
             (normal, along)
         }
     }
+}
+
+/// Whether a point lies beyond the edge of a patch on which its foot is, more than above it.
+fn is_beyond(foot: &Foot, q: DVec3) -> bool {
+    let on_edge = foot.uv.iter().any(|t| *t <= 0.0 || *t >= 1.0);
+    on_edge && 2.0 * (q - foot.point).dot(foot.normal.normalize_or_zero()).powi(2) < foot.d2
 }

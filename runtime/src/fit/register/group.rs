@@ -1,5 +1,6 @@
 //! Groups of parameters that shape only some parts of the model, and what the scan says of such parts by themselves.
 
+use crate::eigen;
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Objective;
@@ -7,7 +8,7 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::tuning::{AXIS_EIGENVALUE, AXIS_POINTS, AXIS_TURN, PerMember};
 use glam::DVec3;
 use gml_compiler::program::Part;
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{Matrix6, Vector6};
 
 /// A rotation about an axis, as shift and turn by a radian.
 #[derive(Clone, Copy, Debug)]
@@ -120,7 +121,7 @@ pub(crate) fn rest(objective: &Objective, at: &Estimate, group: &Group) -> Optio
     if count < AXIS_POINTS || !objective.space.moving {
         return Some(Rest { explained, axis: None });
     }
-    let eigen = SymmetricEigen::new(gram / weight);
+    let eigen = eigen::symmetric(gram / weight);
     let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < AXIS_EIGENVALUE).find_map(|k| {
         let e = eigen.eigenvectors.column(k);
         let turn = DVec3::new(e[3], e[4], e[5]) / radius;

@@ -1,7 +1,7 @@
 //! Global registration: where the refinement begins. Orientations that cover all rotations, other shapes, restarts of
 //! parameters that shape only some parts, and parameter symmetries.
 
-mod area;
+pub(crate) mod area;
 pub(crate) mod candidate;
 mod distance_field;
 pub(crate) mod group;

@@ -1,11 +1,12 @@
 //! What the model has and the scan does not.
 
-use crate::fit::{FitOptions, FitResult, fit};
+use crate::fit::{FitOptions, FitResult, FittedParameter, fit};
 use crate::mesh::TriangleMesh;
 use crate::model::{Fineness, Model, Motion, Tessellation};
 use crate::progress::Silent;
 use crate::scan::{Scan, from_mesh};
 use crate::simulate::{ExactSurface, Scanner, scan_exact};
+use glam::DVec3;
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use std::f64::consts::PI;
@@ -65,9 +66,6 @@ fn what_was_not_scanned_is_not_contradicted() {
     // Half of the vessel: the other half of the model stands where nothing was scanned.
     let result = fitted(&vessel(false), 0.0);
     assert_eq!(result.contradicted, Some(Vec::new()), "{:?}", result.warnings);
-    let mut cloud = vessel(true);
-    cloud.mesh.triangles.clear();
-    assert_eq!(fitted(&cloud, 20.0).contradicted, None, "points do not say what is empty");
 }
 
 /// A handle that ends on the wall, and not inside of it where its curve meets the wall's profile once more: as found
@@ -76,14 +74,88 @@ fn what_was_not_scanned_is_not_contradicted() {
 fn a_handle_does_not_run_on_inside_of_the_wall() {
     let cup = program(include_str!("../../../../examples/cup/cup.gml"));
     let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.72, 28.8, 72.1, 0.85, 1.79, 0.91, 1.69, 0.05, 0.8];
-    let instance = Model::instantiate(&cup, &truth).unwrap();
-    let tessellation = Tessellation::new(&cup, &*instance, Fineness::default()).unwrap();
     let scanner = Scanner { spacing: 1.15, noise: 0.24, dropouts: 0.01, holes: 6, seed: 22, ..Scanner::default() };
-    let surface = ExactSurface { instance: &*instance, tessellation: &tessellation, motion: Motion::IDENTITY };
-    let scan = from_mesh(scan_exact(surface, &scanner, &Silent).unwrap().mesh, "cup").unwrap();
+    let scan = scanned(&cup, &truth, &scanner, |_| true);
     let result = fit(&cup, &scan, &FitOptions::default(), &Silent).unwrap();
     for (p, truth) in result.parameters.iter().zip(truth).skip(6) {
         let sd = p.sd.expect("it is determined");
         assert!((p.value - truth).abs() < 4.0 * sd, "{}: {} +- {sd}, not {truth}", p.name, p.value);
     }
+}
+
+#[test]
+fn a_cloud_says_what_is_empty_where_it_has_normals() {
+    let mut cloud = vessel(true);
+    let normals = cloud.mesh.positions.iter().map(|[x, y, z]| match (x.hypot(*y), *z) {
+        (r, z) if r > 29.5 && z > 0.0 => [x / r, y / r, 0.0],
+        (r, z) if r > 27.5 && z > 2.5 => [-x / r, -y / r, 0.0],
+        (_, z) => [0.0, 0.0, if z > 1.0 { 1.0 } else { -1.0 }],
+    });
+    cloud.mesh.normals = normals.collect();
+    cloud.mesh.triangles.clear();
+    let shelf = &fitted(&cloud, 20.0).contradicted.expect("the normals say which side was seen")[0];
+    assert!(shelf.part == "shelf_top" && (shelf.area / (PI * 400.0) - 1.0).abs() < 0.05, "{shelf:?}");
+    cloud.mesh.normals.clear();
+    cloud.oriented = false;
+    assert_eq!(fitted(&cloud, 20.0).contradicted, None, "points do not say what is empty");
+}
+
+#[test]
+fn what_the_scan_leaves_open_has_the_least_surface() {
+    // The shelf has no points, and stands in the way of what was seen.
+    let options = FitOptions { no_pose: true, start: [("shelf".to_owned(), 20.0)].into(), ..FitOptions::default() };
+    let shelf = |options: &FitOptions| {
+        fit(&program(VESSEL), &vessel(true), options, &Silent).unwrap().parameters.swap_remove(0)
+    };
+    let found = shelf(&options);
+    assert!(found.value < 0.1 && found.sd.is_none(), "{found:?}");
+    let found = shelf(&FitOptions { one_sided: true, ..options });
+    assert!(found.value == 20.0 && found.sd.is_none(), "{found:?}");
+}
+
+/// An exact scan of a model with the scanner's noise, the triangles whose corners are all on one side.
+fn scanned(model: &Program, truth: &[f64], scanner: &Scanner, seen: impl Fn(DVec3) -> bool) -> Scan {
+    let instance = Model::instantiate(model, truth).unwrap();
+    let tessellation = Tessellation::new(model, &*instance, Fineness::default()).unwrap();
+    let surface = ExactSurface { instance: &*instance, tessellation: &tessellation, motion: Motion::IDENTITY };
+    let mesh = scan_exact(surface, scanner, &Silent).unwrap().mesh;
+    let part = mesh.triangles.iter().filter(|t| mesh.corners(**t).iter().all(|p| seen(*p))).copied();
+    from_mesh(mesh.submesh(part), "part").unwrap()
+}
+
+/// The largest error of the parameters from the seventh on, in standard deviations.
+fn farthest(result: &FitResult, truth: &[f64]) -> f64 {
+    let off = |(p, truth): (&FittedParameter, &f64)| p.sd.map_or(0.0, |sd| (p.value - truth).abs() / sd);
+    result.parameters.iter().zip(truth).skip(6).map(off).fold(0.0, f64::max)
+}
+
+/// Half of a tall cup, of which the middle is not the cup's: from the defaults all orientations led elsewhere.
+#[test]
+fn half_of_an_object_is_found() {
+    let cup = program(include_str!("../../../../examples/cup/cup.gml"));
+    let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.65, 52.65, 136.44, 0.87, 1.7, 0.95, 1.85, 0.2, 0.7];
+    let scanner = Scanner { spacing: 1.8, noise: 0.1, dropouts: 0.01, holes: 6, seed: 17, ..Scanner::default() };
+    let scan = scanned(&cup, &truth, &scanner, |p| p.y < 0.0);
+    let result = fit(&cup, &scan, &FitOptions::default(), &Silent).unwrap();
+    assert!(result.converged && result.inliers > 0.95, "{} {:?}", result.inliers, result.warnings);
+    assert!(farthest(&result, &truth) < 4.0, "{:?}", result.parameters);
+}
+
+/// A cup without its lower two fifths: other pieces of the handle's curve end on the wall that was not scanned.
+#[test]
+fn a_hidden_end_has_alternatives_that_the_intervals_hold() {
+    let cup = program(include_str!("../../../../examples/cup/cup.gml"));
+    let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.4, 43.3, 133.2, 0.906, 1.906, 0.95, 1.911, 0.2, 0.646];
+    let scanner = Scanner { spacing: 1.5, noise: 0.2, dropouts: 0.01, holes: 6, seed: 11, ..Scanner::default() };
+    let upper = scanned(&cup, &truth, &scanner, |p| p.z > 53.0);
+    let result = fit(&cup, &upper, &FitOptions::default(), &Silent).unwrap();
+    assert!(!result.alternatives.is_empty(), "{:?}", result.parameters);
+    assert!(result.warnings.iter().any(|w| w.contains("another shape of `handle`")), "{:?}", result.warnings);
+    assert!(farthest(&result, &truth) < 4.0, "{:?}", result.parameters);
+    // All of it was scanned: there is one answer.
+    let result = fit(&cup, &scanned(&cup, &truth, &scanner, |_| true), &FitOptions::default(), &Silent).unwrap();
+    assert!(result.alternatives.is_empty(), "{:?}", result.alternatives);
+    assert!(farthest(&result, &truth) < 4.0, "{:?}", result.parameters);
+    let sd = result.parameters[14].sd.expect("it is determined");
+    assert!(sd < 0.02, "{sd}");
 }

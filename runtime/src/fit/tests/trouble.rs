@@ -2,7 +2,8 @@
 
 use super::cup::{SYNTHETIC, check, scan_of, synthetic};
 use super::shapes::{Simple, cup, simple};
-use crate::fit::{FitOptions, FitResult, WithoutSd, fit};
+use crate::fit::problem::points::Points;
+use crate::fit::{FitOptions, FitResult, Weights, WithoutSd, fit};
 use crate::mesh::TriangleMesh;
 use crate::progress::Silent;
 use crate::scan::{Scan, from_mesh};
@@ -173,5 +174,17 @@ fn flat_scans_and_few_points_are_named() {
             Some(sentence) => assert!(found.len() == 1 && found[0].contains(sentence), "{sentence}: {warnings:?}"),
             None => assert!(found.is_empty(), "{warnings:?}"),
         }
+    }
+}
+
+#[test]
+fn a_few_points_too_many_for_a_sample_leave_a_sample() {
+    // Cells of a sample have one point each here, whatever their size, until they are three spacings wide.
+    let scan = scan_of(&simple(Simple::Sphere, &[50.0]), &[50.0], 0.0, 6000, 12);
+    let points = Points::of(&scan, Weights::Points);
+    for share in [0.6, 0.9, 0.95, 0.99, 0.999] {
+        let count = (share * points.len() as f64) as usize;
+        let sample = points.sample(count).len();
+        assert!(sample <= count && sample * 10 > count * 7, "{sample} for {count} of {}", points.len());
     }
 }

@@ -1,9 +1,10 @@
 //! Recognition of the form of a surface.
 
 use super::datum::Datum;
+use crate::eigen;
 use crate::model::Texels;
 use glam::DVec3;
-use nalgebra::{Matrix6, SymmetricEigen, Vector6};
+use nalgebra::{Matrix6, Vector6};
 use serde::{Deserialize, Serialize};
 
 /// Sampled texels per part.
@@ -121,7 +122,7 @@ impl Sample {
             let row = Vector6::new(m.x, m.y, m.z, n.x, n.y, n.z);
             matrix += row * row.transpose() / self.points.len() as f64;
         }
-        let eigen = SymmetricEigen::new(matrix);
+        let eigen = eigen::symmetric(matrix);
         let still = |k: &usize| eigen.eigenvalues[*k].max(0.0).sqrt() < EXACT;
         let velocity = |k: usize| {
             let v = eigen.eigenvectors.column(k);
