@@ -77,12 +77,12 @@ mod tests {
             monitor.stage(stage.name, || [0.5, 0.2, 1.0].iter().for_each(|done| monitor.reach(*done, "")));
         }
         let reports = kept.0.into_inner().unwrap();
-        assert_eq!(reports[0], ("stage 1 of 7: preparing".to_owned(), 0.0));
+        assert_eq!(reports[0], ("stage 1 of 8: preparing".to_owned(), 0.0));
         assert!(reports.windows(2).all(|pair| pair[0].1 <= pair[1].1), "{reports:?}");
         let last = reports.last().unwrap();
-        assert!(last.0 == "stage 7 of 7: bootstrap" && (last.1 - 1.0).abs() < 1e-12, "{last:?}");
-        // The bootstrap takes 0.3 of 1.4.
+        assert!(last.0 == "stage 8 of 8: bootstrap" && (last.1 - 1.0).abs() < 1e-12, "{last:?}");
+        // The bootstrap takes 0.3 of 1.5.
         let (_, begin) = reports.iter().find(|r| r.0 == last.0).unwrap();
-        assert!((begin - 1.1 / 1.4).abs() < 1e-12, "{begin}");
+        assert!((begin - 1.2 / 1.5).abs() < 1e-12, "{begin}");
     }
 }

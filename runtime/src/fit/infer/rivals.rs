@@ -249,10 +249,9 @@ impl Compared {
             after += prior * there;
             squares += (prior * (there - present)).powi(2);
         }
-        let inflation = base.uncertainty.blocks.map_or(1.0, |b| b.inflation);
         Self {
             evidence: base.uncertainty.effective_points * (after / before.max(f64::MIN_POSITIVE)).ln(),
-            certainty: (after - before) / (squares * inflation).sqrt().max(f64::MIN_POSITIVE),
+            certainty: (after - before) / squares.sqrt().max(f64::MIN_POSITIVE),
         }
     }
 }

@@ -20,18 +20,19 @@ fn program(text: &str) -> Program {
 const VESSEL: &str = "use std.surface (revolve, flip)
     model vessel {
       param shelf: length in 0mm..40mm = 0mm
-      part outside = revolve(|t| (30mm, 60mm * t))
+      param r: length in 29mm..40mm = 30mm
+      part outside = revolve(|t| (r, 60mm * t))
       part inside = flip(revolve(|t| (28mm, 2mm + 58mm * t)))
-      part rim = revolve(|t| (30mm - 2mm * t, 60mm))
+      part rim = revolve(|t| (mix(r, 28mm, t), 60mm))
       part floor = flip(revolve(|t| (28mm * t, 2mm)))
-      part foot = revolve(|t| (30mm * t, 0mm))
+      part foot = revolve(|t| (r * t, 0mm))
       part shelf_top = flip(revolve(|t| (shelf * t, 30mm)))
     }";
 
 /// The vessel's surface without the shelf, on one side of a plane through its axis or on both.
 fn vessel(whole: bool) -> Scan {
     let program = program(VESSEL);
-    let instance = Model::instantiate(&program, &[0.0]).unwrap();
+    let instance = Model::instantiate(&program, &[0.0, 30.0]).unwrap();
     let fineness = Fineness { chord: 0.05, edge: 1.5, ..Fineness::default() };
     let mesh = Tessellation::new(&program, &*instance, fineness).unwrap().mesh;
     let seen = |t: &&[u32; 3]| whole || mesh.corners(**t).iter().all(|p| p.x > 0.0);
@@ -134,7 +135,15 @@ fn farthest(result: &FitResult, truth: &[f64]) -> f64 {
 fn half_of_an_object_is_found() {
     let cup = program(include_str!("../../../../examples/cup/cup.gml"));
     let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.65, 52.65, 136.44, 0.87, 1.7, 0.95, 1.85, 0.2, 0.7];
-    let scanner = Scanner { spacing: 1.8, noise: 0.1, dropouts: 0.01, holes: 6, seed: 17, ..Scanner::default() };
+    let scanner = Scanner {
+        spacing: 1.8,
+        noise: 0.1,
+        dropouts: 0.01,
+        holes: 6,
+        seed: 17,
+        random_pose: false,
+        ..Scanner::default()
+    };
     let scan = scanned(&cup, &truth, &scanner, |p| p.y < 0.0);
     let result = fit(&cup, &scan, &FitOptions::default(), &Silent).unwrap();
     assert!(result.converged && result.inliers > 0.95, "{} {:?}", result.inliers, result.warnings);
@@ -146,7 +155,15 @@ fn half_of_an_object_is_found() {
 fn a_hidden_end_has_alternatives_that_the_intervals_hold() {
     let cup = program(include_str!("../../../../examples/cup/cup.gml"));
     let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.4, 43.3, 133.2, 0.906, 1.906, 0.95, 1.911, 0.2, 0.646];
-    let scanner = Scanner { spacing: 1.5, noise: 0.2, dropouts: 0.01, holes: 6, seed: 11, ..Scanner::default() };
+    let scanner = Scanner {
+        spacing: 1.5,
+        noise: 0.2,
+        dropouts: 0.01,
+        holes: 6,
+        seed: 11,
+        random_pose: false,
+        ..Scanner::default()
+    };
     let upper = scanned(&cup, &truth, &scanner, |p| p.z > 53.0);
     let result = fit(&cup, &upper, &FitOptions::default(), &Silent).unwrap();
     assert!(!result.alternatives.is_empty(), "{:?}", result.parameters);
