@@ -432,7 +432,7 @@ pub(crate) const RESUMED_STEP: f64 = 0.2;
 /// Coordinates that the warning of a stall names at most.
 pub(crate) const STALLED_NAMED: usize = 3;
 /// A coordinate is determined by the scan's ends whose standard deviation would be so many times larger without them.
-pub(crate) const BY_ENDS: f64 = 10.0;
+pub(crate) const BY_ENDS: f64 = 5.0;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A released fit is another one than that near the held values where chance explains the difference of their mean

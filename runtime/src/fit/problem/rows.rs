@@ -151,8 +151,11 @@ impl Objective<'_> {
     }
 }
 
-/// Whether a point lies beyond the edge of a patch on which its foot is, more than above it.
+/// The squared cosine between the normal and the way to a point that lies above an edge, and not beyond it.
+const ABOVE: f64 = 0.99;
+
+/// Whether a point lies beyond the edge of a patch on which its foot is, if only a little.
 fn is_beyond(foot: &Foot, q: DVec3) -> bool {
     let on_edge = foot.uv.iter().any(|t| *t <= 0.0 || *t >= 1.0);
-    on_edge && 2.0 * (q - foot.point).dot(foot.normal.normalize_or_zero()).powi(2) < foot.d2
+    on_edge && (q - foot.point).dot(foot.normal.normalize_or_zero()).powi(2) < ABOVE * foot.d2
 }
