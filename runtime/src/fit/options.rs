@@ -42,8 +42,9 @@ pub struct FitOptions {
     /// Holds the model's ends to the scan: surface of the model that could be seen and lies beyond the scan counts as
     /// well. For scans that show the ends.
     pub coverage: bool,
-    /// Judges a fit by the scan's points alone. Otherwise the model's surface counts as well: what stands where the scan
-    /// shows empty space speaks against a shape, and open ends that have grown beyond the scan end where it ends.
+    /// Judges a fit by the scan's points alone. Otherwise the model's surface counts as well: what stands where the
+    /// scan shows empty space speaks against a shape, and open ends that have grown beyond the scan end where it
+    /// ends.
     pub one_sided: bool,
     /// Number of bootstrap samples: scans drawn from the scan, block by block with repetitions, and fitted again from
     /// where the fit ended. 0 for none.
