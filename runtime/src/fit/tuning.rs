@@ -331,6 +331,11 @@ pub(crate) const ANNEALING_START: f64 = 0.05;
 pub(crate) const ANNEALING_LEVELS: usize = 6;
 pub(crate) const ANNEALING_ITERATIONS: u32 = 12;
 pub(crate) const ANNEALING_STEP: f64 = 1e-3;
+/// A part with fewer points than this among those of the annealing gets up to as many more, from a search of so many.
+/// Of a pan's scan 27 of 14,265 points lie in the hole of the handle, 4 of 2,000: from there its radius of 6 mm went to
+/// its bound of 3 mm, although the objective over all points is 0.8 % larger there.
+pub(crate) const SMALL_PART_POINTS: usize = 20;
+pub(crate) const SMALL_PART_SEARCHED: usize = 50_000;
 /// The largest distance (radii) of an inlier that noise alone makes: beyond it whole parts are inliers or outliers.
 pub(crate) const WIDEST_NOISE: f64 = 0.2;
 /// A scale is final if the next one is larger than this part of it; no level goes down farther than by the second

@@ -241,6 +241,13 @@ impl Objective<'_> {
         matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
     }
 
+    /// The points that have a facet within the cut-off, with the patches to which they belong.
+    pub(crate) fn patches(&self, placed: &Placed) -> Vec<(usize, usize)> {
+        let chunks = self.chunks(None).into_par_iter();
+        let found = chunks.flat_map_iter(|mut chunk| self.correspondences(placed, &mut chunk));
+        found.map(|c| (c.index, c.patch as usize)).collect()
+    }
+
     /// The loss of every point, whatever its prior weight: 1 for those without a foot.
     pub(crate) fn losses(&self, placed: &Placed) -> Vec<f64> {
         let mut losses = vec![1.0; self.points.len()];

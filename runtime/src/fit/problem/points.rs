@@ -176,9 +176,13 @@ impl Points {
             cells = if next > coarse && next < fine { next } else { (coarse * fine).sqrt() };
         }
         chosen.sort_unstable();
-        let mut sample = self.pick(chosen.into_iter());
-        sample.prior.fill(1.0);
-        sample
+        self.pick(chosen.into_iter()).alike()
+    }
+
+    /// The same points, all of which count alike.
+    pub(crate) fn alike(mut self) -> Self {
+        self.prior.fill(1.0);
+        self
     }
 
     /// About `count` points, each as likely as any other: dense where the scan is. All points where there are not more.
