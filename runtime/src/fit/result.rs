@@ -28,6 +28,9 @@ pub struct FitResult {
     pub scan: ScanSource,
     /// The script's parameters in its order.
     pub parameters: Vec<FittedParameter>,
+    /// The parameters that the user held equal, by group; each in the script's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub equal: Vec<Vec<String>>,
     /// The pose that was added because the script has none: it takes the model's points to the scan's frame. Absent
     /// where the script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -224,6 +227,16 @@ pub struct PoseCovariance {
     pub matrix: Vec<Vec<f64>>,
     /// Motions by which the model moves within itself. They are held: the matrix is zero along them.
     pub symmetries: Vec<Symmetry>,
+}
+
+impl PoseCovariance {
+    /// The standard deviations of the shift along x, y and z (millimetres), and of the turn about them (radians).
+    #[must_use]
+    pub fn deviations(&self) -> ([f64; 3], [f64; 3]) {
+        let of = |i: usize| self.matrix.get(i).and_then(|row| row.get(i)).map_or(f64::NAN, |v| v.max(0.0).sqrt());
+        let first = self.parameters.len();
+        ([0, 1, 2].map(|k| of(first + k)), [3, 4, 5].map(|k| of(first + k)))
+    }
 }
 
 /// A motion that changes no distance, in the scan's frame.
