@@ -307,6 +307,9 @@ pub struct SearchCandidate {
     /// Mean loss at the common scale.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub objective: Option<f64>,
+    /// It was only fitted quickly, to some of the points and from another candidate's pose, and given up.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub quick: bool,
     /// The reason for which there is no fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,

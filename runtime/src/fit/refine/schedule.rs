@@ -167,7 +167,7 @@ fn with_small_parts(level: &Level, few: Points, guess: &Guess) -> Points {
 }
 
 /// Follows the scale of the loss down to the one that the residuals suggest, unless one is `given`.
-fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>) -> Guess {
+pub(crate) fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>) -> Guess {
     for _ in 0..ANNEALING_LEVELS {
         if level.problem.monitor.cancelled() {
             break;
