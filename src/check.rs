@@ -2,10 +2,12 @@
 
 use crate::cli::{CheckArgs, Format};
 use crate::error::CommandError;
+use crate::provenance::Provenance;
+use crate::saved::SavedFit;
 use crate::{findings, script, table};
 use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
-use gml_compiler::program::{Failed, Input, Parameter, Program, Quantity};
+use gml_compiler::program::{Compilation, Failed, Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
 use gml_runtime::model::{Closedness, Model, OpenBorder};
@@ -21,11 +23,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
 }
 
 fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
-    let mut checked = match script::compile_quietly(script, &args.compile) {
-        Ok(c) => Checked { program: Some(c.program), diagnostics: c.warnings, sources: c.sources, closedness: None },
-        Err(CommandError::Script(e)) => library(*e),
-        Err(e) => return Err(e),
-    };
+    let mut checked = compiled(script, args)?;
     if !checked.diagnostics.iter().any(|d| d.severity == Severity::Error) {
         checked.add_slow_warnings();
     }
@@ -42,7 +40,7 @@ fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
                 println!("no model: a module for other scripts");
                 return Ok(());
             };
-            print!("{}", tables(program));
+            print!("{}", checked.tables(program));
             if let Some(closedness) = &checked.closedness {
                 print!("\n{}", enclosure(program, closedness));
             }
@@ -51,20 +49,49 @@ fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
     if failed { Err(CommandError::Failed("the script has errors".into())) } else { Ok(()) }
 }
 
+/// Compiles a script, with the inputs of a fit where there is one.
+fn compiled(script: &Path, args: &CheckArgs) -> Result<Checked, CommandError> {
+    let CheckArgs { compile, values, .. } = args;
+    let given = values.params.is_some() || !values.values.is_empty();
+    let fit = values.params.as_deref().map(SavedFit::read).transpose()?;
+    let with_inputs = fit.as_ref().map(|fit| fit.with_inputs(compile, &[])).transpose()?;
+    let compilation = match script::compile_quietly(script, with_inputs.as_ref().unwrap_or(compile)) {
+        Ok(compilation) => compilation,
+        Err(error) => match fit.iter().fold(error, |error, fit| fit.explain(error)) {
+            CommandError::Script(failed) => {
+                let checked = library(*failed);
+                let errors = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
+                if given && !errors {
+                    return Err(CommandError::usage("--params and -p require a script with a model"));
+                }
+                return Ok(checked);
+            }
+            error => return Err(error),
+        },
+    };
+    let Compilation { program, warnings, sources } = compilation;
+    if let Some(fit) = &fit {
+        fit.require_model(&program, &Provenance::of(script, &program), compile)?;
+    }
+    let values = script::values_for(&program, fit.as_ref(), values)?;
+    Ok(Checked { program: Some(program), values, given, diagnostics: warnings, sources, closedness: None })
+}
+
 /// A checked script.
 struct Checked {
     /// None if there are errors, or if the file has no model.
     program: Option<Program>,
+    /// Values of the parameters: the defaults, unless others are `given`.
+    values: Vec<f64>,
+    given: bool,
     diagnostics: Vec<Diagnostic>,
     sources: Sources,
-    /// How the parts meet at the defaults; none where they cannot be evaluated.
+    /// How the parts meet at these values; none where they cannot be evaluated.
     closedness: Option<Closedness>,
 }
 
-/// How the parts meet at the defaults.
-fn closedness(program: &Program) -> Option<Closedness> {
-    let defaults: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
-    let instance = Model::instantiate(program, &defaults).ok()?;
+fn closedness(program: &Program, values: &[f64]) -> Option<Closedness> {
+    let instance = Model::instantiate(program, values).ok()?;
     Closedness::of(program, &*instance).ok()
 }
 
@@ -101,11 +128,33 @@ impl Checked {
         if let Some(program) = &self.program {
             let reported: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
             self.diagnostics.extend(program.probe().into_iter().filter(|d| !reported.contains(&d.span)));
-            self.closedness = closedness(program);
+            self.closedness = closedness(program, &self.values);
             let inside_out = self.closedness.iter().flat_map(|c| &c.inside_out);
             self.diagnostics.extend(inside_out.map(|part| inside_out_warning(program, *part)));
         }
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
+    }
+
+    /// The tables of parameters, inputs and parts.
+    fn tables(&self, program: &Program) -> String {
+        let parameters = program.parameters();
+        let mut out = format!("model {}\n", program.name());
+        if !parameters.is_empty() {
+            let heading = if self.given { "value" } else { "default" };
+            out.push_str(&parameter_table(heading, parameters, &self.values, &program.bounds(&self.values)));
+        }
+        out.push_str(&input_table(program.inputs()));
+        let rows: Vec<Vec<String>> = program
+            .parts()
+            .iter()
+            .map(|p| {
+                let names: Vec<&str> = p.active.iter().map(|&i| parameters[i as usize].name.as_str()).collect();
+                vec![p.name.clone(), names.join(" ")]
+            })
+            .collect();
+        out.push('\n');
+        out.push_str(&table::render(&["part", "depends on"], &rows));
+        out
     }
 }
 
@@ -117,30 +166,7 @@ fn library(errors: Failed) -> Checked {
     if tree.is_some_and(|tree| !tree.items.is_empty()) {
         diagnostics.retain(|d| d.code != Code::NoModel);
     }
-    Checked { program: None, diagnostics, sources, closedness: None }
-}
-
-/// The tables of parameters, inputs and parts.
-fn tables(program: &Program) -> String {
-    let parameters = program.parameters();
-    let values: Vec<f64> = parameters.iter().map(|p| p.default).collect();
-    let bounds: Vec<(f64, f64)> = parameters.iter().map(|p| (p.lower, p.upper)).collect();
-    let mut out = format!("model {}\n", program.name());
-    if !parameters.is_empty() {
-        out.push_str(&parameter_table("default", parameters, &values, &bounds));
-    }
-    out.push_str(&input_table(program.inputs()));
-    let rows: Vec<Vec<String>> = program
-        .parts()
-        .iter()
-        .map(|p| {
-            let names: Vec<&str> = p.active.iter().map(|&i| parameters[i as usize].name.as_str()).collect();
-            vec![p.name.clone(), names.join(" ")]
-        })
-        .collect();
-    out.push('\n');
-    out.push_str(&table::render(&["part", "depends on"], &rows));
-    out
+    Checked { program: None, values: Vec::new(), given: false, diagnostics, sources, closedness: None }
 }
 
 /// A table of parameters with their values, which `heading` names, and bounds.
@@ -193,7 +219,7 @@ fn document(checked: &Checked, ok: bool) -> Value {
             let open = |open: &OpenBorder| json!({ "part": p.parts()[open.patch].name, "side": open.side, "length": open.length });
             let open = checked.closedness.as_ref().map(|c| c.open.iter().map(open).collect::<Vec<_>>());
             json!({
-                "ok": ok, "model": p.name(), "parameters": p.parameters(), "inputs": p.inputs(), "parts": p.parts(),
+                "ok": ok, "model": p.name(), "parameters": p.parameters(), "values": checked.values, "inputs": p.inputs(), "parts": p.parts(),
                 "closed": checked.closedness.as_ref().map(Closedness::is_closed), "open_borders": open,
                 "diagnostics": diagnostics,
             })

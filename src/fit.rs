@@ -10,7 +10,8 @@ use crate::{mesh, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
-    self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, SearchError, WithoutSd,
+    self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, PoseCovariance, SearchError,
+    WithoutSd,
 };
 use gml_runtime::scan::{self, Scan};
 use std::path::Path;
@@ -18,7 +19,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
-    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search)?;
+    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.controls)?;
     let options = subject.options(&args.controls, &subject.program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);
@@ -215,6 +216,19 @@ fn bootstrap_table(bootstrap: &Bootstrap, fit: &FitResult) -> String {
     heading + &table::render(&["parameter", "sd", "2.5 %", "97.5 %"], &rows)
 }
 
+/// The standard deviations of the pose that was added, and the motions along which it is held.
+fn pose_deviations(covariance: &PoseCovariance) -> String {
+    let (shift, turn) = covariance.deviations();
+    let [shift, turn] = [shift, turn.map(f64::to_degrees)].map(|sd| sd.map(table::number).join(" "));
+    let centre = covariance.centre.map(|c| format!("{c:.1}")).join(", ");
+    let mut out =
+        format!("  sd: shift {shift} mm along x, y, z; turn {turn} deg about x, y, z through ({centre}) mm\n");
+    for symmetry in &covariance.symmetries {
+        out.push_str(&format!("  held, a symmetry: {}\n", symmetry.text));
+    }
+    out
+}
+
 /// The tables and sentences of a result.
 pub(crate) fn summary(fit: &FitResult) -> String {
     let rows: Vec<Vec<String>> = fit
@@ -229,6 +243,9 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         })
         .collect();
     let mut out = table::render(&["parameter", "value", "sd", "unit", ""], &rows);
+    for group in &fit.equal {
+        out.push_str(&format!("held equal: {}\n", group.join(", ")));
+    }
     if !fit.inputs.is_empty() {
         let inputs: Vec<String> = fit.inputs.iter().map(ToString::to_string).collect();
         out.push_str(&format!("inputs: {}\n", inputs.join(" ")));
@@ -240,6 +257,9 @@ pub(crate) fn summary(fit: &FitResult) -> String {
             let r = row.map(|c| format!("{c:9.6}"));
             out.push_str(&format!("  {} {} {}\n", r[0], r[1], r[2]));
         }
+    }
+    if let Some(covariance) = &fit.pose_covariance {
+        out.push_str(&pose_deviations(covariance));
     }
     for test in &fit.tests {
         out.push_str(&test_sentence(test));

@@ -12,7 +12,7 @@ use gml_runtime::variance::{self, MeasureOptions};
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     let options = measure::options(&args.variance)?;
-    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search)?;
+    let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.fit)?;
     inspect(&subject, args, &options, &TerminalProgress::until(fit::on_interrupt()?))
 }
 

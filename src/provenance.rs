@@ -13,7 +13,7 @@ use std::path::Path;
 pub(crate) struct Provenance {
     script: String,
     /// Of its text and of what it uses; none for a model that was entered.
-    sha256: Option<String>,
+    pub(crate) sha256: Option<String>,
 }
 
 impl Provenance {

@@ -1,8 +1,9 @@
 //! A fit that a command begins from: the file of `--params`.
 
-use crate::cli::CompileArgs;
+use crate::cli::{CompileArgs, FitControls};
 use crate::error::CommandError;
-use crate::{provenance, script};
+use crate::provenance::{self, Provenance};
+use crate::script;
 use gml_compiler::check::InputValue;
 use gml_compiler::diagnostic::Code;
 use gml_compiler::program::{Failed, Input, Parameter, Program, Quantity};
@@ -44,12 +45,13 @@ impl SavedFit {
     }
 
     /// Where the fit ended, for one of a program that may have other inputs or another text.
-    pub(crate) fn earlier(&self, program: &Program) -> EarlierFit {
-        let FitResult { parameters, pose, scan, loss, sigma, weights, .. } = &self.fit;
+    pub(crate) fn earlier(&self, program: &Program, provenance: &Provenance) -> EarlierFit {
+        let FitResult { parameters, equal, pose, scan, loss, sigma, weights, .. } = &self.fit;
         let converged = Converged { scan_sha256: scan.sha256.clone(), loss: *loss, sigma: *sigma, weights: *weights };
         let inputs: Vec<FittedInput> = program.inputs().iter().map(provenance::input).collect();
-        let finished = self.fit.converged && !self.fit.interrupted && !parameters.iter().any(|p| p.fixed);
-        let same = finished && inputs == self.fit.inputs && !self.is_of_another_text(program);
+        let free = equal.is_empty() && !parameters.iter().any(|p| p.fixed);
+        let finished = self.fit.converged && !self.fit.interrupted && free;
+        let same = finished && inputs == self.fit.inputs && !self.is_of_another_text(provenance);
         EarlierFit {
             values: parameters.iter().map(|p| (p.name.clone(), p.value)).collect(),
             pose: *pose,
@@ -57,8 +59,25 @@ impl SavedFit {
         }
     }
 
-    fn is_of_another_text(&self, program: &Program) -> bool {
-        self.fit.script_sha256.as_ref().is_some_and(|sum| *sum != provenance::sha256(program.sources()))
+    fn is_of_another_text(&self, provenance: &Provenance) -> bool {
+        self.fit.script_sha256.is_some() && self.fit.script_sha256 != provenance.sha256
+    }
+
+    /// Names what the fit held and the next one, with these options, does not.
+    pub(crate) fn name_released(&self, controls: &FitControls) {
+        let fixed = |name: &str| controls.fix.iter().any(|fix| fix.split('=').next().is_some_and(|n| n.trim() == name));
+        let released = self.fit.parameters.iter().filter(|p| p.fixed && !fixed(&p.name));
+        let released: Vec<&str> = released.map(|p| p.name.as_str()).collect();
+        if let [first, ..] = released[..] {
+            self.warn(&format!("held {}, now free again (--fix {first} would hold it)", quoted(&released)));
+        }
+        let is_member = |group: &str, name: &str| group.split(',').any(|other| other.trim() == name);
+        let equal = |group: &[String]| controls.equal.iter().any(|e| group.iter().all(|name| is_member(e, name)));
+        for group in self.fit.equal.iter().filter(|group| !equal(group)) {
+            let names: Vec<&str> = group.iter().map(String::as_str).collect();
+            let again = names.join(",");
+            self.warn(&format!("held {} equal, now free again (--equal {again} would hold them)", quoted(&names)));
+        }
     }
 
     /// The values of a program's parameters.
@@ -131,7 +150,12 @@ impl SavedFit {
     }
 
     /// Refuses a fit of another model, and warns of one of another text. `args` are those of the command line.
-    pub(crate) fn require_model(&self, program: &Program, args: &CompileArgs) -> Result<(), CommandError> {
+    pub(crate) fn require_model(
+        &self,
+        program: &Program,
+        provenance: &Provenance,
+        args: &CompileArgs,
+    ) -> Result<(), CommandError> {
         self.require_name(program.name())?;
         self.require_parameters(program)?;
         let unknown = |i: &&Input| {
@@ -141,8 +165,21 @@ impl SavedFit {
             let taken = provenance::input(input);
             self.warn(&format!("does not say with which '{}' it was fitted: {taken} is taken", input.name));
         }
-        if self.is_of_another_text(program) {
+        if self.is_of_another_text(provenance) {
             self.warn("the text of the script, or of what it uses, has changed since the fit");
+        }
+        Ok(())
+    }
+
+    /// Refuses a fit with other inputs than those of a session's model.
+    pub(crate) fn require_same_inputs(&self, program: &Program) -> Result<(), CommandError> {
+        for fitted in &self.fit.inputs {
+            let of_session = program.inputs().iter().find(|i| i.name == fitted.name).map(provenance::input);
+            if let Some(input) = of_session.filter(|input| *input != *fitted) {
+                return Err(
+                    self.failed(&format!("was fitted with {fitted}, and the model has {input}: `:set {fitted}`"))
+                );
+            }
         }
         Ok(())
     }
@@ -150,10 +187,9 @@ impl SavedFit {
     /// Refuses a fit whose parameters are not the model's.
     fn require_parameters(&self, program: &Program) -> Result<(), CommandError> {
         let (fitted, known) = (&self.fit.parameters, program.parameters());
-        let quoted = |names: Vec<&str>| names.iter().map(|n| format!("'{n}'")).collect::<Vec<_>>().join(", ");
         let extra = fitted.iter().filter(|f| known.iter().all(|k| k.name != f.name)).map(|f| f.name.as_str());
         let lacking = known.iter().filter(|k| fitted.iter().all(|f| f.name != k.name)).map(|k| k.name.as_str());
-        let (extra, lacking) = (quoted(extra.collect()), quoted(lacking.collect()));
+        let (extra, lacking) = (quoted(&extra.collect::<Vec<_>>()), quoted(&lacking.collect::<Vec<_>>()));
         let mut differences = Vec::new();
         if !extra.is_empty() {
             differences.push(format!("the fit has {extra}, which the model has not"));
@@ -162,7 +198,7 @@ impl SavedFit {
             differences.push(format!("the model has {lacking}, which the fit has not"));
         }
         let another = |k: &&Parameter| fitted.iter().any(|f| f.name == k.name && f.quantity != k.quantity);
-        let another = quoted(known.iter().filter(another).map(|k| k.name.as_str()).collect());
+        let another = quoted(&known.iter().filter(another).map(|k| k.name.as_str()).collect::<Vec<_>>());
         if !another.is_empty() {
             differences.push(format!("{another} measured something else"));
         }
@@ -183,6 +219,10 @@ impl SavedFit {
     fn warn(&self, what: &str) {
         eprintln!("warning: {}: {what}", self.path.display());
     }
+}
+
+fn quoted(names: &[&str]) -> String {
+    names.iter().map(|n| format!("'{n}'")).collect::<Vec<_>>().join(", ")
 }
 
 /// The value of an input for the compiler.

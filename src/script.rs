@@ -2,6 +2,7 @@
 
 use crate::cli::{CompileArgs, ValueArgs};
 use crate::error::CommandError;
+use crate::provenance::Provenance;
 use crate::saved::SavedFit;
 use crate::values;
 use gml_compiler::program::{self, Compilation, Options, Program};
@@ -109,7 +110,7 @@ pub(crate) fn compile_for(
 ) -> Result<Program, CommandError> {
     let Some(fit) = fit else { return compile(script, args) };
     let program = compile(script, &fit.with_inputs(args, searched)?).map_err(|e| fit.explain(e))?;
-    fit.require_model(&program, args)?;
+    fit.require_model(&program, &Provenance::of(script, &program), args)?;
     Ok(program)
 }
 
@@ -125,9 +126,19 @@ pub(crate) struct Valued {
 pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueArgs) -> Result<Valued, CommandError> {
     let fit = args.params.as_deref().map(SavedFit::read).transpose()?;
     let program = compile_for(script, compile, fit.as_ref(), &[])?;
-    let known = program.parameters();
-    let mut x = fit.as_ref().map_or_else(|| program.defaults(), |fit| fit.values_of(&program));
+    let x = values_for(&program, fit.as_ref(), args)?;
     let motion = fit.and_then(|fit| fit.pose()).unwrap_or(Motion::IDENTITY);
+    Ok(Valued { program, x, motion })
+}
+
+/// Values of a program's parameters: its defaults, or those of a fit, and those of `-p`.
+pub(crate) fn values_for(
+    program: &Program,
+    fit: Option<&SavedFit>,
+    args: &ValueArgs,
+) -> Result<Vec<f64>, CommandError> {
+    let known = program.parameters();
+    let mut x = fit.map_or_else(|| program.defaults(), |fit| fit.values_of(program));
     for (name, value) in &args.values {
         let (i, value) = values::parameter_value("-p", name, value, known)?;
         x[i] = value;
@@ -135,5 +146,5 @@ pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueA
     for (parameter, (value, bounds)) in known.iter().zip(x.iter().zip(program.bounds(&x))) {
         parameter.within(*value, bounds).map_err(CommandError::Failed)?;
     }
-    Ok(Valued { program, x, motion })
+    Ok(x)
 }

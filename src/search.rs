@@ -70,7 +70,9 @@ pub(crate) fn summary(search: &Search) -> String {
         .iter()
         .map(|c| {
             let shown = |x: Option<f64>| x.map(table::number).unwrap_or_default();
-            vec![named(&c.inputs), shown(c.bic), shown(c.objective), c.failed.clone().unwrap_or_default()]
+            let remark =
+                c.failed.clone().unwrap_or_else(|| if c.quick { "given up".to_owned() } else { String::new() });
+            vec![named(&c.inputs), shown(c.bic), shown(c.objective), remark]
         })
         .collect();
     let mut out = table::render(&["inputs", "BIC", "objective", ""], &rows);

@@ -27,11 +27,15 @@ impl Subject {
         script: &ScriptArgs,
         params: Option<&Path>,
         searched: &[Range],
+        controls: &FitControls,
     ) -> Result<Subject, CommandError> {
         let saved = params.map(SavedFit::read).transpose()?;
         let searched: Vec<&str> = searched.iter().map(|range| range.name.as_str()).collect();
         let program = script::compile_for(&script.model, &script.compile, saved.as_ref(), &searched)?;
         let provenance = Provenance::of(&script.model, &program);
+        if let Some(saved) = &saved {
+            saved.name_released(controls);
+        }
         let mut script = script.clone();
         if let Some(saved) = &saved {
             script.compile = saved.with_inputs(&script.compile, &searched)?;
@@ -42,7 +46,7 @@ impl Subject {
     /// The options of a fit of this script with perhaps other inputs, which is `program`.
     pub(crate) fn options(&self, controls: &FitControls, program: &Program) -> Result<FitOptions, CommandError> {
         let mut options = fit::options(controls, program)?;
-        options.earlier = self.saved.as_ref().map(|saved| saved.earlier(program));
+        options.earlier = self.saved.as_ref().map(|saved| saved.earlier(program, &self.provenance));
         if controls.no_pose && options.earlier.as_ref().is_some_and(|earlier| earlier.pose.is_some()) {
             return Err(CommandError::usage(
                 "--no-pose: the fit to go on from (--params) has a pose, which gmlc added",

@@ -8,7 +8,8 @@ use gml_runtime::fit::{FitOptions, fit};
 use gml_runtime::progress::Silent;
 use gml_runtime::simulate::Scanner;
 
-const EXAMPLES: [&str; 9] = ["amphora", "bowl", "can", "column", "elbow", "flange", "mug", "planter", "tree"];
+const EXAMPLES: [&str; 12] =
+    ["amphora", "bowl", "can", "column", "elbow", "flange", "fluted_bowl", "jar", "mug", "pan", "planter", "tree"];
 const ALLOWED: f64 = 0.1;
 
 /// Prints the table for all examples, or those that `words` name.

@@ -15,7 +15,21 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::ops::Range;
 
-const EXAMPLES: [&str; 10] = ["amphora", "bowl", "can", "column", "cup", "elbow", "flange", "mug", "planter", "tree"];
+const EXAMPLES: [&str; 13] = [
+    "amphora",
+    "bowl",
+    "can",
+    "column",
+    "cup",
+    "elbow",
+    "flange",
+    "fluted_bowl",
+    "jar",
+    "mug",
+    "pan",
+    "planter",
+    "tree",
+];
 /// A scan's points, about: between these.
 const POINTS: Range<f64> = 6e3..20e3;
 /// Noise over spacing: between these.

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --format json | jq '.parameters[].name'\n  gmlc check --explain dimension-mismatch"
+    after_help = "Examples:\n  gmlc check examples/cup/cup.gml\n  gmlc check cup.gml --params fit.json\n  gmlc check cup.gml --format json | jq '.parameters[].name'\n  gmlc check --explain dimension-mismatch"
 )]
 pub(crate) struct CheckArgs {
     /// The script (.gml)
@@ -18,6 +18,8 @@ pub(crate) struct CheckArgs {
     pub(crate) model: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) compile: CompileArgs,
+    #[command(flatten)]
+    pub(crate) values: ValueArgs,
     /// Explain a diagnostic's code, with an example
     #[arg(long, value_name = "CODE")]
     pub(crate) explain: Option<String>,

@@ -157,7 +157,7 @@ pub(crate) const COMMANDS: &[Command] = &[
         arguments: "SCAN",
         argument: Argument::File(SCANS),
         about: "Fit the model to a scan and set the parameters to the fitted values",
-        more: "The fit starts from the values that were set. Ctrl-C ends it.",
+        more: "The fit starts from the values that were set, or where an earlier one ended. Ctrl-C ends it.\n  :fit scan.ply\n  :fit scan.ply --params fit.json --coverage",
         run: |repl, rest| performed(repl, rest, work::fit),
     },
     Command {

@@ -5,6 +5,7 @@ use super::{commands, show};
 use crate::cli::{CompileArgs, ReplArgs};
 use crate::diagnostics;
 use crate::error::CommandError;
+use crate::provenance::Provenance;
 use crate::saved::SavedFit;
 use crate::script::{self, FileLoader};
 use gml_compiler::session::{Limits, Options, Session};
@@ -72,7 +73,8 @@ impl Repl {
         let name = session.model().map(|m| m.name().to_owned()).ok_or_else(commands::no_model)?;
         fit.require_inputs(&name, known)?;
         let program = session.compile(&script::compile_options())?.program;
-        fit.require_model(&program, given)?;
+        let provenance = Provenance::of(Path::new(&session.model_file().unwrap_or_default()), &program);
+        fit.require_model(&program, &provenance, given)?;
         fit.without_pose();
         session.set_all(&fit.values_of(&program))?;
         Ok(())

@@ -6,6 +6,7 @@ use crate::cli::{CompileArgs, FitControls, InspectArgs, MeshArgs, ScanArgs, Scri
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
+use crate::saved::SavedFit;
 use crate::script::{FileLoader, compile_options};
 use crate::subject::Subject;
 use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing};
@@ -13,7 +14,7 @@ use clap::{CommandFactory, Parser};
 use gml_compiler::program::{Limits, Program};
 use gml_runtime::export::json;
 use gml_runtime::model::Motion;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -35,6 +36,10 @@ struct FitLine {
     scan: ScanArgs,
     #[command(flatten)]
     controls: FitControls,
+    /// Go on from a result of `gmlc fit`: from its parameters and its pose, not from the values that were set; -p
+    /// overrides parameters
+    #[arg(long, value_name = "FIT.json")]
+    params: Option<PathBuf>,
     /// Where to write the result
     #[arg(short, long, value_name = "FIT.json")]
     output: Option<PathBuf>,
@@ -50,6 +55,10 @@ struct InspectLine {
     output: PathBuf,
     #[command(flatten)]
     fit: FitControls,
+    /// Go on from a result of `gmlc fit`: from its parameters and its pose, not from the values that were set; -p
+    /// overrides parameters
+    #[arg(long, value_name = "FIT.json")]
+    params: Option<PathBuf>,
     #[command(flatten)]
     variance: VarianceControls,
 }
@@ -90,14 +99,13 @@ pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 /// `:fit SCAN`.
 pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: FitLine = parsed(words(rest)?)?;
-    let (program, x) = program(repl)?;
-    let trace = line.controls.trace.clone();
-    let options = fitting::options(&controls(line.controls, &program, &x), &program)?;
+    let (subject, controls) = subject(repl, line.controls, line.params.as_deref())?;
+    let options = subject.options(&controls, &subject.program)?;
     let scan = fitting::read_scan(&line.scan)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let mut fitted = fitting::run_fit(&program, &provenance(repl), &scan, &options, &progress)?;
+    let mut fitted = fitting::run_fit(&subject.program, &subject.provenance, &scan, &options, &progress)?;
     fitted.warnings.extend(scan.warnings);
-    fitting::write_trace(trace.as_deref(), &fitted)?;
+    fitting::write_trace(controls.trace.as_deref(), &fitted)?;
     fitting::unless_interrupted(&fitted)?;
     if let Some(path) = &line.output {
         meshing::make_parent(path)?;
@@ -113,12 +121,11 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 /// `:inspect SCAN DIR`.
 pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: InspectLine = parsed(words(rest)?)?;
-    let (program, x) = program(repl)?;
-    let script = ScriptArgs { model: script(repl), compile: CompileArgs::default() };
+    let (subject, fit) = subject(repl, line.fit, line.params.as_deref())?;
     let args = InspectArgs {
-        script: script.clone(),
+        script: subject.script.clone(),
         scan: line.scan,
-        fit: controls(line.fit, &program, &x),
+        fit,
         params: None,
         search: Vec::new(),
         variance: line.variance,
@@ -126,7 +133,6 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     };
     let options = measure::options(&args.variance)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
-    let subject = Subject { script, program, provenance: provenance(repl), saved: None };
     let result = inspecting::inspect(&subject, &args, &options, &progress);
     progress.finish();
     result
@@ -192,12 +198,23 @@ fn script(repl: &Repl) -> PathBuf {
     PathBuf::from(name.unwrap_or_default())
 }
 
-fn provenance(repl: &Repl) -> Provenance {
-    Provenance::of_current(&script(repl), repl.session.borrow().model_file().is_none())
+/// What is fitted, and the options of the fit: it starts from the values that were set, or from an earlier fit.
+fn subject(repl: &Repl, given: FitControls, params: Option<&Path>) -> Result<(Subject, FitControls), CommandError> {
+    let (program, x) = program(repl)?;
+    let script = ScriptArgs { model: script(repl), compile: CompileArgs::default() };
+    let provenance = Provenance::of_current(&script.model, repl.session.borrow().model_file().is_none());
+    let saved = params.map(SavedFit::read).transpose()?;
+    if let Some(saved) = &saved {
+        saved.require_same_inputs(&program)?;
+        saved.require_model(&program, &provenance, &script.compile)?;
+        saved.name_released(&given);
+    }
+    let controls = if saved.is_some() { given } else { from_session(given, &program, &x) };
+    Ok((Subject { script, program, provenance, saved }, controls))
 }
 
-/// A fit starts from the values that were set, unless its options override them.
-fn controls(mut controls: FitControls, program: &Program, x: &[f64]) -> FitControls {
+/// The options of a fit that starts from the values that were set, unless its options override them.
+fn from_session(mut controls: FitControls, program: &Program, x: &[f64]) -> FitControls {
     let mut values: Vec<(String, String)> = Vec::new();
     let held = |name: &str| controls.fix.iter().any(|f| f.split_once('=').is_some_and(|(n, _)| n.trim() == name));
     for (p, value) in program.parameters().iter().zip(x) {

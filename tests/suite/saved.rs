@@ -260,3 +260,97 @@ fn inputs_are_kept_where_a_fit_goes_on() {
     gmlc(folder.path(), &search);
     assert_eq!(json(&folder.path().join("found.json"))["inputs"], fit["inputs"]);
 }
+
+/// What an earlier fit held equal is in its file, is free when a fit goes on from it, and that is said.
+#[test]
+fn what_was_held_is_named_where_a_fit_goes_on() {
+    let folder = tempdir().expect("a folder");
+    write(folder.path(), "wedge.gml", WEDGE);
+    let scan = ["scan", "wedge.gml", "-p", "a=31mm", "-p", "b=30.8mm", "--spacing", "1.5mm", "--noise", "0.1mm"];
+    gmlc(folder.path(), &[&scan[..], &["-o", "scan.ply"]].concat());
+    let fit = |more: &[&str]| {
+        let output = gmlc_in(folder.path(), &[&["fit", "wedge.gml", "scan.ply"][..], more].concat());
+        (text(&output.stdout), text(&output.stderr))
+    };
+    let (out, _) = fit(&["--equal", "b, a", "--fix", "r=6mm", "-o", "held.json"]);
+    assert!(out.contains("\nheld equal: a, b\n"), "{out}");
+    let held = json(&folder.path().join("held.json"));
+    assert_eq!(held["equal"], serde_json::json!([["a", "b"]]));
+
+    let (_, err) = fit(&["--params", "held.json", "-o", "free.json"]);
+    let expected = "warning: held.json: held 'r', now free again (--fix r would hold it)\n\
+        warning: held.json: held 'a', 'b' equal, now free again (--equal a,b would hold them)\n";
+    assert!(err.starts_with(expected), "{err}");
+    let free = json(&folder.path().join("free.json"));
+    assert_eq!(free["equal"], serde_json::Value::Null);
+    // The optimum under the ties is none without them.
+    assert!((parameter(&free, "a") - parameter(&free, "b") - 0.2).abs() < 0.1, "{free}");
+    let (_, err) = fit(&["--params", "held.json", "--equal", "a,b", "--fix", "r"]);
+    assert!(!err.contains("free again"), "{err}");
+}
+
+/// `check` shows the model of a fit.
+#[test]
+fn a_check_takes_the_values_of_a_fit() {
+    let folder = fitted();
+    let check =
+        |more: &[&str]| gmlc(folder.path(), &[&["check", "drum.gml", "--params", "fit.json"][..], more].concat());
+    let out = check(&["-p", "r=41.5mm"]);
+    assert!(out.contains("parameter  value  from  to  unit") && out.contains("41.5"), "{out}");
+    assert!(out.contains("knobs  5") && out.contains("k[4]"), "{out}");
+    let document: serde_json::Value = serde_json::from_str(&check(&["--format", "json"])).expect("JSON");
+    let fit = json(&folder.path().join("fit.json"));
+    assert_eq!(document["values"], serde_json::json!([parameter(&fit, "r")]));
+    assert_eq!(document["parameters"][0]["default"], 40.0);
+
+    let error = fails(folder.path(), &["check", "drum.gml", "--params", "fit.json", "--input", "knobs=4"], 2);
+    assert_eq!(error, "error: --input knobs=4: fit.json was fitted with knobs=5\n");
+    let error = fails(folder.path(), &["check", "drum.gml", "-p", "r=70mm"], 1);
+    assert!(error.contains("r = 70mm is not within its bounds"), "{error}");
+    let error = fails(folder.path(), &["check", "knob.gml", "--params", "fit.json"], 2);
+    assert_eq!(error, "error: --params and -p require a script with a model\n");
+    write(folder.path(), "drum.gml", &DRUM.replace("model drum", "model barrel"));
+    let error = fails(folder.path(), &["check", "drum.gml", "--params", "fit.json"], 1);
+    assert_eq!(error, "error: fit.json: is of the model 'drum', and this model is 'barrel'\n");
+}
+
+/// A fit of a session goes on from an earlier one, not from the values that were set.
+#[test]
+fn a_fit_of_a_session_goes_on_from_a_file() {
+    let folder = wedge();
+    let first = fit_wedge(folder.path(), "scan.ply", "fit.json", &[]);
+    let lines = "let a_value = 1mm\n:set b=50mm\n:fit scan.ply --params fit.json -o again.json\nr > 8.9mm\n";
+    let (status, out) = gmlc_with_input(folder.path(), &["repl", "wedge.gml"], lines);
+    assert_eq!(status, Some(0), "{out}");
+    assert!(out.ends_with("the parameters are set to these values\ntrue\n"), "{out}");
+    let again = json(&folder.path().join("again.json"));
+    assert!(
+        moved(&first, &again) < 0.1
+            && 10 * again["evaluations"].as_u64().unwrap() < first["evaluations"].as_u64().unwrap()
+    );
+
+    let folder = fitted();
+    let (status, _) = gmlc_with_input(folder.path(), &["repl", "drum.gml"], ":fit scan.ply --params fit.json\n");
+    assert_eq!(status, Some(1), "the session has other inputs than the fit");
+    let inputs = ":set knobs=5\n:set tall=true\n:set gap=3mm\n:fit scan.ply --params fit.json\n";
+    let (status, out) = gmlc_with_input(folder.path(), &["repl", "drum.gml"], inputs);
+    assert_eq!(status, Some(0), "{out}");
+}
+
+/// The deviations of the pose that gmlc adds are said, and the motions along which it is held.
+#[test]
+fn the_deviations_of_an_added_pose_are_said() {
+    let folder = tempdir().expect("a folder");
+    let tin = "model tin {\n  param r: length in 10mm..60mm = 30mm\n  part body = cylinder(r, 40mm)\n  part base = disc(r).flip()\n}\n";
+    write(folder.path(), "tin.gml", tin);
+    gmlc(folder.path(), &["scan", "tin.gml", "-p", "r=33mm", "--spacing", "3mm", "--noise", "0.1mm", "-o", "scan.ply"]);
+    let out = gmlc(folder.path(), &["fit", "tin.gml", "scan.ply", "-o", "fit.json"]);
+    let line = out.lines().find(|line| line.starts_with("  sd: shift ")).unwrap_or_else(|| panic!("{out}"));
+    assert!(line.contains(" mm along x, y, z; turn ") && line.contains(" deg about x, y, z through ("), "{line}");
+    assert!(out.contains("\n  held, a symmetry: a turn about ("), "{out}");
+    // The first number is the root of the matrix's element.
+    let covariance = &json(&folder.path().join("fit.json"))["pose_covariance"];
+    let sd = covariance["matrix"][1][1].as_f64().expect("a number").sqrt();
+    let said: f64 = line.split_whitespace().nth(2).and_then(|word| word.parse().ok()).expect("a number");
+    assert!((said - sd).abs() < 1e-4 && sd > 0.0, "{line} {sd}");
+}

@@ -88,3 +88,21 @@ fn searches_that_make_no_sense_are_refused() {
     assert!(refused(&["--search", "bolts=3..6", "--input", "bolts=4"]).contains("also set with --input"));
     assert!(refused(&["--search", "bolts=3..4", "--search", "bolts=5..6"]).contains("searched twice"));
 }
+
+/// Of many values most are given up after a quick fit.
+#[test]
+fn a_search_over_many_values_is_a_race() {
+    let folder = tempdir().expect("a folder");
+    let scan = ["--input", "bolts=5", "-p", "rim=86mm", "--spacing", "4mm", "--noise", "0.2mm"];
+    let (fit, text) = searched(folder.path(), "flange/flange.gml", &scan, "bolts=3..8");
+    wins_clearly(&fit, "bolts", 5, &text);
+    let candidates = fit["search"]["candidates"].as_array().expect("candidates");
+    let given_up = |c: &&Value| c["quick"] == true;
+    assert_eq!(candidates.len(), 6, "{text}");
+    assert!(!candidates[..2].iter().any(|c| given_up(&c)), "{text}");
+    let count = candidates.iter().filter(given_up).count();
+    assert!(count >= 2 && text.matches("  given up\n").count() == count, "{text}");
+    // The result is a whole fit.
+    assert!(fit["covariance"].is_object() && fit["converged"] == true, "{text}");
+    assert!((crate::support::parameter(&fit, "rim") - 86.0).abs() < 0.1, "{text}");
+}

@@ -18,6 +18,7 @@ mod optimise;
 mod options;
 mod plan;
 mod problem;
+mod quick;
 mod refine;
 mod register;
 mod report;

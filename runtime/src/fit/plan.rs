@@ -34,6 +34,11 @@ pub(crate) fn to_solution(options: &FitOptions) -> Vec<Stage> {
     stages
 }
 
+/// The one stage of a quick fit.
+pub(crate) fn quick() -> Vec<Stage> {
+    vec![stage("quick", "a quick fit", 1.0)]
+}
+
 /// All stages of a fit.
 pub(crate) fn whole(options: &FitOptions) -> Vec<Stage> {
     let mut stages = to_solution(options);

@@ -93,6 +93,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
         inputs: Vec::new(),
         scan: problem.scan.source.clone(),
         parameters,
+        equal: equal(problem),
         pose: problem.pose.report_pose.then(|| solution.estimate.motion.into()),
         objective: solution.evaluation.value,
         sigma: solution.loss.sigma,
@@ -135,6 +136,18 @@ fn warn_of_pattern(problem: &Problem, residuals: Option<&[Residual]>, rms: f64) 
     problem.monitor.warn(format!(
         "the model does not have the scan's shape{failed}: of the {rms:.3} mm (root mean square) by which what lies near it is off, {pattern:.3} mm are a pattern and no noise (correlation of neighbours {correlation:.2})"
     ));
+}
+
+/// The names of the parameters that are held equal, by group.
+fn equal(problem: &Problem) -> Vec<Vec<String>> {
+    let ties = &problem.start.ties;
+    let parameters = problem.model.parameters();
+    let group = |leader: usize| {
+        let is_member = |i: &usize| *i == leader || ties.contains(&(leader, *i));
+        (0..parameters.len()).filter(is_member).map(|i| parameters[i].name.clone()).collect()
+    };
+    let leads = |i: &usize| ties.iter().any(|(leader, _)| leader == i);
+    (0..parameters.len()).filter(leads).map(group).collect()
 }
 
 /// The model's surface that stands in empty space, by part, with a warning where that is more than a few places.

@@ -28,6 +28,9 @@ pub struct FitResult {
     pub scan: ScanSource,
     /// The script's parameters in its order.
     pub parameters: Vec<FittedParameter>,
+    /// The parameters that the user held equal, by group; each in the script's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub equal: Vec<Vec<String>>,
     /// The pose that was added because the script has none: it takes the model's points to the scan's frame. Absent
     /// where the script has its own.
     #[serde(skip_serializing_if = "Option::is_none", default)]
@@ -246,6 +249,16 @@ pub struct PoseCovariance {
     pub symmetries: Vec<Symmetry>,
 }
 
+impl PoseCovariance {
+    /// The standard deviations of the shift along x, y and z (millimetres), and of the turn about them (radians).
+    #[must_use]
+    pub fn deviations(&self) -> ([f64; 3], [f64; 3]) {
+        let of = |i: usize| self.matrix.get(i).and_then(|row| row.get(i)).map_or(f64::NAN, |v| v.max(0.0).sqrt());
+        let first = self.parameters.len();
+        ([0, 1, 2].map(|k| of(first + k)), [3, 4, 5].map(|k| of(first + k)))
+    }
+}
+
 /// A motion that changes no distance, in the scan's frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Symmetry {
@@ -314,6 +327,9 @@ pub struct SearchCandidate {
     /// Mean loss at the common scale.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub objective: Option<f64>,
+    /// It was only fitted quickly, to some of the points and from another candidate's pose, and given up.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub quick: bool,
     /// The reason for which there is no fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub failed: Option<String>,

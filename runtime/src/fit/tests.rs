@@ -9,6 +9,7 @@ mod distances;
 mod fits;
 mod number;
 mod pose;
+mod races;
 pub(crate) mod shapes;
 mod statistics;
 mod success;

@@ -1,7 +1,7 @@
 //! The report's tables.
 
 use crate::export::escape::escape;
-use crate::fit::{FitResult, FittedParameter, WithoutSd};
+use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
 use crate::model::Motion;
 use crate::variance::{
     Explanation, FormDeviation, ParameterEffect, Piece, Statistics, UnmatchedSummary, VarianceReport,
@@ -66,10 +66,17 @@ pub(super) fn fit(fit: &FitResult) -> String {
         let inputs: Vec<String> = fit.inputs.iter().map(|input| escape(&input.to_string())).collect();
         let _ = writeln!(out, "<p>Inputs: {}</p>", inputs.join(", "));
     }
+    for group in &fit.equal {
+        let names: Vec<String> = group.iter().map(|name| escape(name)).collect();
+        let _ = writeln!(out, "<p>Held equal: {}</p>", names.join(", "));
+    }
     out.push_str("</div>\n<div>\n");
     quality(fit, &mut out);
     if let Some(p) = &fit.pose {
         pose(p, &mut out);
+    }
+    if let Some(covariance) = &fit.pose_covariance {
+        pose_deviations(covariance, &mut out);
     }
     out.push_str("</div>\n</div>\n</section>\n");
     out
@@ -101,6 +108,24 @@ fn pose(pose: &Motion, out: &mut String) {
     };
     let head = "<thead><tr><th>Rotation</th><th></th><th></th><th>Translation</th></tr></thead>\n";
     table(head, pose.rotation.iter().zip(&pose.translation).map(row), out);
+}
+
+/// The standard deviations of the pose, and the motions along which it is held.
+fn pose_deviations(covariance: &PoseCovariance, out: &mut String) {
+    let (shift, turn) = covariance.deviations();
+    let [x, y, z] = covariance.centre.map(|c| minus(&format!("{c:.1}")));
+    let _ = writeln!(
+        out,
+        "<p class=\"convention\">Standard deviations, along and about the axes of the scan; turns are about ({x}, {y}, {z}) mm.</p>"
+    );
+    let row = |((axis, shift), turn): ((&str, f64), f64)| {
+        row_of(&[axis.to_owned(), format!("{} mm", number(shift)), format!("{}&deg;", number(turn.to_degrees()))])
+    };
+    let head = "<thead><tr><th>Axis</th><th>SD of the shift</th><th>SD of the turn</th></tr></thead>\n";
+    table(head, ["x", "y", "z"].into_iter().zip(shift).zip(turn).map(row), out);
+    for symmetry in &covariance.symmetries {
+        let _ = writeln!(out, "<p>Held, a symmetry: {}.</p>", minus(&escape(&symmetry.text)));
+    }
 }
 
 fn quality(fit: &FitResult, out: &mut String) {

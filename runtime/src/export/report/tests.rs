@@ -1,5 +1,5 @@
 use super::{Report, fill, write};
-use crate::fit::{FitResult, FittedInput, FittedParameter, WithoutSd};
+use crate::fit::{FitResult, FittedInput, FittedParameter, PoseCovariance, Symmetry, WithoutSd};
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
 use crate::scan::ScanSource;
@@ -77,6 +77,18 @@ fn fit() -> FitResult {
                 without_sd: Some(WithoutSd::Fixed),
             },
         ],
+        equal: vec![vec!["alpha".to_owned(), HOSTILE.to_owned()]],
+        pose_covariance: Some(PoseCovariance {
+            centre: [1.0, -2.25, 3.0],
+            parameters: vec!["alpha".to_owned()],
+            matrix: (0..7)
+                .map(|i| (0..7).map(|j| if i == j { [9.0, 0.04, 0.09][i.min(2)] } else { 0.0 }).collect())
+                .collect(),
+            symmetries: vec![Symmetry {
+                text: "a turn about (0, 0, -1) changes nothing".to_owned(),
+                ..Symmetry::default()
+            }],
+        }),
         pose: Some(Motion { rotation: Motion::IDENTITY.rotation, translation: [1.0, -2.0, 3.0] }),
         objective: 0.25,
         sigma: 0.5,
@@ -146,6 +158,12 @@ fn figures_are_there() {
     assert!(page.contains("positive: the scan lies outside the model"));
     assert!(page.contains("<p>Inputs: knobs=5, tilt=28.647889757deg</p>"));
     assert!(page.contains("&minus;2.00000"), "the pose");
+    assert!(page.contains("<td>x</td><td>0.200 mm</td><td>17.189&deg;</td>"), "the roots of 0.04 mm2 and of 0.09");
+    assert!(
+        page.contains("<td>z</td><td>0.300 mm</td><td>17.189&deg;</td>") && page.contains("(1.0, &minus;2.2, 3.0) mm")
+    );
+    assert!(page.contains("<p>Held, a symmetry: a turn about (0, 0, &minus;1) changes nothing.</p>"));
+    assert!(page.contains("<p>Held equal: alpha, &lt;/script&gt;"));
     assert!(page.contains("<b>87.5 %</b><span>of the surface measured"));
     // Seven texels have data; -9 is below the scale's end, 2 above.
     assert!(page.contains("14.29 % below, 14.29 % above"));

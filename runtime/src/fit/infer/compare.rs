@@ -67,6 +67,16 @@ pub(crate) fn compare(rivals: &[Rival], scan: &Scan) -> Result<Comparison, FitEr
     Ok(Comparison { bic, objective, sigma, effective_points: n })
 }
 
+/// The mean loss of a fit at a scale (millimetres).
+///
+/// # Errors
+/// The model cannot be evaluated where the fit ended.
+pub(crate) fn at_scale(model: &dyn Model, fit: &FitResult, scan: &Scan, sigma: f64) -> Result<f64, FitError> {
+    let points = Points::of(scan, fit.weights);
+    let radius = points.gyration();
+    mean_loss(Rival { model, fit }, &points, radius, sigma)
+}
+
 fn mean_loss(rival: Rival, points: &Points, radius: f64, sigma: f64) -> Result<f64, FitError> {
     let x: Vec<f64> = rival.fit.parameters.iter().map(|p| p.value).collect();
     let space = Parameterization::new(rival.model, &x, Vec::new(), true, &[]);

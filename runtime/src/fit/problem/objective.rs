@@ -241,6 +241,13 @@ impl Objective<'_> {
         matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
     }
 
+    /// The points that have a facet within the cut-off, with the patches to which they belong.
+    pub(crate) fn patches(&self, placed: &Placed) -> Vec<(usize, usize)> {
+        let chunks = self.chunks(None).into_par_iter();
+        let found = chunks.flat_map_iter(|mut chunk| self.correspondences(placed, &mut chunk));
+        found.map(|c| (c.index, c.patch as usize)).collect()
+    }
+
     /// The loss of every point, whatever its prior weight: 1 for those without a foot.
     pub(crate) fn losses(&self, placed: &Placed) -> Vec<f64> {
         let mut losses = vec![1.0; self.points.len()];
@@ -253,14 +260,20 @@ impl Objective<'_> {
     /// The mean loss of the distances to facets moved by `motion`: fast, and exact enough to rule out places that are
     /// much worse than others.
     pub(crate) fn rough_value(&self, facets: &Facets, motion: &Isometry) -> f64 {
+        let losses = self.rough_losses(facets, motion);
+        losses.into_iter().enumerate().map(|(i, loss)| self.points.prior(i) * loss).sum::<f64>() / self.points.weight()
+    }
+
+    /// The loss of every point's distance to facets moved by `motion`, whatever its prior weight.
+    pub(crate) fn rough_losses(&self, facets: &Facets, motion: &Isometry) -> Vec<f64> {
         self.monitor.evaluations.fetch_add(1, Ordering::Relaxed);
         let inverse = motion.rotation.inverse();
         let cutoff = self.loss.cutoff();
-        let loss = |(i, p): (usize, &DVec3)| {
+        let loss = |p: &DVec3| {
             let d = facets.distance(inverse * (*p - motion.translation), cutoff);
-            self.points.prior(i) * self.loss.value(d * d)
+            self.loss.value(d * d)
         };
-        self.points.position.iter().enumerate().map(loss).sum::<f64>() / self.points.weight()
+        self.points.position.iter().map(loss).collect()
     }
 
     fn sums(&self, placed: &Placed, chunk: &mut Chunk, order: Order) -> Sums {

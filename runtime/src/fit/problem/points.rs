@@ -181,9 +181,13 @@ impl Points {
             return self.every(count);
         }
         chosen.sort_unstable();
-        let mut sample = self.pick(chosen.into_iter());
-        sample.prior.fill(1.0);
-        sample
+        self.pick(chosen.into_iter()).alike()
+    }
+
+    /// The same points, all of which count alike.
+    pub(crate) fn alike(mut self) -> Self {
+        self.prior.fill(1.0);
+        self
     }
 
     /// About `count` points, each as likely as any other: dense where the scan is. All points where there are not more.

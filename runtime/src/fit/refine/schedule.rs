@@ -17,8 +17,8 @@ use crate::fit::register::candidate::Candidate;
 use crate::fit::register::restart::{Restart, Scope, restart};
 use crate::fit::tuning::{
     ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, CHORD, FOOT_TOLERANCE,
-    INLIER_DEVIATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED, SQUARED_STEP,
-    SQUARED_TOLERANCE, THIN_POINTS, WIDEST_NOISE,
+    INLIER_DEVIATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED, SMALL_PART_POINTS,
+    SMALL_PART_SEARCHED, SQUARED_STEP, SQUARED_TOLERANCE, THIN_POINTS, WIDEST_NOISE,
 };
 use std::sync::Arc;
 
@@ -116,7 +116,8 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
         if value.is_finite() {
             sides = Sides::of(&level, &estimate, guess.loss).unwrap_or(sides);
             let signs = sides.signs.clone();
-            guess = anneal(&level, &few, Guess { estimate, signs, ..guess }, given);
+            guess = Guess { estimate, signs, ..guess };
+            guess = anneal(&level, &with_small_parts(&level, few, &guess), guess, given);
         }
     }
     sides.warn(&level);
@@ -141,8 +142,32 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
 /// The stage of the trace in which the scale of the loss is final.
 pub(crate) const POLISH: &str = "polish";
 
+/// `few` of the points, and more of parts that have hardly any among them: a hole that the restarts have found would
+/// be lost again where two or three points speak for it.
+fn with_small_parts(level: &Level, few: Points, guess: &Guess) -> Points {
+    let points = level.problem.points.every(SMALL_PART_SEARCHED);
+    if points.len() <= few.len() {
+        return few;
+    }
+    let objective = Objective { signs: Some(&guess.signs), ..level.objective(&points, guess.loss) };
+    let Ok(placed) = objective.place(&guess.estimate) else { return few };
+    let mut of_patches: Vec<Vec<usize>> = vec![Vec::new(); level.problem.model.parts().len()];
+    for (point, patch) in objective.patches(&placed) {
+        of_patches[patch].push(point);
+    }
+    let small = |of_patch: &Vec<usize>| of_patch.len() * few.len() < SMALL_PART_POINTS * points.len();
+    let more = of_patches.into_iter().filter(small).flat_map(|of_patch| {
+        let step = of_patch.len().div_ceil(SMALL_PART_POINTS).max(1);
+        of_patch.into_iter().step_by(step)
+    });
+    let chosen: Vec<usize> = more.collect();
+    // The points of a sample count alike.
+    let more = points.pick(chosen.into_iter()).alike();
+    few.and(&more)
+}
+
 /// Follows the scale of the loss down to the one that the residuals suggest, unless one is `given`.
-fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>) -> Guess {
+pub(crate) fn anneal(level: &Level, points: &Points, mut guess: Guess, given: Option<Loss>) -> Guess {
     for _ in 0..ANNEALING_LEVELS {
         if level.problem.monitor.cancelled() {
             break;

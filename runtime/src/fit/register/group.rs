@@ -1,6 +1,7 @@
 //! Groups of parameters that shape only some parts of the model, and what the scan says of such parts by themselves.
 
 use crate::eigen;
+use crate::fit::correspond::foot::Foot;
 use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Objective;
@@ -110,9 +111,7 @@ pub(crate) fn rest(objective: &Objective, at: &Estimate, group: &Group) -> Optio
     for (i, foot) in objective.feet(&placed) {
         if foot.d2 < half2 {
             explained[i] = true;
-            let n = foot.normal.normalize_or_zero();
-            let turn = (foot.point - centre).cross(n) / radius;
-            let row = Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z);
+            let row = moved_by_motions(&foot, centre, radius);
             gram += row * row.transpose() * objective.points.prior(i);
             weight += objective.points.prior(i);
             count += 1;
@@ -121,14 +120,41 @@ pub(crate) fn rest(objective: &Objective, at: &Estimate, group: &Group) -> Optio
     if count < AXIS_POINTS || !objective.space.moving {
         return Some(Rest { explained, axis: None });
     }
-    let eigen = eigen::symmetric(gram / weight);
-    let axis = (0..6).filter(|k| eigen.eigenvalues[*k] < AXIS_EIGENVALUE).find_map(|k| {
+    Some(Rest { explained, axis: axis(gram / weight, radius, AXIS_EIGENVALUE) })
+}
+
+/// The turn that moves the surface least along its normals, where a scan's points are near it. None where there are
+/// hardly any, or the motion is not a variable.
+pub(crate) fn least_turn(objective: &Objective, at: &Estimate) -> Option<Axis> {
+    let placed = objective.place(at).ok()?;
+    let space = objective.space;
+    let feet = objective.feet(&placed);
+    if feet.len() < AXIS_POINTS as usize || !space.moving {
+        return None;
+    }
+    let rows = feet.iter().map(|(_, foot)| moved_by_motions(foot, space.centre, space.radius));
+    let gram = rows.fold(Matrix6::zeros(), |gram, row| gram + row * row.transpose());
+    axis(gram / feet.len() as f64, space.radius, f64::INFINITY)
+}
+
+/// How fast a shift along x, y and z, and a turn about them (in radians times `radius`), move a foot along its normal.
+fn moved_by_motions(foot: &Foot, centre: DVec3, radius: f64) -> Vector6<f64> {
+    let n = foot.normal.normalize_or_zero();
+    let turn = (foot.point - centre).cross(n) / radius;
+    Vector6::new(n.x, n.y, n.z, turn.x, turn.y, turn.z)
+}
+
+/// The rotation whose mean square of that rate is least, and below `most`.
+fn axis(gram: Matrix6<f64>, radius: f64, most: f64) -> Option<Axis> {
+    let eigen = eigen::symmetric(gram);
+    let mut order: Vec<usize> = (0..6).filter(|k| eigen.eigenvalues[*k] < most).collect();
+    order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
+    order.into_iter().find_map(|k| {
         let e = eigen.eigenvectors.column(k);
         let turn = DVec3::new(e[3], e[4], e[5]) / radius;
         let rate = turn.length();
         // A motion that is mostly a translation (of a plane, along a cylinder) is not a rotation.
         let shift = DVec3::new(e[0], e[1], e[2]);
         (rate * radius > AXIS_TURN).then(|| Axis { shift: shift / rate, turn: turn / rate })
-    });
-    Some(Rest { explained, axis })
+    })
 }
