@@ -226,6 +226,7 @@ mod tests {
             outward: vec![0.25, f32::NAN, f32::NAN],
             inward: vec![1.5, 0.5, f32::NAN],
             filled: Vec::new(),
+            buried: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };

@@ -8,10 +8,11 @@ use crate::fit::problem::free_space::FreeSpace;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::sides::Sides;
+use crate::fit::problem::walls::{Walls, described, seem_to_pass};
 use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
+use crate::fit::result::{ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, WithoutSd};
 use crate::fit::room::shown;
 use crate::fit::tuning::{
     BIASED, CONTRADICTED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN,
@@ -85,6 +86,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
     }
     let coverage = covered(solution);
     let contradicted = contradicted(solution);
+    let passed_through = passed_through(solution);
     let Records { trace, warnings, seconds } = monitor.records();
     FitResult {
         model: problem.model.name().to_owned(),
@@ -108,6 +110,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
         bootstrap,
         coverage,
         contradicted,
+        passed_through,
         search: None,
         degenerate: extent::degenerate(problem).is_some(),
         seconds,
@@ -165,6 +168,27 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
         }
     }
     Some(found)
+}
+
+/// What of the model has passed through its walls, by part, with a warning. Where nothing had at the end of the last
+/// stage, nothing has.
+fn passed_through(solution: &Solution) -> Vec<PassedPart> {
+    let Solution { level, estimate, .. } = solution;
+    let Level { problem, space, separation, .. } = level;
+    if separation.is_none() && !problem.monitor.cancelled() {
+        return Vec::new();
+    }
+    let model = problem.model;
+    let find = || {
+        let instance = model.instantiate(&space.x(&estimate.z)?).ok()?;
+        let walls = seem_to_pass(&level.layout.facets(&*instance)).then(|| Walls::of(model, &*instance).ok())??;
+        Some(walls.passed(model, &*instance, &estimate.motion))
+    };
+    let passed = problem.monitor.stage("walls", find).unwrap_or_default();
+    if !passed.is_empty() {
+        problem.monitor.warn(format!("walls of the model pass through each other: {}", described(&passed)));
+    }
+    passed
 }
 
 /// The reason for which parameter `i` has no standard deviation.
