@@ -1,29 +1,30 @@
 //! What is inside of a model: the material behind its surface, and how the surface itself stands to it.
 
+use super::ends::{End, Ends};
 use super::winding::Winding;
 use super::{Closedness, EvaluationError, Fineness, Instance, Model, Tessellation, Texels};
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
 
-/// How deep surface must lie in the material, or beyond a wall that it has passed through, to be told from surface that
-/// touches it: as a fraction of the model's diagonal. A crevice that is narrower counts as closed.
+/// How deep surface must lie in the material, or beyond a wall that it has passed through, to be told from surface
+/// that touches it: as a fraction of the model's diagonal. A crevice that is narrower counts as closed.
 const DEPTH: f64 = 2.5e-4;
 
-/// The same of surface that has passed through a wall, in units of it: a fit that holds walls apart leaves them in each
-/// other by a little more than the depth.
+/// The same of surface that has passed through a wall, in units of it: a fit that holds walls apart leaves them in
+/// each other by a little more than the depth.
 const PASSAGE: f64 = 4.0;
 
 /// The chord of the triangles, as a part of that depth: together they leave two surfaces that touch by less.
 const CHORD: f64 = 0.5;
 
-/// The longest edge of the triangles, as a fraction of the diagonal: long ones are far from nothing, so that many of them
-/// would be looked at one by one. A mug takes 2.5 times as long without it.
+/// The longest edge of the triangles, as a fraction of the diagonal: long ones are far from nothing, so that many of
+/// them would be looked at one by one. A mug takes 2.5 times as long without it.
 const EDGE: f64 = 0.04;
 
 /// Winding numbers beside the outer side of a surface. That of a closed body is 0 where it is free, 1 where it is in
-/// the material of another one, and -1 where it has passed through a wall of its own; that of a sheet is less by a half.
+/// the material of another one, and -1 where it has passed through a wall of its own; that of a sheet is less by a
+/// half.
 const BURIED: f64 = 0.25;
 const INWARD: f64 = -0.25;
 const PASSED_THROUGH: f64 = -0.75;
@@ -35,17 +36,10 @@ const BODY: f64 = 0.5;
 /// Segments of the grids whose box is the model's.
 const ROUGH: u32 = 32;
 
-/// Texels of every row and column that are looked at, in turn: what lies between four of the last turn that stand alike
-/// stands as they do. What is narrower than the first may be missed.
+/// Texels of every row and column that are looked at, in turn: what lies between four of the last turn that stand
+/// alike stands as they do. What is narrower than the first may be missed.
 const STRIDES: [u32; 3] = [8, FINEST, 1];
 const FINEST: u32 = 2;
-
-/// An open end lies in the material where the mean winding number over it, a little beyond it, is larger than this: of
-/// a free end it is a half, of one that lies in a wall it is one and a half. A little is this part of the end's radius,
-/// and the mean is over this number of points around.
-const IN_MATERIAL: f64 = 0.9;
-const BEYOND: f64 = 0.05;
-const AROUND: usize = 16;
 
 /// The material of a model: where the winding number of its parts is more than that of a free surface. Open ends that
 /// lie in the material, as those of a tube that ends in a wall, count as closed; other parts need not be.
@@ -108,8 +102,9 @@ impl Material {
         Fineness { chord: CHORD * DEPTH * diagonal, edge: EDGE * diagonal, ..Fineness::default() }
     }
 
-    /// Whether a place with an outward unit normal seems to have passed through a wall of the triangles, of which nothing
-    /// else is known, far enough to be worth a sentence; `diagonal` is that of their bounding box. Millimetres.
+    /// Whether a place with an outward unit normal seems to have passed through a wall of the triangles, of which
+    /// nothing else is known, far enough to be worth a sentence; `diagonal` is that of their bounding box.
+    /// Millimetres.
     pub(crate) fn seems_passed(winding: &Winding, place: DVec3, outward: DVec3, diagonal: f64) -> bool {
         winding.at(place + PASSAGE * DEPTH * diagonal * outward) < PASSED_THROUGH
     }
@@ -168,8 +163,8 @@ impl Material {
         }
     }
 
-    /// How places stand, each with its patch and area, among all that were spread over the surface: hollows have passed
-    /// through nothing.
+    /// How places stand, each with its patch and area, among all that were spread over the surface: hollows have
+    /// passed through nothing.
     pub(crate) fn settle(&self, places: impl Iterator<Item = (usize, f64)>, standing: &mut [Standing]) {
         let mut bodies = vec![(0.0, 0.0); self.joined.len()];
         let by_body: Vec<usize> = places
@@ -239,111 +234,6 @@ fn winding(mesh: &TriangleMesh, turned: &[bool]) -> Winding {
         })
     });
     Winding::new(triangles.collect())
-}
-
-/// A place, to the bit.
-type Corner = [u64; 3];
-
-/// The open ends of a mesh, and which of its groups are joined.
-struct Ends {
-    /// By group, the first of those that it is joined with by edges at the same place.
-    joined: Vec<usize>,
-    ends: Vec<End>,
-}
-
-/// Edges around an opening.
-struct End {
-    /// The first of the groups that are joined there.
-    body: usize,
-    /// In the direction that they have in the triangles beside the opening.
-    edges: Vec<[DVec3; 2]>,
-}
-
-impl Ends {
-    /// Of a mesh with groups, of which some are `turned`.
-    fn of(mesh: &TriangleMesh, turned: &[bool]) -> Self {
-        let mut group_of = vec![0; mesh.triangles.len()];
-        mesh.groups.iter().enumerate().for_each(|(patch, group)| group_of[group.start..group.end].fill(patch));
-        // Groups do not share vertices, but places. How often an edge is passed in its direction, less how often back.
-        let mut edges: BTreeMap<[Corner; 2], (i32, usize)> = BTreeMap::new();
-        let mut joined: Vec<usize> = (0..mesh.groups.len()).collect();
-        for edge in mesh.boundary_edges() {
-            let [from, to] = edge.ends.map(|vertex| mesh.positions[vertex as usize].map(|c| (c + 0.0).to_bits()));
-            if from == to {
-                continue;
-            }
-            let patch = group_of[edge.triangle as usize];
-            let (balance, other) = edges.entry([from.min(to), from.max(to)]).or_insert((0, patch));
-            *balance += if (from < to) != turned[patch] { 1 } else { -1 };
-            let (a, b) = (root(&joined, patch), root(&joined, *other));
-            joined[a.max(b)] = a.min(b);
-        }
-        let joined: Vec<usize> = (0..joined.len()).map(|patch| root(&joined, patch)).collect();
-        let ends = Self::around(&edges, &joined);
-        Self { joined, ends }
-    }
-
-    /// The edges that do not balance, by the openings that they surround.
-    fn around(edges: &BTreeMap<[Corner; 2], (i32, usize)>, joined: &[usize]) -> Vec<End> {
-        let open = || edges.iter().filter(|(_, (balance, _))| *balance != 0);
-        let mut numbers: BTreeMap<Corner, usize> = BTreeMap::new();
-        open().flat_map(|(corners, _)| corners).for_each(|corner| {
-            let next = numbers.len();
-            numbers.entry(*corner).or_insert(next);
-        });
-        let mut linked: Vec<usize> = (0..numbers.len()).collect();
-        for (corners, _) in open() {
-            let [a, b] = corners.map(|corner| root(&linked, numbers[&corner]));
-            linked[a.max(b)] = a.min(b);
-        }
-        let mut ends: BTreeMap<usize, End> = BTreeMap::new();
-        for (corners, (balance, patch)) in open() {
-            let opening = root(&linked, numbers[&corners[0]]);
-            let end = ends.entry(opening).or_insert_with(|| End { body: joined[*patch], edges: Vec::new() });
-            let [from, to] = corners.map(|corner| DVec3::from_array(corner.map(f64::from_bits)));
-            let edge = if *balance > 0 { [from, to] } else { [to, from] };
-            end.edges.extend((0..balance.unsigned_abs()).map(|_| edge));
-        }
-        ends.into_values().collect()
-    }
-}
-
-impl End {
-    fn middle(&self) -> DVec3 {
-        self.edges.iter().map(|[from, _]| *from).sum::<DVec3>() / self.edges.len() as f64
-    }
-
-    /// Triangles from the edges to their middle.
-    fn cap(&self) -> impl Iterator<Item = [DVec3; 3]> + use<'_> {
-        let middle = self.middle();
-        self.edges.iter().map(move |[from, to]| [*to, *from, middle])
-    }
-
-    /// Whether the opening lies in what the triangles enclose.
-    fn is_in_material(&self, winding: &Winding) -> bool {
-        let middle = self.middle();
-        let normal: DVec3 = self.cap().map(|[a, b, c]| (b - a).cross(c - a)).sum();
-        let radius = self.edges.iter().map(|[from, _]| from.distance(middle)).sum::<f64>() / self.edges.len() as f64;
-        let beyond = BEYOND * radius * normal.normalize_or_zero();
-        let step = self.edges.len().div_ceil(AROUND);
-        let (mut sum, mut count) = (0.0, 0.0);
-        for [from, _] in self.edges.iter().step_by(step) {
-            // The means of the inner and of the outer half of a disc's area.
-            for part in [0.5, 0.85] {
-                sum += winding.at(middle + part * (*from - middle) + beyond);
-                count += 1.0;
-            }
-        }
-        sum > IN_MATERIAL * count
-    }
-}
-
-/// The first of the groups that are joined with one.
-fn root(joined: &[usize], mut group: usize) -> usize {
-    while joined[group] != group {
-        group = joined[group];
-    }
-    group
 }
 
 #[cfg(test)]

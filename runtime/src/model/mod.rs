@@ -3,6 +3,7 @@
 mod atlas;
 mod breaks;
 mod closed;
+mod ends;
 mod material;
 mod motion;
 mod packing;

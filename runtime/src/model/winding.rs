@@ -1,13 +1,13 @@
-//! The generalized winding number of triangles (Jacobson, Kavan and Sorkine-Hornung 2013), by dipoles where they are far
-//! off (Barill, Dickson, Schmidt, Levin and Jacobson 2018).
+//! The generalized winding number of triangles (Jacobson, Kavan and Sorkine-Hornung 2013), by dipoles where they are
+//! far off (Barill, Dickson, Schmidt, Levin and Jacobson 2018).
 
 use crate::mesh::Bounds;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::ops::Range;
 
-/// A node stands for its triangles at places farther off than so many times its radius: the number is then good to some
-/// hundredths, where a quarter would be a wrong answer.
+/// A node stands for its triangles at places farther off than so many times its radius: the number is then good to
+/// some hundredths, where a quarter would be a wrong answer.
 const FAR: f64 = 2.0;
 
 /// The most triangles of a leaf.

@@ -17,8 +17,8 @@ pub struct Deviations {
     /// Whether a closed hole of the scan is nearer than the scan: such a texel
     /// has no distance, since nothing was measured there. Empty if no holes were closed.
     pub filled: Vec<bool>,
-    /// Whether the surface there is inside of the model's own material, where nothing can be measured: such texels are
-    /// no part of any statistic. Empty where that is not known.
+    /// Whether the surface there is inside of the model's own material, where nothing can be measured: such texels
+    /// are no part of any statistic. Empty where that is not known.
     pub buried: Vec<bool>,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
     /// Millimetres.

@@ -1,5 +1,5 @@
-//! A term of the objective that holds walls of the model apart which would pass through each other: the mean square of
-//! the depths by which they do, over the model's surface.
+//! A term of the objective that holds walls of the model apart which would pass through each other: the mean square
+//! of the depths by which they do, over the model's surface.
 
 use super::objective::{Evaluation, Objective, Order};
 use super::parameterization::Estimate;
@@ -49,8 +49,8 @@ impl Separation {
         Some(Evaluation { value, gradient, normal, patches: Vec::new(), absent: 0 })
     }
 
-    /// The Hessian of the term by the scaled local coordinates, without what depends on the bending of walls. None where
-    /// the model does not exist.
+    /// The Hessian of the term by the scaled local coordinates, without what depends on the bending of walls. None
+    /// where the model does not exist.
     pub(crate) fn hessian(&self, objective: &Objective, at: &Estimate) -> Option<DMatrix<f64>> {
         let placed = objective.place(at).ok()?;
         Some(self.evaluate(objective, &*placed.instance, at, Order::Normal)?.normal)

@@ -111,8 +111,8 @@ impl Walls {
         Some(passed.into_par_iter().map(|passage| self.through(passage, &mesh, &bvh, &material)).collect())
     }
 
-    /// What has passed through walls far enough to be worth a sentence, by part, with places moved by `motion`. Nothing
-    /// where the surface cannot be evaluated.
+    /// What has passed through walls far enough to be worth a sentence, by part, with places moved by `motion`.
+    /// Nothing where the surface cannot be evaluated.
     pub(crate) fn passed(&self, model: &dyn Model, instance: &dyn Instance, motion: &Isometry) -> Vec<PassedPart> {
         let mut passages = self.passages(instance).unwrap_or_default();
         passages.retain(|passage| passage.depth + self.material.depth() > self.material.passage());

@@ -1,5 +1,5 @@
-//! The stage of a fit in which walls that pass through each other at the optimum are held apart, as a `require` of the
-//! script would hold them.
+//! The stage of a fit in which walls that pass through each other at the optimum are held apart, as a `require` of
+//! the script would hold them.
 
 use super::schedule::{Guess, POLISH, Solution, polish};
 use crate::fit::problem::level::Level;

@@ -7,9 +7,9 @@ use super::tolerance::{Conformance, Tolerance};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Statistics of the deviations of some texels. Texels without data count towards `texels` and `area` only, those inside
-/// of the model's own material towards `buried_texels` and `buried_area` only.
-/// In JSON the fields of `weighted` stand beside the others.
+/// Statistics of the deviations of some texels. Texels without data count towards `texels` and `area` only, those
+/// inside of the model's own material towards `buried_texels` and `buried_area` only. In JSON the fields of
+/// `weighted` stand beside the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Number of texels.
