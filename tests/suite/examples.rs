@@ -74,11 +74,12 @@ fn walls_of_the_examples_do_not_pass_through_each_other() {
             }
             most = most.max(buried / whole);
             if *name == "mug" {
-                // The inside's corner is on the rounding where this is the wall; a texel is 1 mm wide.
+                // The inside's corner is on the rounding where this is 0; by less than a thousandth of the diagonal
+                // it is not named.
                 let parameter =
                     |wanted: &str| x[program.parameters().iter().position(|p| p.name == wanted).expect("it")];
                 let beyond = parameter("rounding") * (1.0 - 0.5_f64.sqrt()) - parameter("wall");
-                assert!(beyond < 0.1 || passed > 0.0, "the mug's inside has come out by {beyond} mm");
+                assert!(beyond < 0.5 || passed > 0.0, "the mug's inside has come out by {beyond} mm");
                 if beyond > -0.1 {
                     continue;
                 }
