@@ -170,14 +170,10 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
     Some(found)
 }
 
-/// What of the model has passed through its walls, by part, with a warning. Where nothing had at the end of the last
-/// stage, nothing has.
+/// What of the model has passed through its walls, by part, with a warning.
 fn passed_through(solution: &Solution) -> Vec<PassedPart> {
     let Solution { level, estimate, .. } = solution;
-    let Level { problem, space, separation, .. } = level;
-    if separation.is_none() && !problem.monitor.cancelled() {
-        return Vec::new();
-    }
+    let Level { problem, space, .. } = level;
     let model = problem.model;
     let find = || {
         let instance = model.instantiate(&space.x(&estimate.z)?).ok()?;

@@ -8,7 +8,7 @@ use crate::fit::problem::points::Points;
 use crate::fit::problem::separation::Separation;
 use crate::fit::problem::walls::{Walls, described, seem_to_pass};
 use crate::fit::result::PassedPart;
-use crate::fit::tuning::{APART_START, SCALE_FASTEST};
+use crate::fit::tuning::{APART_START, HARDLY_ANY_POINTS, SCALE_FASTEST};
 use std::sync::Arc;
 
 /// Goes on from an optimum at which walls pass through each other to the best place where they do not; any other
@@ -41,7 +41,8 @@ fn polish_with<'a>(walls: &Arc<Walls>, from: Solution<'a>, loss: Loss, points: &
     polish(Level { separation: Some(Arc::new(separation)), ..level }, points, Guess { loss, ..guess }, Some(POLISH))
 }
 
-/// The walls of the model as a solution has it, and what has passed through them there. None where nothing has.
+/// The walls of the model as a solution has it, and what has passed through them there. None where nothing
+/// has, or a part that the scan does not show.
 fn passed(solution: &Solution) -> Option<(Arc<Walls>, Vec<PassedPart>)> {
     let Level { problem, space, layout, .. } = &solution.level;
     let model = problem.model;
@@ -51,5 +52,11 @@ fn passed(solution: &Solution) -> Option<(Arc<Walls>, Vec<PassedPart>)> {
     }
     let walls = Walls::of(model, &*instance).ok()?;
     let passed = walls.passed(model, &*instance, &solution.estimate.motion);
-    (!passed.is_empty()).then(|| (Arc::new(walls), passed))
+    // A part that the scan hardly shows is not determined, and holding it apart would move what is.
+    let is_shown = |name: &String| {
+        let patch = model.parts().iter().position(|part| part.name == *name);
+        patch.is_some_and(|patch| solution.evaluation.patches[patch].points >= HARDLY_ANY_POINTS)
+    };
+    let all_shown = passed.iter().all(|part| is_shown(&part.part) && part.through.iter().all(is_shown));
+    (!passed.is_empty() && all_shown).then(|| (Arc::new(walls), passed))
 }
