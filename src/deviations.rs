@@ -54,6 +54,19 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
             table::number(report.overall.filled_area)
         ));
     }
+    if report.overall.buried_texels > 0 {
+        let buried = report.parts.iter().filter(|part| part.statistics.buried_texels > 0);
+        let part = |p: &PartStatistics| format!("{} {}", p.name, table::number(p.statistics.buried_area));
+        let mut parts: Vec<String> = buried.map(part).collect();
+        if parts.len() > LISTED {
+            parts.splice(LISTED.., ["...".to_owned()]);
+        }
+        out.push_str(&format!(
+            "inside of the model's own material, and no part of these areas: {} mm2 ({})\n",
+            table::number(report.overall.buried_area),
+            parts.join(", ")
+        ));
+    }
     if let Some(unmatched) = &report.unmatched {
         out.push_str(&left_over(unmatched));
     }

@@ -192,6 +192,7 @@ fn deviations() -> Deviations {
         outward,
         inward,
         filled: Vec::new(),
+        buried: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

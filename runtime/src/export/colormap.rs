@@ -3,6 +3,9 @@
 /// The colour of a texel without data: a grey that the scale does not contain.
 pub const NO_DATA: [u8; 3] = [128, 128, 128];
 
+/// The colour of surface inside of the model's own material.
+pub const BURIED: [u8; 3] = [84, 84, 84];
+
 /// The colour of a texel that faces a closed hole of the scan: an olive that the scale does not contain either.
 pub const FILLED: [u8; 3] = [140, 140, 60];
 

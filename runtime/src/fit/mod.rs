@@ -40,7 +40,7 @@ pub use problem::loss::LossKind;
 pub use problem::weights::Weights;
 pub use result::{
     Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest,
-    PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, WithoutSd,
+    PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 

@@ -8,10 +8,13 @@ use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
+use crate::fit::problem::walls::{Walls, described, seem_to_pass};
 use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::result::{Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, WithoutSd};
+use crate::fit::result::{
+    Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, WithoutSd,
+};
 use crate::fit::room::shown;
 use crate::fit::tuning::{
     BIASED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN, NAMED,
@@ -85,6 +88,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
     let alternatives = alternatives(solution, &rivals);
     let coverage = covered(solution);
     let contradicted = contradicted(solution);
+    let passed_through = passed_through(solution);
     let Records { trace, warnings, seconds } = monitor.records();
     FitResult {
         model: problem.model.name().to_owned(),
@@ -110,6 +114,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
         coverage,
         contradicted,
         alternatives,
+        passed_through,
         search: None,
         degenerate: extent::degenerate(problem).is_some(),
         seconds,
@@ -201,6 +206,23 @@ fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
         Some(Alternative { parts, values, evidence: rival.evidence })
     };
     rivals.iter().filter_map(of).collect()
+}
+
+/// What of the model has passed through its walls, by part, with a warning.
+fn passed_through(solution: &Solution) -> Vec<PassedPart> {
+    let Solution { level, estimate, .. } = solution;
+    let Level { problem, space, .. } = level;
+    let model = problem.model;
+    let find = || {
+        let instance = model.instantiate(&space.x(&estimate.z)?).ok()?;
+        let walls = seem_to_pass(&level.layout.facets(&*instance)).then(|| Walls::of(model, &*instance).ok())??;
+        Some(walls.passed(model, &*instance, &estimate.motion))
+    };
+    let passed = problem.monitor.stage("walls", find).unwrap_or_default();
+    if !passed.is_empty() {
+        problem.monitor.warn(format!("walls of the model pass through each other: {}", described(&passed)));
+    }
+    passed
 }
 
 /// The reason for which parameter `i` has no standard deviation.

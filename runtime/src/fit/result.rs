@@ -85,6 +85,9 @@ pub struct FitResult {
     /// Other shapes of parts that explain the scan as well.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<Alternative>,
+    /// The model's surface that has passed through another of its walls, by part.
+    #[serde(default)]
+    pub passed_through: Vec<PassedPart>,
     /// The candidates of a search over discrete inputs, if there was one: this is the fit of the best one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub search: Option<Search>,
@@ -298,6 +301,21 @@ pub struct ContradictedPart {
     pub area: f64,
     /// That area as a share of the part's.
     pub share: f64,
+    /// The middle of that area, in the scan's frame. Millimetres.
+    pub place: [f64; 3],
+}
+
+/// A part of the model that has passed through another of its walls.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PassedPart {
+    /// The part's name.
+    pub part: String,
+    /// The names of the parts that its normals meet from there.
+    pub through: Vec<String>,
+    /// The area. Square millimetres.
+    pub area: f64,
+    /// The largest distance to the other wall. Millimetres.
+    pub depth: f64,
     /// The middle of that area, in the scan's frame. Millimetres.
     pub place: [f64; 3],
 }

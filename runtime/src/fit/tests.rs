@@ -15,4 +15,5 @@ mod statistics;
 mod success;
 mod trouble;
 mod vessel;
+mod walls;
 mod weights;

@@ -509,6 +509,19 @@ pub(crate) const QUICK_HOPELESS: f64 = 1.5;
 /// Time of a quick fit, where a whole one takes 1.
 pub(crate) const QUICK_SHARE: f64 = 0.05;
 
+// ---------------------------------------------------------------------------------------------------- Separate walls
+
+/// The share of the model's area that has passed through a wall from which on it is no accident of a few places.
+pub(crate) const PASSED_THROUGH: f64 = 1e-3;
+/// The term that holds walls apart counts a place at a depth of sigma as so many points at that distance count: what
+/// is left of the depth then vanishes beside what is worth a sentence (0039).
+pub(crate) const SEPARATION_WEIGHT: f64 = 100.0;
+/// The scale of the loss with which walls begin to be held apart, in units of the depth by which they pass.
+pub(crate) const APART_START: f64 = 2.0;
+/// Places on the facets, about, of the look that says whether walls may have passed through each other: four of them
+/// are the share above. It takes 0.1 to 1.5 % of a fit.
+pub(crate) const WALL_PLACES: f64 = 4000.0;
+
 // -------------------------------------------------------------------------------------------------------------- Scene
 
 /// The share of the points that nothing explains from which on a fit asks what they are: inliers of right fits are 94 %

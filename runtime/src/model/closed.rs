@@ -3,6 +3,7 @@
 use super::breaks::Breaks;
 use super::tessellation::borders::Borders;
 use super::tessellation::intervals;
+use super::winding::solid_angle;
 use super::{EvaluationError, Fineness, Instance, Model, Tessellation};
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
@@ -161,13 +162,4 @@ fn outwards(mesh: &TriangleMesh, bodies: &[Vec<(usize, bool)>]) -> Vec<bool> {
 /// The volume of the tetrahedron between a triangle and the origin, negative where that is outside of the triangle.
 fn tetrahedron([a, b, c]: [DVec3; 3]) -> f64 {
     a.dot(b.cross(c)) / 6.0
-}
-
-/// The solid angle under which a triangle is seen from the origin, negative where that is outside of it (van Oosterom
-/// and Strackee 1983).
-fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
-    let lengths = [a, b, c].map(DVec3::length);
-    let [of_a, of_b, of_c] = lengths;
-    let product: f64 = lengths.iter().product();
-    2.0 * a.dot(b.cross(c)).atan2(product + a.dot(b) * of_c + b.dot(c) * of_a + c.dot(a) * of_b)
 }

@@ -3,6 +3,8 @@
 mod atlas;
 mod breaks;
 mod closed;
+mod ends;
+mod material;
 mod motion;
 mod packing;
 mod program;
@@ -13,12 +15,14 @@ mod sensitivity_maps;
 mod surface;
 mod tessellation;
 mod texels;
+mod winding;
 
 pub use atlas::{Atlas, AtlasError, Chart, LARGEST, SMALLEST};
 pub(crate) use breaks::spans;
 pub use breaks::{Break, BreakKind, Breaks};
 pub use closed::{Closedness, OpenBorder};
 pub use gml_compiler::program::{EvaluationError, Order, Sites};
+pub use material::{Material, Standing};
 pub use motion::Motion;
 pub use reference::{ReferenceError, ReferenceSurface};
 pub use sensitivities::{PartSensitivities, Sensitivities};
@@ -26,3 +30,4 @@ pub use sensitivity_maps::{SensitivityMap, SensitivityMaps};
 pub use surface::{Instance, Model, Partials, SecondPartials};
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;
+pub(crate) use winding::Winding;

@@ -137,6 +137,7 @@ mod tests {
             outward: vec![1.1, 0.9, nan, nan],
             inward: vec![nan, nan, 0.7, nan],
             filled: Vec::new(),
+            buried: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };

@@ -17,6 +17,9 @@ pub struct Deviations {
     /// Whether a closed hole of the scan is nearer than the scan: such a texel
     /// has no distance, since nothing was measured there. Empty if no holes were closed.
     pub filled: Vec<bool>,
+    /// Whether the surface there is inside of the model's own material, where nothing can be measured: such texels
+    /// are no part of any statistic. Empty where that is not known.
+    pub buried: Vec<bool>,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
     /// Millimetres.
     pub precision: f64,
@@ -30,6 +33,23 @@ impl Deviations {
     #[must_use]
     pub fn is_filled(&self, i: usize) -> bool {
         self.filled.get(i).copied().unwrap_or(false)
+    }
+
+    /// Whether texel i is inside of the model's own material.
+    #[must_use]
+    pub fn is_buried(&self, i: usize) -> bool {
+        self.buried.get(i).copied().unwrap_or(false)
+    }
+
+    /// Marks texels as buried and removes what their rays have met.
+    pub(in crate::variance) fn bury(&mut self, buried: Vec<bool>) {
+        for i in (0..buried.len()).filter(|i| buried[*i]) {
+            (self.outward[i], self.inward[i]) = (f32::NAN, f32::NAN);
+            if let Some(filled) = self.filled.get_mut(i) {
+                *filled = false;
+            }
+        }
+        self.buried = buried;
     }
 
     /// The deviation of texel i in millimetres, perpendicular to the surface: the nearer of the two hits, positive

@@ -194,6 +194,7 @@ mod tests {
             outward,
             inward,
             filled: Vec::new(),
+            buried: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };

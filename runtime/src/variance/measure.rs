@@ -170,7 +170,7 @@ pub fn measure(
     progress.report("casting rays", f64::NAN, &format!("{} texels", surface.texels.len()));
     let started = Instant::now();
     unless_cancelled(progress)?;
-    let Surface { mut tessellation, mut texels, tolerances, notices, seconds, .. } = surface;
+    let Surface { mut tessellation, mut texels, tolerances, notices, seconds, buried, .. } = surface;
     // Forms are those of the surface itself, before normals are averaged.
     let shapes = recognise(&texels);
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
@@ -180,6 +180,7 @@ pub fn measure(
     if let Some(holes) = &holes {
         hide_behind_filled(&mut deviations, holes, &bvh, facing(scan, options), options.distance)?;
     }
+    deviations.bury(buried);
     unless_cancelled(progress)?;
     let cast = started.elapsed().as_secs_f64();
 

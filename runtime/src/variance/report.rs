@@ -179,7 +179,7 @@ impl VarianceReport {
             device: device.to_owned(),
             resolution: [deviations.texels.width, deviations.texels.height],
             texel: (overall.area / overall.texels as f64).sqrt(),
-            texture_used: overall.texels as f64
+            texture_used: (overall.texels + overall.buried_texels) as f64
                 / (f64::from(deviations.texels.width) * f64::from(deviations.texels.height)).max(1.0),
             scan: scan.clone(),
             overall,

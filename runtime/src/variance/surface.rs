@@ -4,8 +4,8 @@ use super::orientation::is_inside_out;
 use super::{MeasureError, Tolerance};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
-    Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Model, Motion, ReferenceSurface, SMALLEST,
-    Sensitivities, SensitivityMaps, Tessellation, Texels,
+    Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Material, Model, Motion, ReferenceSurface, SMALLEST,
+    Sensitivities, SensitivityMaps, Standing, Tessellation, Texels,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -57,6 +57,8 @@ pub(super) struct Surface<'a> {
     pub(super) tolerances: Vec<Option<Tolerance>>,
     /// By part, whether its outer side is the other one than written, by the volume that it encloses with others.
     pub(super) inverted: Vec<bool>,
+    /// By texel, whether it is inside of the model's own material; empty for a mesh.
+    pub(super) buried: Vec<bool>,
     /// Sentences for the user.
     pub(super) notices: Vec<String>,
     /// The model that derivatives are computed from; none for a mesh.
@@ -91,15 +93,19 @@ impl<'a> Surface<'a> {
         let edge = if size > 0.0 { LONGEST_EDGE * size } else { f64::INFINITY };
         let fineness = Fineness { edge, ..Fineness::default() };
         let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);
+        let mut inverted = vec![false; model.parts().len()];
+        let turned = Closedness::of(model, &*instance)?.inverted;
+        turned.iter().for_each(|patch| inverted[*patch] = true);
+        let standing = Material::of(model, &*instance, &turned, size)?.of_texels(&texels);
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
         let tolerances = model.tolerances(x)?.into_iter();
         let tolerances = tolerances.map(|t| t.map(|t| Tolerance { lower: 0.0 - t, upper: t })).collect();
-        let mut inverted = vec![false; model.parts().len()];
-        Closedness::of(model, &*instance)?.inverted.iter().for_each(|patch| inverted[*patch] = true);
-        let notices = inverted_notice(&texels.part_names, &inverted).into_iter().collect();
+        let notices = inverted_notice(&texels.part_names, &inverted);
+        let notices = notices.into_iter().chain(passed_through_notice(&texels, &standing)).collect();
+        let buried = standing.iter().map(|s| *s == Standing::Buried).collect();
         let parametrised = Some(Parametrised { model, instance, atlas, motion });
-        Ok(Self { tessellation, texels, seconds, tolerances, inverted, notices, parametrised })
+        Ok(Self { tessellation, texels, seconds, tolerances, inverted, buried, notices, parametrised })
     }
 
     fn of_mesh(mesh: &TriangleMesh, resolution: Resolution) -> Result<Self, MeasureError> {
@@ -120,7 +126,9 @@ impl<'a> Surface<'a> {
                 let inverted = vec![is_inside_out(&tessellation.mesh); tolerances.len()];
                 let mut notices = notices;
                 notices.extend(inverted_notice(&texels.part_names, &inverted));
-                return Ok(Self { tessellation, texels, seconds, tolerances, inverted, notices, parametrised: None });
+                let buried = Vec::new();
+                let parametrised = None;
+                return Ok(Self { tessellation, texels, seconds, tolerances, inverted, buried, notices, parametrised });
             }
             if size == LARGEST {
                 return Err(AtlasError::TooFine { edge, least: mean_width }.into());
@@ -151,4 +159,82 @@ fn inverted_notice(names: &[String], inverted: &[bool]) -> Option<String> {
             named.join(", ")
         )
     })
+}
+
+/// The share of a model's area that has passed through a wall from which on it is worth a sentence.
+const PASSED_THROUGH: f64 = 1e-3;
+
+/// A sentence on surface that has passed through another wall of the model.
+fn passed_through_notice(texels: &Texels, standing: &[Standing]) -> Option<String> {
+    let area = |i: usize| f64::from(texels.area[i]).max(0.0);
+    let passed: Vec<usize> = (0..texels.len()).filter(|i| standing[*i] == Standing::PassedThrough).collect();
+    let mut areas = vec![0.0; texels.part_names.len()];
+    passed.iter().for_each(|i| areas[texels.part[*i] as usize] += area(*i));
+    if !(areas.iter().sum::<f64>() > PASSED_THROUGH * (0..texels.len()).map(area).sum::<f64>()) {
+        return None;
+    }
+    // The middle of a ring would be none of its places.
+    let [x, y, z] = texels.position[passed[passed.len() / 2]];
+    let parts = texels.part_names.iter().zip(&areas).filter(|(_, area)| **area > 0.0);
+    let parts: Vec<String> = parts.map(|(name, area)| format!("{area:.0} mm2 of `{name}`")).collect();
+    let parts = parts.join(", ");
+    Some(format!("walls of the model pass through each other: {parts}, one place of it ({x:.1}, {y:.1}, {z:.1}) mm"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::{Fineness, Model, Motion, Tessellation};
+    use crate::progress::Silent;
+    use crate::scan::from_mesh;
+    use crate::variance::{DistanceTexture, MeasureOptions, Reference, Resolution, measure};
+    use gml_compiler::program::{Options, compile};
+    use gml_compiler::source::{NoFiles, SourceFile};
+    use std::f64::consts::PI;
+
+    #[test]
+    fn what_is_buried_is_no_part_of_statistics() {
+        let text = include_str!("../../../examples/mug/mug.gml").to_owned();
+        let script = SourceFile { name: "mug.gml".to_owned(), text };
+        let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+        let x: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
+        let instance = Model::instantiate(&program, &x).unwrap();
+        let mesh = Tessellation::new(&program, &*instance, Fineness::default()).unwrap().mesh;
+        let scan = from_mesh(mesh, "mug").unwrap();
+        let reference = Reference::Model { model: &program, x: &x, motion: Motion::IDENTITY };
+        let options = MeasureOptions { resolution: Resolution::Side(1024), ..MeasureOptions::default() };
+        let measured = measure(reference, &scan, None, &options, &Silent).unwrap();
+        let deviations = &measured.deviations;
+        let whole: f64 = deviations.texels.area.iter().map(|area| f64::from(*area)).sum();
+        let overall = &measured.report.overall;
+        assert!((overall.area + overall.buried_area - whole).abs() < 1e-6 * whole);
+        assert_eq!(overall.texels + overall.buried_texels, deviations.texels.len());
+        let buried = |name: &str| {
+            let part = measured.report.parts.iter().find(|part| part.name == name).expect("a part");
+            (part.statistics.buried_area, part.statistics.coverage)
+        };
+        // Two ends of a tube of 4 x 6 mm in a cylinder of 40 mm, on whose axis they are 0.75 mm deep, and by half its
+        // circumference at an angle with a cosine of 0.99.
+        let ring: f64 = (0..360)
+            .map(|k| f64::from(k).to_radians())
+            .map(|a| {
+                let (y, step) = (6.0 * a.sin(), (4.0 * a.sin()).hypot(6.0 * a.cos()) * 1.0_f64.to_radians());
+                ((1600.0 - y * y).sqrt() - 39.25) * step / 0.99
+            })
+            .sum();
+        let ((handle, seen), (outside, _)) = (buried("handle"), buried("outside"));
+        assert!((handle / (2.0 * ring) - 1.0).abs() < 0.1, "{handle}, not {}", 2.0 * ring);
+        // What they cover of the wall, and what is behind the bead.
+        let covered = 2.0 * PI * 4.0 * 6.0;
+        assert!(outside > 0.95 * covered + 2.0 * PI * 40.0 * 1.5, "{outside}");
+        // The scan has all of the rest, and of the buried surface, which is not looked at.
+        assert!(seen > 0.999 && overall.coverage > 0.999, "{seen} {}", overall.coverage);
+        for part in ["floor", "base", "corner"] {
+            assert_eq!(buried(part).0, 0.0, "{part}");
+        }
+        let texture = DistanceTexture::new(deviations);
+        for i in (0..deviations.texels.len()).filter(|i| deviations.is_buried(*i)) {
+            let at = 3 * deviations.texels.index[i] as usize;
+            assert_eq!(texture.rgb[at..at + 3], [0, 0, 16]);
+        }
+    }
 }

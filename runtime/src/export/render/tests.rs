@@ -129,6 +129,7 @@ fn deviations_lie_where_their_texels_are() {
         outward: vec![1.0, f32::NAN, f32::NAN],
         inward: vec![f32::NAN, f32::NAN, 1.0],
         filled: Vec::new(),
+        buried: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     };

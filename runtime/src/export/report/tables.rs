@@ -171,6 +171,21 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
             number(variance.overall.filled_area),
         );
     }
+    let buried: Vec<String> = variance
+        .parts
+        .iter()
+        .filter(|part| part.statistics.buried_texels > 0)
+        .map(|part| format!("{} of {}", number(part.statistics.buried_area), escape(&part.name)))
+        .collect();
+    if !buried.is_empty() {
+        let _ = writeln!(
+            out,
+            "<p class=\"convention\">Inside of the model's own material, where nothing can be measured, and no part of these \
+             areas: {} mm&sup2; ({}), dark grey in the textures.</p>",
+            number(variance.overall.buried_area),
+            buried.join(", "),
+        );
+    }
     if let Some(unmatched) = &variance.unmatched {
         left_over(unmatched, &mut out);
     }

@@ -25,6 +25,7 @@ fn deviations() -> Deviations {
         outward: vec![0.1, 0.1, 0.3, f32::NAN, 2.0, 0.1, f32::NAN, f32::NAN],
         inward: vec![f32::NAN, f32::NAN, f32::NAN, 0.4, f32::NAN, f32::NAN, f32::NAN, 9.0],
         filled: Vec::new(),
+        buried: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

@@ -55,6 +55,12 @@ impl Facets<'_> {
         self.positions.iter().map(|p| DVec3::from_array(*p))
     }
 
+    /// The corners of all facets that exist.
+    pub(crate) fn quads(&self) -> impl Iterator<Item = [DVec3; 4]> {
+        let quads = (0..self.layout.quads.len() as u32).map(|quad| self.quad(quad));
+        quads.filter(|quad| quad.iter().all(|corner| corner.is_finite()))
+    }
+
     /// The distance from `q` to the nearest facet, which is below `limit`; `limit` if there is none.
     pub(crate) fn distance(&self, q: DVec3, limit: f64) -> f64 {
         let mut least = limit * limit;

@@ -71,6 +71,13 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         alike += local(&coverage.weighted);
         within += local(&coverage.weighted);
     }
+    if let Some(separation) = &objective.separation {
+        // In units of the bread: the Hessian of the sum of losses times sigma^2 / 2.
+        let walls =
+            separation.hessian(objective, at)? * (0.5 * objective.loss.sigma.powi(2) * objective.points.weight());
+        bread += &walls;
+        weighted += &walls;
+    }
     let blocks = Blocks::find(&positions, &scores, objective.points.gyration());
     let mut inverse = Inverse::of(&bread, &weighted, held)?;
     let of_squares = &chain * &inverse.weighted * chain.transpose();

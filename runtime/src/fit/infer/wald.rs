@@ -93,15 +93,16 @@ fn released(solution: &Solution, tested: &[usize]) -> Option<Released> {
             polish(level, &problem.points, Guess { loss, ..guess }, None)
         }
     });
-    let Level { space, coverage, .. } = &solution.level;
-    let coverage = anew.as_ref().map_or(coverage, |anew| &anew.level.coverage).clone();
+    let space = &solution.level.space;
+    let Level { coverage, separation, .. } = anew.as_ref().map_or(&solution.level, |anew| &anew.level);
+    let (coverage, separation) = (coverage.clone(), separation.clone());
     let mut free: Vec<usize> = space.free.iter().chain(tested).copied().collect();
     free.sort_unstable();
     let wider = Parameterization::new(problem.model, &x, free, space.moving, &space.ties);
     let estimate = wider.estimate(&x, solution.estimate.motion);
     let level = Level::new(problem, wider, &estimate, CHORD).ok()?;
     let guess = Guess { estimate, loss, signs: solution.signs.clone(), iterations: 0 };
-    let near = polish(Level { coverage, ..level }, &problem.points, guess, None);
+    let near = polish(Level { coverage, separation, ..level }, &problem.points, guess, None);
     match anew.filter(|anew| clearly_better(anew, &near, tested.len())) {
         Some(anew) => values_of(&anew, tested, x),
         None => values_of(&near, tested, x),

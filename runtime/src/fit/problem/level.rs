@@ -8,6 +8,7 @@ use super::points::Points;
 use super::rigid::VelocityField;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::problem::coverage::Coverage;
+use crate::fit::problem::separation::Separation;
 use crate::fit::tuning::MODEL_SIZE;
 use crate::model::EvaluationError;
 use std::sync::Arc;
@@ -22,6 +23,8 @@ pub(crate) struct Level<'a> {
     pub(crate) layout: Layout,
     /// The coverage term, in the last stages and where it was asked for.
     pub(crate) coverage: Option<Arc<Coverage<'a>>>,
+    /// The term that holds walls apart, in the last stage and where they passed through each other.
+    pub(crate) separation: Option<Arc<Separation>>,
 }
 
 impl<'a> Level<'a> {
@@ -44,13 +47,14 @@ impl<'a> Level<'a> {
         let field = VelocityField::sample(model, &*instance)?;
         let sizes: Vec<f64> = (0..x.len()).map(|i| field.size(i)).collect();
         space.set_scale(at, &sizes, centre, gyration.max(1e-6 * problem.radius));
-        Ok(Self { problem, space, layout, coverage: None })
+        Ok(Self { problem, space, layout, coverage: None, separation: None })
     }
 
     /// An objective on this level, without normals.
     pub(crate) fn objective<'s>(&'s self, points: &'s Points, loss: Loss) -> Objective<'s> {
         Objective {
             coverage: self.coverage.clone(),
+            separation: self.separation.clone(),
             ..Objective::new(&self.space, &self.layout, points, loss, self.problem.monitor)
         }
     }

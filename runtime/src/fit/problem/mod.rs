@@ -12,8 +12,10 @@ pub(crate) mod points;
 pub(crate) mod pose_treatment;
 pub(crate) mod rigid;
 pub(crate) mod rows;
+pub(crate) mod separation;
 pub(crate) mod sides;
 pub(crate) mod sums;
+pub(crate) mod walls;
 pub(crate) mod weights;
 
 use super::monitor::Monitor;

@@ -12,6 +12,7 @@ use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::{NO_HINT, Query};
 use crate::fit::monitor::{Monitor, TracePoint};
 use crate::fit::problem::coverage::Coverage;
+use crate::fit::problem::separation::Separation;
 use crate::fit::tuning::{
     CHUNK_POINTS, FEW_CHUNKS, LEAST_CHUNK, REACH_LIMIT, REACH_SIGMAS, REACH_SPACINGS, ROUGH_TOLERANCE,
 };
@@ -39,6 +40,8 @@ pub(crate) struct Objective<'s> {
     pub(crate) cache: Option<Arc<FootCache>>,
     /// The coverage term, if it takes part.
     pub(crate) coverage: Option<Arc<Coverage<'s>>>,
+    /// The term that holds walls apart, if it takes part.
+    pub(crate) separation: Option<Arc<Separation>>,
     /// The matrix of `Order::Normal` is nearer to the Hessian: the curvatures of the loss take the place of the weights
     /// where they are positive.
     pub(crate) curved: bool,
@@ -150,6 +153,7 @@ impl<'s> Objective<'s> {
             hints: no_hints(points),
             cache: None,
             coverage: None,
+            separation: None,
             curved: false,
             stage: None,
             monitor,
@@ -161,8 +165,9 @@ impl<'s> Objective<'s> {
 impl Objective<'_> {
     /// The same with another loss.
     pub(crate) fn with_loss(&self, loss: Loss) -> Objective<'_> {
-        let (hints, cache, coverage) = (self.hints.clone(), self.cache.clone(), self.coverage.clone());
-        Objective { loss, hints, cache, coverage, stage: None, ..*self }
+        let (hints, cache) = (self.hints.clone(), self.cache.clone());
+        let (coverage, separation) = (self.coverage.clone(), self.separation.clone());
+        Objective { loss, hints, cache, coverage, separation, stage: None, ..*self }
     }
 
     /// The objective's cache with the model where it is placed now, if there is one and no other evaluation holds it.
@@ -225,11 +230,17 @@ impl Objective<'_> {
             return None;
         }
         let mut evaluation = self.total(&sums, self.points.weight(), at, order, placed.facets.absent);
-        if let Some(coverage) = &self.coverage {
-            let Evaluation { value, gradient, normal, .. } = coverage.evaluate(self, placed, at, order);
+        let coverage = self.coverage.as_ref().map(|coverage| coverage.evaluate(self, placed, at, order));
+        let separation = self.separation.as_ref();
+        let separation = separation.and_then(|walls| walls.evaluate(self, &*placed.instance, at, order));
+        for Evaluation { value, gradient, normal, .. } in coverage.into_iter().chain(separation) {
             evaluation.value += value;
-            evaluation.gradient += gradient;
-            evaluation.normal += normal;
+            if order != Order::Value {
+                evaluation.gradient += gradient;
+            }
+            if order == Order::Normal {
+                evaluation.normal += normal;
+            }
         }
         (evaluation.value.is_finite() && evaluation.gradient.iter().all(|g| g.is_finite())).then_some(evaluation)
     }

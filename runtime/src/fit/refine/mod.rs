@@ -1,6 +1,8 @@
 //! Local refinement: the schedule from coarse to fine (graduated non-convexity), the motion written back into the
-//! script's parameters, and the coverage term; `solve` runs registration and all of these in their order.
+//! script's parameters, the coverage term, and the one that holds walls apart; `solve` runs registration and all of
+//! these in their order.
 
+pub(crate) mod apart;
 pub(crate) mod cover;
 mod earlier;
 pub(crate) mod schedule;

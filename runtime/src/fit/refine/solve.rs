@@ -1,5 +1,6 @@
 //! All stages from a problem to its optimum.
 
+use super::apart::hold_apart;
 use super::cover::cover;
 use super::schedule::{Solution, refine};
 use super::write_back::write_back;
@@ -7,7 +8,8 @@ use crate::fit::options::FitError;
 use crate::fit::problem::Problem;
 use crate::fit::register::register;
 
-/// Registers, refines, writes the pose back and, where that is requested, holds the ends to the scan.
+/// Registers, refines, writes the pose back, holds the ends to the scan where that is requested, and walls apart that
+/// pass through each other.
 ///
 /// # Errors
 /// The model cannot be evaluated at the start.
@@ -16,8 +18,9 @@ pub(crate) fn solve<'a>(problem: &'a Problem<'a>) -> Result<Solution<'a>, FitErr
     let registration = monitor.stage("screen", || register(problem))?;
     let solution = monitor.stage("fit", || refine(registration));
     let solution = monitor.stage("finish", || write_back(solution));
+    let mut solution = solution;
     if problem.options.coverage && !monitor.cancelled() {
-        return Ok(monitor.stage("coverage", || cover(solution)));
+        solution = monitor.stage("coverage", || cover(solution));
     }
-    Ok(solution)
+    Ok(if monitor.cancelled() { solution } else { monitor.stage("walls", || hold_apart(solution)) })
 }

@@ -212,7 +212,16 @@ impl Distances {
     fn with(self, texels: Texels, max_distance: f64, precision: f32) -> Deviations {
         let Self { outward, inward } = self;
         let precision = precision.into();
-        Deviations { texels, max_distance, outward, inward, filled: Vec::new(), precision, cosine: Vec::new() }
+        Deviations {
+            texels,
+            max_distance,
+            outward,
+            inward,
+            filled: Vec::new(),
+            buried: Vec::new(),
+            precision,
+            cosine: Vec::new(),
+        }
     }
 }
 

@@ -35,6 +35,7 @@ fn deviations(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Deviations {
         outward: side(1.0),
         inward: side(-1.0),
         filled: Vec::new(),
+        buried: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

@@ -7,8 +7,9 @@ use super::tolerance::{Conformance, Tolerance};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Statistics of the deviations of some texels. Texels without data count towards `texels` and `area` only.
-/// In JSON the fields of `weighted` stand beside the others.
+/// Statistics of the deviations of some texels. Texels without data count towards `texels` and `area` only, those
+/// inside of the model's own material towards `buried_texels` and `buried_area` only. In JSON the fields of
+/// `weighted` stand beside the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
     /// Number of texels.
@@ -25,6 +26,12 @@ pub struct Statistics {
     /// Area of the texels whose ray meets a closed hole. Square millimetres.
     #[serde(default)]
     pub filled_area: f64,
+    /// Number of texels inside of the model's own material: no others count them.
+    #[serde(default)]
+    pub buried_texels: usize,
+    /// Their area. Square millimetres.
+    #[serde(default)]
+    pub buried_area: f64,
     /// `measured_area / area`; 0 if there is no area.
     pub coverage: f64,
     /// Every texel weighted by its area.
@@ -61,6 +68,8 @@ pub(super) struct PartTexels {
     missing: (usize, f64),
     /// Number and area of those whose ray meets a closed hole of the scan.
     filled: (usize, f64),
+    /// Number and area of those inside of the model's own material.
+    buried: (usize, f64),
 }
 
 impl PartTexels {
@@ -71,6 +80,10 @@ impl PartTexels {
         let mut measured: Vec<Vec<Sample>> = vec![Vec::new(); parts.len()];
         for (i, part) in texels.part.iter().map(|p| *p as usize).enumerate() {
             let area = if texels.area[i].is_finite() { texels.area[i].max(0.0) } else { 0.0 };
+            if deviations.is_buried(i) {
+                add(&mut parts[part].buried, (1, f64::from(area)));
+                continue;
+            }
             let distance = deviations.signed(i);
             if !distance.is_nan() {
                 measured[part].push(Sample::new(distance, area));
@@ -92,6 +105,7 @@ impl PartTexels {
         for part in parts {
             add(&mut merged.missing, part.missing);
             add(&mut merged.filled, part.filled);
+            add(&mut merged.buried, part.buried);
         }
         merged
     }
@@ -108,6 +122,8 @@ impl PartTexels {
             measured_area,
             filled_texels: self.filled.0,
             filled_area: self.filled.1,
+            buried_texels: self.buried.0,
+            buried_area: self.buried.1,
             coverage: if area > 0.0 { measured_area / area } else { 0.0 },
             weighted,
             per_texel,

@@ -21,10 +21,9 @@ use scanned::{Beyond, Place};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
-use visible::Places;
 
 pub(crate) use scanned::Scanned;
-pub(crate) use visible::{across, all_places, patch_area, places};
+pub(crate) use visible::{Places, across, all_places, patch_area, places};
 
 /// The term with its scale.
 pub(crate) struct Coverage<'a> {

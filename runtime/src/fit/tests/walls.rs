@@ -1,0 +1,102 @@
+//! Walls of the model that would pass through each other.
+
+use crate::fit::monitor::Monitor;
+use crate::fit::problem::Problem;
+use crate::fit::problem::isometry::Isometry;
+use crate::fit::problem::loss::Loss;
+use crate::fit::problem::objective::Order;
+use crate::fit::problem::separation::Separation;
+use crate::fit::problem::walls::Walls;
+use crate::fit::{FitOptions, fit};
+use crate::model::{Fineness, Model, Tessellation};
+use crate::progress::Silent;
+use crate::scan::{Scan, from_mesh};
+use gml_compiler::program::{Options, Program, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
+use std::sync::Arc;
+
+/// A vessel whose inside is a cone that ends at a radius of `bottom`, 2 mm above the foot: beyond 30 mm it comes out.
+const VESSEL: &str = "use std.surface (disc, flip, revolve)
+    use std.curve (line)
+    use std.frame (translate)
+    model vessel {
+      param radius: length in 20mm..40mm = 30mm
+      param bottom: length in 10mm..40mm = 27mm
+      part outside = revolve(line((radius, 0mm), (radius, 60mm)))
+      part rim = revolve(line((radius, 60mm), (radius - 3mm, 60mm)))
+      part inside = revolve(line((radius - 3mm, 60mm), (bottom, 2mm)))
+      part floor = disc(bottom).translate((0mm, 0mm, 2mm))
+      part foot = flip(disc(radius))
+    }";
+
+fn vessel() -> Program {
+    let script = SourceFile { name: "m.gml".to_owned(), text: VESSEL.to_owned() };
+    compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
+}
+
+/// All of the surface, whatever hides it.
+fn scan(bottom: f64) -> Scan {
+    let program = vessel();
+    let instance = Model::instantiate(&program, &[30.0, bottom]).unwrap();
+    let fineness = Fineness { chord: 0.05, edge: 2.0, ..Fineness::default() };
+    from_mesh(Tessellation::new(&program, &*instance, fineness).unwrap().mesh, "vessel").unwrap()
+}
+
+#[test]
+fn walls_are_held_apart_that_would_pass_through_each_other() {
+    let options = FitOptions { no_pose: true, ..FitOptions::default() };
+    let result = fit(&vessel(), &scan(31.0), &options, &Silent).unwrap();
+    let [radius, bottom] = [0, 1].map(|i| result.parameters[i].value);
+    assert!((radius - 30.0).abs() < 0.2, "{radius}");
+    // A thousandth of the diagonal is 0.1 mm.
+    assert!(bottom > radius - 0.2 && bottom < radius + 0.1, "{bottom} and {radius}");
+    assert_eq!(result.passed_through, Vec::new());
+    let warning = result.warnings.iter().find(|w| w.contains("held apart")).expect("it is said");
+    assert!(warning.contains("`inside`") && warning.contains("`outside`"), "{warning}");
+    assert!(result.converged, "{:?}", result.warnings);
+    let fitted = fit(&vessel(), &scan(28.0), &options, &Silent).unwrap();
+    assert!((fitted.parameters[1].value - 28.0).abs() < 0.01);
+    assert!(!fitted.warnings.iter().any(|w| w.contains("apart")), "{:?}", fitted.warnings);
+}
+
+#[test]
+fn what_has_passed_is_named_with_its_place() {
+    let program = vessel();
+    let instance = Model::instantiate(&program, &[30.0, 31.0]).unwrap();
+    let passed = Walls::of(&program, &*instance).unwrap().passed(&program, &*instance, &Isometry::IDENTITY);
+    let inside = passed.iter().find(|p| p.part == "inside").expect("the inside has come out");
+    assert_eq!(inside.through, ["outside"]);
+    // From z = 16.5 down to 2; places are a millimetre or two apart.
+    let cone = std::f64::consts::PI * (30.0 + 31.0) * 1.0_f64.hypot(14.5);
+    assert!((inside.area / cone - 1.0).abs() < 0.15, "{} of {cone}", inside.area);
+    assert!((inside.depth - 1.0).abs() < 0.1, "{}", inside.depth);
+    let [x, y, z] = inside.place;
+    assert!((x.hypot(y) - 31.0).abs() < 0.1 && (2.0..4.0).contains(&z), "{:?}", inside.place);
+}
+
+#[test]
+fn the_terms_gradient_agrees_with_differences() {
+    let (program, scan, options, monitor) = (vessel(), scan(31.0), FitOptions::default(), Monitor::default());
+    let problem = Problem::new(&program, &scan, &options, &monitor).unwrap();
+    let level = problem.start_level().unwrap();
+    let at = level.space.estimate(&[30.0, 31.0], Isometry::IDENTITY);
+    let instance = Model::instantiate(&program, &[30.0, 31.0]).unwrap();
+    let term = Separation { walls: Arc::new(Walls::of(&program, &*instance).unwrap()), sigma: 1.0 };
+    let objective = level.objective(&problem.points, Loss::welsch(1.0));
+    let evaluate = |y: &[f64], order| {
+        let at = level.space.retract(&at, y);
+        let placed = objective.place(&at).unwrap();
+        term.evaluate(&objective, &*placed.instance, &at, order).unwrap()
+    };
+    let gradient = evaluate(&vec![0.0; level.space.dim()], Order::Normal).gradient;
+    for k in 0..level.space.dim() {
+        let value = |h: f64| {
+            let mut y = vec![0.0; level.space.dim()];
+            y[k] = h;
+            evaluate(&y, Order::Value).value
+        };
+        // Places that come to be passed, or no longer are, make kinks.
+        let difference = (value(0.02) - value(-0.02)) / 0.04;
+        assert!((difference - gradient[k]).abs() < 0.05 * gradient.amax(), "{k}: {difference}, not {}", gradient[k]);
+    }
+}
