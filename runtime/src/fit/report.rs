@@ -85,6 +85,9 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
             monitor.warn("interrupted: standard deviations were not computed");
         }
     }
+    if let Some(uncertainty) = &uncertainty {
+        warn_of_bounds(solution, uncertainty);
+    }
     let alternatives = alternatives(solution, &rivals);
     let coverage = covered(solution);
     let contradicted = contradicted(solution);
@@ -182,6 +185,23 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
     Some(found)
 }
 
+/// Warns of parameters that are so certain only because others ended at a bound.
+fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
+    let Level { problem, space, .. } = &solution.level;
+    let named = |chosen: &dyn Fn(usize) -> bool| {
+        let chosen = (0..space.free.len()).filter(|k| chosen(*k));
+        chosen.map(|k| format!("`{}`", problem.model.parameters()[space.free[k]].name)).collect::<Vec<_>>().join(", ")
+    };
+    let certain = named(&|k| uncertainty.bounds_decide[k] && uncertainty.determines(k));
+    if !certain.is_empty() {
+        let at_bound = space.at_bound(&solution.estimate);
+        problem.monitor.warn(format!(
+            "{certain} would be less certain by far, or not determined, if {} could leave the bound: as stated, the standard deviations hold only if the bound is the object's",
+            named(&|k| at_bound[k])
+        ));
+    }
+}
+
 /// Other shapes that explain the scan as well, each with a warning.
 fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
     let Level { problem, space, .. } = &solution.level;
@@ -189,8 +209,12 @@ fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
     let of = |rival: &Rival| {
         let x = space.x(&rival.estimate.z)?;
         let shaped = problem.model.parts().iter().zip(&rival.patches).filter(|(_, shaped)| **shaped);
-        let mut parts: Vec<String> = shaped.map(|(part, _)| part.group.clone()).collect();
-        parts.dedup();
+        let mut parts: Vec<String> = Vec::new();
+        for (part, _) in shaped {
+            if !parts.contains(&part.group) {
+                parts.push(part.group.clone());
+            }
+        }
         let members: Vec<usize> = rival.members.iter().flat_map(|k| space.followers(space.free[*k])).collect();
         let parameter = |i: &usize| &problem.model.parameters()[*i];
         let value = |i: &usize| {

@@ -438,6 +438,8 @@ pub(crate) const RESUMED_STEP: f64 = 0.2;
 pub(crate) const STALLED_NAMED: usize = 3;
 /// A coordinate is determined by the scan's ends whose standard deviation would be so many times larger without them.
 pub(crate) const BY_ENDS: f64 = 5.0;
+/// A bound decides on a coordinate whose standard deviation would be so many times larger without it.
+pub(crate) const BY_BOUNDS: f64 = 4.0;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A released fit is another one than that near the held values where chance explains the difference of their mean

@@ -4,7 +4,7 @@
 
 use super::convergence::Assessed;
 use super::sandwich::Uncertainty;
-use super::witness::Witness;
+use super::witness::{self, Witness};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
@@ -15,7 +15,7 @@ use crate::fit::result::WithoutSd;
 use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     DETERMINED, HARDLY_ANY_POINTS, LEAST_AREA_GAIN, LEAST_FIRST_STEP, LEAST_LAST_STEP, LEAST_MIXTURES, LEAST_POINTS,
-    LEAST_PROTEST, LEAST_ROUNDS,
+    LEAST_PROTEST, LEAST_ROUNDS, RIVAL_CONTRADICTED,
 };
 use nalgebra::DVector;
 
@@ -32,7 +32,7 @@ pub(crate) fn settle(assessed: Assessed) -> Assessed {
     }
     let sample = solution.level.problem.points.every(LEAST_POINTS);
     let shrink = Shrink { solution: &solution, points: &sample, effective_points: uncertainty.effective_points };
-    if let Some(estimate) = shrink.along(&open) {
+    if let Some(estimate) = shrink.along(&open).filter(|estimate| is_no_worse(&solution, estimate)) {
         let free = solution.level.space.free.len();
         for k in (0..free).filter(|k| open.iter().any(|d| d[*k].abs() >= DETERMINED)) {
             uncertainty.without[k] = Some(WithoutSd::ScanEnds);
@@ -43,6 +43,17 @@ pub(crate) fn settle(assessed: Assessed) -> Assessed {
         }
     }
     Assessed { solution, uncertainty: Some(uncertainty) }
+}
+
+/// Whether no more of the model stands where the scan shows empty space than did at a solution: least surface is no
+/// reason to move a part there.
+fn is_no_worse(solution: &Solution, estimate: &Estimate) -> bool {
+    let Some(witness) = Witness::of(solution) else { return true };
+    let total = |at: &Estimate| witness.contradicted(at).map(|patches| witness::total(&patches));
+    match (total(&solution.estimate), total(estimate)) {
+        (Some((before, chance)), Some((after, _))) => after <= before + RIVAL_CONTRADICTED * chance,
+        _ => true,
+    }
 }
 
 /// The directions (unit, in scaled local coordinates) in which no distance changes, and that move parts of which
@@ -64,7 +75,7 @@ fn open_directions(solution: &Solution, uncertainty: &Uncertainty) -> Vec<DVecto
     };
     let mut open: Vec<DVector<f64>> = uncertainty.undetermined.clone();
     let in_some = |open: &[DVector<f64>], k: usize| open.iter().any(|d| d[k].abs() > DETERMINED);
-    for k in 0..space.free.len() {
+    for k in 0..space.dim() {
         let undetermined = matches!(uncertainty.without[k], Some(WithoutSd::NotDetermined | WithoutSd::ScanEnds));
         if undetermined && !in_some(&open, k) {
             open.push(DVector::from_fn(space.dim(), |j, _| f64::from(u8::from(j == k))));

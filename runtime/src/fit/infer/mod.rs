@@ -51,7 +51,7 @@ pub(crate) fn infer(solution: Solution) -> Inference {
     let uncertainty = problem.monitor.stage("uncertainty", || {
         // One fit that was cancelled is like another, wherever it was.
         let uncertainty = uncertainty.filter(|_| !problem.monitor.cancelled());
-        let uncertainty = uncertainty.map(|uncertainty| bias::include(&solution, uncertainty));
+        let uncertainty = uncertainty.map(|uncertainty| bias::include(&solution, uncertainty).within(problem.radius));
         uncertainty.map(|uncertainty| unobserved::mark(&solution, uncertainty))
     });
     let bootstrap = (problem.options.bootstrap > 0)

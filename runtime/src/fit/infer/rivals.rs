@@ -56,7 +56,9 @@ pub(crate) fn weigh(assessed: Assessed) -> Weighed {
     let Assessed { mut solution, uncertainty } = assessed;
     let monitor = solution.level.problem.monitor;
     let Some(mut uncertainty) = uncertainty else { return Weighed { solution, uncertainty: None, rivals: Vec::new() } };
-    for _ in 0..RIVALS_ADOPTED {
+    // Other shapes are judged by the scan's points, and not by the term that holds the ends.
+    let rounds = if solution.level.coverage.is_some() { 0 } else { RIVALS_ADOPTED };
+    for _ in 0..rounds {
         let found = find(&solution, &uncertainty);
         if monitor.cancelled() {
             break;

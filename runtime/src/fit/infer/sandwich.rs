@@ -11,7 +11,7 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::effective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::result::WithoutSd;
-use crate::fit::tuning::{BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, SWITCH_ROUNDS};
+use crate::fit::tuning::{BY_BOUNDS, BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, SWITCH_ROUNDS};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
@@ -35,6 +35,8 @@ pub(crate) struct Uncertainty {
     pub(crate) effective_points: f64,
     /// Blocks of dependent residuals, if there are any.
     pub(crate) blocks: Option<Blocks>,
+    /// By coordinate, whether it is so certain only because others are held at their bounds.
+    pub(crate) bounds_decide: Vec<bool>,
 }
 
 /// Eigenvalues of the scaled matrix, and diagonal elements relative to the largest, below which there is only rounding.
@@ -77,6 +79,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
             separation.hessian(objective, at)? * (0.5 * objective.loss.sigma.powi(2) * objective.points.weight());
         bread += &walls;
         weighted += &walls;
+        within += &walls;
     }
     let blocks = Blocks::find(&positions, &scores, objective.points.gyration());
     let mut inverse = Inverse::of(&bread, &weighted, held)?;
@@ -97,6 +100,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         inverse = Inverse::of(&switches::smoothed(&bread, &switches, &covariance), &weighted, held)?;
         covariance = sandwich(&inverse);
     }
+    let bounds_decide = bounds_decide(&bread, &weighted, &meat, held, &covariance);
     let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix: inverse, undetermined, determined, .. } = inverse;
@@ -116,6 +120,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         without,
         effective_points,
         blocks,
+        bounds_decide,
     })
 }
 
@@ -124,6 +129,17 @@ impl Uncertainty {
     /// objective is the mean of losses, the bread is of their sum times sigma^2 / 2).
     pub(crate) fn newton_step(&self, gradient: &DVector<f64>, sum: f64) -> DVector<f64> {
         -(&self.inverse * gradient) * sum
+    }
+
+    /// The same without coordinates whose standard deviation moves the surface farther than the scan is large, by its
+    /// radius (millimetres): no linear theory reaches so far, and the scan does not determine them.
+    pub(crate) fn within(mut self, radius: f64) -> Self {
+        for (k, without) in self.without.iter_mut().enumerate() {
+            if without.is_none() && !(self.covariance[(k, k)] < radius * radius) {
+                *without = Some(WithoutSd::NotDetermined);
+            }
+        }
+        self
     }
 
     /// Whether coordinate k has a standard deviation.
@@ -168,6 +184,27 @@ fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, determined: &[bool]) 
         }
     }
     by_ends
+}
+
+/// By coordinate, whether it would be much less certain, or not determined, if those that are held at a bound were not.
+fn bounds_decide(
+    bread: &DMatrix<f64>,
+    weighted: &DMatrix<f64>,
+    meat: &DMatrix<f64>,
+    held: &[bool],
+    covariance: &DMatrix<f64>,
+) -> Vec<bool> {
+    let none = vec![false; covariance.nrows()];
+    if !held.contains(&true) {
+        return none;
+    }
+    let Some(released) = Inverse::of(bread, weighted, &[]) else { return none };
+    let without_bounds = &released.matrix * meat * &released.matrix;
+    let decides = |k: usize| {
+        let (with, without) = (covariance[(k, k)], without_bounds[(k, k)]);
+        !is_held(held, k) && with > 0.0 && (!released.determined[k] || without > BY_BOUNDS.powi(2) * with)
+    };
+    (0..covariance.nrows()).map(decides).collect()
 }
 
 /// Whether a coordinate is fixed at a bound: `held` has no entries for the motion.

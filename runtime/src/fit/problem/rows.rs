@@ -103,11 +103,22 @@ impl<'o> AllRows<'o> {
 
 impl Objective<'_> {
     fn rows_of_chunk(&self, placed: &Placed, chunk: &mut Chunk) -> Vec<Rows> {
-        self.matched(placed, chunk).iter().filter_map(|m| self.rows(&*placed.instance, m)).collect()
+        let rows = |m: &Matched| self.rows_by(&*placed.instance, m, Self::away_by_normal);
+        self.matched(placed, chunk).iter().filter_map(rows).collect()
     }
 
     /// The rows of points that have their feet on one patch; None where that cannot be evaluated.
     pub(crate) fn rows(&self, instance: &dyn Instance, matched: &Matched) -> Option<Rows> {
+        self.rows_by(instance, matched, Self::away)
+    }
+
+    /// The same with the direction and the distance from a foot to its point by a function.
+    fn rows_by(
+        &self,
+        instance: &dyn Instance,
+        matched: &Matched,
+        away: impl Fn(&Self, &Foot, DVec3) -> (DVec3, f64),
+    ) -> Option<Rows> {
         let Matched { patch, points: matches, feet, losses } = matched;
         let active = &self.space.model.parts()[*patch].active;
         let (u, v): (Vec<f64>, Vec<f64>) = feet.iter().map(|f| (f.uv[0], f.uv[1])).unzip();
@@ -121,7 +132,7 @@ impl Objective<'_> {
         let mut jacobian = Vec::with_capacity(feet.len() * columns.len());
         let mut points = Vec::with_capacity(feet.len());
         for (i, ((foot, point), loss)) in feet.iter().zip(matches).zip(losses).enumerate() {
-            let (away, distance) = self.away(foot, point.q);
+            let (away, distance) = away(self, foot, point.q);
             let PointLoss { prior, weight, curvature, .. } = *loss;
             let beyond = is_beyond(foot, point.q);
             points.push(RowPoint { index: point.index as u32, distance, prior, weight, curvature, beyond });
@@ -134,6 +145,17 @@ impl Objective<'_> {
             }
         }
         Some(Rows { patch: *patch as u32, columns, points, jacobian })
+    }
+
+    /// As `away`, but along the surface's normal where the two hardly differ: that is the error of the foot, and must
+    /// not pass for information on what moves the surface within itself.
+    fn away_by_normal(&self, foot: &Foot, q: DVec3) -> (DVec3, f64) {
+        let normal = foot.normal.normalize_or_zero();
+        if (q - foot.point).dot(normal).powi(2) > ABOVE * foot.d2 {
+            let (_, distance) = self.away(foot, q);
+            return (normal, distance);
+        }
+        self.away(foot, q)
     }
 
     /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero
