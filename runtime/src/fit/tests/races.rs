@@ -67,9 +67,10 @@ fn a_race_ends_as_whole_fits_would() {
     let found = raced.fit.search.unwrap();
     let waves: Vec<i64> = found.candidates.iter().map(|c| c.inputs["waves"]).collect();
     assert_eq!((waves.len(), waves[0]), (7, 7), "{found:?}");
-    assert_eq!(waves[..2], [4 + order[0] as i64, 4 + order[1] as i64]);
+    assert_eq!(waves[0], 4 + order[0] as i64);
+    // Of wrong numbers that are about equally wrong another one may be the runner-up.
     let margin = bic[order[1]] - bic[order[0]];
-    assert!((found.margin.unwrap() - margin).abs() < 1e-6 * margin, "{:?} {margin}", found.margin);
+    assert!((found.margin.unwrap() / margin - 1.0).abs() < 0.1, "{:?} {margin} {waves:?}", found.margin);
     assert_eq!(raced.fit.parameters, fits[order[0]].parameters);
     // The winner, the runner-up and the pilot, which may be one of them.
     let whole = found.candidates.iter().filter(|c| !c.quick).count();
