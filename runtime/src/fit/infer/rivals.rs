@@ -310,7 +310,15 @@ impl<'s> Alone<'s> {
 
     fn objective<'o>(&'o self, space: &'o Parameterization<'o>, loss: Loss) -> Objective<'o> {
         let objective = self.base.solution.objective(&self.points);
-        Objective { space, layout: &self.layout, loss, coverage: None, cancellable: true, ..objective }
+        Objective {
+            space,
+            layout: &self.layout,
+            loss,
+            coverage: None,
+            separation: None,
+            cancellable: true,
+            ..objective
+        }
     }
 
     /// The best shape from `x` on, one parameter held at its value there: at a coarse scale first where that is asked
