@@ -8,8 +8,9 @@ use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
-use crate::fit::problem::walls::{Walls, described, seem_to_pass};
+use crate::fit::problem::walls::described;
 use crate::fit::problem::{Problem, extent};
+use crate::fit::refine::apart;
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{
@@ -232,20 +233,11 @@ fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
     rivals.iter().filter_map(of).collect()
 }
 
-/// What of the model has passed through its walls, by part, with a warning.
+/// The parts that have passed through walls of the model, with a warning.
 fn passed_through(solution: &Solution) -> Vec<PassedPart> {
-    let Solution { level, estimate, .. } = solution;
-    let Level { problem, space, .. } = level;
-    let model = problem.model;
-    let find = || {
-        let instance = model.instantiate(&space.x(&estimate.z)?).ok()?;
-        let walls = seem_to_pass(&level.layout.facets(&*instance)).then(|| Walls::of(model, &*instance).ok())??;
-        Some(walls.passed(model, &*instance, &estimate.motion))
-    };
-    let passed = problem.monitor.stage("walls", find).unwrap_or_default();
-    if !passed.is_empty() {
-        problem.monitor.warn(format!("walls of the model pass through each other: {}", described(&passed)));
-    }
+    let monitor = solution.level.problem.monitor;
+    let Some((_, passed)) = monitor.stage("walls", || apart::passed(solution)) else { return Vec::new() };
+    monitor.warn(format!("walls of the model pass through each other: {}", described(&passed)));
     passed
 }
 

@@ -5,6 +5,7 @@
 use super::convergence::Assessed;
 use super::sandwich::Uncertainty;
 use super::witness::{self, Witness};
+use crate::fit::problem::free_space::Contradicted;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
@@ -23,47 +24,54 @@ use nalgebra::DVector;
 pub(crate) fn settle(assessed: Assessed) -> Assessed {
     let Assessed { mut solution, uncertainty } = assessed;
     let Some(mut uncertainty) = uncertainty else { return Assessed { solution, uncertainty } };
-    if uncertainty.without.iter().all(Option::is_none) && uncertainty.undetermined.is_empty() {
-        return Assessed { solution, uncertainty: Some(uncertainty) };
-    }
-    let open = open_directions(&solution, &uncertainty);
-    if open.is_empty() || solution.level.coverage.is_some() || solution.level.problem.monitor.cancelled() {
-        return Assessed { solution, uncertainty: Some(uncertainty) };
-    }
-    let sample = solution.level.problem.points.every(LEAST_POINTS);
-    let shrink = Shrink { solution: &solution, points: &sample, effective_points: uncertainty.effective_points };
-    if let Some(estimate) = shrink.along(&open).filter(|estimate| is_no_worse(&solution, estimate)) {
-        let free = solution.level.space.free.len();
-        for k in (0..free).filter(|k| open.iter().any(|d| d[*k].abs() >= DETERMINED)) {
-            uncertainty.without[k] = Some(WithoutSd::ScanEnds);
-        }
+    let determined = uncertainty.without.iter().all(Option::is_none) && uncertainty.undetermined.is_empty();
+    // The coverage term holds the ends, where it takes part.
+    if !determined && solution.level.coverage.is_none() {
+        let (open, estimate) = least(&solution, &uncertainty);
         let points = &solution.level.problem.points;
-        if let Some(evaluation) = solution.objective(points).evaluate(&estimate, Order::Normal) {
+        let evaluated = estimate.and_then(|at| Some((solution.objective(points).evaluate(&at, Order::Normal)?, at)));
+        if let Some((evaluation, estimate)) = evaluated {
+            let free = solution.level.space.free.len();
+            for k in (0..free).filter(|k| open.iter().any(|d| d[*k].abs() >= DETERMINED)) {
+                uncertainty.without[k] = Some(WithoutSd::ScanEnds);
+            }
             (solution.estimate, solution.evaluation) = (estimate, evaluation);
         }
     }
     Assessed { solution, uncertainty: Some(uncertainty) }
 }
 
-/// Whether no more of the model stands where the scan shows empty space than did at a solution: least surface is no
-/// reason to move a part there.
-fn is_no_worse(solution: &Solution, estimate: &Estimate) -> bool {
-    let Some(witness) = Witness::of(solution) else { return true };
-    let total = |at: &Estimate| witness.contradicted(at).map(|patches| witness::total(&patches));
-    match (total(&solution.estimate), total(estimate)) {
-        (Some((before, chance)), Some((after, _))) => after <= before + RIVAL_CONTRADICTED * chance,
-        _ => true,
+/// The directions that the scan leaves open, and the place along them with the least surface; None where no surface
+/// can be saved, or only by moving more of the model to where the scan shows empty space.
+fn least(solution: &Solution, uncertainty: &Uncertainty) -> (Vec<DVector<f64>>, Option<Estimate>) {
+    let witness = Witness::of(solution);
+    let contradicted = |at: &Estimate| witness.as_ref()?.contradicted(at);
+    let present = contradicted(&solution.estimate);
+    let open = open_directions(solution, uncertainty, present.as_deref());
+    if open.is_empty() {
+        return (open, None);
     }
+    let sample = solution.level.problem.points.every(LEAST_POINTS);
+    let shrink = Shrink { solution, points: &sample, effective_points: uncertainty.effective_points };
+    let keeps_out = |at: &Estimate| {
+        let Some((before, chance)) = present.as_deref().map(witness::total) else { return true };
+        contradicted(at).is_none_or(|there| witness::total(&there).0 <= before + RIVAL_CONTRADICTED * chance)
+    };
+    let estimate = shrink.along(&open).filter(keeps_out);
+    (open, estimate)
 }
 
 /// The directions (unit, in scaled local coordinates) in which no distance changes, and that move parts of which
-/// something was scanned or where the scan shows empty space. What the scan says nothing of stays where it began.
-fn open_directions(solution: &Solution, uncertainty: &Uncertainty) -> Vec<DVector<f64>> {
+/// something was scanned or where the scan shows empty space. A part of which the scan says nothing stays where it began.
+fn open_directions(
+    solution: &Solution,
+    uncertainty: &Uncertainty,
+    contradicted: Option<&[Contradicted]>,
+) -> Vec<DVector<f64>> {
     let Level { problem, space, .. } = &solution.level;
     let parts = problem.model.parts();
     let patches = &solution.evaluation.patches;
-    let contradicted = Witness::of(solution).and_then(|witness| witness.contradicted(&solution.estimate));
-    let stands_in_empty_space = |patch: usize| contradicted.as_ref().is_some_and(|c| c[patch].area > 0.0);
+    let stands_in_empty_space = |patch: usize| contradicted.is_some_and(|c| c[patch].area > 0.0);
     let concerns = |k: usize| {
         let Some(i) = space.free.get(k) else { return true };
         space.followers(*i).any(|i| {

@@ -50,8 +50,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let all = AllRows::new(objective, at)?;
     let chain = objective.space.chain(at);
     let local = |matrix: &DMatrix<f64>| chain.tr_mul(&(matrix * &chain));
-    // Sums of curvature J J^T, of weight J J^T, and of that times the prior weight.
-    // The last sum is that of weight J J^T without points beyond the model's ends.
+    // Sums of curvature J J^T, of weight J J^T, of that times the prior weight, and of weight J J^T without points that
+    // only say where the model ends.
     let shown = shown_patches(&all, objective.space.model.parts().len());
     let factors = |rows: &Rows| {
         let of_point = |point: &RowPoint| {
@@ -155,13 +155,12 @@ impl Uncertainty {
 
 /// By patch, whether more than hardly any points lie near it.
 fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
-    let mut points = vec![0.0; patches];
+    let mut points = vec![0; patches];
     let near = |point: &&RowPoint| point.weight > 0.5 * point.prior;
-    let add = |sums: &mut Vec<(u32, f64)>, rows: &Rows| {
-        sums.push((rows.patch, rows.points.iter().filter(near).count() as f64));
-    };
-    all.fold(Vec::new, add, |sums| sums.into_iter().for_each(|(patch, count)| points[patch as usize] += count));
-    points.into_iter().map(|count| count >= HARDLY_ANY_POINTS).collect()
+    let add =
+        |counts: &mut Vec<usize>, rows: &Rows| counts[rows.patch as usize] += rows.points.iter().filter(near).count();
+    all.fold(|| vec![0; patches], add, |counts| points.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count));
+    points.into_iter().map(|count| count as f64 >= HARDLY_ANY_POINTS).collect()
 }
 
 /// By coordinate, whether hardly anything but the ends of the scan determines it: points beyond an end of the model, or
@@ -170,12 +169,8 @@ fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
 fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, determined: &[bool]) -> Vec<bool> {
     let varied: Vec<usize> = (0..determined.len()).filter(|k| determined[*k]).collect();
     let variances = |of: &DMatrix<f64>| {
-        let unit = |k: usize| weighted[(k, k)].sqrt();
-        let scaled = DMatrix::from_fn(varied.len(), varied.len(), |a, b| {
-            let (i, j) = (varied[a], varied[b]);
-            of[(i, j)] / (unit(i) * unit(j)) + if a == b { SINGULAR } else { 0.0 }
-        });
-        Some(scaled.cholesky()?.inverse().diagonal())
+        let ridge = DMatrix::identity(varied.len(), varied.len()) * SINGULAR;
+        Some((scaled(of, weighted, &varied) + ridge).cholesky()?.inverse().diagonal())
     };
     let mut by_ends = vec![false; determined.len()];
     if let (Some(all), Some(within)) = (variances(weighted), variances(within)) {
@@ -184,6 +179,15 @@ fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, determined: &[bool]) 
         }
     }
     by_ends
+}
+
+/// The rows and columns of a matrix that belong to some coordinates, in units of the square roots of another one's
+/// diagonal.
+fn scaled(matrix: &DMatrix<f64>, units: &DMatrix<f64>, varied: &[usize]) -> DMatrix<f64> {
+    DMatrix::from_fn(varied.len(), varied.len(), |a, b| {
+        let (i, j) = (varied[a], varied[b]);
+        matrix[(i, j)] / (units[(i, i)].sqrt() * units[(j, j)].sqrt())
+    })
 }
 
 /// By coordinate, whether it would be much less certain, or not determined, if those that are held at a bound were not.
@@ -271,9 +275,7 @@ impl Inverse {
             return None;
         }
         let unit = DVector::from_iterator(varied.len(), varied.iter().map(|k| weighted[(*k, *k)].sqrt()));
-        let scaled = |m: &DMatrix<f64>| {
-            DMatrix::from_fn(varied.len(), varied.len(), |a, b| m[(varied[a], varied[b])] / (unit[a] * unit[b]))
-        };
+        let scaled = |m: &DMatrix<f64>| scaled(m, weighted, &varied);
         let flat = eigen::symmetric(scaled(weighted));
         let mut undetermined = Vec::new();
         let mut sound = Vec::new();

@@ -40,15 +40,10 @@ fn is_observed(solution: &Solution, uncertainty: &Uncertainty, group: &Group) ->
     let level = &solution.level;
     let points = &level.problem.thin;
     let objective = Objective { signs: Some(&solution.signs), ..level.objective(points, solution.loss) };
-    let mut placed = objective.place(&solution.estimate).ok()?;
-    let with = objective.losses(&placed);
-    placed.facets.remove(|patch| group.patches[patch]);
-    let without = objective.losses(&placed);
-    // Points whose nearest patch is the group's are those for which it makes a difference.
-    let near = (0..points.len()).filter(|i| with[*i] < 0.5 && with[*i] != without[*i]);
-    let (all, alone) = near.fold((0.0, 0.0), |(all, alone), i| {
+    let losses = group.losses(&objective, &solution.estimate)?;
+    let (all, alone) = losses.own_points().fold((0.0, 0.0), |(all, alone), i| {
         let prior = points.prior(i);
-        (all + prior, if without[i] >= 0.5 { alone + prior } else { alone })
+        (all + prior, if losses.without[i] >= 0.5 { alone + prior } else { alone })
     });
     if alone > UNEXPLAINED_SHARE * all {
         return Some(true);
@@ -56,7 +51,7 @@ fn is_observed(solution: &Solution, uncertainty: &Uncertainty, group: &Group) ->
     let mean = |losses: &[f64]| {
         losses.iter().enumerate().map(|(i, loss)| points.prior(i) * loss).sum::<f64>() / points.weight()
     };
-    let (with, without) = (mean(&with), mean(&without));
+    let (with, without) = (mean(&losses.with), mean(&losses.without));
     if !(without > with) || !(with > 0.0) {
         return None;
     }

@@ -1,6 +1,6 @@
 //! Space that the scan shows to be empty, and the model's surface that stands in it. The objective looks from the
 //! scan to the model; this looks back. A scanner saw each surface from somewhere in front of it, so that what of
-//! the model stands in front of scanned surfaces, with no scan near it, is contradicted. What lies behind them, or
+//! the model stands in front of scanned surfaces, with no scan near it, is contradicted. Surface behind them, or
 //! where nothing was scanned, is not.
 
 use super::coverage::{across, all_places};

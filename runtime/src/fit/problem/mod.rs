@@ -55,7 +55,7 @@ pub(crate) struct Problem<'a> {
     /// The treatment of the pose.
     pub(crate) pose: PoseTreatment,
     pub(crate) monitor: &'a Monitor<'a>,
-    /// What the scan shows to be empty, once it was asked for.
+    /// The space that the scan shows to be empty, once it was asked for.
     free_space: OnceLock<Option<FreeSpace>>,
 }
 
@@ -102,10 +102,12 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// What the scan shows to be empty. None where it does not say, or the user wants nothing of it.
+    /// The space that the scan shows to be empty. None where it does not say, or the user wants nothing of it.
     pub(crate) fn free_space(&self) -> Option<&FreeSpace> {
-        let find = || FreeSpace::of(self.scan, self.points.spacing()).filter(|_| !self.options.one_sided);
-        self.free_space.get_or_init(find).as_ref()
+        if self.options.one_sided {
+            return None;
+        }
+        self.free_space.get_or_init(|| FreeSpace::of(self.scan, self.points.spacing())).as_ref()
     }
 
     /// The motion that an earlier fit added, as far as the pose may be sought.

@@ -150,12 +150,8 @@ impl Objective<'_> {
     /// As `away`, but along the surface's normal where the two hardly differ: that is the error of the foot, and must
     /// not pass for information on what moves the surface within itself.
     fn away_by_normal(&self, foot: &Foot, q: DVec3) -> (DVec3, f64) {
-        let normal = foot.normal.normalize_or_zero();
-        if (q - foot.point).dot(normal).powi(2) > ABOVE * foot.d2 {
-            let (_, distance) = self.away(foot, q);
-            return (normal, distance);
-        }
-        self.away(foot, q)
+        let (away, distance) = self.away(foot, q);
+        (if is_above(foot, q) { foot.normal.normalize_or_zero() } else { away }, distance)
     }
 
     /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero
@@ -173,11 +169,16 @@ impl Objective<'_> {
     }
 }
 
-/// The squared cosine between the normal and the way to a point that lies above an edge, and not beyond it.
+/// The squared cosine between the normal and the way to a point that lies above its foot, and not beyond an edge.
 const ABOVE: f64 = 0.99;
+
+/// Whether a point lies above its foot, along the surface's normal.
+fn is_above(foot: &Foot, q: DVec3) -> bool {
+    (q - foot.point).dot(foot.normal.normalize_or_zero()).powi(2) >= ABOVE * foot.d2
+}
 
 /// Whether a point lies beyond the edge of a patch on which its foot is, if only a little.
 fn is_beyond(foot: &Foot, q: DVec3) -> bool {
     let on_edge = foot.uv.iter().any(|t| *t <= 0.0 || *t >= 1.0);
-    on_edge && (q - foot.point).dot(foot.normal.normalize_or_zero()).powi(2) < ABOVE * foot.d2
+    on_edge && !is_above(foot, q)
 }

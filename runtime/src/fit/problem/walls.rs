@@ -111,7 +111,7 @@ impl Walls {
         Some(passed.into_par_iter().map(|passage| self.through(passage, &mesh, &bvh, &material)).collect())
     }
 
-    /// What has passed through walls far enough to be worth a sentence, by part, with places moved by `motion`.
+    /// The parts that have passed through walls far enough to be worth a sentence, with places moved by `motion`.
     /// Nothing where the surface cannot be evaluated.
     pub(crate) fn passed(&self, model: &dyn Model, instance: &dyn Instance, motion: &Isometry) -> Vec<PassedPart> {
         let mut passages = self.passages(instance).unwrap_or_default();

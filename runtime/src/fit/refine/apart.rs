@@ -15,7 +15,10 @@ use std::sync::Arc;
 /// solution is returned as it is. The walls' points leave the basin of a loss whose scale is below the depth by which
 /// they pass: the scale comes down from above that once more.
 pub(crate) fn hold_apart(solution: Solution) -> Solution {
-    let Some((walls, passed)) = passed(&solution) else { return solution };
+    let Some((walls, passed)) = passed(&solution).filter(|(_, passed)| all_shown(&solution, passed)) else {
+        return solution;
+    };
+    let walls = Arc::new(walls);
     let problem = solution.level.problem;
     let (loss, before) = (solution.loss, solution.evaluation.value);
     let deepest = passed.iter().map(|part| part.depth).fold(0.0, f64::max);
@@ -41,9 +44,9 @@ fn polish_with<'a>(walls: &Arc<Walls>, from: Solution<'a>, loss: Loss, points: &
     polish(Level { separation: Some(Arc::new(separation)), ..level }, points, Guess { loss, ..guess }, Some(POLISH))
 }
 
-/// The walls of the model as a solution has it, and what has passed through them there. None where nothing
-/// has, or a part that the scan does not show.
-fn passed(solution: &Solution) -> Option<(Arc<Walls>, Vec<PassedPart>)> {
+/// The walls of the model as a solution has it, and the parts that have passed through them there. None where none
+/// has.
+pub(crate) fn passed(solution: &Solution) -> Option<(Walls, Vec<PassedPart>)> {
     let Level { problem, space, layout, .. } = &solution.level;
     let model = problem.model;
     let instance = model.instantiate(&space.x(&solution.estimate.z)?).ok()?;
@@ -52,11 +55,15 @@ fn passed(solution: &Solution) -> Option<(Arc<Walls>, Vec<PassedPart>)> {
     }
     let walls = Walls::of(model, &*instance).ok()?;
     let passed = walls.passed(model, &*instance, &solution.estimate.motion);
-    // A part that the scan hardly shows is not determined, and holding it apart would move what is.
+    (!passed.is_empty()).then_some((walls, passed))
+}
+
+/// Whether the scan shows all parts that have passed through a wall, and the walls: a part that it hardly shows is not
+/// determined, and holding it apart would move what is.
+fn all_shown(solution: &Solution, passed: &[PassedPart]) -> bool {
     let is_shown = |name: &String| {
-        let patch = model.parts().iter().position(|part| part.name == *name);
+        let patch = solution.level.problem.model.parts().iter().position(|part| part.name == *name);
         patch.is_some_and(|patch| solution.evaluation.patches[patch].points >= HARDLY_ANY_POINTS)
     };
-    let all_shown = passed.iter().all(|part| is_shown(&part.part) && part.through.iter().all(is_shown));
-    (!passed.is_empty() && all_shown).then(|| (Arc::new(walls), passed))
+    passed.iter().all(|part| is_shown(&part.part) && part.through.iter().all(is_shown))
 }

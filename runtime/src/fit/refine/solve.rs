@@ -17,8 +17,7 @@ pub(crate) fn solve<'a>(problem: &'a Problem<'a>) -> Result<Solution<'a>, FitErr
     let monitor = problem.monitor;
     let registration = monitor.stage("screen", || register(problem))?;
     let solution = monitor.stage("fit", || refine(registration));
-    let solution = monitor.stage("finish", || write_back(solution));
-    let mut solution = solution;
+    let mut solution = monitor.stage("finish", || write_back(solution));
     if problem.options.coverage && !monitor.cancelled() {
         solution = monitor.stage("coverage", || cover(solution));
     }

@@ -39,19 +39,32 @@ impl Group {
         (each * self.members.len()).min(most)
     }
 
-    /// The points near the model, by an objective, whose nearest patch is one of the group's. None where the model does
-    /// not exist.
-    pub(crate) fn own_points(&self, objective: &Objective, at: &Estimate) -> Option<Vec<usize>> {
+    /// The losses of an objective's points with the group's patches and without them. None where the model does not
+    /// exist.
+    pub(crate) fn losses(&self, objective: &Objective, at: &Estimate) -> Option<GroupLosses> {
         let mut placed = objective.place(at).ok()?;
         let with = objective.losses(&placed);
         placed.facets.remove(|patch| self.patches[patch]);
-        let without = objective.losses(&placed);
-        Some((0..with.len()).filter(|i| with[*i] < 0.5 && with[*i] != without[*i]).collect())
+        Some(GroupLosses { with, without: objective.losses(&placed) })
     }
 
     /// Signs of which those of the group's patches are not known.
     pub(crate) fn unsigned(&self, signs: &[i8]) -> Vec<i8> {
         signs.iter().zip(&self.patches).map(|(sign, shaped)| if *shaped { 0 } else { *sign }).collect()
+    }
+}
+
+/// The losses of points with a group's patches and without them.
+pub(crate) struct GroupLosses {
+    pub(crate) with: Vec<f64>,
+    pub(crate) without: Vec<f64>,
+}
+
+impl GroupLosses {
+    /// The points near the model whose nearest patch is one of the group's: those for which it makes a difference.
+    pub(crate) fn own_points(&self) -> impl Iterator<Item = usize> + Clone {
+        let makes_a_difference = |i: &usize| self.with[*i] < 0.5 && self.with[*i] != self.without[*i];
+        (0..self.with.len()).filter(makes_a_difference)
     }
 }
 

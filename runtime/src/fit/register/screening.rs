@@ -143,10 +143,9 @@ fn orientations(level: &Level, shape: &Estimate, middle: Middle) -> Vec<Candidat
     let turn = random_rotation(level.problem.options.seed);
     let mut motions = vec![shape.motion];
     let places = middle.places(centre, gyration);
-    let turned = rotations(ORIENTATIONS).into_iter();
-    motions.extend(turned.flat_map(|r| {
-        places.iter().map(|place| Isometry::taking(turn * r, *place, points.mean())).collect::<Vec<_>>()
-    }));
+    for rotation in rotations(ORIENTATIONS) {
+        motions.extend(places.iter().map(|place| Isometry::taking(turn * rotation, *place, points.mean())));
+    }
     // Few points tell the hopeless orientations.
     let aligned = align(motions, &few);
     align(aligned.into_iter().take(ALIGNED_AGAIN).map(|c| c.estimate.motion).collect(), &points)

@@ -73,15 +73,12 @@ fn what_was_not_scanned_is_not_contradicted() {
 /// with a virtual scan on which that explained four outliers more.
 #[test]
 fn a_handle_does_not_run_on_inside_of_the_wall() {
-    let cup = program(include_str!("../../../../examples/cup/cup.gml"));
-    let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.72, 28.8, 72.1, 0.85, 1.79, 0.91, 1.69, 0.05, 0.8];
-    let scanner = Scanner { spacing: 1.15, noise: 0.24, dropouts: 0.01, holes: 6, seed: 22, ..Scanner::default() };
-    let scan = scanned(&cup, &truth, &scanner, |_| true);
+    let cup = cup();
+    let truth = shaped([4.72, 28.8, 72.1, 0.85, 1.79, 0.91, 1.69, 0.05, 0.8]);
+    let scan = scanned(&cup, &truth, &scanner(1.15, 0.24, 22), |_| true);
     let result = fit(&cup, &scan, &FitOptions::default(), &Silent).unwrap();
-    for (p, truth) in result.parameters.iter().zip(truth).skip(6) {
-        let sd = p.sd.expect("it is determined");
-        assert!((p.value - truth).abs() < 4.0 * sd, "{}: {} +- {sd}, not {truth}", p.name, p.value);
-    }
+    assert!(result.parameters.iter().skip(6).all(|p| p.sd.is_some()), "{:?}", result.parameters);
+    assert!(farthest(&result, &truth) < 4.0, "{:?}", result.parameters);
 }
 
 #[test]
@@ -114,6 +111,19 @@ fn what_the_scan_leaves_open_has_the_least_surface() {
     assert!(found.value == 20.0 && found.sd.is_none(), "{found:?}");
 }
 
+fn cup() -> Program {
+    program(include_str!("../../../../examples/cup/cup.gml"))
+}
+
+/// The cup's parameters: no pose, and a shape.
+fn shaped(shape: [f64; 9]) -> [f64; 15] {
+    std::array::from_fn(|k| if k < 6 { 0.0 } else { shape[k - 6] })
+}
+
+fn scanner(spacing: f64, noise: f64, seed: u64) -> Scanner {
+    Scanner { spacing, noise, dropouts: 0.01, holes: 6, seed, ..Scanner::default() }
+}
+
 /// An exact scan of a model with the scanner's noise, the triangles whose corners are all on one side.
 fn scanned(model: &Program, truth: &[f64], scanner: &Scanner, seen: impl Fn(DVec3) -> bool) -> Scan {
     let instance = Model::instantiate(model, truth).unwrap();
@@ -133,17 +143,9 @@ fn farthest(result: &FitResult, truth: &[f64]) -> f64 {
 /// Half of a tall cup, of which the middle is not the cup's: from the defaults all orientations led elsewhere.
 #[test]
 fn half_of_an_object_is_found() {
-    let cup = program(include_str!("../../../../examples/cup/cup.gml"));
-    let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.65, 52.65, 136.44, 0.87, 1.7, 0.95, 1.85, 0.2, 0.7];
-    let scanner = Scanner {
-        spacing: 1.8,
-        noise: 0.1,
-        dropouts: 0.01,
-        holes: 6,
-        seed: 17,
-        random_pose: false,
-        ..Scanner::default()
-    };
+    let cup = cup();
+    let truth = shaped([4.65, 52.65, 136.44, 0.87, 1.7, 0.95, 1.85, 0.2, 0.7]);
+    let scanner = Scanner { random_pose: false, ..scanner(1.8, 0.1, 17) };
     let scan = scanned(&cup, &truth, &scanner, |p| p.y < 0.0);
     let result = fit(&cup, &scan, &FitOptions::default(), &Silent).unwrap();
     assert!(result.converged && result.inliers > 0.95, "{} {:?}", result.inliers, result.warnings);
@@ -153,17 +155,9 @@ fn half_of_an_object_is_found() {
 /// A cup without its lower two fifths: other pieces of the handle's curve end on the wall that was not scanned.
 #[test]
 fn a_hidden_end_has_alternatives_that_the_intervals_hold() {
-    let cup = program(include_str!("../../../../examples/cup/cup.gml"));
-    let truth = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.4, 43.3, 133.2, 0.906, 1.906, 0.95, 1.911, 0.2, 0.646];
-    let scanner = Scanner {
-        spacing: 1.5,
-        noise: 0.2,
-        dropouts: 0.01,
-        holes: 6,
-        seed: 11,
-        random_pose: false,
-        ..Scanner::default()
-    };
+    let cup = cup();
+    let truth = shaped([3.4, 43.3, 133.2, 0.906, 1.906, 0.95, 1.911, 0.2, 0.646]);
+    let scanner = Scanner { random_pose: false, ..scanner(1.5, 0.2, 11) };
     let upper = scanned(&cup, &truth, &scanner, |p| p.z > 53.0);
     let result = fit(&cup, &upper, &FitOptions::default(), &Silent).unwrap();
     assert!(!result.alternatives.is_empty(), "{:?}", result.parameters);

@@ -1,0 +1,166 @@
+//! Other shapes of a part that explain the scan as well: a piece of a cubic is a cubic, and where a handle's end is not
+//! seen, another piece of the same curve may end on the same wall. The curvature at the optimum knows nothing of them,
+//! nor of how far a curved valley reaches. They are looked for by the profile of the loss: one parameter of a group is
+//! held at other values, and the others of the group find the best that there is (Bates and Watts 1988, section 6.1).
+
+mod alone;
+mod base;
+
+use super::convergence::{self, Assessed};
+use super::sandwich::Uncertainty;
+use super::witness::{self, Witness};
+use crate::fit::problem::parameterization::Estimate;
+use crate::fit::problem::sides::Sides;
+use crate::fit::refine::schedule::{Guess, POLISH, Solution, polish};
+use crate::fit::register::group::groups;
+use crate::fit::tuning::{
+    RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
+};
+use alone::Alone;
+use base::Base;
+
+/// Another shape of the parts of one group.
+#[derive(Clone, Debug)]
+pub(crate) struct Rival {
+    pub(crate) estimate: Estimate,
+    /// The scaled step of the free parameters from the solution to here.
+    pub(crate) step: Vec<f64>,
+    /// Positions of the group's parameters in the list of free ones.
+    pub(crate) members: Vec<usize>,
+    /// By patch, whether the group shapes it.
+    pub(crate) patches: Vec<bool>,
+    /// n ln(ratio of the mean loss to the solution's), with the effective points: below zero it explains the scan
+    /// better.
+    pub(crate) evidence: f64,
+    /// By how many standard deviations the mean of the points' differences in loss is above zero (Vuong 1989): a few
+    /// outliers that lie near one of the two shapes by chance make evidence, but no mean.
+    pub(crate) certainty: f64,
+    /// The model's surface that the scan contradicts. Square millimetres; zero where the scan does not say.
+    pub(crate) contradicted: f64,
+}
+
+/// A solution with its uncertainty, and the rivals that the covariance holds.
+pub(crate) struct Weighed<'a> {
+    pub(crate) solution: Solution<'a>,
+    pub(crate) uncertainty: Option<Uncertainty>,
+    pub(crate) rivals: Vec<Rival>,
+}
+
+/// Looks for rivals of a solution, goes over to the one that the scan prefers if there is one, and puts the others into
+/// the uncertainty.
+pub(crate) fn weigh(assessed: Assessed) -> Weighed {
+    let Assessed { mut solution, uncertainty } = assessed;
+    let monitor = solution.level.problem.monitor;
+    let Some(mut uncertainty) = uncertainty else { return Weighed { solution, uncertainty: None, rivals: Vec::new() } };
+    // Other shapes are judged by the scan's points, and not by the term that holds the ends.
+    let rounds = if solution.level.coverage.is_some() { 0 } else { RIVALS_ADOPTED };
+    for _ in 0..rounds {
+        let found = find(&solution, &uncertainty);
+        if monitor.cancelled() {
+            break;
+        }
+        let Some(preferred) = found.preferred() else {
+            let (uncertainty, rivals) = found.include(uncertainty);
+            return Weighed { solution, uncertainty: Some(uncertainty), rivals };
+        };
+        let next = convergence::assess(preferred.solution(&solution));
+        match next.uncertainty {
+            Some(known) => (solution, uncertainty) = (next.solution, known),
+            None => break,
+        }
+    }
+    Weighed { solution, uncertainty: Some(uncertainty), rivals: Vec::new() }
+}
+
+impl Rival {
+    /// The optimum at the rival, over all points.
+    fn solution<'a>(&self, from: &Solution<'a>) -> Solution<'a> {
+        let (level, guess) = from.clone().into_guess();
+        let signs = Sides::of(&level, &self.estimate, guess.loss).map_or(guess.signs, |sides| sides.signs);
+        let points = &level.problem.points;
+        polish(level, points, Guess { estimate: self.estimate.clone(), signs, ..guess }, Some(POLISH))
+    }
+}
+
+/// The rivals of a solution, and the area of its own surface that the scan contradicts.
+#[derive(Default)]
+pub(crate) struct Rivals {
+    pub(crate) rivals: Vec<Rival>,
+    /// Square millimetres.
+    pub(crate) contradicted: f64,
+    /// More contradicted area than this is no chance. Square millimetres.
+    pub(crate) chance: f64,
+}
+
+/// Looks for shapes of every group of parameters that explain the scan as well as the solution does.
+pub(crate) fn find(solution: &Solution, uncertainty: &Uncertainty) -> Rivals {
+    let found = by_points(solution, uncertainty);
+    if found.is_empty() {
+        return Rivals::default();
+    }
+    let witness = Witness::of(solution);
+    let area = |at: &Estimate| Some(witness::total(&witness.as_ref()?.contradicted(at)?));
+    let (contradicted, chance) = area(&solution.estimate).unwrap_or_default();
+    // A shape that stands where the scan shows empty space is no rival.
+    let rivals = found.into_iter().filter_map(|rival| {
+        let (there, _) = area(&rival.estimate).unwrap_or_default();
+        (there <= contradicted + RIVAL_CONTRADICTED * chance).then_some(Rival { contradicted: there, ..rival })
+    });
+    Rivals { rivals: rivals.collect(), contradicted, chance }
+}
+
+/// The rivals by the scan's points, whatever stands in empty space.
+fn by_points(solution: &Solution, uncertainty: &Uncertainty) -> Vec<Rival> {
+    let groups = groups(&solution.level);
+    if groups.is_empty() {
+        return Vec::new();
+    }
+    // Not the sample of the registration, which is even in space and not in noise.
+    let sample = solution.level.problem.points.every(THIN_POINTS);
+    let Some(base) = Base::new(solution, uncertainty, &sample) else { return Vec::new() };
+    groups.iter().filter_map(|group| Some(Alone::new(&base, group)?.rivals())).flatten().collect()
+}
+
+impl Rivals {
+    /// The rival that the scan prefers to the solution: one that explains it clearly better, or as well with clearly
+    /// less surface where the scan shows empty space.
+    pub(crate) fn preferred(&self) -> Option<&Rival> {
+        let better = |r: &&Rival| {
+            let explains_more = r.evidence < -RIVAL_EVIDENCE && r.certainty < -RIVAL_BETTER;
+            explains_more || r.contradicted < self.contradicted - RIVAL_CONTRADICTED * self.chance
+        };
+        self.rivals.iter().filter(better).min_by(|a, b| {
+            let key = |r: &Rival| (r.contradicted / self.chance.max(f64::MIN_POSITIVE)).floor();
+            key(a).total_cmp(&key(b)).then(a.evidence.total_cmp(&b.evidence))
+        })
+    }
+
+    /// The uncertainty with the rivals: of a shape and another one that explains the scan as well, each has half of the
+    /// probability, and the covariance of the two is a quarter of the square of their difference. Rivals that the
+    /// covariance holds already are left out. The second value are those that were not.
+    pub(crate) fn include(mut self, mut uncertainty: Uncertainty) -> (Uncertainty, Vec<Rival>) {
+        let deviations = |uncertainty: &Uncertainty, rival: &Rival| largest(uncertainty, &rival.members, &rival.step);
+        self.rivals.sort_by(|a, b| deviations(&uncertainty, b).total_cmp(&deviations(&uncertainty, a)));
+        let mut included = Vec::new();
+        for rival in self.rivals {
+            if !(deviations(&uncertainty, &rival) > RIVAL_DEVIATIONS) {
+                continue;
+            }
+            let known: Vec<usize> = rival.members.iter().copied().filter(|k| uncertainty.determines(*k)).collect();
+            for a in &known {
+                for b in &known {
+                    uncertainty.covariance[(*a, *b)] += 0.25 * rival.step[*a] * rival.step[*b];
+                }
+            }
+            included.push(rival);
+        }
+        (uncertainty, included)
+    }
+}
+
+/// The largest part of a step along some coordinates, in standard deviations.
+fn largest(uncertainty: &Uncertainty, members: &[usize], step: &[f64]) -> f64 {
+    let deviation = |k: usize| uncertainty.covariance[(k, k)].sqrt().max(f64::MIN_POSITIVE);
+    let determined = members.iter().filter(|k| uncertainty.determines(**k));
+    determined.map(|k| step[*k].abs() / deviation(*k)).fold(0.0, f64::max)
+}
