@@ -7,7 +7,7 @@ use crate::case::Case;
 use crate::{coverage, median, seconds};
 use gml_compiler::program::Parameter;
 use gml_runtime::fit::{FitOptions, FitResult, FittedParameter, fit};
-use gml_runtime::model::{Model, Partials};
+use gml_runtime::model::{Atlas, Material, Model, Partials, Standing, Texels};
 use gml_runtime::progress::Silent;
 use gml_runtime::scan::Scan;
 use gml_runtime::simulate::Scanner;
@@ -40,6 +40,9 @@ const ALLOWED: f64 = 4.0;
 const DRAWS: usize = 1000;
 /// Samples of a patch each way, from which its area is known.
 const SAMPLES: usize = 24;
+/// Texels each way that are looked at for walls that pass through each other, and the share of them that may.
+const LOOK: u32 = 256;
+const PASSED: f64 = 1e-3;
 
 /// Prints what is wrong, and a table.
 pub(crate) fn run(seeds: Range<usize>, only: Option<&str>) {
@@ -83,6 +86,9 @@ fn draw(case: &Case, seed: u64) -> Drawn {
             if is_pose(p) { p.default } else { random.random_range(p.lower + quarter..p.upper - quarter) }
         };
         let truth: Vec<f64> = case.program.parameters().iter().map(|p| within(p, &mut random)).collect();
+        if !is_an_object(case, &truth).unwrap_or(false) {
+            continue;
+        }
         let Some(area) = area(case, &truth) else { continue };
         let spacing = (area / random.random_range(POINTS)).sqrt();
         let noise = spacing * random.random_range(NOISE);
@@ -92,6 +98,17 @@ fn draw(case: &Case, seed: u64) -> Drawn {
         }
     }
     panic!("no shape exists")
+}
+
+/// Whether the walls of a model do not pass through each other: there is no such object, and a fit would hold them
+/// apart. None where the model does not exist.
+fn is_an_object(case: &Case, values: &[f64]) -> Option<bool> {
+    let instance = Model::instantiate(&case.program, values).ok()?;
+    let atlas = Atlas::new(&case.program, &*instance, LOOK).ok()?;
+    let texels = Texels::of_model(&case.program, &*instance, &atlas).ok()?;
+    let standing = Material::new(&case.program, &*instance).ok()?.of_texels(&texels);
+    let passed = standing.iter().filter(|standing| **standing == Standing::PassedThrough).count();
+    Some(passed as f64 <= PASSED * standing.len() as f64)
 }
 
 /// Parameters without bounds move the model.

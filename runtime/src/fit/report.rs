@@ -6,6 +6,7 @@ use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::infer::witness::{self, Witness};
 use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
+use crate::fit::problem::free_space::Contradicted;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::walls::described;
@@ -167,32 +168,34 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
     let of_patches = problem.monitor.stage("free space", find)?;
     let (_, chance) = witness::total(&of_patches);
     let parts = problem.model.parts().iter().zip(&of_patches).filter(|(_, c)| c.area > 0.0);
-    let found: Vec<ContradictedPart> = parts
-        .map(|(part, c)| ContradictedPart {
-            part: part.name.clone(),
-            area: c.area,
-            share: c.area / c.of,
-            place: c.place.to_array(),
-        })
-        .collect();
-    for ContradictedPart { part, area, share, place: [x, y, z] } in &found {
-        if *area > chance {
+    let found = |(part, c): (&Part, &Contradicted)| {
+        let share = c.area / c.of;
+        if c.area > chance {
+            let [x, y, z] = c.place.to_array();
+            let shaped_by = quoted(problem, &|i| solution.level.space.varies(i) && part.active.contains(&(i as u32)));
             problem.monitor.warn(format!(
-                "{area:.0} mm2 of `{part}` ({:.0} % of it), about ({x:.1}, {y:.1}, {z:.1}) mm, stand where the scan shows empty space: what shapes it there is wrong, or was removed from the object",
+                "{:.0} mm2 of `{}` ({:.0} % of it), about ({x:.1}, {y:.1}, {z:.1}) mm, stand where the scan shows empty space: that piece was removed from the object, or the fit is wrong in what shapes the part ({shaped_by}), whatever their standard deviations",
+                c.area,
+                part.name,
                 100.0 * share
             ));
         }
-    }
-    Some(found)
+        ContradictedPart { part: part.name.clone(), area: c.area, share, place: c.place.to_array() }
+    };
+    Some(parts.map(found).collect())
+}
+
+/// The names of some parameters.
+fn quoted(problem: &Problem, chosen: &dyn Fn(usize) -> bool) -> String {
+    let names = problem.model.parameters().iter().enumerate().filter(|(i, _)| chosen(*i));
+    names.map(|(_, p)| format!("`{}`", p.name)).collect::<Vec<_>>().join(", ")
 }
 
 /// Warns of parameters that are so certain only because others ended at a bound.
 fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
     let Level { problem, space, .. } = &solution.level;
-    let named = |chosen: &dyn Fn(usize) -> bool| {
-        let chosen = (0..space.free.len()).filter(|k| chosen(*k));
-        chosen.map(|k| format!("`{}`", problem.model.parameters()[space.free[k]].name)).collect::<Vec<_>>().join(", ")
-    };
+    let position = |i: usize| space.free.iter().position(|free| *free == i);
+    let named = |chosen: &dyn Fn(usize) -> bool| quoted(problem, &|i| position(i).is_some_and(chosen));
     let certain = named(&|k| uncertainty.bounds_decide[k] && uncertainty.determines(k));
     if !certain.is_empty() {
         let at_bound = space.at_bound(&solution.estimate);

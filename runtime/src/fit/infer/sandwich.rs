@@ -22,7 +22,8 @@ pub(crate) struct Uncertainty {
     pub(crate) covariance: DMatrix<f64>,
     /// The bias by noise where it was estimated, which the covariance then holds; zero likewise.
     pub(crate) bias: DVector<f64>,
-    /// The inverse of the bread, which is the Hessian of the sum of losses times sigma^2 / 2; zero likewise.
+    /// The inverse of the bread, which is the Hessian of the sum of losses times sigma^2 / 2, with the term that holds
+    /// walls apart; zero likewise.
     pub(crate) inverse: DMatrix<f64>,
     /// The covariance if residuals were independent of each other and all alike: s^2 A (sum w w0 J J^T) A with
     /// A = (sum w J J^T)^-1, where w0 is a point's prior weight and w that times the loss's weight.
@@ -73,14 +74,6 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         alike += local(&coverage.weighted);
         within += local(&coverage.weighted);
     }
-    if let Some(separation) = &objective.separation {
-        // In units of the bread: the Hessian of the sum of losses times sigma^2 / 2.
-        let walls =
-            separation.hessian(objective, at)? * (0.5 * objective.loss.sigma.powi(2) * objective.points.weight());
-        bread += &walls;
-        weighted += &walls;
-        within += &walls;
-    }
     let blocks = Blocks::find(&positions, &scores, objective.points.gyration());
     let mut inverse = Inverse::of(&bread, &weighted, held)?;
     let of_squares = &chain * &inverse.weighted * chain.transpose();
@@ -103,7 +96,18 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let bounds_decide = bounds_decide(&bread, &weighted, &meat, held, &covariance);
     let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
-    let Inverse { matrix: inverse, undetermined, determined, .. } = inverse;
+    let Inverse { matrix, undetermined, determined, .. } = inverse;
+    // The border at which walls are held apart is no information on where before it the truth lies, so the covariance
+    // knows nothing of it; where the optimum is, it does say.
+    let inverse = match &objective.separation {
+        Some(separation) => {
+            // In units of the bread: the Hessian of the sum of losses times sigma^2 / 2.
+            let unit = 0.5 * objective.loss.sigma.powi(2) * objective.points.weight();
+            let walls = separation.hessian(objective, at)? * unit;
+            Inverse::of(&(bread + &walls), &(weighted.clone() + walls), held)?.matrix
+        }
+        None => matrix,
+    };
     let by_ends = by_ends(&weighted, &within, &determined);
     let reason = |k: usize| match (determined[k], is_held(held, k)) {
         (true, _) => by_ends[k].then_some(WithoutSd::ScanEnds),

@@ -31,7 +31,7 @@ pub(crate) fn hold_apart(solution: Solution) -> Solution {
     apart = polish_with(&walls, apart, loss, &problem.points);
     problem.monitor.warn(format!(
         "where the model is nearest to the scan, walls of it pass through each other ({}): they are held apart, and the \
-         mean loss is {:.4} instead of {before:.4}",
+         mean loss is {:.4} instead of {before:.4}; standard deviations are those without that border",
         described(&passed),
         apart.evaluation.value
     ));

@@ -13,6 +13,8 @@ use crate::progress::Silent;
 use crate::scan::{Scan, from_mesh};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
 /// A vessel whose inside is a cone that ends at a radius of `bottom`, 2 mm above the foot: beyond 30 mm it comes out.
@@ -57,6 +59,25 @@ fn walls_are_held_apart_that_would_pass_through_each_other() {
     let fitted = fit(&vessel(), &scan(28.0), &options, &Silent).unwrap();
     assert!((fitted.parameters[1].value - 28.0).abs() < 0.01);
     assert!(!fitted.warnings.iter().any(|w| w.contains("apart")), "{:?}", fitted.warnings);
+}
+
+/// The border says that the truth is not beyond it, and nothing of where before it.
+#[test]
+fn walls_that_are_held_apart_are_not_more_certain_for_it() {
+    let sd = |bottom: f64| {
+        let mut scan = scan(bottom);
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        for p in &mut scan.mesh.positions {
+            p.iter_mut().for_each(|x| *x += random.random_range(-0.3..0.3));
+        }
+        let options = FitOptions { no_pose: true, ..FitOptions::default() };
+        let result = fit(&vessel(), &scan, &options, &Silent).unwrap();
+        let held = result.warnings.iter().any(|w| w.contains("held apart"));
+        (held, result.parameters[1].sd.expect("it is determined"))
+    };
+    let ((free_held, free), (held, at_border)) = (sd(28.0), sd(31.0));
+    assert!(!free_held && held);
+    assert!(at_border > 0.7 * free, "{at_border} and {free}");
 }
 
 #[test]
