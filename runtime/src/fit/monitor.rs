@@ -127,6 +127,14 @@ impl<'a> Monitor<'a> {
         lock(&self.warnings).push(warning.into());
     }
 
+    /// Runs something of which it is still open whether it counts. The second value are its sentences for the user.
+    pub(crate) fn aside<T>(&self, run: impl FnOnce() -> T) -> (T, Vec<String>) {
+        let before = std::mem::take(&mut *lock(&self.warnings));
+        let outcome = run();
+        let sentences = std::mem::replace(&mut *lock(&self.warnings), before);
+        (outcome, sentences)
+    }
+
     /// Adds a step to the trace and shows it.
     pub(crate) fn note(&self, point: TracePoint) {
         let TracePoint { stage, objective, sigma, inliers, .. } = &point;

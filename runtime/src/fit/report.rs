@@ -3,7 +3,6 @@
 use crate::fit::infer::misfit::{self, Residual};
 use crate::fit::infer::rivals::Rival;
 use crate::fit::infer::sandwich::Uncertainty;
-use crate::fit::infer::witness::{self, Witness};
 use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
 use crate::fit::problem::free_space::Contradicted;
@@ -14,6 +13,7 @@ use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::apart;
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
+use crate::fit::refine::witness::{self, Witness};
 use crate::fit::result::{
     Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, WithoutSd,
 };

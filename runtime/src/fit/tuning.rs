@@ -4,6 +4,8 @@
 //! what became of fits with half and with twice of each. Bounds on rounding errors stand beside the code that they
 //! guard.
 
+use std::ops::Range;
+
 // -------------------------------------------------------------------------------------------------------------- Start
 
 /// Common start values of equal parameters: how often all are moved into bounds that depend on each other, and from
@@ -69,8 +71,16 @@ pub(crate) const WIDEST: f64 = 20.0;
 pub(crate) const HOPELESS: f64 = 0.5;
 /// ... and above which no orientations are screened: a wrong pose does not have it (0017).
 pub(crate) const CONVINCING: f64 = 0.9;
-/// The objective of another pose must be this part of the near start's to be preferred.
+/// The objective of another pose must be this part of the near start's to be preferred, and that of a second search's
+/// solution this part of the first one's.
 pub(crate) const CLEARLY_BETTER: f64 = 0.9;
+/// Where the scan contradicts less of the second one, its objective may even be this many times the first one's.
+pub(crate) const SECOND_AS_WELL: f64 = 1.02;
+/// Searches after the first one: of four amphoras whose foot it had put 60 mm too deep, one found three, and two all.
+pub(crate) const SECOND_ROUNDS: usize = 2;
+/// Shares of inliers at which a second search is made: right fits have 94 % at least, and below three quarters the scan
+/// shows much else, of which a second search would find no more.
+pub(crate) const DOUBTED_INLIERS: Range<f64> = 0.75..0.94;
 /// A scan that is larger or smaller than the model at its start by more was hardly read in its unit: 25.4 of inches is
 /// the least.
 pub(crate) const ANOTHER_UNIT: f64 = 15.0;

@@ -4,13 +4,13 @@
 
 use super::convergence::Assessed;
 use super::sandwich::Uncertainty;
-use super::witness::{self, Witness};
 use crate::fit::problem::free_space::Contradicted;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
+use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::area::area;
 use crate::fit::result::WithoutSd;
 use crate::fit::sampling::halton;

@@ -18,7 +18,6 @@ mod sums;
 mod switches;
 pub(crate) mod unobserved;
 pub(crate) mod wald;
-pub(crate) mod witness;
 
 use super::problem::objective::Objective;
 use super::refine::schedule::Solution;

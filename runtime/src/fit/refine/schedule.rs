@@ -79,7 +79,7 @@ const RESTARTED: f64 = 0.9;
 
 /// From the registration's scale of the loss to the final one.
 pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
-    let Registration { level, candidate, seeds } = registration;
+    let Registration { level, candidate, seeds, .. } = registration;
     let problem = level.problem;
     let Candidate { estimate, signs, .. } = candidate;
     // A model that cannot be evaluated where it has come to keeps its facets.

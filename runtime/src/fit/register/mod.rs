@@ -25,6 +25,8 @@ pub(crate) struct Registration<'a> {
     pub(crate) level: Level<'a>,
     pub(crate) candidate: Candidate,
     pub(crate) seeds: Seeds,
+    /// It was looked for in all orientations.
+    pub(crate) searched: bool,
 }
 
 /// Values that parameters may well have.
@@ -51,27 +53,45 @@ pub(crate) fn register<'a>(problem: &'a Problem<'a>) -> Result<Registration<'a>,
     let searched = problem.pose.moving;
     let earlier = problem.options.earlier.is_some();
     let given_near = problem.options.no_pose || earlier || problem.rigid.indices.iter().any(given);
-    let at_start = Seeds { start: start.clone(), reference: start.clone() };
+    let at_start = Seeds { start: start.clone(), reference: start };
     let mut near = None;
     if given_near || !searched {
         let (candidate, inlier_ratio) = screening::near(&level, &at_start, searched);
         if !searched || inlier_ratio > problem.convincing() {
-            return Ok(Registration { level, candidate, seeds: at_start });
+            return Ok(Registration { level, candidate, seeds: at_start, searched: false });
         }
         near = Some(candidate);
     }
     problem.monitor.reach(0.0, "screening orientations");
-    let defaults: Vec<f64> = names.iter().map(|p| p.default).collect();
-    let reference = level.space.estimate(&defaults, start.motion);
-    let anywhere = Seeds { start, reference };
-    let far = screening::anywhere(&level, &anywhere);
+    let anywhere = Seeds::far(&level);
+    let far = screening::anywhere(&level, &anywhere, 0);
     let (candidate, seeds) = match (near, far) {
         (Some(near), Some(far)) if far.value < CLEARLY_BETTER * near.value => (far, anywhere),
         (None, Some(far)) => (far, anywhere),
         (Some(near), _) => (near, at_start),
         (None, None) => (Candidate::new(&level, anywhere.start), at_start),
     };
-    Ok(Registration { level, candidate, seeds })
+    Ok(Registration { level, candidate, seeds, searched: true })
+}
+
+/// Finds another place to begin, in all orientations, where those of earlier rounds led to a solution that the scan
+/// contradicts; the first round is 0, and has other shapes to begin from than later ones. None where there is none.
+pub(crate) fn register_again<'a>(problem: &'a Problem<'a>, round: usize) -> Option<Registration<'a>> {
+    let level = problem.start_level().ok()?;
+    let seeds = Seeds::far(&level);
+    let candidate = screening::anywhere(&level, &seeds, round)?;
+    Some(Registration { level, candidate, seeds, searched: true })
+}
+
+impl Seeds {
+    /// The user's start and the script's defaults, for a search in all orientations.
+    fn far(level: &Level) -> Self {
+        let problem = level.problem;
+        let start = level.space.estimate(&problem.start.x, problem.start_motion());
+        let defaults: Vec<f64> = problem.model.parameters().iter().map(|p| p.default).collect();
+        let reference = level.space.estimate(&defaults, start.motion);
+        Self { start, reference }
+    }
 }
 
 /// Warns where the scan's radius of gyration is out of all proportion to the model's (millimetres), and names the unit

@@ -65,19 +65,19 @@ fn plan<'s>(level: &'s Level<'s>, seeds: &'s Seeds, points: &'s Points, span: (f
 }
 
 /// The best place to begin from of all orientations, of the start's shape, the script's default shape and others that
-/// resemble the scan. If what is found is not convincing, the scan may be a part of the object: its middle is then not
+/// resemble the scan. In later rounds, and if what is found is not convincing, the scan may be a part of the object: its middle is then not
 /// the model's, and the orientations are tried once more with places beside the model's middle.
-pub(crate) fn anywhere(level: &Level, seeds: &Seeds) -> Option<Candidate> {
+pub(super) fn anywhere(level: &Level, seeds: &Seeds, round: usize) -> Option<Candidate> {
     let Seeds { start, reference: defaults } = seeds;
     let mut shapes = vec![start.clone()];
     if level.space.apart(defaults, start) > SAME_PARAMETERS * level.problem.radius {
         shapes.push(defaults.clone());
     }
-    shapes.extend(propose(level, start));
+    shapes.extend(propose(level, start, round));
     let points = level.problem.thin.sample(COMPARED);
     let whole = best_of(level, seeds, &shapes, &points, Middle::Same);
     let convincing = |c: &Candidate| inlier_ratio(level, &points, FINE, c) > level.problem.convincing();
-    if whole.as_ref().is_some_and(convincing) || level.problem.monitor.cancelled() {
+    if round == 0 && whole.as_ref().is_some_and(convincing) || level.problem.monitor.cancelled() {
         return whole;
     }
     let part = best_of(level, seeds, &shapes, &points, Middle::Beside);

@@ -9,8 +9,9 @@ use crate::model::Instance;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Up to `PROPOSALS` shapes whose distribution is nearest to the scan's, none nearly the same as another.
-pub(crate) fn propose(level: &Level, start: &Estimate) -> Vec<Estimate> {
+/// Up to `PROPOSALS` shapes whose distribution is nearest to the scan's, none nearly the same as another, of other draws
+/// in every round.
+pub(super) fn propose(level: &Level, start: &Estimate, round: usize) -> Vec<Estimate> {
     let problem = level.problem;
     let dim = start.z.len();
     if dim == 0 {
@@ -24,7 +25,8 @@ pub(crate) fn propose(level: &Level, start: &Estimate) -> Vec<Estimate> {
         let z: Vec<f64> = unit.iter().zip(&ranges).map(|(t, (low, high))| low + t * (high - low)).collect();
         Some(Proposal { distance: earth_movers(&of_model(level, &z)?, &scanned), unit, z })
     };
-    let mut proposals: Vec<Proposal> = (1..=PROPOSAL_DRAWS).into_par_iter().filter_map(draw).collect();
+    let first = 1 + round * PROPOSAL_DRAWS;
+    let mut proposals: Vec<Proposal> = (first..first + PROPOSAL_DRAWS).into_par_iter().filter_map(draw).collect();
     proposals.sort_by(|a, b| a.distance.total_cmp(&b.distance));
     let mut chosen: Vec<Proposal> = Vec::new();
     for proposal in proposals {

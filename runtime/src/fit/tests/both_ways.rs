@@ -170,3 +170,20 @@ fn a_hidden_end_has_alternatives_that_the_intervals_hold() {
     let sd = result.parameters[14].sd.expect("it is determined");
     assert!(sd < 0.02, "{sd}");
 }
+
+/// An amphora with a wide foot: the first search continues its profile below the scanned base, to a narrow one.
+#[test]
+fn what_the_scan_contradicts_is_searched_for_once_more() {
+    let amphora = program(include_str!("../../../../examples/amphora/amphora.gml"));
+    let truth = [
+        96.15, 153.06, 141.75, 86.41, 50.64, 288.95, 107.04, 451.9, 18.74, 3.114, 1.842, 163.17, 38.06, 26.85, 13.98,
+        24.7,
+    ];
+    let scanner = Scanner { dropouts: 0.005, ..scanner(6.88, 1.4, 206) };
+    let result =
+        fit(&amphora, &scanned(&amphora, &truth, &scanner, |_| true), &FitOptions::default(), &Silent).unwrap();
+    let off: Vec<f64> = result.parameters.iter().zip(truth).map(|(p, t)| (p.value - t) / p.sd.unwrap()).collect();
+    assert!(off.iter().all(|sds| sds.abs() < 4.0), "{off:?}");
+    eprintln!("{:?}", result.seconds);
+    assert_eq!(result.contradicted, Some(Vec::new()), "{:?}", result.warnings);
+}

@@ -8,10 +8,10 @@ mod base;
 
 use super::convergence::{self, Assessed};
 use super::sandwich::Uncertainty;
-use super::witness::{self, Witness};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::sides::Sides;
 use crate::fit::refine::schedule::{Guess, POLISH, Solution, polish};
+use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::group::groups;
 use crate::fit::tuning::{
     RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,

@@ -1,9 +1,9 @@
 //! The scan as a witness against a solution: the model's surface that stands where it shows empty space.
 
+use super::schedule::Solution;
 use crate::fit::problem::free_space::{Contradicted, FreeSpace};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::sides::Sides;
-use crate::fit::refine::schedule::Solution;
 use crate::fit::tuning::CONTRADICTED;
 
 /// A scan that says what is empty, for shapes next to one solution.
