@@ -184,6 +184,5 @@ fn what_the_scan_contradicts_is_searched_for_once_more() {
         fit(&amphora, &scanned(&amphora, &truth, &scanner, |_| true), &FitOptions::default(), &Silent).unwrap();
     let off: Vec<f64> = result.parameters.iter().zip(truth).map(|(p, t)| (p.value - t) / p.sd.unwrap()).collect();
     assert!(off.iter().all(|sds| sds.abs() < 4.0), "{off:?}");
-    eprintln!("{:?}", result.seconds);
     assert_eq!(result.contradicted, Some(Vec::new()), "{:?}", result.warnings);
 }
