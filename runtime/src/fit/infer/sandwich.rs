@@ -56,7 +56,7 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
     let shown = shown_patches(&all, objective.space.model.parts().len());
     let factors = |rows: &Rows| {
         let of_point = |point: &RowPoint| {
-            let within = if shown[rows.patch as usize] && !point.beyond { point.weight } else { 0.0 };
+            let within = if shown[rows.patch as usize] && !point.at_end { point.weight } else { 0.0 };
             [point.curvature, point.weight, point.prior * point.weight, within]
         };
         rows.points.iter().map(of_point).collect()
@@ -167,7 +167,7 @@ fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
     points.into_iter().map(|count| count as f64 >= HARDLY_ANY_POINTS).collect()
 }
 
-/// By coordinate, whether hardly anything but the ends of the scan determines it: points beyond an end of the model, or
+/// By coordinate, whether hardly anything but the ends of the scan determines it: points at an end of the model, or
 /// the few that a part took which was not scanned. They say that the model reaches so far, not that the object does not
 /// reach farther. `weighted` is the information of all points, `within` that of the others.
 fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, determined: &[bool]) -> Vec<bool> {

@@ -186,3 +186,35 @@ fn what_the_scan_contradicts_is_searched_for_once_more() {
     assert!(off.iter().all(|sds| sds.abs() < 4.0), "{off:?}");
     assert_eq!(result.contradicted, Some(Vec::new()), "{:?}", result.warnings);
 }
+
+/// An L bracket of which one arm was cut off, or its lower end: the face that ends it was not scanned, and the last
+/// points beside the cut do not take its place. Its outline is one patch, with the end faces.
+#[test]
+fn an_end_face_that_was_not_scanned_has_no_place() {
+    let bracket = program(
+        "use std.polyline (polyline)
+        use std.sweep (prism)
+        model bracket {
+          param a: length in 30mm..120mm = 70mm
+          param b: length in 30mm..120mm = 55mm
+          param w: length in 10mm..60mm = 30mm
+          let body = prism(polyline([(0mm, 0mm), (a, 0mm), (a, 8mm), (8mm, 8mm), (8mm, b), (0mm, b), (0mm, 0mm)]), w)
+          part wall = body.wall
+          part top = body.top
+          part base = body.base
+        }",
+    );
+    let scanner = Scanner { spacing: 1.0, noise: 0.1, seed: 1, random_pose: false, ..Scanner::default() };
+    let fitted = |seen: &dyn Fn(DVec3) -> bool| {
+        let scan = scanned(&bracket, &[75.0, 50.0, 32.0], &scanner, seen);
+        let result = fit(&bracket, &scan, &FitOptions::default(), &Silent).unwrap();
+        result.parameters.into_iter().map(|p| (p.value, p.sd)).collect::<Vec<_>>()
+    };
+    let known = |(value, sd): (f64, Option<f64>), truth: f64| (value - truth).abs() < 4.0 * sd.expect("it was scanned");
+    let whole = fitted(&|_| true);
+    assert!(known(whole[0], 75.0) && known(whole[1], 50.0) && known(whole[2], 32.0), "{whole:?}");
+    let one_arm = fitted(&|p| p.x < 45.0);
+    assert!(one_arm[0].1.is_none() && known(one_arm[1], 50.0) && known(one_arm[2], 32.0), "{one_arm:?}");
+    let upper = fitted(&|p| p.z > 12.0);
+    assert!(known(upper[0], 75.0) && known(upper[1], 50.0) && upper[2].1.is_none(), "{upper:?}");
+}
