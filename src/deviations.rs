@@ -54,18 +54,13 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
             table::number(report.overall.filled_area)
         ));
     }
-    if report.overall.buried_texels > 0 {
-        let buried = report.parts.iter().filter(|part| part.statistics.buried_texels > 0);
-        let part = |p: &PartStatistics| format!("{} {}", p.name, table::number(p.statistics.buried_area));
-        let mut parts: Vec<String> = buried.map(part).collect();
-        if parts.len() > LISTED {
-            parts.splice(LISTED.., ["...".to_owned()]);
-        }
-        out.push_str(&format!(
-            "inside of the model's own material, and no part of these areas: {} mm2 ({})\n",
-            table::number(report.overall.buried_area),
-            parts.join(", ")
-        ));
+    let buried = by_part(report, |s| s.buried_area);
+    if !buried.is_empty() {
+        out.push_str(&format!("inside of the model's own material, and no part of these areas: {buried}\n"));
+    }
+    let contradicted = by_part(report, |s| s.contradicted_area);
+    if !contradicted.is_empty() {
+        out.push_str(&format!("without data, and where the scan shows empty space: {contradicted}\n"));
     }
     if let Some(unmatched) = &report.unmatched {
         out.push_str(&left_over(unmatched));
@@ -78,6 +73,19 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
 
 /// The number of pieces, or of parameters, that the summary lists.
 const LISTED: usize = 3;
+
+/// An area of the model, with its first parts that have it; nothing if none has.
+fn by_part(report: &VarianceReport, area: impl Fn(&Statistics) -> f64) -> String {
+    let parts = report.parts.iter().map(|part| (&part.name, area(&part.statistics))).filter(|(_, area)| *area > 0.0);
+    let mut parts: Vec<String> = parts.map(|(name, area)| format!("{name} {}", table::number(area))).collect();
+    if parts.is_empty() {
+        return String::new();
+    }
+    if parts.len() > LISTED {
+        parts.splice(LISTED.., ["...".to_owned()]);
+    }
+    format!("{} mm2 ({})", table::number(area(&report.overall)), parts.join(", "))
+}
 
 /// A sentence about the part of the scan that the model does not explain, and a line for each of the largest pieces.
 fn left_over(unmatched: &UnmatchedSummary) -> String {

@@ -66,6 +66,7 @@ pub mod mesh;
 pub mod model;
 pub mod progress;
 mod robust;
+mod sampling;
 pub mod scan;
 pub mod simulate;
 pub mod variance;

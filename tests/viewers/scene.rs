@@ -193,6 +193,7 @@ fn deviations() -> Deviations {
         inward,
         filled: Vec::new(),
         buried: Vec::new(),
+        contradicted: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

@@ -1,10 +1,15 @@
 //! The colour scale of deviations.
 
+use crate::variance::Deviations;
+
 /// The colour of a texel without data: a grey that the scale does not contain.
 pub const NO_DATA: [u8; 3] = [128, 128, 128];
 
 /// The colour of surface inside of the model's own material.
 pub const BURIED: [u8; 3] = [84, 84, 84];
+
+/// The colour of surface that stands where the scan shows empty space: an amber that the scale does not contain.
+pub const CONTRADICTED: [u8; 3] = [240, 180, 0];
 
 /// The colour of a texel that faces a closed hole of the scan: an olive that the scale does not contain either.
 pub const FILLED: [u8; 3] = [140, 140, 60];
@@ -31,9 +36,24 @@ pub fn diverging(x: f64) -> [u8; 3] {
     [0, 1, 2].map(|k| mix(k).round() as u8)
 }
 
+/// The sRGB colour of a texel whose deviation is drawn as `drawn` millimetres on a scale that ends at `end`; that of
+/// its class if it has no distance.
+#[must_use]
+pub fn texel_colour(deviations: &Deviations, i: usize, drawn: f64, end: f64) -> [u8; 3] {
+    if deviations.is_buried(i) {
+        BURIED
+    } else if deviations.is_filled(i) {
+        FILLED
+    } else if deviations.is_contradicted(i) {
+        CONTRADICTED
+    } else {
+        diverging(drawn / end)
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{NO_DATA, diverging};
+    use super::{CONTRADICTED, NO_DATA, diverging};
 
     /// CIE lightness L* of an sRGB colour.
     fn lightness(rgb: [u8; 3]) -> f64 {
@@ -65,6 +85,8 @@ mod tests {
         for i in -100..=100 {
             let [r, g, b] = diverging(f64::from(i) / 100.0);
             assert!(r.abs_diff(g).max(g.abs_diff(b)) > 20 || r > 200, "{i} looks like no data");
+            let apart = |k: usize| u32::from([r, g, b][k].abs_diff(CONTRADICTED[k])).pow(2);
+            assert!((0..3).map(apart).sum::<u32>() > 70 * 70, "{i} looks like empty space");
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Deviations as a picture for people: the texture in the colours of the scale, with a legend.
 
-use super::colormap::{BURIED, FILLED, NO_DATA, diverging};
+use super::colormap::{BURIED, CONTRADICTED, FILLED, NO_DATA, diverging, texel_colour};
 use super::glyphs::{GLYPH_HEIGHT, draw, text_width};
 use super::round_up;
 use crate::model::{SensitivityMap, SensitivityMaps, Texels};
@@ -92,16 +92,14 @@ fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> boo
     if deviations.buried.contains(&true) {
         swatches.push((BURIED, "buried"));
     }
+    if deviations.contradicted.contains(&true) {
+        swatches.push((CONTRADICTED, "empty space"));
+    }
     let words = Legend { below: "- scan inside", above: "scan outside +", unit: "mm", swatches: &swatches };
     let drawn = (0..deviations.texels.len()).map(|i| {
         let distance = f64::from(deviations.signed(i));
         let drawn = if distance.is_nan() || shown(i) { distance } else { 0.0 };
-        let colour = match (deviations.is_buried(i), deviations.is_filled(i)) {
-            (true, _) => BURIED,
-            (false, true) => FILLED,
-            (false, false) => diverging(drawn / end),
-        };
-        (deviations.texels.place(i), colour)
+        (deviations.texels.place(i), texel_colour(deviations, i, drawn, end))
     });
     with_legend([width, height], legend(width.max(256), end, &words), drawn)
 }
@@ -212,7 +210,7 @@ fn number(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::{BACKGROUND, deviation_picture, number};
-    use crate::export::colormap::{BURIED, FILLED, NO_DATA, diverging};
+    use crate::export::colormap::{BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
     use crate::model::Texels;
     use crate::variance::Deviations;
 
@@ -234,6 +232,7 @@ mod tests {
             inward: vec![1.5, 0.5, f32::NAN],
             filled: Vec::new(),
             buried: Vec::new(),
+            contradicted: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };
@@ -245,6 +244,10 @@ mod tests {
         let picture = deviation_picture(&buried, 0.5);
         assert_eq!(picture.pixels[602], BURIED);
         assert!(picture.pixels[4 * 300..].contains(&BURIED));
+        let contradicted = Deviations { contradicted: vec![false, false, true], ..deviations.clone() };
+        let picture = deviation_picture(&contradicted, 0.5);
+        assert_eq!(picture.pixels[602], CONTRADICTED);
+        assert!(picture.pixels[4 * 300..].contains(&CONTRADICTED));
         let picture = deviation_picture(&deviations, 0.5);
         assert_eq!(picture.width, 300);
         assert_eq!(picture.pixels.len(), picture.width * picture.height);

@@ -24,7 +24,6 @@ mod register;
 mod report;
 mod result;
 mod room;
-mod sampling;
 mod scene;
 mod search;
 mod start;

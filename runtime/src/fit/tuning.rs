@@ -566,17 +566,9 @@ pub(crate) const PLANE_NOISE: f64 = 3.0;
 
 // --------------------------------------------------------------------------------------------------------- Free space
 
-/// A place is away from the scan beyond so many standard deviations of its noise, and the spacing of its points; and
-/// beyond so many scales of the loss: what the model's family cannot follow is no empty space.
-pub(crate) const EMPTY_AWAY_NOISE: f64 = 4.0;
+/// A place is away from the scan beyond so many scales of the loss: what the model's family cannot follow is no empty
+/// space.
 pub(crate) const EMPTY_AWAY_SIGMAS: f64 = 2.0;
-/// Directions from a place, how many must meet the front of a scanned surface, and the cosines between direction and
-/// normal of the front and of the back: what is between is grazing. With 12 of 48, and none that meets the back, right
-/// fits of partial scans had at most 67 square millimetres contradicted, cups with phantoms hundreds.
-pub(crate) const EMPTY_DIRECTIONS: usize = 48;
-pub(crate) const EMPTY_SEEN_FROM_FRONT: usize = 12;
-pub(crate) const EMPTY_FRONT: f64 = -0.3;
-pub(crate) const EMPTY_BACK: f64 = 0.1;
 /// Contradicted area as a part of the model's, from which on it is no accident: some ten of the
 /// places.
 pub(crate) const CONTRADICTED: f64 = 1.5e-3;

@@ -5,7 +5,6 @@ use super::winding::Winding;
 use super::{Closedness, EvaluationError, Fineness, Instance, Model, Tessellation, Texels};
 use crate::mesh::TriangleMesh;
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// How deep surface must lie in the material, or beyond a wall that it has passed through, to be told from surface
 /// that touches it: as a fraction of the model's diagonal. A crevice that is narrower counts as closed.
@@ -36,11 +35,6 @@ const BODY: f64 = 0.5;
 /// Segments of the grids whose box is the model's.
 const ROUGH: u32 = 32;
 
-/// Texels of every row and column that are looked at, in turn: what lies between four of the last turn that stand
-/// alike stands as they do. What is narrower than the first may be missed.
-const STRIDES: [u32; 3] = [8, FINEST, 1];
-const FINEST: u32 = 2;
-
 /// The material of a model: where the winding number of its parts is more than that of a free surface. Open ends that
 /// lie in the material, as those of a tube that ends in a wall, count as closed; other parts need not be.
 #[derive(Clone, Debug)]
@@ -59,9 +53,10 @@ pub struct Material {
 }
 
 /// How a place of the surface stands to the material.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Standing {
     /// Its outer side is free.
+    #[default]
     Free,
     /// Its outer side is inside of material, as that of a handle's end in a wall.
     Buried,
@@ -191,34 +186,7 @@ impl Material {
             let normal = DVec3::from_array(texels.normal[i].map(f64::from));
             self.at(texels.part[i] as usize, DVec3::from_array(texels.position[i]), normal)
         };
-        let width = texels.width as usize;
-        // By place in the texture, the part and how it stands.
-        let mut known: Vec<Option<(u32, Standing)>> = vec![None; width * texels.height as usize];
-        let mut last = 0;
-        for stride in STRIDES {
-            let alike = |i: usize| {
-                let [x, y] = texels.place(i).map(|c| (c / last * last) as usize);
-                let at = |x: usize, y: usize| if x < width { *known.get(y * width + x)? } else { None };
-                let far = last as usize;
-                let first = at(x, y).filter(|(part, _)| *part == texels.part[i])?;
-                let others = [at(x + far, y), at(x, y + far), at(x + far, y + far)];
-                // At the edges of charts the last texels stand as those beside them that are known.
-                let is_alike = |other: &Option<_>| other.map_or(last == FINEST, |other| other == first);
-                others.iter().all(is_alike).then_some(first.1)
-            };
-            let is_due = |i: &usize| {
-                known[texels.index[*i] as usize].is_none() && texels.place(*i).iter().all(|c| c % stride == 0)
-            };
-            let of_texel = |i: usize| (i, if last == 0 { None } else { alike(i) }.unwrap_or_else(|| look(i)));
-            let found: Vec<(usize, Standing)> =
-                (0..texels.len()).into_par_iter().filter(is_due).map(of_texel).collect();
-            for (i, standing) in found {
-                known[texels.index[i] as usize] = Some((texels.part[i], standing));
-            }
-            last = stride;
-        }
-        let standing = |i: &u32| known[*i as usize].map_or(Standing::Free, |(_, standing)| standing);
-        let mut standing: Vec<Standing> = texels.index.iter().map(standing).collect();
+        let mut standing = texels.classify(look);
         let areas = texels.area.iter().map(|area| f64::from(*area).max(0.0));
         self.settle(texels.part.iter().map(|part| *part as usize).zip(areas), &mut standing);
         standing

@@ -2,6 +2,7 @@
 
 mod atlas;
 mod breaks;
+mod classes;
 mod closed;
 mod ends;
 mod material;

@@ -4,6 +4,7 @@
 //! same for a mesh in memory. [`read_mesh`] reads a reference mesh, which keeps its texture coordinates and parts.
 
 mod clean;
+mod empty_space;
 mod error;
 mod format;
 mod neighbours;
@@ -20,6 +21,7 @@ mod tests;
 mod thinned;
 mod unit;
 
+pub(crate) use empty_space::EmptySpace;
 pub use error::{ScanError, ScanFault};
 pub(crate) use neighbours::Neighbours;
 pub(crate) use outliers::outliers;

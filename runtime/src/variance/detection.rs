@@ -138,6 +138,7 @@ mod tests {
             inward: vec![nan, nan, 0.7, nan],
             filled: Vec::new(),
             buried: Vec::new(),
+            contradicted: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };

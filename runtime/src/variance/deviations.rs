@@ -20,6 +20,9 @@ pub struct Deviations {
     /// Whether the surface there is inside of the model's own material, where nothing can be measured: such texels
     /// are no part of any statistic. Empty where that is not known.
     pub buried: Vec<bool>,
+    /// Whether the surface there has no distance, and stands where the scan shows empty space. Empty where that is not
+    /// known.
+    pub contradicted: Vec<bool>,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
     /// Millimetres.
     pub precision: f64,
@@ -39,6 +42,12 @@ impl Deviations {
     #[must_use]
     pub fn is_buried(&self, i: usize) -> bool {
         self.buried.get(i).copied().unwrap_or(false)
+    }
+
+    /// Whether texel i stands where the scan shows empty space.
+    #[must_use]
+    pub fn is_contradicted(&self, i: usize) -> bool {
+        self.contradicted.get(i).copied().unwrap_or(false)
     }
 
     /// Marks texels as buried and removes what their rays have met.

@@ -195,6 +195,7 @@ mod tests {
             inward,
             filled: Vec::new(),
             buried: Vec::new(),
+            contradicted: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };

@@ -3,6 +3,7 @@
 use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
 use super::cast::hide_behind_filled;
 use super::cast::{self, Cast};
+use super::contradicted::contradicted;
 use super::detection::detect;
 use super::explained::explain;
 use super::form::{form_deviations, recognise};
@@ -181,6 +182,7 @@ pub fn measure(
         hide_behind_filled(&mut deviations, holes, &bvh, facing(scan, options), options.distance)?;
     }
     deviations.bury(buried);
+    deviations.contradicted = contradicted(&deviations, scan, &bvh);
     unless_cancelled(progress)?;
     let cast = started.elapsed().as_secs_f64();
 

@@ -5,6 +5,7 @@
 
 mod averaging;
 mod cast;
+mod contradicted;
 mod detection;
 mod deviations;
 mod distribution;

@@ -1,6 +1,6 @@
 //! The colours of a surface.
 
-use crate::export::colormap::{NO_DATA, diverging};
+use crate::export::colormap::{NO_DATA, texel_colour};
 use crate::variance::Deviations;
 
 /// The distance beyond a chart within which its texels count: the width of the gutters between charts.
@@ -33,7 +33,7 @@ impl DeviationColours {
         let texels = &deviations.texels;
         let mut colours = vec![None; texels.width as usize * texels.height as usize];
         for (i, &index) in texels.index.iter().enumerate() {
-            colours[index as usize] = Some(diverging(f64::from(deviations.signed(i)) / end));
+            colours[index as usize] = Some(texel_colour(deviations, i, f64::from(deviations.signed(i)), end));
         }
         Self { width: deviations.texels.width as usize, height: deviations.texels.height as usize, colours }
     }

@@ -130,6 +130,7 @@ fn deviations_lie_where_their_texels_are() {
         inward: vec![f32::NAN, f32::NAN, 1.0],
         filled: Vec::new(),
         buried: Vec::new(),
+        contradicted: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     };

@@ -171,25 +171,30 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
             number(variance.overall.filled_area),
         );
     }
-    let buried: Vec<String> = variance
-        .parts
-        .iter()
-        .filter(|part| part.statistics.buried_texels > 0)
-        .map(|part| format!("{} of {}", number(part.statistics.buried_area), escape(&part.name)))
-        .collect();
-    if !buried.is_empty() {
+    if let Some(buried) = by_part(variance, |s| s.buried_area) {
         let _ = writeln!(
             out,
             "<p class=\"convention\">Inside of the model's own material, where nothing can be measured, and no part of these \
-             areas: {} mm&sup2; ({}), dark grey in the textures.</p>",
-            number(variance.overall.buried_area),
-            buried.join(", "),
+             areas: {buried}, dark grey in the textures.</p>",
+        );
+    }
+    if let Some(contradicted) = by_part(variance, |s| s.contradicted_area) {
+        let _ = writeln!(
+            out,
+            "<p class=\"convention\">Without data, and where the scan shows empty space: {contradicted}, amber in the pictures.</p>",
         );
     }
     if let Some(unmatched) = &variance.unmatched {
         left_over(unmatched, &mut out);
     }
     out
+}
+
+/// An area of the model, with the parts that have it. None if none has.
+fn by_part(variance: &VarianceReport, area: impl Fn(&Statistics) -> f64) -> Option<String> {
+    let parts = variance.parts.iter().map(|part| (&part.name, area(&part.statistics))).filter(|(_, area)| *area > 0.0);
+    let parts: Vec<String> = parts.map(|(name, area)| format!("{} of {}", number(area), escape(name))).collect();
+    (!parts.is_empty()).then(|| format!("{} mm&sup2; ({})", number(area(&variance.overall)), parts.join(", ")))
 }
 
 fn row(name: &str, s: &Statistics, class: &str) -> String {

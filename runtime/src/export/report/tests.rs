@@ -26,6 +26,7 @@ fn deviations() -> Deviations {
         inward: vec![f32::NAN, f32::NAN, f32::NAN, 0.4, f32::NAN, f32::NAN, f32::NAN, 9.0],
         filled: Vec::new(),
         buried: Vec::new(),
+        contradicted: [vec![false; 6], vec![true, false]].concat(),
         precision: 0.0,
         cosine: Vec::new(),
     }
@@ -166,6 +167,8 @@ fn figures_are_there() {
     assert!(page.contains("<p>Held, a symmetry: a turn about (0, 0, &minus;1) changes nothing.</p>"));
     assert!(page.contains("<p>Held equal: alpha, &lt;/script&gt;"));
     assert!(page.contains("<b>87.5 %</b><span>of the surface measured"));
+    let empty = "Without data, and where the scan shows empty space: 1.000 mm&sup2; (1.000 of &lt;/script&gt;";
+    assert!(page.contains(empty), "{}", page.split("where the scan shows").nth(1).map_or("no", |t| &t[..80]));
     // Seven texels have data; -9 is below the scale's end, 2 above.
     assert!(page.contains("14.29 % below, 14.29 % above"));
     assert!(page.contains("\"indices\":3,"), "the triangle with a missing vertex is left out");

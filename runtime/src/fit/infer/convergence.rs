@@ -9,11 +9,11 @@ use crate::fit::optimise::{gauss_newton, lbfgs};
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::refine::schedule::{POLISH, Solution, foot_tolerance};
-use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING, SETTLED_STEP,
     STALLED_NAMED,
 };
+use crate::sampling::halton;
 use nalgebra::{DMatrix, DVector};
 
 /// A solution of which it is known whether it is an optimum.

@@ -13,11 +13,11 @@ use crate::fit::refine::schedule::Solution;
 use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::area::area;
 use crate::fit::result::WithoutSd;
-use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     DETERMINED, HARDLY_ANY_POINTS, LEAST_AREA_GAIN, LEAST_FIRST_STEP, LEAST_LAST_STEP, LEAST_MIXTURES, LEAST_POINTS,
     LEAST_PROTEST, LEAST_ROUNDS, RIVAL_CONTRADICTED,
 };
+use crate::sampling::halton;
 use nalgebra::DVector;
 
 /// Moves what the scan does not determine to the least surface.

@@ -5,8 +5,8 @@ use super::sums::{Groups, score, squares};
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::problem::sums::{add_scaled, add_square};
-use crate::fit::sampling::halton;
 use crate::fit::tuning::{BLOCK_GRIDS, BLOCK_ROOM, LEVERAGE_CAP};
+use crate::sampling::halton;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 

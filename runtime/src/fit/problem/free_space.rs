@@ -7,13 +7,10 @@ use super::coverage::{across, all_places};
 use super::level::Level;
 use super::parameterization::Estimate;
 use crate::bvh::Bvh;
-use crate::fit::sampling::direction;
-use crate::fit::tuning::{
-    EMPTY_AWAY_NOISE, EMPTY_AWAY_SIGMAS, EMPTY_BACK, EMPTY_DIRECTIONS, EMPTY_FRONT, EMPTY_SEEN_FROM_FRONT,
-};
+use crate::fit::tuning::EMPTY_AWAY_SIGMAS;
 use crate::mesh::TriangleMesh;
 use crate::model::Partials;
-use crate::scan::Scan;
+use crate::scan::{EmptySpace, Scan};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -50,7 +47,7 @@ impl FreeSpace {
             false => None,
         };
         let bvh = Bvh::build(discs.as_ref().unwrap_or(&scan.mesh)).ok()?;
-        Some(Self { bvh, discs, near: EMPTY_AWAY_NOISE * scan.noise + spacing })
+        Some(Self { bvh, discs, near: EmptySpace::nearness(scan.noise, spacing) })
     }
 
     /// The contradicted surface of every patch; `sigma` (millimetres) is the scale of the loss, `reversed` says that
@@ -67,14 +64,14 @@ impl FreeSpace {
         let mut contradicted = vec![Contradicted::default(); problem.model.parts().len()];
         let near = self.near.max(EMPTY_AWAY_SIGMAS * sigma);
         let surface = self.discs.as_ref().unwrap_or(&problem.scan.mesh);
-        let side = if reversed { -1.0 } else { 1.0 };
+        let space = EmptySpace::new(surface, &self.bvh, reversed, near);
         for places in all_places(problem.model, &*instance) {
             let mut partials = vec![Partials::default(); places.u.len()];
             instance.partials(places.patch, &places.u, &places.v, &mut partials).ok()?;
             let in_empty_space = |p: &Partials| {
                 let point = at.motion.apply(DVec3::from_array(p.point));
                 let normal = at.motion.rotation * across(p).normalize_or_zero();
-                self.is_empty_at(surface, point, normal, side, near).then_some(point)
+                space.contains(point, normal).then_some(point)
             };
             let found: Vec<Option<DVec3>> = partials.par_iter().map(in_empty_space).collect();
             let of_patch = &mut contradicted[places.patch];
@@ -88,27 +85,6 @@ impl FreeSpace {
             of_patch.place /= of_patch.area.max(f64::MIN_POSITIVE);
         }
         Some(contradicted)
-    }
-
-    /// Whether a place stands in empty space: nothing of the scan is nearer than `near` (millimetres), and from a
-    /// little behind the place many directions lead to the front of a scanned surface, and none to the back of one.
-    fn is_empty_at(&self, scan: &TriangleMesh, p: DVec3, normal: DVec3, side: f64, near: f64) -> bool {
-        if self.bvh.closest_point(p, near).is_some() {
-            return false;
-        }
-        let from = p - normal * (0.5 * near);
-        let mut from_front = 0;
-        for k in 0..EMPTY_DIRECTIONS {
-            let direction = direction(k);
-            let Some(hit) = self.bvh.nearest_hit(from, direction, f64::INFINITY) else { continue };
-            let [a, b, c] = scan.corners(scan.triangles[hit.triangle as usize]);
-            let cosine = side * (b - a).cross(c - a).normalize_or_zero().dot(direction);
-            if cosine > EMPTY_BACK {
-                return false;
-            }
-            from_front += usize::from(cosine < EMPTY_FRONT);
-        }
-        from_front >= EMPTY_SEEN_FROM_FRONT
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::points::{Points, gyration, mean};
 use super::weights::Weights;
-use crate::fit::sampling::scattered;
 use crate::fit::tuning::{OTHER_PLACE_REACH, OTHER_PLACES, RIGID, VELOCITY_SAMPLES};
 use crate::model::{EvaluationError, Instance, Model};
+use crate::sampling::scattered;
 use crate::scan::Scan;
 use glam::DVec3;
 use gml_compiler::program::Quantity;

@@ -12,13 +12,13 @@ use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::{Estimate, Parameterization};
 use crate::fit::problem::points::Points;
-use crate::fit::sampling::halton;
 use crate::fit::tuning::{
     ACCEPTED, ALONE, ALONE_COARSE, ALONE_FINE, ALONE_ITERATIONS, ALONE_STEP, ANGLES, AREA_WEIGHT, AROUND_START, BATCH,
     CLEAR, EQUAL_VALUES, JOINT, JOINT_ITERATIONS, JOINT_POINTS, JOINT_STEP, LEAST_UNEXPLAINED, MODEL_SIZE, PART_CHORD,
     RANKED_POINTS, RESTART_ROUNDS, SAME_START, SMALL_GROUP, SMALL_GROUP_POINTS, SMALL_GROUP_STARTS, UNEXPLAINED_POINTS,
     VARIANTS, WORTH_ANOTHER_ROUND,
 };
+use crate::sampling::halton;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 

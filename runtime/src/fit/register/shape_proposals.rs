@@ -3,9 +3,9 @@
 
 use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Estimate;
-use crate::fit::sampling::halton;
 use crate::fit::tuning::{D2_BINS, D2_GRID, D2_POINTS, D2_SPAN, PROPOSAL_DRAWS, PROPOSALS, PROPOSALS_APART};
 use crate::model::Instance;
+use crate::sampling::halton;
 use glam::DVec3;
 use rayon::prelude::*;
 

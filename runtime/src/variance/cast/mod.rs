@@ -219,6 +219,7 @@ impl Distances {
             inward,
             filled: Vec::new(),
             buried: Vec::new(),
+            contradicted: Vec::new(),
             precision,
             cosine: Vec::new(),
         }

@@ -36,6 +36,7 @@ fn deviations(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Deviations {
         inward: side(-1.0),
         filled: Vec::new(),
         buried: Vec::new(),
+        contradicted: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

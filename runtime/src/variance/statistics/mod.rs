@@ -32,6 +32,12 @@ pub struct Statistics {
     /// Their area. Square millimetres.
     #[serde(default)]
     pub buried_area: f64,
+    /// Number of texels without a distance that stand where the scan shows empty space.
+    #[serde(default)]
+    pub contradicted_texels: usize,
+    /// Their area. Square millimetres.
+    #[serde(default)]
+    pub contradicted_area: f64,
     /// `measured_area / area`; 0 if there is no area.
     pub coverage: f64,
     /// Every texel weighted by its area.
@@ -68,6 +74,8 @@ pub(super) struct PartTexels {
     missing: (usize, f64),
     /// Number and area of those whose ray meets a closed hole of the scan.
     filled: (usize, f64),
+    /// Number and area of those where the scan shows empty space.
+    contradicted: (usize, f64),
     /// Number and area of those inside of the model's own material.
     buried: (usize, f64),
 }
@@ -93,6 +101,9 @@ impl PartTexels {
             if deviations.is_filled(i) {
                 add(&mut parts[part].filled, (1, f64::from(area)));
             }
+            if deviations.is_contradicted(i) {
+                add(&mut parts[part].contradicted, (1, f64::from(area)));
+            }
         }
         let sorted = parts.par_iter_mut().zip(measured);
         sorted.for_each(|(part, samples)| part.measured = Distribution::new(samples));
@@ -106,6 +117,7 @@ impl PartTexels {
             add(&mut merged.missing, part.missing);
             add(&mut merged.filled, part.filled);
             add(&mut merged.buried, part.buried);
+            add(&mut merged.contradicted, part.contradicted);
         }
         merged
     }
@@ -124,6 +136,8 @@ impl PartTexels {
             filled_area: self.filled.1,
             buried_texels: self.buried.0,
             buried_area: self.buried.1,
+            contradicted_texels: self.contradicted.0,
+            contradicted_area: self.contradicted.1,
             coverage: if area > 0.0 { measured_area / area } else { 0.0 },
             weighted,
             per_texel,

@@ -24,6 +24,7 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
         inward: side(-1.0).collect(),
         filled: Vec::new(),
         buried: Vec::new(),
+        contradicted: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

@@ -1,11 +1,11 @@
 //! Places spread evenly over what could be seen of a model: those inside of walls, where a handle ends, are left out.
 
 use crate::bvh::Bvh;
-use crate::fit::sampling::{cell_centres, direction};
 use crate::fit::tuning::{
     CHORD, COVERAGE_PLACES, GRAZING_VIEW, PLACE_SAMPLES, PLACE_SEGMENTS, PLACES_EACH_WAY, VIEW_DIRECTIONS, VIEW_OFFSET,
 };
 use crate::model::{EvaluationError, Fineness, Instance, Model, Partials, Tessellation};
+use crate::sampling::{cell_centres, direction};
 use glam::DVec3;
 use rayon::prelude::*;
 
