@@ -8,7 +8,7 @@ use crate::script::{Valued, compile_valued};
 use gml_compiler::program::Program;
 use gml_runtime::export::mesh::{self, MeshFormat};
 use gml_runtime::mesh::TriangleMesh;
-use gml_runtime::model::{Atlas, Fineness, Model, Motion, Tessellation};
+use gml_runtime::model::{Atlas, Fineness, Model, Motion, Passages, Tessellation};
 use std::path::Path;
 
 /// Texels per side of the atlas whose texture coordinates a mesh has.
@@ -52,6 +52,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
         let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
         tessellation = tessellation.with_atlas(&atlas);
     }
+    let passages = Passages::of_tessellation(&tessellation, program, &*instance).map_err(CommandError::failed)?;
     let mesh = &tessellation.mesh;
     write(&args.output, mesh, format)?;
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
@@ -70,6 +71,9 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
             "warning: STL has single precision: so far from the origin its points are off by up to {rounding:.1e} mm; write \
              .obj or .ply"
         );
+    }
+    if let Some(passages) = passages {
+        eprintln!("warning: {}", passages.sentence());
     }
     if tessellation.chord > chord {
         eprintln!(

@@ -64,6 +64,7 @@ pub mod fit;
 pub mod inspect;
 pub mod mesh;
 pub mod model;
+mod morton;
 pub mod progress;
 mod robust;
 mod sampling;

@@ -97,6 +97,12 @@ impl Material {
         Fineness { chord: CHORD * DEPTH * diagonal, edge: EDGE * diagonal, ..Fineness::default() }
     }
 
+    /// The diagonal to name for triangles that leave the surface by up to a chord: it is larger than theirs where only
+    /// what lies deeper can be told. Millimetres.
+    pub(crate) fn scale(diagonal: f64, chord: f64) -> f64 {
+        diagonal.max(chord / (CHORD * DEPTH))
+    }
+
     /// Whether a place with an outward unit normal seems to have passed through a wall of the triangles, of which
     /// nothing else is known, far enough to be worth a sentence; `diagonal` is that of their bounding box.
     /// Millimetres.

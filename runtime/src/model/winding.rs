@@ -2,6 +2,7 @@
 //! far off (Barill, Dickson, Schmidt, Levin and Jacobson 2018).
 
 use crate::mesh::Bounds;
+use crate::morton::morton;
 use glam::DVec3;
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -12,6 +13,9 @@ const FAR: f64 = 2.0;
 
 /// The most triangles of a leaf.
 const LEAF: usize = 4;
+
+/// Cells along the longest side of the box around the triangles, which are ordered by them.
+const CELLS: f64 = 1_048_576.0;
 
 /// Triangles in a hierarchy.
 #[derive(Clone, Debug, Default)]
@@ -37,10 +41,17 @@ struct Node {
 
 impl Winding {
     /// The hierarchy over some triangles, counter-clockwise from outside.
-    pub(crate) fn new(mut triangles: Vec<[DVec3; 3]>) -> Self {
+    pub(crate) fn new(triangles: Vec<[DVec3; 3]>) -> Self {
+        let middle = |t: &[DVec3; 3]| (t[0] + t[1] + t[2]) / 3.0;
+        let bounds: Bounds = triangles.iter().map(middle).collect();
+        let cell = (bounds.size().max_element() / CELLS).max(f64::MIN_POSITIVE);
+        let key = |t: &[DVec3; 3]| morton(((middle(t) - bounds.low) / cell).as_u64vec3());
+        let mut order: Vec<(u64, u32)> = triangles.iter().map(key).zip(0..).collect();
+        order.sort_unstable();
+        let triangles: Vec<[DVec3; 3]> = order.iter().map(|(_, i)| triangles[*i as usize]).collect();
         let mut nodes = Vec::with_capacity(triangles.len());
         if !triangles.is_empty() {
-            build(&mut triangles, 0, &mut nodes);
+            build(&triangles, &order, 0, &mut nodes);
         }
         Self { triangles, nodes }
     }
@@ -69,26 +80,41 @@ impl Winding {
     }
 }
 
-/// Adds the nodes over `triangles`, of which the first has the number `first`, and sorts them into leaves.
-fn build(triangles: &mut [[DVec3; 3]], first: usize, nodes: &mut Vec<Node>) {
-    let node = nodes.len();
-    nodes.push(Node::of(triangles));
-    if triangles.len() <= LEAF {
-        nodes[node].leaf = first..first + triangles.len();
-    } else {
-        let middle = |t: &[DVec3; 3]| (t[0] + t[1] + t[2]) / 3.0;
-        let axis = triangles.iter().map(middle).collect::<Bounds>().longest_axis();
-        let half = triangles.len() / 2;
-        triangles.select_nth_unstable_by(half, |a, b| middle(a)[axis].total_cmp(&middle(b)[axis]));
-        let (low, high) = triangles.split_at_mut(half);
-        build(low, first, nodes);
-        build(high, first + half, nodes);
-    }
-    nodes[node].next = nodes.len();
+/// What a node has of its triangles.
+struct Sums {
+    /// Of areas times normals.
+    moment: DVec3,
+    /// Of areas times middles.
+    weighted: DVec3,
+    area: f64,
+    bounds: Bounds,
 }
 
-impl Node {
-    /// The node that stands for some triangles, as long as nothing is below it.
+/// Adds the nodes over `triangles`, which lie along a curve by the keys in `order`; the first has the number `first`.
+fn build(triangles: &[[DVec3; 3]], order: &[(u64, u32)], first: usize, nodes: &mut Vec<Node>) -> Sums {
+    let node = nodes.len();
+    nodes.push(Node { centre: DVec3::ZERO, moment: DVec3::ZERO, far: 0.0, next: 0, leaf: 0..0 });
+    let sums = if triangles.len() <= LEAF {
+        nodes[node].leaf = first..first + triangles.len();
+        Sums::of(triangles)
+    } else {
+        // Where the first of the bits in which the keys differ changes.
+        let bit = (order[0].0 ^ order[order.len() - 1].0).checked_ilog2();
+        let half = bit.map_or(order.len() / 2, |bit| order.partition_point(|(key, _)| key >> bit & 1 == 0));
+        let low = build(&triangles[..half], &order[..half], first, nodes);
+        let high = build(&triangles[half..], &order[half..], first + half, nodes);
+        low.with(&high)
+    };
+    let next = nodes.len();
+    let of_node = &mut nodes[node];
+    of_node.centre = if sums.area > 0.0 { sums.weighted / sums.area } else { sums.bounds.centre() };
+    let farthest = (sums.bounds.high - of_node.centre).max(of_node.centre - sums.bounds.low);
+    of_node.far = FAR * FAR * farthest.length_squared();
+    (of_node.moment, of_node.next) = (sums.moment, next);
+    sums
+}
+
+impl Sums {
     fn of(triangles: &[[DVec3; 3]]) -> Self {
         let (mut moment, mut weighted, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
         for [a, b, c] in triangles {
@@ -97,10 +123,19 @@ impl Node {
             weighted += normal.length() * (*a + *b + *c) / 3.0;
             area += normal.length();
         }
-        let corners = || triangles.iter().flatten();
-        let centre = if area > 0.0 { weighted / area } else { corners().copied().collect::<Bounds>().centre() };
-        let radius = corners().map(|p| p.distance_squared(centre)).fold(0.0, f64::max);
-        Self { centre, moment, far: FAR * FAR * radius, next: 0, leaf: 0..0 }
+        Self { moment, weighted, area, bounds: triangles.iter().flatten().copied().collect() }
+    }
+
+    fn with(&self, other: &Self) -> Self {
+        Self {
+            moment: self.moment + other.moment,
+            weighted: self.weighted + other.weighted,
+            area: self.area + other.area,
+            bounds: Bounds {
+                low: self.bounds.low.min(other.bounds.low),
+                high: self.bounds.high.max(other.bounds.high),
+            },
+        }
     }
 }
 

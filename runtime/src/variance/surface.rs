@@ -4,8 +4,8 @@ use super::orientation::is_inside_out;
 use super::{MeasureError, Tolerance};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
-    Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Material, Model, Motion, ReferenceSurface, SMALLEST,
-    Sensitivities, SensitivityMaps, Standing, Tessellation, Texels,
+    Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Material, Model, Motion, Passages, ReferenceSurface,
+    SMALLEST, Sensitivities, SensitivityMaps, Standing, Tessellation, Texels,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -102,7 +102,10 @@ impl<'a> Surface<'a> {
         let tolerances = model.tolerances(x)?.into_iter();
         let tolerances = tolerances.map(|t| t.map(|t| Tolerance { lower: 0.0 - t, upper: t })).collect();
         let notices = inverted_notice(&texels.part_names, &inverted);
-        let notices = notices.into_iter().chain(passed_through_notice(&texels, &standing)).collect();
+        let places = (0..texels.len())
+            .map(|i| (texels.part[i] as usize, f64::from(texels.area[i]).max(0.0), texels.position[i], standing[i]));
+        let passages = Passages::of(&texels.part_names, places);
+        let notices = notices.into_iter().chain(passages.map(|passages| passages.sentence())).collect();
         let buried = standing.iter().map(|s| *s == Standing::Buried).collect();
         let parametrised = Some(Parametrised { model, instance, atlas, motion });
         Ok(Self { tessellation, texels, seconds, tolerances, inverted, buried, notices, parametrised })
@@ -159,26 +162,6 @@ fn inverted_notice(names: &[String], inverted: &[bool]) -> Option<String> {
             named.join(", ")
         )
     })
-}
-
-/// The share of a model's area that has passed through a wall from which on it is worth a sentence.
-const PASSED_THROUGH: f64 = 1e-3;
-
-/// A sentence on surface that has passed through another wall of the model.
-fn passed_through_notice(texels: &Texels, standing: &[Standing]) -> Option<String> {
-    let area = |i: usize| f64::from(texels.area[i]).max(0.0);
-    let passed: Vec<usize> = (0..texels.len()).filter(|i| standing[*i] == Standing::PassedThrough).collect();
-    let mut areas = vec![0.0; texels.part_names.len()];
-    passed.iter().for_each(|i| areas[texels.part[*i] as usize] += area(*i));
-    if !(areas.iter().sum::<f64>() > PASSED_THROUGH * (0..texels.len()).map(area).sum::<f64>()) {
-        return None;
-    }
-    // The middle of a ring would be none of its places.
-    let [x, y, z] = texels.position[passed[passed.len() / 2]];
-    let parts = texels.part_names.iter().zip(&areas).filter(|(_, area)| **area > 0.0);
-    let parts: Vec<String> = parts.map(|(name, area)| format!("{area:.0} mm2 of `{name}`")).collect();
-    let parts = parts.join(", ");
-    Some(format!("walls of the model pass through each other: {parts}, one place of it ({x:.1}, {y:.1}, {z:.1}) mm"))
 }
 
 #[cfg(test)]

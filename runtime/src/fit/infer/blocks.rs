@@ -1,7 +1,7 @@
 //! Blocks of space within which the residuals of a scan may depend on each other.
 
-use crate::fit::problem::points::morton;
 use crate::fit::tuning::{BLOCK_CLEAR, BLOCK_CORRECTION, BLOCK_EDGES, BLOCK_SIGNIFICANT, FEWEST_BLOCKS};
+use crate::morton::morton;
 use glam::DVec3;
 use rayon::prelude::*;
 

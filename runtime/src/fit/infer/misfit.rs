@@ -2,9 +2,9 @@
 
 use crate::fit::correspond::foot::Foot;
 use crate::fit::problem::Problem;
-use crate::fit::problem::points::morton;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::tuning::{CORRELATED, CORRELATION_CLEAR, WALK_STEP};
+use crate::morton::morton;
 use glam::DVec3;
 
 /// A point of the scan that is an inlier.

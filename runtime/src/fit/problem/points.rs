@@ -6,6 +6,7 @@ use crate::fit::tuning::{
     SAMPLE_ENOUGH, SAMPLE_ROUNDS, SAMPLE_SPARSE, SPACING_POINTS, WALK_CELLS,
 };
 use crate::mesh::Bounds;
+use crate::morton::morton;
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, outliers};
 use foldhash::fast::FixedState;
@@ -275,17 +276,4 @@ pub(crate) fn gyration(points: &[DVec3]) -> f64 {
     let mean = mean(points);
     let sum: f64 = points.iter().map(|p| p.distance_squared(mean)).sum();
     (sum / points.len().max(1) as f64).sqrt()
-}
-
-/// Interleaves the bits of a cell's coordinates (21 of each): neighbours in space come out near in order.
-pub(crate) fn morton(cell: U64Vec3) -> u64 {
-    let spread = |x: u64| {
-        let mut x = x & 0x1f_ffff;
-        x = (x | x << 32) & 0x001f_0000_0000_ffff;
-        x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-        x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-        x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-        (x | x << 2) & 0x1249_2492_4924_9249
-    };
-    spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2
 }
