@@ -224,7 +224,8 @@ fn pose_deviations(covariance: &PoseCovariance) -> String {
     let mut out =
         format!("  sd: shift {shift} mm along x, y, z; turn {turn} deg about x, y, z through ({centre}) mm\n");
     for symmetry in &covariance.symmetries {
-        out.push_str(&format!("  held, a symmetry: {}\n", symmetry.text));
+        let why = if symmetry.moves.is_empty() { "a symmetry" } else { "not determined" };
+        out.push_str(&format!("  held, {why}: {}\n", symmetry.text));
     }
     out
 }

@@ -309,8 +309,9 @@ fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
             }
         }
     }
-    for direction in &uncertainty.undetermined {
-        monitor.warn(undetermined(&solution.level, direction));
+    pose::undetermined(solution, uncertainty).into_iter().for_each(|sentence| monitor.warn(sentence));
+    for sentence in uncertainty.undetermined.iter().filter_map(|d| undetermined(&solution.level, d)) {
+        monitor.warn(sentence);
     }
     let square = |f: &dyn Fn(usize, usize) -> f64| (0..n).map(|a| (0..n).map(|b| f(a, b)).collect()).collect();
     Covariance {
@@ -323,8 +324,8 @@ fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     }
 }
 
-/// A sentence on a combination of coordinates that leaves every distance as it is.
-fn undetermined(level: &Level, direction: &DVector<f64>) -> String {
+/// A sentence on a combination of coordinates that leaves every distance as it is. None of motions alone.
+fn undetermined(level: &Level, direction: &DVector<f64>) -> Option<String> {
     let Level { problem, space, .. } = level;
     let (shape, pose) = direction.as_slice().split_at(space.free.len());
     let largest = direction.amax();
@@ -337,9 +338,14 @@ fn undetermined(level: &Level, direction: &DVector<f64>) -> String {
         .collect();
     let moves = pose.iter().any(|p| p.abs() > NAMED * largest);
     match (named.is_empty(), moves) {
-        (true, _) => "the scan does not determine the whole pose: the model is symmetric, and can be turned or shifted within itself".to_owned(),
-        (false, true) => format!("the scan does not determine a common change of the pose and of {}", named.join(" ")),
-        (false, false) => format!("the scan does not determine the combination {} (in millimetres of surface moved): it leaves every distance as it is", named.join(" ")),
+        (true, _) => None,
+        (false, true) => {
+            Some(format!("the scan does not determine a common change of the pose and of {}", named.join(" ")))
+        }
+        (false, false) => Some(format!(
+            "the scan does not determine the combination {} (in millimetres of surface moved): it leaves every distance as it is",
+            named.join(" ")
+        )),
     }
 }
 

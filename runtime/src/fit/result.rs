@@ -248,7 +248,8 @@ pub struct PoseCovariance {
     /// The matrix, by rows: the parameters in their units, the shift along x, y and z in millimetres, and the turn
     /// about x, y and z (a rotation vector) in radians.
     pub matrix: Vec<Vec<f64>>,
-    /// Motions by which the model moves within itself. They are held: the matrix is zero along them.
+    /// Motions by which the model moves within itself, or at least what was scanned of it. They are held: the matrix is
+    /// zero along them.
     pub symmetries: Vec<Symmetry>,
 }
 
@@ -271,6 +272,10 @@ pub struct Symmetry {
     pub turn: [f64; 3],
     /// The motion in words.
     pub text: String,
+    /// The parts that it moves all the same, of which the scan shows nothing there; none of a symmetry of the whole
+    /// model.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub moves: Vec<String>,
 }
 
 /// Wald's test of values at which parameters were held.

@@ -124,7 +124,8 @@ fn pose_deviations(covariance: &PoseCovariance, out: &mut String) {
     let head = "<thead><tr><th>Axis</th><th>SD of the shift</th><th>SD of the turn</th></tr></thead>\n";
     table(head, ["x", "y", "z"].into_iter().zip(shift).zip(turn).map(row), out);
     for symmetry in &covariance.symmetries {
-        let _ = writeln!(out, "<p>Held, a symmetry: {}.</p>", minus(&escape(&symmetry.text)));
+        let why = if symmetry.moves.is_empty() { "a symmetry" } else { "not determined" };
+        let _ = writeln!(out, "<p>Held, {why}: {}.</p>", minus(&escape(&symmetry.text)));
     }
 }
 

@@ -14,7 +14,7 @@ use crate::fit::tuning::{
     STALLED_NAMED,
 };
 use crate::sampling::halton;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// A solution of which it is known whether it is an optimum.
 pub(crate) struct Assessed<'a> {
@@ -193,7 +193,8 @@ impl Remaining {
         }
         let sum = 0.5 * loss.sigma.powi(2) * level.problem.points.weight();
         let mut step = uncertainty.newton_step(gradient, sum);
-        without_symmetries(&mut step, &uncertainty.naive, level.space.free.len());
+        let held = within_itself(&uncertainty.naive, &uncertainty.undetermined, level.space.free.len());
+        without_motions(&mut step, &held);
         let least = SETTLED_ROUNDING * level.problem.radius / SETTLED_STEP;
         let mut unit: Vec<f64> = (0..dim).map(|k| deviation(uncertainty, k).max(least)).collect();
         (0..dim).filter(|k| !uncertainty.determines(*k)).for_each(|k| step[k] = 0.0);
@@ -246,12 +247,12 @@ impl Remaining {
 }
 
 /// Takes motions out of a step by which the surface hardly leaves itself: about the axis of a body of revolution both
-/// the gradient and the curvature are rounding, and their ratio says nothing. `covariance` is that of the coordinates,
-/// of which those of the motion begin at `first`.
-fn without_symmetries(step: &mut DVector<f64>, covariance: &DMatrix<f64>, first: usize) {
-    for direction in within_itself(covariance, first) {
+/// the gradient and the curvature are rounding, and their ratio says nothing. They are among the last coordinates.
+fn without_motions(step: &mut DVector<f64>, motions: &[DVector<f64>]) {
+    for direction in motions {
+        let first = step.len() - direction.len();
         let along = direction.dot(&step.rows(first, direction.len()));
-        step.rows_mut(first, direction.len()).axpy(-along, &direction, 1.0);
+        step.rows_mut(first, direction.len()).axpy(-along, direction, 1.0);
     }
 }
 
@@ -269,6 +270,7 @@ mod tests {
     use crate::fit::refine::solve::solve;
     use crate::fit::tests::cup::scan_of;
     use crate::fit::tests::shapes::{Simple, simple};
+    use nalgebra::DMatrix;
 
     #[test]
     fn a_place_beside_the_optimum_does_not_pass_for_it_and_is_left() {
@@ -303,7 +305,7 @@ mod tests {
         // The third motion is a thousand times less certain than the others, beside one parameter of the shape.
         let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 1.0, 2.0, 4e6]));
         let mut step = DVector::from_vec(vec![0.5, 0.25, -0.125, 70.0]);
-        without_symmetries(&mut step, &covariance, 1);
+        without_motions(&mut step, &within_itself(&covariance, &[], 1));
         assert!((step - DVector::from_vec(vec![0.5, 0.25, -0.125, 0.0])).amax() < 1e-12);
     }
 }

@@ -7,6 +7,7 @@ mod blocks;
 pub(crate) mod bootstrap;
 pub(crate) mod compare;
 mod convergence;
+mod invariance;
 mod least_surface;
 mod meat;
 pub(crate) mod misfit;

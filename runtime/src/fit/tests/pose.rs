@@ -2,10 +2,13 @@
 
 use super::vessel::{even, meshed, vessel};
 use crate::fit::{EarlierFit, FitOptions, FitResult, fit};
-use crate::model::Motion;
+use crate::model::{Fineness, Model, Motion, Tessellation};
 use crate::progress::Silent;
-use crate::scan::Scan;
+use crate::scan::{Scan, from_mesh};
+use crate::simulate::{self, Scanner};
 use glam::DVec3;
+use gml_compiler::program::{Options, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
 
 /// A fit that begins at the truth. The lid has many points, the bottom few: where that is, is known badly, and with it
 /// the height, but not where the lid is.
@@ -69,4 +72,53 @@ fn a_turn_about_the_axis_is_named_and_has_no_variance() {
     // Beside that of a tilt.
     assert!(variance.abs() < 1e-6 * joint.matrix[5][5], "{variance}");
     assert_eq!(joint.matrix.len(), 8);
+}
+
+/// A fit of a flask with an ear, or without, to the half of its scan that does not have the ear.
+fn half_of_a_flask(ear: &str) -> FitResult {
+    let text = format!(
+        "use std.surface (cylinder, disc, flip, sphere)
+        use std.frame (translate)
+        model flask {{
+          param r: length in 20mm..60mm = 40mm
+          param h: length in 40mm..160mm = 90mm
+          part wall = cylinder(r, h)
+          part bottom = flip(disc(r))
+          part lid = disc(r).translate((0mm, 0mm, h))
+          {ear}
+        }}"
+    );
+    let script = SourceFile { name: "flask.gml".to_owned(), text };
+    let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+    let instance = Model::instantiate(&program, &[40.0, 90.0]).unwrap();
+    let real = Tessellation::new(&program, &*instance, Fineness::default()).unwrap().mesh;
+    let scanner = Scanner { spacing: 2.0, noise: 0.05, random_pose: false, ..Scanner::default() };
+    let mut mesh = simulate::scan(&real, &scanner, &Silent).unwrap().mesh;
+    let positions = mesh.positions.clone();
+    mesh.triangles.retain(|t| t.iter().all(|corner| positions[*corner as usize][0] < 0.0));
+    let scan = from_mesh(mesh, "flask").unwrap();
+    let earlier = Some(EarlierFit { pose: Some(Motion::IDENTITY), ..EarlierFit::default() });
+    fit(&program, &scan, &FitOptions { earlier, ..FitOptions::default() }, &Silent).unwrap()
+}
+
+#[test]
+fn a_turn_is_a_symmetry_only_if_it_moves_nothing_of_the_model() {
+    let ear = "part ear = sphere(6mm).translate((r + 25mm, 0mm, 0.6 * h))";
+    for (ear, moves) in [("", &[][..]), (ear, &["ear".to_owned()][..])] {
+        let result = half_of_a_flask(ear);
+        let joint = result.pose_covariance.as_ref().unwrap();
+        let [symmetry] = &joint.symmetries[..] else { panic!("{joint:?}") };
+        // About the flask's axis, which is not in the middle of its half.
+        assert!(symmetry.turn[2].abs() > 0.999, "{symmetry:?}");
+        let axis = DVec3::from(joint.centre) + DVec3::from(symmetry.turn).cross(DVec3::from(symmetry.shift));
+        assert!(axis.x.hypot(axis.y) < 0.05, "{axis} {joint:?}");
+        assert_eq!(symmetry.moves, moves, "{symmetry:?}");
+        let warned = |text: &str| result.warnings.iter().any(|w| w.contains(text));
+        assert_eq!(warned("it moves `ear`"), !moves.is_empty(), "{:?}", result.warnings);
+        assert!(moves.is_empty() || !warned("the model is symmetric"), "{:?}", result.warnings);
+        let turn = DVec3::from(symmetry.turn);
+        let along = |i: usize| (0..3).map(|k| joint.matrix[i][5 + k] * turn[k]).sum::<f64>();
+        let variance: f64 = (0..3).map(|k| turn[k] * along(5 + k)).sum();
+        assert!(variance.abs() < 1e-3 * joint.matrix[5][5], "{variance} {:?}", joint.matrix);
+    }
 }
