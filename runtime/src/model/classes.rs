@@ -3,23 +3,24 @@
 use super::Texels;
 use rayon::prelude::*;
 
-/// Texels of every row and column that are looked at, in turn: what lies between four of the last turn that are alike
-/// is as they are. What is narrower than the first may be missed.
-const STRIDES: [u32; 3] = [8, FINEST, 1];
-const FINEST: u32 = 2;
+/// The stride from which on texels at the edges of charts are taken to be as those beside them that are known.
+const FINE: u32 = 2;
 
 impl Texels {
-    /// The class of every texel, of which only some are looked at: where neighbours of a part are alike, what is
-    /// between them is taken to be as they are.
-    pub(crate) fn classify<C: Copy + Default + PartialEq + Send + Sync>(
+    /// The class of every texel, of which only some are looked at. Every so many texels of rows and columns are, by
+    /// each of the strides in turn: what lies between four of the last turn that are of one part and alike is taken to
+    /// be as they are. What is narrower than the first stride may be missed. Where the last one is above 1, texels are
+    /// as the next one of their part that is known.
+    pub(crate) fn classify<C: Copy + PartialEq + Send + Sync>(
         &self,
+        strides: &[u32],
         look: impl Fn(usize) -> C + Sync,
     ) -> Vec<C> {
         let width = self.width as usize;
         // By place in the texture, the part and its class.
         let mut known: Vec<Option<(u32, C)>> = vec![None; width * self.height as usize];
         let mut last = 0;
-        for stride in STRIDES {
+        for stride in strides.iter().copied() {
             let alike = |i: usize| {
                 let [x, y] = self.place(i).map(|c| (c / last * last) as usize);
                 let at = |x: usize, y: usize| if x < width { *known.get(y * width + x)? } else { None };
@@ -27,7 +28,7 @@ impl Texels {
                 let first = at(x, y).filter(|(part, _)| *part == self.part[i])?;
                 let others = [at(x + far, y), at(x, y + far), at(x + far, y + far)];
                 // At the edges of charts the last texels are as those beside them that are known.
-                let is_alike = |other: &Option<_>| other.map_or(last == FINEST, |other| other == first);
+                let is_alike = |other: &Option<_>| other.map_or(last == FINE, |other| other == first);
                 others.iter().all(is_alike).then_some(first.1)
             };
             let is_due =
@@ -39,6 +40,19 @@ impl Texels {
             }
             last = stride;
         }
-        self.index.iter().map(|i| known[*i as usize].map_or_else(C::default, |(_, class)| class)).collect()
+        let beside = |i: usize| {
+            let [x, y] = self.place(i).map(|c| (c / last * last) as usize);
+            let far = last as usize;
+            let known = |(x, y): (usize, usize)| {
+                let of_part = |(part, _): &(u32, C)| *part == self.part[i];
+                if x < width { (*known.get(y * width + x)?).filter(of_part) } else { None }
+            };
+            [(x, y), (x + far, y), (x, y + far), (x + far, y + far)].into_iter().find_map(known)
+        };
+        let of_texel = |i: usize| match known[self.index[i] as usize].or_else(|| beside(i)) {
+            Some((_, class)) => class,
+            None => look(i),
+        };
+        (0..self.len()).into_par_iter().map(of_texel).collect()
     }
 }

@@ -35,6 +35,9 @@ const BODY: f64 = 0.5;
 /// Segments of the grids whose box is the model's.
 const ROUGH: u32 = 32;
 
+/// Texels of every row and column that are looked at, in turn.
+const STRIDES: [u32; 3] = [8, 2, 1];
+
 /// The material of a model: where the winding number of its parts is more than that of a free surface. Open ends that
 /// lie in the material, as those of a tube that ends in a wall, count as closed; other parts need not be.
 #[derive(Clone, Debug)]
@@ -53,10 +56,9 @@ pub struct Material {
 }
 
 /// How a place of the surface stands to the material.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
     /// Its outer side is free.
-    #[default]
     Free,
     /// Its outer side is inside of material, as that of a handle's end in a wall.
     Buried,
@@ -192,7 +194,7 @@ impl Material {
             let normal = DVec3::from_array(texels.normal[i].map(f64::from));
             self.at(texels.part[i] as usize, DVec3::from_array(texels.position[i]), normal)
         };
-        let mut standing = texels.classify(look);
+        let mut standing = texels.classify(&STRIDES, look);
         let areas = texels.area.iter().map(|area| f64::from(*area).max(0.0));
         self.settle(texels.part.iter().map(|part| *part as usize).zip(areas), &mut standing);
         standing

@@ -16,7 +16,7 @@ const AWAY_NOISE: f64 = 4.0;
 /// it, and the cosines between direction and normal of the front and of the back: what is between is grazing. Through
 /// the gaps of a scan one looks into walls, at the backs of their other sides: of a shelf in a vessel whose scan lacks
 /// 3 % of its triangles, 3 % stood in empty space if there might be no back, 67 % with one for 12 fronts. The right
-/// model on eighteen parts and views of two vessels has at most 14 square millimetres either way; up to 1,294 if 8 of 48
+/// model on twenty parts and views of two vessels has at most 14 square millimetres either way; up to 1,294 if 8 of 48
 /// were enough.
 const DIRECTIONS: usize = 48;
 const SEEN_FROM_FRONT: usize = 12;
