@@ -27,7 +27,8 @@ const CONTRADICTED: u8 = 8;
 /// Distances as the paper codes them (\[VA\] sect. 6), 3 bytes a texel, row 0 at the top: the distance along +normal
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
 /// +normal plus 64 if there is one along -normal (or 32 alone for a closed hole of the scan, 16 alone for surface
-/// inside of the model's own material, 8 alone for surface where the scan shows empty space). Texels that no chart covers take the code of the nearest covered one if it is
+/// inside of the model's own material, 8 alone for surface where the scan shows empty space). Texels that no chart
+/// covers take the code of the nearest covered one if it is
 /// at most 8 texels away, so that no seam shows under filtering, otherwise (0, 0, 0).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceTexture {

@@ -113,8 +113,8 @@ struct Motions {
 }
 
 impl Motions {
-    /// Those that change no distance and no parameter, of all directions that change no distance; the coordinates of the
-    /// motion begin at `first`.
+    /// Those that change no distance and no parameter, of all directions that change no distance; the coordinates
+    /// of the motion begin at `first`.
     fn new(undetermined: &[DVector<f64>], first: usize) -> Self {
         let mut motions = Self { held: Vec::new() };
         for direction in undetermined {
@@ -162,7 +162,8 @@ impl Motions {
 /// Directions that the scan does not determine at all have no variance but rounding, this part of the largest.
 const NO_VARIANCE: f64 = 1e-14;
 
-/// Unit directions, among the coordinates of the motion, by which the model moves within itself, or the scan cannot tell
+/// Unit directions, among the coordinates of the motion, by which the model moves within itself, or the scan cannot
+/// tell
 /// whether it does, orthogonal to each other: about the axis of a body of revolution no distance changes, or so little
 /// that rounding and noise remain. They are those without variance, and eigenvectors of the coordinates' covariance, of
 /// which those of the motion begin at `first`, with a deviation beyond `SYMMETRIC` times the least one.
@@ -233,8 +234,8 @@ mod tests {
     #[test]
     fn an_undetermined_motion_is_not_where_the_covariance_vanishes() {
         // In coordinates in which a turn about z is told a hundred times as well as a shift along y, their sum is not
-        // determined: that is the motion (0.01, 1) of turn and shift. What is known is (0.01, -1), which is not at right
-        // angles to it: no variance is along (1, 0.01).
+        // determined: that is the motion (0.01, 1) of turn and shift. What is known is (0.01, -1), which is not at
+        // right angles to it: no variance is along (1, 0.01).
         let (turn, shift) = (0.01, 1.0);
         let along = DVector::from_vec(vec![0.01, -1.0]) * 3.0;
         let mut covariance = DMatrix::identity(6, 6);
