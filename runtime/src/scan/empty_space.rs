@@ -1,6 +1,5 @@
-//! Space that a scan shows to be empty. A scanner saw each surface from somewhere in front of it, so that what
-//! stands in
-//! front of scanned surfaces, with no scan near it, is contradicted. What lies behind them, or where nothing was
+//! Space that a scan shows to be empty. A scanner saw each surface from somewhere in front of it, so that what stands
+//! in front of scanned surfaces, with no scan near it, is contradicted. What lies behind them, or where nothing was
 //! scanned, is not.
 
 use crate::bvh::Bvh;

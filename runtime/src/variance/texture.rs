@@ -28,8 +28,8 @@ const CONTRADICTED: u8 = 8;
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
 /// +normal plus 64 if there is one along -normal (or 32 alone for a closed hole of the scan, 16 alone for surface
 /// inside of the model's own material, 8 alone for surface where the scan shows empty space). Texels that no chart
-/// covers take the code of the nearest covered one if it is
-/// at most 8 texels away, so that no seam shows under filtering, otherwise (0, 0, 0).
+/// covers take the code of the nearest covered one if it is at most 8 texels away, so that no seam shows under
+/// filtering, otherwise (0, 0, 0).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceTexture {
     /// Columns.

@@ -62,7 +62,8 @@ fn least(solution: &Solution, uncertainty: &Uncertainty) -> (Vec<DVector<f64>>, 
 }
 
 /// The directions (unit, in scaled local coordinates) in which no distance changes, and that move parts of which
-/// something was scanned or where the scan shows empty space. A part of which the scan says nothing stays where it began.
+/// something was scanned or where the scan shows empty space. A part of which the scan says nothing stays where it
+/// began.
 fn open_directions(
     solution: &Solution,
     uncertainty: &Uncertainty,

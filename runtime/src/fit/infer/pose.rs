@@ -163,10 +163,9 @@ impl Motions {
 const NO_VARIANCE: f64 = 1e-14;
 
 /// Unit directions, among the coordinates of the motion, by which the model moves within itself, or the scan cannot
-/// tell
-/// whether it does, orthogonal to each other: about the axis of a body of revolution no distance changes, or so little
-/// that rounding and noise remain. They are those without variance, and eigenvectors of the coordinates' covariance, of
-/// which those of the motion begin at `first`, with a deviation beyond `SYMMETRIC` times the least one.
+/// tell whether it does, orthogonal to each other: about the axis of a body of revolution no distance changes, or so
+/// little that rounding and noise remain. They are those without variance, and eigenvectors of the coordinates'
+/// covariance, of which those of the motion begin at `first`, with a deviation beyond `SYMMETRIC` times the least one.
 pub(super) fn within_itself(
     covariance: &DMatrix<f64>,
     undetermined: &[DVector<f64>],

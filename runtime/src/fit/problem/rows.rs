@@ -32,8 +32,8 @@ pub(crate) struct RowPoint {
     pub(crate) weight: f64,
     /// See `PointLoss`.
     pub(crate) curvature: f64,
-    /// The point says where the surface ends, and not where it is: it lies beyond the edge or the crease that its foot is
-    /// on, or the scan's surface runs across the model's there.
+    /// The point says where the surface ends, and not where it is: it lies beyond the edge or the crease that its foot
+    /// is on, or the scan's surface runs across the model's there.
     pub(crate) at_end: bool,
 }
 

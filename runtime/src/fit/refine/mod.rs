@@ -1,6 +1,6 @@
 //! Local refinement: the schedule from coarse to fine (graduated non-convexity), a second search where the scan
-//! contradicts what it led to, the motion written back into the script's parameters, the coverage term, and the one that
-//! holds walls apart; `solve` runs registration and all of these in their order.
+//! contradicts what it led to, the motion written back into the script's parameters, the coverage term, and the one
+//! that holds walls apart; `solve` runs registration and all of these in their order.
 
 pub(crate) mod apart;
 pub(crate) mod cover;

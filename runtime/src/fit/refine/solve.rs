@@ -9,8 +9,8 @@ use crate::fit::options::FitError;
 use crate::fit::problem::Problem;
 use crate::fit::register::register;
 
-/// Registers, refines, searches once more where the scan contradicts what was found, writes the pose back, holds the ends to the scan where that is requested, and walls apart that
-/// pass through each other.
+/// Registers, refines, searches once more where the scan contradicts what was found, writes the pose back, holds the
+/// ends to the scan where that is requested, and walls apart that pass through each other.
 ///
 /// # Errors
 /// The model cannot be evaluated at the start.

@@ -65,8 +65,8 @@ fn plan<'s>(level: &'s Level<'s>, seeds: &'s Seeds, points: &'s Points, span: (f
 }
 
 /// The best place to begin from of all orientations, of the start's shape, the script's default shape and others that
-/// resemble the scan. In later rounds, and if what is found is not convincing, the scan may be a part of the object: its middle is then not
-/// the model's, and the orientations are tried once more with places beside the model's middle.
+/// resemble the scan. In later rounds, and if what is found is not convincing, the scan may be a part of the object:
+/// its middle is then not the model's, and the orientations are tried once more with places beside the model's middle.
 pub(super) fn anywhere(level: &Level, seeds: &Seeds, round: usize) -> Option<Candidate> {
     let Seeds { start, reference: defaults } = seeds;
     let mut shapes = vec![start.clone()];

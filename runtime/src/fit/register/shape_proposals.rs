@@ -9,8 +9,8 @@ use crate::sampling::halton;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Up to `PROPOSALS` shapes whose distribution is nearest to the scan's, none nearly the same as another, of other draws
-/// in every round.
+/// Up to `PROPOSALS` shapes whose distribution is nearest to the scan's, none nearly the same as another, of other
+/// draws in every round.
 pub(super) fn propose(level: &Level, start: &Estimate, round: usize) -> Vec<Estimate> {
     let problem = level.problem;
     let dim = start.z.len();

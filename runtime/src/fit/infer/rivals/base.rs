@@ -43,8 +43,8 @@ impl<'s> Base<'s> {
         largest(self.uncertainty, &group.members, &space.step(&a, &b))
     }
 
-    /// The shape `x` as a rival of the solution over all of the sample, after some steps of all parameters. None where it
-    /// explains the scan worse or turns out to be the same.
+    /// The shape `x` as a rival of the solution over all of the sample, after some steps of all parameters. None where
+    /// it explains the scan worse or turns out to be the same.
     pub(super) fn rival(&self, group: &Group, x: &[f64]) -> Option<Rival> {
         let Level { space, .. } = self.level();
         let from = space.estimate(x, self.estimate.motion);
