@@ -135,7 +135,7 @@ impl Objective<'_> {
         for (i, ((foot, point), loss)) in feet.iter().zip(matches).zip(losses).enumerate() {
             let (away, distance) = away(self, foot, point.q);
             let PointLoss { prior, weight, curvature, .. } = *loss;
-            let at_end = !is_above(foot, point.q) || runs_across(foot, point.normal);
+            let at_end = !self.is_above(foot, point.q) || runs_across(foot, point.normal);
             points.push(RowPoint { index: point.index as u32, distance, prior, weight, curvature, at_end });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
             // The surface moving outwards brings it nearer to a point outside.
@@ -152,7 +152,13 @@ impl Objective<'_> {
     /// not pass for information on what moves the surface within itself.
     fn away_by_normal(&self, foot: &Foot, q: DVec3) -> (DVec3, f64) {
         let (away, distance) = self.away(foot, q);
-        (if is_above(foot, q) { foot.normal.normalize_or_zero() } else { away }, distance)
+        (if self.is_above(foot, q) { foot.normal.normalize_or_zero() } else { away }, distance)
+    }
+
+    /// Whether a point lies above its foot, along the surface's normal, or so near that the foot's error decides.
+    fn is_above(&self, foot: &Foot, q: DVec3) -> bool {
+        let above = (q - foot.point).dot(foot.normal.normalize_or_zero()).powi(2) >= ABOVE * foot.d2;
+        above || foot.d2 < (FOOT_ERRORS * self.tolerance).powi(2)
     }
 
     /// The unit direction from the foot to the point, turned to the normal's side, and the signed distance. Near zero
@@ -173,15 +179,13 @@ impl Objective<'_> {
 /// The squared cosine between the normal and the way to a point that lies above its foot, and not beyond an edge.
 const ABOVE: f64 = 0.99;
 
+/// Distances below so many of the feet's tolerance are no direction.
+const FOOT_ERRORS: f64 = 10.0;
+
 /// The cosine between the normals of scan and model below which the one's surface runs across the other's: where a scan
 /// is cut off, its last points lie a little beyond the model's end face, which nothing else shows. Noise of 0.4
 /// spacings turns normals by 30 to 40 degrees.
 const ACROSS: f64 = 0.5;
-
-/// Whether a point lies above its foot, along the surface's normal.
-fn is_above(foot: &Foot, q: DVec3) -> bool {
-    (q - foot.point).dot(foot.normal.normalize_or_zero()).powi(2) >= ABOVE * foot.d2
-}
 
 /// Whether the scan's surface, by its normal at a point (zero where there is none), runs across the model's at the
 /// point's foot.

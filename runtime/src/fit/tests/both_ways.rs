@@ -198,7 +198,7 @@ fn an_end_face_that_was_not_scanned_has_no_place() {
           param a: length in 30mm..120mm = 70mm
           param b: length in 30mm..120mm = 55mm
           param w: length in 10mm..60mm = 30mm
-          let body = prism(polyline([(0mm, 0mm), (a, 0mm), (a, 8mm), (8mm, 8mm), (8mm, b), (0mm, b), (0mm, 0mm)]), w)
+          let body = prism(polyline([(0mm, 0mm), (a, 0mm), (a, 6mm), (10mm, 6mm), (10mm, b), (0mm, b), (0mm, 0mm)]), w)
           part wall = body.wall
           part top = body.top
           part base = body.base
