@@ -2,6 +2,7 @@
 
 use crate::fit::correspond::foot::Foot;
 use crate::fit::problem::Problem;
+use crate::fit::problem::objective::Objective;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::tuning::{CORRELATED, CORRELATION_CLEAR, WALK_STEP};
 use crate::morton::morton;
@@ -20,9 +21,9 @@ pub(crate) struct Residual {
 /// the surface. (Neighbours in space are also alike in their noise, where that is larger than the spacing.) None where
 /// the model does not exist.
 pub(crate) fn residuals(solution: &Solution) -> Option<Vec<Residual>> {
-    let Solution { level, estimate, .. } = solution;
+    let Solution { level, estimate, cache, .. } = solution;
     let Problem { points, radius, .. } = level.problem;
-    let objective = solution.objective(points);
+    let objective = Objective { cache: Some(cache.clone()), ..solution.objective(points) };
     let placed = objective.place(estimate).ok()?;
     let inverse = estimate.motion.rotation.inverse();
     let mut feet = solution.inlier_feet(&objective, &placed);

@@ -66,6 +66,16 @@ impl Damping {
 
 /// Minimises from `start`; None where the model does not exist there.
 pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Option<Minimum> {
+    minimise_until(objective, start, stop, |_| false)
+}
+
+/// The same, but ends as soon as a step has led to a place of which `is_decided` is true.
+pub(crate) fn minimise_until(
+    objective: &Objective,
+    start: Estimate,
+    stop: Stop,
+    mut is_decided: impl FnMut(&Minimum) -> bool,
+) -> Option<Minimum> {
     let evaluation = objective.evaluate(&start, Order::Normal)?;
     let mut at = Minimum { estimate: start, evaluation, iterations: 0, converged: false };
     objective.note(&at.evaluation);
@@ -104,6 +114,9 @@ pub(crate) fn minimise(objective: &Objective, start: Estimate, stop: Stop) -> Op
                 at.estimate = estimate;
                 at.evaluation = trial;
                 objective.note(&at.evaluation);
+                if is_decided(&at) {
+                    break;
+                }
             }
             _ => {
                 // Below the rounding of the objective no step can be told from another.

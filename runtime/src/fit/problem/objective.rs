@@ -247,7 +247,8 @@ impl Objective<'_> {
 
     /// The foot points of the points within the cut-off, with the points' indices.
     pub(crate) fn feet(&self, placed: &Placed) -> Vec<(usize, Foot)> {
-        let chunks = self.chunks(None).into_par_iter();
+        let mut cache = self.follow(placed);
+        let chunks = self.chunks(cache.as_deref_mut()).into_par_iter();
         let matched = chunks.flat_map_iter(|mut chunk| self.matched(placed, &mut chunk));
         matched.flat_map_iter(|m| m.points.into_iter().map(|p| p.index).zip(m.feet)).collect()
     }

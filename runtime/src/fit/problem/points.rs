@@ -197,6 +197,14 @@ impl Points {
         if step == 1 { self.clone() } else { self.pick((0..self.len()).step_by(step)) }
     }
 
+    /// About `count` points, each as likely as any other, that together count as much as all of these do.
+    pub(crate) fn standing_for_all(&self, count: usize) -> Self {
+        let mut few = self.every(count);
+        let factor = self.weight() / few.weight();
+        few.prior = (0..few.len()).map(|i| factor * few.prior(i)).collect();
+        few
+    }
+
     /// These points and others of the same scan.
     pub(crate) fn and(mut self, others: &Self) -> Self {
         self.position.extend(&others.position);

@@ -15,9 +15,12 @@ use std::sync::Arc;
 /// solution is returned as it is. The walls' points leave the basin of a loss whose scale is below the depth by which
 /// they pass: the scale comes down from above that once more.
 pub(crate) fn hold_apart(solution: Solution) -> Solution {
-    let Some((walls, passed)) = passed(&solution).filter(|(_, passed)| all_shown(&solution, passed)) else {
-        return solution;
+    let Some((walls, passed)) = passed(&solution) else {
+        return Solution { apart_at: Some(solution.estimate.z.clone()), ..solution };
     };
+    if !all_shown(&solution, &passed) {
+        return solution;
+    }
     let walls = Arc::new(walls);
     let problem = solution.level.problem;
     let (loss, before) = (solution.loss, solution.evaluation.value);
@@ -47,6 +50,9 @@ fn polish_with<'a>(walls: &Arc<Walls>, from: Solution<'a>, loss: Loss, points: &
 /// The walls of the model as a solution has it, and the parts that have passed through them there. None where none
 /// has.
 pub(crate) fn passed(solution: &Solution) -> Option<(Walls, Vec<PassedPart>)> {
+    if solution.apart_at.as_ref() == Some(&solution.estimate.z) {
+        return None;
+    }
     let Level { problem, space, layout, .. } = &solution.level;
     let model = problem.model;
     let instance = model.instantiate(&space.x(&solution.estimate.z)?).ok()?;

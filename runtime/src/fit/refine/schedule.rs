@@ -46,6 +46,8 @@ pub(crate) struct Solution<'a> {
     pub(crate) cache: Arc<FootCache>,
     /// Iterations of the optimisers in all stages.
     pub(crate) iterations: u32,
+    /// The coordinates at which no wall was found to pass through another one, if that was looked at.
+    pub(crate) apart_at: Option<Vec<f64>>,
 }
 
 impl<'a> Solution<'a> {
@@ -242,5 +244,6 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
         Minimum { estimate, evaluation, iterations: 0, converged: false }
     });
     let Minimum { estimate, evaluation, converged, iterations: more } = minimum;
-    Solution { level, estimate, evaluation, loss, signs, converged, cache, iterations: iterations + more }
+    let iterations = iterations + more;
+    Solution { level, estimate, evaluation, loss, signs, converged, cache, iterations, apart_at: None }
 }

@@ -93,5 +93,14 @@ fn searches_that_are_left_out_change_nothing() {
         // Feet are exact to 1e-8 mm; where one differs, a point's loss of up to 1 does, over 4000.
         assert!((known.value - fresh.value).abs() < 1e-7, "{step}: {} {}", known.value, fresh.value);
         assert!((&known.gradient - &fresh.gradient).amax() < 1e-6, "{step}");
+        let feet = |cache| {
+            let objective = objective(cache);
+            objective.feet(&objective.place(&at).unwrap())
+        };
+        let (known, fresh) = (feet(Some(cache.clone())), feet(None));
+        assert_eq!(known.len(), fresh.len());
+        for ((i, known), (j, fresh)) in known.iter().zip(&fresh) {
+            assert!(i == j && (known.d2.sqrt() - fresh.d2.sqrt()).abs() < 1e-6, "{step}: {i} {j} {known:?} {fresh:?}");
+        }
     }
 }

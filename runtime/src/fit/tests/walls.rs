@@ -7,6 +7,9 @@ use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::Order;
 use crate::fit::problem::separation::Separation;
 use crate::fit::problem::walls::Walls;
+use crate::fit::refine::apart::passed;
+use crate::fit::refine::schedule::Solution;
+use crate::fit::refine::solve::solve;
 use crate::fit::{FitOptions, fit};
 use crate::model::{Fineness, Model, Tessellation};
 use crate::progress::Silent;
@@ -78,6 +81,17 @@ fn walls_that_are_held_apart_are_not_more_certain_for_it() {
     let ((free_held, free), (held, at_border)) = (sd(28.0), sd(31.0));
     assert!(!free_held && held);
     assert!(at_border > 0.7 * free, "{at_border} and {free}");
+}
+
+#[test]
+fn walls_that_stood_apart_are_looked_at_again_where_the_solution_has_moved() {
+    let (program, scan, monitor) = (vessel(), scan(28.0), Monitor::default());
+    let options = FitOptions { no_pose: true, ..FitOptions::default() };
+    let problem = Problem::new(&program, &scan, &options, &monitor).unwrap();
+    let solution = solve(&problem).unwrap();
+    assert!(solution.apart_at.is_some() && passed(&solution).is_none());
+    let estimate = solution.level.space.estimate(&[30.0, 31.0], Isometry::IDENTITY);
+    assert!(passed(&Solution { estimate, ..solution }).is_some());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Points that count by the area that they stand for: one object in several meshes.
 
+use super::cup::synthetic;
 use super::shapes::{Simple, simple};
 use super::vessel::{Lines, denser, even, meshed, vessel};
 use crate::fit::monitor::Monitor;
@@ -142,6 +143,22 @@ fn a_weight_counts_as_often_as_its_point_would() {
     assert!((&weighted.normal - &repeated.normal).amax() < 1e-12 * repeated.normal.amax());
     for (w, r) in weighted.patches.iter().zip(&repeated.patches) {
         assert!((w.inliers - r.inliers).abs() < 1e-9 && (w.d2 - r.d2).abs() < 1e-11 * r.d2, "{w:?} {r:?}");
+    }
+}
+
+#[test]
+fn few_points_stand_for_all() {
+    let prior: Vec<f64> = (0..1000).map(|i| 0.5 + f64::from(i % 7)).collect();
+    let all = Points::of(&synthetic(0.3, 1000, 12), Weights::Points);
+    for all in [all.clone(), all.with_priors(prior)] {
+        let few = all.standing_for_all(90);
+        assert!(few.len() > 70 && few.len() <= 90, "{}", few.len());
+        assert!((few.weight() / all.weight() - 1.0).abs() < 1e-12, "{} {}", few.weight(), all.weight());
+        let in_all = |i: usize| all.index.iter().position(|j| *j == few.index[i]).unwrap();
+        let share = |i: usize| few.prior(i) / all.prior(in_all(i));
+        assert!((1..few.len()).all(|i| (share(i) / share(0) - 1.0).abs() < 1e-12));
+        let both = few.clone().and(&all.standing_for_all(30));
+        assert!((both.weight() / all.weight() - 2.0).abs() < 1e-12, "{}", both.weight());
     }
 }
 

@@ -10,10 +10,10 @@ use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Parameterization;
 use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
-use crate::fit::register::group::Group;
+use crate::fit::register::group::{Group, GroupLosses};
 use crate::fit::tuning::{
-    MODEL_SIZE, PART_CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_DOUBLINGS, RIVAL_EVIDENCE, RIVAL_ITERATIONS,
-    RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_STEP, RIVAL_VALUES, RIVALS_JOINTLY,
+    MODEL_SIZE, PART_CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_DOUBLINGS, RIVAL_EVIDENCE, RIVAL_FEW_OTHERS,
+    RIVAL_FEW_OWN, RIVAL_ITERATIONS, RIVAL_LEAST_POINTS, RIVAL_POINTS, RIVAL_STEP, RIVAL_VALUES, RIVALS_JOINTLY,
 };
 use rayon::prelude::*;
 
@@ -23,6 +23,9 @@ pub(super) struct Alone<'s> {
     group: &'s Group,
     layout: Layout,
     points: Points,
+    /// Fewer points than the base's that stand for them: most of the group's own, and some of the others. None where
+    /// they would not be much fewer.
+    few: Option<Points>,
     /// n times the share of these points in the weight of all, over the mean loss of all.
     per_loss: f64,
     /// The parameters at the optimum over these points next to the base, and the mean loss there.
@@ -53,7 +56,8 @@ impl<'s> Alone<'s> {
         let share = own.weight() / sample.weight();
         let per_loss = uncertainty.effective_points * share / base.mean.max(f64::MIN_POSITIVE);
         let points = own.every(RIVAL_POINTS);
-        let alone = Self { base, group, layout, points, per_loss, x: base.x.clone(), loss: 0.0 };
+        let few = few_for(sample, &losses);
+        let alone = Self { base, group, layout, points, few, per_loss, x: base.x.clone(), loss: 0.0 };
         let Shape { x, evidence } = alone.best(&base.x, None, false)?;
         Some(Self { loss: evidence / per_loss, x, ..alone })
     }
@@ -112,7 +116,19 @@ impl<'s> Alone<'s> {
                 distinct.push(shape);
             }
         }
-        distinct.into_par_iter().filter_map(|shape| self.base.rival(self.group, &shape.x)).collect()
+        if distinct.is_empty() {
+            return Vec::new();
+        }
+        let Base { solution, uncertainty, .. } = *self.base;
+        let few = self.few.as_ref().and_then(|few| Base::new(solution, uncertainty, few));
+        let rival = |shape: Shape| {
+            let mut from = self.base.level().space.estimate(&shape.x, self.base.estimate.motion);
+            if let Some(few) = &few {
+                from = few.survivor(self.group, from)?;
+            }
+            self.base.rival(self.group, from)
+        };
+        distinct.into_par_iter().filter_map(rival).collect()
     }
 
     /// The farthest shape on one side of the solution's, at distances in parameter k that double as long as it explains
@@ -168,4 +184,14 @@ impl<'s> Alone<'s> {
         let space = &self.base.level().space;
         space.followers(space.free[k]).for_each(|i| x[i] = from[i]);
     }
+}
+
+/// Points of a sample that stand for all of it where only the patches of a group differ. Nearly all of what tells two
+/// of its shapes apart are its own points; the others hold the rest of the model.
+fn few_for(sample: &Points, losses: &GroupLosses) -> Option<Points> {
+    let mut is_own = vec![false; sample.len()];
+    losses.own_points().for_each(|i| is_own[i] = true);
+    let [own, others] = [true, false].map(|side| sample.pick((0..sample.len()).filter(|i| is_own[*i] == side)));
+    let few = own.standing_for_all(RIVAL_FEW_OWN).and(&others.standing_for_all(RIVAL_FEW_OTHERS));
+    (2 * few.len() <= sample.len()).then_some(few)
 }

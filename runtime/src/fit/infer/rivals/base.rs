@@ -2,14 +2,16 @@
 
 use super::{Rival, largest};
 use crate::fit::infer::sandwich::Uncertainty;
-use crate::fit::optimise::gauss_newton::{self, Stop};
+use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::Group;
-use crate::fit::tuning::{RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_STEP, RIVAL_WORSE};
+use crate::fit::tuning::{
+    RIVAL_CLEARLY_WORSE, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVAL_ITERATIONS, RIVAL_SAME, RIVAL_STEP, RIVAL_WORSE,
+};
 
 /// The optimum over a sample of the points, next to the solution: other shapes are optima over the same points.
 pub(super) struct Base<'s> {
@@ -26,7 +28,8 @@ pub(super) struct Base<'s> {
 impl<'s> Base<'s> {
     /// None where the model does not exist or the fit is cancelled.
     pub(super) fn new(solution: &'s Solution<'s>, uncertainty: &'s Uncertainty, sample: &'s Points) -> Option<Self> {
-        let (estimate, mean) = optimum(solution, sample, solution.estimate.clone())?;
+        let Minimum { estimate, evaluation, .. } = optimum(solution, sample, solution.estimate.clone(), |_| false)?;
+        let mean = evaluation.value;
         let losses = losses(solution, sample, &estimate)?;
         let x = solution.level.space.x(&estimate.z)?;
         Some(Self { solution, uncertainty, sample, estimate, x, losses, mean })
@@ -43,17 +46,13 @@ impl<'s> Base<'s> {
         largest(self.uncertainty, &group.members, &space.step(&a, &b))
     }
 
-    /// The shape `x` as a rival of the solution over all of the sample, after some steps of all parameters. None where
-    /// it explains the scan worse or turns out to be the same.
-    pub(super) fn rival(&self, group: &Group, x: &[f64]) -> Option<Rival> {
-        let Level { space, .. } = self.level();
-        let from = space.estimate(x, self.estimate.motion);
-        let (estimate, _) = optimum(self.solution, self.sample, from)?;
-        let there = losses(self.solution, self.sample, &estimate)?;
-        let Compared { evidence, certainty } = Compared::of(self, &there);
+    /// A shape as a rival of the solution over all of the sample, after some steps of all parameters. None where it
+    /// explains the scan worse or turns out to be the same.
+    pub(super) fn rival(&self, group: &Group, from: Estimate) -> Option<Rival> {
+        let Shape { step, evidence, certainty, .. } = self.shape(from, |_| false)?;
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_WORSE;
-        let step = space.step(&self.estimate, &estimate);
         let distinct = largest(self.uncertainty, &group.members, &step) > RIVAL_DEVIATIONS;
+        let space = &self.level().space;
         let mut padded = step.clone();
         padded.resize(space.dim(), 0.0);
         // The sample's own error is that of both optima.
@@ -68,15 +67,66 @@ impl<'s> Base<'s> {
             contradicted: 0.0,
         })
     }
+
+    /// Where a shape comes to by this sample. None where it clearly is no rival: the same shape as the base's, or one
+    /// that explains the scan worse by more than the sample's chance.
+    pub(super) fn survivor(&self, group: &Group, from: Estimate) -> Option<Estimate> {
+        let is_same = |at: &Estimate| {
+            let step = self.level().space.step(&self.estimate, at);
+            largest(self.uncertainty, &group.members, &step) <= RIVAL_SAME
+        };
+        // The loss from which on a shape is worse, and the losses on the way.
+        let worse = self.mean * (RIVAL_EVIDENCE / self.uncertainty.effective_points).exp();
+        let mut way = Vec::new();
+        let is_decided = |at: &Minimum| {
+            way.push(at.evaluation.value);
+            is_same(&at.estimate) || is_hopeless(&way, worse)
+        };
+        let Shape { estimate, evidence, certainty, .. } = self.shape(from, is_decided)?;
+        let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_CLEARLY_WORSE;
+        (!worse && !is_same(&estimate)).then_some(estimate)
+    }
+
+    /// The optimum next to an estimate, or where the way to it `is_decided`, compared with the base.
+    fn shape(&self, from: Estimate, is_decided: impl FnMut(&Minimum) -> bool) -> Option<Shape> {
+        let Minimum { estimate, .. } = optimum(self.solution, self.sample, from, is_decided)?;
+        let there = losses(self.solution, self.sample, &estimate)?;
+        let (mut before, mut after, mut squares) = (0.0, 0.0, 0.0);
+        for (i, (present, there)) in self.losses.iter().zip(there).enumerate() {
+            let prior = self.sample.prior(i);
+            before += prior * present;
+            after += prior * there;
+            squares += (prior * (there - present)).powi(2);
+        }
+        Some(Shape {
+            step: self.level().space.step(&self.estimate, &estimate),
+            estimate,
+            evidence: self.uncertainty.effective_points * (after / before.max(f64::MIN_POSITIVE)).ln(),
+            certainty: (after - before) / squares.sqrt().max(f64::MIN_POSITIVE),
+        })
+    }
 }
 
-/// The optimum of all parameters over some points, and the mean loss there. None where the model does not exist or the
-/// fit is cancelled.
-fn optimum(solution: &Solution, points: &Points, from: Estimate) -> Option<(Estimate, f64)> {
+/// The optimum of all parameters over some points, or where the way to it `is_decided`. None where the model does not
+/// exist or the fit is cancelled.
+fn optimum(
+    solution: &Solution,
+    points: &Points,
+    from: Estimate,
+    is_decided: impl FnMut(&Minimum) -> bool,
+) -> Option<Minimum> {
     let objective = Objective { cancellable: true, ..solution.objective(points) };
     let stop = Stop { iterations: RIVAL_ITERATIONS, step: RIVAL_STEP * solution.loss.sigma };
-    let minimum = gauss_newton::minimise(&objective, from, stop)?;
-    Some((minimum.estimate, minimum.evaluation.value))
+    gauss_newton::minimise_until(&objective, from, stop, is_decided)
+}
+
+/// Whether the losses on a way fall so slowly that `aim` is out of reach: they would have to fall by more than twice of
+/// what they did over the last steps.
+fn is_hopeless(way: &[f64], aim: f64) -> bool {
+    match way {
+        [.., before, _, _, last] => last - aim > 2.0 * (before - last),
+        _ => false,
+    }
 }
 
 fn losses(solution: &Solution, points: &Points, at: &Estimate) -> Option<Vec<f64>> {
@@ -85,24 +135,25 @@ fn losses(solution: &Solution, points: &Points, at: &Estimate) -> Option<Vec<f64
     Some(objective.losses(&placed))
 }
 
-/// Another shape compared with the base by the losses of the same points.
-struct Compared {
+/// Another optimum over the base's points. See `Rival` for what the numbers say.
+struct Shape {
+    estimate: Estimate,
+    /// The scaled step of the free parameters from the base to here.
+    step: Vec<f64>,
     evidence: f64,
     certainty: f64,
 }
 
-impl Compared {
-    fn of(base: &Base, there: &[f64]) -> Self {
-        let (mut before, mut after, mut squares) = (0.0, 0.0, 0.0);
-        for (i, (present, there)) in base.losses.iter().zip(there).enumerate() {
-            let prior = base.sample.prior(i);
-            before += prior * present;
-            after += prior * there;
-            squares += (prior * (there - present)).powi(2);
-        }
-        Self {
-            evidence: base.uncertainty.effective_points * (after / before.max(f64::MIN_POSITIVE)).ln(),
-            certainty: (after - before) / squares.sqrt().max(f64::MIN_POSITIVE),
-        }
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_way_is_hopeless_that_falls_too_slowly() {
+        // Ways of a fit of the cup's handle: one that arrives, one that creeps, and one that has hardly begun.
+        let arrives = [24.6, 14.7, 12.2, 10.1, 0.1];
+        assert!((0..=arrives.len()).all(|n| !is_hopeless(&arrives[..n], 0.0)));
+        let creeps = [133.2, 132.2, 131.8, 130.2];
+        assert!(is_hopeless(&creeps, 10.0) && !is_hopeless(&creeps, 125.0) && !is_hopeless(&creeps[1..], 10.0));
     }
 }
