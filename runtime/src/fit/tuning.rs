@@ -595,7 +595,7 @@ pub(crate) const RIVALS_JOINTLY: f64 = 300.0;
 /// Points of the group, and others, by which a shape is judged before all points of the sample are: an eighth of them.
 /// Beyond the first number of standard deviations (see `RIVAL_WORSE`) it is worse whatever all of them would say, and
 /// below the second one (see `RIVAL_DEVIATIONS`) it has come back to the solution. Of 27 shapes of the test data's cup
-/// none remains; with half as many others a quarter do, as certainties are no longer above 4 (0043).
+/// none remains; with half as many others a sixth do, at certainties just below 4 (0043).
 pub(crate) const RIVAL_FEW_OWN: usize = 300;
 pub(crate) const RIVAL_FEW_OTHERS: usize = 600;
 pub(crate) const RIVAL_CLEARLY_WORSE: f64 = 4.0;
