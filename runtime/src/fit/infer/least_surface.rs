@@ -25,8 +25,9 @@ pub(crate) fn settle(assessed: Assessed) -> Assessed {
     let Assessed { mut solution, uncertainty } = assessed;
     let Some(mut uncertainty) = uncertainty else { return Assessed { solution, uncertainty } };
     let determined = uncertainty.without.iter().all(Option::is_none) && uncertainty.undetermined.is_empty();
-    // The coverage term holds the ends, where it takes part.
-    if !determined && solution.level.coverage.is_none() {
+    // Where terms take part that hold the ends or the walls, these decide.
+    let is_held = solution.level.coverage.is_some() || solution.level.separation.is_some();
+    if !determined && !is_held {
         let (open, estimate) = least(&solution, &uncertainty);
         let points = &solution.level.problem.points;
         let evaluated = estimate.and_then(|at| Some((solution.objective(points).evaluate(&at, Order::Normal)?, at)));
