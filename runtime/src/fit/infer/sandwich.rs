@@ -93,7 +93,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         inverse = Inverse::of(&switches::smoothed(&bread, &switches, &covariance), &weighted, held)?;
         covariance = sandwich(&inverse);
     }
-    let bounds_decide = bounds_decide(&bread, &weighted, &meat, held, &covariance);
+    let by_ends = [held, &[]].map(|held| by_ends(&weighted, &within, held));
+    let bounds_decide = bounds_decide(&bread, &weighted, &meat, held, &covariance, &by_ends);
     let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix, undetermined, determined, .. } = inverse;
@@ -108,9 +109,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         }
         None => matrix,
     };
-    let by_ends = by_ends(&weighted, &within, &determined);
     let reason = |k: usize| match (determined[k], is_held(held, k)) {
-        (true, _) => by_ends[k].then_some(WithoutSd::ScanEnds),
+        (true, _) => by_ends[0][k].then_some(WithoutSd::ScanEnds),
         (false, true) => Some(WithoutSd::AtBound),
         (false, false) => Some(WithoutSd::NotDetermined),
     };
@@ -170,13 +170,16 @@ fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
 /// By coordinate, whether hardly anything but the ends of the scan determines it: points at an end of the model, or
 /// the few that a part took which was not scanned. They say that the model reaches so far, not that the object does not
 /// reach farther. `weighted` is the information of all points, `within` that of the others.
-fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, determined: &[bool]) -> Vec<bool> {
-    let varied: Vec<usize> = (0..determined.len()).filter(|k| determined[*k]).collect();
+/// Coordinates that are not determined take part: with one of them an end may slide along the surface.
+fn by_ends(weighted: &DMatrix<f64>, within: &DMatrix<f64>, held: &[bool]) -> Vec<bool> {
+    let least = NO_INFLUENCE * weighted.diagonal().amax();
+    let varies = |k: &usize| !is_held(held, *k) && weighted[(*k, *k)] > least;
+    let varied: Vec<usize> = (0..weighted.nrows()).filter(varies).collect();
     let variances = |of: &DMatrix<f64>| {
         let ridge = DMatrix::identity(varied.len(), varied.len()) * SINGULAR;
         Some((scaled(of, weighted, &varied) + ridge).cholesky()?.inverse().diagonal())
     };
-    let mut by_ends = vec![false; determined.len()];
+    let mut by_ends = vec![false; weighted.nrows()];
     if let (Some(all), Some(within)) = (variances(weighted), variances(within)) {
         for (a, k) in varied.iter().enumerate() {
             by_ends[*k] = within[a] > BY_ENDS.powi(2) * all[a];
@@ -201,6 +204,7 @@ fn bounds_decide(
     meat: &DMatrix<f64>,
     held: &[bool],
     covariance: &DMatrix<f64>,
+    [by_ends, by_ends_released]: &[Vec<bool>; 2],
 ) -> Vec<bool> {
     let none = vec![false; covariance.nrows()];
     if !held.contains(&true) {
@@ -210,7 +214,8 @@ fn bounds_decide(
     let without_bounds = &released.matrix * meat * &released.matrix;
     let decides = |k: usize| {
         let (with, without) = (covariance[(k, k)], without_bounds[(k, k)]);
-        !is_held(held, k) && with > 0.0 && (!released.determined[k] || without > BY_BOUNDS.powi(2) * with)
+        let open = !released.determined[k] || without > BY_BOUNDS.powi(2) * with;
+        !is_held(held, k) && with > 0.0 && (open || (by_ends_released[k] && !by_ends[k]))
     };
     (0..covariance.nrows()).map(decides).collect()
 }

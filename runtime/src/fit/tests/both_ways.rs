@@ -218,3 +218,28 @@ fn an_end_face_that_was_not_scanned_has_no_place() {
     let upper = fitted(&|p| p.z > 12.0);
     assert!(known(upper[0], 75.0) && known(upper[1], 50.0) && upper[2].1.is_none(), "{upper:?}");
 }
+
+/// A cone on a plinth, without its foot: the cone's lower end may slide along its line, whatever else is free.
+#[test]
+fn an_end_that_slides_along_its_surface_is_not_known_for_what_else_is_free() {
+    let pawn = program(
+        "use std.polyline (polyline)
+        use std.surface (disc, flip, revolve)
+        model pawn {
+          param total: length in 40mm..120mm = 70mm
+          param foot: length in 12mm..35mm = 20mm
+          param base: length in 1mm..15mm = 7mm
+          part under = flip(disc(foot))
+          part body = revolve(polyline([(foot, 0mm), (foot, base), (foot * 0.75, base), (6mm, total), (0mm, total)]))
+        }",
+    );
+    let scanner = Scanner { spacing: 1.2, noise: 0.1, seed: 1, random_pose: false, ..Scanner::default() };
+    let fitted = |seen: &dyn Fn(DVec3) -> bool| {
+        let scan = scanned(&pawn, &[80.0, 16.0, 10.0], &scanner, seen);
+        fit(&pawn, &scan, &FitOptions::default(), &Silent).unwrap().parameters
+    };
+    let whole = fitted(&|_| true);
+    assert!(whole.iter().all(|p| p.sd.is_some()) && (whole[1].value - 16.0).abs() < 4.0 * whole[1].sd.unwrap());
+    let cut = fitted(&|p| p.z > 14.0);
+    assert!(cut.iter().all(|p| p.sd.is_none()), "{cut:?}");
+}
