@@ -50,7 +50,7 @@ impl Passages {
         Some(Self { parts, place: passed[passed.len() / 2] })
     }
 
-    /// What its triangles show of a model.
+    /// The passages that a model's triangles show.
     ///
     /// # Errors
     /// The surface cannot be evaluated.

@@ -80,7 +80,7 @@ impl Winding {
     }
 }
 
-/// What a node has of its triangles.
+/// The sums over a node's triangles, and their bounds.
 struct Sums {
     /// Of areas times normals.
     moment: DVec3,

@@ -33,7 +33,7 @@ pub(crate) struct EmptySpace<'a> {
     bvh: &'a Bvh,
     /// 1, or -1 if the triangles face the other way.
     side: f64,
-    /// What is nearer to the surface than this may be where it is by the scan's noise or gaps. Millimetres.
+    /// Surface nearer to the scan than this may be where it is by the scan's noise or gaps. Millimetres.
     near: f64,
 }
 

@@ -20,7 +20,7 @@ pub(crate) struct Found<'a> {
 }
 
 impl<'a> Found<'a> {
-    /// What a stage finds.
+    /// The solution that a stage comes to.
     pub(crate) fn of(monitor: &Monitor, stage: impl FnOnce() -> Solution<'a>) -> Self {
         let (solution, sentences) = monitor.aside(stage);
         Self { solution, sentences }
@@ -36,25 +36,43 @@ impl<'a> Found<'a> {
 /// Searches once more if the scan contradicts a solution, and returns the better one.
 pub(crate) fn reconsider(mut found: Found) -> Found {
     let problem = found.solution.level.problem;
+    let mut testimony = Testimony::of(&found.solution);
     for round in 1..=SECOND_ROUNDS {
-        let is_doubtful = is_contradicted(&found.solution) || (round == 1 && is_incomplete(&found.solution));
+        let is_doubtful = testimony.is_against() || (round == 1 && is_incomplete(&found.solution));
         if problem.monitor.cancelled() || !is_doubtful {
             break;
         }
         let Some(registration) = register_again(problem, round) else { break };
         let other = Found::of(problem.monitor, || refine(registration));
-        if is_preferred(&other.solution, &found.solution) {
-            found = other;
+        let of_other = Testimony::of(&other.solution);
+        if is_preferred((&other.solution, &of_other), (&found.solution, &testimony)) {
+            (found, testimony) = (other, of_other);
         }
     }
     found
 }
 
-/// Whether a part of the model stands where the scan shows empty space, or faces the other side of the scan.
-fn is_contradicted(solution: &Solution) -> bool {
-    contradicted(solution).is_some_and(|(area, chance)| area > chance) || {
-        let sides = Sides::of(&solution.level, &solution.estimate, solution.loss);
-        sides.is_some_and(|sides| !sides.contested.is_empty())
+/// The scan's testimony against a solution.
+#[derive(Default)]
+struct Testimony {
+    /// The area that stands where the scan shows empty space, and how much of it is no chance. Square millimetres; zero
+    /// where the scan does not say.
+    contradicted: (f64, f64),
+    /// A part faces the other side of the scan.
+    contested: bool,
+}
+
+impl Testimony {
+    fn of(solution: &Solution) -> Self {
+        let Some(sides) = Sides::of(&solution.level, &solution.estimate, solution.loss) else { return Self::default() };
+        let patches = Witness::by(solution, &sides).and_then(|witness| witness.contradicted(&solution.estimate));
+        let contradicted = patches.map(|patches| witness::total(&patches)).unwrap_or_default();
+        Self { contradicted, contested: !sides.contested.is_empty() }
+    }
+
+    fn is_against(&self) -> bool {
+        let (area, chance) = self.contradicted;
+        self.contested || area > chance
     }
 }
 
@@ -63,19 +81,13 @@ fn is_incomplete(solution: &Solution) -> bool {
     DOUBTED_INLIERS.contains(&(solution.evaluation.inliers() / solution.level.problem.points.weight()))
 }
 
-/// The area that the scan contradicts, and how much of it is no chance. Square millimetres. None where the scan does
-/// not say.
-fn contradicted(solution: &Solution) -> Option<(f64, f64)> {
-    Some(witness::total(&Witness::of(solution)?.contradicted(&solution.estimate)?))
-}
-
 /// Whether the scan prefers a solution to another one: it contradicts clearly less of it and shows as much of it, or no
 /// more of it and shows clearly more.
-fn is_preferred(solution: &Solution, to: &Solution) -> bool {
+fn is_preferred((solution, of_it): (&Solution, &Testimony), (to, of_other): (&Solution, &Testimony)) -> bool {
     let points = to.level.problem.points.every(THIN_POINTS);
     let sigma = solution.loss.sigma.max(to.loss.sigma);
     let [Some(here), Some(there)] = [solution, to].map(|s| mean_loss(s, &points, sigma)) else { return false };
-    let [(area, _), (other, chance)] = [solution, to].map(|s| contradicted(s).unwrap_or_default());
+    let ((area, _), (other, chance)) = (of_it.contradicted, of_other.contradicted);
     let difference = RIVAL_CONTRADICTED * chance;
     let no_more = here < CLEARLY_BETTER * there && area <= other + difference;
     no_more || (here < SECOND_AS_WELL * there && area < other - difference)

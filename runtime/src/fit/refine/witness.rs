@@ -18,8 +18,14 @@ impl<'s> Witness<'s> {
     /// None where the scan does not say.
     pub(crate) fn of(solution: &'s Solution<'s>) -> Option<Self> {
         let Solution { level, estimate, loss, .. } = solution;
-        let space = level.problem.free_space()?;
-        Some(Self { solution, space, reversed: Sides::of(level, estimate, *loss)?.reversed })
+        level.problem.free_space()?;
+        Self::by(solution, &Sides::of(level, estimate, *loss)?)
+    }
+
+    /// The same by the solution's sides, where they are known.
+    pub(crate) fn by(solution: &'s Solution<'s>, sides: &Sides) -> Option<Self> {
+        let space = solution.level.problem.free_space()?;
+        Some(Self { solution, space, reversed: sides.reversed })
     }
 
     /// The contradicted surface of every patch at an estimate. None where the model does not exist.

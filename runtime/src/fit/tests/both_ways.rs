@@ -187,6 +187,17 @@ fn what_the_scan_contradicts_is_searched_for_once_more() {
     assert_eq!(result.contradicted, Some(Vec::new()), "{:?}", result.warnings);
 }
 
+/// A model's parameters fitted to the part of its scan that is seen.
+fn fitted_where_seen(
+    model: &Program,
+    truth: &[f64],
+    spacing: f64,
+    seen: impl Fn(DVec3) -> bool,
+) -> Vec<FittedParameter> {
+    let scanner = Scanner { spacing, noise: 0.1, seed: 1, random_pose: false, ..Scanner::default() };
+    fit(model, &scanned(model, truth, &scanner, seen), &FitOptions::default(), &Silent).unwrap().parameters
+}
+
 /// An L bracket of which one arm was cut off, or its lower end: the face that ends it was not scanned, and the last
 /// points beside the cut do not take its place. Its outline is one patch, with the end faces.
 #[test]
@@ -204,11 +215,9 @@ fn an_end_face_that_was_not_scanned_has_no_place() {
           part base = body.base
         }",
     );
-    let scanner = Scanner { spacing: 1.0, noise: 0.1, seed: 1, random_pose: false, ..Scanner::default() };
     let fitted = |seen: &dyn Fn(DVec3) -> bool| {
-        let scan = scanned(&bracket, &[75.0, 50.0, 32.0], &scanner, seen);
-        let result = fit(&bracket, &scan, &FitOptions::default(), &Silent).unwrap();
-        result.parameters.into_iter().map(|p| (p.value, p.sd)).collect::<Vec<_>>()
+        let parameters = fitted_where_seen(&bracket, &[75.0, 50.0, 32.0], 1.0, seen);
+        parameters.into_iter().map(|p| (p.value, p.sd)).collect::<Vec<_>>()
     };
     let known = |(value, sd): (f64, Option<f64>), truth: f64| (value - truth).abs() < 4.0 * sd.expect("it was scanned");
     let whole = fitted(&|_| true);
@@ -233,11 +242,7 @@ fn an_end_that_slides_along_its_surface_is_not_known_for_what_else_is_free() {
           part body = revolve(polyline([(foot, 0mm), (foot, base), (foot * 0.75, base), (6mm, total), (0mm, total)]))
         }",
     );
-    let scanner = Scanner { spacing: 1.2, noise: 0.1, seed: 1, random_pose: false, ..Scanner::default() };
-    let fitted = |seen: &dyn Fn(DVec3) -> bool| {
-        let scan = scanned(&pawn, &[80.0, 16.0, 10.0], &scanner, seen);
-        fit(&pawn, &scan, &FitOptions::default(), &Silent).unwrap().parameters
-    };
+    let fitted = |seen: &dyn Fn(DVec3) -> bool| fitted_where_seen(&pawn, &[80.0, 16.0, 10.0], 1.2, seen);
     let whole = fitted(&|_| true);
     assert!(whole.iter().all(|p| p.sd.is_some()) && (whole[1].value - 16.0).abs() < 4.0 * whole[1].sd.unwrap());
     let cut = fitted(&|p| p.z > 14.0);
