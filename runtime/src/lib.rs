@@ -58,6 +58,7 @@
 //! reads all results; `inspect` calls `fit`, `variance` and `export`.
 
 pub mod bvh;
+mod disjoint_sets;
 mod eigen;
 pub mod export;
 pub mod fit;

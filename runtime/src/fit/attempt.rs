@@ -40,6 +40,6 @@ pub(crate) fn attempt(
     for residual in residuals.iter().flatten() {
         near[problem.points.index[residual.point] as usize] = true;
     }
-    let result = report::result(inference, residuals.as_deref());
+    let result = report::result(inference, residuals.as_deref(), &near);
     Ok(Attempt { result, near, in_proportion: !monitor.out_of_proportion.load(Ordering::Relaxed) })
 }

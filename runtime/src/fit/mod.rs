@@ -39,7 +39,7 @@ pub use problem::loss::LossKind;
 pub use problem::weights::Weights;
 pub use result::{
     Bootstrap, ContradictedPart, Covariance, Covered, FitResult, FittedInput, FittedParameter, HypothesisTest,
-    PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, WithoutSd,
+    PassedPart, PoseCovariance, Resampled, Search, SearchCandidate, Symmetry, UnexplainedPiece, WithoutSd,
 };
 pub use search::{Evidence, InputValues, SearchError, Selected, search};
 

@@ -13,9 +13,10 @@ use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::apart;
 use crate::fit::refine::cover::covered;
 use crate::fit::refine::schedule::Solution;
+use crate::fit::refine::unexplained::{self, Piece};
 use crate::fit::refine::witness::{self, Witness};
 use crate::fit::result::{
-    Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, WithoutSd,
+    Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, UnexplainedPiece, WithoutSd,
 };
 use crate::fit::room::shown;
 use crate::fit::tuning::{
@@ -24,8 +25,8 @@ use crate::fit::tuning::{
 use gml_compiler::program::Part;
 use nalgebra::DVector;
 
-/// The result of a fit; `residuals` are those of its inliers.
-pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> FitResult {
+/// The result of a fit; `residuals` are those of its inliers, which `near` marks among the scan's vertices.
+pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near: &[bool]) -> FitResult {
     let Inference { solution, uncertainty, tests, bootstrap, rivals } = inference;
     let solution = &solution;
     let Level { problem, space, .. } = &solution.level;
@@ -93,6 +94,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
     let alternatives = alternatives(solution, &rivals);
     let coverage = covered(solution);
     let contradicted = contradicted(solution);
+    let unexplained = unexplained(solution, near);
     let passed_through = passed_through(solution);
     let Records { trace, warnings, seconds } = monitor.records();
     FitResult {
@@ -118,6 +120,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>) -> Fi
         bootstrap,
         coverage,
         contradicted,
+        unexplained,
         alternatives,
         passed_through,
         search: None,
@@ -183,6 +186,26 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
         ContradictedPart { part: part.name.clone(), area: c.area, share, place: c.place.to_array() }
     };
     Some(parts.map(found).collect())
+}
+
+/// The pieces of the scan's surface that the model does not explain.
+fn unexplained(solution: &Solution, near: &[bool]) -> Vec<UnexplainedPiece> {
+    let Level { problem, space, .. } = &solution.level;
+    let parts = problem.model.parts();
+    let found = |piece: Piece| {
+        let Piece { share, area, place, beside } = piece;
+        let beside = |part: &usize| beside[*part];
+        let shapes = |i: usize| (0..parts.len()).filter(beside).any(|part| parts[part].active.contains(&(i as u32)));
+        let names = problem.model.parameters().iter().enumerate();
+        UnexplainedPiece {
+            share,
+            area,
+            place: place.to_array(),
+            beside: (0..parts.len()).filter(beside).map(|part| parts[part].name.clone()).collect(),
+            shaped_by: names.filter(|(i, _)| space.varies(*i) && shapes(*i)).map(|(_, p)| p.name.clone()).collect(),
+        }
+    };
+    unexplained::pieces(solution, near).unwrap_or_default().into_iter().map(found).collect()
 }
 
 /// The names of some parameters.

@@ -82,6 +82,9 @@ pub struct FitResult {
     /// cloud, or a mesh whose sides are not known) does not say what is empty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contradicted: Option<Vec<ContradictedPart>>,
+    /// The pieces of the scan's surface that the model does not explain, largest first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unexplained: Vec<UnexplainedPiece>,
     /// Other shapes of parts that explain the scan as well.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub alternatives: Vec<Alternative>,
@@ -308,6 +311,22 @@ pub struct ContradictedPart {
     pub share: f64,
     /// The middle of that area, in the scan's frame. Millimetres.
     pub place: [f64; 3],
+}
+
+/// A connected piece of the scan's surface that the model does not explain.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UnexplainedPiece {
+    /// Its area as a share of the scan's; of a cloud, its points as a share of all.
+    pub share: f64,
+    /// Its area; absent in a cloud. Square millimetres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub area: Option<f64>,
+    /// Its middle, in the scan's frame. Millimetres.
+    pub place: [f64; 3],
+    /// The parts of the model that are next to it.
+    pub beside: Vec<String>,
+    /// The free parameters that shape these.
+    pub shaped_by: Vec<String>,
 }
 
 /// A part of the model that has passed through another of its walls.

@@ -9,8 +9,15 @@ use glam::DVec3;
 use nalgebra::{Const, Matrix3};
 use rayon::prelude::*;
 
-/// Neighbours from which a point's normal is found in a cloud.
+/// Neighbours from which a point's normal is found in a cloud; and fewer, which count where they are much flatter: the
+/// sixteen nearest at the edge of a thin wall lie on both of its sides, and vary least across the edge.
 const NEIGHBOURS: usize = 16;
+const FEWER: [usize; 2] = [10, 6];
+/// So much of the variation that more neighbours have is much flatter. Of six points in a noisy plane, one in a hundred
+/// has less than that of sixteen.
+const FLATTER: f64 = 0.25;
+/// Points are not on a line whose second variance is so much of the first: that of a row of six is below a hundredth.
+const WIDE: f64 = 0.1;
 /// Neighbours by which the normals of a scan are judged, and from which they are found where they are no good.
 const NEARBY: usize = 24;
 /// The number of vertices at which normals are judged.
@@ -36,10 +43,25 @@ fn of_cloud(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         .map(|&p| {
             let near: Vec<DVec3> =
                 tree.nearest(p, NEIGHBOURS).iter().map(|&i| DVec3::from(positions[i as usize])).collect();
-            let normal = least_variation(&near).unwrap_or(DVec3::Z);
+            let normal = flattest(&near).unwrap_or(DVec3::Z);
             if normal.dot(DVec3::from(p) - centre) < 0.0 { -normal } else { normal }.into()
         })
         .collect()
+}
+
+/// The normal of a point's neighbours (nearest first), or of fewer of them where these are much flatter. None where it is
+/// not defined.
+fn flattest(near: &[DVec3]) -> Option<DVec3> {
+    let mut best: Option<(DVec3, f64)> = None;
+    for count in [near.len()].into_iter().chain(FEWER.into_iter().filter(|count| *count < near.len())) {
+        let Some(Variation { normal, thickness, width }) = Variation::of(&near[..count]) else { continue };
+        // A plane through n points takes three of their degrees of freedom.
+        let thickness = thickness * count as f64 / (count as f64 - 3.0).max(1.0);
+        if best.is_none_or(|(_, least)| width > WIDE && thickness < FLATTER * least) {
+            best = Some((normal, thickness));
+        }
+    }
+    best.map(|(normal, _)| normal)
 }
 
 /// Whether the vertices' normals agree with each other and with the surface, at most places. Those of the two sides of
@@ -105,12 +127,33 @@ pub(super) fn over_neighbourhoods(mesh: &TriangleMesh, one_in: usize) -> OverNei
 
 /// Unit direction of least variance of some points; none where it is not defined (fewer than three points).
 pub(super) fn least_variation(points: &[DVec3]) -> Option<DVec3> {
-    if points.len() < 3 {
-        return None;
+    Variation::of(points).map(|variation| variation.normal)
+}
+
+/// How some points vary about their least direction.
+struct Variation {
+    /// The unit direction of least variance.
+    normal: DVec3,
+    /// The variance along it, as a part of that in the direction of the next least variance.
+    thickness: f64,
+    /// That one, as a part of the variance in the third direction: small where the points are nearly on a line.
+    width: f64,
+}
+
+impl Variation {
+    /// None where it is not defined (fewer than three points).
+    fn of(points: &[DVec3]) -> Option<Self> {
+        if points.len() < 3 {
+            return None;
+        }
+        let eigen = variation(points)?;
+        let least = eigen.eigenvalues.imin();
+        let normal = eigen.eigenvectors.column(least);
+        let normal = DVec3::new(normal[0], normal[1], normal[2]).try_normalize()?;
+        let most = eigen.eigenvalues.max().max(f64::MIN_POSITIVE);
+        let next = (eigen.eigenvalues.sum() - eigen.eigenvalues[least] - most).max(f64::MIN_POSITIVE);
+        Some(Self { normal, thickness: eigen.eigenvalues[least].max(0.0) / next, width: next / most })
     }
-    let eigen = variation(points)?;
-    let normal = eigen.eigenvectors.column(eigen.eigenvalues.imin());
-    DVec3::new(normal[0], normal[1], normal[2]).try_normalize()
 }
 
 /// The principal axes of some points, with their shares of the variance; none where all points are one.
@@ -169,6 +212,22 @@ mod tests {
                 let cosine = DVec3::from(*normal).dot(DVec3::from(*position));
                 assert!(cosine > limit, "{cosine}");
             }
+        }
+    }
+
+    #[test]
+    fn the_edge_of_a_thin_wall_has_the_walls_normals() {
+        // Two planes 2 mm apart, points 1 mm apart with noise of 0.05 mm, which end at z = 0.
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let noise = Normal::new(0.0, 0.05).unwrap();
+        let mut positions = Vec::new();
+        for (x, z) in (0..40).flat_map(|x| (0..20).map(move |z| (f64::from(x), f64::from(z)))) {
+            positions.extend([0.0, 2.0].map(|y| [x, y + noise.sample(&mut random), z]));
+        }
+        let normals = of_cloud(&positions);
+        // The corners' neighbours are on both sides, however few are taken.
+        for (normal, [x, _, z]) in normals.iter().zip(&positions) {
+            assert!(normal[1].abs() > 0.9 || !(3.0..37.0).contains(x) || *z > 16.0, "{normal:?} at {x}, {z}");
         }
     }
 

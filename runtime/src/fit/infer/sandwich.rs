@@ -11,7 +11,7 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::effective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::result::WithoutSd;
-use crate::fit::tuning::{BY_BOUNDS, BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, SWITCH_ROUNDS};
+use crate::fit::tuning::{BY_BOUNDS, BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, SHOWN_SHARE, SWITCH_ROUNDS};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
@@ -157,14 +157,28 @@ impl Uncertainty {
     }
 }
 
-/// By patch, whether more than hardly any points lie near it.
+/// By patch, whether the scan shows it: more than hardly any points lie near it, and not nearly all of them at its ends.
+/// Of the points of two walls that end where the scan does, noise turns the normals of a few towards the face between.
 fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
-    let mut points = vec![0; patches];
-    let near = |point: &&RowPoint| point.weight > 0.5 * point.prior;
-    let add =
-        |counts: &mut Vec<usize>, rows: &Rows| counts[rows.patch as usize] += rows.points.iter().filter(near).count();
-    all.fold(|| vec![0; patches], add, |counts| points.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count));
-    points.into_iter().map(|count| count as f64 >= HARDLY_ANY_POINTS).collect()
+    let mut points = vec![[0.0; 2]; patches];
+    let count = |counts: &mut Vec<[f64; 2]>, rows: &Rows| {
+        let [near, within] = &mut counts[rows.patch as usize];
+        for point in rows.points.iter().filter(|point| point.weight > 0.5 * point.prior) {
+            *near += 1.0;
+            *within += f64::from(u8::from(!point.at_end));
+        }
+    };
+    all.fold(
+        || vec![[0.0; 2]; patches],
+        count,
+        |counts| {
+            for ([near, within], [n, w]) in points.iter_mut().zip(counts) {
+                *near += n;
+                *within += w;
+            }
+        },
+    );
+    points.into_iter().map(|[near, within]| near >= HARDLY_ANY_POINTS && within >= SHOWN_SHARE * near).collect()
 }
 
 /// By coordinate, whether hardly anything but the ends of the scan determines it: points at an end of the model, or

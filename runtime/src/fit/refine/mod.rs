@@ -8,5 +8,6 @@ mod earlier;
 pub(crate) mod schedule;
 mod second_search;
 pub(crate) mod solve;
+pub(crate) mod unexplained;
 pub(crate) mod witness;
 pub(crate) mod write_back;

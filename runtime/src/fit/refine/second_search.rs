@@ -2,6 +2,7 @@
 //! from, and with places of the scan beside the model's middle. The best solution counts, judged from both sides.
 
 use super::schedule::{Solution, refine};
+use super::unexplained;
 use super::witness::{self, Witness};
 use crate::fit::monitor::Monitor;
 use crate::fit::problem::loss::Loss;
@@ -10,7 +11,7 @@ use crate::fit::problem::points::Points;
 use crate::fit::problem::sides::Sides;
 use crate::fit::register::register_again;
 use crate::fit::tuning::{
-    CLEARLY_BETTER, DOUBTED_INLIERS, RIVAL_CONTRADICTED, SECOND_AS_WELL, SECOND_ROUNDS, THIN_POINTS,
+    CLEARLY_BETTER, MOST_LEFT_OVER, RIVAL_CONTRADICTED, SECOND_AS_WELL, SECOND_ROUNDS, THIN_POINTS, UNEXPLAINED,
 };
 
 /// A solution with its sentences for the user, which count if it does.
@@ -76,9 +77,13 @@ impl Testimony {
     }
 }
 
-/// Whether some of the scan is left over, and not so much that it shows another thing.
+/// Whether pieces of the scan are left over, and not so much that it shows another thing.
 fn is_incomplete(solution: &Solution) -> bool {
-    DOUBTED_INLIERS.contains(&(solution.evaluation.inliers() / solution.level.problem.points.weight()))
+    if solution.evaluation.inliers() > (1.0 - UNEXPLAINED) * solution.level.problem.points.weight() {
+        return false;
+    }
+    let pieces = unexplained::inliers(solution).and_then(|near| unexplained::pieces(solution, &near));
+    (UNEXPLAINED..MOST_LEFT_OVER).contains(&pieces.into_iter().flatten().map(|piece| piece.share).sum())
 }
 
 /// Whether the scan prefers a solution to another one: it contradicts clearly less of it and shows as much of it, or no

@@ -32,11 +32,13 @@ impl Scene<'_> {
         let of_piece = (first.result.inliers < EXPLAINED).then(|| self.in_pieces()).flatten();
         let whole = of_piece.is_none();
         let mut best = of_piece.unwrap_or(first);
+        let mut said = None;
         if 1.0 - best.result.inliers > REMAINDER && !self.ends(&best) {
             let mirrored = whole.then(|| self.mirrored(&best)).flatten();
-            let said = mirrored.or_else(|| remainder::sentence(self, &best));
-            best.result.warnings.extend(said);
+            said = mirrored.or_else(|| remainder::sentence(self, &best));
         }
+        let said = said.or_else(|| remainder::pieces(&best.result.unexplained));
+        best.result.warnings.extend(said);
         best.result
     }
 

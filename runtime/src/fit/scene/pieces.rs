@@ -1,5 +1,6 @@
 //! The pieces of a scene that may be the object: clusters of dense points, without a plane on which they stand.
 
+use crate::disjoint_sets::DisjointSets;
 use crate::fit::tuning::{
     CLUSTER_DENSEST, CLUSTER_NEIGHBOURS, CLUSTER_REACH, PIECE_POINTS, PIECE_SHARE, PIECES, SCENE_POINTS, SUPPORT_SHARE,
 };
@@ -70,15 +71,13 @@ impl Clusters {
         let reach =
             CLUSTER_REACH * sorted.get((CLUSTER_DENSEST * sorted.len() as f64) as usize).copied().unwrap_or(0.0);
         let is_dense = |i: usize| farthest[i] <= reach;
-        let mut parent: Vec<u32> = (0..points.len() as u32).collect();
+        let mut sets = DisjointSets::new(points.len());
         for i in (0..points.len()).filter(|i| is_dense(*i)) {
             for j in near[i].iter().filter(|j| is_dense(**j as usize)) {
-                let (a, b) = (root(&mut parent, i as u32), root(&mut parent, *j));
-                parent[a.max(b) as usize] = a.min(b);
+                sets.join(i as u32, *j);
             }
         }
-        let label: Vec<Option<u32>> =
-            (0..points.len()).map(|i| is_dense(i).then(|| root(&mut parent, i as u32))).collect();
+        let label: Vec<Option<u32>> = (0..points.len()).map(|i| is_dense(i).then(|| sets.root(i as u32))).collect();
         let mut sizes = vec![0_usize; points.len()];
         label.iter().flatten().for_each(|l| sizes[*l as usize] += 1);
         let mut largest: Vec<u32> = (0..points.len() as u32).filter(|l| sizes[*l as usize] > 0).collect();
@@ -101,15 +100,6 @@ impl Clusters {
         let is_near = DVec3::from(points[nearest]).distance(at.into()) <= self.reach;
         self.label[nearest].filter(|_| is_near)
     }
-}
-
-/// The representative of a point's set; the way to it is shortened.
-fn root(parent: &mut [u32], mut of: u32) -> u32 {
-    while parent[of as usize] != of {
-        parent[of as usize] = parent[parent[of as usize] as usize];
-        of = parent[of as usize];
-    }
-    of
 }
 
 #[cfg(test)]

@@ -5,12 +5,13 @@ use crate::fit::attempt::Attempt;
 use crate::fit::options::EarlierFit;
 use crate::fit::problem::points::gyration;
 use crate::fit::problem::rigid::pose_parameters;
-use crate::fit::tuning::{COPY_POINTS, MOSTLY, PIECE_POINTS, PLANE_DRAWS, PLANE_NOISE, PLANE_SAMPLES};
+use crate::fit::result::UnexplainedPiece;
+use crate::fit::tuning::{COPY_POINTS, MOSTLY, PIECE_POINTS, PLANE_DRAWS, PLANE_NOISE, PLANE_SAMPLES, UNEXPLAINED};
 use crate::scan::Scan;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A sentence on the points that are not near the model, where one kind is most of them.
 pub(super) fn sentence(scene: &Scene, best: &Attempt) -> Option<String> {
@@ -38,6 +39,32 @@ pub(super) fn sentence(scene: &Scene, best: &Attempt) -> Option<String> {
         ));
     }
     copy(scene, best, &is_rest)
+}
+
+/// A sentence on the pieces of the scan's surface that a fit does not explain, where they are more than a few.
+pub(super) fn pieces(pieces: &[UnexplainedPiece]) -> Option<String> {
+    let share: f64 = pieces.iter().map(|piece| piece.share).sum();
+    let largest = pieces.first().filter(|_| share > UNEXPLAINED)?;
+    let [x, y, z] = largest.place;
+    let area: Option<f64> = pieces.iter().map(|piece| piece.area).sum();
+    let area = area.map_or(String::new(), |area| format!(", {area:.0} mm2"));
+    let at = match pieces {
+        [_] => format!("about ({x:.1}, {y:.1}, {z:.1}) mm"),
+        _ => format!("in {} pieces, the largest about ({x:.1}, {y:.1}, {z:.1}) mm", pieces.len()),
+    };
+    let names: BTreeSet<&String> = pieces.iter().flat_map(|piece| &piece.shaped_by).collect();
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    let shaped_by = match names.as_slice() {
+        [] => String::new(),
+        names => format!(
+            ", or the fit is wrong in what shapes the parts beside it ({}), whatever their standard deviations",
+            names.join(", ")
+        ),
+    };
+    Some(format!(
+        "{:.1} % of the scan's surface{area}, {at}, is not explained by the model: the object has something there that the script does not have{shaped_by}",
+        100.0 * share
+    ))
 }
 
 /// A sentence on another copy of the object, which has the same shape.

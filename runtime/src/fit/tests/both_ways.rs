@@ -62,6 +62,74 @@ fn a_shelf_in_an_empty_vessel_is_contradicted() {
     assert_eq!(result.contradicted, Some(Vec::new()), "{:?}", result.warnings);
 }
 
+/// The mesh of the vessel without its shelf, and a ball of 8 mm radius whose middle is 4 mm outside of its wall.
+fn vessel_with_a_ball() -> TriangleMesh {
+    let mut mesh = vessel(true).mesh;
+    let ball = program("use std.surface (sphere)\nmodel ball { part ball = sphere(8mm) }");
+    let fineness = Fineness { chord: 0.05, edge: 1.5, ..Fineness::default() };
+    let ball = Tessellation::new(&ball, &*Model::instantiate(&ball, &[]).unwrap(), fineness).unwrap().mesh;
+    let first = mesh.positions.len() as u32;
+    mesh.positions.extend(ball.positions.iter().map(|[x, y, z]| [x + 34.0, *y, z + 30.0]));
+    mesh.triangles.extend(ball.triangles.iter().map(|t| t.map(|i| i + first)));
+    mesh.normals.clear();
+    mesh
+}
+
+#[test]
+fn what_the_model_does_not_explain_is_named_with_its_place_and_what_is_beside_it() {
+    assert_eq!(fitted(&vessel(true), 0.0).unexplained, Vec::new());
+    let mesh = vessel_with_a_ball();
+    let whole: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+    // The ball goes through the wall and is left over but for the strips that lie near the wall's two sides.
+    let area = 4.0 * PI * 64.0;
+    let cloud = TriangleMesh { positions: mesh.positions.clone(), ..TriangleMesh::default() };
+    for mesh in [mesh, cloud] {
+        let is_mesh = !mesh.triangles.is_empty();
+        let result = fitted(&from_mesh(mesh, "vessel").unwrap(), 0.0);
+        let [piece] = result.unexplained.as_slice() else { panic!("{:?}", result.unexplained) };
+        assert_eq!(piece.area.is_some(), is_mesh);
+        let share = area / whole;
+        // The cloud's points are denser on the ball; of its end inside of the vessel only the middle is a piece.
+        assert!((0.75 * share..1.1 * share).contains(&piece.share), "{piece:?} of {share}");
+        let off = DVec3::from_array(piece.place) - DVec3::new(34.0, 0.0, 30.0);
+        assert!(off.length() < if is_mesh { 1.0 } else { 4.0 }, "{piece:?}");
+        assert!(piece.beside[0] == "outside" && piece.shaped_by == ["r"], "{piece:?}");
+        let said = |w: &&String| w.contains("is not explained by the model") && w.contains("(`r`)");
+        assert_eq!(result.warnings.iter().filter(said).count(), 1, "{:?}", result.warnings);
+    }
+}
+
+/// A round tray as a cloud without its base: the points of its walls, which end where the scan does, are no base.
+#[test]
+fn a_base_between_walls_that_end_with_the_scan_has_no_place() {
+    let tray = program(
+        "use std.surface (revolve)
+        model tray {
+          param r: length in 20mm..80mm = 45mm
+          param h: length in 15mm..60mm = 30mm
+          param floor: length in 2mm..9mm = 5mm
+          require floor + 4mm < h, \"deep enough\"
+          part base = revolve(line((0mm, 0mm), (r, 0mm)))
+          part outside = revolve(line((r, 0mm), (r, h)))
+          part lip = revolve(line((r, h), (r - 3mm, h)))
+          part inside = revolve(line((r - 3mm, h), (r - 3mm, floor)))
+          part bottom = revolve(line((r - 3mm, floor), (0mm, floor)))
+        }",
+    );
+    let scanner = Scanner { spacing: 1.3, noise: 0.15, seed: 1, random_pose: false, ..Scanner::default() };
+    let cloud = |seen: &dyn Fn(DVec3) -> bool| {
+        let scan = scanned(&tray, &[40.0, 31.0, 5.5], &scanner, seen);
+        let (triangles, normals) = (Vec::new(), Vec::new());
+        let cloud = from_mesh(TriangleMesh { triangles, normals, ..scan.mesh }, "tray").unwrap();
+        fit(&tray, &cloud, &FitOptions::default(), &Silent).unwrap().parameters
+    };
+    let whole = cloud(&|_| true);
+    assert!((whole[1].value - 31.0).abs() < 4.0 * whole[1].sd.expect("it was scanned"), "{whole:?}");
+    let cut = cloud(&|p| p.z > 12.0);
+    assert!(cut[1].sd.is_none() && cut[2].sd.is_none(), "{cut:?}");
+    assert!((cut[0].value - 40.0).abs() < 4.0 * cut[0].sd.expect("its wall was scanned"), "{cut:?}");
+}
+
 #[test]
 fn what_was_not_scanned_is_not_contradicted() {
     // Half of the vessel: the other half of the model stands where nothing was scanned.
