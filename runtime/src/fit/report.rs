@@ -214,7 +214,7 @@ fn quoted(problem: &Problem, chosen: &dyn Fn(usize) -> bool) -> String {
     names.map(|(_, p)| format!("`{}`", p.name)).collect::<Vec<_>>().join(", ")
 }
 
-/// Warns of parameters that are so certain only because others ended at a bound.
+/// Warns of parameters that are so certain, or where they are, only because others ended at a bound.
 fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
     let Level { problem, space, .. } = &solution.level;
     let position = |i: usize| space.free.iter().position(|free| *free == i);
@@ -223,7 +223,7 @@ fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
     if !certain.is_empty() {
         let at_bound = space.at_bound(&solution.estimate);
         problem.monitor.warn(format!(
-            "{certain} would be less certain by far, or not determined, if {} could leave the bound: as stated, the standard deviations hold only if the bound is the object's",
+            "{certain} would be less certain by far, not determined, or elsewhere if {} could leave the bound: the values and standard deviations hold only if the bound is the object's",
             named(&|k| at_bound[k])
         ));
     }

@@ -450,11 +450,17 @@ pub(crate) const RESUMED_STEP: f64 = 0.2;
 pub(crate) const STALLED_NAMED: usize = 3;
 /// A coordinate is determined by the scan's ends whose standard deviation would be so many times larger without them.
 pub(crate) const BY_ENDS: f64 = 5.0;
+/// The standard deviation of the place of a scan's border, in spacings: that of anything up to one inside of the
+/// surface's, 1 / sqrt(12).
+pub(crate) const BORDER: f64 = 0.289;
 /// The scan shows a patch of whose points so many are not at its ends: of a tray's base that was not scanned, at which
 /// the points of both of its walls end, one in twenty; of one that was scanned, nearly all.
 pub(crate) const SHOWN_SHARE: f64 = 0.2;
 /// A bound decides on a coordinate whose standard deviation would be so many times larger without it.
 pub(crate) const BY_BOUNDS: f64 = 4.0;
+/// So does it on one that would move by so many of its standard deviations: a bound that is the object's holds back what
+/// noise moves, one to two of them.
+pub(crate) const MOVED_BY_BOUNDS: f64 = 3.0;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;
 /// A released fit is another one than that near the held values where chance explains the difference of their mean

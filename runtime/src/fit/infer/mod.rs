@@ -61,7 +61,7 @@ pub(crate) fn infer(solution: Solution) -> Inference {
 
 /// How well the solution is determined.
 fn uncertainty(solution: &Solution) -> Option<Uncertainty> {
-    let Solution { level, estimate, cache, .. } = solution;
+    let Solution { level, estimate, cache, evaluation, .. } = solution;
     let objective = Objective { cache: Some(cache.clone()), ..solution.objective(&level.problem.points) };
-    sandwich::assess(&objective, estimate, &level.space.at_bound(estimate))
+    sandwich::assess(&objective, estimate, &evaluation.gradient, &level.space.at_bound(estimate))
 }

@@ -11,7 +11,9 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::effective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::result::WithoutSd;
-use crate::fit::tuning::{BY_BOUNDS, BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, SHOWN_SHARE, SWITCH_ROUNDS};
+use crate::fit::tuning::{
+    BORDER, BY_BOUNDS, BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, MOVED_BY_BOUNDS, SHOWN_SHARE, SWITCH_ROUNDS,
+};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
@@ -44,9 +46,14 @@ pub(crate) struct Uncertainty {
 const SINGULAR: f64 = 1e-10;
 const NO_INFLUENCE: f64 = 1e-12;
 
-/// The uncertainty at an optimum. `held` coordinates (fixed at a bound) count as determined. None where the model does
-/// not exist or no point has a foot.
-pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Option<Uncertainty> {
+/// The uncertainty at an optimum, where the objective has a gradient. `held` coordinates (fixed at a bound) count as
+/// determined. None where the model does not exist or no point has a foot.
+pub(crate) fn assess(
+    objective: &Objective,
+    at: &Estimate,
+    gradient: &DVector<f64>,
+    held: &[bool],
+) -> Option<Uncertainty> {
     let dim = objective.space.dim();
     let all = AllRows::new(objective, at)?;
     let chain = objective.space.chain(at);
@@ -81,8 +88,8 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         Some(blocks) => meat::of_blocks(objective, &all, blocks, &of_squares),
         None => meat::of_points(&all, &of_squares),
     };
-    if let Some(coverage) = coverage {
-        meat += coverage.meat;
+    if let Some(coverage) = &coverage {
+        meat += &coverage.meat;
     }
     let meat = local(&meat);
     let sandwich = |inverse: &Inverse| &inverse.matrix * &meat * &inverse.matrix;
@@ -93,8 +100,19 @@ pub(crate) fn assess(objective: &Objective, at: &Estimate, held: &[bool]) -> Opt
         inverse = Inverse::of(&switches::smoothed(&bread, &switches, &covariance), &weighted, held)?;
         covariance = sandwich(&inverse);
     }
+    if let Some(coverage) = coverage {
+        // The border of a scan lies anywhere up to a spacing inside of the surface's, at all places alike.
+        let response = &inverse.matrix * chain.tr_mul(&coverage.pull) * (BORDER * objective.points.spacing());
+        covariance += &response * response.transpose();
+    }
     let by_ends = [held, &[]].map(|held| by_ends(&weighted, &within, held));
-    let bounds_decide = bounds_decide(&bread, &weighted, &meat, held, &covariance, &by_ends);
+    let released = held.contains(&true).then(|| Inverse::of(&bread, &weighted, &[])).flatten();
+    let bounds_decide = released.map_or(vec![false; dim], |released| {
+        let sum = 0.5 * objective.loss.sigma.powi(2) * objective.points.weight();
+        let moved = (gradient.len() == dim).then(|| -(&released.matrix * gradient) * sum);
+        let without = released.without_bounds(&meat, &by_ends[1], moved);
+        (0..dim).map(|k| !is_held(held, k) && without.decides(k, covariance[(k, k)], by_ends[0][k])).collect()
+    });
     let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix, undetermined, determined, .. } = inverse;
@@ -211,27 +229,23 @@ fn scaled(matrix: &DMatrix<f64>, units: &DMatrix<f64>, varied: &[usize]) -> DMat
     })
 }
 
-/// By coordinate, whether it would be much less certain, or not determined, if those that are held at a bound were not.
-fn bounds_decide(
-    bread: &DMatrix<f64>,
-    weighted: &DMatrix<f64>,
-    meat: &DMatrix<f64>,
-    held: &[bool],
-    covariance: &DMatrix<f64>,
-    [by_ends, by_ends_released]: &[Vec<bool>; 2],
-) -> Vec<bool> {
-    let none = vec![false; covariance.nrows()];
-    if !held.contains(&true) {
-        return none;
+/// What would be without the bounds at which coordinates are held.
+struct WithoutBounds {
+    covariance: DMatrix<f64>,
+    determined: Vec<bool>,
+    /// By coordinate, whether only the ends of the scan would determine it.
+    by_ends: Vec<bool>,
+    /// The step to the optimum, where the gradient is known.
+    step: Option<DVector<f64>>,
+}
+
+impl WithoutBounds {
+    /// Whether a coordinate with a variance would be much less certain, or not determined, or clearly another one.
+    fn decides(&self, k: usize, variance: f64, by_ends: bool) -> bool {
+        let open = !self.determined[k] || self.covariance[(k, k)] > BY_BOUNDS.powi(2) * variance;
+        let moves = self.step.as_ref().is_some_and(|step| step[k].powi(2) > MOVED_BY_BOUNDS.powi(2) * variance);
+        variance > 0.0 && (open || moves || (self.by_ends[k] && !by_ends))
     }
-    let Some(released) = Inverse::of(bread, weighted, &[]) else { return none };
-    let without_bounds = &released.matrix * meat * &released.matrix;
-    let decides = |k: usize| {
-        let (with, without) = (covariance[(k, k)], without_bounds[(k, k)]);
-        let open = !released.determined[k] || without > BY_BOUNDS.powi(2) * with;
-        !is_held(held, k) && with > 0.0 && (open || (by_ends_released[k] && !by_ends[k]))
-    };
-    (0..covariance.nrows()).map(decides).collect()
 }
 
 /// Whether a coordinate is fixed at a bound: `held` has no entries for the motion.
@@ -285,6 +299,12 @@ struct Inverse {
 }
 
 impl Inverse {
+    /// That of all coordinates, with the meat of the sandwich, as what would be without bounds.
+    fn without_bounds(self, meat: &DMatrix<f64>, by_ends: &[bool], step: Option<DVector<f64>>) -> WithoutBounds {
+        let covariance = &self.matrix * meat * &self.matrix;
+        WithoutBounds { covariance, determined: self.determined, by_ends: by_ends.to_vec(), step }
+    }
+
     fn of(bread: &DMatrix<f64>, weighted: &DMatrix<f64>, held: &[bool]) -> Option<Self> {
         let dim = bread.nrows();
         let largest = weighted.diagonal().amax();

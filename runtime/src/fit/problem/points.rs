@@ -5,7 +5,7 @@ use crate::fit::tuning::{
     CLEAN_CLOUD, EMPTY_CELL, MOST_SAMPLE_CELLS, OUTLIER_PASSES, OUTLIER_POINTS, SAMPLE_AIM, SAMPLE_COARSER,
     SAMPLE_ENOUGH, SAMPLE_ROUNDS, SAMPLE_SPARSE, SPACING_POINTS, WALK_CELLS,
 };
-use crate::mesh::Bounds;
+use crate::mesh::{Bounds, TriangleMesh};
 use crate::morton::morton;
 use crate::robust::median;
 use crate::scan::{Neighbours, Scan, outliers};
@@ -21,6 +21,8 @@ pub(crate) struct Points {
     pub(crate) position: Vec<DVec3>,
     /// Unit normals, as many as positions, or none.
     pub(crate) normal: Vec<DVec3>,
+    /// Normals of the surface about each point, with less noise than its own, likewise.
+    pub(crate) around: Vec<DVec3>,
     /// Prior weights, by which points count, as many as positions; none where all count alike. Of all points of a scan
     /// the mean is 1.
     prior: Vec<f64>,
@@ -35,12 +37,14 @@ impl Points {
     /// neighbours in space (the search of nearest facets then finds its boxes in the cache).
     pub(crate) fn of(scan: &Scan, weights: Weights) -> Self {
         let position: Vec<DVec3> = scan.mesh.positions.iter().map(|p| DVec3::from_array(*p)).collect();
+        let normal: Vec<DVec3> = if scan.mesh.normals.len() == position.len() {
+            scan.mesh.normals.iter().map(|n| DVec3::from_array(*n)).collect()
+        } else {
+            Vec::new()
+        };
         let all = Self {
-            normal: if scan.mesh.normals.len() == position.len() {
-                scan.mesh.normals.iter().map(|n| DVec3::from_array(*n)).collect()
-            } else {
-                Vec::new()
-            },
+            around: averaged(&scan.mesh, &normal),
+            normal,
             prior: weights.of(&scan.mesh),
             index: (0..position.len() as u32).collect(),
             position,
@@ -81,6 +85,7 @@ impl Points {
             position: indices.clone().map(|i| self.position[i]).collect(),
             index: indices.clone().map(|i| self.index[i]).collect(),
             normal: of_points(&self.normal, indices.clone()),
+            around: of_points(&self.around, indices.clone()),
             prior: of_points(&self.prior, indices),
             cluttered: self.cluttered,
         }
@@ -209,6 +214,7 @@ impl Points {
     pub(crate) fn and(mut self, others: &Self) -> Self {
         self.position.extend(&others.position);
         self.normal.extend(&others.normal);
+        self.around.extend(&others.around);
         self.prior.extend(&others.prior);
         self.index.extend(&others.index);
         self
@@ -249,6 +255,25 @@ struct Cell {
     index: usize,
     /// The sum of the prior weights of its points.
     prior: f64,
+}
+
+/// Normals averaged over each vertex's neighbours and over theirs: over some twelve vertices, so that the noise of one's
+/// own (35 degrees where that of the points is 0.4 spacings) becomes a third. Those of a cloud are of neighbourhoods
+/// as they are.
+fn averaged(mesh: &TriangleMesh, normals: &[DVec3]) -> Vec<DVec3> {
+    let mut averaged = normals.to_vec();
+    if normals.is_empty() {
+        return averaged;
+    }
+    for _ in 0..2 {
+        let mut sums = averaged.clone();
+        for triangle in &mesh.triangles {
+            let sum: DVec3 = triangle.iter().map(|i| averaged[*i as usize]).sum();
+            triangle.iter().for_each(|i| sums[*i as usize] += sum);
+        }
+        averaged = sums.into_iter().map(DVec3::normalize_or_zero).collect();
+    }
+    averaged
 }
 
 /// Values of the points at some indices, where points have any.

@@ -1,7 +1,7 @@
 //! The residual of every point with its row of the Jacobian, for the Gauss-Newton matrix and for the covariance.
 
 use super::loss::PointLoss;
-use super::objective::{Chunk, Matched, Objective, Placed};
+use super::objective::{Chunk, Correspondence, Matched, Objective, Placed};
 use super::parameterization::Estimate;
 use crate::fit::correspond::foot::Foot;
 use crate::fit::tuning::{CHUNKS_AT_ONCE, KEPT_ROWS};
@@ -33,7 +33,7 @@ pub(crate) struct RowPoint {
     /// See `PointLoss`.
     pub(crate) curvature: f64,
     /// The point says where the surface ends, and not where it is: it lies beyond the edge or the crease that its foot
-    /// is on, or the scan's surface runs across the model's there.
+    /// is on, or the scan's surface runs across the model's there. False where only the row was asked for.
     pub(crate) at_end: bool,
 }
 
@@ -104,21 +104,28 @@ impl<'o> AllRows<'o> {
 
 impl Objective<'_> {
     fn rows_of_chunk(&self, placed: &Placed, chunk: &mut Chunk) -> Vec<Rows> {
-        let rows = |m: &Matched| self.rows_by(&*placed.instance, m, Self::away_by_normal);
+        let inverse = placed.motion.rotation.inverse();
+        let at_end = |foot: &Foot, point: &Correspondence| {
+            let around = self.points.around.get(point.index).map_or(DVec3::ZERO, |n| inverse * *n);
+            !self.is_above(foot, point.q) || runs_across(foot, around)
+        };
+        let rows = |m: &Matched| self.rows_by(&*placed.instance, m, Self::away_by_normal, at_end);
         self.matched(placed, chunk).iter().filter_map(rows).collect()
     }
 
     /// The rows of points that have their feet on one patch; None where that cannot be evaluated.
     pub(crate) fn rows(&self, instance: &dyn Instance, matched: &Matched) -> Option<Rows> {
-        self.rows_by(instance, matched, Self::away)
+        self.rows_by(instance, matched, Self::away, |_, _| false)
     }
 
-    /// The same with the direction and the distance from a foot to its point by a function.
+    /// The same with the direction and the distance from a foot to its point, and whether that is at an end, by
+    /// functions.
     fn rows_by(
         &self,
         instance: &dyn Instance,
         matched: &Matched,
         away: impl Fn(&Self, &Foot, DVec3) -> (DVec3, f64),
+        at_end: impl Fn(&Foot, &Correspondence) -> bool,
     ) -> Option<Rows> {
         let Matched { patch, points: matches, feet, losses } = matched;
         let active = &self.space.model.parts()[*patch].active;
@@ -135,7 +142,7 @@ impl Objective<'_> {
         for (i, ((foot, point), loss)) in feet.iter().zip(matches).zip(losses).enumerate() {
             let (away, distance) = away(self, foot, point.q);
             let PointLoss { prior, weight, curvature, .. } = *loss;
-            let at_end = !self.is_above(foot, point.q) || runs_across(foot, point.normal);
+            let at_end = at_end(foot, point);
             points.push(RowPoint { index: point.index as u32, distance, prior, weight, curvature, at_end });
             let slopes = &slopes[i * active.len() * 3..(i + 1) * active.len() * 3];
             // The surface moving outwards brings it nearer to a point outside.
@@ -183,11 +190,10 @@ const ABOVE: f64 = 0.99;
 const FOOT_ERRORS: f64 = 10.0;
 
 /// The cosine between the normals of scan and model below which the one's surface runs across the other's: where a scan
-/// is cut off, its last points lie a little beyond the model's end face, which nothing else shows. Noise of 0.4
-/// spacings turns normals by 30 to 40 degrees.
+/// is cut off, its last points lie a little beyond the model's end face, which nothing else shows.
 const ACROSS: f64 = 0.5;
 
-/// Whether the scan's surface, by its normal at a point (zero where there is none), runs across the model's at the
+/// Whether the scan's surface, by its normal about a point (zero where there is none), runs across the model's at the
 /// point's foot.
 fn runs_across(foot: &Foot, normal: DVec3) -> bool {
     normal != DVec3::ZERO && normal.dot(foot.normal.normalize_or_zero()).abs() < ACROSS

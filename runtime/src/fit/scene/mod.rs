@@ -5,8 +5,9 @@ mod pieces;
 mod remainder;
 
 use super::attempt::{Attempt, attempt};
-use super::options::FitOptions;
+use super::options::{EarlierFit, FitOptions};
 use super::problem::loss::LossKind;
+use super::problem::rigid::pose_parameters;
 use super::result::FitResult;
 use super::tuning::{EXPLAINED, MIRRORED, PIECE_EXPLAINED, REMAINDER};
 use crate::model::Model;
@@ -34,8 +35,14 @@ impl Scene<'_> {
         let mut best = of_piece.unwrap_or(first);
         let mut said = None;
         if 1.0 - best.result.inliers > REMAINDER && !self.ends(&best) {
-            let mirrored = whole.then(|| self.mirrored(&best)).flatten();
-            said = mirrored.or_else(|| remainder::sentence(self, &best));
+            match whole.then(|| self.mirrored(&best)).flatten() {
+                Some(Mirrored::Alike(found)) => best = *found,
+                Some(Mirrored::Other(sentence)) => said = Some(sentence),
+                None => {}
+            }
+        }
+        if said.is_none() && 1.0 - best.result.inliers > REMAINDER && !self.ends(&best) {
+            said = remainder::sentence(self, &best);
         }
         let said = said.or_else(|| remainder::pieces(&best.result.unexplained));
         best.result.warnings.extend(said);
@@ -46,10 +53,14 @@ impl Scene<'_> {
         attempt.result.interrupted || self.progress.cancelled()
     }
 
-    /// A fit of the model to another scan than the whole; none where there is none.
+    /// The options without what only the result needs.
+    fn plain(&self) -> FitOptions {
+        FitOptions { bootstrap: 0, coverage: false, ..self.options.clone() }
+    }
+
+    /// A fit of the model to a scan; none where there is none.
     fn fit(&self, scan: &Scan, options: FitOptions, name: &str) -> Option<Attempt> {
         let piece = Piece { whole: self.progress, name: name.to_owned(), range: (0.0, 1.0) };
-        let options = FitOptions { bootstrap: 0, coverage: false, ..options };
         attempt(self.model, scan, &options, &piece).ok().filter(|attempt| !attempt.result.interrupted)
     }
 
@@ -58,7 +69,7 @@ impl Scene<'_> {
         let mut best: Option<(Attempt, Vec<bool>)> = None;
         for kept in pieces::of(self.scan) {
             let name = "fitting a piece of the scan";
-            let Some(found) = self.fit(&self.scan.part(&kept), self.options.clone(), name) else { continue };
+            let Some(found) = self.fit(&self.scan.part(&kept), self.plain(), name) else { continue };
             if best.as_ref().is_none_or(|(best, _)| found.result.inliers > best.result.inliers) {
                 best = Some((found, kept));
             }
@@ -82,16 +93,36 @@ impl Scene<'_> {
         Some(Attempt { result, near, in_proportion })
     }
 
-    /// A sentence where the model explains a mirror image of the scan, and not the scan.
-    fn mirrored(&self, best: &Attempt) -> Option<String> {
-        let mirrored =
-            self.fit(&self.scan.mirrored(), self.options.clone(), "fitting a mirror image of the scan")?.result;
-        (mirrored.inliers > MIRRORED && mirrored.inliers - best.result.inliers > REMAINDER).then(|| {
-            format!(
+    /// What a mirror image of the scan says, if the model explains it, and not the scan.
+    fn mirrored(&self, best: &Attempt) -> Option<Mirrored> {
+        let mirrored = self.fit(&self.scan.mirrored(), self.plain(), "fitting a mirror image of the scan")?.result;
+        if !(mirrored.inliers > MIRRORED && mirrored.inliers - best.result.inliers > REMAINDER) {
+            return None;
+        }
+        // A shape that is its own mirror image explains both: the search had missed it.
+        let of_pose = pose_parameters(self.model, self.scan);
+        let of_shape = mirrored.parameters.iter().filter(|p| !of_pose.contains(&p.name));
+        let values = of_shape.map(|p| (p.name.clone(), p.value)).collect();
+        let options =
+            FitOptions { earlier: Some(EarlierFit { values, pose: None, converged: None }), ..self.options.clone() };
+        let again = self.fit(self.scan, options, "fitting the shape of the mirror image").filter(|again| {
+            mirrored.inliers - again.result.inliers < REMAINDER && again.result.inliers > best.result.inliers
+        });
+        Some(match again {
+            Some(found) => Mirrored::Alike(Box::new(found)),
+            None => Mirrored::Other(format!(
                 "the scan looks like a mirror image of the object: mirrored, the model explains {:.0} % of its points instead of {:.0} %; look for an axis whose sign was changed on the way",
                 100.0 * mirrored.inliers,
                 100.0 * best.result.inliers
-            )
+            )),
         })
     }
+}
+
+/// What a mirror image of the scan says.
+enum Mirrored {
+    /// The object is its own mirror image, and this fit of the scan is better.
+    Alike(Box<Attempt>),
+    /// A sentence: the scan is a mirror image of the object.
+    Other(String),
 }

@@ -77,7 +77,7 @@ fn copy(scene: &Scene, best: &Attempt, is_rest: &[bool]) -> Option<String> {
     let of_pose = pose_parameters(scene.model, scene.scan);
     let of_shape = best.result.parameters.iter().filter(|p| !of_pose.contains(&p.name));
     let values: BTreeMap<String, f64> = of_shape.map(|p| (p.name.clone(), p.value)).collect();
-    let mut options = scene.options.clone();
+    let mut options = scene.plain();
     options.start.clear();
     options.fixed = values.keys().cloned().collect();
     options.earlier = Some(EarlierFit { values, pose: None, converged: None });

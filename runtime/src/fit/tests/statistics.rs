@@ -8,7 +8,8 @@ use crate::mesh::TriangleMesh;
 use crate::progress::{Progress, Silent};
 use crate::scan::Scan;
 use glam::DVec3;
-use gml_compiler::program::Quantity;
+use gml_compiler::program::{Options, Quantity, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -27,6 +28,34 @@ fn spread(values: &[f64]) -> (f64, f64) {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
     let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64;
     (mean, square.sqrt())
+}
+
+/// A cone of which the script bounds the taper too narrowly: the radius that goes with it is elsewhere, and known well.
+#[test]
+fn what_a_wrong_bound_moves_is_named() {
+    let cone = |taper: f64, most: f64| {
+        let text = format!(
+            "use std.surface (cone)
+            model tapered {{
+              param r: length in 10mm..40mm = 20mm
+              param taper: length in 0mm..{most}mm = {taper}mm
+              part wall = cone(r, r - taper, 30mm)
+            }}"
+        );
+        let script = SourceFile { name: "cone.gml".to_owned(), text };
+        compile(script, &NoFiles, &Options::default()).unwrap().program
+    };
+    let scan = scan_of(&cone(3.0, 5.0), &[20.0, 3.0], 0.05, 2000, 4);
+    let named = |most: f64| {
+        let result = fit(&cone(0.5, most), &scan, &still(), &Silent).unwrap();
+        let r = &result.parameters[0];
+        let off = (r.value - 20.0).abs() / r.sd.unwrap();
+        (off, result.warnings.iter().any(|w| w.contains("`r` would be") && w.contains("`taper` could leave")))
+    };
+    let (off, is_named) = named(5.0);
+    assert!(off < 4.0 && !is_named, "{off}");
+    let (off, is_named) = named(1.0);
+    assert!(off > 4.0 && is_named, "{off}");
 }
 
 /// A sphere whose radius varies smoothly from place to place by `bumps`, beside white noise.

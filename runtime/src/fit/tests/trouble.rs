@@ -2,7 +2,9 @@
 
 use super::cup::{SYNTHETIC, check, scan_of, synthetic};
 use super::shapes::{Simple, cup, simple};
+use crate::fit::attempt::attempt;
 use crate::fit::problem::points::Points;
+use crate::fit::scene::Scene;
 use crate::fit::{FitOptions, FitResult, Weights, WithoutSd, fit};
 use crate::mesh::TriangleMesh;
 use crate::progress::Silent;
@@ -67,6 +69,21 @@ fn a_wrong_object_is_said_to_be_wrong() {
             .any(|w| w.contains("another object") || w.contains("does not have the scan's shape"));
         assert!(said, "{shape:?}: {result:?}");
     }
+}
+
+#[test]
+fn a_shape_that_is_its_own_mirror_image_is_not_called_one_where_the_search_had_missed_it() {
+    let torus = simple(Simple::Torus, &[40.0, 12.0]);
+    let scan = scan_of(&torus, &[47.0, 9.0], 0.05, 3000, 3);
+    let options = FitOptions::default();
+    let scene = Scene { model: &torus, scan: &scan, options: &options, progress: &Silent };
+    let mut missed = attempt(&torus, &scan, &options, &Silent).unwrap();
+    // As if it had come to another place.
+    missed.result.inliers = 0.7;
+    missed.result.parameters[0].value = 60.0;
+    let result = scene.explain(missed);
+    assert!(result.inliers > 0.98 && (result.parameters[0].value - 47.0).abs() < 0.05, "{result:?}");
+    assert!(result.warnings.is_empty(), "{:?}", result.warnings);
 }
 
 #[test]

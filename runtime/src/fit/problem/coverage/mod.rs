@@ -47,6 +47,9 @@ pub(crate) struct Information {
     /// Sum over the scan's elements of (sum of score contributions) (sum of score contributions)^T: places beside the
     /// same element depend on each other.
     pub(crate) meat: DMatrix<f64>,
+    /// Sum of weight J over the places: how the sum of scores changes where the scan's border as a whole lies a
+    /// millimetre farther out.
+    pub(crate) pull: DVector<f64>,
 }
 
 /// Some places of one patch that lie beyond the scan, as feet of points that they ought to be at.
@@ -107,7 +110,8 @@ impl<'a> Coverage<'a> {
         let ratio = (objective.loss.sigma / self.loss.sigma).powi(2) * objective.points.weight() / self.count;
         let objective = objective.with_loss(self.loss);
         let zero = || DMatrix::zeros(total, total);
-        let mut information = Information { bread: zero(), weighted: zero(), meat: zero() };
+        let mut information =
+            Information { bread: zero(), weighted: zero(), meat: zero(), pull: DVector::zeros(total) };
         let mut pulls: BTreeMap<u32, DVector<f64>> = BTreeMap::new();
         for (places, range) in self.chunks() {
             let stretch = self.stretch(&*placed.instance, &at.motion, places, range)?;
@@ -120,6 +124,7 @@ impl<'a> Coverage<'a> {
                 rows.columns.iter().zip(row).for_each(|(i, r)| whole[*i] += r);
                 information.bread.ger(ratio * point.curvature, &whole, &whole, 1.0);
                 information.weighted.ger(ratio * point.weight, &whole, &whole, 1.0);
+                information.pull.axpy(ratio * point.weight * point.distance.signum(), &whole, 1.0);
                 let sum = pulls.entry(*element).or_insert_with(|| DVector::zeros(total));
                 add_scaled(sum.as_mut_slice(), ratio * point.weight * point.distance, whole.as_slice());
             }
