@@ -244,6 +244,7 @@ fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
         }
         let members: Vec<usize> = rival.members.iter().flat_map(|k| space.followers(space.free[*k])).collect();
         let parameter = |i: &usize| &problem.model.parameters()[*i];
+        let differs = |i: &&usize| shown(x[**i], parameter(i).quantity) != shown(present[**i], parameter(i).quantity);
         let value = |i: &usize| {
             let at = |x: &[f64]| shown(x[*i], parameter(i).quantity);
             format!("`{}` {} (here {})", parameter(i).name, at(&x), at(&present))
@@ -251,7 +252,7 @@ fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
         problem.monitor.warn(format!(
             "another shape of {} explains the scan as well: {}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both",
             parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "),
-            members.iter().map(value).collect::<Vec<_>>().join(", "),
+            members.iter().filter(differs).map(value).collect::<Vec<_>>().join(", "),
         ));
         let values = members.iter().map(|i| (parameter(i).name.clone(), x[*i])).collect();
         Some(Alternative { parts, values, evidence: rival.evidence })
@@ -381,7 +382,7 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
         if problem.rigid.without_influence.contains(&i) {
             monitor.warn(format!("`{}` has no influence on the surface and kept its start value", p.name));
         } else if p.at_bound {
-            monitor.warn(format!("`{}` ended at a bound ({} {})", p.name, p.value, p.unit));
+            monitor.warn(format!("`{}` ended at a bound ({})", p.name, shown(p.value, p.quantity)));
         } else if let (Some(sd), Some(bias)) = (p.sd, p.bias)
             && bias.abs() > BIASED * sd
         {

@@ -83,7 +83,7 @@ pub struct FitResult {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contradicted: Option<Vec<ContradictedPart>>,
     /// The pieces of the scan's surface that the model does not explain, largest first.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub unexplained: Vec<UnexplainedPiece>,
     /// Other shapes of parts that explain the scan as well.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

@@ -49,8 +49,8 @@ fn of_cloud(positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// The normal of a point's neighbours (nearest first), or of fewer of them where these are much flatter. None where it is
-/// not defined.
+/// The normal of a point's neighbours (nearest first), or of fewer of them where these are much flatter. None where it
+/// is not defined.
 fn flattest(near: &[DVec3]) -> Option<DVec3> {
     let mut best: Option<(DVec3, f64)> = None;
     for count in [near.len()].into_iter().chain(FEWER.into_iter().filter(|count| *count < near.len())) {

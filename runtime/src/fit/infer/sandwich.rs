@@ -106,6 +106,8 @@ pub(crate) fn assess(
         covariance += &response * response.transpose();
     }
     let by_ends = [held, &[]].map(|held| by_ends(&weighted, &within, held));
+    let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
+    at_least(&mut covariance, &naive);
     let released = held.contains(&true).then(|| Inverse::of(&bread, &weighted, &[])).flatten();
     let bounds_decide = released.map_or(vec![false; dim], |released| {
         let sum = 0.5 * objective.loss.sigma.powi(2) * objective.points.weight();
@@ -113,7 +115,6 @@ pub(crate) fn assess(
         let without = released.without_bounds(&meat, &by_ends[1], moved);
         (0..dim).map(|k| !is_held(held, k) && without.decides(k, covariance[(k, k)], by_ends[0][k])).collect()
     });
-    let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix, undetermined, determined, .. } = inverse;
     // The border at which walls are held apart is no information on where before it the truth lies, so the covariance
@@ -175,8 +176,24 @@ impl Uncertainty {
     }
 }
 
-/// By patch, whether the scan shows it: more than hardly any points lie near it, and not nearly all of them at its ends.
-/// Of the points of two walls that end where the scan does, noise turns the normals of a few towards the face between.
+/// Raises the variances of a covariance that are below those of another one, and keeps its correlations. Where only a
+/// point or two determine a coordinate, the fit goes through them, and their residuals say nothing of the noise.
+fn at_least(covariance: &mut DMatrix<f64>, least: &DMatrix<f64>) {
+    let factor = |k: usize| {
+        let (variance, least) = (covariance[(k, k)], least[(k, k)]);
+        if variance > 0.0 && least > variance { (least / variance).sqrt() } else { 1.0 }
+    };
+    let factors: Vec<f64> = (0..covariance.nrows()).map(factor).collect();
+    for (i, a) in factors.iter().enumerate() {
+        for (j, b) in factors.iter().enumerate() {
+            covariance[(i, j)] *= a * b;
+        }
+    }
+}
+
+/// By patch, whether the scan shows it: more than hardly any points lie near it, and not nearly all of them at its
+/// ends. Of the points of two walls that end where the scan does, noise turns the normals of a few towards the face
+/// between.
 fn shown_patches(all: &AllRows, patches: usize) -> Vec<bool> {
     let mut points = vec![[0.0; 2]; patches];
     let count = |counts: &mut Vec<[f64; 2]>, rows: &Rows| {
@@ -357,5 +374,19 @@ impl Inverse {
         };
         let weighted = whole(within(weighted).cholesky()?.inverse());
         Some(Self { matrix: whole(inner), weighted, undetermined, determined })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn variances_are_raised_and_correlations_stay() {
+        let mut covariance = DMatrix::from_row_slice(3, 3, &[1e-4, 8e-3, 0.0, 8e-3, 4.0, 0.0, 0.0, 0.0, 0.0]);
+        at_least(&mut covariance, &DMatrix::from_diagonal(&DVector::from_row_slice(&[1e-2, 1.0, 1.0])));
+        // One that has none keeps none.
+        let raised = DMatrix::from_row_slice(3, 3, &[1e-2, 8e-2, 0.0, 8e-2, 4.0, 0.0, 0.0, 0.0, 0.0]);
+        assert!((covariance - raised).amax() < 1e-15);
     }
 }

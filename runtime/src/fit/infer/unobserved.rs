@@ -7,6 +7,7 @@ use crate::fit::refine::schedule::Solution;
 use crate::fit::register::group::{Group, groups};
 use crate::fit::result::WithoutSd;
 use crate::fit::tuning::UNEXPLAINED_SHARE;
+use std::collections::BTreeSet;
 
 /// Marks parameters as not determined whose parts the scan does not show, with a warning.
 pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncertainty {
@@ -20,7 +21,8 @@ pub(crate) fn mark(solution: &Solution, mut uncertainty: Uncertainty) -> Uncerta
         }
         let parts = level.problem.model.parts().iter().zip(&group.patches).filter(|(_, shaped)| **shaped);
         let mut names: Vec<String> = parts.map(|(part, _)| format!("`{}`", part.group)).collect();
-        names.dedup();
+        let mut known = BTreeSet::new();
+        names.retain(|name| known.insert(name.clone()));
         let of = |k: &usize| format!("`{}`", level.problem.model.parameters()[level.space.free[*k]].name);
         let members: Vec<String> = group.members.iter().map(of).collect();
         level.problem.monitor.warn(format!(

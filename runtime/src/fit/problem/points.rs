@@ -257,9 +257,9 @@ struct Cell {
     prior: f64,
 }
 
-/// Normals averaged over each vertex's neighbours and over theirs: over some twelve vertices, so that the noise of one's
-/// own (35 degrees where that of the points is 0.4 spacings) becomes a third. Those of a cloud are of neighbourhoods
-/// as they are.
+/// Normals averaged over each vertex's neighbours and over theirs: over some twelve vertices, so that the noise of
+/// one's own (35 degrees where that of the points is 0.4 spacings) becomes a third. Those of a cloud are of
+/// neighbourhoods as they are.
 fn averaged(mesh: &TriangleMesh, normals: &[DVec3]) -> Vec<DVec3> {
     let mut averaged = normals.to_vec();
     if normals.is_empty() {

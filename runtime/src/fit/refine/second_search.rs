@@ -11,7 +11,8 @@ use crate::fit::problem::points::Points;
 use crate::fit::problem::sides::Sides;
 use crate::fit::register::register_again;
 use crate::fit::tuning::{
-    CLEARLY_BETTER, MOST_LEFT_OVER, RIVAL_CONTRADICTED, SECOND_AS_WELL, SECOND_ROUNDS, THIN_POINTS, UNEXPLAINED,
+    MOST_LEFT_OVER, RIVAL_CONTRADICTED, SECOND_AS_WELL, SECOND_BETTER, SECOND_ROUNDS, SQUEEZED, THIN_POINTS,
+    UNEXPLAINED,
 };
 
 /// A solution with its sentences for the user, which count if it does.
@@ -39,7 +40,8 @@ pub(crate) fn reconsider(mut found: Found) -> Found {
     let problem = found.solution.level.problem;
     let mut testimony = Testimony::of(&found.solution);
     for round in 1..=SECOND_ROUNDS {
-        let is_doubtful = testimony.is_against() || (round == 1 && is_incomplete(&found.solution));
+        let is_doubtful =
+            testimony.is_against() || (round == 1 && (is_incomplete(&found.solution) || is_squeezed(&found.solution)));
         if problem.monitor.cancelled() || !is_doubtful {
             break;
         }
@@ -86,15 +88,21 @@ fn is_incomplete(solution: &Solution) -> bool {
     (UNEXPLAINED..MOST_LEFT_OVER).contains(&pieces.into_iter().flatten().map(|piece| piece.share).sum())
 }
 
+/// Whether many parameters ended at bounds: parts that are in the wrong place are squeezed into what the scan leaves
+/// them.
+fn is_squeezed(solution: &Solution) -> bool {
+    solution.level.space.at_bound(&solution.estimate).into_iter().filter(|at| *at).count() >= SQUEEZED
+}
+
 /// Whether the scan prefers a solution to another one: it contradicts clearly less of it and shows as much of it, or no
-/// more of it and shows clearly more.
+/// more of it and shows more.
 fn is_preferred((solution, of_it): (&Solution, &Testimony), (to, of_other): (&Solution, &Testimony)) -> bool {
     let points = to.level.problem.points.every(THIN_POINTS);
     let sigma = solution.loss.sigma.max(to.loss.sigma);
     let [Some(here), Some(there)] = [solution, to].map(|s| mean_loss(s, &points, sigma)) else { return false };
     let ((area, _), (other, chance)) = (of_it.contradicted, of_other.contradicted);
     let difference = RIVAL_CONTRADICTED * chance;
-    let no_more = here < CLEARLY_BETTER * there && area <= other + difference;
+    let no_more = here < SECOND_BETTER * there && area <= other + difference;
     no_more || (here < SECOND_AS_WELL * there && area < other - difference)
 }
 

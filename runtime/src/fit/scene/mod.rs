@@ -13,6 +13,7 @@ use super::tuning::{EXPLAINED, MIRRORED, PIECE_EXPLAINED, REMAINDER};
 use crate::model::Model;
 use crate::progress::{Piece, Progress};
 use crate::scan::Scan;
+use remainder::Remainder;
 
 /// A model with the scan of a scene.
 pub(crate) struct Scene<'a> {
@@ -37,15 +38,20 @@ impl Scene<'_> {
         if 1.0 - best.result.inliers > REMAINDER && !self.ends(&best) {
             match whole.then(|| self.mirrored(&best)).flatten() {
                 Some(Mirrored::Alike(found)) => best = *found,
-                Some(Mirrored::Other(sentence)) => said = Some(sentence),
+                Some(Mirrored::Other(text)) => said = Some(Remainder { text, explains_pieces: true }),
                 None => {}
             }
         }
         if said.is_none() && 1.0 - best.result.inliers > REMAINDER && !self.ends(&best) {
             said = remainder::sentence(self, &best);
         }
-        let said = said.or_else(|| remainder::pieces(&best.result.unexplained));
-        best.result.warnings.extend(said);
+        // A plane, a copy and a mirror image are what the pieces are.
+        let pieces = if said.as_ref().is_some_and(|said| said.explains_pieces) {
+            None
+        } else {
+            remainder::pieces(&best.result.unexplained)
+        };
+        best.result.warnings.extend(said.map(|said| said.text).into_iter().chain(pieces));
         best.result
     }
 

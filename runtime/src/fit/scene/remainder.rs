@@ -13,8 +13,15 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::collections::{BTreeMap, BTreeSet};
 
+/// A sentence on what a fit does not explain.
+pub(super) struct Remainder {
+    pub(super) text: String,
+    /// It says what the connected pieces are.
+    pub(super) explains_pieces: bool,
+}
+
 /// A sentence on the points that are not near the model, where one kind is most of them.
-pub(super) fn sentence(scene: &Scene, best: &Attempt) -> Option<String> {
+pub(super) fn sentence(scene: &Scene, best: &Attempt) -> Option<Remainder> {
     let positions = &scene.scan.mesh.positions;
     let rest = best.near.iter().filter(|near| !**near).count();
     if rest < PIECE_POINTS {
@@ -25,20 +32,26 @@ pub(super) fn sentence(scene: &Scene, best: &Attempt) -> Option<String> {
     if let Some(on) = plane(scene.scan, &is_rest) {
         let count = on.iter().filter(|on| **on).count();
         if count as f64 > MOSTLY * rest as f64 {
-            return Some(format!(
+            let text = format!(
                 "{:.0} % of the scan's points lie in a plane that the model does not have, likely a table or a floor: cut it off",
                 percent(count)
-            ));
+            );
+            return Some(Remainder { text, explains_pieces: true });
         }
     }
-    let isolated = pieces::isolated(scene.scan).iter().zip(&is_rest).filter(|(a, b)| **a && **b).count();
+    // The vertices of a mesh's triangles are no dust, however far from each other.
+    let mut on_triangles = vec![false; positions.len()];
+    scene.scan.mesh.triangles.iter().flatten().for_each(|i| on_triangles[*i as usize] = true);
+    let is_isolated = pieces::isolated(scene.scan);
+    let isolated = (0..positions.len()).filter(|i| is_isolated[*i] && is_rest[*i] && !on_triangles[*i]).count();
     if isolated as f64 > MOSTLY * rest as f64 {
-        return Some(format!(
+        let text = format!(
             "{:.0} % of the scan's points are isolated ones away from the model, likely dust, spray or clutter: they have hardly any influence",
             percent(isolated)
-        ));
+        );
+        return Some(Remainder { text, explains_pieces: false });
     }
-    copy(scene, best, &is_rest)
+    copy(scene, best, &is_rest).map(|text| Remainder { text, explains_pieces: true })
 }
 
 /// A sentence on the pieces of the scan's surface that a fit does not explain, where they are more than a few.

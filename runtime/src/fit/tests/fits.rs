@@ -59,7 +59,8 @@ fn coverage_holds_ends_to_the_scan() {
     let least = fit(&model, &cloud, &options, &Silent).unwrap().parameters.swap_remove(1);
     assert!((least.value - 80.0).abs() < 1.5 && least.without_sd == Some(WithoutSd::ScanEnds), "{least:?}");
     let held = fit(&model, &cloud, &FitOptions { coverage: true, ..options }, &Silent).unwrap();
-    // The border of the scan may lie a spacing inside of the surface's: 2.2 mm / sqrt(12), and it is the border of one end.
+    // The border of the scan may lie a spacing inside of the surface's: 2.2 mm / sqrt(12), and it is the border of one
+    // end.
     let sd = held.parameters[1].sd.expect("the user says that the scan shows the end");
     assert!((0.4..1.0).contains(&sd), "{sd}");
     let [free, end, radius] = [&free.parameters[1], &held.parameters[1], &held.parameters[0]].map(|p| p.value);
