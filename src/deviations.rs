@@ -62,6 +62,16 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     if !contradicted.is_empty() {
         out.push_str(&format!("without data, and where the scan shows empty space: {contradicted}\n"));
     }
+    let ambiguous = by_part(report, |s| s.ambiguous_area);
+    if !ambiguous.is_empty() {
+        out.push_str(&format!("without data, since what the rays meet belongs elsewhere: {ambiguous}\n"));
+    }
+    if report.spikes > 0 {
+        out.push_str(&format!(
+            "spikes of the scan, single vertices far from all neighbours, to which no distance is taken: {}\n",
+            report.spikes
+        ));
+    }
     if let Some(unmatched) = &report.unmatched {
         out.push_str(&left_over(unmatched));
     }

@@ -11,6 +11,7 @@ pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, Com
     options.max_distance = controls.max_distance;
     options.max_angle = controls.max_angle;
     options.distance = controls.distance;
+    options.matching = controls.matching;
     options.averaging_width = controls.averaging_width;
     if options.averaging_width.is_some() && options.distance != DistanceKind::AveragedNormal {
         return Err(CommandError::usage("--averaging-width requires --distance averaged-normal"));

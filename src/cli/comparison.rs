@@ -5,7 +5,7 @@ use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
 use gml_runtime::fit::{LossKind, Weights};
 use gml_runtime::scan::Unit;
-use gml_runtime::variance::{Device, DistanceKind, Resolution, Tolerance};
+use gml_runtime::variance::{Device, DistanceKind, Matching, Resolution, Tolerance};
 use std::path::PathBuf;
 
 /// A scan and its unit.
@@ -148,6 +148,15 @@ const DISTANCES: [Choice<DistanceKind>; 3] = [
     },
 ];
 
+const MATCHINGS: [Choice<Matching>; 2] = [
+    Choice {
+        name: "mutual",
+        help: "Those that do not lie much nearer to another place of the model, and are no spikes of the scan",
+        value: Matching::Mutual,
+    },
+    Choice { name: "all", help: "All that are met, as in the paper", value: Matching::All },
+];
+
 /// Options of a measurement.
 #[derive(Debug, Args)]
 pub(crate) struct VarianceControls {
@@ -157,6 +166,9 @@ pub(crate) struct VarianceControls {
     /// Where distances are measured to
     #[arg(long, default_value = "normal", value_parser = values::one_of(&DISTANCES))]
     pub(crate) distance: DistanceKind,
+    /// Which places of the scan count
+    #[arg(long, default_value = "mutual", value_parser = values::one_of(&MATCHINGS))]
+    pub(crate) matching: Matching,
     /// With --distance averaged-normal: width of the band beside an edge in which normals turn from the average to the
     /// surface's own [default: a fiftieth of the model's size]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]

@@ -194,6 +194,7 @@ fn deviations() -> Deviations {
         filled: Vec::new(),
         buried: Vec::new(),
         contradicted: Vec::new(),
+        ambiguous: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

@@ -11,6 +11,9 @@ pub const BURIED: [u8; 3] = [84, 84, 84];
 /// The colour of surface that stands where the scan shows empty space: an amber that the scale does not contain.
 pub const CONTRADICTED: [u8; 3] = [240, 180, 0];
 
+/// The colour of a texel whose ray meets what belongs elsewhere: a green that the scale does not contain.
+pub const AMBIGUOUS: [u8; 3] = [40, 150, 110];
+
 /// The colour of a texel that faces a closed hole of the scan: an olive that the scale does not contain either.
 pub const FILLED: [u8; 3] = [140, 140, 60];
 
@@ -46,6 +49,8 @@ pub fn texel_colour(deviations: &Deviations, i: usize, drawn: f64, end: f64) -> 
         FILLED
     } else if deviations.is_contradicted(i) {
         CONTRADICTED
+    } else if deviations.is_ambiguous(i) {
+        AMBIGUOUS
     } else {
         diverging(drawn / end)
     }
@@ -53,7 +58,7 @@ pub fn texel_colour(deviations: &Deviations, i: usize, drawn: f64, end: f64) -> 
 
 #[cfg(test)]
 mod tests {
-    use super::{CONTRADICTED, NO_DATA, diverging};
+    use super::{AMBIGUOUS, CONTRADICTED, NO_DATA, diverging};
 
     /// CIE lightness L* of an sRGB colour.
     fn lightness(rgb: [u8; 3]) -> f64 {
@@ -85,8 +90,10 @@ mod tests {
         for i in -100..=100 {
             let [r, g, b] = diverging(f64::from(i) / 100.0);
             assert!(r.abs_diff(g).max(g.abs_diff(b)) > 20 || r > 200, "{i} looks like no data");
-            let apart = |k: usize| u32::from([r, g, b][k].abs_diff(CONTRADICTED[k])).pow(2);
-            assert!((0..3).map(apart).sum::<u32>() > 70 * 70, "{i} looks like empty space");
+            for class in [CONTRADICTED, AMBIGUOUS] {
+                let apart = |k: usize| u32::from([r, g, b][k].abs_diff(class[k])).pow(2);
+                assert!((0..3).map(apart).sum::<u32>() > 70 * 70, "{i} looks like {class:?}");
+            }
         }
     }
 }

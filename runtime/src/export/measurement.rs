@@ -56,7 +56,7 @@ pub fn write(folder: &Path, measurement: &Measurement, exr: bool) -> Result<Text
     let distances = signed_distances(deviations);
     let notes = [(
         "Comment",
-        "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -; without either 32 a filled hole, 16 buried, 8 empty space",
+        "R, G: distance along +normal and -normal, 255 = maximum; B: 128 hit along +, 64 along -; without either 32 a filled hole, 16 buried, 8 empty space, 4 ambiguous",
     )];
     let coded = image::png_rgb(width, height, &texture.rgb, &notes)?;
     let colours = png(&picture::deviation_picture(deviations, colour_range))?;

@@ -1,6 +1,6 @@
 //! Deviations as a picture for people: the texture in the colours of the scale, with a legend.
 
-use super::colormap::{BURIED, CONTRADICTED, FILLED, NO_DATA, diverging, texel_colour};
+use super::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, diverging, texel_colour};
 use super::glyphs::{GLYPH_HEIGHT, draw, text_width};
 use super::round_up;
 use crate::model::{SensitivityMap, SensitivityMaps, Texels};
@@ -94,6 +94,9 @@ fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> boo
     }
     if deviations.contradicted.contains(&true) {
         swatches.push((CONTRADICTED, "empty space"));
+    }
+    if deviations.ambiguous.contains(&true) {
+        swatches.push((AMBIGUOUS, "ambiguous"));
     }
     let words = Legend { below: "- scan inside", above: "scan outside +", unit: "mm", swatches: &swatches };
     let drawn = (0..deviations.texels.len()).map(|i| {
@@ -210,7 +213,7 @@ fn number(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::{BACKGROUND, deviation_picture, number};
-    use crate::export::colormap::{BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
+    use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
     use crate::model::Texels;
     use crate::variance::Deviations;
 
@@ -233,6 +236,7 @@ mod tests {
             filled: Vec::new(),
             buried: Vec::new(),
             contradicted: Vec::new(),
+            ambiguous: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };
@@ -248,6 +252,10 @@ mod tests {
         let picture = deviation_picture(&contradicted, 0.5);
         assert_eq!(picture.pixels[602], CONTRADICTED);
         assert!(picture.pixels[4 * 300..].contains(&CONTRADICTED));
+        let ambiguous = Deviations { ambiguous: vec![false, false, true], ..deviations.clone() };
+        let picture = deviation_picture(&ambiguous, 0.5);
+        assert_eq!(picture.pixels[602], AMBIGUOUS);
+        assert!(picture.pixels[4 * 300..].contains(&AMBIGUOUS));
         let picture = deviation_picture(&deviations, 0.5);
         assert_eq!(picture.width, 300);
         assert_eq!(picture.pixels.len(), picture.width * picture.height);

@@ -35,7 +35,7 @@ mod tests {
     use crate::model::{Fineness, Model, Motion, Tessellation};
     use crate::progress::Silent;
     use crate::scan::{Scan, from_mesh};
-    use crate::variance::{DistanceTexture, MeasureOptions, Measurement, Reference, Resolution, measure};
+    use crate::variance::{DistanceTexture, Matching, MeasureOptions, Measurement, Reference, Resolution, measure};
     use gml_compiler::program::{Options, Program, compile};
     use gml_compiler::source::{NoFiles, SourceFile};
     use std::f64::consts::PI;
@@ -66,10 +66,15 @@ mod tests {
     }
 
     fn measured(inside: &str, scan: &Scan) -> Measurement {
+        measured_by(Matching::Mutual, inside, scan)
+    }
+
+    fn measured_by(matching: Matching, inside: &str, scan: &Scan) -> Measurement {
         let model = vessel(inside);
         let reference = Reference::Model { model: &model, x: &[], motion: Motion::IDENTITY };
         let resolution = Resolution::Side(256);
-        let options = MeasureOptions { resolution, max_distance: Some(8.0), ..MeasureOptions::default() };
+        let max_distance = Some(8.0);
+        let options = MeasureOptions { resolution, max_distance, matching, ..MeasureOptions::default() };
         measure(reference, scan, None, &options, &Silent).unwrap()
     }
 
@@ -95,9 +100,13 @@ mod tests {
 
     #[test]
     fn what_has_a_distance_or_was_not_seen_does_not() {
-        // The same shelf by 5 mm above the floor, and on a scan whose sides are not known.
+        // The same shelf by 5 mm above the floor has the floor's distance only if that need not be its own.
         let low = "part shelf = disc(30mm).translate((0mm, 0mm, 8mm))";
-        assert_eq!(measured(low, &scan()).report.overall.contradicted_texels, 0);
+        assert_eq!(measured_by(Matching::All, low, &scan()).report.overall.contradicted_texels, 0);
+        let found = measured(low, &scan()).report.overall;
+        assert!((found.contradicted_area / (PI * 30.0 * 30.0) - 1.0).abs() < 0.01, "{}", found.contradicted_area);
+        assert!(found.ambiguous_area < 1.0, "{}", found.ambiguous_area);
+        // The scan's sides are not known.
         let guessed = Scan { oriented: false, ..scan() };
         assert_eq!(measured(SHELF, &guessed).report.overall.contradicted_texels, 0);
         // The outside of the vessel alone says nothing of what is in it.

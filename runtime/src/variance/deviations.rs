@@ -23,6 +23,9 @@ pub struct Deviations {
     /// Whether the surface there has no distance, and stands where the scan shows empty space. Empty where that is not
     /// known.
     pub contradicted: Vec<bool>,
+    /// Whether the texel has no distance because what its ray meets belongs to another place of the model, or to a
+    /// spike of the scan. Empty where no hit was refused.
+    pub ambiguous: Vec<bool>,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
     /// Millimetres.
     pub precision: f64,
@@ -48,6 +51,37 @@ impl Deviations {
     #[must_use]
     pub fn is_contradicted(&self, i: usize) -> bool {
         self.contradicted.get(i).copied().unwrap_or(false)
+    }
+
+    /// Whether what the ray of texel i meets belongs elsewhere.
+    #[must_use]
+    pub fn is_ambiguous(&self, i: usize) -> bool {
+        self.ambiguous.get(i).copied().unwrap_or(false)
+    }
+
+    /// Removes distances of texels along +normal or -normal. Texels that have none left are ambiguous.
+    pub(in crate::variance) fn refuse(&mut self, refused: &[(usize, [bool; 2])]) {
+        if refused.is_empty() {
+            return;
+        }
+        self.ambiguous = vec![false; self.outward.len()];
+        for &(i, [outward, inward]) in refused {
+            if outward {
+                self.outward[i] = f32::NAN;
+            }
+            if inward {
+                self.inward[i] = f32::NAN;
+            }
+            self.ambiguous[i] = self.along(i).is_nan();
+        }
+    }
+
+    /// Marks texels as standing in empty space, which says more than that they are ambiguous.
+    pub(in crate::variance) fn contradict(&mut self, contradicted: Vec<bool>) {
+        for (ambiguous, contradicted) in self.ambiguous.iter_mut().zip(&contradicted) {
+            *ambiguous &= !contradicted;
+        }
+        self.contradicted = contradicted;
     }
 
     /// Marks texels as buried and removes what their rays have met.

@@ -196,6 +196,7 @@ mod tests {
             filled: Vec::new(),
             buried: Vec::new(),
             contradicted: Vec::new(),
+            ambiguous: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         };

@@ -8,12 +8,13 @@ use super::detection::detect;
 use super::explained::explain;
 use super::form::{form_deviations, recognise};
 use super::holes::FilledHoles;
+use super::matching::refuse_foreign;
 use super::orientation::{Facings, turn};
 use super::surface::Surface;
 use super::unmatched::Unmatched;
 use super::{
-    CastError, Deviations, Device, DistanceKind, Facing, ParameterCovariance, Reference, Resolution, SensitivityRange,
-    Tolerance, VarianceReport,
+    CastError, Deviations, Device, DistanceKind, Facing, Matching, ParameterCovariance, Reference, Resolution,
+    SensitivityRange, Tolerance, VarianceReport,
 };
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
@@ -39,6 +40,8 @@ pub struct MeasureOptions {
     pub max_angle: f64,
     /// The points of the scan to which distances are measured.
     pub distance: DistanceKind,
+    /// Which of them count.
+    pub matching: Matching,
     /// Width of the band beside an edge in which averaged normals turn back to the surface's own, in millimetres; by
     /// default a fiftieth of the surface's diagonal, at most a tenth.
     pub averaging_width: Option<f64>,
@@ -59,6 +62,7 @@ impl Default for MeasureOptions {
             max_distance: None,
             max_angle: std::f64::consts::FRAC_PI_2,
             distance: DistanceKind::Normal,
+            matching: Matching::default(),
             averaging_width: None,
             fill_holes: None,
             tolerance: None,
@@ -182,9 +186,20 @@ pub fn measure(
         hide_behind_filled(&mut deviations, holes, &bvh, facing(scan, options), options.distance)?;
     }
     deviations.bury(buried);
-    deviations.contradicted = contradicted(&deviations, scan, &bvh);
-    unless_cancelled(progress)?;
     let cast = started.elapsed().as_secs_f64();
+    unless_cancelled(progress)?;
+
+    let started = Instant::now();
+    let model = Bvh::build(&tessellation.mesh).map_err(MeasureError::Surface)?;
+    let spikes = match options.matching {
+        Matching::Mutual => refuse_foreign(&mut deviations, scan, &bvh, &tessellation, &model),
+        Matching::All => 0,
+    };
+    let matching = started.elapsed().as_secs_f64();
+    let started = Instant::now();
+    deviations.contradict(contradicted(&deviations, scan, &bvh));
+    unless_cancelled(progress)?;
+    let cast = cast + started.elapsed().as_secs_f64();
 
     let started = Instant::now();
     let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|t| t.or(options.tolerance)).collect();
@@ -197,11 +212,14 @@ pub fn measure(
         report.sensitivities = maps.maps.iter().map(range).collect();
     }
     report.distance = options.distance.name().to_owned();
+    report.matching = options.matching.name().to_owned();
+    report.spikes = spikes;
     report.averaging_width = averaging_width;
     report.holes = holes.as_ref().map(|h| h.summary.clone());
     report.seconds.texels = seconds;
     report.seconds.build = build;
     report.seconds.cast = cast;
+    report.seconds.matching = matching;
     report.seconds.statistics = started.elapsed().as_secs_f64();
     report.warnings.extend(scan.warnings.iter().cloned().chain(notices));
     report.warnings.extend(notice);
@@ -220,8 +238,7 @@ pub fn measure(
 
     progress.report("finding what the model does not explain", f64::NAN, "");
     let started = Instant::now();
-    let unmatched = Unmatched::new(&scan.mesh, &tessellation.mesh, max_distance, scan.oriented);
-    let unmatched = unmatched.map_err(MeasureError::Surface)?;
+    let unmatched = Unmatched::new(&scan.mesh, &model, max_distance, scan.oriented);
     report.unmatched = Some(unmatched.summary);
     report.seconds.unmatched = started.elapsed().as_secs_f64();
     Ok(Measurement {

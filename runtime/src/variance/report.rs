@@ -3,7 +3,7 @@
 use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::{
-    Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Statistics, Tolerance,
+    Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Matching, Statistics, Tolerance,
     UnmatchedSummary,
 };
 use crate::model::{SensitivityMap, Texels};
@@ -25,6 +25,12 @@ pub struct VarianceReport {
     /// The points to which distances are measured: along the model's `normal`, along its `averaged-normal`, or to the
     /// `closest` point of the scan.
     pub distance: String,
+    /// Which places of the scan count: those that are the texel's own as seen from the scan, too (`mutual`), or `all`.
+    #[serde(default = "all")]
+    pub matching: String,
+    /// Single vertices of the scan far from all of their neighbours, to which no distance is taken with `mutual`.
+    #[serde(default)]
+    pub spikes: usize,
     /// Width of the band beside an edge in which averaged normals turn. Millimetres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub averaging_width: Option<f64>,
@@ -133,6 +139,9 @@ pub struct VarianceSeconds {
     /// Casting the rays; `trace` in JSON.
     #[serde(rename = "trace")]
     pub cast: f64,
+    /// Telling which places of the scan belong to other places of the model.
+    #[serde(default)]
+    pub matching: f64,
     /// Statistics.
     pub statistics: f64,
     /// Finding what the model does not explain.
@@ -174,6 +183,8 @@ impl VarianceReport {
             sign_convention: SIGN_CONVENTION.to_owned(),
             unit: "mm".to_owned(),
             distance: "normal".to_owned(),
+            matching: all(),
+            spikes: 0,
             averaging_width: None,
             max_distance: range,
             device: device.to_owned(),
@@ -192,6 +203,11 @@ impl VarianceReport {
             warnings: Vec::new(),
         }
     }
+}
+
+/// The matching of the paper, and of files that do not name one.
+fn all() -> String {
+    Matching::All.name().to_owned()
 }
 
 /// Names without their indices, with the parts that have them, in the order of each group's first part; only names with

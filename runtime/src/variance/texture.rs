@@ -24,12 +24,15 @@ const BURIED: u8 = 16;
 /// Bit of the third channel: there is no distance, and the scan shows the space there to be empty.
 const CONTRADICTED: u8 = 8;
 
+/// Bit of the third channel: there is no distance, since what the ray meets belongs to another place of the model.
+const AMBIGUOUS: u8 = 4;
+
 /// Distances as the paper codes them (\[VA\] sect. 6), 3 bytes a texel, row 0 at the top: the distance along +normal
 /// and that along -normal, as bytes of which 255 stands for the maximum distance; then 128 if there is a hit along
 /// +normal plus 64 if there is one along -normal (or 32 alone for a closed hole of the scan, 16 alone for surface
-/// inside of the model's own material, 8 alone for surface where the scan shows empty space). Texels that no chart
-/// covers take the code of the nearest covered one if it is at most 8 texels away, so that no seam shows under
-/// filtering, otherwise (0, 0, 0).
+/// inside of the model's own material, 8 alone for surface where the scan shows empty space, 4 alone where what the ray
+/// meets belongs elsewhere). Texels that no chart covers take the code of the nearest covered one if it is at most 8
+/// texels away, so that no seam shows under filtering, otherwise (0, 0, 0).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DistanceTexture {
     /// Columns.
@@ -61,6 +64,7 @@ impl DistanceTexture {
                 codes[place][2] |= if deviations.is_filled(i) { FILLED } else { 0 };
                 codes[place][2] |= if deviations.is_buried(i) { BURIED } else { 0 };
                 codes[place][2] |= if deviations.is_contradicted(i) { CONTRADICTED } else { 0 };
+                codes[place][2] |= if deviations.is_ambiguous(i) { AMBIGUOUS } else { 0 };
                 covered[place] = true;
             }
         });
@@ -146,6 +150,7 @@ mod tests {
             filled: Vec::new(),
             buried: Vec::new(),
             contradicted: Vec::new(),
+            ambiguous: Vec::new(),
             precision: 0.0,
             cosine: Vec::new(),
         }

@@ -1,7 +1,7 @@
 //! The parts of the scan that the model does not explain: \[VA\] casts rays from the model only, so that what is far
 //! from it or faces another way would be lost without notice.
 
-use crate::bvh::{Bvh, BvhError};
+use crate::bvh::Bvh;
 use crate::mesh::{Bounds, Group, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -59,21 +59,12 @@ impl Unmatched {
     /// Finds the triangles whose centre of gravity has no point of `model` within `max_distance` millimetres. If
     /// `oriented`, only triangles of the model count that face as the scan's triangle does (less than a right angle
     /// between the normals).
-    ///
-    /// # Errors
-    /// As [`Bvh::build`] over the model.
-    pub(in crate::variance) fn new(
-        scan: &TriangleMesh,
-        model: &TriangleMesh,
-        max_distance: f64,
-        oriented: bool,
-    ) -> Result<Self, BvhError> {
-        let bvh = Bvh::build(model)?;
+    pub(in crate::variance) fn new(scan: &TriangleMesh, model: &Bvh, max_distance: f64, oriented: bool) -> Self {
         let explained = |triangle: &[u32; 3]| {
             let centre = centre(scan, *triangle);
             let closest = match scan.triangle_normal(*triangle).filter(|_| oriented) {
-                Some(normal) => bvh.closest_point_facing(centre, max_distance, normal, 0.0),
-                None => bvh.closest_point(centre, max_distance),
+                Some(normal) => model.closest_point_facing(centre, max_distance, normal, 0.0),
+                None => model.closest_point(centre, max_distance),
             };
             closest.is_some()
         };
@@ -97,7 +88,7 @@ impl Unmatched {
             let start = mesh.groups.last().map_or(0, |g| g.end);
             mesh.groups.push(Group { name: format!("piece{k}"), start, end: start + piece.triangles });
         }
-        Ok(Self { mesh, summary })
+        Self { mesh, summary }
     }
 }
 
@@ -225,7 +216,7 @@ mod tests {
             plate([10, 0], [14, 2], 0.0, true),
             plate([2, 2], [5, 5], -0.2, false),
         ]);
-        let found = Unmatched::new(&scan, &model, 1.0, true).expect("a mesh");
+        let found = Unmatched::new(&scan, &Bvh::build(&model).expect("a mesh"), 1.0, true);
         let areas: Vec<f64> = found.summary.largest.iter().map(|p| p.area).collect();
         assert_eq!(areas, [20.0, 9.0, 6.0]);
         assert_eq!((found.summary.pieces, found.summary.triangles), (3, 70));
@@ -241,8 +232,8 @@ mod tests {
 
     #[test]
     fn without_orientation_both_sides_count() {
-        let model = plate([0, 0], [10, 10], 0.0, true);
-        let found = Unmatched::new(&plate([2, 2], [5, 5], -0.2, false), &model, 1.0, false).expect("a mesh");
+        let model = Bvh::build(&plate([0, 0], [10, 10], 0.0, true)).expect("a mesh");
+        let found = Unmatched::new(&plate([2, 2], [5, 5], -0.2, false), &model, 1.0, false);
         assert_eq!(found, Unmatched::default());
         assert!(found.summary.area.is_sign_positive() && found.summary.share.is_sign_positive(), "-0");
     }

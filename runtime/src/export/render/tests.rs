@@ -131,6 +131,7 @@ fn deviations_lie_where_their_texels_are() {
         filled: Vec::new(),
         buried: Vec::new(),
         contradicted: Vec::new(),
+        ambiguous: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     };

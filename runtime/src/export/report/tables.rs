@@ -185,6 +185,21 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
             "<p class=\"convention\">Without data, and where the scan shows empty space: {contradicted}, amber in the pictures.</p>",
         );
     }
+    if let Some(ambiguous) = by_part(variance, |s| s.ambiguous_area) {
+        let _ = writeln!(
+            out,
+            "<p class=\"convention\">Without data, since what the rays meet belongs to another place of the model or to a \
+             spike of the scan: {ambiguous}, green in the pictures.</p>",
+        );
+    }
+    if variance.spikes > 0 {
+        let _ = writeln!(
+            out,
+            "<p class=\"convention\">Spikes of the scan, single vertices far from all of their neighbours, to which no \
+             distance is taken: {}.</p>",
+            variance.spikes,
+        );
+    }
     if let Some(unmatched) = &variance.unmatched {
         left_over(unmatched, &mut out);
     }

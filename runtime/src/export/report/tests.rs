@@ -27,6 +27,7 @@ fn deviations() -> Deviations {
         filled: Vec::new(),
         buried: Vec::new(),
         contradicted: [vec![false; 6], vec![true, false]].concat(),
+        ambiguous: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

@@ -220,6 +220,7 @@ impl Distances {
             filled: Vec::new(),
             buried: Vec::new(),
             contradicted: Vec::new(),
+            ambiguous: Vec::new(),
             precision,
             cosine: Vec::new(),
         }

@@ -37,6 +37,7 @@ fn deviations(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Deviations {
         filled: Vec::new(),
         buried: Vec::new(),
         contradicted: Vec::new(),
+        ambiguous: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }

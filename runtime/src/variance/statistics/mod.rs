@@ -38,6 +38,12 @@ pub struct Statistics {
     /// Their area. Square millimetres.
     #[serde(default)]
     pub contradicted_area: f64,
+    /// Number of texels without a distance because what their rays meet belongs elsewhere.
+    #[serde(default)]
+    pub ambiguous_texels: usize,
+    /// Their area. Square millimetres.
+    #[serde(default)]
+    pub ambiguous_area: f64,
     /// `measured_area / area`; 0 if there is no area.
     pub coverage: f64,
     /// Every texel weighted by its area.
@@ -76,6 +82,8 @@ pub(super) struct PartTexels {
     filled: (usize, f64),
     /// Number and area of those where the scan shows empty space.
     contradicted: (usize, f64),
+    /// Number and area of those whose rays meet what belongs elsewhere.
+    ambiguous: (usize, f64),
     /// Number and area of those inside of the model's own material.
     buried: (usize, f64),
 }
@@ -104,6 +112,9 @@ impl PartTexels {
             if deviations.is_contradicted(i) {
                 add(&mut parts[part].contradicted, (1, f64::from(area)));
             }
+            if deviations.is_ambiguous(i) {
+                add(&mut parts[part].ambiguous, (1, f64::from(area)));
+            }
         }
         let sorted = parts.par_iter_mut().zip(measured);
         sorted.for_each(|(part, samples)| part.measured = Distribution::new(samples));
@@ -118,6 +129,7 @@ impl PartTexels {
             add(&mut merged.filled, part.filled);
             add(&mut merged.buried, part.buried);
             add(&mut merged.contradicted, part.contradicted);
+            add(&mut merged.ambiguous, part.ambiguous);
         }
         merged
     }
@@ -138,6 +150,8 @@ impl PartTexels {
             buried_area: self.buried.1,
             contradicted_texels: self.contradicted.0,
             contradicted_area: self.contradicted.1,
+            ambiguous_texels: self.ambiguous.0,
+            ambiguous_area: self.ambiguous.1,
             coverage: if area > 0.0 { measured_area / area } else { 0.0 },
             weighted,
             per_texel,

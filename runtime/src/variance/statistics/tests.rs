@@ -25,6 +25,7 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
         filled: Vec::new(),
         buried: Vec::new(),
         contradicted: Vec::new(),
+        ambiguous: Vec::new(),
         precision: 0.0,
         cosine: Vec::new(),
     }
