@@ -192,7 +192,7 @@ pub fn measure(
     let started = Instant::now();
     let model = Bvh::build(&tessellation.mesh).map_err(MeasureError::Surface)?;
     let spikes = match options.matching {
-        Matching::Mutual => refuse_foreign(&mut deviations, scan, &bvh, &tessellation, &model),
+        Matching::Mutual => refuse_foreign(&mut deviations, options.distance, scan, &bvh, &tessellation, &model),
         Matching::All => 0,
     };
     let matching = started.elapsed().as_secs_f64();

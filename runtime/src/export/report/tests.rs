@@ -108,9 +108,12 @@ fn fit() -> FitResult {
 }
 
 fn page() -> String {
-    let deviations = deviations();
+    page_of(&deviations(), 0)
+}
+
+fn page_of(deviations: &Deviations, spikes: usize) -> String {
     let scan = ScanSource { path: HOSTILE.to_owned(), ..ScanSource::default() };
-    let variance = VarianceReport::new(&deviations, &scan, "cpu", &[]);
+    let variance = VarianceReport { spikes, ..VarianceReport::new(deviations, &scan, "cpu", &[]) };
     write(&Report {
         title: HOSTILE,
         model: HOSTILE,
@@ -118,7 +121,7 @@ fn page() -> String {
         tool: "gmlc 0.1.0",
         fit: Some(&fit()),
         variance: &variance,
-        deviations: &deviations,
+        deviations,
         tessellation: &tessellation(),
         turned: Motion::IDENTITY.rotation,
         distance_png: b"one",
@@ -176,6 +179,17 @@ fn figures_are_there() {
     assert!(page.contains("\"halfSize\":[1.0,0.5,0.0]"));
     assert!(page.contains("data:image/png;base64,b25l") && page.contains("data:image/png;base64,dHdv"));
     assert!(!page.contains("NaN") && !page.contains("//!"));
+}
+
+#[test]
+fn what_is_refused_is_said() {
+    let refused = "another place of the model or to a spike of the scan: 1.000 mm&sup2; (1.000 of &lt;/script&gt;";
+    let spikes = "to which no distance is taken: 17.</p>";
+    let ambiguous = [vec![false; 6], vec![true, false]].concat();
+    let page = page_of(&Deviations { contradicted: Vec::new(), ambiguous, ..deviations() }, 17);
+    assert!(page.contains(refused) && page.contains(spikes), "{page}");
+    let page = page_of(&deviations(), 0);
+    assert!(!page.contains("a spike of the scan") && !page.contains("no distance is taken"));
 }
 
 #[test]

@@ -5,8 +5,8 @@ mod spikes;
 #[cfg(test)]
 mod tests;
 
-use super::Deviations;
-use crate::bvh::Bvh;
+use super::{Deviations, DistanceKind};
+use crate::bvh::{Bvh, ClosestPoint};
 use crate::model::Tessellation;
 use crate::scan::Scan;
 use glam::DVec3;
@@ -55,16 +55,17 @@ impl Matching {
 }
 
 /// Removes the distances to places of the scan that belong to other places of the model, or to spikes of the scan, and
-/// marks texels that have none left as ambiguous. `bvh` was built over the scan, `model` over the tessellation. Returns
-/// the number of the scan's spikes.
+/// marks texels that have none left as ambiguous. The distances are of a `kind`; `bvh` was built over the scan, `model`
+/// over the tessellation. Returns the number of the scan's spikes.
 pub(in crate::variance) fn refuse_foreign(
     deviations: &mut Deviations,
+    kind: DistanceKind,
     scan: &Scan,
     bvh: &Bvh,
     tessellation: &Tessellation,
     model: &Bvh,
 ) -> usize {
-    let judge = Judge { deviations, scan, bvh, model, chord: tessellation.chord, spikes: spikes(scan) };
+    let judge = Judge { deviations, kind, scan, bvh, model, chord: tessellation.chord, spikes: spikes(scan) };
     let refused = (0..deviations.outward.len()).into_par_iter();
     let refused: Vec<(usize, [bool; 2])> = refused.filter_map(|i| Some((i, judge.refused(i)?))).collect();
     let count = judge.spikes.iter().filter(|spike| **spike).count();
@@ -74,6 +75,7 @@ pub(in crate::variance) fn refuse_foreign(
 
 struct Judge<'a> {
     deviations: &'a Deviations,
+    kind: DistanceKind,
     scan: &'a Scan,
     bvh: &'a Bvh,
     model: &'a Bvh,
@@ -100,15 +102,7 @@ impl Judge<'_> {
         if !(deviation > NOISE * self.scan.noise && nearer > 0.0) {
             return false;
         }
-        let texels = &self.deviations.texels;
-        let direction = DVec3::from_array(texels.normal[i].map(f64::from)).normalize_or_zero();
-        let hit = DVec3::from_array(texels.position[i]) + along * direction;
-        let reach = ROUNDING * self.deviations.precision;
-        let met = match self.scan.oriented {
-            true => self.bvh.closest_point_facing(hit, reach, direction, 0.0),
-            false => self.bvh.closest_point(hit, reach),
-        };
-        let Some(met) = met else { return false };
+        let Some(met) = self.met(i, along) else { return false };
         let mesh = &self.scan.mesh;
         let corners = mesh.triangles[met.triangle as usize];
         if corners.iter().any(|corner| self.spikes[*corner as usize]) {
@@ -117,7 +111,23 @@ impl Judge<'_> {
         // Normals of vertices are means over their triangles, those of single triangles are much noisier.
         let normal = |k: usize| met.weights[k] * DVec3::from_array(mesh.normals[corners[k] as usize]);
         let Some(normal) = (0..3).map(normal).sum::<DVec3>().try_normalize() else { return false };
-        let is_near = |normal| self.model.closest_point_facing(hit, nearer, normal, ALIKE).is_some();
+        let is_near = |normal| self.model.closest_point_facing(met.point, nearer, normal, ALIKE).is_some();
         is_near(normal) || !self.scan.oriented && is_near(-normal)
+    }
+
+    /// The place of the scan at a signed distance from texel i: on its ray, or the closest one.
+    fn met(&self, i: usize, along: f64) -> Option<ClosestPoint> {
+        let texels = &self.deviations.texels;
+        let normal = DVec3::from_array(texels.normal[i].map(f64::from)).normalize_or_zero();
+        let position = DVec3::from_array(texels.position[i]);
+        let rounding = ROUNDING * self.deviations.precision;
+        let (from, reach) = match self.kind {
+            DistanceKind::Normal | DistanceKind::AveragedNormal => (position + along * normal, rounding),
+            DistanceKind::Closest => (position, along.abs() + rounding),
+        };
+        match self.scan.oriented {
+            true => self.bvh.closest_point_facing(from, reach, normal, 0.0),
+            false => self.bvh.closest_point(from, reach),
+        }
     }
 }
