@@ -73,7 +73,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         ));
     }
     if let Some(unmatched) = &report.unmatched {
-        out.push_str(&left_over(unmatched));
+        out.push_str(&left_over(unmatched, report.max_distance));
     }
     for w in &report.warnings {
         out.push_str(&format!("warning: {w}\n"));
@@ -97,14 +97,19 @@ fn by_part(report: &VarianceReport, area: impl Fn(&Statistics) -> f64) -> String
     format!("{} mm2 ({})", table::number(area(&report.overall)), parts.join(", "))
 }
 
-/// A sentence about the part of the scan that the model does not explain, and a line for each of the largest pieces.
-fn left_over(unmatched: &UnmatchedSummary) -> String {
+/// A sentence about the part of the scan that is farther from the model than distances reach (millimetres), and a line
+/// for each of the largest pieces.
+fn left_over(unmatched: &UnmatchedSummary, max_distance: f64) -> String {
     if unmatched.triangles == 0 {
-        return "the model explains the whole scan\n".to_owned();
+        return format!(
+            "all of the scan lies within {} mm of model surface that faces as it does\n",
+            table::number(max_distance)
+        );
     }
     let (s, rest) = if unmatched.pieces == 1 { ("", "") } else { ("s", "; the largest:") };
     let mut out = format!(
-        "not explained by the model: {} mm2 of the scan ({:.2} %) in {} piece{s}, in {UNMATCHED}{rest}\n",
+        "farther than {} mm from the model, or facing another way: {} mm2 of the scan ({:.2} %) in {} piece{s}, in {UNMATCHED}{rest}\n",
+        table::number(max_distance),
         table::number(unmatched.area),
         100.0 * unmatched.share,
         unmatched.pieces,

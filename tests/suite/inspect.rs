@@ -144,7 +144,7 @@ fn what_the_model_lacks_is_listed() {
     for (c, expected) in centre.iter().zip([35.0, 0.0, 25.0]) {
         assert!((c.as_f64().expect("a number") - expected).abs() < 1.0, "{centre:?}");
     }
-    assert!(out.contains("not explained by the model"), "{out}");
+    assert!(out.contains("mm from the model, or facing another way: "), "{out}");
     let ply = std::fs::read(folder.path().join("out/unmatched.ply")).expect("a mesh");
     let header = String::from_utf8_lossy(&ply[..ply.len().min(400)]).into_owned();
     assert!(header.contains(&format!("element face {}", unmatched["triangles"])), "{header}");

@@ -239,7 +239,8 @@ pub fn measure(
     progress.report("finding what the model does not explain", f64::NAN, "");
     let started = Instant::now();
     let unmatched = Unmatched::new(&scan.mesh, &model, max_distance, scan.oriented);
-    report.unmatched = Some(unmatched.summary);
+    // A cloud has no surface of which an area could be said.
+    report.unmatched = (!scan.mesh.triangles.is_empty()).then_some(unmatched.summary);
     report.seconds.unmatched = started.elapsed().as_secs_f64();
     Ok(Measurement {
         tessellation,

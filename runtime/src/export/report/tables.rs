@@ -201,7 +201,7 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
         );
     }
     if let Some(unmatched) = &variance.unmatched {
-        left_over(unmatched, &mut out);
+        left_over(unmatched, variance.max_distance, &mut out);
     }
     out
 }
@@ -305,11 +305,15 @@ fn forms(variance: &VarianceReport, out: &mut String) {
     table(head, rows.map(row), out);
 }
 
-/// The part of the scan that the model does not explain.
-fn left_over(unmatched: &UnmatchedSummary, out: &mut String) {
-    out.push_str("<h3>Not explained by the model</h3>\n");
+/// The part of the scan that is farther from the model than distances reach (millimetres).
+fn left_over(unmatched: &UnmatchedSummary, max_distance: f64, out: &mut String) {
+    out.push_str("<h3>Farther from the model than distances reach</h3>\n");
     if unmatched.triangles == 0 {
-        out.push_str("<p class=\"convention\">The model explains all of the scan.</p>\n");
+        let _ = writeln!(
+            out,
+            "<p class=\"convention\">All of the scan lies within {} mm of model surface that faces as it does.</p>",
+            number(max_distance)
+        );
         return;
     }
     let _ = writeln!(
