@@ -105,15 +105,20 @@ pub(crate) fn assess(
         let response = &inverse.matrix * chain.tr_mul(&coverage.pull) * (BORDER * objective.points.spacing());
         covariance += &response * response.transpose();
     }
-    let by_ends = [held, &[]].map(|held| by_ends(&weighted, &within, held));
+    let at_ends = by_ends(&weighted, &within, held);
     let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     at_least(&mut covariance, &naive);
     let released = held.contains(&true).then(|| Inverse::of(&bread, &weighted, &[])).flatten();
     let bounds_decide = released.map_or(vec![false; dim], |released| {
         let sum = 0.5 * objective.loss.sigma.powi(2) * objective.points.weight();
         let moved = (gradient.len() == dim).then(|| -(&released.matrix * gradient) * sum);
-        let without = released.without_bounds(&meat, &by_ends[1], moved);
-        (0..dim).map(|k| !is_held(held, k) && without.decides(k, covariance[(k, k)], by_ends[0][k])).collect()
+        let without = WithoutBounds {
+            covariance: &released.matrix * &meat * &released.matrix,
+            determined: released.determined,
+            by_ends: by_ends(&weighted, &within, &[]),
+            step: moved,
+        };
+        (0..dim).map(|k| !is_held(held, k) && without.decides(k, covariance[(k, k)], at_ends[k])).collect()
     });
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix, undetermined, determined, .. } = inverse;
@@ -129,7 +134,7 @@ pub(crate) fn assess(
         None => matrix,
     };
     let reason = |k: usize| match (determined[k], is_held(held, k)) {
-        (true, _) => by_ends[0][k].then_some(WithoutSd::ScanEnds),
+        (true, _) => at_ends[k].then_some(WithoutSd::ScanEnds),
         (false, true) => Some(WithoutSd::AtBound),
         (false, false) => Some(WithoutSd::NotDetermined),
     };
@@ -246,7 +251,7 @@ fn scaled(matrix: &DMatrix<f64>, units: &DMatrix<f64>, varied: &[usize]) -> DMat
     })
 }
 
-/// What would be without the bounds at which coordinates are held.
+/// The uncertainty that there would be without the bounds at which coordinates are held.
 struct WithoutBounds {
     covariance: DMatrix<f64>,
     determined: Vec<bool>,
@@ -316,12 +321,6 @@ struct Inverse {
 }
 
 impl Inverse {
-    /// That of all coordinates, with the meat of the sandwich, as what would be without bounds.
-    fn without_bounds(self, meat: &DMatrix<f64>, by_ends: &[bool], step: Option<DVector<f64>>) -> WithoutBounds {
-        let covariance = &self.matrix * meat * &self.matrix;
-        WithoutBounds { covariance, determined: self.determined, by_ends: by_ends.to_vec(), step }
-    }
-
     fn of(bread: &DMatrix<f64>, weighted: &DMatrix<f64>, held: &[bool]) -> Option<Self> {
         let dim = bread.nrows();
         let largest = weighted.diagonal().amax();

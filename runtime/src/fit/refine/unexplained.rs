@@ -4,6 +4,7 @@
 use super::schedule::Solution;
 use crate::disjoint_sets::DisjointSets;
 use crate::fit::correspond::nearest::Query;
+use crate::fit::problem::objective::Placed;
 use crate::fit::tuning::{
     BESIDE_SAMPLES, BESIDE_SHARE, CLUSTER_NEIGHBOURS, CLUSTER_REACH, LEAST_PIECE, UNEXPLAINED_NEIGHBOURS,
 };
@@ -56,19 +57,24 @@ pub(crate) fn pieces(solution: &Solution, inliers: &[bool]) -> Option<Vec<Piece>
     let mut largest: Vec<u32> = (0..sums.len() as u32).filter(|i| sums[*i as usize] > LEAST_PIECE * total).collect();
     largest.sort_by(|a, b| sums[*b as usize].total_cmp(&sums[*a as usize]).then(a.cmp(b)));
     let is_mesh = !scan.mesh.triangles.is_empty();
+    if largest.is_empty() {
+        return Some(Vec::new());
+    }
+    let objective = solution.objective(&problem.points);
+    let placed = objective.place(&solution.estimate).ok()?;
     let piece = |root: u32| {
         let members: Vec<usize> = (0..roots.len()).filter(|i| roots[*i] == Some(root)).collect();
         let points: Vec<DVec3> = members.iter().map(|i| DVec3::from(scan.mesh.positions[*i])).collect();
         let sum = sums[root as usize];
         let weighted = members.iter().zip(&points).map(|(i, p)| weight[*i] * *p).sum::<DVec3>();
-        Some(Piece {
+        Piece {
             share: sum / total,
             area: is_mesh.then_some(sum),
             place: weighted / sum,
-            beside: beside(solution, &points)?,
-        })
+            beside: beside(solution, &placed, &points),
+        }
     };
-    largest.into_iter().map(piece).collect()
+    Some(largest.into_iter().map(piece).collect())
 }
 
 /// Sets of vertices that belong together, with the area that each stands for (of a cloud 1), zero of all that are
@@ -123,11 +129,9 @@ fn of_cloud(scan: &Scan, inliers: &[bool]) -> Clusters {
     Clusters { sets, weight, total: positions.len() as f64 }
 }
 
-/// By patch, whether it is the nearest one to a share of some points of the scan. None where the model does not exist.
-fn beside(solution: &Solution, points: &[DVec3]) -> Option<Vec<bool>> {
+/// By patch of the placed model, whether it is the nearest one to a share of some points of the scan.
+fn beside(solution: &Solution, placed: &Placed, points: &[DVec3]) -> Vec<bool> {
     let Solution { level, estimate, .. } = solution;
-    let objective = solution.objective(&level.problem.points);
-    let placed = objective.place(estimate).ok()?;
     let mut counts = vec![0; level.problem.model.parts().len()];
     let step = points.len().div_ceil(BESIDE_SAMPLES).max(1);
     let samples = points.iter().step_by(step);
@@ -138,5 +142,5 @@ fn beside(solution: &Solution, points: &[DVec3]) -> Option<Vec<bool>> {
             counts[nearest.patch as usize] += 1;
         }
     }
-    Some(counts.into_iter().map(|count| f64::from(count) > least).collect())
+    counts.into_iter().map(|count| f64::from(count) > least).collect()
 }

@@ -64,6 +64,13 @@ impl Scene<'_> {
         FitOptions { bootstrap: 0, coverage: false, ..self.options.clone() }
     }
 
+    /// The shape of a fit's result, in no place.
+    fn shape_of(&self, result: &FitResult) -> EarlierFit {
+        let of_pose = pose_parameters(self.model, self.scan);
+        let of_shape = result.parameters.iter().filter(|p| !of_pose.contains(&p.name));
+        EarlierFit { values: of_shape.map(|p| (p.name.clone(), p.value)).collect(), pose: None, converged: None }
+    }
+
     /// A fit of the model to a scan; none where there is none.
     fn fit(&self, scan: &Scan, options: FitOptions, name: &str) -> Option<Attempt> {
         let piece = Piece { whole: self.progress, name: name.to_owned(), range: (0.0, 1.0) };
@@ -99,18 +106,14 @@ impl Scene<'_> {
         Some(Attempt { result, near, in_proportion })
     }
 
-    /// What a mirror image of the scan says, if the model explains it, and not the scan.
+    /// The meaning of a mirror image of the scan, if the model explains it, and not the scan.
     fn mirrored(&self, best: &Attempt) -> Option<Mirrored> {
         let mirrored = self.fit(&self.scan.mirrored(), self.plain(), "fitting a mirror image of the scan")?.result;
         if !(mirrored.inliers > MIRRORED && mirrored.inliers - best.result.inliers > REMAINDER) {
             return None;
         }
         // A shape that is its own mirror image explains both: the search had missed it.
-        let of_pose = pose_parameters(self.model, self.scan);
-        let of_shape = mirrored.parameters.iter().filter(|p| !of_pose.contains(&p.name));
-        let values = of_shape.map(|p| (p.name.clone(), p.value)).collect();
-        let options =
-            FitOptions { earlier: Some(EarlierFit { values, pose: None, converged: None }), ..self.options.clone() };
+        let options = FitOptions { earlier: Some(self.shape_of(&mirrored)), ..self.options.clone() };
         let again = self.fit(self.scan, options, "fitting the shape of the mirror image").filter(|again| {
             mirrored.inliers - again.result.inliers < REMAINDER && again.result.inliers > best.result.inliers
         });
@@ -125,7 +128,7 @@ impl Scene<'_> {
     }
 }
 
-/// What a mirror image of the scan says.
+/// The meaning of a mirror image of the scan that the model explains.
 enum Mirrored {
     /// The object is its own mirror image, and this fit of the scan is better.
     Alike(Box<Attempt>),

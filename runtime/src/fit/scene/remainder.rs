@@ -2,16 +2,14 @@
 
 use super::{Scene, pieces};
 use crate::fit::attempt::Attempt;
-use crate::fit::options::EarlierFit;
 use crate::fit::problem::points::gyration;
-use crate::fit::problem::rigid::pose_parameters;
 use crate::fit::result::UnexplainedPiece;
 use crate::fit::tuning::{COPY_POINTS, MOSTLY, PIECE_POINTS, PLANE_DRAWS, PLANE_NOISE, PLANE_SAMPLES, UNEXPLAINED};
 use crate::scan::Scan;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// A sentence on what a fit does not explain.
 pub(super) struct Remainder {
@@ -87,13 +85,11 @@ fn copy(scene: &Scene, best: &Attempt, is_rest: &[bool]) -> Option<String> {
     if (count(is_rest) as f64) < COPY_POINTS * here as f64 {
         return None;
     }
-    let of_pose = pose_parameters(scene.model, scene.scan);
-    let of_shape = best.result.parameters.iter().filter(|p| !of_pose.contains(&p.name));
-    let values: BTreeMap<String, f64> = of_shape.map(|p| (p.name.clone(), p.value)).collect();
+    let shape = scene.shape_of(&best.result);
     let mut options = scene.plain();
     options.start.clear();
-    options.fixed = values.keys().cloned().collect();
-    options.earlier = Some(EarlierFit { values, pose: None, converged: None });
+    options.fixed = shape.values.keys().cloned().collect();
+    options.earlier = Some(shape);
     let rest = scene.scan.part(is_rest);
     let found = scene.fit(&rest, options, "looking for another copy")?;
     if found.result.inliers < MOSTLY || (count(&found.near) as f64) < COPY_POINTS * here as f64 {

@@ -29,8 +29,8 @@ const NEARER: f64 = 0.7;
 /// remain that are refused now, among them the largest.
 const ALIKE: f32 = 0.5;
 
-/// How far from a hit its triangle is sought, in units of the rounding of distances: a hit is a distance times a
-/// direction, both in single precision, from the texel.
+/// The distance from a hit up to which its triangle is sought, in units of distances' rounding: a hit is a distance
+/// times a direction, both in single precision, from the texel.
 const ROUNDING: f64 = 16.0;
 
 /// Which places of the scan count as those of a texel.

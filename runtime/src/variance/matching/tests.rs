@@ -74,7 +74,7 @@ fn hits_on_neighbouring_walls_are_refused() {
     let (before, after) = (&all.report.overall, &mutual.report.overall);
     assert!(before.weighted.max > 5.0 && after.weighted.max < 1.5, "{} {}", before.weighted.max, after.weighted.max);
     assert!(before.weighted.rms > 0.4 && after.weighted.rms < 0.25, "{} {}", before.weighted.rms, after.weighted.rms);
-    // What is refused is a class of its own.
+    // Refused texels are a class of their own.
     assert_eq!(before.ambiguous_texels, 0);
     assert!(mutual.report.spikes < 2, "{}", mutual.report.spikes);
     assert!((before.measured_area - after.measured_area - after.ambiguous_area).abs() < 1e-6 * after.area);
