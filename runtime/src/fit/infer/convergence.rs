@@ -4,7 +4,8 @@
 
 use super::pose::within_itself;
 use super::sandwich::Uncertainty;
-use crate::fit::optimise::gauss_newton::{Minimum, Stop, pushed};
+use crate::fit::optimise::gauss_newton::{Minimum, Stop};
+use crate::fit::optimise::in_box::pushed;
 use crate::fit::optimise::{gauss_newton, lbfgs};
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;

@@ -1,12 +1,13 @@
 //! Iteratively reweighted Gauss-Newton with Levenberg-Marquardt damping and bounds.
 
+use super::in_box::{self, pushed};
 use crate::fit::problem::objective::{Evaluation, Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::tuning::{
     DAMPING_FLOOR, DAMPING_GOOD, DAMPING_LEAST, DAMPING_MOST, DAMPING_POOR, DAMPING_RAISED, DAMPING_REJECTED,
     DAMPING_SINGULAR, DAMPING_START, GOOD_RATIO, POOR_RATIO, ROUNDED_STEP, STEP_LIMIT,
 };
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// The criterion by which a minimisation ends.
 #[derive(Clone, Copy, Debug)]
@@ -137,49 +138,20 @@ fn is_optimum(at: &Evaluation, room: &[(f64, f64)], stop: Stop) -> bool {
         .is_some_and(|step| step.amax() <= stop.step || at.predicted_gain(&step) < LEAST_GAIN * at.value.max(1e-3))
 }
 
-/// Whether a coordinate stands at a bound and the gradient pushes it against it. `room` is how far it may go.
-pub(crate) fn pushed(gradient: f64, room: (f64, f64)) -> bool {
-    (room.0 >= 0.0 && gradient > 0.0) || (room.1 <= 0.0 && gradient < 0.0)
-}
-
 /// The largest component of the gradient that no bound holds.
 fn free_gradient(at: &Evaluation, room: &[(f64, f64)]) -> f64 {
     let components = at.gradient.iter().zip(room);
     components.filter(|(g, room)| !pushed(**g, **room)).map(|(g, _)| g.abs()).fold(0.0, f64::max)
 }
 
-/// The step that minimises the damped quadratic model inside the bounds. Coordinates that stand at a bound and are
-/// pushed against it stay; those that would cross one stop there, and the rest is solved again. None where the model is
-/// singular in spite of the damping.
+/// The step that minimises the damped quadratic model inside the bounds. None where the model is singular in spite of
+/// the damping.
 pub(crate) fn damped_step(at: &Evaluation, room: &[(f64, f64)], Damping(damping): Damping) -> Option<DVector<f64>> {
-    let n = at.gradient.len();
     let largest = at.normal.diagonal().amax();
-    let mut held: Vec<Option<f64>> = (0..n).map(|k| pushed(at.gradient[k], room[k]).then_some(0.0)).collect();
-    loop {
-        let free: Vec<usize> = (0..n).filter(|k| held[*k].is_none()).collect();
-        let mut step = DVector::from_iterator(n, held.iter().map(|h| h.unwrap_or(0.0)));
-        if free.is_empty() {
-            return Some(step);
-        }
-        let rhs = -(&at.gradient + &at.normal * &step);
-        let matrix = DMatrix::from_fn(free.len(), free.len(), |a, b| {
-            let h = at.normal[(free[a], free[b])];
-            // The floor keeps coordinates without influence where they are.
-            if a == b { h + damping * h + (1e-12 + DAMPING_FLOOR * damping) * largest } else { h }
-        });
-        let rhs = DVector::from_iterator(free.len(), free.iter().map(|k| rhs[*k]));
-        let solution = matrix.cholesky()?.solve(&rhs);
-        let mut crossed = false;
-        for (k, s) in free.iter().zip(solution.iter()) {
-            let (low, high) = room[*k];
-            step[*k] = *s;
-            if *s < low || *s > high {
-                held[*k] = Some(s.max(low).min(high));
-                crossed = true;
-            }
-        }
-        if !crossed {
-            return Some(step);
-        }
+    let mut matrix = at.normal.clone();
+    for k in 0..matrix.nrows() {
+        // The floor keeps coordinates without influence where they are.
+        matrix[(k, k)] += damping * matrix[(k, k)] + (1e-12 + DAMPING_FLOOR * damping) * largest;
     }
+    in_box::minimum(&at.gradient, &matrix, room)
 }

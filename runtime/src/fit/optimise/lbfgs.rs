@@ -1,6 +1,7 @@
 //! L-BFGS (argmin) on the full objective, inside the bounds.
 
-use super::gauss_newton::{Minimum, pushed};
+use super::gauss_newton::Minimum;
+use super::in_box::pushed;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::tuning::{

@@ -1,6 +1,7 @@
 //! Minimisation of an objective inside the bounds.
 
 pub(crate) mod gauss_newton;
+pub(crate) mod in_box;
 pub(crate) mod lbfgs;
 
 use super::problem::objective::Objective;
