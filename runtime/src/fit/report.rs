@@ -219,7 +219,7 @@ fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
     let Level { problem, space, .. } = &solution.level;
     let position = |i: usize| space.free.iter().position(|free| *free == i);
     let named = |chosen: &dyn Fn(usize) -> bool| quoted(problem, &|i| position(i).is_some_and(chosen));
-    let certain = named(&|k| uncertainty.bounds_decide[k] && uncertainty.determines(k));
+    let certain = named(&|k| uncertainty.bounds_decide(k));
     if !certain.is_empty() {
         let at_bound = space.at_bound(&solution.estimate);
         problem.monitor.warn(format!(

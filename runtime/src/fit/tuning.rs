@@ -465,8 +465,8 @@ pub(crate) const BORDER: f64 = 0.289;
 pub(crate) const SHOWN_SHARE: f64 = 0.2;
 /// A bound decides on a coordinate whose standard deviation would be so many times larger without it.
 pub(crate) const BY_BOUNDS: f64 = 4.0;
-/// So does it on one that would move by so many of its standard deviations: a bound that is the object's holds back
-/// what noise moves, one to two of them.
+/// So does it on one that would move by so many of its standard deviations, to the optimum or by the bias of noise: a
+/// bound that is the object's holds back what noise moves, one to two of them.
 pub(crate) const MOVED_BY_BOUNDS: f64 = 3.0;
 /// Coordinates with a larger component in an undetermined direction are not determined.
 pub(crate) const DETERMINED: f64 = 1e-3;

@@ -17,23 +17,33 @@ use rand_distr::{Distribution, StandardNormal};
 /// The uncertainty with the bias by noise, which the covariance holds from here on as the mean square of a systematic
 /// error (GUM 2008, F.2.4.5, of biases that are not corrected).
 pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertainty {
-    match by_noise(solution, &uncertainty) {
-        Some(bias) => {
-            Uncertainty { covariance: &uncertainty.covariance + &bias * bias.transpose(), bias, ..uncertainty }
-        }
-        None => uncertainty,
+    let Some(Pull { gradient, sum }) = pull_of_noise(solution) else { return uncertainty };
+    let bias = uncertainty.newton_step(&gradient, sum);
+    Uncertainty {
+        covariance: &uncertainty.covariance + &bias * bias.transpose(),
+        without_bounds: uncertainty.without_bounds.map(|without| without.biased(&(gradient * sum), &bias)),
+        bias,
+        ..uncertainty
     }
 }
 
-/// The bias of the scaled local coordinates, in millimetres, by noise as the scan has it, the same in every direction.
-/// Zero without noise; None where the model does not exist or no point lies near it.
-fn by_noise(solution: &Solution, uncertainty: &Uncertainty) -> Option<DVector<f64>> {
+/// What noise pulls the coordinates with.
+struct Pull {
+    /// The mean gradient of the mean loss that noise alone makes at the solution.
+    gradient: DVector<f64>,
+    /// Half of sigma^2 times the weight of the points. Square millimetres.
+    sum: f64,
+}
+
+/// The pull of noise as the scan has it, the same in every direction. Zero without noise; None where the model does not
+/// exist or no point lies near it.
+fn pull_of_noise(solution: &Solution) -> Option<Pull> {
     let Solution { level, estimate, loss, evaluation, .. } = solution;
     let problem = level.problem;
     let noise = problem.scan.noise.min(evaluation.rms());
     let mut sum = DVector::zeros(level.space.dim());
     if !(noise > 0.0) {
-        return Some(sum);
+        return Some(Pull { gradient: sum, sum: 0.0 });
     }
     let sample = problem.points.every(BIAS_POINTS);
     let objective = solution.objective(&sample);
@@ -54,9 +64,9 @@ fn by_noise(solution: &Solution, uncertainty: &Uncertainty) -> Option<DVector<f6
             sum += solution.objective(&simulated).evaluate(estimate, Order::Gradient)?.gradient;
         }
     }
-    let mean = sum / (2 * BIAS_PAIRS) as f64;
+    let gradient = sum / (2 * BIAS_PAIRS) as f64;
     let weight = problem.points.weight() * near.weight() / sample.weight();
-    Some(uncertainty.newton_step(&mean, 0.5 * loss.sigma.powi(2) * weight))
+    Some(Pull { gradient, sum: 0.5 * loss.sigma.powi(2) * weight })
 }
 
 #[cfg(test)]

@@ -5,15 +5,14 @@ use super::blocks::Blocks;
 use super::meat;
 use super::sums::{score, squares};
 use super::switches;
+use super::without_bounds::WithoutBounds;
 use crate::eigen;
 use crate::fit::problem::objective::Objective;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::effective;
 use crate::fit::problem::rows::{AllRows, RowPoint, Rows};
 use crate::fit::result::WithoutSd;
-use crate::fit::tuning::{
-    BORDER, BY_BOUNDS, BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, MOVED_BY_BOUNDS, SHOWN_SHARE, SWITCH_ROUNDS,
-};
+use crate::fit::tuning::{BORDER, BY_ENDS, DETERMINED, HARDLY_ANY_POINTS, SHOWN_SHARE, SWITCH_ROUNDS};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
@@ -38,8 +37,8 @@ pub(crate) struct Uncertainty {
     pub(crate) effective_points: f64,
     /// Blocks of dependent residuals, if there are any.
     pub(crate) blocks: Option<Blocks>,
-    /// By coordinate, whether it is so certain only because others are held at their bounds.
-    pub(crate) bounds_decide: Vec<bool>,
+    /// What there would be without the bounds at which coordinates are held, if some are.
+    pub(crate) without_bounds: Option<WithoutBounds>,
 }
 
 /// Eigenvalues of the scaled matrix, and diagonal elements relative to the largest, below which there is only rounding.
@@ -109,16 +108,18 @@ pub(crate) fn assess(
     let naive = &inverse.weighted * &alike * &inverse.weighted * (weighted_d2 / (weight - dim as f64).max(1.0));
     at_least(&mut covariance, &naive);
     let released = held.contains(&true).then(|| Inverse::of(&bread, &weighted, &[])).flatten();
-    let bounds_decide = released.map_or(vec![false; dim], |released| {
+    let without_bounds = released.map(|released| {
         let sum = 0.5 * objective.loss.sigma.powi(2) * objective.points.weight();
         let moved = (gradient.len() == dim).then(|| -(&released.matrix * gradient) * sum);
-        let without = WithoutBounds {
+        let ends_alone = by_ends(&weighted, &within, &[]);
+        WithoutBounds {
             covariance: &released.matrix * &meat * &released.matrix,
             determined: released.determined,
-            by_ends: by_ends(&weighted, &within, &[]),
-            step: moved,
-        };
-        (0..dim).map(|k| !is_held(held, k) && without.decides(k, covariance[(k, k)], at_ends[k])).collect()
+            by_ends: (0..dim).map(|k| ends_alone[k] && !at_ends[k]).collect(),
+            step: moved.unwrap_or_else(|| DVector::zeros(dim)),
+            bias: DVector::zeros(dim),
+            inverse: released.matrix,
+        }
     });
     let effective_points = effective(priors.into_iter()) / blocks.map_or(1.0, |b| b.inflation);
     let Inverse { matrix, undetermined, determined, .. } = inverse;
@@ -148,7 +149,7 @@ pub(crate) fn assess(
         without,
         effective_points,
         blocks,
-        bounds_decide,
+        without_bounds,
     })
 }
 
@@ -173,6 +174,12 @@ impl Uncertainty {
     /// Whether coordinate k has a standard deviation.
     pub(crate) fn determines(&self, k: usize) -> bool {
         self.without[k].is_none()
+    }
+
+    /// Whether a coordinate is so certain, or where it is, only because others are held at their bounds.
+    pub(crate) fn bounds_decide(&self, k: usize) -> bool {
+        let decide = |without: &WithoutBounds| without.decides(k, self.covariance[(k, k)]);
+        self.determines(k) && self.without_bounds.as_ref().is_some_and(decide)
     }
 
     /// Why a variable has no standard deviation that depends on coordinates by `slope`; None of one that has.
@@ -249,25 +256,6 @@ fn scaled(matrix: &DMatrix<f64>, units: &DMatrix<f64>, varied: &[usize]) -> DMat
         let (i, j) = (varied[a], varied[b]);
         matrix[(i, j)] / (units[(i, i)].sqrt() * units[(j, j)].sqrt())
     })
-}
-
-/// The uncertainty that there would be without the bounds at which coordinates are held.
-struct WithoutBounds {
-    covariance: DMatrix<f64>,
-    determined: Vec<bool>,
-    /// By coordinate, whether only the ends of the scan would determine it.
-    by_ends: Vec<bool>,
-    /// The step to the optimum, where the gradient is known.
-    step: Option<DVector<f64>>,
-}
-
-impl WithoutBounds {
-    /// Whether a coordinate with a variance would be much less certain, or not determined, or clearly another one.
-    fn decides(&self, k: usize, variance: f64, by_ends: bool) -> bool {
-        let open = !self.determined[k] || self.covariance[(k, k)] > BY_BOUNDS.powi(2) * variance;
-        let moves = self.step.as_ref().is_some_and(|step| step[k].powi(2) > MOVED_BY_BOUNDS.powi(2) * variance);
-        variance > 0.0 && (open || moves || (self.by_ends[k] && !by_ends))
-    }
 }
 
 /// Whether a coordinate is fixed at a bound: `held` has no entries for the motion.

@@ -12,6 +12,7 @@ use gml_compiler::program::{Options, Quantity, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::Distribution;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Options that keep the model where it is, so that a fit takes no longer than it must.
@@ -56,6 +57,36 @@ fn what_a_wrong_bound_moves_is_named() {
     assert!(off < 4.0 && !is_named, "{off}");
     let (off, is_named) = named(1.0);
     assert!(off > 4.0 && is_named, "{off}");
+}
+
+/// Flutes that noise makes deeper, up to their bound: it takes the radius along, of which the bias at the bound knows
+/// nothing.
+#[test]
+fn what_noise_moves_together_with_a_value_at_a_bound_is_named() {
+    let fluted = {
+        let text = "model fluted {
+          param r: length in 10mm..40mm = 20mm
+          param depth: length in 0mm..1.5mm = 1mm
+          part wall = |u, v| {
+            let a = u * 1turn
+            polar(r - depth * abs(sin(12 * a)), a, v * 30mm)
+          }
+        }";
+        let script = SourceFile { name: "fluted.gml".to_owned(), text: text.to_owned() };
+        compile(script, &NoFiles, &Options::default()).unwrap().program
+    };
+    let normal = rand_distr::Normal::new(0.0_f64, 0.8).unwrap();
+    for seed in 0..6 {
+        let mut scan = scan_of(&fluted, &[20.0, 1.2], 0.0, 6000, seed);
+        let mut random = ChaCha8Rng::seed_from_u64(100 + seed);
+        scan.mesh.positions.iter_mut().for_each(|p| *p = p.map(|c| c + normal.sample(&mut random)));
+        scan.noise = 0.8;
+        let result = fit(&fluted, &scan, &still(), &Silent).unwrap();
+        let r = &result.parameters[0];
+        let off = (r.value - 20.0).abs() / r.sd.unwrap();
+        let is_named = result.warnings.iter().any(|w| w.contains("`r` would be") && w.contains("`depth` could leave"));
+        assert!(off > 4.0 && is_named, "{off} {:?}", result.warnings);
+    }
 }
 
 /// A sphere whose radius varies smoothly from place to place by `bumps`, beside white noise.
