@@ -3,7 +3,7 @@
 use crate::error::CommandError;
 use crate::table;
 use gml_runtime::export::measurement::UNMATCHED;
-use gml_runtime::variance::{PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, Zone};
+use gml_runtime::variance::{PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, WithoutNoise};
 
 /// The tables and sentences of a report.
 pub(crate) fn summary(report: &VarianceReport) -> String {
@@ -162,20 +162,24 @@ fn explained(parts: &[PartStatistics]) -> String {
 fn forms(parts: &[PartStatistics]) -> String {
     let mut rows = Vec::new();
     for (part, form) in parts.iter().filter_map(|p| Some((p, p.form.as_ref()?))) {
-        let zone = |f: &dyn Fn(&Zone) -> String| form.zone.as_ref().map_or("-".to_owned(), f);
-        rows.push(vec![
-            part.name.clone(),
-            zone(&|z| z.characteristic.clone()),
-            zone(&|z| table::number(z.least_squares)),
-            zone(&|z| table::number(z.minimum_zone)),
-            zone(&|z| format!("{:.2} %", 100.0 * z.outlying as f64 / (z.outlying + z.points).max(1) as f64)),
-            form.roundness.map_or("-".to_owned(), |r| table::number(r.minimum_zone)),
-        ]);
+        rows.extend(form.characteristics().map(|c| {
+            let WithoutNoise { noise_alone, corrected, uncertainty } = c.without_noise;
+            vec![
+                part.name.clone(),
+                c.name.to_owned(),
+                table::number(c.minimum_zone),
+                table::number(noise_alone),
+                format!("{} +- {}", table::number(corrected), table::number(uncertainty)),
+                table::number(form.cutoff),
+                format!("{:.2} %", 100.0 * form.left_out()),
+            ]
+        }));
     }
     if rows.is_empty() {
         return String::new();
     }
-    format!("\n{}", table::render(&["part", "form", "least squares", "minimum zone", "outliers", "roundness"], &rows))
+    let headings = ["part", "form", "minimum zone", "noise alone", "without noise", "cut-off", "left out"];
+    format!("\n{}", table::render(&headings, &rows))
 }
 
 fn sign(x: f64) -> &'static str {

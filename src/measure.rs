@@ -16,6 +16,7 @@ pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, Com
     if options.averaging_width.is_some() && options.distance != DistanceKind::AveragedNormal {
         return Err(CommandError::usage("--averaging-width requires --distance averaged-normal"));
     }
+    options.form_cutoff = controls.form_cutoff;
     options.fill_holes = controls.fill_holes;
     options.tolerance = controls.tolerance;
     options.device = controls.device;

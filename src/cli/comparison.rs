@@ -173,6 +173,10 @@ pub(crate) struct VarianceControls {
     /// surface's own [default: a fiftieth of the model's size]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
     pub(crate) averaging_width: Option<f64>,
+    /// Cut-off of the Gaussian filter behind which flatness, roundness and so on are measured [default: nine distances
+    /// between the scan's points, at most a fifth of the part]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) form_cutoff: Option<f64>,
     /// Close holes of the scan up to this size, such as 5mm: rays do not pass through them, and texels that look at
     /// them count as filled, not as measured
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]

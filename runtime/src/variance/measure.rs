@@ -6,7 +6,7 @@ use super::cast::{self, Cast};
 use super::contradicted::contradicted;
 use super::detection::detect;
 use super::explained::explain;
-use super::form::{form_deviations, recognise};
+use super::form::{ScanNoise, form_deviations, recognise};
 use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
 use super::orientation::{Facings, turn};
@@ -49,6 +49,9 @@ pub struct MeasureOptions {
     pub fill_holes: Option<f64>,
     /// The tolerance of parts to which the model gives none.
     pub tolerance: Option<Tolerance>,
+    /// Cut-off of the filter behind which deviations of form are measured, in millimetres; by default nine distances
+    /// between the scan's points, at most a fifth of the part.
+    pub form_cutoff: Option<f64>,
     /// The device that casts the rays.
     pub device: Device,
     /// Whether maps of sensitivities are computed.
@@ -66,6 +69,7 @@ impl Default for MeasureOptions {
             averaging_width: None,
             fill_holes: None,
             tolerance: None,
+            form_cutoff: None,
             device: Device::Auto,
             sensitivity_maps: false,
         }
@@ -138,6 +142,12 @@ pub enum MeasureError {
     Interrupted,
 }
 
+/// The noise of a scan's points, and their density on its surface.
+fn noise_of(scan: &Scan) -> ScanNoise {
+    let area: f64 = scan.mesh.triangles.iter().map(|t| scan.mesh.triangle_area(*t)).sum();
+    ScanNoise { sd: scan.noise, density: scan.mesh.positions.len() as f64 / area.max(f64::MIN_POSITIVE) }
+}
+
 /// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface,
 /// computes statistics, tolerances, levels of detection and deviations of form, and finds what the model does not
 /// explain. `covariance` is that of the fitted parameters, if the model was fitted.
@@ -205,7 +215,7 @@ pub fn measure(
     let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|t| t.or(options.tolerance)).collect();
     let mut report = VarianceReport::new(&deviations, &scan.source, &device, &tolerances);
     assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), covariance);
-    let forms = form_deviations(&deviations, &shapes);
+    let forms = form_deviations(&deviations, &shapes, noise_of(scan), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);

@@ -4,7 +4,8 @@ use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
 use crate::model::Motion;
 use crate::variance::{
-    Explanation, FormDeviation, ParameterEffect, Piece, Statistics, UnmatchedSummary, VarianceReport,
+    Characteristic, Explanation, FormDeviation, ParameterEffect, Piece, Statistics, UnmatchedSummary, VarianceReport,
+    WithoutNoise,
 };
 use gml_compiler::program::Quantity;
 use std::fmt::Write;
@@ -280,29 +281,29 @@ fn forms(variance: &VarianceReport, out: &mut String) {
         return;
     }
     out.push_str(
-        "<h3>Form</h3>\n<p class=\"convention\">Between which surfaces of a part's form the measured points lie, wherever that fits best: about \
-         the surface of least squares, and at the narrowest. Outlying points (beyond four robust standard deviations) are left out and counted; \
-         the scan's noise is included. Roundness is that of the worst of the sections.</p>\n",
+        "<h3>Form</h3>\n<p class=\"convention\">Between which surfaces of a part's form the measured points lie, wherever that fits best, \
+         behind a Gaussian filter: about the surface of least squares, and at the narrowest. Noise widens a zone; beside it stands what noise \
+         alone would give, and the width without what it adds, with its standard uncertainty. Outliers (points beyond four robust standard \
+         deviations from the filtered surface about them) are left out. Roundness is that of the worst section, straightness that of the worst \
+         line along the axis.</p>\n",
     );
-    let head = "<thead><tr><th>Part</th><th></th><th>Least squares, mm</th><th>Minimum zone, mm</th>\
-        <th>Outlying</th><th>With outlying, mm</th><th>Roundness, mm</th><th>Sections</th></tr></thead>\n";
-    let row = |(name, form): (&String, &FormDeviation)| {
-        let zone = form.zone.as_ref().map_or_else(
-            || "<td class=\"text\">surface of revolution</td><td></td><td></td><td></td><td></td>".to_owned(),
-            |z| {
-                let share = 100.0 * z.outlying as f64 / (z.outlying + z.points).max(1) as f64;
-                let [least_squares, minimum, all] = [z.least_squares, z.minimum_zone, z.with_outlying[1]].map(number);
-                let characteristic = escape(&z.characteristic);
-                format!(
-                    "<td class=\"text\">{characteristic}</td><td>{least_squares}</td><td>{minimum}</td><td>{share:.2} %</td><td>{all}</td>"
-                )
-            },
-        );
-        let [roundness, sections] =
-            form.roundness.map_or_else(Default::default, |r| [number(r.minimum_zone), r.sections.to_string()]);
-        format!("<tr><td>{}</td>{zone}<td>{roundness}</td><td>{sections}</td></tr>\n", escape(name))
+    let head = "<thead><tr><th>Part</th><th></th><th>Least squares, mm</th><th>Minimum zone, mm</th><th>Noise alone, mm</th>\
+        <th>Without noise, mm</th><th>Cut-off, mm</th><th>Left out</th></tr></thead>\n";
+    let of_part = |(name, form): (&String, &FormDeviation)| {
+        let (name, cutoff, left_out) = (escape(name), number(form.cutoff), 100.0 * form.left_out());
+        let row = |c: Characteristic<'_>| {
+            let [least_squares, minimum] = [c.least_squares, c.minimum_zone].map(number);
+            let WithoutNoise { noise_alone, corrected, uncertainty } = c.without_noise;
+            let [alone, corrected, uncertainty] = [noise_alone, corrected, uncertainty].map(number);
+            format!(
+                "<tr><td>{name}</td><td class=\"text\">{}</td><td>{least_squares}</td><td>{minimum}</td><td>{alone}</td>\
+                 <td>{corrected} ± {uncertainty}</td><td>{cutoff}</td><td>{left_out:.2} %</td></tr>\n",
+                escape(c.name)
+            )
+        };
+        form.characteristics().map(row).collect::<String>()
     };
-    table(head, rows.map(row), out);
+    table(head, rows.map(of_part), out);
 }
 
 /// The part of the scan that is farther from the model than distances reach (millimetres).

@@ -1,42 +1,104 @@
 //! Deviations of form: flatness, roundness, cylindricity and so on, independent of position and size.
 //!
 //! The form of a part is recognised from its exact surface ([`recognise`]). The measured points (texels displaced by
-//! their distances) are then compared with the form in the position and size that suit them best: by least squares, and
-//! by the narrowest zone (minimum zone, ISO 1101; Chebyshev approximation).
+//! their distances) go through a Gaussian filter, and what is left is compared with the form in the position and size
+//! that suit it best: by least squares, and by the narrowest zone (minimum zone, ISO 1101; Chebyshev approximation).
+//! From the widths is taken what noise adds to them.
 
 mod datum;
+mod filter;
+mod grid;
 mod linear;
+mod noise;
 mod roundness;
 mod shape;
+mod smooth;
 #[cfg(test)]
 mod tests;
 mod zone;
 
+pub(super) use noise::ScanNoise;
+pub use noise::WithoutNoise;
 pub use shape::Shape;
 pub(super) use shape::{Recognised, recognise};
 
 use super::Deviations;
+use datum::Datum;
+use filter::{Place, Point};
 use glam::DVec3;
+use grid::Grid;
+use noise::Simulation;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use smooth::{Smooth, default_cutoff, least_cutoff};
 
 /// The smallest number of points for a form.
 const FEWEST: usize = 50;
+
+/// Cosine of the largest angle by which an averaged normal counts as the surface's own.
+const UNTURNED: f32 = 0.9999;
 
 /// The deviation of a part from its form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FormDeviation {
     /// The form of its surface.
     pub shape: Shape,
+    /// Cut-off of the Gaussian filter: the wave length of which half passes. Millimetres.
+    pub cutoff: f64,
+    /// Number of points (texels with a distance) that were filtered.
+    pub points: usize,
+    /// Number of outliers that are left out: more than four robust standard deviations from the filtered surface about
+    /// them.
+    pub outlying: usize,
     /// Its zone; none for general surfaces of revolution, which only have sections.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub zone: Option<Zone>,
     /// The roundness of surfaces about an axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roundness: Option<Roundness>,
+    /// The straightness of the generators of cylinders and cones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub straightness: Option<Straightness>,
 }
 
-/// The zone between two surfaces of one form that contains the measured points.
+/// A width of a part's form.
+#[derive(Clone, Copy, Debug)]
+pub struct Characteristic<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Width about the curve or surface of least squares. Millimetres.
+    pub least_squares: f64,
+    /// Width of the narrowest zone. Millimetres.
+    pub minimum_zone: f64,
+    /// The narrowest width without what noise adds.
+    pub without_noise: WithoutNoise,
+}
+
+impl FormDeviation {
+    /// The widths that the part has.
+    pub fn characteristics(&self) -> impl Iterator<Item = Characteristic<'_>> {
+        let zone =
+            self.zone.as_ref().map(|z| (z.characteristic.as_str(), z.least_squares, z.minimum_zone, z.without_noise));
+        let roundness = self.roundness.map(|r| ("roundness", r.least_squares, r.minimum_zone, r.without_noise));
+        let straightness =
+            self.straightness.map(|s| ("straightness", s.least_squares, s.minimum_zone, s.without_noise));
+        let of = |(name, least_squares, minimum_zone, without_noise)| Characteristic {
+            name,
+            least_squares,
+            minimum_zone,
+            without_noise,
+        };
+        zone.into_iter().chain(roundness).chain(straightness).map(of)
+    }
+
+    /// The share of the points that are left out.
+    #[must_use]
+    pub fn left_out(&self) -> f64 {
+        self.outlying as f64 / self.points.max(1) as f64
+    }
+}
+
+/// The zone between two surfaces of one form that contains the filtered points.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Zone {
     /// Name of its width: flatness, cylindricity, conicity or sphericity.
@@ -45,13 +107,13 @@ pub struct Zone {
     pub least_squares: f64,
     /// Width of the narrowest zone. Millimetres.
     pub minimum_zone: f64,
-    /// Number of points.
-    pub points: usize,
-    /// Number of outliers that are left out: more than four robust standard deviations from the surface of least
-    /// squares.
-    pub outlying: usize,
-    /// Both widths with the outliers. Millimetres.
-    pub with_outlying: [f64; 2],
+    /// The narrowest width without what noise adds.
+    #[serde(flatten)]
+    pub without_noise: WithoutNoise,
+    /// The points on the zone's lower and upper surface, in the scan's coordinates. Millimetres.
+    pub at: [[f64; 3]; 2],
+    /// Both widths of all points as they are, without the filter and with the outliers. Millimetres.
+    pub unfiltered: [f64; 2],
 }
 
 /// Roundness of the sections at right angles to a part's axis: the worst of them.
@@ -62,44 +124,136 @@ pub struct Roundness {
     pub least_squares: f64,
     /// Width of the narrowest ring, perpendicular to the surface. Millimetres.
     pub minimum_zone: f64,
+    /// The narrowest width without what noise adds.
+    #[serde(flatten)]
+    pub without_noise: WithoutNoise,
     /// Both widths in the plane of that section (ISO 12181-1). Millimetres.
     pub in_plane: [f64; 2],
     /// Position of the worst section: a point of the axis, in the scan's coordinates. Millimetres.
     pub at: [f64; 3],
-    /// Number of sections with points all around.
+    /// Number of sections with values all around.
     pub sections: usize,
     /// Median over the sections of the narrowest ring's width. Millimetres.
     pub median: f64,
 }
 
-/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms.
+/// Straightness of the lines along a part's axis: the worst of them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Straightness {
+    /// Width about the line of least squares. Millimetres.
+    pub least_squares: f64,
+    /// Least distance of two parallel lines that contain it. Millimetres.
+    pub minimum_zone: f64,
+    /// That without what noise adds.
+    #[serde(flatten)]
+    pub without_noise: WithoutNoise,
+    /// Angle of the worst generator about the axis, from the direction of the first. Degrees.
+    pub angle: f64,
+    /// Number of generators.
+    pub generators: usize,
+}
+
+/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms; `cutoff` is
+/// the filter's, in millimetres, where one was asked for.
 #[must_use]
 pub(in crate::variance) fn form_deviations(
     deviations: &Deviations,
     shapes: &[Option<Recognised>],
+    noise: ScanNoise,
+    cutoff: Option<f64>,
 ) -> Vec<Option<FormDeviation>> {
-    let mut members: Vec<Vec<usize>> = vec![Vec::new(); shapes.len()];
+    let mut members: Vec<Vec<Point>> = vec![Vec::new(); shapes.len()];
+    // Averaged normals are not the surface's.
+    let unturned = |i: usize| deviations.cosine.get(i).is_none_or(|c| *c >= UNTURNED);
     for (i, part) in deviations.texels.part.iter().enumerate() {
         let part = *part as usize;
-        if shapes.get(part).is_some_and(Option::is_some) && !deviations.signed(i).is_nan() {
-            members[part].push(i);
+        if shapes.get(part).is_some_and(Option::is_some) && !deviations.signed(i).is_nan() && unturned(i) {
+            members[part].push(measured(deviations, i));
         }
     }
-    let of_part = |(shape, members): (&Option<Recognised>, Vec<usize>)| {
+    let of_part = |(shape, points): (&Option<Recognised>, Vec<Point>)| {
         let shape = shape.as_ref()?;
-        if members.len() < FEWEST {
+        if points.len() < FEWEST {
             return None;
         }
-        let points: Vec<DVec3> = members.iter().map(|i| measured(deviations, *i)).collect();
-        let zone = shape.datum().and_then(|datum| zone::zone(&points, datum, shape.shape, deviations.precision));
-        let roundness = shape.axis.and_then(|axis| roundness::roundness(deviations, &members, axis));
-        Some(FormDeviation { shape: shape.shape, zone, roundness })
+        let cutoff = cutoff.unwrap_or_else(|| default_cutoff(noise, &points)).max(least_cutoff(&points));
+        form(shape, &points, noise, cutoff, deviations.precision)
     };
     shapes.par_iter().zip(members).map(of_part).collect()
 }
 
-/// The point of the scan that the ray of texel i meets.
-fn measured(deviations: &Deviations, i: usize) -> DVec3 {
-    let normal = DVec3::from(deviations.texels.normal[i].map(f64::from));
-    DVec3::from(deviations.texels.position[i]) + f64::from(deviations.along(i)) * normal
+/// Texel i with the place on the model's surface and the distance along the normal.
+fn measured(deviations: &Deviations, i: usize) -> Point {
+    let texels = &deviations.texels;
+    let normal = DVec3::from(texels.normal[i].map(f64::from));
+    let place = Place { position: DVec3::from(texels.position[i]), normal };
+    Point { place, area: f64::from(texels.area[i]), deviation: f64::from(deviations.along(i)) }
+}
+
+fn form(shape: &Recognised, points: &[Point], noise: ScanNoise, cutoff: f64, precision: f64) -> Option<FormDeviation> {
+    let smooth = Smooth::new(points, cutoff, precision);
+    let simulation = Simulation::new(&smooth.cells, points.len(), noise);
+    let grid = shape.axis.and_then(|axis| Grid::new(&smooth.cells, axis, cutoff));
+    let straight = matches!(shape.shape, Shape::Cylinder | Shape::Cone);
+    Some(FormDeviation {
+        shape: shape.shape,
+        cutoff,
+        points: points.len(),
+        outlying: smooth.outlying(),
+        zone: shape.datum().and_then(|datum| zone_of(&smooth, shape.shape, datum, points, &simulation)),
+        roundness: grid.as_ref().and_then(|grid| roundness_of(grid, &smooth, &simulation)),
+        straightness: grid.as_ref().filter(|_| straight).and_then(|grid| straightness_of(grid, &smooth, &simulation)),
+    })
+}
+
+fn zone_of(smooth: &Smooth, shape: Shape, datum: Datum, points: &[Point], simulation: &Simulation) -> Option<Zone> {
+    let found = zone::zone(&smooth.surface(&smooth.values()), datum)?;
+    let every: Vec<DVec3> = points.iter().map(|p| p.place.position + p.deviation * p.place.normal).collect();
+    let unfiltered = zone::zone(&every, datum)?;
+    let spread = |values: &[f64]| {
+        let surface = smooth.surface(&smooth.filter.apply(values));
+        (!surface.is_empty()).then(|| zone::spread(&surface, found.datum))
+    };
+    Some(Zone {
+        characteristic: zone::characteristic(shape)?.to_owned(),
+        least_squares: found.least_squares,
+        minimum_zone: found.minimum_zone,
+        without_noise: simulation.corrected(found.minimum_zone, &smooth.cells.values, spread),
+        at: found.ends.map(Into::into),
+        unfiltered: [unfiltered.least_squares, unfiltered.minimum_zone],
+    })
+}
+
+fn roundness_of(grid: &Grid, smooth: &Smooth, simulation: &Simulation) -> Option<Roundness> {
+    let values = grid.apply(&smooth.cells.values);
+    let rings: Vec<_> =
+        grid.sections.iter().filter_map(|section| Some((section, roundness::rings(grid, section, &values)?))).collect();
+    let (section, worst) = rings.iter().max_by(|a, b| a.1.across.minimum_zone.total_cmp(&b.1.across.minimum_zone))?;
+    let mut narrowest: Vec<f64> = rings.iter().map(|(_, rings)| rings.across.minimum_zone).collect();
+    let spread = |values: &[f64]| roundness::spread_of_rings(grid, &grid.apply(values));
+    Some(Roundness {
+        least_squares: worst.across.least_squares,
+        minimum_zone: worst.across.minimum_zone,
+        without_noise: simulation.corrected(worst.across.minimum_zone, &smooth.cells.values, spread),
+        in_plane: [worst.in_plane.least_squares, worst.in_plane.minimum_zone],
+        at: section.middle.into(),
+        sections: rings.len(),
+        median: crate::robust::median(&mut narrowest)?,
+    })
+}
+
+fn straightness_of(grid: &Grid, smooth: &Smooth, simulation: &Simulation) -> Option<Straightness> {
+    let values = grid.apply(&smooth.cells.values);
+    let all: Vec<_> = roundness::generators(grid)
+        .filter_map(|angle| Some((angle, roundness::straightness(grid, &values, angle)?)))
+        .collect();
+    let (angle, worst) = all.iter().max_by(|a, b| a.1.minimum_zone.total_cmp(&b.1.minimum_zone))?;
+    let spread = |values: &[f64]| roundness::spread_of_lines(grid, &grid.apply(values));
+    Some(Straightness {
+        least_squares: worst.least_squares,
+        minimum_zone: worst.minimum_zone,
+        without_noise: simulation.corrected(worst.minimum_zone, &smooth.cells.values, spread),
+        angle: 360.0 * *angle as f64 / grid.angles as f64,
+        generators: all.len(),
+    })
 }

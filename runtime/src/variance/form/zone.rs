@@ -1,18 +1,14 @@
 //! The zone that contains the points.
 
-use super::Zone;
 use super::datum::Datum;
 use super::linear::{self, Row};
+use super::noise::Spread;
 use super::shape::Shape;
-use crate::robust::{MAD_TO_SD, median_and_deviation};
 use glam::DVec3;
 use rayon::prelude::*;
 
 /// Points of a least squares fit, evenly spread; the widths of the zones are of all points.
 const FITTED: usize = 20_000;
-
-/// Points of the least squares fits that decide on outliers.
-const TRIED: usize = 4_000;
 
 /// Least squares converge when points move by less than this. Millimetres.
 const CONVERGED: f64 = 1e-9;
@@ -23,53 +19,54 @@ const FIRST: usize = 600;
 /// The extreme points of this number of runs are added at once.
 const RUNS: usize = 32;
 
-/// Outliers are this many robust standard deviations away from the surface of least squares.
-const OUTLYING: f64 = 4.0;
-
-/// The zone of points, from a first guess of the surface; none if they do not determine it. `precision` is the rounding
-/// of the points' distances from the surface.
-pub(super) fn zone(points: &[DVec3], datum: Datum, shape: Shape, precision: f64) -> Option<Zone> {
-    let characteristic = match shape {
-        Shape::Plane => "flatness",
-        Shape::Sphere => "sphericity",
-        Shape::Cylinder => "cylindricity",
-        Shape::Cone => "conicity",
-        Shape::Revolution => return None,
-    };
-    let mut inliers = points.to_vec();
-    // Outliers are decided by a surface without them: a few rounds suffice, since the first is close to the model's
-    // own.
-    for _ in 0..3 {
-        let fitted = least_squares(&inliers, datum, TRIED);
-        inliers = without_outlying(points, fitted, precision)?;
-    }
-    let (least_squares, minimum_zone) = widths(&inliers, datum)?;
-    let outlying = points.len() - inliers.len();
-    let with_outlying = if outlying == 0 { [least_squares, minimum_zone] } else { widths(points, datum)?.into() };
-    let characteristic = characteristic.to_owned();
-    Some(Zone { characteristic, least_squares, minimum_zone, points: inliers.len(), outlying, with_outlying })
+/// The zone of points.
+pub(super) struct Narrowest {
+    /// Width about the surface of least squares. Millimetres.
+    pub(super) least_squares: f64,
+    /// Width of the narrowest zone. Millimetres.
+    pub(super) minimum_zone: f64,
+    /// Its lowest and its highest point.
+    pub(super) ends: [DVec3; 2],
+    /// The surface of least squares.
+    pub(super) datum: Datum,
 }
 
-/// The widths of the zones of least squares and of the minimum zone.
-fn widths(points: &[DVec3], datum: Datum) -> Option<(f64, f64)> {
+/// Name of the width of a zone. None for general surfaces of revolution.
+pub(super) fn characteristic(shape: Shape) -> Option<&'static str> {
+    match shape {
+        Shape::Plane => Some("flatness"),
+        Shape::Sphere => Some("sphericity"),
+        Shape::Cylinder => Some("cylindricity"),
+        Shape::Cone => Some("conicity"),
+        Shape::Revolution => None,
+    }
+}
+
+/// The zone of points, from a first guess of the surface; none if they do not determine it.
+pub(super) fn zone(points: &[DVec3], datum: Datum) -> Option<Narrowest> {
     let fitted = least_squares(points, datum, FITTED);
-    let width = width(&extremes(points, fitted));
-    let least = minimum_zone(points, fitted).min(width);
+    let width_there = width(&extremes(points, fitted));
+    let (least, narrowest) = minimum_zone(points, fitted);
+    let (least, narrowest) = if least < width_there { (least, narrowest) } else { (width_there, fitted) };
+    let ends = extremes(points, narrowest);
+    let lowest = ends.iter().map(|e| e[0]).min_by(|a, b| a.0.total_cmp(&b.0))?.1;
+    let highest = ends.iter().map(|e| e[1]).max_by(|a, b| a.0.total_cmp(&b.0))?.1;
     // Smaller widths are rounding.
     let rounded = |x: f64| if x < 1e-9 { 0.0 } else { x };
-    (width.is_finite() && least.is_finite()).then_some((rounded(width), rounded(least)))
+    (width_there.is_finite() && least.is_finite()).then_some(Narrowest {
+        least_squares: rounded(width_there),
+        minimum_zone: rounded(least),
+        ends: [points[lowest], points[highest]],
+        datum: fitted,
+    })
 }
 
-fn without_outlying(points: &[DVec3], datum: Datum, precision: f64) -> Option<Vec<DVec3>> {
-    let (step, placed) = (points.len().div_ceil(FITTED).max(1), datum.placed());
-    let mut sample: Vec<f64> = points.iter().step_by(step).map(|p| placed.height(*p)).collect();
-    let (middle, spread) = median_and_deviation(&mut sample)?;
-    // Where most points lie on the surface itself, the others' rounding is no outlier.
-    let limit = (OUTLYING * MAD_TO_SD * spread).max(precision);
-    let near = |p: &&DVec3| (placed.height(**p) - middle).abs() <= limit;
-    let inliers: Vec<DVec3> = points.par_iter().filter(near).copied().collect();
-    // If most points lie on the surface up to rounding, the others are form and not noise.
-    Some(if 2 * inliers.len() > points.len() { inliers } else { points.to_vec() })
+/// How far points lie from their surface of least squares.
+pub(super) fn spread(points: &[DVec3], datum: Datum) -> Spread {
+    let fitted = least_squares(points, datum, FITTED);
+    let placed = fitted.placed();
+    let sum: f64 = points.iter().map(|p| placed.height(*p).powi(2)).sum();
+    Spread { width: width(&extremes(points, fitted)), mean_square: sum / points.len().max(1) as f64 }
 }
 
 /// Gauss-Newton.
@@ -87,11 +84,11 @@ fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
     datum
 }
 
-/// The least width over all positions of the surface.
-fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
+/// The least width over all positions of the surface, and the surface there.
+fn minimum_zone(points: &[DVec3], mut datum: Datum) -> (f64, Datum) {
     let mut chosen: Vec<usize> = (0..points.len()).step_by((points.len() / FIRST).max(1)).collect();
     chosen.extend(extremes(points, datum).iter().flatten().map(|e| e.1));
-    let mut least = f64::INFINITY;
+    let (mut least, mut narrowest) = (f64::INFINITY, datum);
     for _ in 0..40 {
         let placed = datum.placed();
         let rows: Vec<Row> = chosen.iter().map(|i| placed.row(points[*i])).collect();
@@ -104,7 +101,9 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
         let ((low, high), extremes) = (range(&sample, datum), extremes(points, datum));
         let width = width(&extremes);
         let before = least;
-        least = least.min(width);
+        if width < least {
+            (least, narrowest) = (width, datum);
+        }
         if width <= (high - low) * (1.0 + 1e-9) && before - least <= 1e-9 * least {
             break;
         }
@@ -112,7 +111,7 @@ fn minimum_zone(points: &[DVec3], mut datum: Datum) -> f64 {
         chosen.sort_unstable();
         chosen.dedup();
     }
-    least
+    (least, narrowest)
 }
 
 /// The least and the greatest distance from a surface.

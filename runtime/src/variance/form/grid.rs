@@ -1,0 +1,120 @@
+//! Places on a surface about an axis, in sections at right angles to it and along generators.
+
+use super::filter::{Cells, Filter, Place};
+use super::linear::{self, Row};
+use glam::DVec3;
+use std::f64::consts::TAU;
+
+/// Sections along the axis.
+pub(super) const SECTIONS: usize = 24;
+/// Places around a section: one for an eighth of the cut-off, but between these.
+const FEWEST_ANGLES: f64 = 72.0;
+const MOST_ANGLES: f64 = 720.0;
+/// The least component of a unit normal away from the axis: a disc has no sections.
+const STEEP: f64 = 0.3;
+/// A section whose radii differ by more than this share of the cut-off (root mean square about a line along the axis)
+/// meets several sheets of the surface.
+const SHEETS: f64 = 0.05;
+/// Cells within this share of the cut-off of a section's plane say what its radius is.
+const BESIDE: f64 = 0.25;
+
+/// A section.
+pub(super) struct Section {
+    /// Its point on the axis.
+    pub(super) middle: DVec3,
+    /// How far along the axis it is. Millimetres.
+    pub(super) height: f64,
+    /// The component of the surface's normal away from the axis.
+    pub(super) outward: f64,
+    /// Its number; that of its first place is this times the grid's angles.
+    number: usize,
+}
+
+/// The sections of a part, and the filter of its cells at their places.
+pub(super) struct Grid {
+    pub(super) sections: Vec<Section>,
+    pub(super) angles: usize,
+    filter: Filter,
+}
+
+/// Cells in coordinates of an axis.
+struct Polar {
+    height: f64,
+    radius: f64,
+    outward: f64,
+    along: f64,
+}
+
+impl Grid {
+    /// The sections of cells about an axis (a point and a unit direction). None where there are none.
+    pub(super) fn new(cells: &Cells, (origin, axis): (DVec3, DVec3), cutoff: f64) -> Option<Self> {
+        let polar: Vec<Polar> = cells.places.iter().map(|place| polar(place, origin, axis)).collect();
+        let (low, high) =
+            polar.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.height), h.max(p.height)));
+        if !(high > low) {
+            return None;
+        }
+        let largest = polar.iter().map(|p| p.radius).fold(0.0, f64::max);
+        let angles = (TAU * largest / (0.125 * cutoff)).clamp(FEWEST_ANGLES, MOST_ANGLES) as usize;
+        let (x, y) = axis.any_orthonormal_pair();
+        let (mut sections, mut places) = (Vec::new(), Vec::new());
+        for k in 0..SECTIONS {
+            let height = low + (k as f64 + 0.5) / SECTIONS as f64 * (high - low);
+            let Some((radius, outward, along)) = profile(&polar, height, cutoff) else { continue };
+            let middle = origin + height * axis;
+            let number = sections.len();
+            sections.push(Section { middle, height, outward, number });
+            places.extend((0..angles).map(|j| {
+                let (sin, cos) = (TAU * j as f64 / angles as f64).sin_cos();
+                let away = cos * x + sin * y;
+                Place { position: middle + radius * away, normal: (outward * away + along * axis).normalize_or_zero() }
+            }));
+        }
+        let filter = Filter::new(cells, &places, cutoff);
+        (!sections.is_empty()).then_some(Self { sections, angles, filter })
+    }
+
+    /// The filtered values of the cells' `values` at all places, section by section.
+    pub(super) fn apply(&self, values: &[f64]) -> Vec<Option<f64>> {
+        self.filter.apply(values)
+    }
+
+    /// A section's values.
+    pub(super) fn of_section<'v>(&self, values: &'v [Option<f64>], section: &Section) -> &'v [Option<f64>] {
+        &values[section.number * self.angles..][..self.angles]
+    }
+
+    /// The values along a generator with the heights of their sections.
+    pub(super) fn of_generator<'v>(
+        &'v self,
+        values: &'v [Option<f64>],
+        angle: usize,
+    ) -> impl Iterator<Item = (f64, f64)> + 'v {
+        let at = move |section: &Section| Some((section.height, values[section.number * self.angles + angle]?));
+        self.sections.iter().filter_map(at)
+    }
+}
+
+fn polar(place: &Place, origin: DVec3, axis: DVec3) -> Polar {
+    let to = place.position - origin;
+    let across = to.reject_from_normalized(axis);
+    Polar {
+        height: to.dot(axis),
+        radius: across.length(),
+        outward: place.normal.dot(across.normalize_or_zero()),
+        along: place.normal.dot(axis),
+    }
+}
+
+/// Radius and normal (away from the axis, and along it) of the surface at a height. None on discs, and where several
+/// sheets of the surface are at that height.
+fn profile(cells: &[Polar], height: f64, cutoff: f64) -> Option<(f64, f64, f64)> {
+    let near = || cells.iter().filter(|p| (p.height - height).abs() < BESIDE * cutoff);
+    let count = near().count() as f64;
+    let rows = || near().map(|p| Row { factors: [1.0, p.height - height, 0.0, 0.0, 0.0, 0.0], value: p.radius });
+    let (line, _) = linear::least_squares(rows(), 2)?;
+    let spread = (rows().map(|row| row.error(&line).powi(2)).sum::<f64>() / count).sqrt();
+    let mean = |of: fn(&Polar) -> f64| near().map(of).sum::<f64>() / count;
+    let (outward, along) = (mean(|p| p.outward), mean(|p| p.along));
+    (outward.abs() >= STEEP && spread <= SHEETS * cutoff).then_some((line[0], outward, along))
+}

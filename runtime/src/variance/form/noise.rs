@@ -1,0 +1,127 @@
+//! What noise adds to the width of a zone: a range grows with noise, and with the number of places that it is taken
+//! over. It is simulated with the filter's own weights.
+
+use super::filter::{Cells, Place};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+
+/// Simulations, of which the mean of widths is known to a tenth of their scatter, but not more than so many values in
+/// all: with many places widths scatter less.
+const ROUNDS: usize = 40;
+const VALUES: usize = 1_000_000;
+const FEWEST_ROUNDS: usize = 8;
+
+/// The noise of a scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::variance) struct ScanNoise {
+    /// Standard deviation of a point along the normal. Millimetres.
+    pub(in crate::variance) sd: f64,
+    /// Points per square millimetre.
+    pub(in crate::variance) density: f64,
+}
+
+/// A width without what noise adds to it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WithoutNoise {
+    /// The width that noise alone would have, behind the same filter. Millimetres.
+    pub noise_alone: f64,
+    /// The width without what noise adds to it. Millimetres.
+    pub corrected: f64,
+    /// Standard uncertainty of the corrected width: of the scatter by noise, and of the correction. Millimetres.
+    pub uncertainty: f64,
+}
+
+/// Noise of a part's cells.
+pub(super) struct Simulation {
+    /// By round, the noise of each cell. Millimetres.
+    noise: Vec<Vec<f64>>,
+}
+
+/// What lists of cells' values are, once they are filtered, about the curves or surfaces of least squares.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Spread {
+    /// The width that is asked for. Millimetres.
+    pub(super) width: f64,
+    /// Their mean square. Square millimetres.
+    pub(super) mean_square: f64,
+}
+
+impl Simulation {
+    /// Noise of cells that hold so many points (texels).
+    pub(super) fn new(cells: &Cells, points: usize, noise: ScanNoise) -> Self {
+        // Where there are fewer texels than points of the scan, these are what is averaged.
+        let area: f64 = cells.areas.iter().sum();
+        let density = noise.density.min(points as f64 / area);
+        let (of_cell, areas) = about_points(cells, density);
+        let sds: Vec<f64> = areas.iter().map(|area| noise.sd / (density * area).max(1.0).sqrt()).collect();
+        let rounds = (VALUES / cells.areas.len().max(1)).clamp(FEWEST_ROUNDS, ROUNDS);
+        let mut random = ChaCha8Rng::seed_from_u64(0);
+        let mut round = || -> Vec<f64> {
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            let noise: Vec<f64> = sds.iter().map(|sd| sd * normal()).collect();
+            of_cell.iter().map(|k| noise[*k as usize]).collect()
+        };
+        Self { noise: (0..rounds).map(|_| round()).collect() }
+    }
+
+    /// What is left of a width without noise. `spread` is that of a list of the cells' values about what fits them by
+    /// least squares. From the width that was found is taken what noise adds to that of the values as they would be
+    /// without it: smaller in all by as much as noise enlarges their mean square.
+    pub(super) fn corrected(
+        &self,
+        found: f64,
+        values: &[f64],
+        spread: impl Fn(&[f64]) -> Option<Spread> + Sync,
+    ) -> WithoutNoise {
+        let alone: Vec<Spread> = self.noise.par_iter().filter_map(|noise| spread(noise)).collect();
+        let of = |of: fn(&Spread) -> f64| mean_and_sd(&alone.iter().map(of).collect::<Vec<f64>>());
+        let ((noise_alone, _), (square, scatter)) = (of(|s| s.width), of(|s| s.mean_square));
+        let here = spread(values);
+        // What noise alone makes in one of forty is no form.
+        let shrunk = here.map_or(0.0, |s| (1.0 - (square + 2.0 * scatter) / s.mean_square).max(0.0).sqrt());
+        let plain: Vec<f64> = values.iter().map(|value| shrunk * value).collect();
+        let noisy = |noise: &Vec<f64>| spread(&plain.iter().zip(noise).map(|(p, n)| p + n).collect::<Vec<f64>>());
+        let widened: Vec<f64> = self.noise.par_iter().filter_map(noisy).map(|s| s.width).collect();
+        let narrower = (found / here.map_or(found, |s| s.width).max(f64::MIN_POSITIVE)).min(1.0);
+        let (mean, scatter) = mean_and_sd(&widened);
+        let added = narrower * (mean - spread(&plain).map_or(0.0, |s| s.width)).max(0.0);
+        WithoutNoise {
+            noise_alone: narrower * noise_alone,
+            corrected: (found - added).max(0.0),
+            // The correction lies between nothing and twice of it, uniformly (GUM 4.3.7).
+            uncertainty: (narrower * scatter).hypot(added / 3.0_f64.sqrt()),
+        }
+    }
+}
+
+/// Cells in groups as wide as points of the scan are apart, which share their noise: by cell its group, and the groups'
+/// areas.
+fn about_points(cells: &Cells, density: f64) -> (Vec<u32>, Vec<f64>) {
+    let mut groups: HashMap<[i64; 3], u32> = HashMap::new();
+    let mut areas: Vec<f64> = Vec::new();
+    let mut group = |(place, area): (&Place, &f64)| {
+        let key = place.position.to_array().map(|x| (x * density.sqrt()).floor() as i64);
+        let number = *groups.entry(key).or_insert_with(|| {
+            areas.push(0.0);
+            areas.len() as u32 - 1
+        });
+        areas[number as usize] += area;
+        number
+    };
+    let of_cell = cells.places.iter().zip(&cells.areas).map(&mut group).collect();
+    (of_cell, areas)
+}
+
+fn mean_and_sd(values: &[f64]) -> (f64, f64) {
+    if values.is_empty() {
+        return (0.0, 0.0);
+    }
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+    (mean, square.sqrt())
+}

@@ -1,0 +1,117 @@
+//! The filtered deviations of a part.
+
+use super::filter::{Cells, Filter, Point};
+use super::noise::ScanNoise;
+use crate::robust::{MAD_TO_SD, median};
+use glam::DVec3;
+
+/// A point is an outlier that is so many robust standard deviations away from the filtered surface about it: a dent is
+/// not, all of whose points are.
+const OUTLYING: f64 = 4.0;
+/// The filtered surface is found anew without outliers, at most so often.
+const PASSES: usize = 4;
+
+/// The default cut-off is at least so many distances between points, which takes noise to a sixth (see
+/// `ALPHA`: sqrt(2) alpha 9 = 6), rounded up to 1, 2 or 5 times a power of ten ...
+const SPACINGS: f64 = 9.0;
+/// ... and at most this share of the part's largest extent, so that the form of small parts remains.
+const OF_EXTENT: f64 = 0.2;
+
+/// The filtered deviations of a part without outliers.
+pub(super) struct Smooth {
+    pub(super) cells: Cells,
+    /// Of the cells' places.
+    pub(super) filter: Filter,
+    /// By point, whether it is no outlier.
+    pub(super) counts: Vec<bool>,
+}
+
+impl Smooth {
+    /// Filters points. `precision` is the rounding of their deviations (millimetres).
+    pub(super) fn new(points: &[Point], cutoff: f64, precision: f64) -> Self {
+        let mut counts = vec![true; points.len()];
+        let mut passes = 1;
+        loop {
+            let cells = Cells::gather(points, &counts, cutoff);
+            let filter = Filter::new(&cells, &cells.places, cutoff);
+            if passes == PASSES {
+                return Self { cells, filter, counts };
+            }
+            let filtered = filter.apply(&cells.values);
+            let inliers = near(points, &cells, &filtered, precision);
+            if inliers == counts {
+                return Self { cells, filter, counts };
+            }
+            counts = inliers;
+            passes += 1;
+        }
+    }
+
+    /// The filtered values at the cells' places.
+    pub(super) fn values(&self) -> Vec<Option<f64>> {
+        self.filter.apply(&self.cells.values)
+    }
+
+    /// Points of the surface with filtered values.
+    pub(super) fn surface(&self, filtered: &[Option<f64>]) -> Vec<DVec3> {
+        let point =
+            |(place, value): (&super::filter::Place, &Option<f64>)| Some(place.position + (*value)? * place.normal);
+        self.cells.places.iter().zip(filtered).filter_map(point).collect()
+    }
+
+    pub(super) fn outlying(&self) -> usize {
+        self.counts.iter().filter(|counts| !**counts).count()
+    }
+}
+
+/// By point, whether it is near the filtered surface.
+fn near(points: &[Point], cells: &Cells, filtered: &[Option<f64>], precision: f64) -> Vec<bool> {
+    let off = |(point, cell): (&Point, &u32)| filtered[*cell as usize].map(|f| (point.deviation - f).abs());
+    let errors: Vec<Option<f64>> = points.iter().zip(&cells.of_point).map(off).collect();
+    let Some(spread) = median(&mut errors.iter().flatten().copied().collect::<Vec<f64>>()) else {
+        return vec![true; points.len()];
+    };
+    let limit = (OUTLYING * MAD_TO_SD * spread).max(precision);
+    // Of points at edges, where there is no filtered surface, nothing is known.
+    errors.into_iter().map(|error| error.is_none_or(|error| error <= limit)).collect()
+}
+
+/// The least cut-off that texels resolve: four of them. Millimetres.
+pub(super) fn least_cutoff(points: &[Point]) -> f64 {
+    let area: f64 = points.iter().map(|point| point.area).sum();
+    4.0 * (area / points.len() as f64).sqrt()
+}
+
+/// The cut-off where none was asked for. Millimetres.
+pub(super) fn default_cutoff(noise: ScanNoise, points: &[Point]) -> f64 {
+    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
+        (low.min(point.place.position), high.max(point.place.position))
+    });
+    let least = SPACINGS / noise.density.sqrt();
+    let power = 10.0_f64.powf(least.log10().floor());
+    let rounded = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|c| *c >= least * (1.0 - 1e-9));
+    rounded.unwrap_or(least).min(OF_EXTENT * (high - low).max_element())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::variance::form::filter::Place;
+
+    fn line(count: usize, length: f64) -> Vec<Point> {
+        let point = |i: usize| Point {
+            place: Place { position: DVec3::X * (length * i as f64 / (count - 1) as f64), normal: DVec3::Z },
+            area: 1.0,
+            deviation: 0.0,
+        };
+        (0..count).map(point).collect()
+    }
+
+    #[test]
+    fn the_cutoff_follows_the_density_and_the_size() {
+        let cutoff = |density: f64, length: f64| default_cutoff(ScanNoise { sd: 0.1, density }, &line(50, length));
+        // A point every millimetre, every half, every 0.2.
+        assert_eq!([1.0, 4.0, 25.0].map(|density| cutoff(density, 1000.0)), [10.0, 5.0, 2.0]);
+        assert!((cutoff(1.0, 20.0) - 4.0).abs() < 1e-12);
+    }
+}
