@@ -235,23 +235,28 @@ fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
     let Some(present) = space.x(&solution.estimate.z) else { return Vec::new() };
     let of = |rival: &Rival| {
         let x = space.x(&rival.estimate.z)?;
-        let shaped = problem.model.parts().iter().zip(&rival.patches).filter(|(_, shaped)| **shaped);
+        let shaped = problem.model.parts().iter().zip(&rival.of.patches).filter(|(_, shaped)| **shaped);
         let mut parts: Vec<String> = Vec::new();
         for (part, _) in shaped {
             if !parts.contains(&part.group) {
                 parts.push(part.group.clone());
             }
         }
-        let members: Vec<usize> = rival.members.iter().flat_map(|k| space.followers(space.free[*k])).collect();
+        let members: Vec<usize> = rival.of.members.iter().flat_map(|k| space.followers(space.free[*k])).collect();
         let parameter = |i: &usize| &problem.model.parameters()[*i];
         let differs = |i: &&usize| shown(x[**i], parameter(i).quantity) != shown(present[**i], parameter(i).quantity);
         let value = |i: &usize| {
             let at = |x: &[f64]| shown(x[*i], parameter(i).quantity);
             format!("`{}` {} (here {})", parameter(i).name, at(&x), at(&present))
         };
+        let other = match rival.of.turned {
+            Some(degrees) => format!("the model in another pose, turned by some {degrees:.0} degrees,"),
+            None => {
+                format!("another shape of {}", parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "))
+            }
+        };
         problem.monitor.warn(format!(
-            "another shape of {} explains the scan as well: {}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both",
-            parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "),
+            "{other} explains the scan as well: {}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both",
             members.iter().filter(differs).map(value).collect::<Vec<_>>().join(", "),
         ));
         let values = members.iter().map(|i| (parameter(i).name.clone(), x[*i])).collect();

@@ -19,6 +19,11 @@ pub(crate) struct Axis {
 }
 
 impl Axis {
+    /// A point of the axis and its direction. Local motions turn about `centre`.
+    pub(crate) fn line(&self, centre: DVec3) -> (DVec3, DVec3) {
+        (centre + self.turn.cross(self.shift) / self.turn.length_squared(), self.turn.normalize_or_zero())
+    }
+
     /// A motion after a rotation by an angle (radians). Local motions turn about `centre`.
     pub(crate) fn rotated(&self, motion: &Isometry, angle: f64, centre: DVec3) -> Isometry {
         motion.after_local(self.shift * angle, self.turn * angle, centre)

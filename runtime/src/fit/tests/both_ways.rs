@@ -316,3 +316,49 @@ fn an_end_that_slides_along_its_surface_is_not_known_for_what_else_is_free() {
     let cut = fitted(&|p| p.z > 14.0);
     assert!(cut.iter().all(|p| p.sd.is_none()), "{cut:?}");
 }
+
+/// A nut with a tapped hole beside its axis: it fits after every sixth of a turn, but for the hole.
+#[test]
+fn a_pose_that_fits_but_for_a_detail_is_left_for_the_one_that_fits() {
+    let nut = {
+        let text = "model nut {
+          param r: length in 10mm..40mm = 20mm
+          param lobe: length in 0mm..6mm = 3mm
+          param height: length in 8mm..40mm = 18mm
+          param knob: length in 0mm..8mm = 3mm
+          param along: length in 4mm..14mm = 9mm
+          fn out(a: angle, z: length) {
+            let near = exp(-((a - 30deg) / 20deg) ^ 2 - ((z - along) / 4mm) ^ 2)
+            polar(r + lobe * cos(6 * a) + knob * near, a, z)
+          }
+          part side = |u, v| out((u - 0.5) * 1turn, v * height)
+          part top = |u, v| { let p = out((u - 0.5) * 1turn, height)
+            (p.x * v, p.y * v, height) }
+          part bottom = |u, v| { let p = out((0.5 - u) * 1turn, 0mm)
+            (p.x * v, p.y * v, 0mm) }
+        }";
+        let script = SourceFile { name: "nut.gml".to_owned(), text: text.to_owned() };
+        compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
+    };
+    let truth = [20.0, 3.0, 18.0, 3.0, 9.0];
+    let scan = scanned(&nut, &truth, &Scanner { random_pose: false, ..scanner(1.2, 0.1, 5) }, |_| true);
+    for sixths in 1..6 {
+        let turn = (f64::from(sixths) * 60.0).to_radians();
+        let mut turned = scan.clone();
+        let rotation = glam::DMat3::from_rotation_z(turn);
+        for p in &mut turned.mesh.positions {
+            *p = (rotation * DVec3::from_array(*p)).to_array();
+        }
+        for n in &mut turned.mesh.normals {
+            *n = (rotation * DVec3::from_array(*n)).to_array();
+        }
+        // From values and a pose that are right but for the turn no search goes on.
+        let start = [("r", 20.0), ("lobe", 3.0), ("height", 18.0), ("knob", 1.0), ("along", 8.0)];
+        let start = start.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
+        let result = fit(&nut, &turned, &FitOptions { start, ..FitOptions::default() }, &Silent).unwrap();
+        for (p, truth) in result.parameters.iter().zip(&truth) {
+            let sd = p.sd.unwrap_or_else(|| panic!("{sixths}: {p:?}"));
+            assert!((p.value - truth).abs() < 4.0 * sd, "{sixths}: {p:?} for {truth} {:?}", result.warnings);
+        }
+    }
+}

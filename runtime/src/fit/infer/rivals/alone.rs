@@ -1,7 +1,7 @@
 //! Shapes of one group's patches, by the points that are theirs alone: cheap enough to look all over the bounds.
 
-use super::Rival;
 use super::base::Base;
+use super::{Rival, RivalOf};
 use crate::fit::correspond::layout::Layout;
 use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::level::Level;
@@ -124,9 +124,11 @@ impl<'s> Alone<'s> {
         let rival = |shape: Shape| {
             let mut from = self.base.level().space.estimate(&shape.x, self.base.estimate.motion);
             if let Some(few) = &few {
-                from = few.survivor(self.group, from)?;
+                from = few.survivor(&self.group.members, from)?;
             }
-            self.base.rival(self.group, from)
+            let Group { members, patches } = self.group;
+            let of = RivalOf { members: members.clone(), patches: patches.clone(), turned: None };
+            self.base.rival(of, from)
         };
         distinct.into_par_iter().filter_map(rival).collect()
     }

@@ -1,6 +1,6 @@
 //! The optimum over a sample of the points, with which other shapes are compared.
 
-use super::{Rival, largest};
+use super::{Rival, RivalOf, largest};
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::optimise::gauss_newton::{self, Minimum, Stop};
 use crate::fit::problem::level::Level;
@@ -48,32 +48,25 @@ impl<'s> Base<'s> {
 
     /// A shape as a rival of the solution over all of the sample, after some steps of all parameters. None where it
     /// explains the scan worse or turns out to be the same.
-    pub(super) fn rival(&self, group: &Group, from: Estimate) -> Option<Rival> {
-        let Shape { step, evidence, certainty, .. } = self.shape(from, |_| false)?;
+    pub(super) fn rival(&self, of: RivalOf, from: Estimate) -> Option<Rival> {
+        let Shape { estimate: there, step, evidence, certainty } = self.shape(from, |_| false)?;
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_WORSE;
-        let distinct = largest(self.uncertainty, &group.members, &step) > RIVAL_DEVIATIONS;
+        let distinct = largest(self.uncertainty, &of.members, &step) > RIVAL_DEVIATIONS;
         let space = &self.level().space;
         let mut padded = step.clone();
         padded.resize(space.dim(), 0.0);
         // The sample's own error is that of both optima.
-        let estimate = space.retract(&self.solution.estimate, &padded);
-        (distinct && !worse).then(|| Rival {
-            estimate,
-            step,
-            members: group.members.clone(),
-            patches: group.patches.clone(),
-            evidence,
-            certainty,
-            contradicted: 0.0,
-        })
+        let shifted = space.retract(&self.solution.estimate, &padded);
+        let estimate = if of.turned.is_some() { Estimate { motion: there.motion, ..shifted } } else { shifted };
+        (distinct && !worse).then_some(Rival { estimate, step, of, evidence, certainty, contradicted: 0.0 })
     }
 
     /// Where a shape comes to by this sample. None where it clearly is no rival: the same shape as the base's, or one
     /// that explains the scan worse by more than the sample's chance.
-    pub(super) fn survivor(&self, group: &Group, from: Estimate) -> Option<Estimate> {
+    pub(super) fn survivor(&self, members: &[usize], from: Estimate) -> Option<Estimate> {
         let is_same = |at: &Estimate| {
             let step = self.level().space.step(&self.estimate, at);
-            largest(self.uncertainty, &group.members, &step) <= RIVAL_SAME
+            largest(self.uncertainty, members, &step) <= RIVAL_SAME
         };
         // The loss from which on a shape is worse, and the losses on the way.
         let worse = self.mean * (RIVAL_EVIDENCE / self.uncertainty.effective_points).exp();

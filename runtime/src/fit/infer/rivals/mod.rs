@@ -5,6 +5,7 @@
 
 mod alone;
 mod base;
+mod turned;
 
 use super::convergence::{self, Assessed};
 use super::sandwich::Uncertainty;
@@ -15,20 +16,29 @@ use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::group::groups;
 use crate::fit::tuning::{
     RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
+    TURN_REFINED_POINTS,
 };
 use alone::Alone;
 use base::Base;
 
-/// Another shape of the parts of one group.
+/// What differs between a solution and its rival.
+#[derive(Clone, Debug)]
+pub(crate) struct RivalOf {
+    /// Positions of the parameters in the list of free ones.
+    pub(crate) members: Vec<usize>,
+    /// By patch, whether they shape it.
+    pub(crate) patches: Vec<bool>,
+    /// By how many degrees the whole model is turned, if it is.
+    pub(crate) turned: Option<f64>,
+}
+
+/// Another shape of the parts of one group, or another pose of the whole model.
 #[derive(Clone, Debug)]
 pub(crate) struct Rival {
     pub(crate) estimate: Estimate,
     /// The scaled step of the free parameters from the solution to here.
     pub(crate) step: Vec<f64>,
-    /// Positions of the group's parameters in the list of free ones.
-    pub(crate) members: Vec<usize>,
-    /// By patch, whether the group shapes it.
-    pub(crate) patches: Vec<bool>,
+    pub(crate) of: RivalOf,
     /// n ln(ratio of the mean loss to the solution's), with the effective points: below zero it explains the scan
     /// better.
     pub(crate) evidence: f64,
@@ -112,13 +122,16 @@ pub(crate) fn find(solution: &Solution, uncertainty: &Uncertainty) -> Rivals {
 /// The rivals by the scan's points, whatever stands in empty space.
 fn by_points(solution: &Solution, uncertainty: &Uncertainty) -> Vec<Rival> {
     let groups = groups(&solution.level);
-    if groups.is_empty() {
-        return Vec::new();
-    }
     // Not the sample of the registration, which is even in space and not in noise.
     let sample = solution.level.problem.points.every(THIN_POINTS);
     let Some(base) = Base::new(solution, uncertainty, &sample) else { return Vec::new() };
-    groups.iter().filter_map(|group| Some(Alone::new(&base, group)?.rivals())).flatten().collect()
+    let mut rivals: Vec<Rival> =
+        groups.iter().filter_map(|group| Some(Alone::new(&base, group)?.rivals())).flatten().collect();
+    let few = sample.standing_for_all(TURN_REFINED_POINTS);
+    if let Some(few) = Base::new(solution, uncertainty, &few) {
+        rivals.extend(turned::rivals(&base, &few));
+    }
+    rivals
 }
 
 impl Rivals {
@@ -139,14 +152,15 @@ impl Rivals {
     /// probability, and the covariance of the two is a quarter of the square of their difference. Rivals that the
     /// covariance holds already are left out. The second value are those that were not.
     pub(crate) fn include(mut self, mut uncertainty: Uncertainty) -> (Uncertainty, Vec<Rival>) {
-        let deviations = |uncertainty: &Uncertainty, rival: &Rival| largest(uncertainty, &rival.members, &rival.step);
+        let deviations =
+            |uncertainty: &Uncertainty, rival: &Rival| largest(uncertainty, &rival.of.members, &rival.step);
         self.rivals.sort_by(|a, b| deviations(&uncertainty, b).total_cmp(&deviations(&uncertainty, a)));
         let mut included = Vec::new();
         for rival in self.rivals {
             if !(deviations(&uncertainty, &rival) > RIVAL_DEVIATIONS) {
                 continue;
             }
-            let known: Vec<usize> = rival.members.iter().copied().filter(|k| uncertainty.determines(*k)).collect();
+            let known: Vec<usize> = rival.of.members.iter().copied().filter(|k| uncertainty.determines(*k)).collect();
             for a in &known {
                 for b in &known {
                     uncertainty.covariance[(*a, *b)] += 0.25 * rival.step[*a] * rival.step[*b];
