@@ -93,19 +93,12 @@ impl Inspection {
     ) -> Result<Self, InspectError> {
         let x: Vec<f64> = fit.parameters.iter().map(|p| p.value).collect();
         let motion = fit.pose.unwrap_or(Motion::IDENTITY);
-        let of_parameters = fit.covariance.as_ref().map(|c| ParameterCovariance {
-            parameters: &c.parameters,
-            matrix: &c.matrix,
-            centre: None,
-        });
-        let with_pose = fit.pose_covariance.as_ref().map(|c| ParameterCovariance {
-            parameters: &c.parameters,
-            matrix: &c.matrix,
-            centre: Some(c.centre),
-        });
-        let covariance = with_pose.or(of_parameters);
+        let covariance = covariance(&fit);
         let reference = Reference::Model { model, x: &x, motion };
-        let measurement = measure(reference, scan, covariance, options, progress)?;
+        let mut measurement = measure(reference, scan, covariance, options, progress)?;
+        if let Some(shortcoming) = fit.shortcoming() {
+            measurement.report.doubt_verdicts(&format!("the fit cannot be relied on: {shortcoming}"));
+        }
         let upright = upright(model, &x, &motion)?;
         Ok(Self { fit, measurement, upright })
     }
@@ -179,6 +172,7 @@ impl Inspection {
             turned: self.upright.rotation,
             distance_png: &textures.coded,
             colour_png: &textures.colours,
+            conformance_png: textures.conformance.as_deref(),
             colour_range: textures.colour_range,
             pictures: &[(
                 "The scan (in magenta what the model does not explain), the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
@@ -207,9 +201,36 @@ impl Inspection {
         };
         let report = &self.measurement.report;
         let mut groups = vec![parameters, figures("all", &report.overall)];
-        groups.extend(report.parts.iter().map(|p| figures(&p.name, &p.statistics)));
+        groups.extend(report.parts.iter().map(|p| {
+            let mut group = figures(&p.name, &p.statistics);
+            if let Some(verdict) = &p.verdict {
+                group.entries.extend([
+                    entry("verdict", verdict.outcome.text().to_owned()),
+                    entry("value decided on", number(verdict.value)),
+                    entry("standard uncertainty", number(verdict.uncertainty)),
+                    entry("probability of conformance", number(verdict.probability)),
+                ]);
+            }
+            group
+        }));
         groups
     }
+}
+
+/// The covariance of a fit's parameters, joint with that of its pose if there is one.
+#[must_use]
+pub fn covariance(fit: &FitResult) -> Option<ParameterCovariance<'_>> {
+    let of_parameters = fit.covariance.as_ref().map(|c| ParameterCovariance {
+        parameters: &c.parameters,
+        matrix: &c.matrix,
+        centre: None,
+    });
+    let with_pose = fit.pose_covariance.as_ref().map(|c| ParameterCovariance {
+        parameters: &c.parameters,
+        matrix: &c.matrix,
+        centre: Some(c.centre),
+    });
+    with_pose.or(of_parameters)
 }
 
 /// The motion from the surface at the model's defaults to the moved surface at x.

@@ -79,6 +79,7 @@ fn a_scene_of_known_appearance() {
         turned: Motion::IDENTITY.rotation,
         distance_png: &distance_png,
         colour_png: &measurement::png(&picture::deviation_picture(&deviations, COLOUR_RANGE)).expect("a picture"),
+        conformance_png: None,
         colour_range: COLOUR_RANGE,
         pictures: &views.iter().map(|(name, png)| (*name, png.as_slice())).collect::<Vec<_>>(),
     });

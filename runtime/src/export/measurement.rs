@@ -38,6 +38,8 @@ pub struct Textures {
     pub coded: Vec<u8>,
     /// The texture in the colours of the deviations.
     pub colours: Vec<u8>,
+    /// The probability of conformance in colours, if a part has a tolerance.
+    pub conformance: Option<Vec<u8>>,
     /// Deviation at which the colour scale ends. Millimetres.
     pub colour_range: f64,
 }
@@ -86,8 +88,23 @@ pub fn write(folder: &Path, measurement: &Measurement, exr: bool) -> Result<Text
             atomic::write(&folder.join(&range.picture), &picture)?;
         }
     }
+    let conformance = write_conformance(folder, measurement)?;
     json::write(&folder.join("variance.json"), report)?;
-    Ok(Textures { size: [width, height], coded, colours, colour_range })
+    Ok(Textures { size: [width, height], coded, colours, conformance, colour_range })
+}
+
+/// Writes the probability of conformance as a picture and without loss, if a part has a tolerance. Returns the picture.
+fn write_conformance(folder: &Path, measurement: &Measurement) -> Result<Option<Vec<u8>>, DocumentError> {
+    let Measurement { deviations, conformance: Some(map), .. } = measurement else { return Ok(None) };
+    let texels = &deviations.texels;
+    let mut values = vec![f32::NAN; texels.width as usize * texels.height as usize];
+    texels.index.iter().zip(map).for_each(|(place, probability)| values[*place as usize] = *probability);
+    let description = "probability that the surface at a texel is within the tolerance";
+    let tiff = image::tiff_f32(texels.width, texels.height, &values, description)?;
+    let picture = png(&picture::conformance_picture(deviations, map))?;
+    atomic::write(&folder.join("conformance.tif"), &tiff)?;
+    atomic::write(&folder.join("conformance.png"), &picture)?;
+    Ok(Some(picture))
 }
 
 /// A picture as a PNG file.

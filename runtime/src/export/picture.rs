@@ -82,6 +82,26 @@ pub fn significance_picture(deviations: &Deviations, end: f64, levels: &[f64]) -
     texel_picture(deviations, end, |i| f64::from(deviations.signed(i)).abs() > level(i).max(deviations.precision))
 }
 
+/// The texture with every texel in the colour of its probability of conformance, grey where it has none, as where
+/// nothing was measured or its part has no tolerance; below it a legend. Conformance is blue, so that red stands for
+/// what is beyond the tolerance with certainty.
+#[must_use]
+pub fn conformance_picture(deviations: &Deviations, probabilities: &[f32]) -> Picture {
+    let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
+    let words = Legend {
+        below: "within",
+        above: "beyond",
+        unit: "probability of conformance",
+        swatches: &[(NO_DATA, "none")],
+        label: &|tick| (0.5 - 0.5 * tick).to_string(),
+    };
+    let drawn = probabilities.iter().enumerate().map(|(i, probability)| {
+        let place = 1.0 - 2.0 * f64::from(*probability);
+        (deviations.texels.place(i), diverging(place))
+    });
+    with_legend([width, height], legend(width.max(256), &words), drawn)
+}
+
 /// A picture of the texels. Those with a distance that are not `shown` get the colour of zero.
 fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> bool) -> Picture {
     let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
@@ -98,13 +118,15 @@ fn texel_picture(deviations: &Deviations, end: f64, shown: impl Fn(usize) -> boo
     if deviations.ambiguous.contains(&true) {
         swatches.push((AMBIGUOUS, "ambiguous"));
     }
-    let words = Legend { below: "- scan inside", above: "scan outside +", unit: "mm", swatches: &swatches };
+    let label = |tick: f64| number(tick * end);
+    let words =
+        Legend { below: "- scan inside", above: "scan outside +", unit: "mm", swatches: &swatches, label: &label };
     let drawn = (0..deviations.texels.len()).map(|i| {
         let distance = f64::from(deviations.signed(i));
         let drawn = if distance.is_nan() || shown(i) { distance } else { 0.0 };
         (deviations.texels.place(i), texel_colour(deviations, i, drawn, end))
     });
-    with_legend([width, height], legend(width.max(256), end, &words), drawn)
+    with_legend([width, height], legend(width.max(256), &words), drawn)
 }
 
 /// Pixels of a texture, by column and row, above a legend.
@@ -143,12 +165,13 @@ pub fn sensitivity_picture(
         above: "outwards +",
         unit: &format!("{} {heading}", range.unit),
         swatches: &swatches,
+        label: &|tick| number(tick * end),
     };
     let drawn = map.values.iter().zip(&maps.texels).map(|(value, i)| {
         let place = texels.place(*i as usize).map(|n| n / step);
         (place, diverging(f64::from(*value) / end))
     });
-    with_legend([width, height], legend(width.max(256), end, &words), drawn)
+    with_legend([width, height], legend(width.max(256), &words), drawn)
 }
 
 /// The words of a legend.
@@ -160,9 +183,11 @@ struct Legend<'a> {
     unit: &'a str,
     /// Colours beside the scale, and their meaning.
     swatches: &'a [([u8; 3], &'a str)],
+    /// The label of a place on the scale, from -1 to 1.
+    label: &'a dyn Fn(f64) -> String,
 }
 
-fn legend(width: usize, end: f64, words: &Legend<'_>) -> Picture {
+fn legend(width: usize, words: &Legend<'_>) -> Picture {
     let scale = (width / 360).max(1);
     let line = (GLYPH_HEIGHT + 3) * scale;
     let bar_height = 10 * scale;
@@ -170,7 +195,7 @@ fn legend(width: usize, end: f64, words: &Legend<'_>) -> Picture {
     let swatch = 8 * scale;
     let widest = words.swatches.iter().map(|(_, text)| text_width(text, scale)).max();
     let beside = widest.map_or(0, |text| text + swatch + 3 * scale);
-    let left = text_width(&number(-end), scale) / 2 + 2 * scale;
+    let left = text_width(&(words.label)(-1.0), scale) / 2 + 2 * scale;
     let bar_width = width.saturating_sub(2 * left + beside + 8 * scale).max(2);
     for x in 0..bar_width {
         let value = 2.0 * x as f64 / (bar_width - 1) as f64 - 1.0;
@@ -183,7 +208,7 @@ fn legend(width: usize, end: f64, words: &Legend<'_>) -> Picture {
     for tick in [-1.0, -0.5, 0.0, 0.5, 1.0] {
         let x = left + ((tick + 1.0) / 2.0 * (bar_width - 1) as f64) as usize;
         legend.fill(x, line + bar_height, scale, 2 * scale, INK);
-        let text = number(tick * end);
+        let text = (words.label)(tick);
         draw(&mut legend, x.saturating_sub(text_width(&text, scale) / 2), below, scale, INK, &text);
     }
     let middle = left + bar_width / 2;
@@ -212,7 +237,7 @@ fn number(x: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{BACKGROUND, deviation_picture, number};
+    use super::{BACKGROUND, conformance_picture, deviation_picture, number};
     use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
     use crate::model::Texels;
     use crate::variance::Deviations;
@@ -263,6 +288,8 @@ mod tests {
         assert_eq!(picture.pixels[301], diverging(-1.0));
         assert_eq!(picture.pixels[602], NO_DATA);
         assert_eq!(picture.pixels[1], BACKGROUND);
+        let conformance = conformance_picture(&deviations, &[1.0, 0.0, f32::NAN]);
+        assert_eq!([0, 301, 602].map(|i| conformance.pixels[i]), [diverging(-1.0), diverging(1.0), NO_DATA]);
         let legend = &picture.pixels[4 * 300..];
         for colour in [diverging(-1.0), diverging(1.0), NO_DATA] {
             assert!(legend.contains(&colour));

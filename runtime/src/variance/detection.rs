@@ -72,23 +72,33 @@ pub(in crate::variance) fn detect(
     levels.into_iter().zip(areas).map(detection).collect()
 }
 
-/// Root mean square over a part's sampled texels of sqrt(s^T C s), where s are the effects of the parameters and of the
-/// pose along the normal. Millimetres.
+/// Root mean square over a part's sampled texels of the surface's standard deviation along its normal. Millimetres.
 fn surface_deviation(
     sensitivities: &Sensitivities,
     covariance: ParameterCovariance<'_>,
     texels: &Texels,
     part: usize,
 ) -> f64 {
-    let Some(part) = sensitivities.parts.get(part) else { return 0.0 };
+    let variances = surface_variances(sensitivities, covariance, texels, part);
+    if variances.is_empty() { 0.0 } else { (variances.iter().sum::<f64>() / variances.len() as f64).sqrt() }
+}
+
+/// At each of a part's sampled texels the variance s^T C s of the surface along its normal, where s are the effects of
+/// the parameters and of the pose there. Square millimetres.
+pub(in crate::variance) fn surface_variances(
+    sensitivities: &Sensitivities,
+    covariance: ParameterCovariance<'_>,
+    texels: &Texels,
+    part: usize,
+) -> Vec<f64> {
+    let Some(part) = sensitivities.parts.get(part) else { return Vec::new() };
     let index = |p: &usize| {
         let (name, _) = sensitivities.parameters.get(*p)?;
         covariance.parameters.iter().position(|fitted| fitted == name)
     };
     let indices: Vec<Option<usize>> = part.active.iter().map(index).collect();
     let entry = |a: usize, b: usize| covariance.matrix.get(a).and_then(|row| row.get(b)).copied().unwrap_or(0.0);
-    let mut sum = 0.0;
-    for (k, normal) in part.normals.iter().enumerate() {
+    let variance = |(k, normal): (usize, &[f64; 3])| {
         let normal = DVec3::from(*normal);
         let mut effects: Vec<(usize, f64)> = part.derivatives[k * indices.len()..(k + 1) * indices.len()]
             .iter()
@@ -106,9 +116,9 @@ fn surface_deviation(
         }
         let variance: f64 =
             effects.iter().map(|(a, x)| effects.iter().map(|(b, y)| x * entry(*a, *b) * y).sum::<f64>()).sum();
-        sum += variance.max(0.0);
-    }
-    if part.texels.is_empty() { 0.0 } else { (sum / part.texels.len() as f64).sqrt() }
+        variance.max(0.0)
+    };
+    part.normals.iter().enumerate().map(variance).collect()
 }
 
 #[cfg(test)]

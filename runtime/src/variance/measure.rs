@@ -9,12 +9,14 @@ use super::explained::explain;
 use super::form::{ScanNoise, form_deviations, recognise};
 use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
+use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn};
 use super::surface::Surface;
 use super::unmatched::Unmatched;
+use super::verdict::Grounds;
 use super::{
     CastError, Deviations, Device, DistanceKind, Facing, Matching, ParameterCovariance, Reference, Resolution,
-    SensitivityRange, Tolerance, VarianceReport,
+    SensitivityRange, Tolerance, VarianceReport, VerdictOptions,
 };
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
@@ -26,6 +28,14 @@ use thiserror::Error;
 
 /// The maximum distance as a fraction of the model's diagonal, unless the options name one.
 const MAX_DISTANCE: f64 = 0.1;
+
+/// The maximum distance in units of the farthest limit of a tolerance, at least. What is farther away than the maximum
+/// distance is not measured at all, and so no reason to reject a part: at this factor what is beyond a tolerance by
+/// less than its width is measured.
+const BEYOND_TOLERANCE: f64 = 2.0;
+
+/// Standard deviations of the scan's noise by which the maximum distance exceeds that.
+const BEYOND_NOISE: f64 = 5.0;
 
 /// Options of [`measure`].
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +62,8 @@ pub struct MeasureOptions {
     /// Cut-off of the filter behind which deviations of form are measured, in millimetres; by default nine distances
     /// between the scan's points, at most a fifth of the part.
     pub form_cutoff: Option<f64>,
+    /// How it is decided whether parts conform to their tolerances.
+    pub verdict: VerdictOptions,
     /// The device that casts the rays.
     pub device: Device,
     /// Whether maps of sensitivities are computed.
@@ -70,6 +82,7 @@ impl Default for MeasureOptions {
             fill_holes: None,
             tolerance: None,
             form_cutoff: None,
+            verdict: VerdictOptions::default(),
             device: Device::Auto,
             sensitivity_maps: false,
         }
@@ -90,6 +103,9 @@ pub struct Measurement {
     pub unmatched: TriangleMesh,
     /// The triangles that close holes of the scan, if that was requested.
     pub filled: Option<TriangleMesh>,
+    /// For every texel the probability that the surface there is within its part's tolerance, NaN where there is none
+    /// or nothing was measured; none if no part has a tolerance.
+    pub conformance: Option<Vec<f32>>,
     /// Maps of the surface's movement per unit of each parameter, if they were requested.
     pub sensitivity_maps: Option<SensitivityMaps>,
 }
@@ -137,6 +153,26 @@ pub enum MeasureError {
         /// The widest band. Millimetres.
         most: f64,
     },
+    /// The maximum distance is not well above a tolerance.
+    #[error(
+        "{max_distance} mm is too close to the tolerance of {limit} mm: what is farther away is not measured, and no reason to reject a part; at least {least:.3}mm here"
+    )]
+    MaxDistance {
+        /// As requested. Millimetres.
+        max_distance: f64,
+        /// The farthest limit of a tolerance. Millimetres.
+        limit: f64,
+        /// The least maximum distance. Millimetres.
+        least: f64,
+    },
+    /// The scan lies nowhere near the surface.
+    #[error("{path}: nothing was measured: {likely}")]
+    Nothing {
+        /// Path of the scan.
+        path: String,
+        /// What is likely to be wrong.
+        likely: String,
+    },
     /// The user ended the work.
     #[error("interrupted")]
     Interrupted,
@@ -165,8 +201,9 @@ pub fn measure(
     require_triangles(scan)?;
     progress.report("sampling the surface", f64::NAN, "");
     let mut surface = Surface::new(reference, options.resolution)?;
-    let max_distance =
-        options.max_distance.unwrap_or_else(|| MAX_DISTANCE * surface.tessellation.mesh.bounds().diagonal());
+    let tolerances: Vec<Option<Tolerance>> = surface.tolerances.iter().map(|t| t.or(options.tolerance)).collect();
+    let size = surface.tessellation.mesh.bounds().diagonal();
+    let max_distance = max_distance(options.max_distance, size, &tolerances, scan.noise)?;
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
     let unusable = |error| MeasureError::Scan { path: scan.source.path.clone(), error };
@@ -185,7 +222,7 @@ pub fn measure(
     progress.report("casting rays", f64::NAN, &format!("{} texels", surface.texels.len()));
     let started = Instant::now();
     unless_cancelled(progress)?;
-    let Surface { mut tessellation, mut texels, tolerances, notices, seconds, buried, .. } = surface;
+    let Surface { mut tessellation, mut texels, notices, seconds, buried, .. } = surface;
     // Forms are those of the surface itself, before normals are averaged.
     let shapes = recognise(&texels);
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
@@ -212,9 +249,15 @@ pub fn measure(
     let cast = cast + started.elapsed().as_secs_f64();
 
     let started = Instant::now();
-    let tolerances: Vec<Option<Tolerance>> = tolerances.into_iter().map(|t| t.or(options.tolerance)).collect();
     let mut report = VarianceReport::new(&deviations, &scan.source, &device, &tolerances);
+    let misfit = nothing::likely(&report.overall, &deviations, &scan.mesh);
+    if let Some(Misfit::Nothing(likely)) = misfit {
+        return Err(MeasureError::Nothing { path: scan.source.path.clone(), likely });
+    }
     assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), covariance);
+    let fit = sensitivities.as_ref().zip(covariance);
+    let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit, options: options.verdict };
+    let conformance = grounds.assess(&mut report);
     let forms = form_deviations(&deviations, &shapes, noise_of(scan), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     if let Some(maps) = &maps {
@@ -233,6 +276,9 @@ pub fn measure(
     report.seconds.statistics = started.elapsed().as_secs_f64();
     report.warnings.extend(scan.warnings.iter().cloned().chain(notices));
     report.warnings.extend(notice);
+    if let Some(Misfit::Little(likely)) = misfit {
+        report.warnings.push(likely);
+    }
     if (options.distance, options.device) == (DistanceKind::Closest, Device::Gpu) {
         report.warnings.push("the GPU only casts rays: native code found the closest points".to_owned());
     }
@@ -258,6 +304,7 @@ pub fn measure(
         report,
         unmatched: unmatched.mesh,
         filled: holes.map(|h| h.mesh),
+        conformance,
         sensitivity_maps: maps,
     })
 }
@@ -272,6 +319,23 @@ pub fn require_triangles(scan: &Scan) -> Result<(), MeasureError> {
         return Err(MeasureError::PointCloud { path: scan.source.path.clone() });
     }
     Ok(())
+}
+
+/// The maximum distance in millimetres: as `requested`, or a tenth of the model's `size` and what the tolerances need.
+fn max_distance(
+    requested: Option<f64>,
+    size: f64,
+    tolerances: &[Option<Tolerance>],
+    noise: f64,
+) -> Result<f64, MeasureError> {
+    let limits = tolerances.iter().flatten().map(|t| t.lower.abs().max(t.upper.abs()));
+    let Some(limit) = limits.max_by(f64::total_cmp) else { return Ok(requested.unwrap_or(MAX_DISTANCE * size)) };
+    let least = BEYOND_TOLERANCE * limit + BEYOND_NOISE * noise;
+    match requested {
+        Some(max_distance) if max_distance < least => Err(MeasureError::MaxDistance { max_distance, limit, least }),
+        Some(max_distance) => Ok(max_distance),
+        None => Ok(least.max(MAX_DISTANCE * size)),
+    }
 }
 
 fn unless_cancelled(progress: &dyn Progress) -> Result<(), MeasureError> {

@@ -3,8 +3,8 @@
 use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::{
-    Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Matching, Statistics, Tolerance,
-    UnmatchedSummary,
+    Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Matching, OverallVerdict, Statistics,
+    Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::scan::ScanSource;
@@ -51,6 +51,9 @@ pub struct VarianceReport {
     /// Statistics of all parts together.
     #[serde(flatten)]
     pub overall: Statistics,
+    /// The verdict on all parts that have a tolerance, if any has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<OverallVerdict>,
     /// Statistics of each part, in the model's order.
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
@@ -84,6 +87,9 @@ pub struct PartStatistics {
     /// The level above which its deviations are more than noise and the fit's uncertainty.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub detection: Option<Detection>,
+    /// Whether it conforms to its tolerance, if it has one; groups have no verdict of their own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<Verdict>,
     /// Its deviation of form, if its surface has a form.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form: Option<FormDeviation>,
@@ -161,7 +167,7 @@ impl VarianceReport {
         let members = groups(names);
         let part_statistics = |name: &str, statistics| {
             let name = name.to_owned();
-            PartStatistics { name, statistics, explained: None, detection: None, form: None }
+            PartStatistics { name, statistics, explained: None, detection: None, verdict: None, form: None }
         };
         let part = |(k, name): (usize, &String)| {
             part_statistics(name, texels[k].statistics(range, tolerances.get(k).copied().flatten(), precision))
@@ -194,6 +200,7 @@ impl VarianceReport {
                 / (f64::from(deviations.texels.width) * f64::from(deviations.texels.height)).max(1.0),
             scan: scan.clone(),
             overall,
+            verdict: None,
             parts,
             groups,
             holes: None,

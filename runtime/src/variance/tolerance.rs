@@ -17,7 +17,7 @@ pub struct Conformance {
     /// The tolerance; absent if parts with different ones are taken together.
     #[serde(flatten)]
     pub tolerance: Option<Tolerance>,
-    /// Whether every measured texel is within it.
+    /// Whether something was measured and every measured texel is within it. This is not the verdict.
     pub within: bool,
     /// Measured area within it. Square millimetres.
     pub area_within: f64,
@@ -58,7 +58,7 @@ impl Conformance {
         let area = below.1 + within.1 + above.1;
         Self {
             tolerance: Some(tolerance),
-            within: below.0 == 0 && above.0 == 0,
+            within: within.0 > 0 && below.0 == 0 && above.0 == 0,
             area_within: within.1,
             area_below: below.1,
             area_above: above.1,

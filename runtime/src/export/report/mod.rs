@@ -43,6 +43,8 @@ pub struct Report<'a> {
     pub distance_png: &'a [u8],
     /// The deviations in the colours of the scale as a PNG file.
     pub colour_png: &'a [u8],
+    /// The probability of conformance in colours as a PNG file, if a part has a tolerance.
+    pub conformance_png: Option<&'a [u8]>,
     /// The end of the colour scale. Millimetres.
     pub colour_range: f64,
     /// Further pictures: captions and PNG files.
@@ -60,7 +62,7 @@ pub fn write(report: &Report<'_>) -> String {
         _ => "along the normal",
     };
     let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
-    let insertions: [(&str, String); 20] = [
+    let insertions: [(&str, String); 21] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
         ("facts", facts(report)),
@@ -76,6 +78,7 @@ pub fn write(report: &Report<'_>) -> String {
         ("statistics", tables::statistics(report.variance)),
         ("histogram", histogram::histogram(report.deviations, report.colour_range)),
         ("colour_map", colour_map),
+        ("conformance", report.conformance_png.map_or_else(String::new, conformance)),
         ("distances", distances),
         ("provenance", provenance(report)),
         ("mesh", surface::mesh(&report.tessellation.mesh)),
@@ -167,6 +170,16 @@ fn pictures(report: &Report<'_>) -> String {
     }
     out.push_str("</div>\n</section>\n");
     out
+}
+
+/// The map of the probability of conformance.
+fn conformance(png: &[u8]) -> String {
+    format!(
+        "<figure><img alt=\"Probability of conformance\" src=\"data:image/png;base64,{}\"><figcaption>Probability that the \
+         surface at each texel is within its tolerance, by its own distance; grey where nothing was measured or there is no \
+         tolerance.</figcaption></figure>\n",
+        STANDARD.encode(png)
+    )
 }
 
 fn provenance(report: &Report<'_>) -> String {

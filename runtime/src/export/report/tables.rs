@@ -4,8 +4,8 @@ use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
 use crate::model::Motion;
 use crate::variance::{
-    Characteristic, Explanation, FormDeviation, ParameterEffect, Piece, Statistics, UnmatchedSummary, VarianceReport,
-    WithoutNoise,
+    Characteristic, Explanation, FormDeviation, Outcome, ParameterEffect, PartStatistics, Piece, Statistics,
+    UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
 };
 use gml_compiler::program::Quantity;
 use std::fmt::Write;
@@ -223,26 +223,47 @@ fn row(name: &str, s: &Statistics, class: &str) -> String {
     format!("<tr class=\"{class}\"><td>{name}</td><td>{area}</td><td>{coverage:.1} %</td>{cells}</tr>\n")
 }
 
-/// The conformance of the parts to their tolerances, if there are any.
+/// The verdicts on parts with tolerances, and the areas within, if there are any.
 fn conformance(variance: &VarianceReport, out: &mut String) {
-    if variance.overall.tolerance.is_none() {
-        return;
-    }
-    let parts = variance.parts.iter().map(|p| (p.name.as_str(), &p.statistics));
-    let rows = std::iter::once(("All", &variance.overall)).chain(parts).filter_map(|(name, statistics)| {
-        let c = statistics.tolerance.as_ref()?;
-        let [lower, upper] = c.tolerance.map_or_else(Default::default, |t| [t.lower, t.upper].map(short));
-        let (name, share, [below, above]) = (escape(name), 100.0 * c.share, [c.area_below, c.area_above].map(number));
-        let verdict = if c.within { "within" } else { "<span class=\"mark\">out of tolerance</span>" };
-        Some(format!(
-            "<tr><td>{name}</td><td>{lower}</td><td>{upper}</td><td>{share:.2} %</td><td>{below}</td><td>{above}</td>\
-             <td class=\"text\">{verdict}</td></tr>\n"
-        ))
+    let (Some(all), Some(overall)) = (&variance.overall.tolerance, &variance.verdict) else { return };
+    let _ = writeln!(
+        out,
+        "<h3>Tolerance</h3>\n<p class=\"convention\">Each part is divided into footprints of equal area; its value is the median \
+         deviation on the worst of them. Again is what a second measurement would show on average where one looks the worst. \
+         The uncertainty is standard (noise on the footprint, fit, scanner). Decision rule: {}; a part conforms only if {} % of \
+         it were measured. All together: <b>{}</b>.</p>",
+        escape(&overall.decision),
+        short(100.0 * overall.min_coverage),
+        overall.outcome.text(),
+    );
+    let rows = variance.parts.iter().filter_map(|part| Some(verdict(part, part.verdict.as_ref()?)));
+    let head = "<thead><tr><th>Part</th><th>From</th><th>To</th><th>Value</th><th>Again</th><th>Uncertainty</th>\
+        <th>Probability</th><th>Within</th><th>Below, mm&sup2;</th><th>Above, mm&sup2;</th><th></th></tr></thead>\n";
+    let [share, below, above] = [format!("{:.2} %", 100.0 * all.share), number(all.area_below), number(all.area_above)];
+    let total = format!(
+        "<tr class=\"total\"><td>All</td><td></td><td></td><td></td><td></td><td></td><td></td><td>{share}</td><td>{below}</td>\
+         <td>{above}</td><td class=\"text\"></td></tr>\n"
+    );
+    table(head, std::iter::once(total).chain(rows), out);
+}
+
+fn verdict(part: &PartStatistics, verdict: &Verdict) -> String {
+    let conformance = part.statistics.tolerance.as_ref();
+    let limits = conformance.and_then(|c| c.tolerance).map_or_else(Default::default, |t| [t.lower, t.upper].map(short));
+    let areas = conformance.map_or_else(Default::default, |c| {
+        [format!("{:.2} %", 100.0 * c.share), number(c.area_below), number(c.area_above)]
     });
-    out.push_str("<h3>Tolerance</h3>\n");
-    let head = "<thead><tr><th>Part</th><th>From</th><th>To</th><th>Within</th>\
-        <th>Below, mm&sup2;</th><th>Above, mm&sup2;</th><th></th></tr></thead>\n";
-    table(head, rows, out);
+    let figures = [verdict.value, verdict.again, verdict.uncertainty].map(number);
+    let probability = [verdict.probability, verdict.highest_probability].map(number);
+    let probability = if probability[0] == probability[1] { probability[0].clone() } else { probability.join(" to ") };
+    let mut cells = vec![escape(&part.name)];
+    cells.extend(limits.into_iter().chain(figures).chain([probability]).chain(areas));
+    let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+    let text = std::iter::once(verdict.outcome.text().to_owned()).chain(verdict.reasons.iter().map(|r| escape(r)));
+    let text = text.collect::<Vec<_>>().join(": ");
+    let marked =
+        if verdict.outcome == Outcome::Conforms { text } else { format!("<span class=\"mark\">{text}</span>") };
+    format!("<tr>{cells}<td class=\"text\">{marked}</td></tr>\n")
 }
 
 /// The shares of the deviations that changes of parameters would explain.

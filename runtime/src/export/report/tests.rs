@@ -3,7 +3,7 @@ use crate::fit::{FitResult, FittedInput, FittedParameter, PoseCovariance, Symmet
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
 use crate::scan::ScanSource;
-use crate::variance::{Deviations, VarianceReport};
+use crate::variance::{Deviations, Outcome, OverallVerdict, Tolerance, VarianceReport, Verdict};
 use gml_compiler::program::Quantity;
 use std::collections::BTreeMap;
 
@@ -113,19 +113,23 @@ fn page() -> String {
 
 fn page_of(deviations: &Deviations, spikes: usize) -> String {
     let scan = ScanSource { path: HOSTILE.to_owned(), ..ScanSource::default() };
-    let variance = VarianceReport { spikes, ..VarianceReport::new(deviations, &scan, "cpu", &[]) };
+    page_with(deviations, &VarianceReport { spikes, ..VarianceReport::new(deviations, &scan, "cpu", &[]) })
+}
+
+fn page_with(deviations: &Deviations, variance: &VarianceReport) -> String {
     write(&Report {
         title: HOSTILE,
         model: HOSTILE,
         date: "2024-05-06",
         tool: "gmlc 0.1.0",
         fit: Some(&fit()),
-        variance: &variance,
+        variance,
         deviations,
         tessellation: &tessellation(),
         turned: Motion::IDENTITY.rotation,
         distance_png: b"one",
         colour_png: b"two",
+        conformance_png: variance.verdict.as_ref().map(|_| &b"map"[..]),
         colour_range: 0.5,
         pictures: &[(HOSTILE, b"three")],
     })
@@ -190,6 +194,43 @@ fn what_is_refused_is_said() {
     assert!(page.contains(refused) && page.contains(spikes), "{page}");
     let page = page_of(&deviations(), 0);
     assert!(!page.contains("a spike of the scan") && !page.contains("no distance is taken"));
+}
+
+#[test]
+fn verdicts_are_said_with_their_reasons() {
+    let tolerance = Tolerance { lower: -0.25, upper: 0.5 };
+    let mut variance = VarianceReport::new(&deviations(), &ScanSource::default(), "cpu", &[None, Some(tolerance)]);
+    variance.verdict = Some(OverallVerdict {
+        outcome: Outcome::Undecided,
+        decision: "p=0.99".to_owned(),
+        min_coverage: 0.8,
+        device_uncertainty: 0.0,
+    });
+    variance.parts[1].verdict = Some(Verdict {
+        outcome: Outcome::Undecided,
+        value: 0.48,
+        again: 0.45,
+        limit: 0.5,
+        uncertainty: 0.02,
+        noise: 0.02,
+        fit: 0.0,
+        device: 0.0,
+        probability: 0.841,
+        highest_probability: 0.994,
+        footprint: 4.0,
+        points: 25.0,
+        footprints: 100,
+        place: [0.0; 3],
+        reasons: vec![HOSTILE.to_owned()],
+    });
+    let page = page_with(&deviations(), &variance);
+    assert!(page.contains("Decision rule: p=0.99; a part conforms only if 80 % of it were measured."), "{page}");
+    assert!(page.contains("All together: <b>undecided</b>") && page.contains("base64,bWFw\"><figcaption>Probability"));
+    let row = "<td>&minus;0.25</td><td>0.5</td><td>0.480</td><td>0.450</td><td>0.0200</td><td>0.841 to 0.994</td>";
+    assert!(page.contains(row) && page.contains("<span class=\"mark\">undecided: &lt;/script&gt;"), "{page}");
+    assert!(!page.contains("<img src=x"));
+    let without = page_of(&deviations(), 0);
+    assert!(!without.contains("Decision rule") && !without.contains("Probability that"));
 }
 
 #[test]

@@ -77,6 +77,11 @@ impl Distribution {
         area(&self.0)
     }
 
+    /// The distance that half of the area exceeds; NaN without area.
+    pub(super) fn median(&self) -> f64 {
+        quantiles(self.weighted(Weighting::Area), [0.5 * self.area()])[0]
+    }
+
     /// Statistics of the distances and of their magnitudes, by area and by texel.
     pub(super) fn moments(&self) -> [Moments; 2] {
         let magnitudes = Self(self.outwards(0.0).map(|(d, area)| Sample::new(d as f32, area)).collect());
