@@ -1,9 +1,11 @@
-//! Deviations for people: tables, and the parts that exceed their tolerance.
+//! Deviations for people: tables, and the verdicts on parts with tolerances.
 
 use crate::error::CommandError;
 use crate::table;
 use gml_runtime::export::measurement::UNMATCHED;
-use gml_runtime::variance::{PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, WithoutNoise};
+use gml_runtime::variance::{
+    Outcome, PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
+};
 
 /// The tables and sentences of a report.
 pub(crate) fn summary(report: &VarianceReport) -> String {
@@ -41,6 +43,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         report.sign_convention,
         report.device
     ));
+    out.push_str(&verdicts(report));
     out.push_str(&explained(&report.parts));
     out.push_str(&forms(&report.parts));
     if let Some(holes) = &report.holes {
@@ -186,19 +189,51 @@ fn sign(x: f64) -> &'static str {
     if x < 0.0 { "-" } else { "+" }
 }
 
-/// An error if deviations exceed a tolerance: which part, on which share of its measured area, and how far.
+/// The verdicts on parts with a tolerance.
+fn verdicts(report: &VarianceReport) -> String {
+    let Some(overall) = &report.verdict else { return String::new() };
+    let row = |part: &PartStatistics| {
+        let verdict = part.verdict.as_ref()?;
+        let Tolerance { lower, upper } = part.statistics.tolerance?.tolerance?;
+        let mut cells = vec![part.name.clone(), format!("{} to {}", table::number(lower), table::number(upper))];
+        cells.extend([verdict.value, verdict.again, verdict.uncertainty].map(table::number));
+        cells.extend([probability(verdict), verdict.outcome.text().to_owned()]);
+        Some(cells)
+    };
+    let rows: Vec<Vec<String>> = report.parts.iter().filter_map(row).collect();
+    let headings = ["part", "allowed", "value", "again", "uncertainty", "probability", "verdict"];
+    let rule = &overall.decision;
+    format!(
+        "\n{}decision rule {rule}; the value is the median deviation on the worst footprint, again what a second measurement would show there\n",
+        table::render(&headings, &rows)
+    )
+}
+
+/// The probability of conformance: one number, or from the least to the greatest.
+fn probability(verdict: &Verdict) -> String {
+    let [least, greatest] = [verdict.probability, verdict.highest_probability].map(|p| format!("{p:.3}"));
+    if least == greatest { least } else { format!("{least} to {greatest}") }
+}
+
+/// An error if a part does not conform to its tolerance, or if that is undecided: which part, how far, and where.
 pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
     let line = |part: &PartStatistics| {
-        let conformance = part.statistics.tolerance.filter(|c| !c.within)?;
-        let extremes = &part.statistics.per_texel.signed;
-        let Tolerance { lower, upper } = conformance.tolerance?;
-        let [least, greatest, lower, upper] = [extremes.min, extremes.max, lower, upper].map(table::number);
-        Some(format!(
-            "{}: {:.2} % of its measured area; deviations from {least} to {greatest} mm, allowed are {lower} to {upper} mm",
-            part.name,
-            100.0 * (1.0 - conformance.share)
-        ))
+        let verdict = part.verdict.as_ref().filter(|v| v.outcome != Outcome::Conforms)?;
+        let Tolerance { lower, upper } = part.statistics.tolerance?.tolerance?;
+        let [value, uncertainty, lower, upper] = [verdict.value, verdict.uncertainty, lower, upper].map(table::number);
+        let [x, y, z] = verdict.place.map(table::number);
+        let measured = format!(
+            "{value} mm (standard uncertainty {uncertainty} mm) on {} mm2 around ({x}, {y}, {z}), allowed are {lower} to {upper} mm",
+            table::number(verdict.footprint)
+        );
+        let measured = (verdict.footprints > 0).then_some(measured);
+        let said: Vec<String> = measured.into_iter().chain(verdict.reasons.iter().cloned()).collect();
+        Some(format!("{}: {}: {}", verdict.outcome.text(), part.name, said.join("; ")))
     };
     let lines: Vec<String> = report.parts.iter().filter_map(line).collect();
-    if lines.is_empty() { Ok(()) } else { Err(CommandError::OutOfTolerance(lines)) }
+    match report.verdict.as_ref().map(|v| v.outcome) {
+        Some(Outcome::DoesNotConform) => Err(CommandError::DoesNotConform(lines)),
+        Some(Outcome::Undecided) => Err(CommandError::Undecided(lines)),
+        Some(Outcome::Conforms) | None => Ok(()),
+    }
 }

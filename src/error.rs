@@ -13,8 +13,11 @@ pub(crate) enum CommandError {
     Script(Box<Failed>),
     /// Something is wrong and has been reported: exit status 1.
     Reported,
-    /// Everything was done, and deviations exceed the tolerance; one line per part: exit status 3.
-    OutOfTolerance(Vec<String>),
+    /// Everything was done, and parts do not conform to their tolerances; a line for each of them and for each part of
+    /// which that is undecided: exit status 3.
+    DoesNotConform(Vec<String>),
+    /// Everything was done, and the measurement does not tell whether parts conform, with a line each: exit status 4.
+    Undecided(Vec<String>),
     /// Everything was done, and the fit cannot be relied on, for this reason: exit status 4.
     Unreliable(String),
 }
@@ -31,8 +34,8 @@ impl CommandError {
         match self {
             Self::Failed(_) | Self::Script(_) | Self::Reported => 1,
             Self::Usage(_) => 2,
-            Self::OutOfTolerance(_) => 3,
-            Self::Unreliable(_) => 4,
+            Self::DoesNotConform(_) => 3,
+            Self::Undecided(_) | Self::Unreliable(_) => 4,
         }
     }
 
@@ -41,7 +44,7 @@ impl CommandError {
         match self {
             Self::Failed(message) | Self::Usage(message) => eprintln!("error: {message}"),
             Self::Script(errors) => crate::diagnostics::print(&errors.diagnostics, &errors.sources),
-            Self::OutOfTolerance(lines) => lines.iter().for_each(|line| eprintln!("out of tolerance: {line}")),
+            Self::DoesNotConform(lines) | Self::Undecided(lines) => lines.iter().for_each(|line| eprintln!("{line}")),
             Self::Unreliable(reason) => eprintln!("unreliable fit: {reason}"),
             Self::Reported => {}
         }
@@ -52,7 +55,7 @@ impl CommandError {
         match self {
             Self::Failed(message) | Self::Usage(message) | Self::Unreliable(message) => message.clone(),
             Self::Script(errors) => errors.diagnostics.first().map(|d| d.message.clone()).unwrap_or_default(),
-            Self::OutOfTolerance(_) | Self::Reported => String::new(),
+            Self::DoesNotConform(_) | Self::Undecided(_) | Self::Reported => String::new(),
         }
     }
 

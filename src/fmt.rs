@@ -130,7 +130,7 @@ impl Report {
             Err(CommandError::Failed(message) | CommandError::Usage(message) | CommandError::Unreliable(message)) => {
                 self.failures.push(message);
             }
-            Err(CommandError::OutOfTolerance(lines)) => self.failures.extend(lines),
+            Err(CommandError::DoesNotConform(lines) | CommandError::Undecided(lines)) => self.failures.extend(lines),
             Err(CommandError::Reported) => {}
         }
     }

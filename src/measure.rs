@@ -19,6 +19,10 @@ pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, Com
     options.form_cutoff = controls.form_cutoff;
     options.fill_holes = controls.fill_holes;
     options.tolerance = controls.tolerance;
+    options.verdict.rule = controls.decision;
+    options.verdict.min_coverage = controls.min_coverage;
+    options.verdict.device_uncertainty = controls.device_uncertainty.unwrap_or(0.0);
+    options.verdict.footprint = controls.footprint;
     options.device = controls.device;
     options.sensitivity_maps = controls.sensitivities;
     Ok(options)
@@ -28,6 +32,7 @@ impl From<MeasureError> for CommandError {
     fn from(error: MeasureError) -> Self {
         match error {
             MeasureError::AveragingWidth { .. } => Self::usage(format!("--averaging-width: {error}")),
+            MeasureError::MaxDistance { .. } => Self::usage(format!("--max-distance: {error}")),
             _ => Self::failed(error),
         }
     }

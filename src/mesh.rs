@@ -20,7 +20,7 @@ const CHORD: f64 = 0.02;
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     framing(args)?;
-    let Valued { program, x, motion } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    let Valued { program, x, motion, .. } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     write_model(args, &program, &x, &motion)
 }
 

@@ -37,6 +37,11 @@ impl SavedFit {
         self.fit.pose
     }
 
+    /// All of the file.
+    pub(crate) fn into_result(self) -> FitResult {
+        self.fit
+    }
+
     /// Warns where a command has no use for the pose that the fit added.
     pub(crate) fn without_pose(&self) {
         if self.fit.pose.is_some() {

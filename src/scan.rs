@@ -36,7 +36,7 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         seed: args.seed,
         ..Scanner::default()
     };
-    let Valued { program, x, motion } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    let Valued { program, x, motion, .. } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
     // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
     let chord = 0.02 * scanner.spacing;

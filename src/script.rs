@@ -7,6 +7,7 @@ use crate::saved::SavedFit;
 use crate::values;
 use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::{Loader, SourceFile};
+use gml_runtime::fit::FitResult;
 use gml_runtime::model::Motion;
 use gml_runtime::workers::workers;
 use std::path::{Component, Path, PathBuf};
@@ -120,6 +121,8 @@ pub(crate) struct Valued {
     pub(crate) x: Vec<f64>,
     /// The pose that a fit added.
     pub(crate) motion: Motion,
+    /// The fit, if all values are its own.
+    pub(crate) fit: Option<FitResult>,
 }
 
 /// Compiles a script, with parameters from defaults, a fit and `-p` options; the fit's inputs are the script's.
@@ -127,8 +130,9 @@ pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueA
     let fit = args.params.as_deref().map(SavedFit::read).transpose()?;
     let program = compile_for(script, compile, fit.as_ref(), &[])?;
     let x = values_for(&program, fit.as_ref(), args)?;
-    let motion = fit.and_then(|fit| fit.pose()).unwrap_or(Motion::IDENTITY);
-    Ok(Valued { program, x, motion })
+    let motion = fit.as_ref().and_then(SavedFit::pose).unwrap_or(Motion::IDENTITY);
+    let fit = fit.filter(|_| args.values.is_empty()).map(SavedFit::into_result);
+    Ok(Valued { program, x, motion, fit })
 }
 
 /// Values of a program's parameters: its defaults, or those of a fit, and those of `-p`.

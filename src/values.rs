@@ -5,7 +5,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use gml_compiler::check::InputValue;
 use gml_compiler::program::{Parameter, Quantity};
 use gml_runtime::model::{LARGEST, SMALLEST};
-use gml_runtime::variance::{Resolution, Tolerance};
+use gml_runtime::variance::{DecisionRule, Resolution, Tolerance};
 
 /// Units of values, with their quantity and size in millimetres or radians.
 const UNITS: [(&str, Quantity, f64); 7] = [
@@ -108,6 +108,23 @@ pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
         return Err("allows only one value: both ends are equal".into());
     }
     Ok(Tolerance { lower: a.min(b), upper: a.max(b) })
+}
+
+/// Parses a decision rule: `guarded`, `simple` or `p=0.95`.
+pub(crate) fn decision(text: &str) -> Result<DecisionRule, String> {
+    match text.trim() {
+        "guarded" => return Ok(DecisionRule::Guarded),
+        "simple" => return Ok(DecisionRule::Simple),
+        _ => {}
+    }
+    let (name, value) = assignment(text).map_err(|_| "expected guarded, simple or p=0.95")?;
+    let p = if name == "p" { parse(&value, Quantity::Real)? } else { f64::NAN };
+    // At a half or less a part could conform and not conform.
+    if p > 0.5 && p < 1.0 {
+        Ok(DecisionRule::Probability(p))
+    } else {
+        Err("expected p from 0.5 to 1, such as p=0.95".into())
+    }
 }
 
 /// Parses a number of texels per side, which must be a power of two because X3D viewers resample other textures, or the
@@ -218,6 +235,21 @@ mod tests {
         }
         for text in ["0.5", "0mm", "-1mm", "1mm/1mm", "+0.3/-0.1", "1mm/", "/", "1mm/2mm/3mm", "1deg/2mm"] {
             assert!(tolerance(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn decision_rules_have_names() {
+        for (text, expected) in [
+            ("guarded", DecisionRule::Guarded),
+            ("simple", DecisionRule::Simple),
+            ("p=0.95", DecisionRule::Probability(0.95)),
+        ] {
+            let found = decision(text).expect(text);
+            assert_eq!((found, found.name().as_str()), (expected, text));
+        }
+        for text in ["", "lenient", "p", "p=0.5", "p=1", "p=95", "p=-1", "q=0.95"] {
+            assert!(decision(text).is_err(), "{text}");
         }
     }
 

@@ -6,15 +6,17 @@ use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
 use crate::{deviations, fit, measure, mesh};
 use gml_runtime::export::measurement;
+use gml_runtime::inspect;
 use gml_runtime::scan::{self, ReferenceMesh};
-use gml_runtime::variance::{self, MeasureOptions, Measurement, Reference};
+use gml_runtime::variance::{self, MeasureOptions, Measurement, ParameterCovariance, Reference};
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
     let extension = args.reference.extension().unwrap_or_default();
     let measured = if extension.eq_ignore_ascii_case("gml") {
-        let Valued { program, x, motion } = compile_valued(&args.reference, &args.compile, &args.values)?;
-        measure_from(Reference::Model { model: &program, x: &x, motion }, args, &options)
+        let Valued { program, x, motion, fit } = compile_valued(&args.reference, &args.compile, &args.values)?;
+        let covariance = fit.as_ref().and_then(inspect::covariance);
+        measure_from(Reference::Model { model: &program, x: &x, motion }, covariance, args, &options)
     } else {
         let shown = args.reference.display();
         if args.values.params.is_some() || !args.values.values.is_empty() || !args.compile.inputs.is_empty() {
@@ -29,7 +31,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         }
         let ReferenceMesh { mesh, warnings, .. } =
             scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
-        measure_from(Reference::Mesh(&mesh), args, &options).map(|mut measured| {
+        measure_from(Reference::Mesh(&mesh), None, args, &options).map(|mut measured| {
             measured.report.warnings.extend(warnings);
             measured
         })
@@ -42,12 +44,13 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
 
 fn measure_from(
     reference: Reference<'_>,
+    covariance: Option<ParameterCovariance<'_>>,
     args: &VarianceArgs,
     options: &MeasureOptions,
 ) -> Result<Measurement, CommandError> {
     let scan = fit::read_scan(&args.scan)?;
     let progress = TerminalProgress::new();
-    let measured = variance::measure(reference, &scan, None, options, &progress);
+    let measured = variance::measure(reference, &scan, covariance, options, &progress);
     progress.finish();
     Ok(measured?)
 }

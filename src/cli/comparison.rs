@@ -5,7 +5,7 @@ use crate::values::{self, Choice, Range};
 use clap::{Args, ValueEnum};
 use gml_runtime::fit::{LossKind, Weights};
 use gml_runtime::scan::Unit;
-use gml_runtime::variance::{Device, DistanceKind, Matching, Resolution, Tolerance};
+use gml_runtime::variance::{DecisionRule, Device, DistanceKind, Matching, Resolution, Tolerance};
 use std::path::PathBuf;
 
 /// A scan and its unit.
@@ -185,9 +185,24 @@ pub(crate) struct VarianceControls {
     #[arg(long, value_name = "ANGLE", default_value = "90deg", value_parser = values::acute_angle)]
     pub(crate) max_angle: f64,
     /// Allowed deviations, such as 0.5mm (either way) or +0.3/-0.1mm, of parts to which the script gives no tolerance;
-    /// the exit status is 3 if a deviation exceeds its tolerance
+    /// the exit status is 3 if a part does not conform to its tolerance, and 4 if the measurement does not tell
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true, value_parser = values::tolerance)]
     pub(crate) tolerance: Option<Tolerance>,
+    /// Decision rule of the verdicts: guarded (1.65 standard uncertainties away from a limit, ISO 14253-1), simple (the
+    /// value alone), or the probability of conformance that is required, such as p=0.95
+    #[arg(long, value_name = "RULE", default_value = "guarded", value_parser = values::decision)]
+    pub(crate) decision: DecisionRule,
+    /// A part conforms only if at least this share of its area was measured
+    #[arg(long, value_name = "SHARE", default_value_t = 0.8, value_parser = values::fraction)]
+    pub(crate) min_coverage: f64,
+    /// Standard uncertainty of the scanner that neighbouring points share, such as that of its calibration [default:
+    /// 0mm]
+    #[arg(long, value_name = "LENGTH", value_parser = values::length)]
+    pub(crate) device_uncertainty: Option<f64>,
+    /// Edge of the square of surface whose median deviation is decided on [default: 25 points of the scan, and from a
+    /// thousandth to a hundredth of the part's area]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) footprint: Option<f64>,
     /// Texels per side of the distance texture, a power of two such as 2048, or the width of a texel, such as 0.2mm
     /// (the smallest texture whose texels are no wider on average)
     #[arg(long, value_name = "N|LENGTH", default_value = "1024", value_parser = values::resolution)]
@@ -207,7 +222,9 @@ pub(crate) struct VarianceControls {
 #[command(after_help = "\
 Examples:
   gmlc variance examples/cup/cup.gml --params fit.json scan.ply -o out
-  gmlc variance design.stl scan.ply --max-distance 2mm -o out")]
+  gmlc variance design.stl scan.ply --max-distance 2mm -o out
+  gmlc variance design.stl scan.ply --tolerance +0.3/-0.1mm --device-uncertainty 0.02mm -o out
+  gmlc variance design.stl scan.ply --tolerance 0.3mm --decision p=0.99 --min-coverage 0.95 --footprint 5mm -o out")]
 pub(crate) struct VarianceArgs {
     /// A script (.gml, with --params) or a reference mesh (.obj, .stl, .ply) in the scan's position
     #[arg(value_name = "REFERENCE")]
@@ -232,7 +249,8 @@ pub(crate) struct VarianceArgs {
 #[command(after_help = "\
 Examples:
   gmlc inspect examples/cup/cup.gml scan.ply -o out/cup
-  gmlc inspect examples/mug/mug.gml mug.ply --unit m --max-distance 25mm --resolution 2048 -o out/mug")]
+  gmlc inspect examples/mug/mug.gml mug.ply --unit m --max-distance 25mm --resolution 2048 -o out/mug
+  gmlc inspect examples/cup/cup.gml scan.ply --tolerance 0.5mm --device-uncertainty 0.05mm -o out/cup")]
 pub(crate) struct InspectArgs {
     #[command(flatten)]
     pub(crate) script: ScriptArgs,

@@ -183,7 +183,7 @@ fn parts_have_tolerances() {
     let measure = ["-o", "out", "--device", "cpu", "--resolution", "128", "--tolerance", "0.01mm"];
     gmlc(folder.path(), &[&["variance", "can.gml", "near.ply"], &measure[..]].concat());
     let error = fails(folder.path(), &[&["variance", "can.gml", "far.ply"], &measure[..]].concat(), 3);
-    assert!(error.contains("side: 100.00 % of its measured area") && !error.contains("top"), "{error}");
+    assert!(error.starts_with("does not conform: side: ") && !error.contains("top"), "{error}");
     let report = json(&folder.path().join("out/variance.json"));
     assert_eq!(report["parts"][0]["tolerance"]["upper"], 0.2);
     assert_eq!(report["parts"][1]["tolerance"]["upper"], 0.01);

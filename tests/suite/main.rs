@@ -17,5 +17,6 @@ mod saved;
 mod search;
 mod support;
 mod variance;
+mod verdicts;
 #[path = "../viewers/scene.rs"]
 mod viewer_scene;

@@ -153,7 +153,12 @@ fn the_status_tells_a_fit_from_a_failure() {
     assert!(json(&folder.path().join("ball.json"))["inliers"].as_f64() < Some(0.5));
     let options = ["--resolution", "128", "--device", "cpu", "--tolerance", "0.001mm", "-o", "out"];
     let error = fails(folder.path(), &[&["inspect", "ball.gml", "scan.ply"][..], &options].concat(), 4);
-    assert!(error.contains("out of tolerance") && error.contains("unreliable fit: "), "{error}");
+    assert!(
+        error.contains("undecided: ball: ")
+            && error.contains("the fit cannot be relied on")
+            && error.contains("unreliable fit: "),
+        "{error}"
+    );
     assert!(folder.path().join("out/report.html").exists());
 }
 
