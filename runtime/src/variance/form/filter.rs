@@ -222,7 +222,8 @@ mod tests {
         (cells, values)
     }
 
-    /// Of a wave of length l the part exp(-pi (alpha cut-off / l)^2) passes: half where l is the cut-off (ISO 16610-21).
+    /// Of a wave of length l the part exp(-pi (alpha cut-off / l)^2) passes: half where l is the cut-off (ISO
+    /// 16610-21).
     #[test]
     fn waves_pass_as_the_standard_says() {
         for (cutoff, length) in [(8.0, 8.0), (8.0, 20.0), (4.0, 4.0), (12.0, 40.0)] {
