@@ -654,8 +654,9 @@ pub(crate) const LEAST_AREA_GAIN: f64 = 1e-9;
 pub(crate) const LEAST_ROUNDS: u32 = 6;
 /// Mixtures of several directions that are tried in a round.
 pub(crate) const LEAST_MIXTURES: u32 = 12;
-/// The model is turned by so many steps of a full turn about each of up to four axes (15 degrees: multiples of 30, 45 and
-/// 60 are met, and from 7.5 beside a fifth or a seventh the coarse scale leads there), and looked at over so many points.
+/// The model is turned by so many steps of a full turn about each of up to four axes (15 degrees: multiples of 30, 45
+/// and 60 are met, and from 7.5 beside a fifth or a seventh the coarse scale leads there), and looked at over so many
+/// points.
 pub(crate) const TURN_STEPS: u32 = 24;
 pub(crate) const TURN_POINTS: usize = 250;
 /// So many of the best turns are refined, over so many points.
