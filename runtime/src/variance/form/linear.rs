@@ -19,7 +19,8 @@ impl Row {
     }
 }
 
-/// Least squares over `count` unknowns. Unknowns that the rows do not determine, such as the tilt of a ring, are zero.
+/// Least squares over `count` unknowns. Unknowns that the rows do not determine, such as the tilt of a ring, are zero, all
+/// of them where there are no rows.
 /// Also returns the norm of the solution in units of the rows' values; none if the solution is not finite.
 pub(super) fn least_squares(rows: impl Iterator<Item = Row>, count: usize) -> Option<([f64; MOST], f64)> {
     let mut normal = DMatrix::<f64>::zeros(count, count);
@@ -33,7 +34,11 @@ pub(super) fn least_squares(rows: impl Iterator<Item = Row>, count: usize) -> Op
         }
     }
     // Unknowns of different units are scaled.
-    let scale: Vec<f64> = (0..count).map(|i| normal[(i, i)].sqrt().max(f64::MIN_POSITIVE)).collect();
+    let scale_of = |square: f64| if square > 0.0 { square.sqrt() } else { 1.0 };
+    let scale: Vec<f64> = (0..count).map(|i| scale_of(normal[(i, i)])).collect();
+    if !normal.iter().chain(&right).all(|x| x.is_finite()) {
+        return None;
+    }
     for i in 0..count {
         right[i] /= scale[i];
         for k in 0..=i {

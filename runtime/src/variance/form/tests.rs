@@ -285,3 +285,12 @@ fn widths_are_those_without_noise() {
         assert!(raw > 2.0 * lobe + 0.4, "{raw}");
     }
 }
+
+/// A band around the cylinder was not scanned: no section is there, and none of the values.
+#[test]
+fn a_part_in_two_pieces_has_a_form() {
+    let gap = |part: usize, p: [f64; 3]| if part == 1 && (15.0..35.0).contains(&p[2]) { f64::NAN } else { 0.0 };
+    let side = forms(gap)[1].clone().expect("a form");
+    let sections = side.roundness.expect("sections").sections;
+    assert!((11..=16).contains(&sections) && side.straightness.is_none(), "{side:?}");
+}
