@@ -19,9 +19,9 @@ impl Row {
     }
 }
 
-/// Least squares over `count` unknowns. Unknowns that the rows do not determine, such as the tilt of a ring, are zero, all
-/// of them where there are no rows.
-/// Also returns the norm of the solution in units of the rows' values; none if the solution is not finite.
+/// Least squares over `count` unknowns. Unknowns that the rows do not determine, such as the tilt of a ring, are zero,
+/// all of them where there are no rows. Also returns the norm of the solution in units of the rows' values; none if the
+/// solution is not finite.
 pub(super) fn least_squares(rows: impl Iterator<Item = Row>, count: usize) -> Option<([f64; MOST], f64)> {
     let mut normal = DMatrix::<f64>::zeros(count, count);
     let mut right = DVector::<f64>::zeros(count);
