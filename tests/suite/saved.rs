@@ -226,7 +226,8 @@ fn a_fit_goes_on_where_it_ended() {
     let evaluations = |fit: &serde_json::Value| fit["evaluations"].as_u64().expect("a number");
     let again = fit("again.json", &["--params", "fit.json"]);
     assert!(moved(&first, &again) < 0.1, "{}", moved(&first, &again));
-    assert!(10 * evaluations(&again) < evaluations(&first), "{} of {}", evaluations(&again), evaluations(&first));
+    // No search; other poses are looked at anew, at some two hundred places.
+    assert!(4 * evaluations(&again) < evaluations(&first), "{} of {}", evaluations(&again), evaluations(&first));
 
     // What was held is not held any longer.
     let held = fit("held.json", &["--fix", "r=9.2mm"]);
@@ -331,7 +332,7 @@ fn a_fit_of_a_session_goes_on_from_a_file() {
     let again = json(&folder.path().join("again.json"));
     assert!(
         moved(&first, &again) < 0.1
-            && 10 * again["evaluations"].as_u64().unwrap() < first["evaluations"].as_u64().unwrap()
+            && 4 * again["evaluations"].as_u64().unwrap() < first["evaluations"].as_u64().unwrap()
     );
 
     let folder = fitted();
