@@ -12,6 +12,7 @@ use crate::fit::problem::walls::described;
 use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::apart;
 use crate::fit::refine::cover::covered;
+use crate::fit::refine::mixed::{self, Mixed};
 use crate::fit::refine::schedule::Solution;
 use crate::fit::refine::unexplained::{self, Piece};
 use crate::fit::refine::witness::{self, Witness};
@@ -81,6 +82,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
     }
     let rms = solution.evaluation.rms();
     warn_of_pattern(problem, residuals, rms);
+    warn_of_mixed_faces(solution);
     let interrupted = monitor.cancelled();
     if interrupted {
         monitor.warn("interrupted: this is the best that was found until then, not a finished fit");
@@ -148,6 +150,20 @@ fn warn_of_pattern(problem: &Problem, residuals: Option<&[Residual]>, rms: f64) 
     };
     problem.monitor.warn(format!(
         "the model does not have the scan's shape{failed}: of the {rms:.3} mm (root mean square) by which what lies near it is off, {pattern:.3} mm are a pattern and no noise (correlation of neighbours {correlation:.2})"
+    ));
+}
+
+/// Warns where the scan cannot tell the faces of thin walls apart.
+fn warn_of_mixed_faces(solution: &Solution) {
+    let Level { problem, space, .. } = &solution.level;
+    let Some(Mixed { patches, distance, noise }) = mixed::find(solution) else { return };
+    let parts: Vec<&Part> = patches.iter().map(|patch| &problem.model.parts()[*patch]).collect();
+    let names: Vec<String> = parts.iter().map(|part| format!("`{}`", part.name)).collect();
+    let shaped_by = |i: usize| space.varies(i) && parts.iter().any(|part| part.active.contains(&(i as u32)));
+    problem.monitor.warn(format!(
+        "the scan does not tell which way {} face, and the other face of the wall is only {distance:.3} mm away, with noise of {noise:.3} mm: points may belong to the wrong one, and {} may be off by more than their standard deviations say",
+        names.join(", "),
+        quoted(problem, &shaped_by)
     ));
 }
 

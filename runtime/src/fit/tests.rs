@@ -11,6 +11,7 @@ mod number;
 mod pose;
 mod races;
 pub(crate) mod shapes;
+mod sides;
 mod statistics;
 mod success;
 mod trouble;

@@ -288,10 +288,22 @@ pub(crate) const FACING_CLEAR: f64 = 0.85;
 /// patch, and the share of all weights from which on it is the scan that is reversed.
 pub(crate) const FACING_AGAINST: f64 = 0.5;
 pub(crate) const REVERSED_SHARE: f64 = 0.9;
-/// A patch faces another side of the scan where points that face its way have less than this share of the weight of
-/// those that face any way, or are more times as far off as the second number (root mean square).
+/// A patch faces another side of the scan where its points lose more than this share of their weight once they have to
+/// belong to what faces their way, or are more times as far off as the second number (root mean square).
 pub(crate) const SIDED_SHARE: f64 = 0.5;
 pub(crate) const OTHER_SIDE: f64 = 3.0;
+/// A patch is a sheet without thickness where each of its faces has this share of the weight, and where they are less
+/// than so much of the noise and of the points' spacing apart. Walls are thicker than half of the noise, or no fit tells
+/// their faces apart; the spacing is for scans without noise, whose points on curved surfaces lie on chords.
+pub(crate) const SHEET_SHARE: f64 = 0.2;
+pub(crate) const SHEET_NOISE: f64 = 0.5;
+pub(crate) const SHEET_SPACINGS: f64 = 0.02;
+/// Two faces of a scan without sides are mixed up to so many standard deviations of the noise: of points one in fifteen is
+/// then nearer to the other face. Faces that are opposite each other are no more than 45 degrees
+/// from it (a cosine), and mixed where that holds for most of a patch's points (a share).
+pub(crate) const MIXED_REACH: f64 = 3.0;
+pub(crate) const MIXED_OPPOSITE: f64 = 0.7;
+pub(crate) const MIXED_SHARE: f64 = 0.5;
 /// The reach of searches (see `Query::reach`) in sigma: enough for the last steps of a fit; where points are dense, in
 /// distances between neighbours: enough for all steps that remain to all points after some of them were fitted (0024).
 pub(crate) const REACH_SIGMAS: f64 = 0.15;

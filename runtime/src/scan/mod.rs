@@ -4,6 +4,7 @@
 //! same for a mesh in memory. [`read_mesh`] reads a reference mesh, which keeps its texture coordinates and parts.
 
 mod clean;
+mod connected;
 mod empty_space;
 mod error;
 mod format;

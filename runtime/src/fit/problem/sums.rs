@@ -26,6 +26,19 @@ pub(crate) struct PatchSum {
     pub(crate) weighted_d2: f64,
     /// Sum of weight times the cosine between the scan's normal and dS/du x dS/dv.
     pub(crate) facing: f64,
+    /// Of the points whose normals are along dS/du x dS/dv, and of those whose normals are against it.
+    pub(crate) faces: [FaceSum; 2],
+}
+
+/// Sums over the points that show one face of a patch.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct FaceSum {
+    /// Sum of the loss's weights alone: about the number of points.
+    pub(crate) near: f64,
+    /// Sum of weights.
+    pub(crate) weight: f64,
+    /// Sum of weight times the distance along dS/du x dS/dv. Millimetres.
+    pub(crate) displacement: f64,
 }
 
 /// Sums over a chunk; derivatives by (x, shift, turn).
@@ -74,6 +87,11 @@ impl Objective<'_> {
                 p.weight += s.weight;
                 p.weighted_d2 += s.weighted_d2;
                 p.facing += s.facing;
+                for (p, s) in p.faces.iter_mut().zip(&s.faces) {
+                    p.near += s.near;
+                    p.weight += s.weight;
+                    p.displacement += s.displacement;
+                }
             }
         }
         let scale = 2.0 / (self.loss.sigma * self.loss.sigma * weight);
@@ -107,10 +125,17 @@ impl Objective<'_> {
                 part.inliers += prior;
                 part.d2 += prior * foot.d2;
             }
-            part.near += weight / prior.max(f64::MIN_POSITIVE);
+            let near = weight / prior.max(f64::MIN_POSITIVE);
+            part.near += near;
             part.weight += weight;
             part.weighted_d2 += weight * foot.d2;
-            part.facing += weight * foot.normal.normalize_or_zero().dot(point.normal);
+            let normal = foot.normal.normalize_or_zero();
+            let cosine = normal.dot(point.normal);
+            part.facing += weight * cosine;
+            let face = &mut part.faces[usize::from(cosine < 0.0)];
+            face.near += near;
+            face.weight += weight;
+            face.displacement += weight * normal.dot(point.q - foot.point);
         }
         self.add_derivatives(instance, matched, order, sums);
     }

@@ -115,10 +115,13 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
         };
         let Candidate { estimate, value, .. } = restart(&plan, from);
         // A candidate that no restart has improved has no value still.
-        if value.is_finite() {
-            sides = Sides::of(&level, &estimate, guess.loss).unwrap_or(sides);
-            let signs = sides.signs.clone();
-            guess = Guess { estimate, signs, ..guess };
+        let improved = value.is_finite();
+        if improved {
+            guess.estimate = estimate;
+        }
+        sides = Sides::of(&level, &guess.estimate, guess.loss).unwrap_or(sides);
+        if improved || sides.signs != guess.signs {
+            guess.signs = sides.signs.clone();
             guess = anneal(&level, &with_small_parts(&level, few, &guess), guess, given);
         }
     }

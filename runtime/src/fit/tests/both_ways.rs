@@ -11,7 +11,7 @@ use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use std::f64::consts::PI;
 
-fn program(text: &str) -> Program {
+pub(crate) fn program(text: &str) -> Program {
     let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
     compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
 }
