@@ -187,16 +187,5 @@ fn deviations() -> Deviations {
         }
     }
     texels.part_names = NAMES.map(str::to_owned).to_vec();
-    Deviations {
-        texels,
-        max_distance: MAX_DISTANCE,
-        outward,
-        inward,
-        filled: Vec::new(),
-        buried: Vec::new(),
-        contradicted: Vec::new(),
-        ambiguous: Vec::new(),
-        precision: 0.0,
-        cosine: Vec::new(),
-    }
+    Deviations::new(texels, MAX_DISTANCE, outward, inward)
 }

@@ -244,27 +244,17 @@ mod tests {
 
     #[test]
     fn texels_have_their_colours_and_the_legend_is_below() {
-        let deviations = Deviations {
-            texels: Texels {
-                width: 300,
-                height: 4,
-                index: vec![0, 301, 602],
-                part: vec![0; 3],
-                position: vec![[0.0; 3]; 3],
-                normal: vec![[0.0, 0.0, 1.0]; 3],
-                area: vec![1.0; 3],
-                part_names: vec!["a".to_owned()],
-            },
-            max_distance: 2.0,
-            outward: vec![0.25, f32::NAN, f32::NAN],
-            inward: vec![1.5, 0.5, f32::NAN],
-            filled: Vec::new(),
-            buried: Vec::new(),
-            contradicted: Vec::new(),
-            ambiguous: Vec::new(),
-            precision: 0.0,
-            cosine: Vec::new(),
+        let texels = Texels {
+            width: 300,
+            height: 4,
+            index: vec![0, 301, 602],
+            part: vec![0; 3],
+            position: vec![[0.0; 3]; 3],
+            normal: vec![[0.0, 0.0, 1.0]; 3],
+            area: vec![1.0; 3],
+            part_names: vec!["a".to_owned()],
         };
+        let deviations = Deviations::new(texels, 2.0, vec![0.25, f32::NAN, f32::NAN], vec![1.5, 0.5, f32::NAN]);
         let filled = Deviations { filled: vec![false, false, true], ..deviations.clone() };
         let picture = deviation_picture(&filled, 0.5);
         assert_eq!(picture.pixels[602], FILLED);

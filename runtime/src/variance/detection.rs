@@ -141,18 +141,7 @@ mod tests {
             part_names: vec!["a".into(), "b".into()],
         };
         let nan = f32::NAN;
-        let deviations = Deviations {
-            texels,
-            max_distance: 5.0,
-            outward: vec![1.1, 0.9, nan, nan],
-            inward: vec![nan, nan, 0.7, nan],
-            filled: Vec::new(),
-            buried: Vec::new(),
-            contradicted: Vec::new(),
-            ambiguous: Vec::new(),
-            precision: 0.0,
-            cosine: Vec::new(),
-        };
+        let deviations = Deviations::new(texels, 5.0, vec![1.1, 0.9, nan, nan], vec![nan, nan, 0.7, nan]);
         // The surface of `a` moves by 2 along its normal for a unit of p, and by 1 for one of q; `b` does not.
         let part = |derivatives: Vec<[f64; 3]>, active: Vec<usize>, texels: Vec<usize>| PartSensitivities {
             normals: vec![[0.0, 0.0, 1.0]; texels.len()],

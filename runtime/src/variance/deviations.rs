@@ -35,6 +35,24 @@ pub struct Deviations {
 }
 
 impl Deviations {
+    /// Exact distances along the surface's own normals, of which nothing else is known: no texel is filled, buried,
+    /// contradicted or ambiguous. `max_distance` and the distances are in millimetres, one of these for every texel.
+    #[must_use]
+    pub fn new(texels: Texels, max_distance: f64, outward: Vec<f32>, inward: Vec<f32>) -> Self {
+        Self {
+            texels,
+            max_distance,
+            outward,
+            inward,
+            filled: Vec::new(),
+            buried: Vec::new(),
+            contradicted: Vec::new(),
+            ambiguous: Vec::new(),
+            precision: 0.0,
+            cosine: Vec::new(),
+        }
+    }
+
     /// Whether the ray of texel i meets a closed hole of the scan.
     #[must_use]
     pub fn is_filled(&self, i: usize) -> bool {

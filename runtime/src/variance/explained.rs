@@ -188,18 +188,7 @@ mod tests {
             Motion { rotation: [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]], translation: [5.0, 7.0, -3.0] };
         motion.move_texels(&mut texels);
         let sensitivities = Sensitivities::new(&program, &*instance, &atlas, &texels, &motion).expect("it is smooth");
-        let deviations = Deviations {
-            texels,
-            max_distance: 5.0,
-            outward,
-            inward,
-            filled: Vec::new(),
-            buried: Vec::new(),
-            contradicted: Vec::new(),
-            ambiguous: Vec::new(),
-            precision: 0.0,
-            cosine: Vec::new(),
-        };
+        let deviations = Deviations::new(texels, 5.0, outward, inward);
         explain(&deviations, &sensitivities).remove(0).expect("enough is measured")
     }
 

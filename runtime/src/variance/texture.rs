@@ -133,27 +133,18 @@ mod tests {
 
     fn deviations(width: u32, height: u32, texels: &[(u32, f32, f32)]) -> Deviations {
         let n = texels.len();
-        Deviations {
-            texels: Texels {
-                width,
-                height,
-                index: texels.iter().map(|t| t.0).collect(),
-                part: vec![0; n],
-                position: vec![[0.0; 3]; n],
-                normal: vec![[0.0, 0.0, 1.0]; n],
-                area: vec![1.0; n],
-                part_names: vec!["body".to_owned()],
-            },
-            max_distance: 2.0,
-            outward: texels.iter().map(|t| t.1).collect(),
-            inward: texels.iter().map(|t| t.2).collect(),
-            filled: Vec::new(),
-            buried: Vec::new(),
-            contradicted: Vec::new(),
-            ambiguous: Vec::new(),
-            precision: 0.0,
-            cosine: Vec::new(),
-        }
+        let (outward, inward) = texels.iter().map(|t| (t.1, t.2)).unzip();
+        let texels = Texels {
+            width,
+            height,
+            index: texels.iter().map(|t| t.0).collect(),
+            part: vec![0; n],
+            position: vec![[0.0; 3]; n],
+            normal: vec![[0.0, 0.0, 1.0]; n],
+            area: vec![1.0; n],
+            part_names: vec!["body".to_owned()],
+        };
+        Deviations::new(texels, 2.0, outward, inward)
     }
 
     fn at(texture: &DistanceTexture, x: u32, y: u32) -> [u8; 3] {

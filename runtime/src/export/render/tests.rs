@@ -114,27 +114,17 @@ fn translucent_layers_let_through() {
 #[test]
 fn deviations_lie_where_their_texels_are() {
     // Upper left outside, lower right inside, upper right without data, lower left without a chart.
-    let deviations = Deviations {
-        texels: Texels {
-            width: 2,
-            height: 2,
-            index: vec![0, 1, 3],
-            part: vec![0; 3],
-            position: vec![[0.0; 3]; 3],
-            normal: vec![[0.0, 0.0, 1.0]; 3],
-            area: vec![1.0; 3],
-            part_names: vec!["a".to_owned()],
-        },
-        max_distance: 2.0,
-        outward: vec![1.0, f32::NAN, f32::NAN],
-        inward: vec![f32::NAN, f32::NAN, 1.0],
-        filled: Vec::new(),
-        buried: Vec::new(),
-        contradicted: Vec::new(),
-        ambiguous: Vec::new(),
-        precision: 0.0,
-        cosine: Vec::new(),
+    let texels = Texels {
+        width: 2,
+        height: 2,
+        index: vec![0, 1, 3],
+        part: vec![0; 3],
+        position: vec![[0.0; 3]; 3],
+        normal: vec![[0.0, 0.0, 1.0]; 3],
+        area: vec![1.0; 3],
+        part_names: vec!["a".to_owned()],
     };
+    let deviations = Deviations::new(texels, 2.0, vec![1.0, f32::NAN, f32::NAN], vec![f32::NAN, f32::NAN, 1.0]);
     let colours = DeviationColours::new(&deviations, 1.0);
     assert_eq!(colours.at(0.1, 0.9), diverging(1.0));
     assert_eq!(colours.at(0.9, 0.9), NO_DATA);

@@ -10,27 +10,20 @@ use std::collections::BTreeMap;
 const HOSTILE: &str = "</script><img src=x onerror=alert(1)>'\"&{{mesh}}";
 
 fn deviations() -> Deviations {
-    Deviations {
-        texels: Texels {
-            width: 4,
-            height: 2,
-            index: (0..8).collect(),
-            part: vec![0, 0, 0, 0, 1, 1, 1, 1],
-            position: vec![[0.0; 3]; 8],
-            normal: vec![[0.0, 0.0, 1.0]; 8],
-            area: vec![1.0; 8],
-            part_names: vec!["plate".to_owned(), HOSTILE.to_owned()],
-        },
-        max_distance: 10.0,
-        outward: vec![0.1, 0.1, 0.3, f32::NAN, 2.0, 0.1, f32::NAN, f32::NAN],
-        inward: vec![f32::NAN, f32::NAN, f32::NAN, 0.4, f32::NAN, f32::NAN, f32::NAN, 9.0],
-        filled: Vec::new(),
-        buried: Vec::new(),
-        contradicted: [vec![false; 6], vec![true, false]].concat(),
-        ambiguous: Vec::new(),
-        precision: 0.0,
-        cosine: Vec::new(),
-    }
+    let texels = Texels {
+        width: 4,
+        height: 2,
+        index: (0..8).collect(),
+        part: vec![0, 0, 0, 0, 1, 1, 1, 1],
+        position: vec![[0.0; 3]; 8],
+        normal: vec![[0.0, 0.0, 1.0]; 8],
+        area: vec![1.0; 8],
+        part_names: vec!["plate".to_owned(), HOSTILE.to_owned()],
+    };
+    let outward = vec![0.1, 0.1, 0.3, f32::NAN, 2.0, 0.1, f32::NAN, f32::NAN];
+    let inward = vec![f32::NAN, f32::NAN, f32::NAN, 0.4, f32::NAN, f32::NAN, f32::NAN, 9.0];
+    let contradicted = [vec![false; 6], vec![true, false]].concat();
+    Deviations { contradicted, ..Deviations::new(texels, 10.0, outward, inward) }
 }
 
 fn tessellation() -> Tessellation {

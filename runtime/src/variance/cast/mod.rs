@@ -210,20 +210,8 @@ struct Distances {
 
 impl Distances {
     fn with(self, texels: Texels, max_distance: f64, precision: f32) -> Deviations {
-        let Self { outward, inward } = self;
         let precision = precision.into();
-        Deviations {
-            texels,
-            max_distance,
-            outward,
-            inward,
-            filled: Vec::new(),
-            buried: Vec::new(),
-            contradicted: Vec::new(),
-            ambiguous: Vec::new(),
-            precision,
-            cosine: Vec::new(),
-        }
+        Deviations { precision, ..Deviations::new(texels, max_distance, self.outward, self.inward) }
     }
 }
 

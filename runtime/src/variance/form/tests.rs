@@ -29,18 +29,7 @@ fn deviations(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Deviations {
     let rotation = [[a.1, -a.0 * b.1, a.0 * b.0], [a.0, a.1 * b.1, -a.1 * b.0], [0.0, b.0, b.1]];
     Motion { rotation, translation: [105.0, -30.0, 7.0] }.move_texels(&mut texels);
     let side = |sign: f32| signed.iter().map(move |d| if d * sign >= 0.0 { d * sign } else { f32::NAN }).collect();
-    Deviations {
-        texels,
-        max_distance: 5.0,
-        outward: side(1.0),
-        inward: side(-1.0),
-        filled: Vec::new(),
-        buried: Vec::new(),
-        contradicted: Vec::new(),
-        ambiguous: Vec::new(),
-        precision: 0.0,
-        cosine: Vec::new(),
-    }
+    Deviations::new(texels, 5.0, side(1.0), side(-1.0))
 }
 
 /// A scan without noise, of more points than there are texels.

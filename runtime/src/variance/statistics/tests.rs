@@ -8,27 +8,17 @@ use rand_chacha::ChaCha8Rng;
 fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
     let n = texels.len();
     let side = |sign: f64| texels.iter().map(move |t| if t.0 * sign >= 0.0 { (t.0 * sign) as f32 } else { f32::NAN });
-    Deviations {
-        texels: Texels {
-            width: n as u32,
-            height: 1,
-            index: (0..n as u32).collect(),
-            part: texels.iter().map(|t| t.2).collect(),
-            position: vec![[0.0; 3]; n],
-            normal: vec![[0.0, 0.0, 1.0]; n],
-            area: texels.iter().map(|t| t.1 as f32).collect(),
-            part_names: names.iter().map(|&s| s.to_owned()).collect(),
-        },
-        max_distance: 4.0,
-        outward: side(1.0).collect(),
-        inward: side(-1.0).collect(),
-        filled: Vec::new(),
-        buried: Vec::new(),
-        contradicted: Vec::new(),
-        ambiguous: Vec::new(),
-        precision: 0.0,
-        cosine: Vec::new(),
-    }
+    let texels = Texels {
+        width: n as u32,
+        height: 1,
+        index: (0..n as u32).collect(),
+        part: texels.iter().map(|t| t.2).collect(),
+        position: vec![[0.0; 3]; n],
+        normal: vec![[0.0, 0.0, 1.0]; n],
+        area: texels.iter().map(|t| t.1 as f32).collect(),
+        part_names: names.iter().map(|&s| s.to_owned()).collect(),
+    };
+    Deviations::new(texels, 4.0, side(1.0).collect(), side(-1.0).collect())
 }
 
 fn statistics(deviations: &Deviations) -> Statistics {

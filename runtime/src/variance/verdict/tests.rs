@@ -17,27 +17,17 @@ pub(in crate::variance) fn sheet(n: usize, edge: f64, sheets: &[(f64, f32, f32)]
         let (k, (z, ..)) = one(k);
         [(k % n) as f64 * edge, (k / n) as f64 * edge, z]
     };
-    Deviations {
-        texels: Texels {
-            width: n as u32,
-            height: (n * sheets.len()) as u32,
-            index: (0..count as u32).collect(),
-            part: vec![0; count],
-            position: (0..count).map(place).collect(),
-            normal: (0..count).map(|k| [0.0, 0.0, one(k).1.1]).collect(),
-            area: vec![(edge * edge) as f32; count],
-            part_names: vec!["plate".to_owned()],
-        },
-        max_distance: 50.0,
-        outward: (0..count).map(|k| one(k).1.2).collect(),
-        inward: vec![f32::NAN; count],
-        filled: Vec::new(),
-        buried: Vec::new(),
-        contradicted: Vec::new(),
-        ambiguous: Vec::new(),
-        precision: 0.0,
-        cosine: Vec::new(),
-    }
+    let texels = Texels {
+        width: n as u32,
+        height: (n * sheets.len()) as u32,
+        index: (0..count as u32).collect(),
+        part: vec![0; count],
+        position: (0..count).map(place).collect(),
+        normal: (0..count).map(|k| [0.0, 0.0, one(k).1.1]).collect(),
+        area: vec![(edge * edge) as f32; count],
+        part_names: vec!["plate".to_owned()],
+    };
+    Deviations::new(texels, 50.0, (0..count).map(|k| one(k).1.2).collect(), vec![f32::NAN; count])
 }
 
 /// One sheet, whose deviation is a function of the place.
