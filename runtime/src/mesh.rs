@@ -55,6 +55,13 @@ impl TriangleMesh {
         (b - a).cross(c - a).length() / 2.0
     }
 
+    /// The area of all triangles in square millimetres; 0 where there are none. Panics as [`corners`](Self::corners).
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        // Not `sum`, which makes -0 of nothing.
+        self.triangles.iter().fold(0.0, |area, triangle| area + self.triangle_area(*triangle))
+    }
+
     /// Unit vertex normals: the normals of the triangles around a vertex, weighted by their angles there (Thuermer and
     /// Wuethrich, 'Computing vertex normals from polygonal facets', 1998), so that they do not depend on how the
     /// surface is cut into triangles. A vertex that no triangle with an area uses gets +z.
@@ -227,5 +234,19 @@ impl FromIterator<DVec3> for Bounds {
         // glam's minimum is its second operand where the first is NaN.
         let include = |bounds: Self, p: DVec3| Self { low: p.min(bounds.low), high: p.max(bounds.high) };
         points.into_iter().fold(Self::EMPTY, include)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_area_of_a_rectangle_is_the_product_of_its_sides_and_that_of_nothing_is_no_negative_zero() {
+        let positions = vec![[1.0, 5.0, 2.0], [4.0, 5.0, 2.0], [4.0, 5.0, 9.0], [1.0, 5.0, 9.0]];
+        let mut mesh = TriangleMesh { positions, triangles: vec![[0, 1, 2], [0, 2, 3]], ..TriangleMesh::default() };
+        assert_eq!(mesh.area(), 3.0 * 7.0);
+        mesh.triangles.clear();
+        assert_eq!(mesh.area().to_bits(), 0.0_f64.to_bits());
     }
 }

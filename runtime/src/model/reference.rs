@@ -249,7 +249,7 @@ mod tests {
             let a = 2 * i as u32;
             mesh.triangles.extend([[a, a + 1, a + 3], [a, a + 3, a + 2]]);
         }
-        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        let area = mesh.area();
         let surface = ReferenceSurface::new(&mesh, 512).expect("a ramp");
         let covered: f64 = surface.texels.area.iter().map(|a| f64::from(*a)).sum();
         assert!((covered / area - 1.0).abs() < 0.02, "{covered} against {area}");

@@ -283,7 +283,7 @@ fn probe(
     least_cosine: f64,
 ) -> Result<Seen, SimulationError> {
     let mut random = scanner.random(PROBE_STREAM);
-    let total: f64 = mesh.triangles.iter().map(|&triangle| mesh.triangle_area(triangle)).sum();
+    let total = mesh.area();
     if !(total > 0.0 && total.is_finite()) {
         return Err(SimulationError::NoSurface);
     }

@@ -49,10 +49,6 @@ fn exact() -> Scanner {
     Scanner { spacing: 1.2, noise: 0.0, outliers: 0.0, dropouts: 0.0, random_pose: false, ..Scanner::default() }
 }
 
-fn area(mesh: &TriangleMesh) -> f64 {
-    mesh.triangles.iter().map(|&t| mesh.triangle_area(t)).sum()
-}
-
 fn radius(p: [f64; 3]) -> f64 {
     DVec3::from(p).length()
 }
@@ -63,7 +59,7 @@ fn a_sphere_is_covered_once() {
     let sphere_area = 4.0 * PI * 30.0 * 30.0;
     assert!((scan.truth.coverage - 1.0).abs() < 1e-3, "{}", scan.truth.coverage);
     // Neither gaps nor overlaps between views add up to more than 2 per cent.
-    let covered = area(&scan.mesh) / sphere_area;
+    let covered = scan.mesh.area() / sphere_area;
     assert!((covered - 1.0).abs() < 0.02, "{covered}");
     // One point a squared spacing; borders of regions repeat some points.
     let expected = sphere_area / 1.44;
@@ -171,7 +167,7 @@ fn noise_is_as_ordered_and_the_pose_undoes() {
 }
 
 fn scan_area_of_sphere(scanner: &Scanner) -> f64 {
-    area(&scan(&sphere(30.0), scanner, &Silent).unwrap().mesh)
+    scan(&sphere(30.0), scanner, &Silent).unwrap().mesh.area()
 }
 
 #[test]

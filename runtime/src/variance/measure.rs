@@ -180,8 +180,8 @@ pub enum MeasureError {
 
 /// The noise of a scan's points, and their density on its surface.
 fn noise_of(scan: &Scan) -> ScanNoise {
-    let area: f64 = scan.mesh.triangles.iter().map(|t| scan.mesh.triangle_area(*t)).sum();
-    ScanNoise { sd: scan.noise, density: scan.mesh.positions.len() as f64 / area.max(f64::MIN_POSITIVE) }
+    let area = scan.mesh.area().max(f64::MIN_POSITIVE);
+    ScanNoise { sd: scan.noise, density: scan.mesh.positions.len() as f64 / area }
 }
 
 /// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface,

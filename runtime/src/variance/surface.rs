@@ -112,7 +112,7 @@ impl<'a> Surface<'a> {
     }
 
     fn of_mesh(mesh: &TriangleMesh, resolution: Resolution) -> Result<Self, MeasureError> {
-        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        let area = mesh.area();
         let (size, edge) = match resolution {
             Resolution::Side(size) => (size, f64::INFINITY),
             // At most the whole texture is used.

@@ -75,7 +75,7 @@ impl Unmatched {
         pieces.sort_by(|a, b| b.0.area.total_cmp(&a.0.area));
         // The sum of nothing is -0.
         let area = 0.0 + pieces.iter().map(|(p, _)| p.area).sum::<f64>();
-        let scan_area: f64 = scan.triangles.iter().map(|t| scan.triangle_area(*t)).sum();
+        let scan_area = scan.area();
         let summary = UnmatchedSummary {
             area,
             share: if scan_area > 0.0 { area / scan_area } else { 0.0 },
@@ -226,7 +226,7 @@ mod tests {
         assert_eq!((found.summary.largest[2].low, found.summary.largest[2].high), ([11.0, 0.0, 0.0], [14.0, 2.0, 0.0]));
         let mesh = &found.mesh;
         assert_eq!(mesh.groups.iter().map(|g| g.end - g.start).collect::<Vec<_>>(), [40, 18, 12]);
-        let area: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+        let area = mesh.area();
         assert!((area - 35.0).abs() < 1e-9, "{area}");
     }
 

@@ -46,9 +46,8 @@ impl FilledHoles {
         let mut mesh = scan.submesh(closed.iter().flatten().flatten().copied());
         mesh.normals.clear();
         let filled = closed.iter().flatten().count();
-        // The sum of nothing is -0.
-        let area = 0.0 + mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum::<f64>();
-        FilledHoles { mesh, summary: HoleSummary { size, filled, area, open: closed.len() - filled } }
+        let summary = HoleSummary { size, filled, area: mesh.area(), open: closed.len() - filled };
+        FilledHoles { mesh, summary }
     }
 }
 

@@ -47,10 +47,6 @@ fn volume(mesh: &TriangleMesh) -> f64 {
     mesh.triangles.iter().map(tetrahedron).sum()
 }
 
-fn area(mesh: &TriangleMesh) -> f64 {
-    mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum()
-}
-
 /// Solids of the library with their volumes, in cubic millimetres; `None` where there is no short formula.
 const SOLIDS: [(&str, Option<f64>); 22] = [
     ("part p = box()", Some(8000.0)),
@@ -106,7 +102,7 @@ fn solids_are_closed_and_have_their_volume() {
             assert!(found > 0.0, "{body}");
             if let Some(truth) = truth {
                 // All of the surface off by the chord.
-                let bound = area(mesh) * chord + 1e-9 * truth;
+                let bound = mesh.area() * chord + 1e-9 * truth;
                 assert!((found - truth).abs() <= bound, "{body} at {chord}: {found} for {truth}");
                 let flat = ["box()", "rectangle(40mm, 20mm),", "(3, 20mm)", "(5, 20mm),", "plane"];
                 let flat = flat.iter().any(|f| body.contains(f)) && !body.contains("rounded");
@@ -275,7 +271,7 @@ fn borders_that_meet_in_parts_close() {
         assert_eq!((closedness.open, closedness.inside_out), (vec![], vec![]), "{body}");
         let mesh = tessellate(&program, 0.02).mesh;
         assert_eq!(open_edges(&mesh), 0, "{body}");
-        assert!((volume(&mesh) - truth).abs() < 0.02 * area(&mesh), "{body}: {}", volume(&mesh));
+        assert!((volume(&mesh) - truth).abs() < 0.02 * mesh.area(), "{body}: {}", volume(&mesh));
         assert!(mesh.triangles.len() <= most, "{body}: {}", mesh.triangles.len());
     }
 }
