@@ -27,7 +27,7 @@ pub(crate) fn include(solution: &Solution, uncertainty: Uncertainty) -> Uncertai
     }
 }
 
-/// What noise pulls the coordinates with.
+/// The pull of noise on the coordinates.
 struct Pull {
     /// The mean gradient of the mean loss that noise alone makes at the solution.
     gradient: DVector<f64>,

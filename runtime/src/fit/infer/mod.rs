@@ -19,7 +19,7 @@ mod sums;
 mod switches;
 pub(crate) mod unobserved;
 pub(crate) mod wald;
-pub(crate) mod without_bounds;
+mod without_bounds;
 
 use super::problem::objective::Objective;
 use super::refine::schedule::Solution;

@@ -37,7 +37,7 @@ pub(crate) struct Uncertainty {
     pub(crate) effective_points: f64,
     /// Blocks of dependent residuals, if there are any.
     pub(crate) blocks: Option<Blocks>,
-    /// What there would be without the bounds at which coordinates are held, if some are.
+    /// The uncertainty without the bounds at which coordinates are held; None where none is held.
     pub(crate) without_bounds: Option<WithoutBounds>,
 }
 

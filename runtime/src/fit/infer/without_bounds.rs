@@ -1,4 +1,4 @@
-//! What there would be without the bounds at which coordinates are held.
+//! The uncertainty that a fit would have without the bounds at which coordinates are held.
 
 use crate::fit::tuning::{BY_BOUNDS, MOVED_BY_BOUNDS};
 use nalgebra::{DMatrix, DVector};

@@ -16,12 +16,11 @@ use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::group::groups;
 use crate::fit::tuning::{
     RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
-    TURN_REFINED_POINTS,
 };
 use alone::Alone;
 use base::Base;
 
-/// What differs between a solution and its rival.
+/// The difference between a solution and its rival.
 #[derive(Clone, Debug)]
 pub(crate) struct RivalOf {
     /// Positions of the parameters in the list of free ones.
@@ -122,15 +121,15 @@ pub(crate) fn find(solution: &Solution, uncertainty: &Uncertainty) -> Rivals {
 /// The rivals by the scan's points, whatever stands in empty space.
 fn by_points(solution: &Solution, uncertainty: &Uncertainty) -> Vec<Rival> {
     let groups = groups(&solution.level);
+    if groups.is_empty() && !solution.level.space.moving {
+        return Vec::new();
+    }
     // Not the sample of the registration, which is even in space and not in noise.
     let sample = solution.level.problem.points.every(THIN_POINTS);
     let Some(base) = Base::new(solution, uncertainty, &sample) else { return Vec::new() };
     let mut rivals: Vec<Rival> =
         groups.iter().filter_map(|group| Some(Alone::new(&base, group)?.rivals())).flatten().collect();
-    let few = sample.standing_for_all(TURN_REFINED_POINTS);
-    if let Some(few) = Base::new(solution, uncertainty, &few) {
-        rivals.extend(turned::rivals(&base, &few));
-    }
+    rivals.extend(turned::rivals(&base));
     rivals
 }
 

@@ -13,7 +13,8 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::moments;
 use crate::fit::register::group::least_turn;
 use crate::fit::tuning::{
-    RIVAL_COARSE, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_SAME_AXIS, TURN_STEPS, TURNS_REFINED,
+    RIVAL_COARSE, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_REFINED_POINTS, TURN_SAME_AXIS, TURN_STEPS,
+    TURNS_REFINED,
 };
 use glam::DVec3;
 use nalgebra::Matrix3;
@@ -34,13 +35,14 @@ struct Turned {
     degrees: f64,
 }
 
-/// The rivals of the solution that are other poses of the whole model. `few` is the base of fewer points, by which they
-/// are found.
-pub(super) fn rivals(base: &Base, few: &Base) -> Vec<Rival> {
+/// The rivals of the solution that are other poses of the whole model. They are found by a base of fewer points.
+pub(super) fn rivals(base: &Base) -> Vec<Rival> {
     let level = base.level();
     if !level.space.moving {
         return Vec::new();
     }
+    let sample = base.sample.standing_for_all(TURN_REFINED_POINTS);
+    let Some(few) = Base::new(base.solution, base.uncertainty, &sample) else { return Vec::new() };
     let coarse = Loss::welsch(base.solution.loss.sigma.max(RIVAL_COARSE * level.problem.radius));
     let points = few.sample.every(TURN_POINTS);
     let objective = Objective { loss: coarse, cancellable: true, ..base.solution.objective(&points) };
