@@ -71,6 +71,7 @@ mod robust;
 mod sampling;
 pub mod scan;
 pub mod simulate;
+mod spread;
 pub mod variance;
 pub mod workers;
 

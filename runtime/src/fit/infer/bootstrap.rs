@@ -10,6 +10,7 @@ use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::result::{Bootstrap, Resampled};
 use crate::fit::tuning::{BOOTSTRAP_ITERATIONS, BOOTSTRAP_TOLERANCE, POLISH_STEP};
+use crate::spread::mean_and_sd;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -104,11 +105,9 @@ fn refitted(solution: &Solution, points: &Points) -> Option<Vec<f64>> {
 /// Standard deviation and the middle 95 % of values.
 fn spread(name: String, mut values: Vec<f64>) -> Resampled {
     values.sort_by(f64::total_cmp);
-    let n = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / n;
-    let sd = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0)).sqrt();
+    let (_, sd) = mean_and_sd(&values);
     let quantile = |q: f64| {
-        let at = q * (n - 1.0);
+        let at = q * (values.len() as f64 - 1.0);
         let (below, part) = (at.floor() as usize, at.fract());
         values[below] + part * (values[(below + 1).min(values.len() - 1)] - values[below])
     };

@@ -33,6 +33,13 @@ pub(super) struct Place {
     pub(super) normal: DVec3,
 }
 
+impl Place {
+    /// The point at a signed distance along the normal.
+    pub(super) fn displaced(&self, by: f64) -> DVec3 {
+        self.position + by * self.normal
+    }
+}
+
 /// A texel's place, area (square millimetres) and deviation (millimetres).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Point {

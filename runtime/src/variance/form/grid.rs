@@ -22,7 +22,7 @@ const BESIDE: f64 = 0.25;
 pub(super) struct Section {
     /// Its point on the axis.
     pub(super) middle: DVec3,
-    /// How far along the axis it is. Millimetres.
+    /// Its coordinate along the axis. Millimetres.
     pub(super) height: f64,
     /// The component of the surface's normal away from the axis.
     pub(super) outward: f64,

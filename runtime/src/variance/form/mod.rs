@@ -208,7 +208,7 @@ fn form(shape: &Recognised, points: &[Point], noise: ScanNoise, cutoff: f64, pre
 
 fn zone_of(smooth: &Smooth, shape: Shape, datum: Datum, points: &[Point], simulation: &Simulation) -> Option<Zone> {
     let found = zone::zone(&smooth.surface(&smooth.values()), datum)?;
-    let every: Vec<DVec3> = points.iter().map(|p| p.place.position + p.deviation * p.place.normal).collect();
+    let every: Vec<DVec3> = points.iter().map(|p| p.place.displaced(p.deviation)).collect();
     let unfiltered = zone::zone(&every, datum)?;
     let spread = |values: &[f64]| {
         let surface = smooth.surface(&smooth.filter.apply(values));
@@ -228,14 +228,16 @@ fn roundness_of(grid: &Grid, smooth: &Smooth, simulation: &Simulation) -> Option
     let values = grid.apply(&smooth.cells.values);
     let rings: Vec<_> =
         grid.sections.iter().filter_map(|section| Some((section, roundness::rings(grid, section, &values)?))).collect();
-    let (section, worst) = rings.iter().max_by(|a, b| a.1.across.minimum_zone.total_cmp(&b.1.across.minimum_zone))?;
-    let mut narrowest: Vec<f64> = rings.iter().map(|(_, rings)| rings.across.minimum_zone).collect();
+    let (section, worst) = rings.iter().max_by(|a, b| a.1.minimum_zone.total_cmp(&b.1.minimum_zone))?;
+    let mut narrowest: Vec<f64> = rings.iter().map(|(_, widths)| widths.minimum_zone).collect();
+    // In the section's plane the deviations from the same curve are longer, all alike.
+    let longer = 1.0 / section.outward.abs();
     let spread = |values: &[f64]| roundness::spread_of_rings(grid, &grid.apply(values));
     Some(Roundness {
-        least_squares: worst.across.least_squares,
-        minimum_zone: worst.across.minimum_zone,
-        without_noise: simulation.corrected(worst.across.minimum_zone, &smooth.cells.values, spread),
-        in_plane: [worst.in_plane.least_squares, worst.in_plane.minimum_zone],
+        least_squares: worst.least_squares,
+        minimum_zone: worst.minimum_zone,
+        without_noise: simulation.corrected(worst.minimum_zone, &smooth.cells.values, spread),
+        in_plane: [worst.least_squares * longer, worst.minimum_zone * longer],
         at: section.middle.into(),
         sections: rings.len(),
         median: crate::robust::median(&mut narrowest)?,

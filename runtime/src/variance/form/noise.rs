@@ -2,6 +2,7 @@
 //! over. It is simulated with the filter's own weights.
 
 use super::filter::{Cells, Place};
+use crate::spread::mean_and_sd;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -41,7 +42,7 @@ pub(super) struct Simulation {
     noise: Vec<Vec<f64>>,
 }
 
-/// What lists of cells' values are, once they are filtered, about the curves or surfaces of least squares.
+/// The spread of filtered values of cells about the curves or surfaces that fit them by least squares.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spread {
     /// The width that is asked for. Millimetres.
@@ -68,9 +69,9 @@ impl Simulation {
         Self { noise: (0..rounds).map(|_| round()).collect() }
     }
 
-    /// What is left of a width without noise. `spread` is that of a list of the cells' values about what fits them by
-    /// least squares. From the width that was found is taken what noise adds to that of the values as they would be
-    /// without it: smaller in all by as much as noise enlarges their mean square.
+    /// The width `found` without the part that noise adds to it. `spread` computes the spread of a list of the cells'
+    /// values. The values without noise are taken to be the present ones, all smaller by one factor, so that their mean
+    /// square lacks what noise adds to it; simulated noise on top of them says how much wider it makes them.
     pub(super) fn corrected(
         &self,
         found: f64,
@@ -81,7 +82,7 @@ impl Simulation {
         let of = |of: fn(&Spread) -> f64| mean_and_sd(&alone.iter().map(of).collect::<Vec<f64>>());
         let ((noise_alone, _), (square, scatter)) = (of(|s| s.width), of(|s| s.mean_square));
         let here = spread(values);
-        // What noise alone makes in one of forty is no form.
+        // A mean square that noise alone reaches in one case of forty is no form.
         let shrunk = here.map_or(0.0, |s| (1.0 - (square + 2.0 * scatter) / s.mean_square).max(0.0).sqrt());
         let plain: Vec<f64> = values.iter().map(|value| shrunk * value).collect();
         let noisy = |noise: &Vec<f64>| spread(&plain.iter().zip(noise).map(|(p, n)| p + n).collect::<Vec<f64>>());
@@ -114,14 +115,4 @@ fn about_points(cells: &Cells, density: f64) -> (Vec<u32>, Vec<f64>) {
     };
     let of_cell = cells.places.iter().zip(&cells.areas).map(&mut group).collect();
     (of_cell, areas)
-}
-
-fn mean_and_sd(values: &[f64]) -> (f64, f64) {
-    if values.is_empty() {
-        return (0.0, 0.0);
-    }
-    let count = values.len() as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    let square = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-    (mean, square.sqrt())
 }

@@ -23,13 +23,6 @@ pub(super) struct Widths {
     pub(super) minimum_zone: f64,
 }
 
-/// The rings that contain a section's points.
-pub(super) struct Rings {
-    /// Perpendicular to the surface.
-    pub(super) across: Widths,
-    pub(super) in_plane: Widths,
-}
-
 /// The equations of a section's places, by the angle around the axis. A slightly shifted circle has the deviation
 /// a + b cos t + c sin t (a limacon: exact but for the square of the shift over twice the radius); perpendicular to the
 /// surface b and c count with `outward`, the component of its normal away from the axis. None where parts of the
@@ -43,14 +36,9 @@ fn rows(values: &[Option<f64>], outward: f64) -> Option<Vec<Row>> {
     (rows.len() as f64 >= AROUND * values.len() as f64).then_some(rows)
 }
 
-/// The rings of a section.
-pub(super) fn rings(grid: &Grid, section: &Section, values: &[Option<f64>]) -> Option<Rings> {
-    let across = rows(grid.of_section(values, section), section.outward)?;
-    let scale = 1.0 / section.outward.abs();
-    // The same curve in the section's plane, where all of it is longer alike.
-    let Widths { least_squares, minimum_zone } = widths(&across, 3)?;
-    let in_plane = Widths { least_squares: least_squares * scale, minimum_zone: minimum_zone * scale };
-    Some(Rings { across: Widths { least_squares, minimum_zone }, in_plane })
+/// The widths of the rings that contain a section's points, perpendicular to the surface.
+pub(super) fn rings(grid: &Grid, section: &Section, values: &[Option<f64>]) -> Option<Widths> {
+    widths(&rows(grid.of_section(values, section), section.outward)?, 3)
 }
 
 /// How far the sections' values lie from their circles of least squares: the widest ring. None where there are none.

@@ -1,7 +1,8 @@
 //! The filtered deviations of a part.
 
-use super::filter::{Cells, Filter, Point};
+use super::filter::{Cells, Filter, Place, Point};
 use super::noise::ScanNoise;
+use crate::mesh::Bounds;
 use crate::robust::{MAD_TO_SD, median};
 use glam::DVec3;
 
@@ -54,8 +55,7 @@ impl Smooth {
 
     /// Points of the surface with filtered values.
     pub(super) fn surface(&self, filtered: &[Option<f64>]) -> Vec<DVec3> {
-        let point =
-            |(place, value): (&super::filter::Place, &Option<f64>)| Some(place.position + (*value)? * place.normal);
+        let point = |(place, value): (&Place, &Option<f64>)| Some(place.displaced((*value)?));
         self.cells.places.iter().zip(filtered).filter_map(point).collect()
     }
 
@@ -84,19 +84,16 @@ pub(super) fn least_cutoff(points: &[Point]) -> f64 {
 
 /// The cut-off where none was asked for. Millimetres.
 pub(super) fn default_cutoff(noise: ScanNoise, points: &[Point]) -> f64 {
-    let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
-        (low.min(point.place.position), high.max(point.place.position))
-    });
+    let extent = points.iter().map(|point| point.place.position).collect::<Bounds>().size();
     let least = SPACINGS / noise.density.sqrt();
     let power = 10.0_f64.powf(least.log10().floor());
     let rounded = [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|c| *c >= least * (1.0 - 1e-9));
-    rounded.unwrap_or(least).min(OF_EXTENT * (high - low).max_element())
+    rounded.unwrap_or(least).min(OF_EXTENT * extent.max_element())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::variance::form::filter::Place;
 
     fn line(count: usize, length: f64) -> Vec<Point> {
         let point = |i: usize| Point {
