@@ -1,5 +1,6 @@
 //! What the model has and the scan does not.
 
+use super::shapes::program;
 use crate::fit::{FitOptions, FitResult, FittedParameter, fit};
 use crate::mesh::TriangleMesh;
 use crate::model::{Fineness, Model, Motion, Tessellation};
@@ -7,14 +8,8 @@ use crate::progress::Silent;
 use crate::scan::{Scan, from_mesh};
 use crate::simulate::{ExactSurface, Scanner, scan_exact};
 use glam::DVec3;
-use gml_compiler::program::{Options, Program, compile};
-use gml_compiler::source::{NoFiles, SourceFile};
+use gml_compiler::program::Program;
 use std::f64::consts::PI;
-
-pub(crate) fn program(text: &str) -> Program {
-    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
-    compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
-}
 
 /// A vessel of 30 mm radius, 60 mm high, with walls of 2 mm, and a shelf inside that may have no radius.
 const VESSEL: &str = "use std.surface (revolve, flip)
@@ -79,7 +74,7 @@ fn vessel_with_a_ball() -> TriangleMesh {
 fn what_the_model_does_not_explain_is_named_with_its_place_and_what_is_beside_it() {
     assert_eq!(fitted(&vessel(true), 0.0).unexplained, Vec::new());
     let mesh = vessel_with_a_ball();
-    let whole: f64 = mesh.triangles.iter().map(|t| mesh.triangle_area(*t)).sum();
+    let whole = mesh.area();
     // The ball goes through the wall and is left over but for the strips that lie near the wall's two sides.
     let area = 4.0 * PI * 64.0;
     let cloud = TriangleMesh { positions: mesh.positions.clone(), ..TriangleMesh::default() };
@@ -317,11 +312,11 @@ fn an_end_that_slides_along_its_surface_is_not_known_for_what_else_is_free() {
     assert!(cut.iter().all(|p| p.sd.is_none()), "{cut:?}");
 }
 
-/// A nut with a tapped hole beside its axis: it fits after every sixth of a turn, but for the hole.
+/// A nut with a knob on its side: it fits after every sixth of a turn, but for the knob.
 #[test]
 fn a_pose_that_fits_but_for_a_detail_is_left_for_the_one_that_fits() {
-    let nut = {
-        let text = "model nut {
+    let nut = program(
+        "model nut {
           param r: length in 10mm..40mm = 20mm
           param lobe: length in 0mm..6mm = 3mm
           param height: length in 8mm..40mm = 18mm
@@ -336,10 +331,8 @@ fn a_pose_that_fits_but_for_a_detail_is_left_for_the_one_that_fits() {
             (p.x * v, p.y * v, height) }
           part bottom = |u, v| { let p = out((0.5 - u) * 1turn, 0mm)
             (p.x * v, p.y * v, 0mm) }
-        }";
-        let script = SourceFile { name: "nut.gml".to_owned(), text: text.to_owned() };
-        compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
-    };
+        }",
+    );
     let truth = [20.0, 3.0, 18.0, 3.0, 9.0];
     let scan = scanned(&nut, &truth, &Scanner { random_pose: false, ..scanner(1.2, 0.1, 5) }, |_| true);
     for sixths in 1..6 {

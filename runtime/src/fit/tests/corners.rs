@@ -1,6 +1,7 @@
 //! Facets, foot points and fits of surfaces with corners, from compiled scripts.
 
 use super::cup::scan_of;
+use super::shapes;
 use crate::fit::correspond::foot::foot_points;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::correspond::nearest::Query;
@@ -8,18 +9,15 @@ use crate::fit::{FitOptions, fit};
 use crate::model::{Instance, Model};
 use crate::progress::Silent;
 use glam::{DVec2, DVec3};
-use gml_compiler::program::{Options, Program, compile};
-use gml_compiler::source::{NoFiles, SourceFile};
+use gml_compiler::program::Program;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 fn program(model: &str) -> Program {
-    let text = format!(
+    shapes::program(&format!(
         "use std.polyline (polyline, rectangle, regular_polygon)\nuse std.surface (revolve)\n\
          use std.sweep (extrude, prism)\nuse std.vector (polar2)\nmodel m {{\n{model}\n}}"
-    );
-    let script = SourceFile { name: "corners.gml".to_owned(), text };
-    compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
+    ))
 }
 
 fn points(instance: &dyn Instance, patch: usize, count: usize, rng: &mut ChaCha8Rng) -> Vec<DVec3> {

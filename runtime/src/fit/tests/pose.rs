@@ -1,5 +1,6 @@
 //! The uncertainty of the pose that a fit adds, against many fits of simulated scans.
 
+use super::shapes::program;
 use super::vessel::{even, meshed, vessel};
 use crate::fit::{EarlierFit, FitOptions, FitResult, fit};
 use crate::model::{Fineness, Model, Motion, Tessellation};
@@ -7,8 +8,6 @@ use crate::progress::Silent;
 use crate::scan::{Scan, from_mesh};
 use crate::simulate::{self, Scanner};
 use glam::DVec3;
-use gml_compiler::program::{Options, compile};
-use gml_compiler::source::{NoFiles, SourceFile};
 
 /// A fit that begins at the truth. The lid has many points, the bottom few: where that is, is known badly, and with it
 /// the height, but not where the lid is.
@@ -76,7 +75,7 @@ fn a_turn_about_the_axis_is_named_and_has_no_variance() {
 
 /// A fit of a flask with an ear, or without, to the half of its scan that does not have the ear.
 fn half_of_a_flask(ear: &str) -> FitResult {
-    let text = format!(
+    let program = program(&format!(
         "use std.surface (cylinder, disc, flip, sphere)
         use std.frame (translate)
         model flask {{
@@ -87,9 +86,7 @@ fn half_of_a_flask(ear: &str) -> FitResult {
           part lid = disc(r).translate((0mm, 0mm, h))
           {ear}
         }}"
-    );
-    let script = SourceFile { name: "flask.gml".to_owned(), text };
-    let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
+    ));
     let instance = Model::instantiate(&program, &[40.0, 90.0]).unwrap();
     let real = Tessellation::new(&program, &*instance, Fineness::default()).unwrap().mesh;
     let scanner = Scanner { spacing: 2.0, noise: 0.05, random_pose: false, ..Scanner::default() };

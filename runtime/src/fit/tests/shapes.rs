@@ -1,10 +1,17 @@
-//! Models written by hand.
+//! Models written by hand, and from scripts.
 
 use super::number::{Dual, Jet, Number};
 use crate::fit::FitOptions;
 use crate::model::{EvaluationError, Instance, Model, Order, Partials, SecondPartials, Sites};
-use gml_compiler::program::{BoundDerivative, Parameter, Part, Quantity};
+use gml_compiler::program::{BoundDerivative, Options, Parameter, Part, Program, Quantity, compile};
+use gml_compiler::source::{NoFiles, SourceFile};
 use std::f64::consts::TAU;
+
+/// The model of a script. Panics with the diagnostics where there are errors.
+pub(crate) fn program(text: &str) -> Program {
+    let script = SourceFile { name: "m.gml".to_owned(), text: text.to_owned() };
+    compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
+}
 
 /// Parameters that a hand-written model may have.
 const MOST: usize = 16;

@@ -1,8 +1,7 @@
 //! Surfaces that are scanned from both sides, from one, and without sides.
 
-use super::both_ways::program;
 use super::cup::scan_of;
-use super::shapes::{Simple, simple};
+use super::shapes::{Simple, program, simple};
 use crate::fit::{FitOptions, FitResult, fit};
 use crate::progress::Silent;
 use crate::scan::Scan;

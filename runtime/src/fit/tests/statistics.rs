@@ -2,14 +2,13 @@
 
 use super::cup::scan_of;
 use super::number::Number;
-use super::shapes::{Formula, Handmade, Simple, simple};
+use super::shapes::{Formula, Handmade, Simple, program, simple};
 use crate::fit::{FitError, FitOptions, FitResult, LossKind, WithoutSd, fit};
 use crate::mesh::TriangleMesh;
 use crate::progress::{Progress, Silent};
 use crate::scan::Scan;
 use glam::DVec3;
-use gml_compiler::program::{Options, Quantity, compile};
-use gml_compiler::source::{NoFiles, SourceFile};
+use gml_compiler::program::Quantity;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::Distribution;
@@ -35,16 +34,14 @@ fn spread(values: &[f64]) -> (f64, f64) {
 #[test]
 fn what_a_wrong_bound_moves_is_named() {
     let cone = |taper: f64, most: f64| {
-        let text = format!(
+        program(&format!(
             "use std.surface (cone)
             model tapered {{
               param r: length in 10mm..40mm = 20mm
               param taper: length in 0mm..{most}mm = {taper}mm
               part wall = cone(r, r - taper, 30mm)
             }}"
-        );
-        let script = SourceFile { name: "cone.gml".to_owned(), text };
-        compile(script, &NoFiles, &Options::default()).unwrap().program
+        ))
     };
     let scan = scan_of(&cone(3.0, 5.0), &[20.0, 3.0], 0.05, 2000, 4);
     let named = |most: f64| {
@@ -63,18 +60,16 @@ fn what_a_wrong_bound_moves_is_named() {
 /// nothing.
 #[test]
 fn what_noise_moves_together_with_a_value_at_a_bound_is_named() {
-    let fluted = {
-        let text = "model fluted {
+    let fluted = program(
+        "model fluted {
           param r: length in 10mm..40mm = 20mm
           param depth: length in 0mm..1.5mm = 1mm
           part wall = |u, v| {
             let a = u * 1turn
             polar(r - depth * abs(sin(12 * a)), a, v * 30mm)
           }
-        }";
-        let script = SourceFile { name: "fluted.gml".to_owned(), text: text.to_owned() };
-        compile(script, &NoFiles, &Options::default()).unwrap().program
-    };
+        }",
+    );
     let normal = rand_distr::Normal::new(0.0_f64, 0.8).unwrap();
     for seed in 0..6 {
         let mut scan = scan_of(&fluted, &[20.0, 1.2], 0.0, 6000, seed);

@@ -1,5 +1,6 @@
 //! Walls of the model that would pass through each other.
 
+use super::shapes::program;
 use crate::fit::monitor::Monitor;
 use crate::fit::problem::Problem;
 use crate::fit::problem::isometry::Isometry;
@@ -14,8 +15,7 @@ use crate::fit::{FitOptions, fit};
 use crate::model::{Fineness, Model, Tessellation};
 use crate::progress::Silent;
 use crate::scan::{Scan, from_mesh};
-use gml_compiler::program::{Options, Program, compile};
-use gml_compiler::source::{NoFiles, SourceFile};
+use gml_compiler::program::Program;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -35,8 +35,7 @@ const VESSEL: &str = "use std.surface (disc, flip, revolve)
     }";
 
 fn vessel() -> Program {
-    let script = SourceFile { name: "m.gml".to_owned(), text: VESSEL.to_owned() };
-    compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program
+    program(VESSEL)
 }
 
 /// All of the surface, whatever hides it.
