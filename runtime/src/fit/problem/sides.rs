@@ -90,7 +90,7 @@ fn is_against(patch: &PatchSum, sign: i8) -> bool {
     patch.near >= FACING_POINTS && f64::from(sign) * patch.facing < -FACING_AGAINST * patch.weight
 }
 
-/// How far apart the two faces of a patch may be that the scan shows: the distance of the means of their points, and two
+/// The distance of the two faces of a patch as the scan shows them, at most: that of the means of their points, and two
 /// standard errors of it. None where it hardly shows one of them. Millimetres.
 fn distance_of_faces(unsided: &PatchSum) -> Option<f64> {
     let [along, against] = unsided.faces;

@@ -83,14 +83,14 @@ pub(crate) const REVERSED_SHARE: f64 = 0.9;
 pub(crate) const SIDED_SHARE: f64 = 0.5;
 pub(crate) const OTHER_SIDE: f64 = 3.0;
 /// A patch is a sheet without thickness where each of its faces has this share of the weight, and where they are less
-/// than so much of the noise and of the points' spacing apart. Walls are thicker than half of the noise, or no fit tells
-/// their faces apart; the spacing is for scans without noise, whose points on curved surfaces lie on chords.
+/// than so much of the noise and of the points' spacing apart. No fit tells the faces of a wall apart that is thinner
+/// than half of the noise; the spacing is for scans without noise, whose points on curved surfaces lie on chords.
 pub(crate) const SHEET_SHARE: f64 = 0.2;
 pub(crate) const SHEET_NOISE: f64 = 0.5;
 pub(crate) const SHEET_SPACINGS: f64 = 0.02;
-/// Two faces of a scan without sides are mixed up to so many standard deviations of the noise: of points one in fifteen is
-/// then nearer to the other face. Faces that are opposite each other are no more than 45 degrees
-/// from it (a cosine), and mixed where that holds for most of a patch's points (a share).
+/// Two faces of a scan without sides are mixed up to so many standard deviations of the noise: of the points one in
+/// fifteen is then nearer to the other face. Faces are opposite each other up to 45 degrees from it (a cosine), and
+/// mixed where that holds for most of a patch's points (a share).
 pub(crate) const MIXED_REACH: f64 = 3.0;
 pub(crate) const MIXED_OPPOSITE: f64 = 0.7;
 pub(crate) const MIXED_SHARE: f64 = 0.5;
