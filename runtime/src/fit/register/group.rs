@@ -91,6 +91,18 @@ pub(crate) fn groups(level: &Level) -> Vec<Group> {
     groups
 }
 
+/// Groups with those that shape some of their patches and no others: where one part is moved by the length of another,
+/// that one may be longer by what this one is shorter, and neither finds that alone.
+pub(crate) fn chains(groups: &[Group]) -> Vec<Group> {
+    let within = |inner: &Group, outer: &Group| inner.patches.iter().zip(&outer.patches).all(|(a, b)| !a || *b);
+    let chain = |outer: &Group| {
+        let members: Vec<usize> =
+            groups.iter().filter(|inner| within(inner, outer)).flat_map(|inner| inner.members.clone()).collect();
+        (members.len() > outer.members.len()).then(|| Group { members, patches: outer.patches.clone() })
+    };
+    groups.iter().filter_map(chain).collect()
+}
+
 /// The mean loss of the points that only the group can explain over that of the others: about 1 where the group fits as
 /// well as the rest. None where the model does not exist.
 pub(crate) fn loss_ratio(objective: &Objective, at: &Estimate, explained: &[bool]) -> Option<f64> {
@@ -175,4 +187,30 @@ fn axis(gram: Matrix6<f64>, radius: f64, most: f64) -> Option<Axis> {
         let shift = DVec3::new(e[0], e[1], e[2]);
         (rate * radius > AXIS_TURN).then(|| Axis { shift: shift / rate, turn: turn / rate })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_that_move_a_part_are_varied_with_those_that_shape_it() {
+        // A shank and its length move the thread and the point behind it; the last group shapes a part of its own.
+        let group =
+            |members: &[usize], patches: [bool; 4]| Group { members: members.to_vec(), patches: patches.into() };
+        let groups = [
+            group(&[0], [true, true, true, false]),
+            group(&[1, 2], [false, true, true, false]),
+            group(&[3], [false, true, false, false]),
+            group(&[4], [false, false, false, true]),
+            group(&[5], [false, false, true, true]),
+        ];
+        let found: Vec<(Vec<usize>, Vec<bool>)> = chains(&groups).into_iter().map(|g| (g.members, g.patches)).collect();
+        let expected = [
+            (vec![0, 1, 2, 3], vec![true, true, true, false]),
+            (vec![1, 2, 3], vec![false, true, true, false]),
+            (vec![4, 5], vec![false, false, true, true]),
+        ];
+        assert_eq!(found, expected);
+    }
 }

@@ -13,7 +13,7 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::sides::Sides;
 use crate::fit::refine::schedule::{Guess, POLISH, Solution, polish};
 use crate::fit::refine::witness::{self, Witness};
-use crate::fit::register::group::groups;
+use crate::fit::register::group::{chains, groups};
 use crate::fit::tuning::{
     RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
 };
@@ -120,7 +120,8 @@ pub(crate) fn find(solution: &Solution, uncertainty: &Uncertainty) -> Rivals {
 
 /// The rivals by the scan's points, whatever stands in empty space.
 fn by_points(solution: &Solution, uncertainty: &Uncertainty) -> Vec<Rival> {
-    let groups = groups(&solution.level);
+    let mut groups = groups(&solution.level);
+    groups.extend(chains(&groups));
     if groups.is_empty() && !solution.level.space.moving {
         return Vec::new();
     }
