@@ -19,7 +19,7 @@ use crate::fit::refine::witness::{self, Witness};
 use crate::fit::result::{
     Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, UnexplainedPiece, WithoutSd,
 };
-use crate::fit::room::shown;
+use crate::fit::room::{shown, shown_to};
 use crate::fit::tuning::{
     BIASED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN, NAMED,
 };
@@ -93,7 +93,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
     if let Some(uncertainty) = &uncertainty {
         warn_of_bounds(solution, uncertainty);
     }
-    let alternatives = alternatives(solution, &rivals);
+    let alternatives = alternatives(solution, &rivals, &deviations);
     let coverage = covered(solution);
     let contradicted = contradicted(solution);
     let unexplained = unexplained(solution, near);
@@ -245,8 +245,9 @@ fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
     }
 }
 
-/// Other shapes that explain the scan as well, each with a warning.
-fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
+/// Other shapes that explain the scan as well, each with a warning that names the parameters in which they differ by more
+/// than a standard deviation; `deviations` are those of all parameters.
+fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>]) -> Vec<Alternative> {
     let Level { problem, space, .. } = &solution.level;
     let Some(present) = space.x(&solution.estimate.z) else { return Vec::new() };
     let of = |rival: &Rival| {
@@ -260,9 +261,10 @@ fn alternatives(solution: &Solution, rivals: &[Rival]) -> Vec<Alternative> {
         }
         let members: Vec<usize> = rival.of.members.iter().flat_map(|k| space.followers(space.free[*k])).collect();
         let parameter = |i: &usize| &problem.model.parameters()[*i];
-        let differs = |i: &&usize| shown(x[**i], parameter(i).quantity) != shown(present[**i], parameter(i).quantity);
+        let differs = |i: &&usize| (x[**i] - present[**i]).abs() > deviations[**i].unwrap_or(0.0);
         let value = |i: &usize| {
-            let at = |x: &[f64]| shown(x[*i], parameter(i).quantity);
+            let digit = (x[*i] - present[*i]).abs() / 100.0;
+            let at = |x: &[f64]| shown_to(x[*i], digit, parameter(i).quantity);
             format!("`{}` {} (here {})", parameter(i).name, at(&x), at(&present))
         };
         let other = match rival.of.turned {

@@ -121,13 +121,31 @@ impl Room<'_> {
     }
 }
 
-/// A value with its unit, in degrees for angles, to nine digits.
-pub(crate) fn shown(value: f64, quantity: Quantity) -> String {
-    let (value, unit) = match quantity {
+/// A value with its unit, in degrees for angles, to the decimal place of a `digit` that is not below zero, and to nine
+/// digits at most.
+pub(crate) fn shown_to(value: f64, digit: f64, quantity: Quantity) -> String {
+    let (of_unit, unit) = in_unit(digit, quantity);
+    let decimals = (-of_unit.log10().floor()).clamp(0.0, 12.0);
+    let (value, _) = in_unit(value, quantity);
+    match value.abs() {
+        1e9.. => format!("{value:.2e}{unit}"),
+        _ if of_unit > 1e-8 * value.abs() => format!("{value:.0$}{unit}", decimals as usize),
+        _ => format!("{value:.8}{unit}"),
+    }
+}
+
+/// A value in the unit in which it is shown, and that unit.
+fn in_unit(value: f64, quantity: Quantity) -> (f64, &'static str) {
+    match quantity {
         Quantity::Length => (value, " mm"),
         Quantity::Angle => (value.to_degrees(), " deg"),
         Quantity::Real | Quantity::Int | Quantity::Bool => (value, ""),
-    };
+    }
+}
+
+/// A value with its unit, in degrees for angles, to nine digits.
+pub(crate) fn shown(value: f64, quantity: Quantity) -> String {
+    let (value, unit) = in_unit(value, quantity);
     let rounded: f64 = format!("{value:.8e}").parse().unwrap_or(value);
     match rounded.abs() {
         1e9.. => format!("{rounded:e}{unit}"),
@@ -143,5 +161,23 @@ pub(crate) fn range(low: f64, high: f64, quantity: Quantity) -> String {
         (true, false) => format!("of at least {from}"),
         (false, true) => format!("of at most {to}"),
         (false, false) => "(any value)".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_rounded_to_what_tells_them_apart() {
+        let of = |value, digit| shown_to(value, digit, Quantity::Length);
+        assert_eq!(of(4.11457743, 0.0026), "4.115 mm");
+        assert_eq!(of(28.1664818, 0.14), "28.2 mm");
+        assert_eq!(of(1234.5, 12.0), "1234 mm");
+        assert_eq!(of(-0.00012345, 1e-6), "-0.000123 mm");
+        assert_eq!(of(5.0, 0.0), "5.00000000 mm");
+        assert_eq!(of(3e12, 1.0), "3.00e12 mm");
+        assert_eq!(shown_to(1.0, 0.001, Quantity::Angle), "57.30 deg");
+        assert_eq!(shown_to(0.25, 0.01, Quantity::Real), "0.25");
     }
 }
