@@ -40,6 +40,8 @@ const ALLOWED: f64 = 4.0;
 const DRAWS: usize = 1000;
 /// Samples of a patch each way, from which its area is known.
 const SAMPLES: usize = 24;
+/// Relative difference in area of two surfaces that are one: their samples are the same up to rounding.
+const SAME_AREA: f64 = 1e-9;
 /// Texels each way that are looked at for walls that pass through each other, and the share of them that may.
 const LOOK: u32 = 256;
 const PASSED: f64 = 1e-3;
@@ -53,6 +55,7 @@ pub(crate) fn run(seeds: Range<usize>, only: Option<&str>) {
             let Drawn { truth, scan, scanner } = draw(&case, seed as u64);
             let result = fit(&case.program, &scan, &FitOptions::default(), &Silent).unwrap_or_else(|e| panic!("{e}"));
             times.push(seconds(&result));
+            let truth = exchanged(&case, &result, &truth).unwrap_or(truth);
             let wrong: Vec<usize> = (0..truth.len()).filter(|k| !is_right(&case, &result, &truth, *k)).collect();
             let silent: Vec<usize> = wrong.iter().copied().filter(|k| !is_marked(&result, *k)).collect();
             right += usize::from(wrong.is_empty());
@@ -135,6 +138,26 @@ fn area(case: &Case, values: &[f64]) -> Option<f64> {
 fn is_right(case: &Case, result: &FitResult, truth: &[f64], k: usize) -> bool {
     let found = &result.parameters[k];
     is_pose(&case.program.parameters()[k]) || found.sd.is_some_and(|sd| (found.value - truth[k]).abs() <= ALLOWED * sd)
+}
+
+/// The truth with parameters exchanged as the result has them, if that is the same surface: a curve run backwards is the
+/// same curve, and the fit takes the one nearer to the defaults. None where nothing is exchanged.
+fn exchanged(case: &Case, result: &FitResult, truth: &[f64]) -> Option<Vec<f64>> {
+    let mut values = truth.to_vec();
+    for k in 0..truth.len() {
+        if is_right(case, result, &values, k) {
+            continue;
+        }
+        let with = |other: &usize| {
+            let mut swapped = values.clone();
+            swapped.swap(k, *other);
+            is_right(case, result, &swapped, k) && is_right(case, result, &swapped, *other)
+        };
+        let other = (k + 1..truth.len()).find(with)?;
+        values.swap(k, other);
+    }
+    let [before, after] = [area(case, truth)?, area(case, &values)?];
+    (values != truth && (after / before - 1.0).abs() < SAME_AREA).then_some(values)
 }
 
 /// Whether the result says that a parameter is not to be trusted.
