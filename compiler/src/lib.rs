@@ -82,8 +82,8 @@ pub mod internals {
 
     pub mod ir {
         pub use crate::ir::{
-            Binary, Compare, Failure, FailureId, Function, FunctionBuilder, FunctionId, LoweredPart, Module, Node, Op,
-            Parameter, ParameterFunction, Type, Unary, Value, interpret, scalar, validate,
+            Binary, Compare, Failure, FailureId, Function, FunctionBuilder, FunctionId, LoweredMeasure, LoweredPart,
+            Module, Node, Op, Parameter, ParameterFunction, Type, Unary, Value, interpret, scalar, validate,
         };
 
         pub mod lower {

@@ -1,4 +1,4 @@
-//! The declarations of a script: parameters, inputs, parts.
+//! The declarations of a script: parameters, inputs, parts, measures.
 
 use crate::source::Span;
 use serde::{Deserialize, Serialize};
@@ -117,6 +117,20 @@ pub struct Input {
     /// Upper bound likewise.
     #[serde(with = "infinite_as_null")]
     pub upper: f64,
+    /// The place of its declaration.
+    #[serde(skip)]
+    pub span: Span,
+}
+
+/// A value that a model reports, as an expression of its parameters.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Measure {
+    /// `rim_diameter`, `pitch[2]`.
+    pub name: String,
+    /// Its doc comment.
+    pub doc: String,
+    /// The unit of its value: `mm`, `rad`, `mm^2` or another power of millimetres, or empty.
+    pub unit: String,
     /// The place of its declaration.
     #[serde(skip)]
     pub span: Span,

@@ -55,7 +55,8 @@ impl<'a> Checker<'a> {
             ItemKind::Derivative(_) | ItemKind::Error => {}
             ItemKind::Param(ast::ParamDecl { name, .. })
             | ItemKind::Input(ast::ParamDecl { name, .. })
-            | ItemKind::Part(ast::PartDecl { name, .. }) => {
+            | ItemKind::Part(ast::PartDecl { name, .. })
+            | ItemKind::Measure(ast::MeasureDecl { name, .. }) => {
                 let error = Diagnostic::new(Code::Misplaced, item.span, "this belongs in the body of a model");
                 self.report(error.hint("write it directly between the braces of `model name { ... }`"));
                 self.bind_local(name, Type::Error);

@@ -32,6 +32,7 @@ mod inputs;
 mod instantiate;
 mod iteration;
 mod lints;
+mod measures;
 mod model;
 pub(crate) mod modules;
 mod names;

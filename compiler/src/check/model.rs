@@ -3,6 +3,7 @@
 use super::annotations::Expected;
 use super::bindings::wrap;
 use super::context::{Binding, Checker};
+use super::measures::Measured;
 use super::typed::{Expr, LocalId, Model, Param, Statement, Type, lets};
 use super::types::Dimension;
 use super::{InputValue, activity, finish};
@@ -27,17 +28,18 @@ pub(super) struct Entry<'a> {
 #[derive(Default)]
 pub(super) struct Body<'a> {
     pub(super) statements: Vec<Statement>,
-    entries: Vec<Entry<'a>>,
+    pub(super) entries: Vec<Entry<'a>>,
+    pub(super) measures: Vec<Measured<'a>>,
     pub(super) params: Vec<Param>,
     /// For each parameter the number of statements before it, and its default.
     pub(super) defaults: Vec<(usize, Option<Expr>)>,
     pub(super) inputs: Vec<Input>,
     /// The names of parameters and inputs.
-    declared: Vec<&'a ast::Ident>,
+    pub(super) declared: Vec<&'a ast::Ident>,
     /// Parts that have the name of a parameter or an input: the part's local, and both names.
     hiding: Vec<(LocalId, &'a ast::Ident, &'a ast::Ident)>,
     /// The number of loops and of conditions around the items at hand.
-    loops: usize,
+    pub(super) loops: usize,
     conditions: usize,
 }
 
@@ -95,6 +97,7 @@ impl<'a> Checker<'a> {
         self.items_of_model(&decl.items, &mut body, Source::Main(inputs), &mut Vec::new());
         self.unknown_inputs(decl, inputs);
         self.hidden_parameters(&body);
+        self.names_of_measures(&body);
         let parts = self.parts(&body.entries);
         let failed = self.has_errors();
         if body.entries.is_empty() && !failed {
@@ -118,6 +121,8 @@ impl<'a> Checker<'a> {
         };
         let failed = self.has_errors();
         self.evaluate_params(&mut model.params, &body.defaults, &model.body);
+        self.check_limits(&body.measures, &model.params, &body.defaults, &model.body);
+        model.measures = self.measures(body.measures);
         finish::finish(self, &mut model);
         if !failed {
             activity::check(self, &model);
@@ -131,6 +136,7 @@ impl<'a> Checker<'a> {
         let mut locals = Vec::new();
         self.items_of_model(&decl.items, &mut body, Source::Call(args), &mut locals);
         self.hidden_parameters(&body);
+        self.names_of_measures(&body);
         let span = decl.name.span;
         let fields = groups(body.entries).into_iter();
         let fields = fields.map(|g| (g.name.text.as_str(), self.group_value(g.shapes, g.is_array, span))).collect();
@@ -175,6 +181,7 @@ impl<'a> Checker<'a> {
                     body.declared.push(&decl.name);
                 }
                 ItemKind::Part(decl) => self.part(decl, item, body),
+                ItemKind::Measure(decl) => self.measure(decl, item, body),
                 ItemKind::For(decl) => {
                     let iterable = self.expr(&decl.iterable);
                     let Some(turns) = self.items("for", iterable, &mut body.statements) else { continue };

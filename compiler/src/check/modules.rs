@@ -214,10 +214,12 @@ fn define<'a>(module: &mut Module<'a>, item: &'a Item, diagnostics: &mut Vec<Dia
         ItemKind::Let(decl) => decl.pattern.names().into_iter().for_each(|name| add(name, Definition::Let(decl))),
         // Derivatives are paired with their functions later.
         ItemKind::Derivative(_) | ItemKind::Use(_) | ItemKind::Error => {}
-        ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) | ItemKind::Require(_) => diagnostics.push(
-            Diagnostic::new(Code::Misplaced, item.span, "this belongs in a model")
-                .hint("write it between the braces of `model name { ... }`"),
-        ),
+        ItemKind::Param(_) | ItemKind::Input(_) | ItemKind::Part(_) | ItemKind::Measure(_) | ItemKind::Require(_) => {
+            diagnostics.push(
+                Diagnostic::new(Code::Misplaced, item.span, "this belongs in a model")
+                    .hint("write it between the braces of `model name { ... }`"),
+            )
+        }
         ItemKind::For(_) | ItemKind::If(_) => {
             diagnostics.push(Diagnostic::new(Code::Misplaced, item.span, "a statement like this belongs in a model"));
         }

@@ -60,6 +60,18 @@ impl Printer<'_> {
             self.expr(&part.point, 1);
             self.out.push('\n');
         }
+        for measure in &model.measures {
+            let _ = write!(self.out, "  measure {}", measure.name);
+            if let Some([lower, upper]) = &measure.limits {
+                self.out.push_str(" tolerance ");
+                self.expr(lower, 1);
+                self.out.push_str("..");
+                self.expr(upper, 1);
+            }
+            self.out.push_str(" = ");
+            self.expr(&measure.value, 1);
+            self.out.push('\n');
+        }
         self.out.push_str("}\n");
     }
 

@@ -41,6 +41,8 @@ pub struct Model {
     pub body: Vec<Statement>,
     /// The named surfaces, in order.
     pub parts: Vec<Part>,
+    /// The measures, in order.
+    pub measures: Vec<Measure>,
 }
 
 /// A local.
@@ -123,6 +125,25 @@ pub struct Part {
     pub v: LocalId,
     /// The point at (u, v): three lengths. Uses no locals but `local`, `u` and `v`.
     pub point: Expr,
+    /// The place of its declaration.
+    pub span: Span,
+}
+
+/// A value of the model's body that is reported.
+#[derive(Clone, Debug)]
+pub struct Measure {
+    /// `rim_diameter`, `pitch[2]`.
+    pub name: String,
+    /// The name without an index: `pitch`.
+    pub group: String,
+    /// Its doc comment.
+    pub doc: String,
+    /// The dimension of its value.
+    pub dimension: Dimension,
+    /// The value, a real; uses parameters and `let`s of the body.
+    pub value: Expr,
+    /// The lower and the upper limit of what is allowed about the nominal value, of the same dimension.
+    pub limits: Option<[Expr; 2]>,
     /// The place of its declaration.
     pub span: Span,
 }
@@ -281,6 +302,10 @@ impl Model {
             part.tolerance.iter().for_each(&mut *f);
             f(&part.shape);
             f(&part.point);
+        }
+        for measure in &self.measures {
+            f(&measure.value);
+            measure.limits.iter().flatten().for_each(&mut *f);
         }
     }
 }

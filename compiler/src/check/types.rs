@@ -88,6 +88,19 @@ impl Dimension {
         Dimension { length, angle: false }
     }
 
+    /// The unit of values: `mm`, `mm^2`, `rad`, or empty.
+    #[must_use]
+    pub fn unit(self) -> String {
+        if self.angle {
+            return "rad".to_owned();
+        }
+        match self.length.parts() {
+            (0, _) => String::new(),
+            (1, 1) => "mm".to_owned(),
+            _ => format!("mm^{}", self.length),
+        }
+    }
+
     /// Whether it is a bare number (an angle is not).
     #[must_use]
     pub fn is_none(self) -> bool {

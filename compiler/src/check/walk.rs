@@ -1,6 +1,6 @@
 //! Walks over syntax trees that know which names are bound where.
 
-use crate::syntax::ast::{DerivativeDecl, Expr, ExprKind, FnParam, Ident, Item, ItemKind, Pattern};
+use crate::syntax::ast::{DerivativeDecl, Expr, ExprKind, FnParam, Ident, Item, ItemKind, Pattern, Tolerance};
 
 /// How a name is bound.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -93,6 +93,10 @@ impl<'a, S: Scope<'a>> Walk<S> {
             }
             ItemKind::Part(decl) => {
                 self.exprs(decl.tolerance.iter().chain([&decl.shape]));
+                self.0.bind(&decl.name, Binder::Other);
+            }
+            ItemKind::Measure(decl) => {
+                self.exprs(decl.tolerance.iter().flat_map(Tolerance::values).chain([&decl.value]));
                 self.0.bind(&decl.name, Binder::Other);
             }
             ItemKind::Require(require) => self.expr(&require.condition),

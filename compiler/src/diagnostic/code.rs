@@ -92,6 +92,7 @@ codes! {
         RunTime "run-time",
         StrayPrime "stray-prime",
         Syntax "syntax",
+        Tolerance "tolerance",
         TooDeep "too-deep",
         TooLarge "too-large",
         TooLong "too-long",

@@ -48,6 +48,7 @@ impl Writer<'_> {
                 docs.push(self.assigned(Some(&decl.shape)));
                 self.docs.concat(docs)
             }
+            ItemKind::Measure(decl) => self.measure(decl),
             ItemKind::Require(decl) => self.require(decl),
             ItemKind::For(decl) => {
                 let head = self.for_head(&decl.pattern, &decl.iterable);
@@ -131,6 +132,28 @@ impl Writer<'_> {
             docs.push(self.expr(high).doc);
         }
         docs.push(self.assigned(decl.default.as_ref()));
+        self.docs.concat(docs)
+    }
+
+    fn measure(&mut self, decl: &MeasureDecl) -> DocId {
+        let keyword = self.token_between("", " ");
+        let mut docs = vec![keyword, self.token()];
+        if decl.tolerance.is_some() {
+            docs.push(self.token_between(" ", " "));
+        }
+        match &decl.tolerance {
+            Some(Tolerance::Symmetric(value)) => docs.push(self.expr(value).doc),
+            Some(Tolerance::Limits([first, second])) => {
+                docs.extend(first.sign.map(|_| self.token()));
+                docs.push(self.expr(&first.value).doc);
+                docs.push(self.token());
+                docs.extend(second.sign.map(|_| self.token()));
+                docs.push(self.expr(&second.value).doc);
+            }
+            // Files with errors are not formatted.
+            Some(Tolerance::Error) | None => {}
+        }
+        docs.push(self.assigned(Some(&decl.value)));
         self.docs.concat(docs)
     }
 

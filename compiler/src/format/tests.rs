@@ -301,3 +301,12 @@ fn deeply_nested_scripts_stay_short() {
     let formatted = formatted(&text);
     assert!(formatted.len() < 10 * text.len(), "{} bytes of {}", formatted.len(), text.len());
 }
+
+#[test]
+fn measures() {
+    becomes(
+        "model m{\nmeasure d tolerance + 0.2 / - 0.1mm=2*r\nmeasure a tolerance 1deg*2=b // c\n}",
+        "model m {\n  measure d tolerance +0.2/-0.1mm = 2 * r\n  measure a tolerance 1deg * 2 = b  // c\n}\n",
+    );
+    stays("model m {\n  measure d tolerance 0/-(a + b) = 2 * r\n  measure e = {\n    let f = 1\n    f\n  }\n}\n");
+}

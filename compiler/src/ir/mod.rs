@@ -47,7 +47,7 @@ pub use crate::operators::{Binary, Compare, Unary};
 pub use builder::FunctionBuilder;
 pub use function::*;
 pub(crate) use inline::inline;
-pub use lower::model::LoweredPart;
+pub use lower::model::{LoweredMeasure, LoweredPart};
 pub(crate) use lower::model::{LoweredModel, Requirement};
 pub(crate) use simplify::simplify;
 pub(crate) use size::{SizeError, SizeLimits};

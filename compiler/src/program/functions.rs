@@ -2,6 +2,7 @@
 
 use super::bounds::BoundsJacobian;
 use super::jacobians::Jacobian;
+use super::measures::MeasureFunctions;
 use crate::diff::{self, DiffError, Entry};
 use crate::ir::hash::HashMap;
 use crate::ir::hoist::prelude::Body;
@@ -25,6 +26,7 @@ pub(super) struct ModelFunctions {
     pub(super) parts: Vec<PartFunctions>,
     /// `(params..) -> length` of the parts that have a tolerance of their own.
     pub(super) tolerances: Vec<Option<FunctionId>>,
+    pub(super) measures: Vec<MeasureFunctions>,
 }
 
 /// A part's function of its points. C stands for its captures, in order.
@@ -77,6 +79,7 @@ impl ModelFunctions {
         named.extend(self.bodies.iter_mut().map(|b| &mut b.points));
         named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian.function]));
         named.extend(self.tolerances.iter_mut().flatten());
+        named.extend(self.measures.iter_mut().flat_map(|m| [Some(&mut m.jacobian), m.limits.as_mut()]).flatten());
         let mut roots: Vec<FunctionId> = named.iter().map(|f| **f).collect();
         module.drop_unreached(&mut roots);
         named.into_iter().zip(roots).for_each(|(f, id)| *f = id);

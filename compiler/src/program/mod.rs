@@ -18,6 +18,7 @@ mod functions;
 mod instance;
 mod jacobians;
 mod limits;
+mod measures;
 mod pipeline;
 mod probe;
 mod sites;
@@ -36,7 +37,7 @@ pub use sites::{Order, Sites};
 pub use text::EmitStage;
 
 pub use crate::jit::{Limits, Trap};
-pub use crate::parameters::{Input, Parameter, Part, Quantity};
+pub use crate::parameters::{Input, Measure, Parameter, Part, Quantity};
 
 pub(crate) use compile::build_model;
 pub(crate) use constants::constants;
@@ -54,6 +55,7 @@ use std::sync::Arc;
 pub struct Program {
     parameters: Vec<Parameter>,
     parts: Vec<Part>,
+    measures: Vec<Measure>,
     sources: Sources,
     typed: typed::Model,
     functions: ModelFunctions,

@@ -5,7 +5,8 @@ use super::bounds::BoundsJacobian;
 use super::compile::{Options, Stage};
 use super::evaluators::{Evaluator, Evaluators, OPTIONS};
 use super::functions::{self, BodyFunction, ModelFunctions, PartFunctions, pick, positions};
-use super::{Order, Part, Program, jacobians};
+use super::measures::MeasureFunctions;
+use super::{Measure, Order, Part, Program, jacobians};
 use crate::check::typed;
 use crate::diagnostic::{self, Diagnostic};
 use crate::diff::{self, DiffError};
@@ -73,8 +74,15 @@ pub(super) fn build(
         group: part.group.clone(),
         active: functions.jacobian.active.clone(),
     });
+    let measures = typed.measures.iter().map(|m| Measure {
+        name: m.name.clone(),
+        doc: m.doc.clone(),
+        unit: m.dimension.unit(),
+        span: m.span,
+    });
     Ok(Program {
         parts: parts.collect(),
+        measures: measures.collect(),
         parameters,
         sources: sources.clone(),
         typed,
@@ -88,7 +96,7 @@ pub(super) fn build(
 /// From the functions that the lowering wrote to prelude and bodies, with their derivatives by the parameters.
 fn model_functions(
     params: Vec<Parameter>,
-    LoweredModel { mut module, parts, bounds, requires }: LoweredModel,
+    LoweredModel { mut module, parts, measures, bounds, requires }: LoweredModel,
     options: &Options,
 ) -> Result<ModelFunctions, BuildError> {
     let (surfaces, tolerances): (Vec<ParameterFunction>, Vec<Option<FunctionId>>) =
@@ -97,6 +105,7 @@ fn model_functions(
     roots.push(bounds);
     roots.extend(requires.iter().map(|r| r.condition.function));
     roots.extend(tolerances.iter().flatten());
+    roots.extend(measures.iter().flat_map(|m| [Some(m.value), m.limits]).flatten());
 
     // Derivatives that the script takes become functions; calls what they call.
     diff::expand(&mut module, &roots)?;
@@ -120,8 +129,10 @@ fn model_functions(
         let (function, captures) = (body.function, body.captures.len());
         body.function = *known.entry(function).or_insert_with(|| decompose(&mut module, function, captures));
     }
-    // Derivatives by the parameters: of the bounds, of the prelude, and of the bodies in its directions.
+    // Derivatives by the parameters: of the bounds, of the measures, of the prelude, and of the bodies in its directions.
     let bounds_jacobian = BoundsJacobian::new(&mut module, bounds, count)?;
+    let of_measure = |measure| MeasureFunctions::new(&mut module, measure, count);
+    let measures = measures.into_iter().map(of_measure).collect::<Result<_, _>>()?;
     let (prelude_jacobian, entries) = functions::prelude_jacobian(&mut module, split.prelude)?;
     let (bodies, of_part) = functions::bodies(&split.bodies);
     let of_parts = split.bodies.iter().map(|part| functions::entries_of_part(&part.captures, &entries));
@@ -145,6 +156,7 @@ fn model_functions(
         bodies,
         parts: parts.collect(),
         tolerances,
+        measures,
     };
     Ok(functions.drop_unreached(module))
 }

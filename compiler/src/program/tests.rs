@@ -195,3 +195,99 @@ fn tolerances_follow_the_parameters() {
     let error = program.tolerances(&[20.0]).unwrap_err();
     assert_eq!(error.message, "test.gml:11:29: a tolerance must not be negative, but this is -10 mm (in part odd)");
 }
+
+const MEASURED: &str = "use std.surface (cylinder, disc)
+fn hypotenuse(a: length, b: length) = sqrt(a ^ 2 + b ^ 2)
+model can {
+  input ribs: int = 3
+  param r: length = 20mm
+  param h: length = 50mm
+  param turned: angle = 30deg
+  let d = 2 * r
+  part side = cylinder(r, h)
+  part top = disc(r)
+  /// Across.
+  measure diameter tolerance +0.2/-0.1mm = d
+  measure diagonal tolerance h / 100 = hypotenuse(diameter, h)
+  measure slope = atan2(h, r) + turned
+  measure volume = pi * r ^ 2 * h
+  measure ratio = if h > r { h / r } else { r / h }
+  for i in 0..ribs { measure rib = i * h / ribs }
+  measure count = ribs
+  measure root = sqrt(r - 20mm) * sqrt(1mm)
+}";
+
+/// The derivatives against finite differences, the values against formulas written here.
+#[test]
+fn measures_have_values_derivatives_and_limits() {
+    let program = program(MEASURED);
+    let declared: Vec<(&str, &str)> = program.measures().iter().map(|m| (m.name.as_str(), m.unit.as_str())).collect();
+    let expected = [
+        ("diameter", "mm"),
+        ("diagonal", "mm"),
+        ("slope", "rad"),
+        ("volume", "mm^3"),
+        ("ratio", ""),
+        ("rib[0]", "mm"),
+        ("rib[1]", "mm"),
+        ("rib[2]", "mm"),
+        ("count", ""),
+        ("root", "mm"),
+    ];
+    assert_eq!(declared, expected);
+    assert_eq!(program.measures()[0].doc, "Across.");
+    let (r, h, turned) = (21.0f64, 47.0f64, 0.4f64);
+    let at = |k: usize, x: &[f64]| program.measure(k, x).expect("it can be computed");
+    let values: Vec<f64> = (0..expected.len()).map(|k| at(k, &[r, h, turned]).0).collect();
+    let volume = std::f64::consts::PI * r * r * h;
+    let formulas = [
+        2.0 * r,
+        (4.0 * r * r + h * h).sqrt(),
+        (r / h).atan2(1.0).mul_add(-1.0, std::f64::consts::FRAC_PI_2) + turned,
+        volume,
+        h / r,
+        0.0,
+        h / 3.0,
+        2.0 * h / 3.0,
+        3.0,
+        1.0,
+    ];
+    for ((value, formula), (name, _)) in values.iter().zip(formulas).zip(expected) {
+        assert!((value - formula).abs() < 1e-12 * formula.abs().max(1.0), "{name}: {value}, not {formula}");
+    }
+    for x in [[21.0, 47.0, 0.4], [60.0, 33.0, -1.0]] {
+        for (k, (name, _)) in expected.iter().enumerate() {
+            let (value, gradient) = at(k, &x);
+            for (i, slope) in gradient.iter().enumerate() {
+                let step = 1e-5 * x[i].abs();
+                let [above, below] = [step, -step].map(|by| {
+                    let mut moved = x;
+                    moved[i] += by;
+                    at(k, &moved).0
+                });
+                let difference = (above - below) / (2.0 * step);
+                let scale = difference.abs().max(1e-3 * value.abs() / x[i].abs()).max(1e-6);
+                assert!((slope - difference).abs() < 1e-7 * scale, "{name} by {i}: {slope}, not {difference}");
+            }
+        }
+    }
+    assert_eq!(at(0, &[r, h, turned]).1, [2.0, 0.0, 0.0]);
+    let limits: Vec<_> = (0..3).map(|k| program.measure_limits(k, &[r, h, turned])).collect();
+    assert_eq!(limits, [Ok(Some([-0.1, 0.2])), Ok(Some([-0.47, 0.47])), Ok(None)]);
+}
+
+/// One measure that has no value, or no derivative, takes no other one with it.
+#[test]
+fn measures_that_cannot_be_computed_say_why() {
+    let program = program(MEASURED);
+    let error = |k: usize, x: &[f64]| program.measure(k, x).unwrap_err().message;
+    let last = program.measures().len() - 1;
+    assert_eq!(
+        error(last, &[19.0, 50.0, 0.0]),
+        "test.gml:19:3: the measure 'root' cannot be computed: its value is not finite (where r = 19mm, h = 50mm, turned = 0deg)"
+    );
+    assert!(error(last, &[20.0, 50.0, 0.0]).contains("derivative"), "{}", error(last, &[20.0, 50.0, 0.0]));
+    assert!(program.measure(0, &[19.0, 50.0, 0.0]).is_ok());
+    let error = program.measure_limits(1, &[20.0, -1.0, 0.0]).unwrap_err();
+    assert!(error.message.contains("its tolerance leaves nothing"), "{}", error.message);
+}

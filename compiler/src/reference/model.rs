@@ -1,7 +1,7 @@
 //! Models.
 
 use super::page::Page;
-use crate::syntax::ast::{Expr, Item, ItemKind, Model, ParamDecl, Pattern};
+use crate::syntax::ast::{Expr, Item, ItemKind, Limit, Model, ParamDecl, Pattern, Sign, Tolerance};
 
 impl Page<'_> {
     /// A model, under a heading of level 2.
@@ -16,16 +16,15 @@ impl Page<'_> {
             ItemKind::Input(decl) => Some(decl),
             _ => None,
         });
-        let mut requirements = Vec::new();
-        let mut parts = Vec::new();
-        self.within(&model.items, &Place::default(), &mut requirements, &mut parts);
-        if !requirements.is_empty() {
-            self.heading(3, "Requirements");
-            self.list(&requirements);
-        }
-        if !parts.is_empty() {
-            self.heading(3, "Parts");
-            self.list(&parts);
+        let mut lists = Lists::default();
+        self.within(&model.items, &Place::default(), &mut lists);
+        for (title, list) in
+            [("Requirements", &lists.requirements), ("Parts", &lists.parts), ("Measures", &lists.measures)]
+        {
+            if !list.is_empty() {
+                self.heading(3, title);
+                self.list(list);
+            }
         }
         self.definitions(3, &model.items);
     }
@@ -51,39 +50,75 @@ impl Page<'_> {
         }
     }
 
-    /// Requirements and parts among items, and within their loops and conditions.
-    fn within(&self, items: &[Item], place: &Place, requirements: &mut Vec<String>, parts: &mut Vec<String>) {
+    /// Requirements, parts and measures among items, and within their loops and conditions.
+    fn within(&self, items: &[Item], place: &Place, lists: &mut Lists) {
         for item in items {
             match &item.kind {
                 ItemKind::Require(decl) => {
                     let message = decl.message.as_deref().map(|m| format!(": {m}")).unwrap_or_default();
-                    requirements.push(format!("`{}`{}{message}", self.written(decl.condition.span), place.text()));
+                    lists.requirements.push(format!(
+                        "`{}`{}{message}",
+                        self.written(decl.condition.span),
+                        place.text()
+                    ));
                 }
                 ItemKind::Part(decl) => {
                     let doc = if item.doc.is_empty() { String::new() } else { format!(": {}", item.doc) };
                     let tolerance = decl.tolerance.as_ref().map(|t| self.code(Some(t.span)));
                     let tolerance = tolerance.map(|t| format!(", tolerance {t}")).unwrap_or_default();
-                    parts.push(format!("`{}{}`{tolerance}{}{doc}", decl.name.text, place.index(), place.text()));
+                    lists.parts.push(format!("`{}{}`{tolerance}{}{doc}", decl.name.text, place.index(), place.text()));
+                }
+                ItemKind::Measure(decl) => {
+                    let doc = if item.doc.is_empty() { String::new() } else { format!(": {}", item.doc) };
+                    let tolerance = decl.tolerance.as_ref().map(|t| format!(", tolerance `{}`", self.limits(t)));
+                    let (name, tolerance) = (&decl.name.text, tolerance.unwrap_or_default());
+                    let value = self.written(decl.value.span);
+                    lists.measures.push(format!("`{name}{} = {value}`{tolerance}{}{doc}", place.index(), place.text()));
                 }
                 ItemKind::For(decl) => {
                     let turns =
                         format!("for `{}` in {}", self.pattern(&decl.pattern), self.code(Some(decl.iterable.span)));
-                    self.within(&decl.items, &place.and(turns, true), requirements, parts);
+                    self.within(&decl.items, &place.and(turns, true), lists);
                 }
                 ItemKind::If(decl) => {
                     let condition = self.code(Some(decl.condition.span));
-                    self.within(&decl.then, &place.and(format!("where {condition}"), false), requirements, parts);
+                    self.within(&decl.then, &place.and(format!("where {condition}"), false), lists);
                     let otherwise = place.and(format!("where not {condition}"), false);
-                    self.within(&decl.otherwise, &otherwise, requirements, parts);
+                    self.within(&decl.otherwise, &otherwise, lists);
                 }
                 _ => {}
             }
         }
     }
 
+    /// A tolerance as it is written.
+    fn limits(&self, tolerance: &Tolerance) -> String {
+        let limit = |limit: &Limit| {
+            let sign = match limit.sign {
+                Some(Sign::Plus) => "+",
+                Some(Sign::Minus) => "-",
+                None => "",
+            };
+            format!("{sign}{}", self.written(limit.value.span))
+        };
+        match tolerance {
+            Tolerance::Symmetric(value) => self.written(value.span),
+            Tolerance::Limits(limits) => limits.each_ref().map(limit).join("/"),
+            Tolerance::Error => String::new(),
+        }
+    }
+
     fn pattern(&self, pattern: &Pattern) -> String {
         self.written(pattern.span())
     }
+}
+
+/// What a model's body has beside its parameters, inputs and functions, as items of lists.
+#[derive(Default)]
+struct Lists {
+    requirements: Vec<String>,
+    parts: Vec<String>,
+    measures: Vec<String>,
 }
 
 /// The loops and conditions around an item.

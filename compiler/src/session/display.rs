@@ -106,12 +106,5 @@ pub(super) fn shown_unit(d: Dimension) -> String {
 
 /// The unit of a value inside: millimetres and radians.
 pub(super) fn inner_unit(d: Dimension) -> String {
-    if d.angle {
-        return "rad".to_owned();
-    }
-    match d.length.to_string().as_str() {
-        "0" => String::new(),
-        "1" => "mm".to_owned(),
-        n => format!("mm^{n}"),
-    }
+    d.unit()
 }

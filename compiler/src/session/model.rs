@@ -66,6 +66,7 @@ impl CurrentModel {
         roots.extend(lowered.requires.iter().map(|r| r.condition.function));
         diff::expand(&mut lowered.module, &roots).map_err(|e| vec![e.diagnostic()])?;
         lowered.parts.clear();
+        lowered.measures.clear();
         lowered.module.drop_unreached(&mut roots);
         lowered.bounds = roots[0];
         lowered.requires.iter_mut().zip(&roots[1..]).for_each(|(r, id)| r.condition.function = *id);

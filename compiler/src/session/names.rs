@@ -166,6 +166,7 @@ fn describe(name: &str, item: &Item, module: &str) -> Known {
         ItemKind::Param(decl) => (format!("param {name}: {}", type_text(&decl.ty)), Vec::new()),
         ItemKind::Input(decl) => (format!("input {name}: {}", type_text(&decl.ty)), Vec::new()),
         ItemKind::Part(_) => (format!("part {name}"), vec!["u".to_owned(), "v".to_owned()]),
+        ItemKind::Measure(_) => (format!("measure {name}"), Vec::new()),
         ItemKind::Model(model) => {
             let names = model.items.iter().filter_map(|item| match &item.kind {
                 ItemKind::Param(decl) | ItemKind::Input(decl) => Some(decl.name.text.clone()),

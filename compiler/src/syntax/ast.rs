@@ -1,5 +1,6 @@
 //! The syntax tree: the text as written, with spans. Names and types are not resolved.
 
+pub use super::tolerance::{Limit, Sign, Tolerance};
 use crate::operators::Compare;
 use crate::source::Span;
 
@@ -47,6 +48,7 @@ impl Item {
             ItemKind::Model(decl) => vec![&decl.name],
             ItemKind::Param(decl) | ItemKind::Input(decl) => vec![&decl.name],
             ItemKind::Part(decl) => vec![&decl.name],
+            ItemKind::Measure(decl) => vec![&decl.name],
             ItemKind::Let(decl) => decl.pattern.names(),
             _ => Vec::new(),
         }
@@ -77,6 +79,8 @@ pub enum ItemKind {
     Input(ParamDecl),
     /// `part name = shape`, with an optional `tolerance expr` after the name.
     Part(PartDecl),
+    /// `measure name = value`, with an optional `tolerance limits` after the name.
+    Measure(MeasureDecl),
     /// `require condition, "message"`.
     Require(Require),
     /// `for pattern in iterable { items }` in a model's body.
@@ -219,6 +223,17 @@ pub struct PartDecl {
     pub tolerance: Option<Expr>,
     /// Its shape.
     pub shape: Expr,
+}
+
+/// A `measure`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeasureDecl {
+    /// Its name.
+    pub name: Ident,
+    /// Its tolerance.
+    pub tolerance: Option<Tolerance>,
+    /// The value that is measured.
+    pub value: Expr,
 }
 
 /// A `require`.

@@ -47,7 +47,7 @@ impl<'t> Builder<'t> {
         spanned(self.file, l, r)
     }
 
-    fn slice(&self, l: u32, r: u32) -> &'t str {
+    pub(in crate::syntax) fn slice(&self, l: u32, r: u32) -> &'t str {
         self.source.get(l as usize..r as usize).unwrap_or("")
     }
 

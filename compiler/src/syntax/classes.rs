@@ -25,8 +25,24 @@ pub enum Class {
 
 /// The tokens of a text with their bytes and classes; white space is left out.
 pub fn classes(text: &str) -> impl Iterator<Item = (Range<usize>, Class)> {
-    Token::lexer(text).spanned().filter_map(|(token, range)| {
+    let tokens: Vec<_> = Token::lexer(text).spanned().collect();
+    let declares = |before: &[(Result<Token, ()>, Range<usize>)]| match before {
+        [.., (Ok(Token::Part), _), (Ok(Token::Name), _)] => true,
+        [.., (Ok(Token::Name), word), (Ok(Token::Name), _)] => &text[word.clone()] == "measure",
+        _ => false,
+    };
+    // Some words are keywords only where a name follows, or after the name of a declaration.
+    let of_place = |k: usize| match (&tokens[k], tokens.get(k + 1)) {
+        ((Ok(Token::Name), word), Some((Ok(Token::Name), _))) if &text[word.clone()] == "measure" => true,
+        ((Ok(Token::Name), word), _) if &text[word.clone()] == "tolerance" => declares(&tokens[..k]),
+        _ => false,
+    };
+    let keywords: Vec<bool> = (0..tokens.len()).map(of_place).collect();
+    tokens.into_iter().zip(keywords).filter_map(|((token, range), keyword)| {
         use Token::*;
+        if keyword {
+            return Some((range, Class::Keyword));
+        }
         let class = match token {
             Ok(Newline) => return None,
             Ok(
@@ -68,5 +84,15 @@ mod tests {
             ("#", Class::Wrong),
         ];
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn words_of_a_place_are_keywords_there() {
+        let words = |text: &'static str| -> Vec<&'static str> {
+            classes(text).filter(|(_, class)| *class == Class::Keyword).map(|(range, _)| &text[range]).collect()
+        };
+        assert_eq!(words("measure d tolerance 1mm = 2 * r"), ["measure", "tolerance"]);
+        assert_eq!(words("part p tolerance 1mm = s"), ["part", "tolerance"]);
+        assert_eq!(words("measure.chord(s) + tolerance * measure"), Vec::<&str>::new());
     }
 }

@@ -1,6 +1,6 @@
 //! The depth of what lies directly below a node, from which the builder computes the node's own.
 
-use super::ast::{Expr, ExprKind, FnParam, Item, ItemKind, TypeExpr, TypeKind};
+use super::ast::{Expr, ExprKind, FnParam, Item, ItemKind, Tolerance, TypeExpr, TypeKind};
 
 pub(super) fn below_expr(kind: &ExprKind) -> u32 {
     use ExprKind::*;
@@ -29,6 +29,9 @@ pub(super) fn below_item(kind: &ItemKind) -> u32 {
             p.ty.depth.max(bounds).max(expr_depth(p.default.as_ref()))
         }
         ItemKind::Part(p) => expr_depth(p.tolerance.as_ref()).max(p.shape.depth),
+        ItemKind::Measure(m) => {
+            deepest(m.tolerance.iter().flat_map(Tolerance::values).map(|e| e.depth)).max(m.value.depth)
+        }
         ItemKind::Require(r) => r.condition.depth,
         ItemKind::For(f) => f.iterable.depth.max(items_depth(&f.items)),
         ItemKind::If(i) => i.condition.depth.max(items_depth(&i.then)).max(items_depth(&i.otherwise)),

@@ -98,7 +98,10 @@ impl<'t> Layout<'t> {
     }
 
     /// Takes one raw token; `rest` are those after it. False if brackets are nested too deep.
-    fn step(&mut self, lexeme: Lexeme, rest: &[Lexeme]) -> bool {
+    fn step(&mut self, mut lexeme: Lexeme, rest: &[Lexeme]) -> bool {
+        if self.is_measure(lexeme, rest) {
+            lexeme.token = Token::Measure;
+        }
         match lexeme.token {
             Token::Newline => self.line_end = true,
             Token::Comment => self.comment(lexeme),
@@ -205,12 +208,23 @@ impl<'t> Layout<'t> {
         true
     }
 
-    /// `tolerance` is a keyword only after the name of a part.
+    /// `measure` is a keyword only at the start of a statement, before a name on the same line.
+    fn is_measure(&self, lexeme: Lexeme, rest: &[Lexeme]) -> bool {
+        let begins = self.line_end
+            || self.semicolon
+            || self.out.last().is_none_or(|last| matches!(last.token, Token::Separator | Token::BraceOpen));
+        lexeme.token == Token::Name
+            && begins
+            && &self.text[lexeme.start as usize..lexeme.end as usize] == "measure"
+            && matches!(rest.first(), Some(Lexeme { token: Token::Name | Token::Text, .. }))
+    }
+
+    /// `tolerance` is a keyword only after the name of a part or measure.
     fn is_tolerance(&self, lexeme: Lexeme) -> bool {
         &self.text[lexeme.start as usize..lexeme.end as usize] == "tolerance"
             && matches!(
                 self.out.last_chunk(),
-                Some([Lexeme { token: Token::Part, .. }, Lexeme { token: Token::Name, .. }])
+                Some([Lexeme { token: Token::Part | Token::Measure, .. }, Lexeme { token: Token::Name, .. }])
             )
     }
 

@@ -176,5 +176,5 @@ fn hint(place: &Place<'_>, expected: &Expected<'_>) -> Option<String> {
 
 /// The keyword that was probably meant.
 pub(super) fn nearest_keyword(word: &str) -> Option<&'static str> {
-    alias(word).or_else(|| nearest(word, KEYWORDS.into_iter().filter(|k| k.len() > 2)))
+    alias(word).or_else(|| nearest(word, KEYWORDS.into_iter().chain(["measure"]).filter(|k| k.len() > 2)))
 }

@@ -21,6 +21,7 @@ mod print;
 mod recover;
 mod statements;
 pub(crate) mod token;
+mod tolerance;
 
 #[cfg(test)]
 mod tests;

@@ -61,6 +61,15 @@ impl Printer {
                 }
                 p.expr(&decl.shape);
             }),
+            ItemKind::Measure(decl) => self.node(&format!("measure {}", decl.name.text), |p| {
+                match &decl.tolerance {
+                    Some(Tolerance::Symmetric(value)) => p.node("tolerance", |p| p.expr(value)),
+                    Some(Tolerance::Limits(limits)) => p.node("tolerance", |p| limits.iter().for_each(|l| p.limit(l))),
+                    Some(Tolerance::Error) => p.line("error"),
+                    None => {}
+                }
+                p.expr(&decl.value);
+            }),
             ItemKind::Require(decl) => {
                 let message = decl.message.as_ref().map(|m| format!(" {m:?}")).unwrap_or_default();
                 self.node(&format!("require{message}"), |p| p.expr(&decl.condition));
@@ -78,6 +87,15 @@ impl Printer {
             }),
             ItemKind::Error => self.line("error"),
         }
+    }
+
+    fn limit(&mut self, limit: &Limit) {
+        let sign = match limit.sign {
+            Some(Sign::Plus) => "+",
+            Some(Sign::Minus) => "-",
+            None => "zero",
+        };
+        self.node(sign, |p| p.expr(&limit.value));
     }
 
     fn function(&mut self, decl: &FunctionDecl) {

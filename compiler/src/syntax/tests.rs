@@ -294,7 +294,7 @@ fn too_long_a_file_is_refused() {
 }
 
 /// Pieces from which random files are put together.
-const PIECES: [&str; 58] = [
+const PIECES: [&str; 59] = [
     "use",
     "fn",
     "deriv",
@@ -303,6 +303,7 @@ const PIECES: [&str; 58] = [
     "param",
     "input",
     "part",
+    "measure",
     "require",
     "for",
     "in",

@@ -103,7 +103,9 @@ pub(crate) enum Token {
     Separator,
     /// The `{` of a record.
     RecordOpen,
-    /// The `tolerance` of a part.
+    /// The `measure` that begins a statement.
+    Measure,
+    /// The `tolerance` of a part or measure.
     Tolerance,
     /// One or more lines of `///`.
     Doc,
@@ -198,7 +200,7 @@ impl Token {
     /// Whether this token begins an item and nothing else.
     pub(super) fn begins_item(self) -> bool {
         use Token::*;
-        matches!(self, Use | Fn | Deriv | Let | Model | Param | Input | Part | Require)
+        matches!(self, Use | Fn | Deriv | Let | Model | Param | Input | Part | Measure | Require)
     }
 
     /// The closing bracket of an opening one.

@@ -129,6 +129,31 @@ fn models(list: &[&str]) -> String {
 }
 
 #[test]
+fn measures() {
+    insta::assert_snapshot!(models(&[
+        "param r: length = 10mm\n  part p = sphere(r)\n  measure d tolerance +0.2/-0.1mm = 2 * r\n  measure a = pi * d ^ 2 / 4",
+        "part p = sphere(1mm)\n  measure d = (1mm, 2mm)",
+        "part p = sphere(1mm)\n  measure d = p",
+        "part p = sphere(1mm)\n  measure d = q",
+        "param r: length = 10mm\n  measure r = 2 * r\n  part p = sphere(1mm * r / 1mm)",
+        "part p = sphere(1mm)\n  measure p = 1mm\n  measure d = 2mm\n  measure d = 3mm",
+        "part p = sphere(1mm)\n  measure d tolerance 2deg = 3mm",
+        "part p = sphere(1mm)\n  measure d tolerance +0.2/-0.1 = 3mm",
+        "part p = sphere(1mm)\n  measure d tolerance -0.2mm = 3mm",
+        "part p = sphere(1mm)\n  measure d tolerance +0.1/+0.2mm = 3mm",
+        "part p = sphere(1mm)\n  measure d tolerance +0.2mm = 3mm",
+        "part p = sphere(1mm)\n  measure d tolerance 0.2/-0.1mm = 3mm",
+        "param r: length = 10mm\n  part p = sphere(r)\n  measure d tolerance +(r - 12mm)/-1mm = 2 * r",
+        "param r: length = 10mm\n  part p = sphere(r)\n  measure d tolerance sqrt(r - 12mm) * sqrt(1mm) = 2 * r",
+        "param r: length = 10mm\n  part p = sphere(r)\n  measure n = floor(r / 1mm)",
+        "part p = sphere(1mm)\n  measure d = 3mm tolerance 0.1mm",
+        "part p = sphere(1mm)\n  measure \"d\" = 3mm",
+        "part p = sphere(1mm)\n  mesure d = 3mm",
+        "part p = sphere(1mm)\n  fn f() { measure d = 3mm; d }\n  measure e = f()",
+    ]));
+}
+
+#[test]
 fn models_and_parts() {
     insta::assert_snapshot!(models(&[
         "param r: length in 10mm..20mm = 30mm\n  part p = sphere(r)",

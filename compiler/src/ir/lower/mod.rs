@@ -19,8 +19,8 @@ mod shape;
 mod tests;
 
 use super::{
-    CustomDerivative, FunctionBuilder, FunctionId, LoweredModel, LoweredPart, Module, Parameter, ParameterFunction,
-    Requirement, SizeError, SizeLimits, Value,
+    CustomDerivative, FunctionBuilder, FunctionId, LoweredMeasure, LoweredModel, LoweredPart, Module, Parameter,
+    ParameterFunction, Requirement, SizeError, SizeLimits, Value,
 };
 use crate::check::typed::{self, Expr, LocalId, Statement};
 use crate::ir::hash::{HashMap, HashSet};
@@ -43,7 +43,8 @@ pub(crate) fn lower_within(model: &typed::Model, limits: SizeLimits) -> Result<L
     let bounds = lowerer.bounds()?;
     let requires = lowerer.requires()?;
     let parts = model.parts.iter().map(|part| lowerer.part(part)).collect::<Result<_, _>>()?;
-    Ok(LoweredModel { module: lowerer.module, parts, bounds, requires })
+    let measures = model.measures.iter().map(|measure| lowerer.measure(measure)).collect::<Result<_, _>>()?;
+    Ok(LoweredModel { module: lowerer.module, parts, measures, bounds, requires })
 }
 
 /// Lowers single values that the model's body binds: a function of the parameters for each.
@@ -193,6 +194,21 @@ impl<'m> Lowerer<'m> {
         let function = frame.add(&part.point)?;
         let tolerance = part.tolerance.as_ref().map(|t| self.of_params("tolerance", t)).transpose()?;
         Ok(LoweredPart { surface: ParameterFunction { function, params }, tolerance })
+    }
+
+    fn measure(&mut self, measure: &typed::Measure) -> Result<LoweredMeasure, SizeError> {
+        let value = self.of_params(&measure.name, &measure.value)?;
+        let limits = match &measure.limits {
+            Some(limits) => {
+                let mut frame = self.model_frame("limits");
+                frame.body_for(limits)?;
+                let [lower, upper] = [frame.scalar(&limits[0])?, frame.scalar(&limits[1])?];
+                let function = frame.b.finish([("lower".to_owned(), lower), ("upper".to_owned(), upper)]);
+                Some(self.module.add(function))
+            }
+            None => None,
+        };
+        Ok(LoweredMeasure { value, limits })
     }
 
     /// A function of the parameters with the value of an expression of the model's body.

@@ -12,6 +12,8 @@ pub struct LoweredModel {
     pub module: Module,
     /// The patches, in the order of the typed model's parts.
     pub parts: Vec<LoweredPart>,
+    /// The measures, in the order of the typed model's.
+    pub measures: Vec<LoweredMeasure>,
     /// `(params..) -> (lower, upper) of each parameter in order`; infinite constants where there is no bound.
     pub bounds: FunctionId,
     /// The conditions on the parameters, in order; they are checked before the parts are evaluated.
@@ -25,6 +27,15 @@ pub struct LoweredPart {
     pub surface: ParameterFunction,
     /// `(params..) -> length`, where the part has a tolerance of its own.
     pub tolerance: Option<FunctionId>,
+}
+
+/// A measure.
+#[derive(Clone, Copy, Debug)]
+pub struct LoweredMeasure {
+    /// `(params..) -> value`.
+    pub value: FunctionId,
+    /// `(params..) -> (lower, upper)`: what is allowed about the nominal value, where it has a tolerance.
+    pub limits: Option<FunctionId>,
 }
 
 /// A condition of the model's body.

@@ -27,6 +27,10 @@ model flange {
     part plug = disc(r_circle)
   }
 
+  /// Across the outside.
+  measure d_out tolerance +0.2/-0.1mm = 2 * r_out
+  measure pitch = 2 * r_circle * sin(180deg / bolts)
+
   let step = 1turn / bolts
   /// The distance of the circle from the rim.
   let margin = r_out - r_circle

@@ -117,10 +117,10 @@ impl Slip<'_, '_> {
         // The tokens after it tell which declarations are possible.
         let of_shape: &[&str] = match (next, self.token(here + 2)) {
             (Some(Token::Name), Some(Token::Colon)) => &["param", "input", "let"],
-            (Some(Token::Name), Some(Token::Equals)) => &["let", "part"],
+            (Some(Token::Name), Some(Token::Equals)) => &["let", "part", "measure"],
             (Some(Token::Name), Some(Token::ParenOpen)) => &["fn", "deriv", "use"],
             (Some(Token::Name), Some(Token::BraceOpen)) => &["model"],
-            (Some(Token::Name | Token::Text), _) => &["use", "for", "require", "part", "let", "model"],
+            (Some(Token::Name | Token::Text), _) => &["use", "for", "require", "part", "measure", "let", "model"],
             _ => &[],
         };
         if let Some(ours) = nearest(word, of_shape.iter().copied()) {
@@ -227,6 +227,10 @@ impl Slip<'_, '_> {
             "tolerance" if self.token(self.start) == Some(Token::Part) => {
                 error("the tolerance comes before the shape").hint("the order is 'part name tolerance 0.1mm = shape'")
             }
+            "tolerance" if self.token(self.start) == Some(Token::Measure) => {
+                error("the tolerance comes before the value")
+                    .hint("the order is 'measure name tolerance +0.2/-0.1mm = value'")
+            }
             _ => return None,
         })
     }
@@ -247,7 +251,7 @@ impl Slip<'_, '_> {
         let (here, span) = (self.here(), self.span(self.here()));
         let declared = matches!(
             self.before(1),
-            Some(Token::Part | Token::Param | Token::Input | Token::Let | Token::Model | Token::Fn)
+            Some(Token::Part | Token::Measure | Token::Param | Token::Input | Token::Let | Token::Model | Token::Fn)
         );
         let name = self.text(here).trim_matches('"');
         let usable = name.starts_with(char::is_alphabetic) && name.chars().all(|c| c.is_alphanumeric() || c == '_');
