@@ -4,12 +4,13 @@ use crate::cli::{CheckArgs, Format};
 use crate::error::CommandError;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
-use crate::{findings, script, table};
+use crate::{dimensions, findings, script, table};
 use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::program::{Compilation, Failed, Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::syntax;
+use gml_runtime::fit::FitResult;
 use gml_runtime::model::{Closedness, Model, OpenBorder};
 use serde_json::{Value, json};
 use std::path::Path;
@@ -70,11 +71,16 @@ fn compiled(script: &Path, args: &CheckArgs) -> Result<Checked, CommandError> {
         },
     };
     let Compilation { program, warnings, sources } = compilation;
+    let provenance = Provenance::of(script, &program);
     if let Some(fit) = &fit {
-        fit.require_model(&program, &Provenance::of(script, &program), compile)?;
+        fit.require_model(&program, &provenance, compile)?;
     }
-    let values = script::values_for(&program, fit.as_ref(), values)?;
-    Ok(Checked { program: Some(program), values, given, diagnostics: warnings, sources, closedness: None })
+    let x = script::values_for(&program, fit.as_ref(), values)?;
+    let mut fit = fit.filter(|_| values.values.is_empty()).map(SavedFit::into_result);
+    if let Some(fit) = &mut fit {
+        fit.measures = dimensions::of_saved(&program, fit, &provenance);
+    }
+    Ok(Checked { program: Some(program), values: x, given, fit, diagnostics: warnings, sources, closedness: None })
 }
 
 /// A checked script.
@@ -84,6 +90,8 @@ struct Checked {
     /// Values of the parameters: the defaults, unless others are `given`.
     values: Vec<f64>,
     given: bool,
+    /// The fit, if all values are its own.
+    fit: Option<FitResult>,
     diagnostics: Vec<Diagnostic>,
     sources: Sources,
     /// How the parts meet at these values; none where they cannot be evaluated.
@@ -144,6 +152,10 @@ impl Checked {
             out.push_str(&parameter_table(heading, parameters, &self.values, &program.bounds(&self.values)));
         }
         out.push_str(&input_table(program.inputs()));
+        out.push_str(&match &self.fit {
+            Some(fit) if !fit.measures.is_empty() => format!("\n{}", dimensions::fitted(&fit.measures)),
+            _ => dimensions::declared(if self.given { "value" } else { "nominal" }, program, &self.values),
+        });
         let rows: Vec<Vec<String>> = program
             .parts()
             .iter()
@@ -166,7 +178,7 @@ fn library(errors: Failed) -> Checked {
     if tree.is_some_and(|tree| !tree.items.is_empty()) {
         diagnostics.retain(|d| d.code != Code::NoModel);
     }
-    Checked { program: None, values: Vec::new(), given: false, diagnostics, sources, closedness: None }
+    Checked { program: None, values: Vec::new(), given: false, fit: None, diagnostics, sources, closedness: None }
 }
 
 /// A table of parameters with their values, which `heading` names, and bounds.
@@ -220,6 +232,7 @@ fn document(checked: &Checked, ok: bool) -> Value {
             let open = checked.closedness.as_ref().map(|c| c.open.iter().map(open).collect::<Vec<_>>());
             json!({
                 "ok": ok, "model": p.name(), "parameters": p.parameters(), "values": checked.values, "inputs": p.inputs(), "parts": p.parts(),
+                "measures": dimensions::document(p, &checked.values),
                 "closed": checked.closedness.as_ref().map(Closedness::is_closed), "open_borders": open,
                 "diagnostics": diagnostics,
             })

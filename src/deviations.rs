@@ -1,7 +1,7 @@
 //! Deviations for people: tables, and the verdicts on parts with tolerances.
 
 use crate::error::CommandError;
-use crate::table;
+use crate::{dimensions, table};
 use gml_runtime::export::measurement::UNMATCHED;
 use gml_runtime::variance::{
     Outcome, PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
@@ -44,6 +44,10 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         report.device
     ));
     out.push_str(&verdicts(report));
+    out.push_str(&dimensions::verdicts(report));
+    if let Some(overall) = &report.verdict {
+        out.push_str(&format!("decision rule {}\n", overall.decision));
+    }
     out.push_str(&explained(&report.parts));
     out.push_str(&forms(&report.parts));
     if let Some(holes) = &report.holes {
@@ -191,7 +195,6 @@ fn sign(x: f64) -> &'static str {
 
 /// The verdicts on parts with a tolerance.
 fn verdicts(report: &VarianceReport) -> String {
-    let Some(overall) = &report.verdict else { return String::new() };
     let row = |part: &PartStatistics| {
         let verdict = part.verdict.as_ref()?;
         let Tolerance { lower, upper } = part.statistics.tolerance?.tolerance?;
@@ -201,10 +204,12 @@ fn verdicts(report: &VarianceReport) -> String {
         Some(cells)
     };
     let rows: Vec<Vec<String>> = report.parts.iter().filter_map(row).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
     let headings = ["part", "allowed", "value", "again", "uncertainty", "probability", "verdict"];
-    let rule = &overall.decision;
     format!(
-        "\n{}decision rule {rule}; the value is the median deviation on the worst footprint, again what a second measurement would show there\n",
+        "\n{}the value is the median deviation on the worst footprint, again what a second measurement would show there\n",
         table::render(&headings, &rows)
     )
 }
@@ -215,7 +220,8 @@ fn probability(verdict: &Verdict) -> String {
     if least == greatest { least } else { format!("{least} to {greatest}") }
 }
 
-/// An error if a part does not conform to its tolerance, or if that is undecided: which part, how far, and where.
+/// An error if a part or a measure does not conform to its tolerance, or if that is undecided: which one, how far, and
+/// where.
 pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
     let line = |part: &PartStatistics| {
         let verdict = part.verdict.as_ref().filter(|v| v.outcome != Outcome::Conforms)?;
@@ -230,7 +236,7 @@ pub(crate) fn judge(report: &VarianceReport) -> Result<(), CommandError> {
         let said: Vec<String> = measured.into_iter().chain(verdict.reasons.iter().cloned()).collect();
         Some(format!("{}: {}: {}", verdict.outcome.text(), part.name, said.join("; ")))
     };
-    let lines: Vec<String> = report.parts.iter().filter_map(line).collect();
+    let lines: Vec<String> = report.parts.iter().filter_map(line).chain(dimensions::lines(report)).collect();
     match report.verdict.as_ref().map(|v| v.outcome) {
         Some(Outcome::DoesNotConform) => Err(CommandError::DoesNotConform(lines)),
         Some(Outcome::Undecided) => Err(CommandError::Undecided(lines)),

@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{mesh, script, search, table};
+use crate::{dimensions, mesh, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
@@ -244,6 +244,7 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         })
         .collect();
     let mut out = table::render(&["parameter", "value", "sd", "unit", ""], &rows);
+    out.push_str(&dimensions::fitted(&fit.measures));
     for group in &fit.equal {
         out.push_str(&format!("held equal: {}\n", group.join(", ")));
     }

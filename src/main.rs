@@ -5,6 +5,7 @@ mod cli;
 mod deviations;
 mod diagnostics;
 mod diff;
+mod dimensions;
 mod doc;
 mod emit;
 mod error;

@@ -4,7 +4,7 @@ use crate::cli::{CompileArgs, ValueArgs};
 use crate::error::CommandError;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
-use crate::values;
+use crate::{dimensions, values};
 use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::{Loader, SourceFile};
 use gml_runtime::fit::FitResult;
@@ -121,7 +121,7 @@ pub(crate) struct Valued {
     pub(crate) x: Vec<f64>,
     /// The pose that a fit added.
     pub(crate) motion: Motion,
-    /// The fit, if all values are its own.
+    /// The fit, if all values are its own; with the measures of the program.
     pub(crate) fit: Option<FitResult>,
 }
 
@@ -129,9 +129,13 @@ pub(crate) struct Valued {
 pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueArgs) -> Result<Valued, CommandError> {
     let fit = args.params.as_deref().map(SavedFit::read).transpose()?;
     let program = compile_for(script, compile, fit.as_ref(), &[])?;
+    let provenance = Provenance::of(script, &program);
     let x = values_for(&program, fit.as_ref(), args)?;
     let motion = fit.as_ref().and_then(SavedFit::pose).unwrap_or(Motion::IDENTITY);
-    let fit = fit.filter(|_| args.values.is_empty()).map(SavedFit::into_result);
+    let mut fit = fit.filter(|_| args.values.is_empty()).map(SavedFit::into_result);
+    if let Some(fit) = &mut fit {
+        fit.measures = dimensions::of_saved(&program, fit, &provenance);
+    }
     Ok(Valued { program, x, motion, fit })
 }
 

@@ -4,7 +4,7 @@ use crate::cli::VarianceArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
-use crate::{deviations, fit, measure, mesh};
+use crate::{deviations, dimensions, fit, measure, mesh};
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
 use gml_runtime::scan::{self, ReferenceMesh};
@@ -16,7 +16,15 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let measured = if extension.eq_ignore_ascii_case("gml") {
         let Valued { program, x, motion, fit } = compile_valued(&args.reference, &args.compile, &args.values)?;
         let covariance = fit.as_ref().and_then(inspect::covariance);
-        measure_from(Reference::Model { model: &program, x: &x, motion }, covariance, args, &options)
+        measure_from(Reference::Model { model: &program, x: &x, motion }, covariance, args, &options).map(
+            |mut measured| {
+                match &fit {
+                    Some(fit) => inspect::judge_measures(&mut measured.report, fit, options.verdict),
+                    None => measured.report.warnings.extend(dimensions::without_fit(&program)),
+                }
+                measured
+            },
+        )
     } else {
         let shown = args.reference.display();
         if args.values.params.is_some() || !args.values.values.is_empty() || !args.compile.inputs.is_empty() {

@@ -5,12 +5,13 @@ use crate::export::render::{self, DeviationColours, Layer, Paint, View};
 use crate::export::report::{self, Report};
 use crate::export::x3d::{self, MetadataGroup, X3dScene};
 use crate::export::{atomic, json, number};
-use crate::fit::{self, FitError, FitOptions, FitResult};
+use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
 use crate::model::{EvaluationError, Model, Motion, Tessellation};
 use crate::progress::Progress;
 use crate::scan::Scan;
 use crate::variance::{
-    MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Statistics, measure, require_triangles,
+    Dimension, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference, Statistics, Tolerance,
+    VarianceReport, VerdictOptions, measure, require_triangles,
 };
 use std::path::Path;
 use thiserror::Error;
@@ -96,8 +97,9 @@ impl Inspection {
         let covariance = covariance(&fit);
         let reference = Reference::Model { model, x: &x, motion };
         let mut measurement = measure(reference, scan, covariance, options, progress)?;
-        if let Some(shortcoming) = fit.shortcoming() {
-            measurement.report.doubt_verdicts(&format!("the fit cannot be relied on: {shortcoming}"));
+        judge_measures(&mut measurement.report, &fit, options.verdict);
+        if let Some(reason) = unreliable(&fit) {
+            measurement.report.doubt_verdicts(&reason);
         }
         let upright = upright(model, &x, &motion)?;
         Ok(Self { fit, measurement, upright })
@@ -200,7 +202,13 @@ impl Inspection {
             entries: parameters.map(|p| entry(&p.name, format!("{} {}", p.value, p.unit))).collect(),
         };
         let report = &self.measurement.report;
-        let mut groups = vec![parameters, figures("all", &report.overall)];
+        let mut groups = vec![parameters];
+        if !self.fit.measures.is_empty() {
+            let measured = |m: &FittedMeasure| Some(entry(&m.name, format!("{} {}", m.value?, m.unit)));
+            let entries = self.fit.measures.iter().filter_map(measured).collect();
+            groups.push(MetadataGroup { name: "measures".to_owned(), entries });
+        }
+        groups.push(figures("all", &report.overall));
         groups.extend(report.parts.iter().map(|p| {
             let mut group = figures(&p.name, &p.statistics);
             if let Some(verdict) = &p.verdict {
@@ -231,6 +239,34 @@ pub fn covariance(fit: &FitResult) -> Option<ParameterCovariance<'_>> {
         centre: Some(c.centre),
     });
     with_pose.or(of_parameters)
+}
+
+/// Why verdicts that rest on a fit are undecided, if they are.
+fn unreliable(fit: &FitResult) -> Option<String> {
+    fit.shortcoming().map(|shortcoming| format!("the fit cannot be relied on: {shortcoming}"))
+}
+
+/// Adds verdicts on the measures of a fit that have a tolerance.
+pub fn judge_measures(report: &mut VarianceReport, fit: &FitResult, options: VerdictOptions) {
+    let doubt = unreliable(fit);
+    let dimension = |measure: &FittedMeasure| {
+        let AllowedDeviation { lower, upper } = measure.tolerance?;
+        let unknown = || measure.without_sd.clone().unwrap_or_else(|| "it was not computed".to_owned());
+        let sd = match &doubt {
+            Some(reason) => Err(reason.clone()),
+            None => measure.sd.ok_or_else(unknown).map_err(|reason| format!("it has no standard deviation: {reason}")),
+        };
+        Some(Dimension {
+            name: measure.name.clone(),
+            unit: measure.unit.clone(),
+            value: measure.value.unwrap_or(f64::NAN),
+            sd,
+            nominal: measure.nominal.unwrap_or(f64::NAN),
+            tolerance: Tolerance { lower, upper },
+        })
+    };
+    let dimensions: Vec<Dimension> = fit.measures.iter().filter_map(dimension).collect();
+    report.judge(&dimensions, options);
 }
 
 /// The motion from the surface at the model's defaults to the moved surface at x.

@@ -8,9 +8,9 @@ use std::ops::Range;
 use std::path::{MAIN_SEPARATOR, Path};
 
 /// Words of the language that may begin a line or a value.
-const KEYWORDS: [&str; 16] = [
-    "use", "fn", "deriv", "let", "model", "param", "input", "part", "require", "for", "if", "else", "true", "false",
-    "not", "in",
+const KEYWORDS: [&str; 17] = [
+    "use", "fn", "deriv", "let", "model", "param", "input", "part", "measure", "require", "for", "if", "else", "true",
+    "false", "not", "in",
 ];
 
 /// The modules of the standard library.

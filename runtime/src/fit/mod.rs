@@ -13,6 +13,7 @@
 mod attempt;
 mod correspond;
 mod infer;
+mod measures;
 mod monitor;
 mod optimise;
 mod options;
@@ -33,6 +34,7 @@ mod verdict;
 #[cfg(test)]
 mod tests;
 
+pub use measures::{AllowedDeviation, FittedMeasure};
 pub use monitor::TracePoint;
 pub use options::{Converged, EarlierFit, FitError, FitOptions};
 pub use problem::loss::LossKind;
@@ -63,5 +65,7 @@ pub fn fit(
     progress: &dyn Progress,
 ) -> Result<FitResult, FitError> {
     let first = attempt(model, scan, options, progress)?;
-    Ok(Scene { model, scan, options, progress }.explain(first))
+    let mut fit = Scene { model, scan, options, progress }.explain(first);
+    fit.measures = fit.measured(model, &measures::nominal(model, options));
+    Ok(fit)
 }

@@ -106,6 +106,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
         inputs: Vec::new(),
         scan: problem.scan.source.clone(),
         parameters,
+        measures: Vec::new(),
         equal: equal(problem),
         pose: problem.pose.report_pose.then(|| solution.estimate.motion.into()),
         objective: solution.evaluation.value,

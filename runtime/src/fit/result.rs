@@ -1,5 +1,6 @@
 //! The result of a fit, as written to fit.json (docs/output.md describes every field).
 
+use crate::fit::measures::FittedMeasure;
 use crate::fit::monitor::TracePoint;
 use crate::fit::problem::loss::LossKind;
 use crate::fit::problem::weights::Weights;
@@ -28,6 +29,9 @@ pub struct FitResult {
     pub scan: ScanSource,
     /// The script's parameters in its order.
     pub parameters: Vec<FittedParameter>,
+    /// The script's measures in its order, at these parameters.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<FittedMeasure>,
     /// The parameters that the user held equal, by group; each in the script's order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub equal: Vec<Vec<String>>,

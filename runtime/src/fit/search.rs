@@ -3,6 +3,7 @@
 
 use super::attempt::{Attempt, attempt};
 use super::infer::compare::{Rival, compare};
+use super::measures::nominal;
 use super::options::{FitError, FitOptions};
 use super::problem::rigid::pose_parameters;
 use super::quick::quick;
@@ -115,8 +116,9 @@ pub fn search<M: Model>(
     let mut comparison = field.decide()?;
     let Field { mut candidates, failed, .. } = field;
     comparison.candidates.extend(failed);
-    let Candidate { model, fit, .. } = candidates.swap_remove(0);
-    Ok(Selected { model, fit: FitResult { search: Some(comparison), ..fit } })
+    let Candidate { model, fit, options, .. } = candidates.swap_remove(0);
+    let measures = fit.measured(&model, &nominal(&model, &options));
+    Ok(Selected { model, fit: FitResult { search: Some(comparison), measures, ..fit } })
 }
 
 impl<M: Model> Field<'_, M> {

@@ -1,7 +1,7 @@
 //! Compiled scripts as models.
 
 use super::surface::{Instance, Model};
-use gml_compiler::program::{self, BoundDerivative, EvaluationError, Order, Parameter, Part, Program, Sites};
+use gml_compiler::program::{self, BoundDerivative, EvaluationError, Measure, Order, Parameter, Part, Program, Sites};
 
 impl Model for Program {
     fn name(&self) -> &str {
@@ -26,6 +26,18 @@ impl Model for Program {
 
     fn tolerances(&self, x: &[f64]) -> Result<Vec<Option<f64>>, EvaluationError> {
         Program::tolerances(self, x)
+    }
+
+    fn measures(&self) -> &[Measure] {
+        Program::measures(self)
+    }
+
+    fn measure(&self, measure: usize, x: &[f64]) -> Result<(f64, Vec<f64>), EvaluationError> {
+        Program::measure(self, measure, x)
+    }
+
+    fn measure_limits(&self, measure: usize, x: &[f64]) -> Result<Option<[f64; 2]>, EvaluationError> {
+        Program::measure_limits(self, measure, x)
     }
 
     fn instantiate<'a>(&'a self, x: &[f64]) -> Result<Box<dyn Instance + 'a>, EvaluationError> {

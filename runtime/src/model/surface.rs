@@ -2,7 +2,7 @@
 //! derivatives. `gml_compiler`'s programs implement it; so do the analytic shapes in tests.
 
 use bytemuck::{Pod, Zeroable};
-use gml_compiler::program::{BoundDerivative, EvaluationError, Order, Parameter, Part, Sites};
+use gml_compiler::program::{BoundDerivative, EvaluationError, Measure, Order, Parameter, Part, Sites};
 
 /// A point of a surface with its first partial derivatives. Millimetres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -52,6 +52,26 @@ pub trait Model: Sync {
     fn tolerances(&self, x: &[f64]) -> Result<Vec<Option<f64>>, EvaluationError> {
         let _ = x;
         Ok(vec![None; self.parts().len()])
+    }
+    /// The values that it reports, in order.
+    fn measures(&self) -> &[Measure] {
+        &[]
+    }
+    /// The value of a measure at x, and its derivative by every parameter.
+    ///
+    /// # Errors
+    /// If one of them cannot be computed.
+    fn measure(&self, measure: usize, x: &[f64]) -> Result<(f64, Vec<f64>), EvaluationError> {
+        let _ = x;
+        Err(EvaluationError::new(format!("there is no measure {measure}")))
+    }
+    /// What the tolerance of a measure allows about its value at x, if it has one: the lower and the upper limit.
+    ///
+    /// # Errors
+    /// If it cannot be computed, or leaves nothing.
+    fn measure_limits(&self, measure: usize, x: &[f64]) -> Result<Option<[f64; 2]>, EvaluationError> {
+        let _ = x;
+        Err(EvaluationError::new(format!("there is no measure {measure}")))
     }
     /// The model at x.
     ///

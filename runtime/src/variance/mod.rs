@@ -40,4 +40,4 @@ pub use surface::{Reference, Resolution};
 pub use texture::{DistanceTexture, signed_distances};
 pub use tolerance::{Conformance, Tolerance};
 pub use unmatched::{Piece, UnmatchedSummary};
-pub use verdict::{DecisionRule, Outcome, OverallVerdict, Verdict, VerdictOptions};
+pub use verdict::{DecisionRule, Dimension, DimensionVerdict, Outcome, OverallVerdict, Verdict, VerdictOptions};

@@ -3,8 +3,8 @@
 use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::{
-    Conformance, Detection, Deviations, Explanation, FormDeviation, HoleSummary, Matching, OverallVerdict, Statistics,
-    Tolerance, UnmatchedSummary, Verdict,
+    Conformance, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary, Matching,
+    OverallVerdict, Statistics, Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::scan::ScanSource;
@@ -51,9 +51,12 @@ pub struct VarianceReport {
     /// Statistics of all parts together.
     #[serde(flatten)]
     pub overall: Statistics,
-    /// The verdict on all parts that have a tolerance, if any has one.
+    /// The verdict on all parts and measures that have a tolerance, if any has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<OverallVerdict>,
+    /// The verdicts on the measures of the fitted model that have a tolerance, in the script's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measures: Vec<DimensionVerdict>,
     /// Statistics of each part, in the model's order.
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
@@ -201,6 +204,7 @@ impl VarianceReport {
             scan: scan.clone(),
             overall,
             verdict: None,
+            measures: Vec::new(),
             parts,
             groups,
             holes: None,

@@ -1,6 +1,7 @@
 //! report.html: the results for people, in one file that needs nothing else and loads nothing.
 
 mod histogram;
+mod measures;
 mod surface;
 mod tables;
 #[cfg(test)]
@@ -70,7 +71,7 @@ pub fn write(report: &Report<'_>) -> String {
         ("tiles", tiles(report)),
         ("legend", histogram::legend(report.colour_range)),
         ("pictures", pictures(report)),
-        ("fit", report.fit.map_or_else(String::new, tables::fit)),
+        ("fit", report.fit.map_or_else(String::new, |fit| tables::fit(fit, report.variance))),
         ("max_distance", tables::short(report.variance.max_distance)),
         ("convention", escape(&report.variance.sign_convention)),
         ("way", way.to_owned()),

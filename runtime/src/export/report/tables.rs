@@ -1,5 +1,6 @@
 //! The report's tables.
 
+use super::measures::measures;
 use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
 use crate::model::Motion;
@@ -26,7 +27,7 @@ pub(super) fn number(x: f64) -> String {
 }
 
 /// A value that may be used further, with more digits.
-fn precise(x: f64) -> String {
+pub(super) fn precise(x: f64) -> String {
     if x.abs() >= 1e6 || (x != 0.0 && x.abs() < 1e-3) || !x.is_finite() {
         return number(x);
     }
@@ -42,12 +43,12 @@ pub(super) fn short(x: f64) -> String {
     number(x)
 }
 
-fn minus(text: &str) -> String {
+pub(super) fn minus(text: &str) -> String {
     text.replace('-', "&minus;")
 }
 
 /// Appends a table; `head` is its element `thead`.
-fn table(head: &str, rows: impl Iterator<Item = String>, out: &mut String) {
+pub(super) fn table(head: &str, rows: impl Iterator<Item = String>, out: &mut String) {
     let rows: String = rows.collect();
     let _ = write!(out, "<div class=\"scroll\"><table>\n{head}<tbody>\n{rows}</tbody></table></div>\n");
 }
@@ -58,8 +59,8 @@ fn row_of(cells: &[String]) -> String {
     format!("<tr>{cells}</tr>\n")
 }
 
-/// The section about the fit.
-pub(super) fn fit(fit: &FitResult) -> String {
+/// The section about the fit, with the verdicts on measures.
+pub(super) fn fit(fit: &FitResult, variance: &VarianceReport) -> String {
     let mut out = String::from("<section>\n<h2>Fit</h2>\n<div class=\"columns\">\n<div>\n<h3>Parameters</h3>\n");
     let head = "<thead><tr><th>Parameter</th><th>Value</th><th>SD</th><th>Unit</th><th></th></tr></thead>\n";
     table(head, fit.parameters.iter().map(parameter), &mut out);
@@ -79,7 +80,9 @@ pub(super) fn fit(fit: &FitResult) -> String {
     if let Some(covariance) = &fit.pose_covariance {
         pose_deviations(covariance, &mut out);
     }
-    out.push_str("</div>\n</div>\n</section>\n");
+    out.push_str("</div>\n</div>\n");
+    measures(&fit.measures, variance, &mut out);
+    out.push_str("</section>\n");
     out
 }
 

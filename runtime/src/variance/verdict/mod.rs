@@ -4,10 +4,12 @@ mod decided;
 mod extreme;
 mod footprints;
 mod map;
+mod measures;
 mod rule;
 #[cfg(test)]
 pub(super) mod tests;
 
+pub use measures::{Dimension, DimensionVerdict};
 pub use rule::{DecisionRule, Outcome};
 
 use super::detection::surface_variances;
@@ -107,10 +109,10 @@ pub struct Verdict {
     pub reasons: Vec<String>,
 }
 
-/// The verdict on all parts with a tolerance, and how it was found.
+/// The verdict on all parts and measures with a tolerance, and how it was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OverallVerdict {
-    /// The worst of the parts' outcomes: `does not conform` before `undecided`.
+    /// The worst of all outcomes: `does not conform` before `undecided`.
     pub outcome: Outcome,
     /// The decision rule.
     pub decision: String,
@@ -299,5 +301,6 @@ impl VarianceReport {
         let Some(overall) = &mut self.verdict else { return };
         overall.outcome = Outcome::Undecided;
         self.parts.iter_mut().filter_map(|p| p.verdict.as_mut()).for_each(|v| v.doubt(reason.to_owned()));
+        self.measures.iter_mut().for_each(|m| m.doubt(reason.to_owned()));
     }
 }

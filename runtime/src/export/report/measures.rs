@@ -1,0 +1,72 @@
+//! The report's table of measures.
+
+use super::tables::{minus, number, precise, short, table};
+use crate::export::escape::escape;
+use crate::fit::FittedMeasure;
+use crate::variance::{DimensionVerdict, Outcome, VarianceReport};
+use std::fmt::Write;
+
+/// The measures of the fitted model, with the verdicts on those that have a tolerance. Nothing if there are none.
+pub(super) fn measures(measures: &[FittedMeasure], variance: &VarianceReport, out: &mut String) {
+    if measures.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h3>Measures</h3>\n<p class=\"convention\">Computed of the fitted parameters, with standard deviations by their covariance. \
+         The deviation is that from the nominal value, which the script has at its defaults.</p>\n",
+    );
+    let judged = |m: &FittedMeasure| variance.measures.iter().find(|v| v.name == m.name);
+    let rows = measures.iter().map(|m| row(m, judged(m)));
+    let head = "<thead><tr><th>Measure</th><th>Value</th><th>SD</th><th>Unit</th><th>Nominal</th><th>Deviation</th>\
+        <th>From</th><th>To</th><th>Probability</th><th></th></tr></thead>\n";
+    table(head, rows, out);
+    if let Some(overall) = variance.verdict.as_ref().filter(|_| !variance.measures.is_empty()) {
+        let _ = writeln!(
+            out,
+            "<p class=\"convention\">Decision rule: {}; scanner: {} mm in lengths. Parts and measures together: <b>{}</b>.</p>",
+            escape(&overall.decision),
+            number(overall.device_uncertainty),
+            overall.outcome.text(),
+        );
+    }
+}
+
+/// Angles are shown in degrees.
+fn row(measure: &FittedMeasure, verdict: Option<&DimensionVerdict>) -> String {
+    let shown = |figure: Option<f64>, format: fn(f64) -> String| {
+        figure.map_or_else(String::new, |figure| format(measure.written(figure).0))
+    };
+    let unit = match measure.written(0.0).1 {
+        "deg" => "&deg;".to_owned(),
+        unit => minus(&escape(unit)),
+    };
+    let limits = [measure.tolerance.map(|t| t.lower), measure.tolerance.map(|t| t.upper)];
+    let [from, to] = limits.map(|limit| shown(limit, short));
+    let cells = [
+        escape(&measure.name),
+        shown(measure.value, precise),
+        shown(measure.sd, number),
+        unit,
+        shown(measure.nominal, precise),
+        shown(measure.deviation(), number),
+        from,
+        to,
+        verdict.map_or_else(String::new, |v| number(v.probability)),
+    ];
+    let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+    format!("<tr>{cells}<td class=\"text\">{}</td></tr>\n", remark(measure, verdict))
+}
+
+/// The verdict with its reasons, or why there is no standard deviation.
+fn remark(measure: &FittedMeasure, verdict: Option<&DimensionVerdict>) -> String {
+    let marked = |text: &str| format!("<span class=\"mark\">{}</span>", escape(text));
+    match (verdict, &measure.without_sd) {
+        (Some(verdict), _) if verdict.outcome == Outcome::Conforms => verdict.outcome.text().to_owned(),
+        (Some(verdict), _) => {
+            let text = std::iter::once(verdict.outcome.text()).chain(verdict.reasons.iter().map(String::as_str));
+            marked(&text.collect::<Vec<_>>().join(": "))
+        }
+        (None, Some(reason)) => marked(reason),
+        (None, None) => String::new(),
+    }
+}
