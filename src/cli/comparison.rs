@@ -185,7 +185,8 @@ pub(crate) struct VarianceControls {
     #[arg(long, value_name = "ANGLE", default_value = "90deg", value_parser = values::acute_angle)]
     pub(crate) max_angle: f64,
     /// Allowed deviations, such as 0.5mm (either way) or +0.3/-0.1mm, of parts to which the script gives no tolerance;
-    /// the exit status is 3 if a part does not conform to its tolerance, and 4 if the measurement does not tell
+    /// the exit status is 3 if a part, or a measure of the script, does not conform to its tolerance, and 4 if the
+    /// measurement does not tell
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true, value_parser = values::tolerance)]
     pub(crate) tolerance: Option<Tolerance>,
     /// Decision rule of the verdicts: guarded (1.65 standard uncertainties away from a limit, ISO 14253-1), simple (the
@@ -195,8 +196,8 @@ pub(crate) struct VarianceControls {
     /// A part conforms only if at least this share of its area was measured
     #[arg(long, value_name = "SHARE", default_value_t = 0.8, value_parser = values::fraction)]
     pub(crate) min_coverage: f64,
-    /// Standard uncertainty of the scanner that neighbouring points share, such as that of its calibration [default:
-    /// 0mm]
+    /// Standard uncertainty of the scanner that neighbouring points share, such as that of its calibration; measures
+    /// that are lengths have it, too [default: 0mm]
     #[arg(long, value_name = "LENGTH", value_parser = values::length)]
     pub(crate) device_uncertainty: Option<f64>,
     /// Edge of the square of surface whose median deviation is decided on [default: 25 points of the scan, and from a

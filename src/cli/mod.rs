@@ -29,13 +29,13 @@ Examples:
   gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
 
 Exit status: 0 success; 1 an error in a script, a scan or another file, or no result;
-2 an error in the command line; 3 a part does not conform to its tolerance; 4 it is undecided whether
-one does, or the fit did not converge, or explains fewer than half of the scan's points. All files
-are written with 3 and 4.";
+2 an error in the command line; 3 a part or a measure does not conform to its tolerance; 4 it is
+undecided whether one does, or the fit did not converge, or explains fewer than half of the scan's
+points. All files are written with 3 and 4.";
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Check a script: diagnostics, or a table of its parameters, inputs and parts
+    /// Check a script: diagnostics, or a table of its parameters, inputs, measures and parts
     Check(CheckArgs),
     /// Write the model's surface as a mesh, or as a picture
     Mesh(MeshArgs),

@@ -4,6 +4,7 @@ mod architecture;
 mod awkward;
 mod command;
 mod diagnostics;
+mod dimensions;
 mod documentation;
 mod examples;
 mod held;

@@ -7,6 +7,7 @@ pub(crate) mod cup;
 mod derivatives;
 mod distances;
 mod fits;
+mod measures;
 mod number;
 mod pose;
 mod races;

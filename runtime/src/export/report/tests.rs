@@ -1,9 +1,13 @@
 use super::{Report, fill, write};
-use crate::fit::{FitResult, FittedInput, FittedParameter, PoseCovariance, Symmetry, WithoutSd};
+use crate::fit::{
+    AllowedDeviation, FitResult, FittedInput, FittedMeasure, FittedParameter, PoseCovariance, Symmetry, WithoutSd,
+};
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
 use crate::scan::ScanSource;
-use crate::variance::{Deviations, Outcome, OverallVerdict, Tolerance, VarianceReport, Verdict};
+use crate::variance::{
+    Deviations, Dimension, Outcome, OverallVerdict, Tolerance, VarianceReport, Verdict, VerdictOptions,
+};
 use gml_compiler::program::Quantity;
 use std::collections::BTreeMap;
 
@@ -224,6 +228,44 @@ fn verdicts_are_said_with_their_reasons() {
     assert!(!page.contains("<img src=x"));
     let without = page_of(&deviations(), 0);
     assert!(!without.contains("Decision rule") && !without.contains("Probability that"));
+}
+
+#[test]
+fn measures_are_said_with_their_verdicts() {
+    let measures = vec![
+        FittedMeasure {
+            name: HOSTILE.to_owned(),
+            value: Some(0.5),
+            unit: "rad".to_owned(),
+            sd: Some(0.01),
+            nominal: Some(0.4),
+            tolerance: Some(AllowedDeviation { lower: -0.05, upper: 0.05 }),
+            ..FittedMeasure::default()
+        },
+        FittedMeasure {
+            name: "open".to_owned(),
+            value: Some(3.0),
+            unit: "mm^2".to_owned(),
+            without_sd: Some("r: at its bound".to_owned()),
+            ..FittedMeasure::default()
+        },
+    ];
+    let mut variance = VarianceReport::new(&deviations(), &ScanSource::default(), "cpu", &[]);
+    let tolerance = Tolerance { lower: -0.05, upper: 0.05 };
+    let (name, unit) = (HOSTILE.to_owned(), "rad".to_owned());
+    let dimension = Dimension { name, unit, value: 0.5, sd: Ok(0.01), nominal: 0.4, tolerance };
+    variance.judge(&[dimension], VerdictOptions::default());
+    let mut page = String::new();
+    super::measures::measures(&measures, &variance, &mut page);
+    assert!(page.contains("<td>28.64789</td><td>0.573</td><td>&deg;</td><td>22.91831</td><td>5.730</td>"), "{page}");
+    assert!(page.contains("<td>&minus;2.8648</td><td>2.8648</td>"), "{page}");
+    assert!(page.contains("<span class=\"mark\">does not conform</span>") && !page.contains("<img src=x"), "{page}");
+    assert!(page.contains("<td>open</td><td>3.00000</td><td></td><td>mm^2</td>"), "{page}");
+    assert!(page.contains("<span class=\"mark\">r: at its bound</span>"), "{page}");
+    assert!(page.contains("together: <b>does not conform</b>"), "{page}");
+    let mut nothing = String::new();
+    super::measures::measures(&[], &variance, &mut nothing);
+    assert!(nothing.is_empty());
 }
 
 #[test]
