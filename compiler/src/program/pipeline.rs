@@ -129,7 +129,7 @@ fn model_functions(
         let (function, captures) = (body.function, body.captures.len());
         body.function = *known.entry(function).or_insert_with(|| decompose(&mut module, function, captures));
     }
-    // Derivatives by the parameters: of the bounds, of the measures, of the prelude, and of the bodies in its directions.
+    // Derivatives by the parameters: of bounds, of measures, of the prelude, and of the bodies in its directions.
     let bounds_jacobian = BoundsJacobian::new(&mut module, bounds, count)?;
     let of_measure = |measure| MeasureFunctions::new(&mut module, measure, count);
     let measures = measures.into_iter().map(of_measure).collect::<Result<_, _>>()?;
