@@ -48,6 +48,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     if let Some(overall) = &report.verdict {
         out.push_str(&format!("decision rule {}\n", overall.decision));
     }
+    out.push_str(&dimensions::by_points(report));
     out.push_str(&explained(&report.parts));
     out.push_str(&forms(&report.parts));
     if let Some(holes) = &report.holes {

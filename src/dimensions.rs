@@ -4,7 +4,7 @@ use crate::provenance::Provenance;
 use crate::table;
 use gml_compiler::program::{Measure, Program};
 use gml_runtime::fit::{FitResult, FittedMeasure};
-use gml_runtime::variance::{DimensionVerdict, Outcome, VarianceReport};
+use gml_runtime::variance::{DimensionVerdict, Outcome, PointMeasure, VarianceReport};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -44,12 +44,12 @@ pub(crate) fn declared(heading: &str, program: &Program, x: &[f64]) -> String {
     let row = |(k, m): (usize, &Measure)| {
         let shown = |figure: f64| table::number(written(figure, &m.unit).0);
         let computed = program.measure(k, x);
-        let value = computed.as_ref().map_or("-".to_owned(), |(value, _)| shown(*value));
+        let value = computed.as_ref().map_or("-".to_owned(), |value| shown(*value));
         let limits = program.measure_limits(k, x).ok().flatten();
         let [from, to] = limits.map_or_else(Default::default, |limits| limits.map(shown));
-        let slopes = match &computed {
-            Ok((_, gradient)) => by_parameter(program, &m.unit, gradient),
-            Err(error) => error.sentence.clone(),
+        let slopes = match computed.and_then(|_| program.measure_gradient(k, x)) {
+            Ok(gradient) => by_parameter(program, &m.unit, &gradient),
+            Err(error) => error.sentence,
         };
         let doc = m.doc.lines().next().unwrap_or_default().trim().to_owned();
         vec![m.name.clone(), value, written(0.0, &m.unit).1.to_owned(), from, to, slopes, doc]
@@ -74,18 +74,18 @@ fn by_parameter(program: &Program, unit: &str, gradient: &[f64]) -> String {
 /// The measures at x for `check --format json`.
 pub(crate) fn document(program: &Program, x: &[f64]) -> Value {
     let measure = |(k, m): (usize, &Measure)| {
-        let computed = program.measure(k, x);
+        let (value, gradient) = (program.measure(k, x), program.measure_gradient(k, x));
         let limits = program.measure_limits(k, x);
-        let error = computed.as_ref().err().or(limits.as_ref().err()).map(|e| e.message.clone());
+        let errors = [value.as_ref().err(), gradient.as_ref().err(), limits.as_ref().err()];
+        let error = errors.into_iter().flatten().next().map(|e| e.message.clone());
         let names = program.parameters().iter().map(|p| p.name.as_str());
-        let derivatives = computed
-            .as_ref()
+        let derivatives = gradient
             .ok()
-            .map(|(_, gradient)| names.zip(gradient).filter(|(_, slope)| **slope != 0.0).collect::<BTreeMap<_, _>>());
+            .map(|gradient| names.zip(gradient).filter(|(_, slope)| *slope != 0.0).collect::<BTreeMap<_, _>>());
         let tolerance = limits.ok().flatten().map(|[lower, upper]| json!({ "lower": lower, "upper": upper }));
-        let value = computed.as_ref().ok().map(|(value, _)| *value);
+        let value = value.ok();
         json!({
-            "name": m.name, "doc": m.doc, "unit": m.unit, "value": value, "derivatives": derivatives,
+            "name": m.name, "doc": m.doc, "parts": m.parts, "unit": m.unit, "value": value, "derivatives": derivatives,
             "tolerance": tolerance, "error": error,
         })
     };
@@ -125,6 +125,32 @@ pub(crate) fn verdicts(report: &VarianceReport) -> String {
     let headings =
         ["measure", "unit", "value", "nominal", "deviation", "allowed", "uncertainty", "probability", "verdict"];
     let rows: Vec<Vec<String>> = report.measures.iter().map(row).collect();
+    format!("\n{}", table::render(&headings, &rows))
+}
+
+/// A table of measures by the measured points of parts; nothing if there are none.
+pub(crate) fn by_points(report: &VarianceReport) -> String {
+    let row = |m: &PointMeasure| {
+        let shown = |figure: f64| table::number(written(figure, &m.unit).0);
+        let [value, uncertainty] = [m.value, m.uncertainty].map(|f| f.map_or_else(String::new, shown));
+        let figure = m.figure.clone().unwrap_or_default();
+        let unit = written(0.0, &m.unit).1.to_owned();
+        vec![
+            m.name.clone(),
+            m.parts.join(", "),
+            figure,
+            unit,
+            shown(m.model),
+            value,
+            uncertainty,
+            m.reason.clone().unwrap_or_default(),
+        ]
+    };
+    if report.point_measures.is_empty() {
+        return String::new();
+    }
+    let headings = ["measure", "of", "figure", "unit", "model", "by points", "uncertainty", ""];
+    let rows: Vec<Vec<String>> = report.point_measures.iter().map(row).collect();
     format!("\n{}", table::render(&headings, &rows))
 }
 

@@ -129,6 +129,8 @@ pub struct Measure {
     pub name: String,
     /// Its doc comment.
     pub doc: String,
+    /// The names of the parts whose measured points show it, too.
+    pub parts: Vec<String>,
     /// The unit of its value: `mm`, `rad`, `mm^2` or another power of millimetres, or empty.
     pub unit: String,
     /// The place of its declaration.

@@ -30,10 +30,11 @@ model flange {
   /// The angle from one bolt hole to the next.
   let pitch = 1turn / bolts
 
-  /// Diameter of the circle on which the bolts are.
-  measure pitch_diameter = 2 * bolt_circle
+  measure bore_diameter of bore_wall = 2 * bore
+  /// From the axis of one bolt hole to the next.
+  measure spacing of hole[0], hole[1] = 2 * bolt_circle * sin(pitch / 2)
   /// Least material between two bolt holes.
-  measure web = 2 * bolt_circle * sin(pitch / 2) - bolt
+  measure web = spacing - bolt
 
   /// The plane between two bolt holes: u runs from the edge of the one to that of the next at the same distance from
   /// the axis, v outwards.

@@ -44,18 +44,25 @@ pub(crate) fn headline(model: &CurrentModel) -> String {
         counts.push(count(model.inputs().len(), "input"));
     }
     counts.push(count(model.parts().count(), "part"));
+    let measures = model.measures().count();
+    counts.extend((measures > 0).then(|| count(measures, "measure")));
     format!("model {}: {}", model.name(), counts.join(", "))
 }
 
 /// `:params`.
 pub(crate) fn parameters(model: &CurrentModel) -> String {
-    format!(
+    let mut out = format!(
         "model {}\n{}{}\nparts: {}\n",
         model.name(),
         check::parameter_table("value", model.parameters(), model.values(), &model.bounds()),
         check::input_table(model.inputs()),
         model.parts().collect::<Vec<_>>().join(", ")
-    )
+    );
+    let measures: Vec<&str> = model.measures().collect();
+    if !measures.is_empty() {
+        let _ = writeln!(out, "measures: {}", measures.join(", "));
+    }
+    out
 }
 
 /// `:grad`.

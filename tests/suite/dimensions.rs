@@ -11,7 +11,8 @@ model can {
   param r: length in 10mm..60mm = 20mm
   param h: length in 20mm..120mm = 50mm
   /// Across the outside.
-  measure diameter tolerance +0.2/-0.1mm = 2 * r
+  measure diameter of shell.wall tolerance +0.2/-0.1mm = 2 * r
+  measure height of shell.bottom, shell.top = h
   measure slope = atan2(h, r)
   part shell = {
     wall: cylinder(r, h),
@@ -121,6 +122,38 @@ fn inspections_judge_measures() {
     assert!(error.contains("undecided: diameter") && error.contains("nothing that was fitted"), "{error}");
 }
 
+/// What the points of named parts show does not depend on the model's parameters, nor on a fit of them.
+#[test]
+fn measured_points_show_measures() {
+    let folder = scanned();
+    let folder = folder.path();
+    let fit = ["fit", "can.gml", "can.ply", "-o", "fit.json"];
+    gmlc(folder, &fit);
+    let of = |options: &[&str]| {
+        let args = ["variance", "can.gml", "can.ply", "--params", "fit.json", "--device", "cpu", "-o", "out"];
+        let said = gmlc(folder, &[&args[..], options].concat());
+        (said, json(&folder.join("out/variance.json"))["point_measures"].clone())
+    };
+    let (said, fitted) = of(&["--decision", "simple"]);
+    assert!(said.contains("by points") && said.contains("shell.bottom, shell.top"), "{said}");
+    for (k, name, figure, truth) in [(0, "diameter", "diameter", 40.1), (1, "height", "distance", 51.0)] {
+        let entry = &fitted[k];
+        assert_eq!((&entry["name"], &entry["figure"]), (&name.into(), &figure.into()));
+        let number = |field: &str| entry[field].as_f64().unwrap_or_else(|| panic!("{field} of {entry}"));
+        let (value, uncertainty) = (number("value"), number("uncertainty"));
+        assert!((value - truth).abs() < 4.0 * uncertainty && uncertainty < 0.02, "{entry}");
+        let (_, other) = of(&["-p", "r=20.3mm", "--resolution", "512"]);
+        let there = other[k]["value"].as_f64().expect("a value");
+        assert!((there - value).abs() < 2.0 * uncertainty, "{there}, not {value}");
+    }
+    fs::write(folder.join("wrong.gml"), CAN.replace("= 2 * r", "= 3 * r")).expect("written");
+    let output =
+        gmlc_in(folder, &["variance", "wrong.gml", "can.ply", "--params", "fit.json", "--device", "cpu", "-o", "out"]);
+    let report = json(&folder.join("out/variance.json"));
+    let reason = report["point_measures"][0]["reason"].as_str().expect("a reason");
+    assert!(reason.starts_with("the diameter in the model is another: 40."), "{reason}\n{}", text(&output.stderr));
+}
+
 #[test]
 fn the_table_of_a_script_has_measures_with_derivatives() {
     let folder = tempdir().expect("a folder");
@@ -134,7 +167,7 @@ fn the_table_of_a_script_has_measures_with_derivatives() {
     assert!(slope["derivatives"]["h"].as_f64().is_some_and(|d| (d - 20.0 / 2900.0).abs() < 1e-12), "{slope}");
     let page = gmlc(folder.path(), &["doc", "can.gml"]);
     assert!(
-        page.contains("### Measures\n\n- `diameter = 2 * r`, tolerance `+0.2/-0.1mm`: Across the outside."),
+        page.contains("### Measures\n\n- `diameter = 2 * r`, of `shell.wall`, tolerance `+0.2/-0.1mm`: Across"),
         "{page}"
     );
 }

@@ -3,11 +3,12 @@
 use super::annotations::Expected;
 use super::context::{Checker, error};
 use super::model::Body;
-use super::typed::{self, Expr, ExprKind, LocalId, Measure, Param, Statement, Type, Unary};
+use super::typed::{self, Expr, ExprKind, LocalId, Measure, Param, Part, Statement, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::Span;
-use crate::syntax::ast::{self, Item, MeasureDecl, Sign, Tolerance};
+use crate::suggest::nearest;
+use crate::syntax::ast::{self, Item, MeasureDecl, PartPath, Sign, Tolerance};
 
 /// A measure of a model's body, before it is given its full name.
 pub(super) struct Measured<'a> {
@@ -17,6 +18,8 @@ pub(super) struct Measured<'a> {
     /// Whether it stands in a loop, so that there may be several of it.
     grouped: bool,
     value: Expr,
+    /// The names of the parts that show it, and their places.
+    parts: Vec<(String, Span)>,
     dimension: Dimension,
     /// The lower and the upper limit of what is allowed, about the nominal value.
     limits: Option<[Expr; 2]>,
@@ -30,8 +33,9 @@ impl<'a> Checker<'a> {
         let limits = decl.tolerance.as_ref().and_then(|tolerance| self.limits(tolerance, dimension));
         self.bind_name(&decl.name, value, &mut body.statements);
         let value = Expr { span: decl.value.span, ..self.name(&decl.name.text, decl.name.span) };
+        let parts = decl.parts.iter().map(|part| (body.name_of_part(part), part.span)).collect();
         let (doc, span, grouped) = (item.doc.as_str(), item.span, body.loops > 0);
-        body.measures.push(Measured { decl, doc, span, grouped, value, dimension, limits });
+        body.measures.push(Measured { decl, doc, span, grouped, value, parts, dimension, limits });
     }
 
     fn measured_number(&mut self, value: Expr) -> (Expr, Dimension) {
@@ -69,11 +73,21 @@ impl<'a> Checker<'a> {
     /// The measures of a model. Those of a loop are numbered.
     pub(super) fn measures(&self, measured: Vec<Measured<'a>>) -> Vec<Measure> {
         let mut out: Vec<Measure> = Vec::new();
-        for Measured { decl, doc, span, grouped, value, dimension, limits } in measured {
+        for Measured { decl, doc, span, grouped, value, parts, dimension, limits } in measured {
             let group = &decl.name.text;
             let before = out.iter().filter(|m| m.group == *group).count();
             let name = if grouped { format!("{group}[{before}]") } else { group.clone() };
-            out.push(Measure { name, group: group.clone(), doc: doc.to_owned(), dimension, value, limits, span });
+            let parts = parts.into_iter().map(|(part, _)| part).collect();
+            out.push(Measure {
+                name,
+                group: group.clone(),
+                doc: doc.to_owned(),
+                parts,
+                dimension,
+                value,
+                limits,
+                span,
+            });
         }
         out
     }
@@ -92,6 +106,34 @@ impl<'a> Checker<'a> {
                 let error = Diagnostic::new(Code::DuplicateName, name.span, message);
                 self.report(error.related(*span, "this has the name, too").hint("give the measure another name"));
             }
+        }
+    }
+
+    /// Reports parts of measures that the model does not have.
+    pub(super) fn parts_of_measures(&mut self, measured: &[Measured<'a>], parts: &[Part]) {
+        // After an error a part may be missing.
+        if self.has_errors() {
+            return;
+        }
+        for (name, span) in measured.iter().flat_map(|m| &m.parts) {
+            if parts.iter().any(|p| p.name == *name) {
+                continue;
+            }
+            let within =
+                |p: &&Part| p.name.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with(['.', '[']));
+            self.report(match parts.iter().find(within) {
+                Some(first) => {
+                    Diagnostic::new(Code::UnknownName, *span, format!("'{name}' is several parts: name one of them"))
+                        .did_you_mean(*span, &first.name)
+                }
+                None => {
+                    let error = Diagnostic::new(Code::UnknownName, *span, format!("the model has no part '{name}'"));
+                    match nearest(name, parts.iter().map(|p| p.name.as_str())) {
+                        Some(near) => error.did_you_mean(*span, near),
+                        None => error,
+                    }
+                }
+            });
         }
     }
 
@@ -122,6 +164,18 @@ impl<'a> Checker<'a> {
                 }
                 _ => {}
             }
+        }
+    }
+}
+
+impl Body<'_> {
+    /// The full name of a part that a measure names. One of the loop around it is that of the same turn.
+    fn name_of_part(&self, part: &PartPath) -> String {
+        let turns = self.entries.iter().filter(|e| e.grouped && e.decl.name.text == part.name.text).count();
+        let rest = &part.text[part.name.text.len()..];
+        match turns.checked_sub(1) {
+            Some(turn) if self.loops > 0 && !rest.starts_with('[') => format!("{}[{turn}]{rest}", part.name.text),
+            _ => part.text.clone(),
         }
     }
 }

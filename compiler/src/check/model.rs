@@ -99,6 +99,7 @@ impl<'a> Checker<'a> {
         self.hidden_parameters(&body);
         self.names_of_measures(&body);
         let parts = self.parts(&body.entries);
+        self.parts_of_measures(&body.measures, &parts);
         let failed = self.has_errors();
         if body.entries.is_empty() && !failed {
             let message = format!("the model '{}' has no parts", decl.name.text);

@@ -138,6 +138,8 @@ pub struct Measure {
     pub group: String,
     /// Its doc comment.
     pub doc: String,
+    /// The names of the parts whose measured points show it.
+    pub parts: Vec<String>,
     /// The dimension of its value.
     pub dimension: Dimension,
     /// The value, a real; uses parameters and `let`s of the body.

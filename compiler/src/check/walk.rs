@@ -96,6 +96,7 @@ impl<'a, S: Scope<'a>> Walk<S> {
                 self.0.bind(&decl.name, Binder::Other);
             }
             ItemKind::Measure(decl) => {
+                decl.parts.iter().for_each(|part| self.0.used(&part.name.text));
                 self.exprs(decl.tolerance.iter().flat_map(Tolerance::values).chain([&decl.value]));
                 self.0.bind(&decl.name, Binder::Other);
             }

@@ -138,6 +138,10 @@ impl Writer<'_> {
     fn measure(&mut self, decl: &MeasureDecl) -> DocId {
         let keyword = self.token_between("", " ");
         let mut docs = vec![keyword, self.token()];
+        if let Some(last) = decl.parts.last() {
+            docs.push(self.token_between(" ", " "));
+            docs.push(self.plain(last.span.end));
+        }
         if decl.tolerance.is_some() {
             docs.push(self.token_between(" ", " "));
         }

@@ -308,5 +308,9 @@ fn measures() {
         "model m{\nmeasure d tolerance + 0.2 / - 0.1mm=2*r\nmeasure a tolerance 1deg*2=b // c\n}",
         "model m {\n  measure d tolerance +0.2/-0.1mm = 2 * r\n  measure a tolerance 1deg * 2 = b  // c\n}\n",
     );
+    becomes(
+        "model m{\nmeasure d of  a . b,c [ 2 ] tolerance 1mm=r\n}",
+        "model m {\n  measure d of a.b, c[2] tolerance 1mm = r\n}\n",
+    );
     stays("model m {\n  measure d tolerance 0/-(a + b) = 2 * r\n  measure e = {\n    let f = 1\n    f\n  }\n}\n");
 }

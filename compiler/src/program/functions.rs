@@ -79,7 +79,12 @@ impl ModelFunctions {
         named.extend(self.bodies.iter_mut().map(|b| &mut b.points));
         named.extend(self.parts.iter_mut().flat_map(|p| [&mut p.surface.function, &mut p.jacobian.function]));
         named.extend(self.tolerances.iter_mut().flatten());
-        named.extend(self.measures.iter_mut().flat_map(|m| [Some(&mut m.jacobian), m.limits.as_mut()]).flatten());
+        named.extend(
+            self.measures
+                .iter_mut()
+                .flat_map(|m| [Some(&mut m.value), Some(&mut m.jacobian), m.limits.as_mut()])
+                .flatten(),
+        );
         let mut roots: Vec<FunctionId> = named.iter().map(|f| **f).collect();
         module.drop_unreached(&mut roots);
         named.into_iter().zip(roots).for_each(|(f, id)| *f = id);

@@ -10,6 +10,8 @@ use crate::parameters::Measure;
 
 /// The functions of a measure.
 pub(super) struct MeasureFunctions {
+    /// `(params..) -> value`.
+    pub(super) value: FunctionId,
     /// `(params..) -> (value, entries..)`.
     pub(super) jacobian: FunctionId,
     /// The derivative by each parameter among the results; none where it is always zero.
@@ -29,7 +31,7 @@ impl MeasureFunctions {
         let (jacobian, pattern) = diff::jacobian(module, measure.value, &wrt)?;
         let positions = positions(&pattern, 1);
         let entries = wrt.iter().map(|param| positions.get(&(0, *param)).copied()).collect();
-        Ok(MeasureFunctions { jacobian, entries, limits: measure.limits })
+        Ok(MeasureFunctions { value: measure.value, jacobian, entries, limits: measure.limits })
     }
 }
 
@@ -40,20 +42,29 @@ impl Program {
         &self.measures
     }
 
-    /// The value of a measure at x, and its derivative by every parameter. Millimetres and radians.
+    /// The value of a measure at x. Millimetres and radians.
     ///
     /// # Errors
-    /// If one of them cannot be computed, or is not finite.
+    /// If it cannot be computed, or is not finite.
     ///
     /// # Panics
     /// If x does not have a value for every parameter, or there is no such measure.
-    pub fn measure(&self, measure: usize, x: &[f64]) -> Result<(f64, Vec<f64>), EvaluationError> {
+    pub fn measure(&self, measure: usize, x: &[f64]) -> Result<f64, EvaluationError> {
+        let results = self.of_measure(measure, self.functions.measures[measure].value, x)?;
+        let value = results.first().copied().filter(|value| value.is_finite());
+        value.ok_or_else(|| self.wrong_measure(measure, x, "its value is not finite"))
+    }
+
+    /// The derivative of a measure by every parameter at x. Millimetres and radians.
+    ///
+    /// # Errors
+    /// If one cannot be computed, or is not finite.
+    ///
+    /// # Panics
+    /// If x does not have a value for every parameter, or there is no such measure.
+    pub fn measure_gradient(&self, measure: usize, x: &[f64]) -> Result<Vec<f64>, EvaluationError> {
         let functions = &self.functions.measures[measure];
         let results = self.of_measure(measure, functions.jacobian, x)?;
-        let value = results.first().copied().unwrap_or(f64::NAN);
-        if !value.is_finite() {
-            return Err(self.wrong_measure(measure, x, "its value is not finite"));
-        }
         let derivative = |entry: &Option<usize>| entry.and_then(|k| results.get(k)).copied().unwrap_or(0.0);
         let gradient: Vec<f64> = functions.entries.iter().map(derivative).collect();
         match gradient.iter().position(|slope| !slope.is_finite()) {
@@ -61,7 +72,7 @@ impl Program {
                 let what = format!("its derivative by '{}' is not finite", self.parameters[i].name);
                 Err(self.wrong_measure(measure, x, &what))
             }
-            None => Ok((value, gradient)),
+            None => Ok(gradient),
         }
     }
 

@@ -77,6 +77,7 @@ pub(super) fn build(
     let measures = typed.measures.iter().map(|m| Measure {
         name: m.name.clone(),
         doc: m.doc.clone(),
+        parts: m.parts.clone(),
         unit: m.dimension.unit(),
         span: m.span,
     });

@@ -73,7 +73,13 @@ impl Page<'_> {
                     let tolerance = decl.tolerance.as_ref().map(|t| format!(", tolerance `{}`", self.limits(t)));
                     let (name, tolerance) = (&decl.name.text, tolerance.unwrap_or_default());
                     let value = self.written(decl.value.span);
-                    lists.measures.push(format!("`{name}{} = {value}`{tolerance}{}{doc}", place.index(), place.text()));
+                    let parts: Vec<String> = decl.parts.iter().map(|p| format!("`{}`", p.text)).collect();
+                    let of = if parts.is_empty() { String::new() } else { format!(", of {}", parts.join(" and ")) };
+                    lists.measures.push(format!(
+                        "`{name}{} = {value}`{of}{tolerance}{}{doc}",
+                        place.index(),
+                        place.text()
+                    ));
                 }
                 ItemKind::For(decl) => {
                     let turns =

@@ -60,6 +60,11 @@ impl CurrentModel {
         self.typed.parts.iter().map(|p| p.name.as_str())
     }
 
+    /// The names of its measures.
+    pub fn measures(&self) -> impl Iterator<Item = &str> {
+        self.typed.measures.iter().map(|m| m.name.as_str())
+    }
+
     pub(super) fn new(model: typed::Model) -> Result<Self, Vec<Diagnostic>> {
         let mut lowered = lower::lower(&model).map_err(|e| vec![e.diagnostic()])?;
         let mut roots = vec![lowered.bounds];

@@ -79,7 +79,7 @@ pub enum ItemKind {
     Input(ParamDecl),
     /// `part name = shape`, with an optional `tolerance expr` after the name.
     Part(PartDecl),
-    /// `measure name = value`, with an optional `tolerance limits` after the name.
+    /// `measure name = value`, with an optional `of parts` and `tolerance limits` after the name.
     Measure(MeasureDecl),
     /// `require condition, "message"`.
     Require(Require),
@@ -230,10 +230,23 @@ pub struct PartDecl {
 pub struct MeasureDecl {
     /// Its name.
     pub name: Ident,
+    /// The parts whose measured points show it, too.
+    pub parts: Vec<PartPath>,
     /// Its tolerance.
     pub tolerance: Option<Tolerance>,
     /// The value that is measured.
     pub value: Expr,
+}
+
+/// The name of a part, with fields and indices: `bore`, `shell.wall`, `hole[2]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartPath {
+    /// The first name.
+    pub name: Ident,
+    /// All of it, without white space.
+    pub text: String,
+    /// Its place.
+    pub span: Span,
 }
 
 /// A `require`.

@@ -98,6 +98,13 @@ impl Builder<'_> {
         Ident { text: self.slice(l, r).to_owned(), span: self.span(l, r) }
     }
 
+    pub(in crate::syntax) fn part_path(&self, l: u32, name: Ident, r: u32) -> PartPath {
+        // Comments may stand between its tokens.
+        let lines = self.slice(l, r).lines().map(|line| line.split_once("//").map_or(line, |(before, _)| before));
+        let text = lines.collect::<String>().replace(char::is_whitespace, "");
+        PartPath { name, text, span: self.span(l, r) }
+    }
+
     pub(in crate::syntax) fn text(&mut self, l: u32, r: u32) -> String {
         literal::text(self.span(l, r), self.slice(l, r), &mut self.diagnostics)
     }

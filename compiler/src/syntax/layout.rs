@@ -195,6 +195,7 @@ impl<'t> Layout<'t> {
         match lexeme.token {
             Token::BraceOpen if opens_record(rest) => lexeme.token = Token::RecordOpen,
             Token::Name if self.is_tolerance(lexeme) => lexeme.token = Token::Tolerance,
+            Token::Name if self.is_of(lexeme) => lexeme.token = Token::Of,
             _ => {}
         }
         if lexeme.token.closer().is_some() {
@@ -219,13 +220,38 @@ impl<'t> Layout<'t> {
             && matches!(rest.first(), Some(Lexeme { token: Token::Name | Token::Text, .. }))
     }
 
-    /// `tolerance` is a keyword only after the name of a part or measure.
+    /// `tolerance` is a keyword only after the name of a part or measure, or after the parts of a measure.
     fn is_tolerance(&self, lexeme: Lexeme) -> bool {
         &self.text[lexeme.start as usize..lexeme.end as usize] == "tolerance"
-            && matches!(
-                self.out.last_chunk(),
-                Some([Lexeme { token: Token::Part | Token::Measure, .. }, Lexeme { token: Token::Name, .. }])
-            )
+            && (self.after_name_of(&[Token::Part, Token::Measure]) || self.after_parts())
+    }
+
+    /// `of` is a keyword only after the name of a measure.
+    fn is_of(&self, lexeme: Lexeme) -> bool {
+        &self.text[lexeme.start as usize..lexeme.end as usize] == "of" && self.after_name_of(&[Token::Measure])
+    }
+
+    fn after_name_of(&self, declarations: &[Token]) -> bool {
+        let last = self.out.last_chunk();
+        last.is_some_and(|[keyword, name]| declarations.contains(&keyword.token) && name.token == Token::Name)
+    }
+
+    /// Whether the last tokens are `of` and names of parts. Two names in a row end the search, so that all searches of
+    /// a text together take no longer than the text.
+    fn after_parts(&self) -> bool {
+        let mut before = None;
+        for lexeme in self.out.iter().rev() {
+            match (lexeme.token, before) {
+                (Token::Of, Some(Token::Name)) => return true,
+                (Token::Name, None | Some(Token::Comma | Token::Dot | Token::BracketOpen)) => {}
+                (Token::BracketClose, None | Some(Token::Comma | Token::Dot)) => {}
+                (Token::Number, Some(Token::BracketClose)) | (Token::BracketOpen, Some(Token::Number)) => {}
+                (Token::Dot | Token::Comma, Some(Token::Name)) => {}
+                _ => return false,
+            }
+            before = Some(lexeme.token);
+        }
+        false
     }
 
     /// Takes a closing bracket: those opened since its partner are closed first; without a partner it is an error.

@@ -62,6 +62,7 @@ impl Printer {
                 p.expr(&decl.shape);
             }),
             ItemKind::Measure(decl) => self.node(&format!("measure {}", decl.name.text), |p| {
+                decl.parts.iter().for_each(|part| p.line(&format!("of {}", part.text)));
                 match &decl.tolerance {
                     Some(Tolerance::Symmetric(value)) => p.node("tolerance", |p| p.expr(value)),
                     Some(Tolerance::Limits(limits)) => p.node("tolerance", |p| limits.iter().for_each(|l| p.limit(l))),

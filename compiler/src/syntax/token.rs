@@ -105,6 +105,8 @@ pub(crate) enum Token {
     RecordOpen,
     /// The `measure` that begins a statement.
     Measure,
+    /// The `of` of a measure.
+    Of,
     /// The `tolerance` of a part or measure.
     Tolerance,
     /// One or more lines of `///`.

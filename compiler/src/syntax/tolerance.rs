@@ -184,6 +184,9 @@ mod tests {
             ("tolerance -0.1mm/0 = 2", "tolerance - 0.1mm zero 0.0mm 2"),
             ("tolerance 0/+fine = 2", "tolerance zero 0 + fine 2"),
             ("tolerance +fine/-(2 * fine) = 2", "tolerance + fine - * 2 fine 2"),
+            ("of bore tolerance 1mm = 2", "of bore tolerance 1.0mm 2"),
+            ("of a . b, c[ 2 ].d tolerance +1/-2 = 2", "of a.b of c[2].d tolerance + 1 - 2 2"),
+            ("of of, tolerance tolerance 1 = of", "of of of tolerance tolerance 1 of"),
         ] {
             assert_eq!(tree(text), expected, "{text}");
         }

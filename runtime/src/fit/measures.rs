@@ -69,19 +69,20 @@ impl FitResult {
                 let mut measure = FittedMeasure {
                     name: declared.name.clone(),
                     unit: declared.unit.clone(),
-                    nominal: model.measure(k, nominal).ok().map(|(value, _)| value),
+                    nominal: model.measure(k, nominal).ok(),
                     ..FittedMeasure::default()
                 };
                 match model.measure_limits(k, nominal) {
                     Ok(limits) => measure.tolerance = limits.map(|[lower, upper]| AllowedDeviation { lower, upper }),
                     Err(error) => measure.without_sd = Some(error.message),
                 }
-                match model.measure(k, &x) {
-                    Ok((value, gradient)) => {
-                        measure.value = Some(value);
-                        self.add_deviation(&mut measure, &gradient);
-                    }
-                    Err(error) => measure.without_sd = Some(error.message),
+                let computed = model.measure(k, &x).and_then(|value| {
+                    measure.value = Some(value);
+                    self.add_deviation(&mut measure, &model.measure_gradient(k, &x)?);
+                    Ok(())
+                });
+                if let Err(error) = computed {
+                    measure.without_sd = Some(error.message);
                 }
                 measure
             })
@@ -95,9 +96,10 @@ impl FitResult {
         measure.derivatives = used.iter().map(|(p, slope)| (p.name.clone(), *slope)).collect();
         measure.at_bound = used.iter().filter(|(p, _)| p.at_bound && !p.fixed).map(|(p, _)| p.name.clone()).collect();
         let open: Vec<String> = used.iter().filter_map(|(p, _)| Some(format!("{}: {}", p.name, reason(p)?))).collect();
-        match open.is_empty() {
-            true => measure.sd = Some(self.variance(&measure.derivatives).max(0.0).sqrt()),
-            false => measure.without_sd = Some(open.join("; ")),
+        if open.is_empty() {
+            measure.sd = Some(self.variance(&measure.derivatives).max(0.0).sqrt());
+        } else {
+            measure.without_sd = Some(open.join("; "));
         }
     }
 

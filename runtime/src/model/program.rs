@@ -32,8 +32,12 @@ impl Model for Program {
         Program::measures(self)
     }
 
-    fn measure(&self, measure: usize, x: &[f64]) -> Result<(f64, Vec<f64>), EvaluationError> {
+    fn measure(&self, measure: usize, x: &[f64]) -> Result<f64, EvaluationError> {
         Program::measure(self, measure, x)
+    }
+
+    fn measure_gradient(&self, measure: usize, x: &[f64]) -> Result<Vec<f64>, EvaluationError> {
+        Program::measure_gradient(self, measure, x)
     }
 
     fn measure_limits(&self, measure: usize, x: &[f64]) -> Result<Option<[f64; 2]>, EvaluationError> {

@@ -57,11 +57,19 @@ pub trait Model: Sync {
     fn measures(&self) -> &[Measure] {
         &[]
     }
-    /// The value of a measure at x, and its derivative by every parameter.
+    /// The value of a measure at x.
     ///
     /// # Errors
-    /// If one of them cannot be computed.
-    fn measure(&self, measure: usize, x: &[f64]) -> Result<(f64, Vec<f64>), EvaluationError> {
+    /// If it cannot be computed.
+    fn measure(&self, measure: usize, x: &[f64]) -> Result<f64, EvaluationError> {
+        let _ = x;
+        Err(EvaluationError::new(format!("there is no measure {measure}")))
+    }
+    /// The derivative of a measure by every parameter at x.
+    ///
+    /// # Errors
+    /// If it cannot be computed, or does not exist.
+    fn measure_gradient(&self, measure: usize, x: &[f64]) -> Result<Vec<f64>, EvaluationError> {
         let _ = x;
         Err(EvaluationError::new(format!("there is no measure {measure}")))
     }

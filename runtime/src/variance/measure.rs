@@ -6,7 +6,7 @@ use super::cast::{self, Cast};
 use super::contradicted::contradicted;
 use super::detection::detect;
 use super::explained::explain;
-use super::form::{ScanNoise, form_deviations, recognise};
+use super::form::{ScanNoise, form_deviations, point_measures, recognise};
 use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
 use super::nothing::{self, Misfit};
@@ -260,6 +260,9 @@ pub fn measure(
     let conformance = grounds.assess(&mut report);
     let forms = form_deviations(&deviations, &shapes, noise_of(scan), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
+    if let Reference::Model { model, x, .. } = reference {
+        report.point_measures = point_measures(model, x, &deviations, &shapes, &scan.mesh, &bvh);
+    }
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);
         report.sensitivities = maps.maps.iter().map(range).collect();

@@ -29,7 +29,7 @@ pub use cast::{Cast, CastError, Device, DistanceKind, Facing, cast};
 pub use detection::{Detection, ParameterCovariance};
 pub use deviations::Deviations;
 pub use explained::{Explanation, ParameterEffect};
-pub use form::{Characteristic, FormDeviation, Roundness, Shape, Straightness, WithoutNoise, Zone};
+pub use form::{Characteristic, FormDeviation, PointMeasure, Roundness, Shape, Straightness, WithoutNoise, Zone};
 pub use holes::HoleSummary;
 pub use matching::Matching;
 pub use measure::{MeasureError, MeasureOptions, Measurement, measure, require_triangles};

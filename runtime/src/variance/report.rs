@@ -4,7 +4,7 @@ use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::{
     Conformance, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary, Matching,
-    OverallVerdict, Statistics, Tolerance, UnmatchedSummary, Verdict,
+    OverallVerdict, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::scan::ScanSource;
@@ -57,6 +57,9 @@ pub struct VarianceReport {
     /// The verdicts on the measures of the fitted model that have a tolerance, in the script's order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measures: Vec<DimensionVerdict>,
+    /// The measures of the script that name parts, by the measured points of these, in the script's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub point_measures: Vec<PointMeasure>,
     /// Statistics of each part, in the model's order.
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
@@ -205,6 +208,7 @@ impl VarianceReport {
             overall,
             verdict: None,
             measures: Vec::new(),
+            point_measures: Vec::new(),
             parts,
             groups,
             holes: None,

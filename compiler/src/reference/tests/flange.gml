@@ -28,7 +28,7 @@ model flange {
   }
 
   /// Across the outside.
-  measure d_out tolerance +0.2/-0.1mm = 2 * r_out
+  measure d_out of rim tolerance +0.2/-0.1mm = 2 * r_out
   measure pitch = 2 * r_circle * sin(180deg / bolts)
 
   let step = 1turn / bolts

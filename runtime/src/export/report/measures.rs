@@ -3,7 +3,7 @@
 use super::tables::{minus, number, precise, short, table};
 use crate::export::escape::escape;
 use crate::fit::FittedMeasure;
-use crate::variance::{DimensionVerdict, Outcome, VarianceReport};
+use crate::variance::{DimensionVerdict, Outcome, PointMeasure, VarianceReport};
 use std::fmt::Write;
 
 /// The measures of the fitted model, with the verdicts on those that have a tolerance. Nothing if there are none.
@@ -29,6 +29,38 @@ pub(super) fn measures(measures: &[FittedMeasure], variance: &VarianceReport, ou
             overall.outcome.text(),
         );
     }
+}
+
+/// Measures by the measured points of parts. Nothing if there are none.
+pub(super) fn by_points(variance: &VarianceReport, out: &mut String) {
+    if variance.point_measures.is_empty() {
+        return;
+    }
+    out.push_str(
+        "<h3>Measures by points</h3>\n<p class=\"convention\">Of the surfaces of least squares of the points of the scan that belong \
+         to the parts, whatever the fit; with standard uncertainties by the scatter of the points, taken as independent.</p>\n",
+    );
+    let row = |m: &PointMeasure| {
+        let (factor, unit) =
+            if m.unit == "rad" { (1f64.to_degrees(), "&deg;".to_owned()) } else { (1.0, escape(&m.unit)) };
+        let shown = |figure: Option<f64>, format: fn(f64) -> String| {
+            figure.map_or_else(String::new, |figure| format(factor * figure))
+        };
+        let cells = [
+            escape(&m.name),
+            escape(&m.parts.join(", ")),
+            escape(m.figure.as_deref().unwrap_or_default()),
+            unit,
+            precise(factor * m.model),
+            shown(m.value, precise),
+            shown(m.uncertainty, number),
+        ];
+        let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+        format!("<tr>{cells}<td class=\"text\">{}</td></tr>\n", escape(m.reason.as_deref().unwrap_or_default()))
+    };
+    let head = "<thead><tr><th>Measure</th><th>Of</th><th>Figure</th><th>Unit</th><th>Model</th><th>By points</th>\
+        <th>Uncertainty</th><th></th></tr></thead>\n";
+    table(head, variance.point_measures.iter().map(row), out);
 }
 
 /// Angles are shown in degrees.

@@ -1,6 +1,6 @@
 //! The report's tables.
 
-use super::measures::measures;
+use super::measures::{by_points, measures};
 use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
 use crate::model::Motion;
@@ -162,6 +162,7 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
         <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n";
     table(head, all.chain(parts).chain(groups), &mut out);
     conformance(variance, &mut out);
+    by_points(variance, &mut out);
     explained(variance, &mut out);
     forms(variance, &mut out);
     if let Some(holes) = &variance.holes {

@@ -6,19 +6,19 @@ use glam::DVec3;
 /// A plane, a sphere, a cylinder or a cone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Datum {
-    kind: Kind,
+    pub(super) kind: Kind,
     /// A point of the plane or of the axis; the centre of a sphere.
-    origin: DVec3,
+    pub(super) origin: DVec3,
     /// The normal of a plane, or the axis; any direction for a sphere.
-    axis: DVec3,
+    pub(super) axis: DVec3,
     /// Half the opening angle of a cone whose radius grows along the axis; zero for the others.
-    angle: f64,
+    pub(super) angle: f64,
     /// The radius; the distance of the origin from the side of a cone; zero for a plane.
-    size: f64,
+    pub(super) size: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
     Plane,
     Sphere,
     Cylinder,

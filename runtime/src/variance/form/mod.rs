@@ -6,6 +6,7 @@
 //! From the widths is taken what noise adds to them.
 
 mod datum;
+mod figure;
 mod filter;
 mod grid;
 mod linear;
@@ -17,6 +18,8 @@ mod smooth;
 mod tests;
 mod zone;
 
+pub use figure::PointMeasure;
+pub(super) use figure::point_measures;
 pub(super) use noise::ScanNoise;
 pub use noise::WithoutNoise;
 pub use shape::Shape;

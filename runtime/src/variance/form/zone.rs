@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// Points of a least squares fit, evenly spread; the widths of the zones are of all points.
-const FITTED: usize = 20_000;
+pub(super) const FITTED: usize = 20_000;
 
 /// Least squares converge when points move by less than this. Millimetres.
 const CONVERGED: f64 = 1e-9;
@@ -70,7 +70,7 @@ pub(super) fn spread(points: &[DVec3], datum: Datum) -> Spread {
 }
 
 /// Gauss-Newton.
-fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
+pub(super) fn least_squares(points: &[DVec3], mut datum: Datum, most: usize) -> Datum {
     let step = points.len().div_ceil(most).max(1);
     for _ in 0..8 {
         let placed = datum.placed();
