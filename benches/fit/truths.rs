@@ -140,8 +140,8 @@ fn is_right(case: &Case, result: &FitResult, truth: &[f64], k: usize) -> bool {
     is_pose(&case.program.parameters()[k]) || found.sd.is_some_and(|sd| (found.value - truth[k]).abs() <= ALLOWED * sd)
 }
 
-/// The truth with parameters exchanged as the result has them, if that is the same surface: a curve run backwards is the
-/// same curve, and the fit takes the one nearer to the defaults. None where nothing is exchanged.
+/// The truth with parameters exchanged as the result has them, if that is the same surface: a curve run backwards is
+/// the same curve, and the fit takes the one nearer to the defaults. None where nothing is exchanged.
 fn exchanged(case: &Case, result: &FitResult, truth: &[f64]) -> Option<Vec<f64>> {
     let mut values = truth.to_vec();
     for k in 0..truth.len() {

@@ -162,8 +162,9 @@ fn warn_of_mixed_faces(solution: &Solution) {
     let names: Vec<String> = parts.iter().map(|part| format!("`{}`", part.name)).collect();
     let shaped_by = |i: usize| space.varies(i) && parts.iter().any(|part| part.active.contains(&(i as u32)));
     problem.monitor.warn(format!(
-        "the scan does not tell which way {} face, and the other face of the wall is only {distance:.3} mm away, with noise of {noise:.3} mm: points may belong to the wrong one, and {} may be off by more than their standard deviations say",
+        "the scan does not tell which way {} {}, and the other face of the wall is only {distance:.3} mm away, with noise of {noise:.3} mm: points may belong to the wrong one, and {} may be off by more than their standard deviations say",
         names.join(", "),
+        if names.len() > 1 { "face" } else { "faces" },
         quoted(problem, &shaped_by)
     ));
 }
@@ -246,8 +247,8 @@ fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
     }
 }
 
-/// Other shapes that explain the scan as well, each with a warning that names the parameters in which they differ by more
-/// than a standard deviation; `deviations` are those of all parameters.
+/// Other shapes that explain the scan as well, each with a warning that names the parameters in which they differ by
+/// more than a standard deviation; `deviations` are those of all parameters.
 fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>]) -> Vec<Alternative> {
     let Level { problem, space, .. } = &solution.level;
     let Some(present) = space.x(&solution.estimate.z) else { return Vec::new() };
@@ -346,12 +347,14 @@ fn covariance(solution: &Solution, uncertainty: &Uncertainty) -> Covariance {
     let name = |a: usize| &parameters[chosen[a]].name;
     for a in 0..n {
         for b in 0..a {
+            // What other shapes add to the covariance says nothing of the scan.
+            let alone = naive[(a, b)] / (naive[(a, a)] * naive[(b, b)]).sqrt().max(f64::MIN_POSITIVE);
             let r = correlation(a, b);
             let tied = space
                 .ties
                 .iter()
                 .any(|t| space.followers(t.0).filter(|i| *i == chosen[a] || *i == chosen[b]).count() > 1);
-            if r.abs() > INSEPARABLE && !tied {
+            if r.abs() > INSEPARABLE && alone.abs() > INSEPARABLE && !tied {
                 let (b, a) = (name(b), name(a));
                 monitor.warn(format!("`{b}` and `{a}` are not separable in this scan: correlation {r:.4}"));
             }
@@ -411,7 +414,7 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
             && bias.abs() > BIASED * sd
         {
             let side = if bias > 0.0 { "large" } else { "small" };
-            let by = shown(format!("{bias:.1e}").parse::<f64>().unwrap_or(bias).abs(), p.quantity);
+            let by = shown_to(bias.abs(), bias.abs() / 10.0, p.quantity);
             monitor.warn(format!(
                 "noise of {:.3} mm makes `{}` too {side} by about {by}, which its standard deviation holds: the surface \
                  is curved there too much for so much noise",

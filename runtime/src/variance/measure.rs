@@ -11,7 +11,8 @@ use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn};
-use super::surface::Surface;
+use super::reach::Reach;
+use super::surface::{Parametrised, Surface};
 use super::unmatched::Unmatched;
 use super::verdict::Grounds;
 use super::{
@@ -222,7 +223,7 @@ pub fn measure(
     progress.report("casting rays", f64::NAN, &format!("{} texels", surface.texels.len()));
     let started = Instant::now();
     unless_cancelled(progress)?;
-    let Surface { mut tessellation, mut texels, notices, seconds, buried, .. } = surface;
+    let Surface { mut tessellation, mut texels, notices, seconds, buried, parametrised, .. } = surface;
     // Forms are those of the surface itself, before normals are averaged.
     let shapes = recognise(&texels);
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
@@ -255,6 +256,9 @@ pub fn measure(
         return Err(MeasureError::Nothing { path: scan.source.path.clone(), likely });
     }
     assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), covariance);
+    if let Some(Parametrised { reach, .. }) = &parametrised {
+        keep_within(&mut report, reach);
+    }
     let fit = sensitivities.as_ref().zip(covariance);
     let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
@@ -382,6 +386,15 @@ fn cast_rays(
             cast::cast(texels, bvh, max_distance, facing, options.device)
         }
         DistanceKind::Closest => cast::closest(texels, bvh, &scan.mesh, max_distance, facing),
+    }
+}
+
+/// Takes out the changes of parameters that the model cannot make.
+fn keep_within(report: &mut VarianceReport, reach: &Reach) {
+    for (patch, part) in report.parts.iter_mut().enumerate() {
+        if let Some(explained) = &mut part.explained {
+            explained.parameters.retain(|effect| reach.contains(patch, effect));
+        }
     }
 }
 

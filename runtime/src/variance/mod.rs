@@ -17,6 +17,7 @@ mod measure;
 mod moments;
 mod nothing;
 mod orientation;
+mod reach;
 mod report;
 mod statistics;
 mod surface;

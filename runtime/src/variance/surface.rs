@@ -1,11 +1,12 @@
 //! The surface that a scan is measured from: a model at certain parameters, or a reference mesh.
 
 use super::orientation::is_inside_out;
+use super::reach::Reach;
 use super::{MeasureError, Tolerance};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
-    Atlas, AtlasError, Closedness, Fineness, Instance, LARGEST, Material, Model, Motion, Passages, ReferenceSurface,
-    SMALLEST, Sensitivities, SensitivityMaps, Standing, Tessellation, Texels,
+    Atlas, AtlasError, Closedness, Fineness, LARGEST, Material, Model, Motion, Passages, ReferenceSurface, SMALLEST,
+    Sensitivities, SensitivityMaps, Standing, Tessellation, Texels,
 };
 use glam::DVec3;
 use std::time::Instant;
@@ -62,12 +63,12 @@ pub(super) struct Surface<'a> {
     /// Sentences for the user.
     pub(super) notices: Vec<String>,
     /// The model that derivatives are computed from; none for a mesh.
-    parametrised: Option<Parametrised<'a>>,
+    pub(super) parametrised: Option<Parametrised<'a>>,
 }
 
-struct Parametrised<'a> {
-    model: &'a dyn Model,
-    instance: Box<dyn Instance + 'a>,
+/// A model at the parameters at which it is measured.
+pub(super) struct Parametrised<'a> {
+    pub(super) reach: Reach<'a>,
     atlas: Atlas,
     motion: Motion,
 }
@@ -107,7 +108,7 @@ impl<'a> Surface<'a> {
         let passages = Passages::of(&texels.part_names, places);
         let notices = notices.into_iter().chain(passages.map(|passages| passages.sentence())).collect();
         let buried = standing.iter().map(|s| *s == Standing::Buried).collect();
-        let parametrised = Some(Parametrised { model, instance, atlas, motion });
+        let parametrised = Some(Parametrised { reach: Reach { model, instance, x: x.to_vec() }, atlas, motion });
         Ok(Self { tessellation, texels, seconds, tolerances, inverted, buried, notices, parametrised })
     }
 
@@ -142,14 +143,14 @@ impl<'a> Surface<'a> {
 
     /// How the surface moves where the parameters change; none for a mesh.
     pub(super) fn sensitivities(&self) -> Result<Option<Sensitivities>, MeasureError> {
-        let Some(Parametrised { model, instance, atlas, motion }) = &self.parametrised else { return Ok(None) };
-        Ok(Some(Sensitivities::new(*model, &**instance, atlas, &self.texels, motion)?))
+        let Some(Parametrised { reach, atlas, motion }) = &self.parametrised else { return Ok(None) };
+        Ok(Some(Sensitivities::new(reach.model, &*reach.instance, atlas, &self.texels, motion)?))
     }
 
     /// The same all over the texture.
     pub(super) fn sensitivity_maps(&self) -> Result<Option<SensitivityMaps>, MeasureError> {
-        let Some(Parametrised { model, instance, atlas, motion }) = &self.parametrised else { return Ok(None) };
-        Ok(Some(SensitivityMaps::new(*model, &**instance, atlas, &self.texels, motion)?))
+        let Some(Parametrised { reach, atlas, motion }) = &self.parametrised else { return Ok(None) };
+        Ok(Some(SensitivityMaps::new(reach.model, &*reach.instance, atlas, &self.texels, motion)?))
     }
 }
 

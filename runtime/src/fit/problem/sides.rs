@@ -6,7 +6,8 @@ use super::objective::{Objective, Order};
 use super::parameterization::Estimate;
 use super::sums::{FaceSum, PatchSum};
 use crate::fit::tuning::{
-    FACING_AGAINST, FACING_POINTS, OTHER_SIDE, REVERSED_SHARE, SHEET_NOISE, SHEET_SHARE, SHEET_SPACINGS, SIDED_SHARE,
+    FACING_AGAINST, FACING_POINTS, OTHER_SIDE, REVERSED_SHARE, SHEET_LOST, SHEET_NOISE, SHEET_SHARE, SHEET_SPACINGS,
+    SIDED_SHARE,
 };
 use crate::model::Closedness;
 
@@ -57,8 +58,14 @@ impl Sides {
         }
         let margin = SHEET_NOISE * problem.scan.noise + SHEET_SPACINGS * problem.points.spacing();
         let is_sheet = |p: &usize| signs[*p] != 0 && distance_of_faces(&unsided[*p]).is_some_and(|d| d < margin);
-        let sheets: Vec<usize> = (0..parts).filter(is_sheet).collect();
-        sheets.iter().for_each(|p| signs[*p] = 0);
+        let mut sheets: Vec<usize> = (0..parts).filter(is_sheet).collect();
+        if !sheets.is_empty() {
+            // Noise brings points of a wall's other face as near; but these have a patch of their own.
+            let sided = Objective { signs: Some(&signs), ..level.objective(&problem.thin, loss) };
+            let homes = Homes::of(&objective, &sided, estimate)?;
+            sheets.retain(|p| homes.lost(*p) > SHEET_LOST * lesser_face(&unsided[*p]));
+            sheets.iter().for_each(|p| signs[*p] = 0);
+        }
         Some(Self { signs, reversed, contested, sheets })
     }
 
@@ -103,6 +110,12 @@ fn distance_of_faces(unsided: &PatchSum) -> Option<f64> {
     Some((mean(&along) - mean(&against)).abs() + 2.0 * (variance * (1.0 / along.near + 1.0 / against.near)).sqrt())
 }
 
+/// The weight of the face of a patch that the scan shows less.
+fn lesser_face(unsided: &PatchSum) -> f64 {
+    let [along, against] = unsided.faces;
+    along.weight.min(against.weight)
+}
+
 /// The points of every patch where they may face any way, and where these points belong once they have to face the way
 /// of their patch: the same patch or another one.
 struct Homes {
@@ -129,6 +142,12 @@ impl Homes {
         add(unsided, 0);
         add(sided, 1);
         Some(Self { sums })
+    }
+
+    /// The weight that the points of a patch lose once they have to face its way.
+    fn lost(&self, patch: usize) -> f64 {
+        let [(unsided, _), (sided, _)] = self.sums[patch];
+        unsided - sided
     }
 
     /// Whether the points of a patch have no place that faces their way, or one that is much farther off.

@@ -93,3 +93,13 @@ fn a_cloud_does_not_tell_the_faces_of_a_wall_as_thin_as_noise() {
     let wall = &thick.parameters[1];
     assert!((wall.value - 4.0).abs() < 4.0 * wall.sd.unwrap(), "{wall:?}");
 }
+
+/// Noise brings a fifth of the points of either face nearer to the other one.
+#[test]
+fn the_faces_of_a_wall_as_thin_as_noise_are_no_sheet() {
+    let scan = scan_of(&tube(), &[31.0, 0.85], 0.5, 4000, 6);
+    let result = fitted(&tube(), &scan);
+    assert!(!says(&result, "both faces"), "{:?}", result.warnings);
+    let wall = &result.parameters[1];
+    assert!((wall.value - 0.85).abs() < 4.0 * wall.sd.unwrap() && wall.sd.unwrap() < 0.05, "{wall:?}");
+}
