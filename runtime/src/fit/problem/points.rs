@@ -62,6 +62,11 @@ impl Points {
         all.pick(order.iter().map(|(_, i)| *i as usize))
     }
 
+    /// Places that all count alike, in their order, without normals.
+    pub(crate) fn at(position: Vec<DVec3>) -> Self {
+        Self { index: (0..position.len() as u32).collect(), position, ..Self::default() }
+    }
+
     /// The points without outliers; of a large cloud only some of them. The points of a mesh all lie on surfaces.
     pub(crate) fn on_surfaces(&self, scan: &Scan) -> Cow<'_, Self> {
         if !scan.mesh.triangles.is_empty() {

@@ -53,11 +53,16 @@ pub(crate) struct Solution<'a> {
 impl<'a> Solution<'a> {
     /// The objective by which the solution is judged, over some points: that of its loss, cancelled or not.
     pub(crate) fn objective<'s>(&'s self, points: &'s Points) -> Objective<'s> {
+        self.objective_on(&self.level, points)
+    }
+
+    /// The same with the facets and the scales of another level.
+    pub(crate) fn objective_on<'s>(&'s self, level: &'s Level<'s>, points: &'s Points) -> Objective<'s> {
         Objective {
             signs: Some(&self.signs),
             tolerance: FOOT_TOLERANCE * self.loss.sigma,
             cancellable: false,
-            ..self.level.objective(points, self.loss)
+            ..level.objective(points, self.loss)
         }
     }
 

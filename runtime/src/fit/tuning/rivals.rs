@@ -44,3 +44,17 @@ pub(crate) const TURNS_REFINED: usize = 6;
 pub(crate) const TURN_REFINED_POINTS: usize = 900;
 /// Cosine of the angle between two axes that are one: 8 degrees.
 pub(crate) const TURN_SAME_AXIS: f64 = 0.99;
+/// Two shapes are one surface where none of so many squared places inside of each patch of the one is farther from the
+/// other than this many scales of the loss, which is some four times the noise.
+pub(crate) const SAME_SURFACE_PLACES: u32 = 8;
+pub(crate) const SAME_SURFACE_APART: f64 = 0.02;
+/// A shape has planes in a direction if this share of its normals lies along it, within 8 degrees (a cosine). Of a
+/// pipe 9 % do, along any direction across it, and a pipe's axis is a turn's. No more than so many directions are
+/// looked at: they have up to 72 rotations.
+pub(crate) const FRAME_SHARE: f64 = 0.1;
+pub(crate) const FRAME_PARALLEL: f64 = 0.99;
+pub(crate) const FRAME_DIRECTIONS: usize = 5;
+/// The greatest difference in the cosine of two angles that are one: 3 degrees of a right angle. Two rotations are one
+/// if half of the angle between them has a greater cosine than the second number: 11 degrees.
+pub(crate) const FRAME_ANGLE: f64 = 0.05;
+pub(crate) const FRAME_SAME: f64 = 0.995;

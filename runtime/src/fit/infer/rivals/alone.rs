@@ -124,11 +124,11 @@ impl<'s> Alone<'s> {
         let rival = |shape: Shape| {
             let mut from = self.base.level().space.estimate(&shape.x, self.base.estimate.motion);
             if let Some(few) = &few {
-                from = few.survivor(&self.group.members, from)?;
+                from = few.survivor(self.base.level(), &self.group.members, from)?;
             }
             let Group { members, patches } = self.group;
             let of = RivalOf { members: members.clone(), patches: patches.clone(), turned: None };
-            self.base.rival(of, from)
+            self.base.rival(self.base.level(), of, from)
         };
         distinct.into_par_iter().filter_map(rival).collect()
     }

@@ -28,9 +28,10 @@ pub(super) struct Base<'s> {
 impl<'s> Base<'s> {
     /// None where the model does not exist or the fit is cancelled.
     pub(super) fn new(solution: &'s Solution<'s>, uncertainty: &'s Uncertainty, sample: &'s Points) -> Option<Self> {
-        let Minimum { estimate, evaluation, .. } = optimum(solution, sample, solution.estimate.clone(), |_| false)?;
+        let from = solution.estimate.clone();
+        let Minimum { estimate, evaluation, .. } = optimum(solution, &solution.level, sample, from, |_| false)?;
         let mean = evaluation.value;
-        let losses = losses(solution, sample, &estimate)?;
+        let losses = losses(solution, &solution.level, sample, &estimate)?;
         let x = solution.level.space.x(&estimate.z)?;
         Some(Self { solution, uncertainty, sample, estimate, x, losses, mean })
     }
@@ -46,10 +47,10 @@ impl<'s> Base<'s> {
         largest(self.uncertainty, &group.members, &space.step(&a, &b))
     }
 
-    /// A shape as a rival of the solution over all of the sample, after some steps of all parameters. None where it
-    /// explains the scan worse or turns out to be the same.
-    pub(super) fn rival(&self, of: RivalOf, from: Estimate) -> Option<Rival> {
-        let Shape { estimate: there, step, evidence, certainty } = self.shape(from, |_| false)?;
+    /// A shape as a rival of the solution over all of the sample, after some steps of all parameters on a level that is
+    /// right about it. None where it explains the scan worse or turns out to be the same.
+    pub(super) fn rival(&self, level: &Level, of: RivalOf, from: Estimate) -> Option<Rival> {
+        let Shape { estimate: there, step, evidence, certainty } = self.shape(level, from, |_| false)?;
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_WORSE;
         let distinct = largest(self.uncertainty, &of.members, &step) > RIVAL_DEVIATIONS;
         let space = &self.level().space;
@@ -58,12 +59,27 @@ impl<'s> Base<'s> {
         // The sample's own error is that of both optima.
         let shifted = space.retract(&self.solution.estimate, &padded);
         let estimate = if of.turned.is_some() { Estimate { motion: there.motion, ..shifted } } else { shifted };
-        (distinct && !worse).then_some(Rival { estimate, step, of, evidence, certainty, contradicted: 0.0 })
+        if !distinct || worse {
+            return None;
+        }
+        if let Some(estimate) = self.relabelled(level, &there) {
+            let nearer = self.distance_to_start(&estimate) < self.distance_to_start(&self.estimate);
+            return nearer.then_some(Rival {
+                estimate,
+                step,
+                of,
+                evidence,
+                certainty,
+                relabelled: true,
+                contradicted: 0.0,
+            });
+        }
+        Some(Rival { estimate, step, of, evidence, certainty, relabelled: false, contradicted: 0.0 })
     }
 
     /// Where a shape comes to by this sample. None where it clearly is no rival: the same shape as the base's, or one
     /// that explains the scan worse by more than the sample's chance.
-    pub(super) fn survivor(&self, members: &[usize], from: Estimate) -> Option<Estimate> {
+    pub(super) fn survivor(&self, level: &Level, members: &[usize], from: Estimate) -> Option<Estimate> {
         let is_same = |at: &Estimate| {
             let step = self.level().space.step(&self.estimate, at);
             largest(self.uncertainty, members, &step) <= RIVAL_SAME
@@ -75,15 +91,15 @@ impl<'s> Base<'s> {
             way.push(at.evaluation.value);
             is_same(&at.estimate) || is_hopeless(&way, worse)
         };
-        let Shape { estimate, evidence, certainty, .. } = self.shape(from, is_decided)?;
+        let Shape { estimate, evidence, certainty, .. } = self.shape(level, from, is_decided)?;
         let worse = evidence > RIVAL_EVIDENCE && certainty > RIVAL_CLEARLY_WORSE;
         (!worse && !is_same(&estimate)).then_some(estimate)
     }
 
     /// The optimum next to an estimate, or where the way to it `is_decided`, compared with the base.
-    fn shape(&self, from: Estimate, is_decided: impl FnMut(&Minimum) -> bool) -> Option<Shape> {
-        let Minimum { estimate, .. } = optimum(self.solution, self.sample, from, is_decided)?;
-        let there = losses(self.solution, self.sample, &estimate)?;
+    fn shape(&self, level: &Level, from: Estimate, is_decided: impl FnMut(&Minimum) -> bool) -> Option<Shape> {
+        let Minimum { estimate, .. } = optimum(self.solution, level, self.sample, from, is_decided)?;
+        let there = losses(self.solution, level, self.sample, &estimate)?;
         let (mut before, mut after, mut squares) = (0.0, 0.0, 0.0);
         for (i, (present, there)) in self.losses.iter().zip(there).enumerate() {
             let prior = self.sample.prior(i);
@@ -104,11 +120,12 @@ impl<'s> Base<'s> {
 /// exist or the fit is cancelled.
 fn optimum(
     solution: &Solution,
+    level: &Level,
     points: &Points,
     from: Estimate,
     is_decided: impl FnMut(&Minimum) -> bool,
 ) -> Option<Minimum> {
-    let objective = Objective { cancellable: true, ..solution.objective(points) };
+    let objective = Objective { cancellable: true, ..solution.objective_on(level, points) };
     let stop = Stop { iterations: RIVAL_ITERATIONS, step: RIVAL_STEP * solution.loss.sigma };
     gauss_newton::minimise_until(&objective, from, stop, is_decided)
 }
@@ -122,8 +139,8 @@ fn is_hopeless(way: &[f64], aim: f64) -> bool {
     }
 }
 
-fn losses(solution: &Solution, points: &Points, at: &Estimate) -> Option<Vec<f64>> {
-    let objective = solution.objective(points);
+fn losses(solution: &Solution, level: &Level, points: &Points, at: &Estimate) -> Option<Vec<f64>> {
+    let objective = solution.objective_on(level, points);
     let placed = objective.place(at).ok()?;
     Some(objective.losses(&placed))
 }

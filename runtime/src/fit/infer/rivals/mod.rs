@@ -5,17 +5,20 @@
 
 mod alone;
 mod base;
+mod frames;
+mod relabelled;
 mod turned;
 
 use super::convergence::{self, Assessed};
 use super::sandwich::Uncertainty;
+use crate::fit::problem::level::Level;
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::sides::Sides;
 use crate::fit::refine::schedule::{Guess, POLISH, Solution, polish};
 use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::group::{chains, groups};
 use crate::fit::tuning::{
-    RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
+    CHORD, RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
 };
 use alone::Alone;
 use base::Base;
@@ -44,6 +47,8 @@ pub(crate) struct Rival {
     /// By how many standard deviations the mean of the points' differences in loss is above zero (Vuong 1989): a few
     /// outliers that lie near one of the two shapes by chance make evidence, but no mean.
     pub(crate) certainty: f64,
+    /// It is the solution's surface, by parameters that are nearer to the start.
+    pub(crate) relabelled: bool,
     /// The model's surface that the scan contradicts. Square millimetres; zero where the scan does not say.
     pub(crate) contradicted: f64,
 }
@@ -85,6 +90,12 @@ impl Rival {
     /// The optimum at the rival, over all points.
     fn solution<'a>(&self, from: &Solution<'a>) -> Solution<'a> {
         let (level, guess) = from.clone().into_guess();
+        let space = level.space.clone();
+        let level = Level::new(level.problem, space, &self.estimate, CHORD).map_or(level.clone(), |of_rival| Level {
+            coverage: level.coverage.clone(),
+            separation: level.separation.clone(),
+            ..of_rival
+        });
         let signs = Sides::of(&level, &self.estimate, guess.loss).map_or(guess.signs, |sides| sides.signs);
         let points = &level.problem.points;
         polish(level, points, Guess { estimate: self.estimate.clone(), signs, ..guess }, Some(POLISH))
@@ -140,7 +151,7 @@ impl Rivals {
     pub(crate) fn preferred(&self) -> Option<&Rival> {
         let better = |r: &&Rival| {
             let explains_more = r.evidence < -RIVAL_EVIDENCE && r.certainty < -RIVAL_BETTER;
-            explains_more || r.contradicted < self.contradicted - RIVAL_CONTRADICTED * self.chance
+            r.relabelled || explains_more || r.contradicted < self.contradicted - RIVAL_CONTRADICTED * self.chance
         };
         self.rivals.iter().filter(better).min_by(|a, b| {
             let key = |r: &Rival| (r.contradicted / self.chance.max(f64::MIN_POSITIVE)).floor();
@@ -154,6 +165,7 @@ impl Rivals {
     pub(crate) fn include(mut self, mut uncertainty: Uncertainty) -> (Uncertainty, Vec<Rival>) {
         let deviations =
             |uncertainty: &Uncertainty, rival: &Rival| largest(uncertainty, &rival.of.members, &rival.step);
+        self.rivals.retain(|rival| !rival.relabelled);
         self.rivals.sort_by(|a, b| deviations(&uncertainty, b).total_cmp(&deviations(&uncertainty, a)));
         let mut included = Vec::new();
         for rival in self.rivals {

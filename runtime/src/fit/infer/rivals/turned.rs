@@ -1,22 +1,24 @@
 //! The whole model turned: the head of a screw fits after every sixth of a turn, and its thread gives way a little; a
-//! tray fits the other way round, but for the lug on one of its walls. Such poses are far apart, and a search that has
+//! tray fits the other way round, but for the lug on one of its walls, and an angle bracket with its legs exchanged
+//! takes other lengths for them. Such poses are far apart, and a search that has
 //! found one of them has no reason to look for the others.
 
 use super::base::Base;
-use super::{Rival, RivalOf};
+use super::{Rival, RivalOf, frames, largest};
 use crate::eigen;
 use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::isometry::Isometry;
+use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::moments;
 use crate::fit::register::group::least_turn;
 use crate::fit::tuning::{
-    RIVAL_COARSE, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_REFINED_POINTS, TURN_SAME_AXIS, TURN_STEPS,
-    TURNS_REFINED,
+    CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_REFINED_POINTS,
+    TURN_SAME_AXIS, TURN_STEPS, TURNS_REFINED,
 };
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -31,8 +33,7 @@ struct Through {
 /// The model in another pose, by the mean loss at a coarse scale.
 struct Turned {
     loss: f64,
-    motion: Isometry,
-    degrees: f64,
+    estimate: Estimate,
 }
 
 /// The rivals of the solution that are other poses of the whole model. They are found by a base of fewer points.
@@ -46,61 +47,140 @@ pub(super) fn rivals(base: &Base) -> Vec<Rival> {
     let coarse = Loss::welsch(base.solution.loss.sigma.max(RIVAL_COARSE * level.problem.radius));
     let points = few.sample.every(TURN_POINTS);
     let objective = Objective { loss: coarse, cancellable: true, ..base.solution.objective(&points) };
-    let Some(axes) = axes(&objective, &base.estimate) else { return Vec::new() };
-    let mut turned: Vec<Turned> = axes.iter().flat_map(|axis| least_losses(&objective, &base.estimate, axis)).collect();
+    let Some(turns) = Turns::of(base, &objective) else { return Vec::new() };
+    let mut turned: Vec<Turned> = turns.axes().iter().flat_map(|axis| turns.least_losses(axis)).collect();
+    turned.extend(turns.between_planes());
     turned.sort_by(|a, b| a.loss.total_cmp(&b.loss));
     turned.truncate(TURNS_REFINED);
     let stop = Stop { iterations: RIVAL_ITERATIONS, step: RIVAL_STEP * base.solution.loss.sigma };
-    let refined = |Turned { motion, degrees, .. }: Turned| {
-        let from = Estimate { motion, ..base.estimate.clone() };
+    let refined = |Turned { estimate: from, .. }: Turned| {
         let objective = Objective { loss: coarse, cancellable: true, ..base.solution.objective(few.sample) };
         let near = gauss_newton::minimise(&objective, from, stop)?.estimate;
         let members: Vec<usize> = (0..level.space.free.len()).collect();
-        let near = few.survivor(&members, near)?;
-        let of = RivalOf { members, patches: vec![true; level.problem.model.parts().len()], turned: Some(degrees) };
-        base.rival(of, near)
+        // What is divided for the solution's shape is not for one with its lengths exchanged.
+        let own = Level::new(level.problem, level.space.clone(), &near, CHORD).ok()?;
+        let near = few.survivor(&own, &members, near)?;
+        let of = RivalOf { members, patches: vec![true; level.problem.model.parts().len()], turned: Some(0.0) };
+        let mut rival = base.rival(&own, of, near)?;
+        let turn = base.solution.estimate.motion.rotation.angle_between(rival.estimate.motion.rotation);
+        rival.of.turned = Some(turn.to_degrees());
+        Some(rival)
     };
     turned.into_par_iter().filter_map(refined).collect()
 }
 
-/// The axis about which a turn moves the surface least, and the principal axes of the scan where it lies near the
-/// model. None where the model does not exist.
-fn axes(objective: &Objective, at: &Estimate) -> Option<Vec<Through>> {
-    let placed = objective.place(at).ok()?;
-    let feet: Vec<DVec3> = objective.feet(&placed).iter().map(|(_, foot)| foot.point).collect();
-    let (point, covariance) = moments(&feet);
-    let columns = covariance.to_cols_array();
-    let eigen = eigen::symmetric(Matrix3::from_column_slice(&columns));
-    let principal = (0..3).map(|k| {
-        let e = eigen.eigenvectors.column(k);
-        Through { point, direction: DVec3::new(e[0], e[1], e[2]) }
-    });
-    let least = least_turn(objective, at).map(|axis| {
-        let (point, direction) = axis.line(objective.space.centre);
-        Through { point, direction }
-    });
-    let mut axes: Vec<Through> = Vec::new();
-    for axis in least.into_iter().chain(principal) {
-        let is_new = |other: &Through| other.direction.dot(axis.direction).abs() < TURN_SAME_AXIS;
-        if axis.direction.is_finite() && axes.iter().all(is_new) {
-            axes.push(axis);
-        }
-    }
-    Some(axes)
+/// The turns of the model about the middle of what is scanned.
+struct Turns<'a> {
+    base: &'a Base<'a>,
+    objective: &'a Objective<'a>,
+    /// The points of the model next to the scan's, and the unit normals there.
+    feet: Vec<DVec3>,
+    normals: Vec<DVec3>,
+    /// The centre of the model's surface.
+    middle: DVec3,
 }
 
-/// The turns about an axis at which the mean loss is least among its neighbours.
-fn least_losses(objective: &Objective, at: &Estimate, axis: &Through) -> Vec<Turned> {
-    let turned = |k: u32| {
-        let angle = TAU * f64::from(k) / f64::from(TURN_STEPS);
-        let motion = at.motion.after_local(DVec3::ZERO, axis.direction * angle, axis.point);
-        let estimate = Estimate { motion, ..at.clone() };
-        let loss = objective.evaluate(&estimate, Order::Value).map_or(f64::INFINITY, |e| e.value);
-        Turned { loss, motion, degrees: angle.to_degrees() }
-    };
-    let all: Vec<Turned> = (0..TURN_STEPS).into_par_iter().map(turned).collect();
-    let losses: Vec<f64> = all.iter().map(|t| t.loss).collect();
-    let count = losses.len();
-    let is_least = |k: usize| losses[k] <= losses[(k + 1) % count] && losses[k] <= losses[(k + count - 1) % count];
-    all.into_iter().enumerate().skip(1).filter(|(k, t)| is_least(*k) && t.loss.is_finite()).map(|(_, t)| t).collect()
+impl<'a> Turns<'a> {
+    /// None where the model does not exist.
+    fn of(base: &'a Base<'a>, objective: &'a Objective<'a>) -> Option<Self> {
+        let placed = objective.place(&base.estimate).ok()?;
+        let feet = objective.feet(&placed);
+        let normals = feet.iter().map(|(_, foot)| foot.normal.normalize_or_zero()).collect();
+        let middle = placed.facets.moments().0;
+        Some(Self { base, objective, middle, feet: feet.into_iter().map(|(_, foot)| foot.point).collect(), normals })
+    }
+
+    /// The axis about which a turn moves the surface least, and the principal axes of the scan where it lies near the
+    /// model.
+    fn axes(&self) -> Vec<Through> {
+        let (point, covariance) = moments(&self.feet);
+        let columns = covariance.to_cols_array();
+        let eigen = eigen::symmetric(Matrix3::from_column_slice(&columns));
+        let principal = (0..3).map(|k| {
+            let e = eigen.eigenvectors.column(k);
+            Through { point, direction: DVec3::new(e[0], e[1], e[2]) }
+        });
+        let least = least_turn(self.objective, &self.base.estimate).map(|axis| {
+            let (point, direction) = axis.line(self.objective.space.centre);
+            Through { point, direction }
+        });
+        let mut axes: Vec<Through> = Vec::new();
+        for axis in least.into_iter().chain(principal) {
+            let is_new = |other: &Through| other.direction.dot(axis.direction).abs() < TURN_SAME_AXIS;
+            if axis.direction.is_finite() && axes.iter().all(is_new) {
+                axes.push(axis);
+            }
+        }
+        axes
+    }
+
+    /// The turns about an axis at which the mean loss is least among its neighbours.
+    fn least_losses(&self, axis: &Through) -> Vec<Turned> {
+        let turned = |k: u32| {
+            let angle = TAU * f64::from(k) / f64::from(TURN_STEPS);
+            self.turned(DQuat::from_scaled_axis(axis.direction * angle), axis.point)
+        };
+        let all: Vec<Turned> = (0..TURN_STEPS).into_par_iter().map(turned).collect();
+        let losses: Vec<f64> = all.iter().map(|t| t.loss).collect();
+        let count = losses.len();
+        let is_least = |k: usize| losses[k] <= losses[(k + 1) % count] && losses[k] <= losses[(k + count - 1) % count];
+        all.into_iter()
+            .enumerate()
+            .skip(1)
+            .filter(|(k, t)| is_least(*k) && t.loss.is_finite())
+            .map(|(_, t)| t)
+            .collect()
+    }
+
+    /// The turns that take planes of the model to planes of it, each with the parameters as they are or with two of
+    /// them exchanged, whichever is better.
+    fn between_planes(&self) -> Vec<Turned> {
+        let (about, _) = moments(&self.feet);
+        let rotations = frames::rotations(&self.normals);
+        let exchanged = if rotations.is_empty() { Vec::new() } else { self.exchanged() };
+        let best = |(k, rotation): (usize, DQuat)| {
+            let turned = (k > 0).then(|| self.turned(rotation, about));
+            let others = exchanged.iter().map(|(estimate, middle)| {
+                // The middle of the surface stays where it is; that of what is scanned of another shape is not known.
+                let (from, to) = (about + *middle - self.middle, self.base.estimate.motion.apply(about));
+                let motion = Isometry::taking(self.base.estimate.motion.rotation * rotation, from, to);
+                self.at(Estimate { motion, ..estimate.clone() })
+            });
+            turned.into_iter().chain(others).min_by(|a, b| a.loss.total_cmp(&b.loss))
+        };
+        let all = rotations.into_par_iter().enumerate().filter_map(best);
+        all.filter(|t| t.loss.is_finite()).collect()
+    }
+
+    /// The shapes in which two parameters of the same quantity have each taken the other's value, and the middles of
+    /// their surfaces: of those that differ, and that both may have.
+    fn exchanged(&self) -> Vec<(Estimate, DVec3)> {
+        let space = self.objective.space;
+        let quantity = |k: usize| space.model.parameters()[space.free[k]].quantity;
+        let pairs = (0..space.free.len()).flat_map(|a| (a + 1..space.free.len()).map(move |b| (a, b)));
+        let shape = |(a, b): (usize, usize)| {
+            let (mut x, i, j) = (self.base.x.clone(), space.free[a], space.free[b]);
+            x.swap(i, j);
+            let estimate = space.estimate(&x, self.base.estimate.motion);
+            let step = space.step(&self.base.estimate, &estimate);
+            let there = space.x(&estimate.z)?;
+            let taken = [i, j].iter().all(|i| (there[*i] - x[*i]).abs() <= 1e-9 * x[*i].abs());
+            if !taken || !(largest(self.base.uncertainty, &[a, b], &step) > RIVAL_DEVIATIONS) {
+                return None;
+            }
+            let middle = self.objective.place(&estimate).ok()?.facets.moments().0;
+            Some((estimate, middle))
+        };
+        pairs.filter(|(a, b)| quantity(*a) == quantity(*b)).filter_map(shape).collect()
+    }
+
+    fn turned(&self, rotation: DQuat, about: DVec3) -> Turned {
+        let motion = self.base.estimate.motion.after_local(DVec3::ZERO, rotation.to_scaled_axis(), about);
+        self.at(Estimate { motion, ..self.base.estimate.clone() })
+    }
+
+    fn at(&self, estimate: Estimate) -> Turned {
+        let loss = self.objective.evaluate(&estimate, Order::Value).map_or(f64::INFINITY, |e| e.value);
+        Turned { loss, estimate }
+    }
 }
