@@ -11,8 +11,8 @@ use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::refine::schedule::{POLISH, Solution, foot_tolerance};
 use crate::fit::tuning::{
-    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING, SETTLED_STEP,
-    STALLED_NAMED,
+    AVERAGED_PAIRS, AVERAGED_REACH, EQUAL_FITS, HELD_STEP, POLISH_ITERATIONS, RESUMED_STEP, SETTLED_ROUNDING,
+    SETTLED_STEP, STALLED_NAMED,
 };
 use crate::sampling::halton;
 use nalgebra::DVector;
@@ -78,12 +78,7 @@ pub(crate) fn assess(mut solution: Solution) -> Assessed {
         }
         at = at.on(way);
     }
-    let Candidate { mut solution, uncertainty, remaining } = at;
-    solution.converged = remaining.is_settled();
-    if !solution.converged && !problem.monitor.cancelled() {
-        problem.monitor.warn(remaining.warning(&solution));
-    }
-    Assessed { solution, uncertainty: Some(uncertainty) }
+    at.concluded()
 }
 
 impl<'a> Candidate<'a> {
@@ -142,6 +137,21 @@ impl<'a> Candidate<'a> {
             after < before - equal || (after <= before + equal && next.remaining.largest() < self.remaining.largest())
         };
         next.filter(better).unwrap_or(self)
+    }
+
+    /// Where no continuation leads any farther. A short step that remains is the place's own uncertainty, beside that of
+    /// the optimum; a longer one is said.
+    fn concluded(self) -> Assessed<'a> {
+        let Self { mut solution, mut uncertainty, remaining } = self;
+        let monitor = solution.level.problem.monitor;
+        solution.converged = remaining.largest() <= HELD_STEP;
+        if solution.converged && !remaining.is_settled() {
+            uncertainty.covariance += &remaining.step * remaining.step.transpose();
+        }
+        if !solution.converged && !monitor.cancelled() {
+            monitor.warn(remaining.warning(&solution));
+        }
+        Assessed { solution, uncertainty: Some(uncertainty) }
     }
 
     /// The objective of the last stage.
@@ -299,6 +309,31 @@ mod tests {
         let again = assess(beside).solution;
         let apart = again.level.space.coordinate_distance(0, &again.estimate, &solution.estimate);
         assert!(again.converged && apart < 0.05 * off, "{apart} of {off}");
+    }
+
+    #[test]
+    fn a_short_step_that_remains_widens_the_interval_and_a_long_one_is_said() {
+        let truth = [47.0, 9.0];
+        let scan = scan_of(&simple(Simple::Torus, &truth), &truth, 0.05, 3000, 9);
+        let (model, options, monitor) =
+            (simple(Simple::Torus, &[40.0, 12.0]), FitOptions::default(), Monitor::default());
+        let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
+        let Assessed { solution, uncertainty } = assess(solve(&problem).unwrap());
+        let uncertainty = uncertainty.unwrap();
+        let unit = deviation(&uncertainty, 0);
+        let concluded = |deviations: f64| {
+            let mut at = Candidate::new(solution.clone(), uncertainty.clone());
+            at.remaining.step.fill(0.0);
+            at.remaining.step[0] = deviations * unit;
+            let Assessed { solution, uncertainty } = at.concluded();
+            (solution.converged, deviation(&uncertainty.unwrap(), 0) / unit)
+        };
+        let warnings = || monitor.records().warnings.iter().filter(|w| w.contains("stopped short")).count();
+        for (step, wider) in [(0.04, 1.0), (0.3, 1.0 + 0.3_f64.powi(2))] {
+            let (converged, ratio) = concluded(step);
+            assert!(converged && (ratio.powi(2) - wider).abs() < 1e-9, "{step}: {ratio}");
+        }
+        assert_eq!((concluded(0.5), warnings()), ((false, 1.0), 1));
     }
 
     #[test]
