@@ -4,7 +4,8 @@ use crate::error::CommandError;
 use crate::{dimensions, table};
 use gml_runtime::export::measurement::UNMATCHED;
 use gml_runtime::variance::{
-    Outcome, PartStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
+    Outcome, PartStatistics, PointDistances, PointStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport,
+    Verdict, WithoutNoise,
 };
 
 /// The tables and sentences of a report.
@@ -43,6 +44,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         report.sign_convention,
         report.device
     ));
+    out.push_str(&report.points.as_ref().map_or_else(String::new, |points| at_points(points, report.max_distance)));
     out.push_str(&verdicts(report));
     out.push_str(&dimensions::verdicts(report));
     if let Some(overall) = &report.verdict {
@@ -87,6 +89,34 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         out.push_str(&format!("warning: {w}\n"));
     }
     out
+}
+
+/// A table of the distances of the scan's points from the surface, and the numbers of those that have none.
+fn at_points(points: &PointDistances, max_distance: f64) -> String {
+    let row = |name: &str, s: &PointStatistics| {
+        let m = &s.moments;
+        let place = s.largest.as_ref().map_or_else(String::new, |l| {
+            let [x, y, z] = l.place.map(table::number);
+            format!("({x}, {y}, {z})")
+        });
+        let largest = s.largest.as_ref().map_or(f64::NAN, |l| l.distance);
+        let figures = [m.signed.mean, m.signed.sd, m.rms, m.signed.median, m.percentiles.p95, largest];
+        let cells = figures.map(table::number);
+        [name.to_owned(), s.measured.to_string()].into_iter().chain(cells).chain([place]).collect()
+    };
+    let mut rows: Vec<Vec<String>> = vec![row("all", &points.overall)];
+    rows.extend(points.parts.iter().map(|part| row(&part.name, &part.statistics)));
+    let headings = ["part", "points", "signed mean", "sd", "rms", "median", "95 %", "largest", "at"];
+    format!(
+        "\n{}the scan's points from the exact surface: {:.1} % of {} have a distance, {} are farther than {} mm, {} only \
+         beside surface that faces another way\n",
+        table::render(&headings, &rows),
+        100.0 * points.share,
+        points.points,
+        points.beyond,
+        table::number(max_distance),
+        points.facing_away,
+    )
 }
 
 /// The number of pieces, or of parameters, that the summary lists.

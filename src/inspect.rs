@@ -46,7 +46,7 @@ pub(crate) fn inspect(
         date: &chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string(),
         tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
     };
-    let written = inspection.write(&args.output, &scan, origin, args.variance.exr, progress);
+    let written = inspection.write(&args.output, &scan, origin, measure::extras(&args.variance), progress);
     progress.finish();
     written.map_err(CommandError::failed)?;
 

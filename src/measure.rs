@@ -2,6 +2,7 @@
 
 use crate::cli::VarianceControls;
 use crate::error::CommandError;
+use gml_runtime::export::measurement::Extras;
 use gml_runtime::variance::{DistanceKind, MeasureError, MeasureOptions};
 
 /// Options from the command line.
@@ -26,6 +27,11 @@ pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, Com
     options.device = controls.device;
     options.sensitivity_maps = controls.sensitivities;
     Ok(options)
+}
+
+/// The files that the command line asks for.
+pub(crate) fn extras(controls: &VarianceControls) -> Extras {
+    Extras { exr: controls.exr, points: controls.points }
 }
 
 impl From<MeasureError> for CommandError {

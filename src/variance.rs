@@ -45,7 +45,8 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         })
     }?;
     mesh::make_folder(&args.output)?;
-    measurement::write(&args.output, &measured, args.controls.exr).map_err(CommandError::failed)?;
+    let extras = measure::extras(&args.controls);
+    measurement::write(&args.output, &measured, extras).map_err(CommandError::failed)?;
     print!("{}", deviations::summary(&measured.report));
     deviations::judge(&measured.report)
 }

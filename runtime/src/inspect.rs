@@ -1,6 +1,6 @@
 //! The whole workflow of the paper: fit a model to a scan, measure the deviations, document both.
 
-use crate::export::measurement::{self, DocumentError, Textures, png};
+use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::render::{self, DeviationColours, Layer, Paint, View};
 use crate::export::report::{self, Report};
 use crate::export::x3d::{self, MetadataGroup, X3dScene};
@@ -115,11 +115,11 @@ impl Inspection {
         folder: &Path,
         scan: &Scan,
         origin: Origin<'_>,
-        exr: bool,
+        extras: Extras,
         progress: &dyn Progress,
     ) -> Result<(), DocumentError> {
         json::write(&folder.join("fit.json"), &self.fit)?;
-        let textures = measurement::write(folder, &self.measurement, exr)?;
+        let textures = measurement::write(folder, &self.measurement, extras)?;
         progress.report("drawing", f64::NAN, "views");
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);

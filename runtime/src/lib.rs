@@ -54,13 +54,14 @@
 //! - [`mod@inspect`]: fit, measure and document.
 //! - [`workers`]: threads for the compiler's work.
 //!
-//! `fit` and `variance` use `model`, `scan` and `bvh`, and not each other; `simulate` uses `model` and `bvh`; `export`
-//! reads all results; `inspect` calls `fit`, `variance` and `export`.
+//! `fit` and `variance` use `model`, `scan`, `bvh` and foot points, and not each other; `simulate` uses `model` and
+//! `bvh`; `export` reads all results; `inspect` calls `fit`, `variance` and `export`.
 
 pub mod bvh;
 mod disjoint_sets;
 mod eigen;
 pub mod export;
+mod feet;
 pub mod fit;
 pub mod inspect;
 pub mod mesh;

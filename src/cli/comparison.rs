@@ -217,6 +217,10 @@ pub(crate) struct VarianceControls {
     /// Also write the signed distances as OpenEXR (distance.exr)
     #[arg(long)]
     pub(crate) exr: bool,
+    /// Also write the scan's points with their signed distances from the surface and the number of its part
+    /// (points.ply, with scalars that CloudCompare shows)
+    #[arg(long)]
+    pub(crate) points: bool,
 }
 
 #[derive(Debug, Args)]

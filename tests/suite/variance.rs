@@ -110,6 +110,78 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     assert!(error.contains("has no parameters"), "{error}");
 }
 
+/// The points of a file of `--points`: place, distance and part.
+fn measured_points(path: &Path) -> Vec<([f64; 3], f64, i32)> {
+    let bytes = std::fs::read(path).expect("points");
+    let end = b"end_header\n";
+    let header = bytes.windows(end.len()).position(|w| w == end).expect("a header") + end.len();
+    let text = String::from_utf8_lossy(&bytes[..header]);
+    assert!(text.contains("property double distance\nproperty int part\n"), "{text}");
+    let double = |record: &[u8], k: usize| f64::from_le_bytes(record[8 * k..8 * k + 8].try_into().expect("8 bytes"));
+    let point = |record: &[u8]| {
+        let part = i32::from_le_bytes(record[32..36].try_into().expect("4 bytes"));
+        ([0, 1, 2].map(|k| double(record, k)), double(record, 3), part)
+    };
+    bytes[header..].chunks_exact(36).map(point).collect()
+}
+
+/// Distances of a noisy scan's points from a can are those of its formula, in variance.json as in the file of points.
+#[test]
+fn points_of_a_scan_have_their_distances_from_the_exact_surface() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "can.gml", CLOSED);
+    let scan =
+        ["scan", "can.gml", "-p", "r=20.4mm", "--noise", "0.05mm", "--spacing", "1.5mm", "--no-pose", "-o", "scan.ply"];
+    gmlc(folder, &scan);
+    let run = ["variance", "can.gml", "scan.ply", "--max-distance", "3mm", "--resolution", "256"];
+    let text = gmlc(folder, &[&run[..], &["--points", "-o", "out"]].concat());
+    assert!(text.contains("the scan's points from the exact surface"), "{text}");
+    let report = json(&folder.join("out/variance.json"));
+    let points = measured_points(&folder.join("out/points.ply"));
+    let exact = |[x, y, z]: [f64; 3]| {
+        let (beside, along) = (x.hypot(y) - 20.0, (z - 25.0).abs() - 25.0);
+        if beside > 0.0 && along > 0.0 { beside.hypot(along) } else { beside.max(along) }
+    };
+    // From the faces of the can: a point at an edge belongs to the one that it faces, not always to the nearest.
+    let of_part = |part: i32, [x, y, z]: [f64; 3]| {
+        let radius = x.hypot(y);
+        match part {
+            0 => (radius - 20.0).hypot((z - 25.0).abs().max(25.0) - 25.0),
+            1 => (radius.max(20.0) - 20.0).hypot(z - 50.0),
+            _ => (radius.max(20.0) - 20.0).hypot(z),
+        }
+    };
+    let (mut sum, mut square, mut most, mut none, mut elsewhere) = (0.0, 0.0, 0.0_f64, 0, 0);
+    for (place, distance, part) in &points {
+        let truth = exact(*place);
+        if distance.is_nan() {
+            none += 1;
+            assert!(*part == -1 && truth.abs() > 0.1, "{place:?} is {truth} away");
+            continue;
+        }
+        let expected = of_part(*part, *place).copysign(truth);
+        assert!((0..3).contains(part) && (distance - expected).abs() < 1e-8, "{place:?}: {distance}, not {expected}");
+        elsewhere += usize::from((distance - truth).abs() > 1e-8);
+        (sum, square, most) = (sum + expected, square + expected * expected, most.max(expected.abs()));
+    }
+    let json = &report["points"];
+    let measured = points.len() - none;
+    let count = |name: &str| number(&json[name]) as usize;
+    assert_eq!((count("points"), count("measured")), (points.len(), measured));
+    assert_eq!(count("beyond") + count("facing_away"), none);
+    assert!(none > 0 && none < points.len() / 100, "outliers: {none}");
+    assert!(elsewhere < points.len() / 50, "{elsewhere} of {} are not from the nearest face", points.len());
+    let mean = sum / measured as f64;
+    let sd = (square / measured as f64 - mean * mean).sqrt();
+    assert!((number(&json["signed"]["mean"]) - mean).abs() < 1e-6 && (number(&json["signed"]["sd"]) - sd).abs() < 1e-6);
+    assert!((number(&json["largest"]["distance"]).abs() - most).abs() < 1e-8, "{}", json["largest"]);
+    let side = json["parts"].as_array().expect("parts").iter().find(|part| part["name"] == "side").expect("the side");
+    assert!((number(&side["signed"]["median"]) - 0.4).abs() < 0.01, "{side}");
+    gmlc(folder, &[&run[..], &["-o", "without"]].concat());
+    assert!(!folder.join("without/points.ply").exists());
+}
+
 const CLOSED: &str = "use std.surface (cylinder, disc, flip)\nmodel can {\n\
     param r: length = 20mm\n param h: length = 50mm\n\
     part side = cylinder(r, h)\n\

@@ -5,12 +5,16 @@ use super::image::{self, ImageError};
 use super::json;
 use super::mesh::{self, MeshFormat};
 use super::picture::{self, Picture};
+use super::points;
 use crate::variance::{DistanceTexture, Measurement, SIGN_CONVENTION, signed_distances};
 use std::path::Path;
 use thiserror::Error;
 
 /// The file of the triangles of the scan that the model does not explain.
 pub const UNMATCHED: &str = "unmatched.ply";
+
+/// The file of the scan's points with their distances.
+pub const POINTS: &str = "points.ply";
 
 /// Why documents were not written.
 #[derive(Debug, Error)]
@@ -44,12 +48,21 @@ pub struct Textures {
     pub colour_range: f64,
 }
 
-/// Writes variance.json, the distances (coded, lossless as TIFF and if `exr` as OpenEXR), pictures, and the meshes of
-/// what is unmatched and filled into a folder, which must exist. docs/output.md describes the files.
+/// Files that are written if they are asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Extras {
+    /// The distances at the texels as OpenEXR.
+    pub exr: bool,
+    /// The scan's points with their distances.
+    pub points: bool,
+}
+
+/// Writes variance.json, the distances (coded and lossless), pictures, the meshes of what is unmatched and filled, and
+/// `extras` into a folder, which must exist. docs/output.md describes the files.
 ///
 /// # Errors
 /// If a file cannot be written.
-pub fn write(folder: &Path, measurement: &Measurement, exr: bool) -> Result<Textures, DocumentError> {
+pub fn write(folder: &Path, measurement: &Measurement, extras: Extras) -> Result<Textures, DocumentError> {
     let Measurement { deviations, report, .. } = measurement;
     let texture = DistanceTexture::new(deviations);
     let (width, height) = (texture.width, texture.height);
@@ -71,14 +84,17 @@ pub fn write(folder: &Path, measurement: &Measurement, exr: bool) -> Result<Text
         ("colours.png", &colours),
         ("significant.png", &significant),
     ];
-    let lossless = if exr { image::exr_f32(width, height, &distances, &description)? } else { Vec::new() };
-    if exr {
+    let lossless = if extras.exr { image::exr_f32(width, height, &distances, &description)? } else { Vec::new() };
+    if extras.exr {
         files.push(("distance.exr", &lossless));
     }
     for (name, bytes) in files {
         atomic::write(&folder.join(name), bytes)?;
     }
     mesh::write(&folder.join(UNMATCHED), &measurement.unmatched, MeshFormat::Ply)?;
+    if extras.points {
+        points::write(&folder.join(POINTS), &measurement.points, &deviations.texels.part_names)?;
+    }
     if let Some(filled) = &measurement.filled {
         mesh::write(&folder.join("filled.ply"), filled, MeshFormat::Ply)?;
     }

@@ -9,6 +9,7 @@ pub mod json;
 pub mod measurement;
 pub mod mesh;
 pub mod picture;
+pub mod points;
 pub mod render;
 pub mod report;
 pub mod x3d;

@@ -31,6 +31,7 @@ pub use reference::{ReferenceError, ReferenceSurface};
 pub use sensitivities::{PartSensitivities, Sensitivities};
 pub use sensitivity_maps::{SensitivityMap, SensitivityMaps};
 pub use surface::{Instance, Model, Partials, SecondPartials};
+pub(crate) use tessellation::unit_normals;
 pub use tessellation::{Fineness, SurfacePoint, Tessellation};
 pub use texels::Texels;
 pub(crate) use winding::Winding;

@@ -54,6 +54,14 @@ impl Motion {
         self.rotation.map(|row| DVec3::from_array(row).dot(DVec3::from_array(d)))
     }
 
+    /// The motion back.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = [0, 1, 2].map(|i| self.rotation.map(|row| row[i]));
+        let back = Self { rotation, translation: [0.0; 3] };
+        Self { translation: back.direction(self.translation).map(|c| -c), ..back }
+    }
+
     /// Moves a tessellation: positions and normals.
     pub fn move_tessellation(&self, tessellation: &mut Tessellation) {
         for p in &mut tessellation.mesh.positions {

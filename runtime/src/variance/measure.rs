@@ -11,13 +11,14 @@ use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn};
+use super::points::PointSearch;
 use super::reach::Reach;
 use super::surface::{Parametrised, Surface};
 use super::unmatched::Unmatched;
 use super::verdict::Grounds;
 use super::{
-    CastError, Deviations, Device, DistanceKind, Facing, Matching, ParameterCovariance, Reference, Resolution,
-    SensitivityRange, Tolerance, VarianceReport, VerdictOptions,
+    CastError, Deviations, Device, DistanceKind, Facing, Matching, MeasuredPoints, ParameterCovariance, Reference,
+    Resolution, SensitivityRange, Tolerance, VarianceReport, VerdictOptions,
 };
 use crate::bvh::{Bvh, BvhError};
 use crate::mesh::TriangleMesh;
@@ -100,6 +101,8 @@ pub struct Measurement {
     pub deviations: Deviations,
     /// Statistics: the content of variance.json.
     pub report: VarianceReport,
+    /// The scan's points with their distances from the surface.
+    pub points: MeasuredPoints,
     /// The triangles of the scan that the model does not explain.
     pub unmatched: TriangleMesh,
     /// The triangles that close holes of the scan, if that was requested.
@@ -223,7 +226,7 @@ pub fn measure(
     progress.report("casting rays", f64::NAN, &format!("{} texels", surface.texels.len()));
     let started = Instant::now();
     unless_cancelled(progress)?;
-    let Surface { mut tessellation, mut texels, notices, seconds, buried, parametrised, .. } = surface;
+    let Surface { mut tessellation, mut texels, notices, seconds, buried, parametrised, inverted, .. } = surface;
     // Forms are those of the surface itself, before normals are averaged.
     let shapes = recognise(&texels);
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
@@ -267,6 +270,13 @@ pub fn measure(
     if let Reference::Model { model, x, .. } = reference {
         report.point_measures = point_measures(model, x, &deviations, &shapes, &scan.mesh, &bvh);
     }
+    let points_started = Instant::now();
+    let search = PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh };
+    let (point_distances, points) =
+        search.measure(&model, scan, max_distance, options.max_angle, &deviations.texels.part_names);
+    unless_cancelled(progress)?;
+    report.points = Some(point_distances);
+    report.seconds.points = points_started.elapsed().as_secs_f64();
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);
         report.sensitivities = maps.maps.iter().map(range).collect();
@@ -280,7 +290,7 @@ pub fn measure(
     report.seconds.build = build;
     report.seconds.cast = cast;
     report.seconds.matching = matching;
-    report.seconds.statistics = started.elapsed().as_secs_f64();
+    report.seconds.statistics = started.elapsed().as_secs_f64() - report.seconds.points;
     report.warnings.extend(scan.warnings.iter().cloned().chain(notices));
     report.warnings.extend(notice);
     if let Some(Misfit::Little(likely)) = misfit {
@@ -309,6 +319,7 @@ pub fn measure(
         tessellation,
         deviations,
         report,
+        points,
         unmatched: unmatched.mesh,
         filled: holes.map(|h| h.mesh),
         conformance,

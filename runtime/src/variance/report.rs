@@ -4,7 +4,7 @@ use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::{
     Conformance, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary, Matching,
-    OverallVerdict, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
+    OverallVerdict, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::scan::ScanSource;
@@ -60,6 +60,9 @@ pub struct VarianceReport {
     /// The measures of the script that name parts, by the measured points of these, in the script's order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point_measures: Vec<PointMeasure>,
+    /// The distances of the scan's points from the exact surface.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<PointDistances>,
     /// Statistics of each part, in the model's order.
     pub parts: Vec<PartStatistics>,
     /// Parts of one name with different indices (`hole[0]`, `hole[1]`, ...) taken together, in the model's order.
@@ -156,6 +159,9 @@ pub struct VarianceSeconds {
     pub matching: f64,
     /// Statistics.
     pub statistics: f64,
+    /// The distances of the scan's points.
+    #[serde(default)]
+    pub points: f64,
     /// Finding what the model does not explain.
     #[serde(default)]
     pub unmatched: f64,
@@ -209,6 +215,7 @@ impl VarianceReport {
             verdict: None,
             measures: Vec::new(),
             point_measures: Vec::new(),
+            points: None,
             parts,
             groups,
             holes: None,

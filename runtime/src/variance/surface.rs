@@ -3,6 +3,8 @@
 use super::orientation::is_inside_out;
 use super::reach::Reach;
 use super::{MeasureError, Tolerance};
+use crate::feet::layout::Layout;
+use crate::feet::signed::{ExactSurface, layout_for};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
     Atlas, AtlasError, Closedness, Fineness, LARGEST, Material, Model, Motion, Passages, ReferenceSurface, SMALLEST,
@@ -71,6 +73,10 @@ pub(super) struct Parametrised<'a> {
     pub(super) reach: Reach<'a>,
     atlas: Atlas,
     motion: Motion,
+    /// What is inside of the model.
+    material: Material,
+    /// Diagonal of the bounding box. Millimetres.
+    size: f64,
 }
 
 impl<'a> Surface<'a> {
@@ -97,7 +103,8 @@ impl<'a> Surface<'a> {
         let mut inverted = vec![false; model.parts().len()];
         let turned = Closedness::of(model, &*instance)?.inverted;
         turned.iter().for_each(|patch| inverted[*patch] = true);
-        let standing = Material::of(model, &*instance, &turned, size)?.of_texels(&texels);
+        let material = Material::of(model, &*instance, &turned, size)?;
+        let standing = material.of_texels(&texels);
         motion.move_texels(&mut texels);
         motion.move_tessellation(&mut tessellation);
         let tolerances = model.tolerances(x)?.into_iter();
@@ -108,7 +115,8 @@ impl<'a> Surface<'a> {
         let passages = Passages::of(&texels.part_names, places);
         let notices = notices.into_iter().chain(passages.map(|passages| passages.sentence())).collect();
         let buried = standing.iter().map(|s| *s == Standing::Buried).collect();
-        let parametrised = Some(Parametrised { reach: Reach { model, instance, x: x.to_vec() }, atlas, motion });
+        let reach = Reach { model, instance, x: x.to_vec() };
+        let parametrised = Some(Parametrised { reach, atlas, motion, material, size });
         Ok(Self { tessellation, texels, seconds, tolerances, inverted, buried, notices, parametrised })
     }
 
@@ -143,14 +151,26 @@ impl<'a> Surface<'a> {
 
     /// How the surface moves where the parameters change; none for a mesh.
     pub(super) fn sensitivities(&self) -> Result<Option<Sensitivities>, MeasureError> {
-        let Some(Parametrised { reach, atlas, motion }) = &self.parametrised else { return Ok(None) };
+        let Some(Parametrised { reach, atlas, motion, .. }) = &self.parametrised else { return Ok(None) };
         Ok(Some(Sensitivities::new(reach.model, &*reach.instance, atlas, &self.texels, motion)?))
     }
 
     /// The same all over the texture.
     pub(super) fn sensitivity_maps(&self) -> Result<Option<SensitivityMaps>, MeasureError> {
-        let Some(Parametrised { reach, atlas, motion }) = &self.parametrised else { return Ok(None) };
+        let Some(Parametrised { reach, atlas, motion, .. }) = &self.parametrised else { return Ok(None) };
         Ok(Some(SensitivityMaps::new(reach.model, &*reach.instance, atlas, &self.texels, motion)?))
+    }
+}
+
+impl Parametrised<'_> {
+    /// The facets in which feet on the exact surface are searched.
+    pub(super) fn layout(&self) -> Layout {
+        layout_for(self.reach.model, &*self.reach.instance, self.size)
+    }
+
+    /// The exact surface. `inverted` are the parts whose outer side is the other one than written.
+    pub(super) fn exact<'s>(&'s self, layout: &'s Layout, inverted: &[bool]) -> ExactSurface<'s> {
+        ExactSurface::new(&*self.reach.instance, layout, inverted, &self.material, self.motion, self.size)
     }
 }
 

@@ -5,8 +5,8 @@ use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
 use crate::model::Motion;
 use crate::variance::{
-    Characteristic, Explanation, FormDeviation, Outcome, ParameterEffect, PartStatistics, Piece, Statistics,
-    UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
+    Characteristic, Explanation, FormDeviation, Outcome, ParameterEffect, PartStatistics, Piece, PointDistances,
+    PointStatistics, Statistics, UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
 };
 use gml_compiler::program::Quantity;
 use std::fmt::Write;
@@ -162,6 +162,9 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
         <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n";
     table(head, all.chain(parts).chain(groups), &mut out);
     conformance(variance, &mut out);
+    if let Some(distances) = &variance.points {
+        points(distances, variance.max_distance, &mut out);
+    }
     by_points(variance, &mut out);
     explained(variance, &mut out);
     forms(variance, &mut out);
@@ -225,6 +228,33 @@ fn row(name: &str, s: &Statistics, class: &str) -> String {
     let cells: String = figures.iter().map(|figure| format!("<td>{}</td>", number(*figure))).collect();
     let (name, area, coverage) = (escape(name), number(s.area), 100.0 * s.coverage);
     format!("<tr class=\"{class}\"><td>{name}</td><td>{area}</td><td>{coverage:.1} %</td>{cells}</tr>\n")
+}
+
+/// The distances of the scan's points from the surface.
+fn points(points: &PointDistances, max_distance: f64, out: &mut String) {
+    let _ = writeln!(
+        out,
+        "<h3>At the scan's points</h3>\n<p class=\"convention\">Signed distances of the points from the exact surface, every \
+         point counted alike: {:.1} % of {} have one, {} are farther than {} mm, and {} only beside surface that faces another \
+         way.</p>",
+        100.0 * points.share,
+        points.points,
+        points.beyond,
+        number(max_distance),
+        points.facing_away,
+    );
+    let row = |name: &str, s: &PointStatistics| {
+        let m = &s.moments;
+        let figures =
+            [m.signed.mean, m.signed.sd, m.rms, m.signed.median, m.percentiles.p95, m.signed.min, m.signed.max];
+        let figures: String = figures.iter().map(|figure| format!("<td>{}</td>", number(*figure))).collect();
+        let place = s.largest.as_ref().map_or_else(String::new, |l| l.place.map(number).join(", "));
+        format!("<tr><td>{}</td><td>{}</td>{figures}<td class=\"text\">{place}</td></tr>\n", escape(name), s.measured)
+    };
+    let head = "<thead><tr><th>Part</th><th>Points</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
+        <th>95 %, unsigned</th><th>Least</th><th>Greatest</th><th>Largest at, mm</th></tr></thead>\n";
+    let parts = points.parts.iter().map(|part| row(&part.name, &part.statistics));
+    table(head, std::iter::once(row("All", &points.overall)).chain(parts), out);
 }
 
 /// The verdicts on parts with tolerances, and the areas within, if there are any.

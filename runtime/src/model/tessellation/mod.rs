@@ -312,7 +312,7 @@ fn lines(origins: &[SurfacePoint], axes: &[Axes]) -> Vec<Vec<u32>> {
 ///
 /// # Errors
 /// The surface cannot be evaluated.
-pub(in crate::model) fn unit_normals(
+pub(crate) fn unit_normals(
     instance: &dyn Instance,
     patch: usize,
     u: &[f64],

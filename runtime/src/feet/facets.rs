@@ -2,7 +2,7 @@
 
 use super::layout::{Layout, bounds};
 use super::tree::{Tree, triangle_closest};
-use crate::fit::tuning::GRAZING;
+use super::tuning::GRAZING;
 use crate::mesh::Bounds;
 use glam::DVec3;
 

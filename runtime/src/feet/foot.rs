@@ -2,7 +2,7 @@
 //! at the breaks of the patch, as at its edges, and go on from the other side where that leads nearer.
 
 use super::domain::{Domain, Stretch};
-use crate::fit::tuning::{
+use super::tuning::{
     BACKTRACK, CURVED_CLEARLY, CURVED_SOUNDLY, FOOT_EVALUATIONS, SEAM_STEP, TAYLOR_GROWTH, TAYLOR_SHARE, TAYLOR_STEPS,
 };
 use crate::model::{EvaluationError, Instance, SecondPartials};

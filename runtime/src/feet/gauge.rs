@@ -1,7 +1,7 @@
 //! The resolution that a patch's grid of facets needs.
 
 use super::domain::{Domain, Stretch};
-use crate::fit::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, LEAST_CURVATURE_CELLS, MOST_CELLS, MOST_STRETCHES};
+use super::tuning::{CELLS_OF_SIZE, CURVATURE_CELLS, LEAST_CURVATURE_CELLS, MOST_CELLS, MOST_STRETCHES};
 use crate::model::{Breaks, Instance};
 use glam::DVec3;
 

@@ -3,7 +3,7 @@
 use super::facets::{Facets, Facing, Orientation};
 use super::layout::Quad;
 use super::tree::triangle_closest;
-use crate::fit::tuning::{GRAZING, LISTED};
+use super::tuning::{GRAZING, LISTED};
 use glam::DVec3;
 
 /// The hint of a query that has none.
@@ -64,6 +64,28 @@ impl Facets<'_> {
         let search = NearestSearch::run(self, query);
         (search.nearest(), search.slack())
     }
+
+    /// The nearest point of every patch that has one no more than `beyond` millimetres farther off than the nearest of
+    /// all; the latter's patch is the first.
+    pub(crate) fn nearest_of_patches(&self, query: Query, beyond: f64) -> Vec<Nearest> {
+        let first = NearestSearch::run(self, query);
+        let Some(nearest) = first.nearest() else { return Vec::new() };
+        let limit = (first.least.sqrt() + beyond).powi(2);
+        let mut others: Vec<(u32, NearestSearch)> = Vec::new();
+        self.tree.visit(query.q, limit, |quad, limit| {
+            let patch = self.layout.quads[quad].patch;
+            if patch != nearest.patch && query.except != Some(patch) {
+                let known = others.iter().position(|(other, _)| *other == patch).unwrap_or_else(|| {
+                    others.push((patch, NearestSearch::new(self, query)));
+                    others.len() - 1
+                });
+                others[known].1.distance(quad as u32, limit);
+            }
+            limit
+        });
+        let others = others.iter().filter(|(_, search)| search.least <= limit).filter_map(|(_, s)| s.nearest());
+        std::iter::once(nearest).chain(others).collect()
+    }
 }
 
 struct NearestSearch<'s> {
@@ -78,9 +100,14 @@ struct NearestSearch<'s> {
 }
 
 impl<'s> NearestSearch<'s> {
+    /// A search that has seen nothing.
+    fn new(facets: &'s Facets<'s>, query: Query<'s>) -> Self {
+        Self { facets, query, least: f64::INFINITY, best: None, listed: [(0, 0.0); LISTED], count: 0 }
+    }
+
     fn run(facets: &'s Facets<'s>, query: Query<'s>) -> Self {
         let Query { q, hint, except, .. } = query;
-        let mut search = Self { facets, query, least: f64::INFINITY, best: None, listed: [(0, 0.0); LISTED], count: 0 };
+        let mut search = Self::new(facets, query);
         let mut limit = search.limit();
         if (hint as usize) < facets.layout.quads.len() {
             limit = search.visit(hint, limit);

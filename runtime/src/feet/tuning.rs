@@ -1,0 +1,39 @@
+//! The constants of the search for foot points. docs/decisions/0029-tuning-constants.md says what became of fits with
+//! half and with twice of each.
+
+// -------------------------------------------------------------------------------------------------------------- Facets
+
+/// Cells of facets that a model has at least along its size, so that boxes stay small.
+pub(super) const CELLS_OF_SIZE: f64 = 10.0;
+/// Cells each way of the grid on which a patch's curvature is measured, and the most that it is divided into.
+pub(super) const CURVATURE_CELLS: usize = 12;
+pub(super) const MOST_CELLS: f64 = 48.0;
+/// Between breaks: cells of the grid of curvature in a stretch at least, and the most stretches each way that have
+/// cells of their own, even if only one each.
+pub(super) const LEAST_CURVATURE_CELLS: usize = 3;
+pub(super) const MOST_STRETCHES: usize = 400;
+
+// ------------------------------------------------------------------------------------------------------ Nearest facets
+
+/// Facets that a search lists for the slack. Where more are within reach, nothing is known of the slack.
+pub(super) const LISTED: usize = 48;
+/// The cosine between normals up to which a facet that faces away is grazing: it may turn over within the last steps of
+/// a fit.
+pub(super) const GRAZING: f64 = 0.1;
+
+// --------------------------------------------------------------------------------------------------------- Foot points
+
+/// Newton's method for a foot: evaluations at most (four suffice except across a sharp bend), the factor on a step that
+/// led away, and the longest step along a closed patch, whose period is 1.
+pub(super) const FOOT_EVALUATIONS: usize = 16;
+pub(super) const BACKTRACK: f64 = 0.25;
+pub(super) const SEAM_STEP: f64 = 0.25;
+/// Steps are Newton's where the Hessian's diagonal is larger than this part of the metric's, and its determinant than
+/// this part of the diagonal's product; else they are Gauss-Newton's.
+pub(super) const CURVED_CLEARLY: f64 = 1e-3;
+pub(super) const CURVED_SOUNDLY: f64 = 1e-6;
+/// Newton's method on a patch's Taylor polynomial: steps at most, the part of the tolerance that the polynomial may be
+/// off by, and the assumed ratio of third to second derivatives (2 pi for a sine whose period is the patch).
+pub(super) const TAYLOR_STEPS: usize = 4;
+pub(super) const TAYLOR_SHARE: f64 = 0.1;
+pub(super) const TAYLOR_GROWTH: f64 = 16.0;

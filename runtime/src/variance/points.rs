@@ -1,0 +1,179 @@
+//! Signed distances of the scan's points from the surface: the other way round than from the texels.
+
+use super::distribution::{Distribution, Sample};
+use super::moments::Moments;
+use super::surface::Parametrised;
+use crate::bvh::Bvh;
+use crate::feet::signed::{MeshSurface, Place, SignedFoot, Target};
+use crate::mesh::TriangleMesh;
+use crate::scan::Scan;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::FRAC_PI_2;
+
+/// The distances of the points of a scan from the surface, which they are nearest to. In JSON the statistics of all
+/// points stand beside `parts`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointDistances {
+    /// Number of points.
+    pub points: usize,
+    /// Number of points that are farther from the surface than the maximum distance.
+    pub beyond: usize,
+    /// Number of points that have no surface within the maximum distance but such as faces another way: by more than
+    /// the largest angle between the normals.
+    pub facing_away: usize,
+    /// `measured / points`; 0 if there are none.
+    pub share: f64,
+    /// Statistics of the points that have a distance, every point counted alike.
+    #[serde(flatten)]
+    pub overall: PointStatistics,
+    /// The same of those whose nearest surface is that of a part, in the order of the parts.
+    pub parts: Vec<PartPoints>,
+}
+
+/// Statistics of the points of one part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartPoints {
+    /// The name of the part.
+    pub name: String,
+    /// The statistics; their fields stand beside the name in JSON.
+    #[serde(flatten)]
+    pub statistics: PointStatistics,
+}
+
+/// Statistics of the distances of points.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PointStatistics {
+    /// Number of points that have a distance.
+    pub measured: usize,
+    /// Their distances.
+    #[serde(flatten)]
+    pub moments: Moments,
+    /// The point with the largest distance either way, if there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest: Option<LargestDistance>,
+}
+
+/// The largest of some distances.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LargestDistance {
+    /// Signed. Millimetres.
+    pub distance: f64,
+    /// The point, in the scan's frame. Millimetres.
+    pub place: [f64; 3],
+    /// The part whose surface is the nearest.
+    pub part: String,
+}
+
+/// A point of the scan that has a distance.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointDistance {
+    /// Signed distance from the surface, positive outside. Millimetres.
+    pub distance: f64,
+    /// Index of the part whose surface is the nearest.
+    pub part: u32,
+}
+
+/// Points of a scan with their distances.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeasuredPoints {
+    /// The points. Millimetres.
+    pub positions: Vec<[f64; 3]>,
+    /// The distance of each; none where it is beyond the maximum distance or faces another way.
+    pub distances: Vec<Option<PointDistance>>,
+}
+
+/// The surface from which points are measured.
+pub(in crate::variance) struct PointSearch<'a> {
+    /// The model; none for a reference mesh.
+    pub(in crate::variance) parametrised: Option<&'a Parametrised<'a>>,
+    /// By part, whether the model's outer side is the other one than written.
+    pub(in crate::variance) inverted: &'a [bool],
+    /// The surface as triangles, which are the surface itself of a reference mesh.
+    pub(in crate::variance) mesh: &'a TriangleMesh,
+}
+
+impl PointSearch<'_> {
+    /// Measures all points of a scan. `bvh` is the hierarchy over the triangles, `max_angle` the largest angle between
+    /// the scan's normals and the surface's, in radians, at most a right angle; `names` are those of the parts.
+    pub(in crate::variance) fn measure(
+        &self,
+        bvh: &Bvh,
+        scan: &Scan,
+        max_distance: f64,
+        max_angle: f64,
+        names: &[String],
+    ) -> (PointDistances, MeasuredPoints) {
+        let layout = self.parametrised.map(Parametrised::layout);
+        let target = match (self.parametrised, &layout) {
+            (Some(model), Some(layout)) => Target::Model(model.exact(layout, self.inverted)),
+            _ => Target::Mesh(MeshSurface::new(self.mesh, bvh)),
+        };
+        measure_points(&target, scan, max_distance, max_angle, names)
+    }
+}
+
+fn measure_points(
+    target: &Target<'_>,
+    scan: &Scan,
+    max_distance: f64,
+    max_angle: f64,
+    names: &[String],
+) -> (PointDistances, MeasuredPoints) {
+    let places = places(scan);
+    let cosine = max_angle.cos();
+    // Facets face as the surface does to their own fineness only, so that a right angle is no limit here.
+    let limited = max_angle < FRAC_PI_2;
+    let agrees =
+        |place: &Place, foot: &SignedFoot| !limited || place.normal.is_none_or(|n| n.dot(foot.normal) >= cosine);
+    let distance = |(place, foot): (&Place, Option<SignedFoot>)| {
+        let foot = foot.filter(|foot| agrees(place, foot))?;
+        Some(PointDistance { distance: foot.distance, part: foot.part })
+    };
+    let feet = target.feet(&places, max_distance);
+    let distances: Vec<Option<PointDistance>> = places.iter().zip(feet).map(distance).collect();
+    let left = places.iter().zip(&distances).filter(|(_, distance)| distance.is_none());
+    let left: Vec<Place> = left.map(|(place, _)| Place { normal: None, ..*place }).collect();
+    let facing_away = target.feet(&left, max_distance).iter().flatten().count();
+    let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances };
+    let overall = statistics(&measured, names, |_| true);
+    let part = |(k, name): (usize, &String)| {
+        let statistics = statistics(&measured, names, |part| part as usize == k);
+        PartPoints { name: name.clone(), statistics }
+    };
+    let distances = PointDistances {
+        points: places.len(),
+        beyond: left.len() - facing_away,
+        facing_away,
+        share: overall.measured as f64 / places.len().max(1) as f64,
+        parts: names.iter().enumerate().map(part).collect(),
+        overall,
+    };
+    (distances, measured)
+}
+
+/// The points of a scan, with their normals where the sides of the scan are known.
+fn places(scan: &Scan) -> Vec<Place> {
+    let mesh = &scan.mesh;
+    let normal = |i: usize| mesh.normals.get(i).filter(|_| scan.oriented).and_then(|n| DVec3::from(*n).try_normalize());
+    mesh.positions.iter().enumerate().map(|(i, p)| Place { point: (*p).into(), normal: normal(i) }).collect()
+}
+
+fn statistics(points: &MeasuredPoints, names: &[String], of: impl Fn(u32) -> bool) -> PointStatistics {
+    let all = points.positions.iter().zip(&points.distances);
+    let all: Vec<([f64; 3], PointDistance)> =
+        all.filter_map(|(place, d)| Some((*place, d.filter(|d| of(d.part))?))).collect();
+    let samples = all.iter().map(|(_, d)| Sample::new(d.distance as f32, 0.0)).collect();
+    let [_, moments] = Distribution::new(samples).moments();
+    // Of equals the first.
+    let largest = all.iter().rev().max_by(|a, b| a.1.distance.abs().total_cmp(&b.1.distance.abs()));
+    let largest = largest.map(|(place, d)| LargestDistance {
+        distance: d.distance,
+        place: *place,
+        part: names.get(d.part as usize).cloned().unwrap_or_default(),
+    });
+    PointStatistics { measured: all.len(), moments, largest }
+}
+
+#[cfg(test)]
+mod tests;
