@@ -2,6 +2,7 @@
 
 mod check;
 mod cli;
+mod compare;
 mod deviations;
 mod diagnostics;
 mod diff;
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
         Command::Fit(args) => fit::run(args),
         Command::Variance(args) => variance::run(args),
         Command::Inspect(args) => inspect::run(args),
+        Command::Compare(args) => compare::run(args),
         Command::Repl(args) => repl::run(args),
     };
     let Err(error) = result else { return ExitCode::SUCCESS };

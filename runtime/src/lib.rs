@@ -50,14 +50,17 @@
 //! - [`bvh`]: nearest hits of rays and closest points on a triangle mesh.
 //! - [`mod@fit`]: parameters and pose from a scan; search over discrete inputs.
 //! - [`variance`]: distances from every texel of the model's surface to the scan; statistics.
+//! - [`mod@compare`]: where two surfaces differ, and by which parameters.
 //! - [`export`]: the documents: X3D, pictures, meshes, report.
 //! - [`mod@inspect`]: fit, measure and document.
 //! - [`workers`]: threads for the compiler's work.
 //!
 //! `fit` and `variance` use `model`, `scan`, `bvh` and foot points, and not each other; `simulate` uses `model` and
-//! `bvh`; `export` reads all results; `inspect` calls `fit`, `variance` and `export`.
+//! `bvh`; `export` reads all results; `compare` uses `variance` and foot points; `inspect`
+//! calls `fit`, `variance` and `export`.
 
 pub mod bvh;
+pub mod compare;
 mod disjoint_sets;
 mod eigen;
 pub mod export;

@@ -1,8 +1,10 @@
 //! The command line's arguments and help.
 
+mod compare;
 mod comparison;
 mod language;
 
+pub(crate) use compare::CompareArgs;
 pub(crate) use comparison::{FitArgs, FitControls, InspectArgs, NormalsArg, ScanArgs, VarianceArgs, VarianceControls};
 pub(crate) use language::{
     CheckArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, MeshArgs, ReplArgs, Stage, VirtualScanArgs,
@@ -27,6 +29,7 @@ Examples:
   gmlc scan octagonal_cup.gml -o scan.ply        make a virtual scan of a model
   gmlc inspect cup.gml scan.ply -o out/cup       fit, measure and document, all in one
   gmlc inspect mug.gml mug.ply --unit m -o out   a scan whose file is in metres
+  gmlc compare monday.json friday.json           where two fits differ, and by which parameters
 
 Exit status: 0 success; 1 an error in a script, a scan or another file, or no result;
 2 an error in the command line; 3 a part or a measure does not conform to its tolerance; 4 it is
@@ -55,6 +58,8 @@ pub(crate) enum Command {
     Variance(VarianceArgs),
     /// Fit, measure and document: everything into one folder
     Inspect(InspectArgs),
+    /// Compare two models, fits or meshes: where they differ, and by which parameters
+    Compare(CompareArgs),
     /// Evaluate expressions and definitions interactively
     Repl(ReplArgs),
 }

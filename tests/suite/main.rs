@@ -3,6 +3,7 @@
 mod architecture;
 mod awkward;
 mod command;
+mod compare;
 mod diagnostics;
 mod dimensions;
 mod documentation;

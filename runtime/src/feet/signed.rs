@@ -7,7 +7,7 @@ use super::nearest::Query;
 use super::tree::triangle_closest;
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
-use crate::model::{Instance, Material, Model, Motion, Partials, Standing, unit_normals};
+use crate::model::{Instance, Model, Motion, Partials, unit_normals};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -86,8 +86,6 @@ pub(crate) struct ExactSurface<'a> {
     back: Motion,
     /// Per patch 1 where dS/du x dS/dv points outwards, -1 where it points inwards.
     signs: Vec<i8>,
-    /// What tells which surface is inside of the model's own material, where nothing can be measured.
-    material: &'a Material,
     size: f64,
 }
 
@@ -97,13 +95,12 @@ impl<'a> ExactSurface<'a> {
         instance: &'a dyn Instance,
         layout: &'a Layout,
         inverted: &[bool],
-        material: &'a Material,
         motion: Motion,
         size: f64,
     ) -> Self {
         let signs = inverted.iter().map(|inverted| if *inverted { -1 } else { 1 }).collect();
         let facets = layout.facets(instance);
-        Self { instance, layout, facets, motion, back: motion.inverse(), signs, material, size }
+        Self { instance, layout, facets, motion, back: motion.inverse(), signs, size }
     }
 
     fn feet(&self, places: &[Place], reach: f64) -> Vec<Option<SignedFoot>> {
@@ -115,16 +112,13 @@ impl<'a> ExactSurface<'a> {
             })
             .collect();
         let mut feet = self.nearest(&places, &vec![None; places.len()], reach);
-        // What covers surface of its own cannot be seen, so that no point of a scan is of it; and at a pole facets
-        // without area face any way.
-        let refused = |foot: &SignedFoot, place: &Place| self.is_buried(foot) || !is_facing(foot.normal, place);
+        // At a pole facets without area face any way.
         let again: Vec<usize> =
-            (0..feet.len()).filter(|i| feet[*i].is_some_and(|foot| refused(&foot, &places[*i]))).collect();
+            (0..feet.len()).filter(|i| feet[*i].is_some_and(|foot| !is_facing(foot.normal, &places[*i]))).collect();
         let (at, except): (Vec<Place>, Vec<Option<u32>>) =
             again.iter().map(|i| (places[*i], feet[*i].map(|foot| foot.part))).unzip();
         for (i, other) in again.into_iter().zip(self.nearest(&at, &except, reach)) {
-            let other = other.filter(|foot| !refused(foot, &places[i]));
-            feet[i] = other.or(feet[i].filter(|foot| is_facing(foot.normal, &places[i])));
+            feet[i] = other.filter(|foot| is_facing(foot.normal, &places[i]));
         }
         for (foot, place) in feet.iter_mut().zip(&places) {
             if let Some(foot) = foot.as_mut().filter(|foot| is_unsure(foot, place)) {
@@ -138,11 +132,6 @@ impl<'a> ExactSurface<'a> {
             ..foot
         };
         feet.into_iter().map(|foot| foot.map(moved)).collect()
-    }
-
-    fn is_buried(&self, foot: &SignedFoot) -> bool {
-        let written = f64::from(self.signs[foot.part as usize]) * foot.normal;
-        self.material.at(foot.part as usize, foot.point, written) == Standing::Buried
     }
 
     /// The feet in the model's frame, each on none of the patch that is excepted.

@@ -3,7 +3,7 @@
 use super::signed::{ExactSurface, MeshSurface, Place, Target, layout_for};
 use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
-use crate::model::{Closedness, Fineness, Instance, Material, Model, Motion, Tessellation, Winding};
+use crate::model::{Closedness, Fineness, Instance, Model, Motion, Tessellation, Winding};
 use glam::{DVec2, DVec3};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
@@ -54,9 +54,8 @@ fn with_target(program: &Program, motion: Motion, look: impl FnOnce(&Target<'_>,
     let size = Tessellation::uniform(program, &*instance, 8, 8).expect("it is finite").mesh.bounds().diagonal();
     let turned = Closedness::of(program, &*instance).expect("it is finite").inverted;
     let inverted: Vec<bool> = (0..Model::parts(program).len()).map(|patch| turned.contains(&patch)).collect();
-    let material = Material::of(program, &*instance, &turned, size).expect("it is finite");
     let layout = layout_for(program, &*instance, size);
-    look(&Target::Model(ExactSurface::new(&*instance, &layout, &inverted, &material, motion, size)), &*instance);
+    look(&Target::Model(ExactSurface::new(&*instance, &layout, &inverted, motion, size)), &*instance);
 }
 
 #[test]

@@ -34,6 +34,7 @@ mod verdict;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use infer::significance::chi_squared_tail;
 pub use measures::{AllowedDeviation, FittedMeasure};
 pub use monitor::TracePoint;
 pub use options::{Converged, EarlierFit, FitError, FitOptions};

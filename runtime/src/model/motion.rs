@@ -62,6 +62,14 @@ impl Motion {
         Self { translation: back.direction(self.translation).map(|c| -c), ..back }
     }
 
+    /// This motion after another one.
+    #[must_use]
+    pub fn after(&self, first: &Self) -> Self {
+        let columns = first.inverse().rotation.map(|column| self.direction(column));
+        let rotation = [0, 1, 2].map(|i| columns.map(|column| column[i]));
+        Self { rotation, translation: self.point(first.translation) }
+    }
+
     /// Moves a tessellation: positions and normals.
     pub fn move_tessellation(&self, tessellation: &mut Tessellation) {
         for p in &mut tessellation.mesh.positions {
@@ -86,6 +94,20 @@ impl Motion {
 #[cfg(test)]
 mod tests {
     use super::Motion;
+
+    #[test]
+    fn motions_follow_each_other_and_go_back() {
+        let turn = |angle: f64, translation| {
+            let (sin, cos) = angle.sin_cos();
+            Motion { rotation: [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]], translation }
+        };
+        let tilt =
+            Motion { rotation: [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], translation: [1.0, 2.0, 3.0] };
+        let (first, p) = (turn(0.4, [5.0, -6.0, 7.0]), [0.3, -0.2, 11.0]);
+        let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-13);
+        assert!(near(tilt.after(&first).point(p), tilt.point(first.point(p))));
+        assert!(near(first.inverse().point(first.point(p)), p) && near(tilt.inverse().point(tilt.point(p)), p));
+    }
 
     #[test]
     fn the_motion_between_moved_points_is_found() {

@@ -14,11 +14,11 @@ const OTHER_SIDE: f64 = 3.0;
 
 /// How a scan faces, compared with the model.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(in crate::variance) struct Facings {
+pub(crate) struct Facings {
     /// All parts, or nearly all, face the other way.
-    pub(in crate::variance) reversed: bool,
+    pub(crate) reversed: bool,
     /// Names of the parts that face the scan's other side, after the scan was turned if it is `reversed`.
-    pub(in crate::variance) contested: Vec<String>,
+    pub(crate) contested: Vec<String>,
 }
 
 /// A sample of a part with the closest point of the scan.
@@ -32,7 +32,7 @@ struct Vote {
 impl Facings {
     /// For a sample of every part's texels the closest point of the scan (at most `max_distance` away) is found. Only
     /// the nearer half of a part's sample votes, so that neither the other side of a wall nor gross deviations decide.
-    pub(in crate::variance) fn of(texels: &Texels, scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> Self {
+    pub(crate) fn of(texels: &Texels, scan: &TriangleMesh, bvh: &Bvh, max_distance: f64) -> Self {
         let samples = texels.samples_of_parts(SAMPLES);
         let votes: Vec<Vec<Vote>> =
             samples.iter().map(|sample| votes(texels, sample, scan, bvh, max_distance)).collect();
@@ -71,7 +71,7 @@ fn votes(texels: &Texels, sample: &[usize], scan: &TriangleMesh, bvh: &Bvh, max_
 
 /// Turns the normals and triangles of some parts. The model's `mesh` has one group per part, in the order of the
 /// texels' parts; groups do not share vertices.
-pub(in crate::variance) fn turn(texels: &mut Texels, mesh: &mut TriangleMesh, turned: &[bool]) {
+pub(crate) fn turn(texels: &mut Texels, mesh: &mut TriangleMesh, turned: &[bool]) {
     for (i, &part) in texels.part.iter().enumerate() {
         if turned[part as usize] {
             texels.normal[i] = texels.normal[i].map(|c| -c);
@@ -91,69 +91,26 @@ pub(in crate::variance) fn turn(texels: &mut Texels, mesh: &mut TriangleMesh, tu
     }
 }
 
-/// Whether a mesh is closed, every edge between two triangles that agree, and encloses a negative volume.
-pub(in crate::variance) fn is_inside_out(mesh: &TriangleMesh) -> bool {
+/// Whether a mesh is closed and encloses a negative volume.
+pub(crate) fn is_inside_out(mesh: &TriangleMesh) -> bool {
+    enclosed_volume(mesh).is_some_and(|volume| volume < 0.0)
+}
+
+/// The volume that a mesh encloses, negative where it is inside out; none where it is not closed, every edge between
+/// two triangles that agree. Cubic millimetres.
+pub(crate) fn enclosed_volume(mesh: &TriangleMesh) -> Option<f64> {
     // Parts of a mesh do not share vertices, but places.
     let place = mesh.position_numbers();
     let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
     let mut volume = 0.0;
-    let Some(origin) = mesh.triangles.first().map(|t| mesh.corners(*t)[0]) else { return false };
+    let origin = mesh.triangles.first().map(|t| mesh.corners(*t)[0])?;
     for triangle in &mesh.triangles {
         for k in 0..3 {
             let [from, to] = [triangle[k], triangle[(k + 1) % 3]].map(|v| place[v as usize]);
             *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
         }
         let [a, b, c] = mesh.corners(*triangle).map(|p| p - origin);
-        volume += a.dot(b.cross(c));
+        volume += a.dot(b.cross(c)) / 6.0;
     }
-    volume < 0.0 && edges.values().all(|balance| *balance == 0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::model::ReferenceSurface;
-
-    /// A closed box, wound outwards or inwards.
-    fn box_mesh(size: f64, outwards: bool) -> TriangleMesh {
-        let positions = (0..8).map(|i| [0, 1, 2].map(|k| if i >> k & 1 == 1 { size } else { -size })).collect();
-        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-        let wind = |t: [u32; 3]| if outwards { t } else { [t[0], t[2], t[1]] };
-        let triangles = quads.iter().flat_map(|q| [wind([q[0], q[1], q[2]]), wind([q[0], q[2], q[3]])]).collect();
-        TriangleMesh { positions, triangles, ..TriangleMesh::default() }
-    }
-
-    #[test]
-    fn a_closed_reference_is_turned_by_its_volume() {
-        for outwards in [true, false] {
-            let mut surface = ReferenceSurface::new(&box_mesh(10.0, outwards), 64).expect("a box");
-            assert_eq!(is_inside_out(&surface.tessellation.mesh), !outwards);
-            if !outwards {
-                let parts = vec![true; surface.texels.part_names.len()];
-                turn(&mut surface.texels, &mut surface.tessellation.mesh, &parts);
-            }
-            for (p, n) in surface.texels.position.iter().zip(&surface.texels.normal) {
-                assert!((0..3).map(|k| p[k] * f64::from(n[k])).sum::<f64>() > 0.0);
-            }
-            let mesh = &surface.tessellation.mesh;
-            for t in &mesh.triangles {
-                let [a, b, c] = t.map(|i| glam::DVec3::from(mesh.positions[i as usize]));
-                assert!((b - a).cross(c - a).dot(a) > 0.0);
-            }
-        }
-        let mut open = box_mesh(10.0, false);
-        open.triangles.pop();
-        assert!(!is_inside_out(&open), "what is open has no volume");
-    }
-
-    #[test]
-    fn a_scan_that_faces_the_other_way_everywhere_is_reversed() {
-        for outwards in [true, false] {
-            let scan = box_mesh(10.5, outwards);
-            let bvh = Bvh::build(&scan).expect("a box");
-            let surface = ReferenceSurface::new(&box_mesh(10.0, true), 64).expect("a box");
-            let facings = Facings::of(&surface.texels, &scan, &bvh, 5.0);
-            assert_eq!(facings, Facings { reversed: !outwards, contested: Vec::new() });
-        }
-    }
+    edges.values().all(|balance| *balance == 0).then_some(volume)
 }

@@ -14,15 +14,15 @@ const LINEAR: f64 = 1.0 / 3.0;
 const ROUNDING: f64 = 1e-9;
 
 /// A model about the parameters at which it was measured.
-pub(super) struct Reach<'a> {
-    pub(super) model: &'a dyn Model,
-    pub(super) instance: Box<dyn Instance + 'a>,
-    pub(super) x: Vec<f64>,
+pub(crate) struct Reach<'a> {
+    pub(crate) model: &'a dyn Model,
+    pub(crate) instance: Box<dyn Instance + 'a>,
+    pub(crate) x: Vec<f64>,
 }
 
 impl Reach<'_> {
     /// Whether the model exists with a parameter changed, and a patch then is about where its derivatives say.
-    pub(super) fn contains(&self, patch: usize, effect: &ParameterEffect) -> bool {
+    pub(crate) fn contains(&self, patch: usize, effect: &ParameterEffect) -> bool {
         let Some(parameter) = self.model.parameters().iter().position(|p| p.name == effect.name) else { return false };
         let mut x = self.x.clone();
         x[parameter] += effect.change;
@@ -36,7 +36,7 @@ impl Reach<'_> {
 
     /// Whether the surface at `x`, where one parameter differs, is about where the derivatives by it say. None where it
     /// does not exist.
-    fn is_linear(&self, patch: usize, parameter: usize, x: &[f64]) -> Option<bool> {
+    pub(crate) fn is_linear(&self, patch: usize, parameter: usize, x: &[f64]) -> Option<bool> {
         let at = |k: usize| (k as f64 + 0.5) / SAMPLES as f64;
         let (u, v): (Vec<f64>, Vec<f64>) = (0..SAMPLES * SAMPLES).map(|k| (at(k % SAMPLES), at(k / SAMPLES))).unzip();
         let changed = self.model.instantiate(x).ok()?;

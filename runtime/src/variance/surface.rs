@@ -49,28 +49,28 @@ impl Default for Resolution {
 }
 
 /// The surface with the origins of the rays.
-pub(super) struct Surface<'a> {
+pub(crate) struct Surface<'a> {
     /// Triangles with texture coordinates.
-    pub(super) tessellation: Tessellation,
+    pub(crate) tessellation: Tessellation,
     /// Origins and directions of the rays.
-    pub(super) texels: Texels,
+    pub(crate) texels: Texels,
     /// Seconds that the texels took.
-    pub(super) seconds: f64,
+    pub(crate) seconds: f64,
     /// The parts' own tolerances.
-    pub(super) tolerances: Vec<Option<Tolerance>>,
+    pub(crate) tolerances: Vec<Option<Tolerance>>,
     /// By part, whether its outer side is the other one than written, by the volume that it encloses with others.
-    pub(super) inverted: Vec<bool>,
+    pub(crate) inverted: Vec<bool>,
     /// By texel, whether it is inside of the model's own material; empty for a mesh.
-    pub(super) buried: Vec<bool>,
+    pub(crate) buried: Vec<bool>,
     /// Sentences for the user.
-    pub(super) notices: Vec<String>,
+    pub(crate) notices: Vec<String>,
     /// The model that derivatives are computed from; none for a mesh.
-    pub(super) parametrised: Option<Parametrised<'a>>,
+    pub(crate) parametrised: Option<Parametrised<'a>>,
 }
 
 /// A model at the parameters at which it is measured.
-pub(super) struct Parametrised<'a> {
-    pub(super) reach: Reach<'a>,
+pub(crate) struct Parametrised<'a> {
+    pub(crate) reach: Reach<'a>,
     atlas: Atlas,
     motion: Motion,
     /// What is inside of the model.
@@ -80,7 +80,7 @@ pub(super) struct Parametrised<'a> {
 }
 
 impl<'a> Surface<'a> {
-    pub(super) fn new(reference: Reference<'a>, resolution: Resolution) -> Result<Self, MeasureError> {
+    pub(crate) fn new(reference: Reference<'a>, resolution: Resolution) -> Result<Self, MeasureError> {
         match reference {
             Reference::Model { model, x, motion } => Self::of_model(model, x, motion, resolution),
             Reference::Mesh(mesh) => Self::of_mesh(mesh, resolution),
@@ -150,27 +150,37 @@ impl<'a> Surface<'a> {
     }
 
     /// How the surface moves where the parameters change; none for a mesh.
-    pub(super) fn sensitivities(&self) -> Result<Option<Sensitivities>, MeasureError> {
+    pub(crate) fn sensitivities(&self) -> Result<Option<Sensitivities>, MeasureError> {
         let Some(Parametrised { reach, atlas, motion, .. }) = &self.parametrised else { return Ok(None) };
         Ok(Some(Sensitivities::new(reach.model, &*reach.instance, atlas, &self.texels, motion)?))
     }
 
     /// The same all over the texture.
-    pub(super) fn sensitivity_maps(&self) -> Result<Option<SensitivityMaps>, MeasureError> {
+    pub(crate) fn sensitivity_maps(&self) -> Result<Option<SensitivityMaps>, MeasureError> {
         let Some(Parametrised { reach, atlas, motion, .. }) = &self.parametrised else { return Ok(None) };
         Ok(Some(SensitivityMaps::new(reach.model, &*reach.instance, atlas, &self.texels, motion)?))
     }
 }
 
 impl Parametrised<'_> {
+    /// The pose.
+    pub(crate) fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    /// What is inside of the model.
+    pub(crate) fn material(&self) -> &Material {
+        &self.material
+    }
+
     /// The facets in which feet on the exact surface are searched.
-    pub(super) fn layout(&self) -> Layout {
+    pub(crate) fn layout(&self) -> Layout {
         layout_for(self.reach.model, &*self.reach.instance, self.size)
     }
 
     /// The exact surface. `inverted` are the parts whose outer side is the other one than written.
-    pub(super) fn exact<'s>(&'s self, layout: &'s Layout, inverted: &[bool]) -> ExactSurface<'s> {
-        ExactSurface::new(&*self.reach.instance, layout, inverted, &self.material, self.motion, self.size)
+    pub(crate) fn exact<'s>(&'s self, layout: &'s Layout, inverted: &[bool]) -> ExactSurface<'s> {
+        ExactSurface::new(&*self.reach.instance, layout, inverted, self.motion, self.size)
     }
 }
 

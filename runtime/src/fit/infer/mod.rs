@@ -14,7 +14,7 @@ pub(crate) mod misfit;
 pub(crate) mod pose;
 pub(crate) mod rivals;
 pub(crate) mod sandwich;
-mod significance;
+pub(super) mod significance;
 mod sums;
 mod switches;
 pub(crate) mod unobserved;

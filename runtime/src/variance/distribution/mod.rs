@@ -11,11 +11,11 @@ const BINS: usize = 64;
 /// A signed distance and the area that it stands for, packed so that integers are ordered by distance and equal
 /// distances by area: the order in which samples were found plays no role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Sample(u64);
+pub(crate) struct Sample(u64);
 
 impl Sample {
     /// `area` is finite and not negative; it is 0 for texels that count per texel only.
-    pub(super) fn new(distance: f32, area: f32) -> Self {
+    pub(crate) fn new(distance: f32, area: f32) -> Self {
         // -0 becomes 0, so that both are one value.
         let bits = (distance + 0.0).to_bits();
         let order = if bits >> 31 == 0 { bits | 1 << 31 } else { !bits };
@@ -52,10 +52,10 @@ impl Weighting {
 
 /// Samples in ascending order.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Distribution(Vec<Sample>);
+pub(crate) struct Distribution(Vec<Sample>);
 
 impl Distribution {
-    pub(super) fn new(mut samples: Vec<Sample>) -> Self {
+    pub(crate) fn new(mut samples: Vec<Sample>) -> Self {
         samples.par_sort_unstable();
         Self(samples)
     }
@@ -73,7 +73,7 @@ impl Distribution {
     }
 
     /// Total area. Square millimetres.
-    pub(super) fn area(&self) -> f64 {
+    pub(crate) fn area(&self) -> f64 {
         area(&self.0)
     }
 
@@ -83,7 +83,7 @@ impl Distribution {
     }
 
     /// Statistics of the distances and of their magnitudes, by area and by texel.
-    pub(super) fn moments(&self) -> [Moments; 2] {
+    pub(crate) fn moments(&self) -> [Moments; 2] {
         let magnitudes = Self(self.outwards(0.0).map(|(d, area)| Sample::new(d as f32, area)).collect());
         [Weighting::Area, Weighting::Texel].map(|weighting| {
             let (signed, unsigned) = (self.describe(weighting), magnitudes.describe(weighting));

@@ -1,0 +1,155 @@
+//! Distances from one surface to another.
+
+use super::prepared::Prepared;
+use crate::feet::signed::{Place, SignedFoot, Target};
+use crate::variance::{Distribution, Moments, Sample};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// The distances from a surface to another one. In JSON the statistics stand beside `parts`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Difference {
+    /// Area that can be seen. Square millimetres.
+    pub area: f64,
+    /// Area that has a counterpart on the other surface: one that faces the same way, within the maximum distance.
+    pub matched_area: f64,
+    /// The rest.
+    pub unmatched_area: f64,
+    /// Signed distances from the area that has a counterpart to the nearest such place, weighted by area.
+    #[serde(flatten)]
+    pub moments: Moments,
+    /// The largest of these distances, also at corners.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest: Option<Extreme>,
+    /// The place that is the farthest from the other surface, whichever way that faces and however far off it is: the
+    /// directed Hausdorff distance.
+    pub hausdorff: Extreme,
+    /// The same of every part.
+    pub parts: Vec<PartDifference>,
+}
+
+/// Distances from a part of a surface to the other one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PartDifference {
+    /// Name of the part.
+    pub name: String,
+    /// Area that can be seen. Square millimetres.
+    pub area: f64,
+    /// Area that has a counterpart.
+    pub matched_area: f64,
+    /// The rest.
+    pub unmatched_area: f64,
+    /// Signed distances, weighted by area.
+    #[serde(flatten)]
+    pub moments: Moments,
+    /// The largest of these distances, also at corners.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub largest: Option<Extreme>,
+}
+
+/// A place at which a distance is the largest.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Extreme {
+    /// The distance: signed, but for Hausdorff's. Millimetres.
+    pub distance: f64,
+    /// The place on this surface. Millimetres.
+    pub place: [f64; 3],
+    /// The part that it belongs to.
+    pub part: String,
+}
+
+/// A place that counts, with its distance.
+#[derive(Clone, Copy)]
+struct Measured {
+    part: u32,
+    point: DVec3,
+    distance: f64,
+}
+
+impl Prepared<'_> {
+    /// The distances to another surface; and those of the texels, NaN where there is none.
+    pub(super) fn difference(&self, to: &Prepared<'_>, max_distance: f64) -> (Difference, Vec<f64>) {
+        let target = to.target();
+        let texels = &self.surface.texels;
+        let (of_texels, corners) = self.places();
+        let seen: Vec<usize> = (0..of_texels.len()).filter(|i| of_texels[*i].is_some()).collect();
+        let places: Vec<Place> =
+            of_texels.iter().flatten().copied().chain(corners.iter().map(|(place, _)| *place)).collect();
+        let part = |k: usize| seen.get(k).map_or_else(|| corners[k - seen.len()].1, |i| texels.part[*i]);
+        // A place that lies outside of the other surface has that inside of its own.
+        let feet = target.feet(&places, max_distance);
+        let measured = |(k, foot): (usize, &Option<SignedFoot>)| {
+            let distance = 0.0 - (*foot)?.distance;
+            Some(Measured { part: part(k), point: places[k].point, distance })
+        };
+        let all: Vec<Option<Measured>> = feet.iter().enumerate().map(measured).collect();
+        let names = &texels.part_names;
+        let farthest = farthest(&target, &places, &all).map(|(k, distance)| {
+            let (part, point) = (part(k), places[k].point);
+            Measured { part, point, distance }
+        });
+        let hausdorff = extreme(farthest.into_iter(), names);
+        let hausdorff = hausdorff.unwrap_or(Extreme { distance: f64::NAN, place: [f64::NAN; 3], part: String::new() });
+        let mut distances = vec![f64::NAN; texels.len()];
+        for (k, i) in seen.iter().enumerate() {
+            distances[*i] = all[k].map_or(f64::NAN, |m| m.distance);
+        }
+        let area = |i: &usize| if texels.area[*i].is_finite() { texels.area[*i].max(0.0) } else { 0.0 };
+        let of = |counts: &dyn Fn(u32) -> bool, name: &str| {
+            let (mut whole, mut samples) = (0.0, Vec::new());
+            for i in seen.iter().filter(|i| counts(texels.part[**i])) {
+                whole += f64::from(area(i));
+                if !distances[*i].is_nan() {
+                    samples.push(Sample::new(distances[*i] as f32, area(i)));
+                }
+            }
+            let distribution = Distribution::new(samples);
+            let matched = 0.0 + distribution.area();
+            let [moments, _] = distribution.moments();
+            let largest = extreme(all.iter().flatten().filter(|m| counts(m.part)).copied(), names);
+            PartDifference {
+                name: name.to_owned(),
+                area: whole,
+                matched_area: matched,
+                unmatched_area: (whole - matched).max(0.0),
+                moments,
+                largest,
+            }
+        };
+        let parts = names.iter().enumerate().map(|(k, name)| of(&|part| part as usize == k, name)).collect();
+        let PartDifference { area, matched_area, unmatched_area, moments, largest, .. } = of(&|_| true, "");
+        (Difference { area, matched_area, unmatched_area, moments, largest, hausdorff, parts }, distances)
+    }
+}
+
+/// Places whose distances are computed at once.
+const BATCH: usize = 4096;
+
+/// The place that is the farthest from a surface, whichever way that faces, with its distance. What faces the same way
+/// is as near at most, so that few places need a second search.
+fn farthest(target: &Target<'_>, places: &[Place], measured: &[Option<Measured>]) -> Option<(usize, f64)> {
+    let most = |k: usize| measured[k].map_or(f64::INFINITY, |m| m.distance.abs());
+    let mut order: Vec<usize> = (0..places.len()).collect();
+    order.sort_by(|a, b| most(*b).total_cmp(&most(*a)));
+    let mut best: Option<(usize, f64)> = None;
+    for batch in order.chunks(BATCH) {
+        if best.is_some_and(|(_, distance)| distance >= most(batch[0])) {
+            break;
+        }
+        let any: Vec<Place> = batch.iter().map(|k| Place { normal: None, ..places[*k] }).collect();
+        for (k, foot) in batch.iter().zip(target.feet(&any, f64::INFINITY)) {
+            let distance = foot.map_or(f64::NAN, |foot| foot.distance.abs());
+            if best.map_or(!distance.is_nan(), |(_, known)| distance > known) {
+                best = Some((*k, distance));
+            }
+        }
+    }
+    best
+}
+
+/// The place with the largest distance either way, of equals the first.
+fn extreme(all: impl Iterator<Item = Measured>, names: &[String]) -> Option<Extreme> {
+    let larger = |a: Measured, b: Measured| if b.distance.abs() > a.distance.abs() { b } else { a };
+    let Measured { part, point, distance } = all.reduce(larger)?;
+    Some(Extreme { distance, place: point.into(), part: names.get(part as usize).cloned().unwrap_or_default() })
+}

@@ -1,0 +1,263 @@
+//! Two surfaces compared: where they differ, and by which parameters.
+//!
+//! [`compare()`] samples both surfaces and measures the signed distance of every sample from the other one, which is
+//! the exact surface of a model or the triangles of a mesh.
+
+mod body;
+mod difference;
+mod explained;
+mod parameters;
+mod prepared;
+mod rigid;
+mod sampled;
+#[cfg(test)]
+mod tests;
+
+pub use body::{Body, NoVolume};
+pub use difference::{Difference, Extreme, PartDifference};
+pub use explained::{Contribution, ExplainedDifference, PartExplained};
+pub use parameters::{JointTest, ParameterDifference, Stated, StatedCovariance, States};
+
+use crate::mesh::Bounds;
+use crate::model::{EvaluationError, Motion, Tessellation};
+use crate::progress::Progress;
+use crate::variance::{MeasureError, Reference, Resolution};
+use prepared::Prepared;
+use rigid::{RigidParts, SEGMENTS};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// The maximum distance as a fraction of the smaller surface's diagonal, unless the options name one.
+const MAX_DISTANCE: f64 = 0.1;
+
+/// From this proportion of sizes on, surfaces may not be of one object in one unit.
+const UNLIKE: f64 = 8.0;
+
+/// So small a share of the area of both is no counterpart.
+const LITTLE: f64 = 0.01;
+
+/// Options of [`compare()`].
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct CompareOptions {
+    /// How finely the surfaces are sampled: as the texture of a measurement.
+    pub resolution: Resolution,
+    /// Largest distance at which a place has a counterpart, in millimetres; by default a tenth of the smaller surface's
+    /// diagonal.
+    pub max_distance: Option<f64>,
+    /// Whether B is moved so that equal places of both models lie as near to each other as can be.
+    pub align: bool,
+}
+
+impl Default for CompareOptions {
+    fn default() -> Self {
+        Self { resolution: Resolution::Side(512), max_distance: None, align: false }
+    }
+}
+
+/// One of two surfaces.
+#[derive(Clone, Copy)]
+pub struct Side<'a> {
+    /// The surface.
+    pub surface: Reference<'a>,
+    /// The values of its parameters, if it is a model's.
+    pub states: Option<States<'a>>,
+}
+
+/// The result: the content of the file that `gmlc compare -o` writes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Comparison {
+    /// Meaning of a signed distance's sign.
+    pub sign_convention: String,
+    /// Unit of all lengths; areas are in its square, volumes in its cube.
+    pub unit: String,
+    /// Places farther from the other surface than this have no counterpart.
+    pub max_distance: f64,
+    /// Mean distance between neighbouring samples of A and of B.
+    pub spacing: [f64; 2],
+    /// Sizes of A.
+    pub a: Body,
+    /// Sizes of B.
+    pub b: Body,
+    /// Distances from A's surface to B.
+    pub a_to_b: Difference,
+    /// Distances from B's surface to A.
+    pub b_to_a: Difference,
+    /// The largest distance from a place of either surface to the other one.
+    pub hausdorff: f64,
+    /// The motion that brought B onto A, if that was requested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub aligned: Option<Motion>,
+    /// Parameters that both have, in A's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub parameters: Vec<ParameterDifference>,
+    /// Names of the parameters that only A has.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub only_a: Vec<String>,
+    /// Names of the parameters that only B has.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub only_b: Vec<String>,
+    /// Whether all parameters with a standard deviation are alike.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub together: Option<JointTest>,
+    /// How much of the distances from A to B the differences of the parameters explain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub explained: Option<ExplainedDifference>,
+    /// Sentences for the user.
+    pub warnings: Vec<String>,
+}
+
+/// Meaning of the sign of distances.
+const SIGN_CONVENTION: &str = "positive: the other surface lies outside of this one";
+
+/// Why two surfaces cannot be compared.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum CompareError {
+    /// A surface cannot be sampled.
+    #[error("{side}: {error}")]
+    Surface {
+        /// `A` or `B`.
+        side: &'static str,
+        /// The reason.
+        error: MeasureError,
+    },
+    /// They are of different sizes, and nothing of one has a counterpart in the other.
+    #[error("nothing of one is beside the other: {0}")]
+    Unlike(String),
+    /// Nothing of one has a counterpart in the other.
+    #[error(
+        "hardly a place of A has a counterpart on B within {max_distance:.3} mm that faces the same way; the middle of B is {beside:.3} mm \
+         from that of A. Surfaces are compared where they are: `gmlc fit` brings a model to a mesh, and its fit.json can be A or B; \
+         --align brings two states of one model together; or raise --max-distance"
+    )]
+    Apart {
+        /// The maximum distance. Millimetres.
+        max_distance: f64,
+        /// Millimetres.
+        beside: f64,
+    },
+    /// Only states of one model can be aligned.
+    #[error(
+        "--align brings two states of one model together by its parts, and these are {0}; `gmlc fit` brings a model to a mesh"
+    )]
+    NotAligned(&'static str),
+    /// The user ended the work.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl From<EvaluationError> for CompareError {
+    fn from(error: EvaluationError) -> Self {
+        Self::Surface { side: "A", error: error.into() }
+    }
+}
+
+/// Compares two surfaces.
+///
+/// # Errors
+/// A surface cannot be evaluated or sampled, or nothing of one has a counterpart in the other.
+pub fn compare(
+    a: &Side<'_>,
+    b: &Side<'_>,
+    options: &CompareOptions,
+    progress: &dyn Progress,
+) -> Result<Comparison, CompareError> {
+    let of = |side| move |error| CompareError::Surface { side, error };
+    let motion = if options.align { Some(alignment(&a.surface, &b.surface)?) } else { None };
+    let surface_b = motion.map_or(b.surface, |motion| moved(b.surface, motion));
+    progress.report("sampling the surfaces", f64::NAN, "");
+    let mut prepared = [
+        Prepared::new(a.surface, options.resolution).map_err(of("A"))?,
+        Prepared::new(surface_b, options.resolution).map_err(of("B"))?,
+    ];
+    let sizes = [prepared[0].bounds().diagonal(), prepared[1].bounds().diagonal()];
+    let max_distance = options.max_distance.unwrap_or(MAX_DISTANCE * sizes[0].min(sizes[1]));
+    prepared::turn_alike(&mut prepared, max_distance).map_err(of("B"))?;
+    let [first, second] = &prepared;
+    if progress.cancelled() {
+        return Err(CompareError::Interrupted);
+    }
+    progress.report("measuring distances", f64::NAN, &format!("{} places", first.len() + second.len()));
+    let (a_to_b, distances) = first.difference(second, max_distance);
+    let (b_to_a, _) = second.difference(first, max_distance);
+    let is_little = |d: &Difference| d.matched_area <= LITTLE * d.area;
+    if is_little(&a_to_b) && is_little(&b_to_a) {
+        return Err(apart(first.bounds(), second.bounds(), max_distance));
+    }
+    if progress.cancelled() {
+        return Err(CompareError::Interrupted);
+    }
+    // What an alignment has taken back, B does not lie apart by.
+    let rigid = match first.surface.parametrised.as_ref().filter(|_| options.align) {
+        Some(model) => RigidParts::of(&model.reach, &model.motion())?,
+        None => None,
+    };
+    let of_whole = rigid.as_ref().map_or(&[][..], |rigid| &rigid.of_whole);
+    let parameters = a.states.zip(b.states).map(|(a, b)| parameters::compare(&a, &b, of_whole));
+    let parameters = parameters.unwrap_or_default();
+    let explained = explained::explain(first, &distances, &parameters.differences, rigid.as_ref()).map_err(of("A"))?;
+    let mut warnings: Vec<String> = unlike(sizes).into_iter().collect();
+    warnings.extend(first.notices("A").chain(second.notices("B")));
+    warnings.extend(parameters.warnings);
+    Ok(Comparison {
+        sign_convention: SIGN_CONVENTION.to_owned(),
+        unit: "mm".to_owned(),
+        max_distance,
+        spacing: [first.spacing(), second.spacing()],
+        a: first.body().map_err(of("A"))?,
+        b: second.body().map_err(of("B"))?,
+        hausdorff: a_to_b.hausdorff.distance.max(b_to_a.hausdorff.distance),
+        a_to_b,
+        b_to_a,
+        aligned: motion,
+        parameters: parameters.differences,
+        only_a: parameters.only_a,
+        only_b: parameters.only_b,
+        together: parameters.together,
+        explained,
+        warnings,
+    })
+}
+
+fn apart(a: Bounds, b: Bounds, max_distance: f64) -> CompareError {
+    match unlike([a.diagonal(), b.diagonal()]) {
+        None => CompareError::Apart { max_distance, beside: a.centre().distance(b.centre()) },
+        Some(sentence) => CompareError::Unlike(sentence),
+    }
+}
+
+/// A sentence on surfaces of so different sizes that the unit of one may be wrong. Millimetres.
+fn unlike([a, b]: [f64; 2]) -> Option<String> {
+    let is_unlike = !(1.0 / UNLIKE..UNLIKE).contains(&(a / b));
+    is_unlike.then(|| {
+        format!(
+            "A is {a:.3} mm across, and B {b:.3} mm: is the unit right? (--unit-a and --unit-b name those of meshes)"
+        )
+    })
+}
+
+/// The motion from B to A that brings equal places (u, v) of equal parts together, in the sense of least squares.
+fn alignment(a: &Reference<'_>, b: &Reference<'_>) -> Result<Motion, CompareError> {
+    let (Reference::Model { model: first, .. }, Reference::Model { model: second, .. }) = (a, b) else {
+        return Err(CompareError::NotAligned("not two models"));
+    };
+    if !first.parts().iter().map(|p| &p.name).eq(second.parts().iter().map(|p| &p.name)) {
+        return Err(CompareError::NotAligned("models with other parts"));
+    }
+    let places = |surface: &Reference<'_>| -> Result<Vec<[f64; 3]>, EvaluationError> {
+        let Reference::Model { model, x, motion } = surface else { return Ok(Vec::new()) };
+        let instance = model.instantiate(x)?;
+        let mesh = Tessellation::uniform(*model, &*instance, SEGMENTS, SEGMENTS)?.mesh;
+        Ok(mesh.positions.into_iter().map(|p| motion.point(p)).collect())
+    };
+    Ok(Motion::between(&places(b)?, &places(a)?))
+}
+
+/// A model's surface moved.
+fn moved(surface: Reference<'_>, by: Motion) -> Reference<'_> {
+    match surface {
+        Reference::Model { model, x, motion } => Reference::Model { model, x, motion: by.after(&motion) },
+        Reference::Mesh(mesh) => Reference::Mesh(mesh),
+    }
+}
