@@ -48,6 +48,17 @@ impl Given<'_> {
         }
     }
 
+    /// An error with the name that this command gives to `-p`.
+    fn rename(&self, error: CommandError) -> CommandError {
+        match error {
+            CommandError::Usage(message) => CommandError::Usage(match message.strip_prefix("-p ") {
+                Some(rest) => format!("--param-{} {rest}", self.side),
+                None => message,
+            }),
+            error => error,
+        }
+    }
+
     /// Refuses options that make no sense for such a file.
     pub(super) fn check(&self, args: &CompareArgs) -> Result<(), CommandError> {
         let (shown, side, kind) = (self.path.display(), self.side, self.kind()?);
@@ -200,7 +211,8 @@ impl ModelState {
         let compile = CompileArgs { inputs: given.inputs.to_vec(), limits: args.limits.clone() };
         let params = fit.is_some().then(|| given.path.to_owned());
         let values = ValueArgs { values: given.parameters.to_vec(), params };
-        let Valued { program, x, motion, .. } = compile_valued(&script, &compile, &values)?;
+        let valued = compile_valued(&script, &compile, &values).map_err(|error| given.rename(error))?;
+        let Valued { program, x, motion, .. } = valued;
         let stated = |(parameter, value): (&Parameter, &f64)| {
             let is_given = given.parameters.iter().any(|(name, _)| *name == parameter.name);
             let sd = fit.as_ref().filter(|_| !is_given).map(|fit| deviation(fit, &parameter.name));

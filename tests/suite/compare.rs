@@ -150,7 +150,7 @@ fn what_cannot_be_compared_is_refused_with_the_mend() {
     write("flat.ply", &format!("{three}0 0 0\n1 0 0\n2 0 0\n3 0 1 2\n"));
     write("huge.ply", &format!("{three}0 0 0\n1e30 0 0\n0 1e30 0\n3 0 1 2\n"));
     write("far.ply", &format!("{three}5000 0 0\n5050 0 0\n5000 50 0\n3 0 1 2\n"));
-    let cases: [(&[&str], i32, &str); 17] = [
+    let cases: [(&[&str], i32, &str); 18] = [
         (&["can.gml", "nothing.stl"], 1, "no such file"),
         (&["nothing.gml", "can.gml"], 1, "no such file"),
         (&["nothing.json", "can.gml"], 1, "no such file"),
@@ -166,6 +166,7 @@ fn what_cannot_be_compared_is_refused_with_the_mend() {
         (&["can.gml", "far.ply", "--param-b", "r=20mm"], 2, "a mesh has no parameters"),
         (&["can.gml", "can.gml", "--unit-a", "m"], 2, "requires a mesh"),
         (&["can.gml", "can.gml", "--param-b", "r=40mm"], 1, "bounds"),
+        (&["can.gml", "can.gml", "--param-b", "q=4mm"], 2, "--param-b q: the model has no parameter of that name"),
         (&["can.gml", "can.gml", "--script", "can.gml"], 2, "requires a result of `gmlc fit`"),
         (&["can.gml", "far.ply", "--align"], 2, "two states of one model"),
     ];

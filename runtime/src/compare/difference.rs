@@ -2,6 +2,7 @@
 
 use super::prepared::Prepared;
 use crate::feet::signed::{Place, SignedFoot, Target};
+use crate::model::Texels;
 use crate::variance::{Distribution, Moments, Sample};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -94,32 +95,43 @@ impl Prepared<'_> {
         for (k, i) in seen.iter().enumerate() {
             distances[*i] = all[k].map_or(f64::NAN, |m| m.distance);
         }
-        let area = |i: &usize| if texels.area[*i].is_finite() { texels.area[*i].max(0.0) } else { 0.0 };
-        let of = |counts: &dyn Fn(u32) -> bool, name: &str| {
-            let (mut whole, mut samples) = (0.0, Vec::new());
-            for i in seen.iter().filter(|i| counts(texels.part[**i])) {
-                whole += f64::from(area(i));
-                if !distances[*i].is_nan() {
-                    samples.push(Sample::new(distances[*i] as f32, area(i)));
-                }
-            }
-            let distribution = Distribution::new(samples);
-            let matched = 0.0 + distribution.area();
-            let [moments, _] = distribution.moments();
-            let largest = extreme(all.iter().flatten().filter(|m| counts(m.part)).copied(), names);
-            PartDifference {
-                name: name.to_owned(),
-                area: whole,
-                matched_area: matched,
-                unmatched_area: (whole - matched).max(0.0),
-                moments,
-                largest,
-            }
-        };
-        let parts = names.iter().enumerate().map(|(k, name)| of(&|part| part as usize == k, name)).collect();
-        let PartDifference { area, matched_area, unmatched_area, moments, largest, .. } = of(&|_| true, "");
+        let mut of_parts = vec![(Vec::new(), Vec::new()); names.len()];
+        seen.iter().for_each(|i| of_parts[texels.part[*i] as usize].0.push(*i));
+        let all: Vec<Measured> = all.into_iter().flatten().collect();
+        all.iter().for_each(|m| of_parts[m.part as usize].1.push(*m));
+        let parts = names.iter().zip(&of_parts);
+        let parts = parts
+            .map(|(name, (of_part, measured))| part_difference(texels, of_part, &distances, measured, name))
+            .collect();
+        let PartDifference { area, matched_area, unmatched_area, moments, largest, .. } =
+            part_difference(texels, &seen, &distances, &all, "");
         (Difference { area, matched_area, unmatched_area, moments, largest, hausdorff, parts }, distances)
     }
+}
+
+/// The statistics of some texels (`chosen`), of which `distances` has all, and the largest of what was measured there
+/// and at corners.
+fn part_difference(
+    texels: &Texels,
+    chosen: &[usize],
+    distances: &[f64],
+    measured: &[Measured],
+    name: &str,
+) -> PartDifference {
+    let (mut area, mut samples) = (0.0, Vec::new());
+    for i in chosen {
+        let of_texel = if texels.area[*i].is_finite() { texels.area[*i].max(0.0) } else { 0.0 };
+        area += f64::from(of_texel);
+        if !distances[*i].is_nan() {
+            samples.push(Sample::new(distances[*i] as f32, of_texel));
+        }
+    }
+    let distribution = Distribution::new(samples);
+    let matched_area = 0.0 + distribution.area();
+    let [moments, _] = distribution.moments();
+    let largest = extreme(measured.iter().copied(), &texels.part_names);
+    let unmatched_area = (area - matched_area).max(0.0);
+    PartDifference { name: name.to_owned(), area, matched_area, unmatched_area, moments, largest }
 }
 
 /// Places whose distances are computed at once.

@@ -159,6 +159,17 @@ pub(super) fn explain(
     }))
 }
 
+/// A parameter that differs and moves a part.
+struct Moving {
+    /// Its number in the model, and that of its difference.
+    parameter: usize,
+    difference: usize,
+    /// Its column in the part's derivatives, where these depend on it.
+    column: Option<usize>,
+    /// Whether the part is where the derivatives say.
+    is_linear: bool,
+}
+
 /// `places` are the differences of the model's parameters, by their numbers.
 fn of_part(
     a: &Prepared<'_>,
@@ -175,8 +186,6 @@ fn of_part(
     // Every place stands for as many texels.
     let stands_for = of_patch as f64 / part.texels.len().max(1) as f64;
     let active = part.active.len();
-    let columns: Vec<Option<usize>> =
-        part.active.iter().map(|parameter| places.get(*parameter).copied().flatten()).collect();
     let is_linear = |parameter: usize, difference: usize| {
         a.surface.parametrised.as_ref().is_some_and(|model| {
             let mut x = model.reach.x.clone();
@@ -184,20 +193,23 @@ fn of_part(
             model.reach.is_linear(patch, parameter, &x).unwrap_or(false)
         })
     };
-    let columns: Vec<(usize, usize, bool)> = columns
-        .into_iter()
-        .enumerate()
-        .filter_map(|(column, difference)| Some((column, difference?, is_linear(part.active[column], difference?))))
-        .collect();
+    // An alignment also moves parts that do not depend on a parameter.
+    let moves = |(parameter, difference): (usize, &Option<usize>)| {
+        let difference = (*difference)?;
+        let column = part.active.iter().position(|active| *active == parameter);
+        let is_linear = column.is_none() || is_linear(parameter, difference);
+        (column.is_some() || rigid.is_some()).then_some(Moving { parameter, difference, column, is_linear })
+    };
+    let moving: Vec<Moving> = places.iter().enumerate().filter_map(moves).collect();
     for (k, texel) in part.texels.iter().enumerate().filter(|(_, texel)| !distances[**texel].is_nan()) {
         let distance = distances[*texel];
         let weight = stands_for * f64::from(texels.area[*texel]).max(0.0);
         let normal = DVec3::from(part.normals[k]);
         let mut left = distance;
-        for &(column, difference, is_linear) in &columns {
-            let derivative = DVec3::from(part.derivatives[k * active + column]);
+        for &Moving { parameter, difference, column, is_linear } in &moving {
+            let derivative = column.map_or(DVec3::ZERO, |column| part.derivatives[k * active + column].into());
             let place = DVec3::from(texels.position[*texel]);
-            let taken_back = rigid.map_or(DVec3::ZERO, |rigid| rigid.movement(part.active[column], place));
+            let taken_back = rigid.map_or(DVec3::ZERO, |rigid| rigid.movement(parameter, place));
             let along = differences[difference].difference * normal.dot(derivative - taken_back);
             let movement = &mut sums.movements[difference];
             movement.square += weight * along * along;

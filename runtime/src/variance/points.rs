@@ -136,17 +136,25 @@ fn measure_points(
     let left: Vec<Place> = left.map(|(place, _)| Place { normal: None, ..*place }).collect();
     let facing_away = target.feet(&left, max_distance).iter().flatten().count();
     let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances };
-    let overall = statistics(&measured, names, |_| true);
-    let part = |(k, name): (usize, &String)| {
-        let statistics = statistics(&measured, names, |part| part as usize == k);
-        PartPoints { name: name.clone(), statistics }
+    let all = measured.positions.iter().zip(&measured.distances);
+    let all: Vec<([f64; 3], PointDistance)> = all.filter_map(|(place, d)| Some((*place, (*d)?))).collect();
+    let mut of_parts = vec![Vec::new(); names.len()];
+    for point in &all {
+        if let Some(points) = of_parts.get_mut(point.1.part as usize) {
+            points.push(*point);
+        }
+    }
+    let overall = statistics(&all, names);
+    let part = |(name, points): (&String, &Vec<([f64; 3], PointDistance)>)| PartPoints {
+        name: name.clone(),
+        statistics: statistics(points, names),
     };
     let distances = PointDistances {
         points: places.len(),
         beyond: left.len() - facing_away,
         facing_away,
         share: overall.measured as f64 / places.len().max(1) as f64,
-        parts: names.iter().enumerate().map(part).collect(),
+        parts: names.iter().zip(&of_parts).map(part).collect(),
         overall,
     };
     (distances, measured)
@@ -159,10 +167,7 @@ fn places(scan: &Scan) -> Vec<Place> {
     mesh.positions.iter().enumerate().map(|(i, p)| Place { point: (*p).into(), normal: normal(i) }).collect()
 }
 
-fn statistics(points: &MeasuredPoints, names: &[String], of: impl Fn(u32) -> bool) -> PointStatistics {
-    let all = points.positions.iter().zip(&points.distances);
-    let all: Vec<([f64; 3], PointDistance)> =
-        all.filter_map(|(place, d)| Some((*place, d.filter(|d| of(d.part))?))).collect();
+fn statistics(all: &[([f64; 3], PointDistance)], names: &[String]) -> PointStatistics {
     let samples = all.iter().map(|(_, d)| Sample::new(d.distance as f32, 0.0)).collect();
     let [_, moments] = Distribution::new(samples).moments();
     // Of equals the first.

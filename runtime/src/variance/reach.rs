@@ -49,7 +49,7 @@ impl Reach<'_> {
         let mut jacobian = vec![0.0; 3 * active.len() * u.len()];
         self.instance.jacobian(patch, &u, &v, &mut jacobian).ok()?;
         let change = x[parameter] - self.x[parameter];
-        let (mut moved, mut beside) = (0.0, 0.0);
+        let (mut moved, mut beside, mut rounding) = (0.0, 0.0, 0.0);
         for ((there, here), derivatives) in points.iter().zip(&partials).zip(jacobian.chunks_exact(3 * active.len())) {
             let normal = DVec3::from(here.du).cross(DVec3::from(here.dv));
             let area = normal.length();
@@ -58,9 +58,10 @@ impl Reach<'_> {
             let predicted = along(change * derivative);
             let actual = along(DVec3::from(*there) - DVec3::from(here.point));
             moved += area * predicted.powi(2);
+            rounding += area * (ROUNDING * DVec3::from(here.point).length()).powi(2);
             beside += area * (actual - predicted).powi(2);
         }
-        Some(beside <= LINEAR.powi(2) * moved)
+        Some(beside <= LINEAR.powi(2) * moved + rounding)
     }
 }
 
