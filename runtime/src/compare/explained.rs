@@ -49,8 +49,9 @@ pub struct Contribution {
     /// Root mean square of the movement along the normal. Millimetres.
     pub movement: f64,
     /// Its share of the distances: the mean of the product of both over the mean square of the distances. Those of all
-    /// parameters add up to the share of all, or nearly; below zero it moves the surface against the difference. Parts
-    /// count that are where the derivatives say; `null` where none is, so that nothing is said of it.
+    /// parameters add up to the share of all where movements and distances agree; below zero it moves the surface
+    /// against the difference. Parts count that are where the derivatives say; `null` where none is, so that nothing is
+    /// said of it.
     pub share: Option<f64>,
 }
 
