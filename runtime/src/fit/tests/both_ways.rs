@@ -413,8 +413,8 @@ fn an_angle_bracket_is_not_fitted_with_its_legs_exchanged() {
     }
 }
 
-/// The lengths of a block may be exchanged, which is no other shape: they have the intervals of one shape, and the order
-/// of the start.
+/// The lengths of a block may be exchanged, which is no other shape: they have the intervals of one shape, and the
+/// order of the start.
 #[test]
 fn a_block_by_other_names_is_the_same_block() {
     let block = program(
