@@ -139,8 +139,8 @@ impl<'a> Candidate<'a> {
         next.filter(better).unwrap_or(self)
     }
 
-    /// Where no continuation leads any farther. A short step that remains is the place's own uncertainty, beside that of
-    /// the optimum; a longer one is said.
+    /// Where no continuation leads any farther. A short step that remains is the place's own uncertainty, beside that
+    /// of the optimum; a longer one is said.
     fn concluded(self) -> Assessed<'a> {
         let Self { mut solution, mut uncertainty, remaining } = self;
         let monitor = solution.level.problem.monitor;
