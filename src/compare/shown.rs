@@ -11,6 +11,9 @@ const LISTED: usize = 3;
 /// Smaller movements, as shares of the distances, are not listed.
 const LEAST_SHARE: f64 = 0.05;
 
+/// Distances below this are rounding: of coordinates of a metre in double precision they have 1e-13 mm. Millimetres.
+const ROUNDING: f64 = 1e-9;
+
 /// The tables and sentences of a comparison.
 pub(super) fn summary(operands: &[Named<'_>; 2], comparison: &Comparison) -> String {
     let mut out = String::new();
@@ -43,8 +46,13 @@ fn farthest(extreme: &Extreme) -> String {
     format!("{} on {} {}", table::number(extreme.distance), extreme.part, place(&extreme.place))
 }
 
+/// A length in millimetres without what is only rounding.
+fn length(value: f64) -> String {
+    table::number(if value.abs() < ROUNDING { 0.0 } else { value })
+}
+
 fn place(place: &[f64; 3]) -> String {
-    let [x, y, z] = place.map(table::number);
+    let [x, y, z] = place.map(length);
     format!("({x}, {y}, {z})")
 }
 
@@ -71,8 +79,8 @@ fn distances(name: &str, difference: &Difference) -> String {
         let share = if area > 0.0 { format!("{:.1} %", 100.0 * matched / area) } else { "-".to_owned() };
         let figures = [m.signed.mean, m.signed.sd, m.rms, m.percentiles.p95];
         let mut cells = vec![name.to_owned(), table::number(area), share];
-        cells.extend(figures.map(table::number));
-        cells.push(table::number(largest.map_or(f64::NAN, |l| l.distance)));
+        cells.extend(figures.map(length));
+        cells.push(length(largest.map_or(f64::NAN, |l| l.distance)));
         cells.push(largest.map_or_else(String::new, |l| place(&l.place)));
         cells
     };
