@@ -24,25 +24,39 @@ impl Base<'_> {
     }
 
     /// The parameters and the pose by which a shape is the base's surface; None where it is another one. Where the scan
-    /// leaves values open, as the width between open sides, the two need not have the same: then the base's values are
-    /// exchanged as the shape has them, and the pose follows.
+    /// leaves values open, as the width between open sides, the two need not have the same: then the shape takes the
+    /// base's open values, or the base's values are exchanged as the shape has them, and the pose follows.
     pub(super) fn relabelled(&self, level: &Level, there: &Estimate) -> Option<Estimate> {
         if self.is_same_surface(level, there) {
             return Some(there.clone());
         }
+        let ways = [self.with_own_open_values(there), self.exchanged_as(there)];
+        ways.into_iter().flatten().find_map(|x| self.posed(&x, there))
+    }
+
+    /// A shape in the pose in which it is the base's surface, from the pose of another one. None where there is none.
+    fn posed(&self, x: &[f64], there: &Estimate) -> Option<Estimate> {
         let Level { problem, space, .. } = self.level();
-        let x = self.exchanged_as(there)?;
-        let only_pose = Parameterization::new(problem.model, &x, Vec::new(), space.moving, &problem.start.ties);
-        let start = only_pose.estimate(&x, there.motion);
+        let only_pose = Parameterization::new(problem.model, x, Vec::new(), space.moving, &problem.start.ties);
+        let start = only_pose.estimate(x, there.motion);
         let posed = Level::new(problem, only_pose, &start, CHORD).ok()?;
         let own = places_of(&self.solution.objective(self.sample), &self.estimate, &inside(), &inside())?;
         let loss = self.solution.loss;
         let objective = Objective { tolerance: 0.1 * SAME_SURFACE_APART * loss.sigma, ..posed.objective(&own, loss) };
         let stop = Stop { iterations: RIVAL_ITERATIONS, step: RIVAL_STEP * loss.sigma };
         let motion = gauss_newton::minimise(&objective, start, stop)?.estimate.motion;
-        let exchanged = space.estimate(&x, motion);
-        let level = Level::new(problem, space.clone(), &exchanged, CHORD).ok()?;
-        self.is_same_surface(&level, &exchanged).then_some(exchanged)
+        let same = space.estimate(x, motion);
+        let level = Level::new(problem, space.clone(), &same, CHORD).ok()?;
+        self.is_same_surface(&level, &same).then_some(same)
+    }
+
+    /// A shape's parameters with the base's values where the scan leaves them open. None where it leaves none.
+    fn with_own_open_values(&self, there: &Estimate) -> Option<Vec<f64>> {
+        let space = &self.level().space;
+        let mut x = space.x(&there.z)?;
+        let open = || space.free.iter().enumerate().filter(|(k, _)| !self.uncertainty.determines(*k)).map(|(_, i)| *i);
+        open().for_each(|i| x[i] = self.x[i]);
+        (open().count() > 0).then_some(x)
     }
 
     /// The base's parameters with those pairs exchanged that a shape has exchanged. None where it has none.
