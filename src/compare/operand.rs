@@ -34,18 +34,26 @@ enum Kind {
     Mesh,
 }
 
+impl Kind {
+    /// None where the ending is none of these.
+    fn of(path: &Path) -> Option<Self> {
+        let ending = path.extension().unwrap_or_default();
+        match () {
+            () if ending.eq_ignore_ascii_case("gml") => Some(Self::Script),
+            () if ending.eq_ignore_ascii_case("json") => Some(Self::Fit),
+            () => MeshFormat::of(path).map(|_| Self::Mesh),
+        }
+    }
+}
+
 impl Given<'_> {
     fn kind(&self) -> Result<Kind, CommandError> {
-        let ending = self.path.extension().unwrap_or_default();
-        match () {
-            () if ending.eq_ignore_ascii_case("gml") => Ok(Kind::Script),
-            () if ending.eq_ignore_ascii_case("json") => Ok(Kind::Fit),
-            () if MeshFormat::of(self.path).is_some() => Ok(Kind::Mesh),
-            () => Err(CommandError::usage(format!(
+        Kind::of(self.path).ok_or_else(|| {
+            CommandError::usage(format!(
                 "{}: is no script (.gml), result of `gmlc fit` (.json) or mesh (.ply, .obj, .stl) by the ending of its name",
                 self.path.display()
-            ))),
-        }
+            ))
+        })
     }
 
     /// An error with the name that this command gives to `-p`.
@@ -72,8 +80,7 @@ impl Given<'_> {
                 "{shown}: --unit-{side} requires a mesh; a script states the units of its lengths"
             )));
         }
-        let is_fit = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        if args.script.is_some() && !is_fit(&args.a) && !is_fit(&args.b) {
+        if args.script.is_some() && [&args.a, &args.b].iter().all(|path| Kind::of(path) != Some(Kind::Fit)) {
             return Err(CommandError::usage("--script requires a result of `gmlc fit` (.json) as A or B"));
         }
         Ok(())

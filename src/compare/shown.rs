@@ -2,8 +2,10 @@
 
 use super::operand::Named;
 use crate::table;
-use gml_runtime::compare::{Body, Comparison, Contribution, Difference, Extreme, NoVolume, ParameterDifference};
-use gml_runtime::variance::Moments;
+use gml_runtime::compare::{
+    Body, Comparison, Contribution, Difference, DifferenceStatistics, NoVolume, ParameterDifference,
+};
+use gml_runtime::variance::LargestDistance;
 
 /// Parameters and parts that a line lists.
 const LISTED: usize = 3;
@@ -42,8 +44,8 @@ pub(super) fn summary(operands: &[Named<'_>; 2], comparison: &Comparison) -> Str
     out
 }
 
-fn farthest(extreme: &Extreme) -> String {
-    format!("{} on {} {}", table::number(extreme.distance), extreme.part, place(&extreme.place))
+fn farthest(largest: &LargestDistance) -> String {
+    format!("{} on {} {}", table::number(largest.distance), largest.part, place(&largest.place))
 }
 
 /// A length in millimetres without what is only rounding.
@@ -75,8 +77,9 @@ fn bodies(a: &Body, b: &Body) -> String {
 
 /// The distances from the surface that is called so.
 fn distances(name: &str, difference: &Difference) -> String {
-    let row = |name: &str, area: f64, matched: f64, m: &Moments, largest: Option<&Extreme>| {
-        let share = if area > 0.0 { format!("{:.1} %", 100.0 * matched / area) } else { "-".to_owned() };
+    let row = |name: &str, s: &DifferenceStatistics| {
+        let (area, m, largest) = (s.area, &s.moments, s.largest.as_ref());
+        let share = if area > 0.0 { format!("{:.1} %", 100.0 * s.matched_area / area) } else { "-".to_owned() };
         let figures = [m.signed.mean, m.signed.sd, m.rms, m.percentiles.p95];
         let mut cells = vec![name.to_owned(), table::number(area), share];
         cells.extend(figures.map(length));
@@ -84,9 +87,8 @@ fn distances(name: &str, difference: &Difference) -> String {
         cells.push(largest.map_or_else(String::new, |l| place(&l.place)));
         cells
     };
-    let Difference { area, matched_area, moments, largest, parts, .. } = difference;
-    let mut rows = vec![row("all", *area, *matched_area, moments, largest.as_ref())];
-    rows.extend(parts.iter().map(|p| row(&p.name, p.area, p.matched_area, &p.moments, p.largest.as_ref())));
+    let mut rows = vec![row("all", &difference.overall)];
+    rows.extend(difference.parts.iter().map(|part| row(&part.name, &part.statistics)));
     let other = if name == "A" { "B" } else { "A" };
     let heading = format!("from {name} to {other}");
     let headings = [&*heading, "area mm2", "matched", "signed mean", "sd", "rms", "95 %", "largest", "at"];

@@ -3,28 +3,19 @@
 use super::prepared::Prepared;
 use crate::feet::signed::{Place, SignedFoot, Target};
 use crate::model::Texels;
-use crate::variance::{Distribution, Moments, Sample};
+use crate::variance::{Distribution, LargestDistance, Moments, Sample};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// The distances from a surface to another one. In JSON the statistics stand beside `parts`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Difference {
-    /// Area that can be seen. Square millimetres.
-    pub area: f64,
-    /// Area that has a counterpart on the other surface: one that faces the same way, within the maximum distance.
-    pub matched_area: f64,
-    /// The rest.
-    pub unmatched_area: f64,
-    /// Signed distances from the area that has a counterpart to the nearest such place, weighted by area.
+    /// Statistics of all of the surface.
     #[serde(flatten)]
-    pub moments: Moments,
-    /// The largest of these distances, also at corners.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub largest: Option<Extreme>,
+    pub overall: DifferenceStatistics,
     /// The place that is the farthest from the other surface, whichever way that faces and however far off it is: the
-    /// directed Hausdorff distance.
-    pub hausdorff: Extreme,
+    /// directed Hausdorff distance, without a sign.
+    pub hausdorff: LargestDistance,
     /// The same of every part.
     pub parts: Vec<PartDifference>,
 }
@@ -34,29 +25,26 @@ pub struct Difference {
 pub struct PartDifference {
     /// Name of the part.
     pub name: String,
+    /// The statistics; their fields stand beside the name in JSON.
+    #[serde(flatten)]
+    pub statistics: DifferenceStatistics,
+}
+
+/// Statistics of the distances from some of a surface to another one.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DifferenceStatistics {
     /// Area that can be seen. Square millimetres.
     pub area: f64,
-    /// Area that has a counterpart.
+    /// Area that has a counterpart on the other surface: one that faces the same way, within the maximum distance.
     pub matched_area: f64,
     /// The rest.
     pub unmatched_area: f64,
-    /// Signed distances, weighted by area.
+    /// Signed distances from the area that has a counterpart to the nearest such place, weighted by area.
     #[serde(flatten)]
     pub moments: Moments,
-    /// The largest of these distances, also at corners.
+    /// The largest of these distances, also at corners, with the place on this surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub largest: Option<Extreme>,
-}
-
-/// A place at which a distance is the largest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Extreme {
-    /// The distance: signed, but for Hausdorff's. Millimetres.
-    pub distance: f64,
-    /// The place on this surface. Millimetres.
-    pub place: [f64; 3],
-    /// The part that it belongs to.
-    pub part: String,
+    pub largest: Option<LargestDistance>,
 }
 
 /// A place that counts, with its distance.
@@ -89,8 +77,9 @@ impl Prepared<'_> {
             let (part, point) = (part(k), places[k].point);
             Measured { part, point, distance }
         });
-        let hausdorff = extreme(farthest.into_iter(), names);
-        let hausdorff = hausdorff.unwrap_or(Extreme { distance: f64::NAN, place: [f64::NAN; 3], part: String::new() });
+        let hausdorff = largest(farthest.into_iter(), names);
+        let hausdorff =
+            hausdorff.unwrap_or(LargestDistance { distance: f64::NAN, place: [f64::NAN; 3], part: String::new() });
         let mut distances = vec![f64::NAN; texels.len()];
         for (k, i) in seen.iter().enumerate() {
             distances[*i] = all[k].map_or(f64::NAN, |m| m.distance);
@@ -99,25 +88,19 @@ impl Prepared<'_> {
         seen.iter().for_each(|i| of_parts[texels.part[*i] as usize].0.push(*i));
         let all: Vec<Measured> = all.into_iter().flatten().collect();
         all.iter().for_each(|m| of_parts[m.part as usize].1.push(*m));
-        let parts = names.iter().zip(&of_parts);
-        let parts = parts
-            .map(|(name, (of_part, measured))| part_difference(texels, of_part, &distances, measured, name))
-            .collect();
-        let PartDifference { area, matched_area, unmatched_area, moments, largest, .. } =
-            part_difference(texels, &seen, &distances, &all, "");
-        (Difference { area, matched_area, unmatched_area, moments, largest, hausdorff, parts }, distances)
+        let part = |(name, (of_part, measured)): (&String, &(Vec<usize>, Vec<Measured>))| PartDifference {
+            name: name.clone(),
+            statistics: statistics(texels, of_part, &distances, measured),
+        };
+        let parts = names.iter().zip(&of_parts).map(part).collect();
+        let overall = statistics(texels, &seen, &distances, &all);
+        (Difference { overall, hausdorff, parts }, distances)
     }
 }
 
 /// The statistics of some texels (`chosen`), of which `distances` has all, and the largest of what was measured there
 /// and at corners.
-fn part_difference(
-    texels: &Texels,
-    chosen: &[usize],
-    distances: &[f64],
-    measured: &[Measured],
-    name: &str,
-) -> PartDifference {
+fn statistics(texels: &Texels, chosen: &[usize], distances: &[f64], measured: &[Measured]) -> DifferenceStatistics {
     let (mut area, mut samples) = (0.0, Vec::new());
     for i in chosen {
         let of_texel = if texels.area[*i].is_finite() { texels.area[*i].max(0.0) } else { 0.0 };
@@ -129,9 +112,9 @@ fn part_difference(
     let distribution = Distribution::new(samples);
     let matched_area = 0.0 + distribution.area();
     let [moments, _] = distribution.moments();
-    let largest = extreme(measured.iter().copied(), &texels.part_names);
+    let largest = largest(measured.iter().copied(), &texels.part_names);
     let unmatched_area = (area - matched_area).max(0.0);
-    PartDifference { name: name.to_owned(), area, matched_area, unmatched_area, moments, largest }
+    DifferenceStatistics { area, matched_area, unmatched_area, moments, largest }
 }
 
 /// Places whose distances are computed at once.
@@ -160,8 +143,8 @@ fn farthest(target: &Target<'_>, places: &[Place], measured: &[Option<Measured>]
 }
 
 /// The place with the largest distance either way, of equals the first.
-fn extreme(all: impl Iterator<Item = Measured>, names: &[String]) -> Option<Extreme> {
+fn largest(all: impl Iterator<Item = Measured>, names: &[String]) -> Option<LargestDistance> {
     let larger = |a: Measured, b: Measured| if b.distance.abs() > a.distance.abs() { b } else { a };
     let Measured { part, point, distance } = all.reduce(larger)?;
-    Some(Extreme { distance, place: point.into(), part: names.get(part as usize).cloned().unwrap_or_default() })
+    Some(LargestDistance { distance, place: point.into(), part: names.get(part as usize).cloned().unwrap_or_default() })
 }

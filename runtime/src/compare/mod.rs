@@ -14,7 +14,7 @@ mod sampled;
 mod tests;
 
 pub use body::{Body, NoVolume};
-pub use difference::{Difference, Extreme, PartDifference};
+pub use difference::{Difference, DifferenceStatistics, PartDifference};
 pub use explained::{Contribution, ExplainedDifference, PartExplained};
 pub use parameters::{JointTest, ParameterDifference, Stated, StatedCovariance, States};
 
@@ -181,14 +181,14 @@ pub fn compare(
     progress.report("measuring distances", f64::NAN, &format!("{} places", first.len() + second.len()));
     let (a_to_b, distances) = first.difference(second, max_distance);
     let (b_to_a, _) = second.difference(first, max_distance);
-    let is_little = |d: &Difference| d.matched_area <= LITTLE * d.area;
+    let is_little = |d: &Difference| d.overall.matched_area <= LITTLE * d.overall.area;
     if is_little(&a_to_b) && is_little(&b_to_a) {
         return Err(apart(first.bounds(), second.bounds(), max_distance));
     }
     if progress.cancelled() {
         return Err(CompareError::Interrupted);
     }
-    // What an alignment has taken back, B does not lie apart by.
+    // An alignment has taken back what moves the model as a whole: B no longer lies apart by that.
     let rigid = match first.surface.parametrised.as_ref().filter(|_| options.align) {
         Some(model) => RigidParts::of(&model.reach, &model.motion())?,
         None => None,

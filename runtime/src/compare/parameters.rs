@@ -16,7 +16,7 @@ const ROUNDING: f64 = 1e-12;
 pub struct Stated {
     /// Its name.
     pub name: String,
-    /// What it measures.
+    /// Its quantity: a length, an angle or a number.
     pub quantity: Quantity,
     /// Its value: millimetres, radians or a bare number.
     pub value: f64,
@@ -40,7 +40,7 @@ pub struct States<'a> {
     pub parameters: &'a [Stated],
     /// The covariance of those that have standard deviations.
     pub covariance: Option<StatedCovariance<'a>>,
-    /// What identifies the scan to which it was fitted, if it was.
+    /// The hash of the scan to which it was fitted, or whatever tells scans apart; none where it was not fitted.
     pub scan: Option<&'a str>,
 }
 
@@ -71,7 +71,7 @@ pub struct ParameterDifference {
     pub name: String,
     /// Unit of all figures: `mm`, `rad` or empty.
     pub unit: String,
-    /// What it measures.
+    /// Its quantity: a length, an angle or a number.
     pub quantity: Quantity,
     /// Its value in A.
     pub a: f64,
@@ -144,7 +144,7 @@ pub(super) fn compare(a: &States<'_>, b: &States<'_>, of_whole: &[bool]) -> Para
 }
 
 fn difference(a: &Stated, b: &Stated, is_pose: bool) -> ParameterDifference {
-    // What both were computed from as one number differs by nothing.
+    // Values that come from one number by other ways differ by rounding.
     let exact = b.value - a.value;
     let difference = if exact.abs() <= ROUNDING * a.value.abs().max(b.value.abs()) { 0.0 } else { exact };
     let variance = match (&a.sd, &b.sd) {

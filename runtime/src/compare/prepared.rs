@@ -4,10 +4,10 @@ use super::body::{self, Body};
 use super::sampled;
 use crate::bvh::Bvh;
 use crate::feet::layout::Layout;
-use crate::feet::signed::{MeshSurface, Place, Target};
+use crate::feet::signed::{Place, Target};
 use crate::mesh::Bounds;
 use crate::model::Standing;
-use crate::variance::{Facings, MeasureError, Parametrised, Reference, Resolution, Surface, turn};
+use crate::variance::{Facings, MeasureError, Parametrised, Reference, Resolution, Surface, target, turn};
 use glam::DVec3;
 
 /// A surface with its samples.
@@ -50,12 +50,10 @@ impl<'a> Prepared<'a> {
         (area / self.len().max(1) as f64).sqrt()
     }
 
-    /// What distances are measured to.
+    /// The surface to which distances are measured.
     pub(super) fn target(&self) -> Target<'_> {
-        match (&self.surface.parametrised, &self.layout) {
-            (Some(model), Some(layout)) => Target::Model(model.exact(layout, &self.surface.inverted)),
-            _ => Target::Mesh(MeshSurface::new(&self.surface.tessellation.mesh, &self.bvh)),
-        }
+        let Surface { parametrised, inverted, tessellation, .. } = &self.surface;
+        target(parametrised.as_ref().zip(self.layout.as_ref()), inverted, &tessellation.mesh, &self.bvh)
     }
 
     /// Sentences about this surface, which is called so.

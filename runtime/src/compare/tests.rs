@@ -61,9 +61,10 @@ fn spheres_differ_by_their_radii() {
     let program = compiled(BALL);
     let found = compared(&program, &[20.0], &[20.3], &options()).expect("a comparison");
     for (difference, expected) in [(&found.a_to_b, 0.3), (&found.b_to_a, -0.3)] {
-        let signed = &difference.moments.signed;
+        let overall = &difference.overall;
+        let signed = &overall.moments.signed;
         assert!((signed.mean - expected).abs() < 1e-7 && signed.sd < 1e-7, "{signed:?}");
-        assert!((difference.matched_area / difference.area - 1.0).abs() < 1e-9 && difference.unmatched_area < 1e-6);
+        assert!((overall.matched_area / overall.area - 1.0).abs() < 1e-9 && overall.unmatched_area < 1e-6);
         assert!((difference.hausdorff.distance - 0.3).abs() < 1e-7, "{:?}", difference.hausdorff);
     }
     assert!((found.hausdorff - 0.3).abs() < 1e-7);
@@ -84,7 +85,7 @@ fn a_shifted_block_is_off_on_two_faces_and_can_be_brought_back() {
     let found = compared(&program, &[0.0, 0.0, 10.0], &[2.0, 0.0, 10.0], &options()).expect("a comparison");
     let median = |name: &str| {
         let part = found.a_to_b.parts.iter().find(|part| part.name == name).expect("a part");
-        part.moments.signed.median
+        part.statistics.moments.signed.median
     };
     for (part, expected) in [("right", 2.0), ("left", -2.0), ("top", 0.0), ("base", 0.0), ("front", 0.0), ("back", 0.0)]
     {
@@ -97,8 +98,8 @@ fn a_shifted_block_is_off_on_two_faces_and_can_be_brought_back() {
     // From the strip of the top beside the left face on, the nearest place of B's top is up to 2 mm away.
     let [right, top] =
         ["body.right", "body.top"].map(|n| found.a_to_b.parts.iter().find(|p| p.name == n).expect("a part").clone());
-    assert!((top.largest.expect("one").distance + 2.0).abs() < 1e-6);
-    assert!((right.moments.signed.mean - 2.0).abs() < 1e-6);
+    assert!((top.statistics.largest.expect("one").distance + 2.0).abs() < 1e-6);
+    assert!((right.statistics.moments.signed.mean - 2.0).abs() < 1e-6);
     assert!((found.hausdorff - 2.0).abs() < 1e-6);
     assert!((found.a.volume.expect("closed") - 6000.0).abs() < 1e-6 && (found.a.area - 2200.0).abs() < 1e-6);
     assert!((DVec3::from(found.a.high) - DVec3::new(15.0, 10.0, 10.0)).length() < 1e-9, "{:?}", found.a.high);
@@ -125,7 +126,7 @@ fn equal_surfaces_have_no_difference_and_exchanged_ones_the_same() {
     let program = compiled(BLOCK);
     let (a, b) = ([0.0, 0.0, 10.0], [0.3, 0.01, 10.2]);
     let same = compared(&program, &b, &b, &options()).expect("a comparison");
-    assert!(same.hausdorff == 0.0 && same.a_to_b.moments.max == 0.0 && same.explained.is_none(), "{same:?}");
+    assert!(same.hausdorff == 0.0 && same.a_to_b.overall.moments.max == 0.0 && same.explained.is_none(), "{same:?}");
     assert!(same.parameters.iter().all(|p| p.difference == 0.0));
     let [there, back] = [(&a, &b), (&b, &a)].map(|(a, b)| compared(&program, a, b, &options()).expect("a comparison"));
     assert_eq!((&there.a_to_b, &there.b_to_a), (&back.b_to_a, &back.a_to_b));
@@ -145,7 +146,7 @@ fn a_mesh_is_as_far_from_its_model_as_its_chords_even_inside_out() {
     let mut mesh = meshed(&program, &[20.0], 0.2);
     let model = Reference::Model { model: &program, x: &[20.0], motion: Motion::IDENTITY };
     let found = compare(&side(model), &side(Reference::Mesh(&mesh)), &options(), &Silent).expect("a comparison");
-    let from_mesh = &found.b_to_a;
+    let from_mesh = &found.b_to_a.overall;
     // The mesh lies inside of the sphere, so that the sphere lies outside of it.
     assert!(from_mesh.moments.signed.min >= 0.0 && from_mesh.moments.max > 0.1, "{:?}", from_mesh.moments);
     assert!(found.hausdorff < 0.21 && found.hausdorff > 0.1, "{}", found.hausdorff);
@@ -155,7 +156,7 @@ fn a_mesh_is_as_far_from_its_model_as_its_chords_even_inside_out() {
     mesh.normals.iter_mut().for_each(|n| *n = n.map(|c| -c));
     let turned = compare(&side(model), &side(Reference::Mesh(&mesh)), &options(), &Silent).expect("a comparison");
     assert!((turned.hausdorff - found.hausdorff).abs() < 1e-9 && !turned.warnings.is_empty(), "{:?}", turned.warnings);
-    assert!((turned.b_to_a.moments.signed.mean - from_mesh.moments.signed.mean).abs() < 1e-6);
+    assert!((turned.b_to_a.overall.moments.signed.mean - from_mesh.moments.signed.mean).abs() < 1e-6);
     // Without some triangles it encloses nothing.
     mesh.triangles.truncate(mesh.triangles.len() - 3);
     mesh.groups.clear();

@@ -230,7 +230,7 @@ impl<'a> MeshSurface<'a> {
         Some(foot)
     }
 
-    /// What single precision cannot tell from zero. Millimetres.
+    /// Distances below this are rounding of single precision. Millimetres.
     fn rounding(&self) -> f64 {
         2.0 * f64::from(self.bvh.tolerance())
     }

@@ -42,7 +42,7 @@ pub use points::{LargestDistance, MeasuredPoints, PartPoints, PointDistance, Poi
 pub(crate) use reach::Reach;
 pub use report::{PartStatistics, SIGN_CONVENTION, SensitivityRange, VarianceReport, VarianceSeconds};
 pub use statistics::{Histogram, Statistics};
-pub(crate) use surface::{Parametrised, Surface};
+pub(crate) use surface::{Parametrised, Surface, target};
 pub use surface::{Reference, Resolution};
 pub use texture::{DistanceTexture, signed_distances};
 pub use tolerance::{Conformance, Tolerance};

@@ -2,9 +2,9 @@
 
 use super::distribution::{Distribution, Sample};
 use super::moments::Moments;
-use super::surface::Parametrised;
+use super::surface::{Parametrised, target};
 use crate::bvh::Bvh;
-use crate::feet::signed::{MeshSurface, Place, SignedFoot, Target};
+use crate::feet::signed::{Place, SignedFoot, Target};
 use crate::mesh::TriangleMesh;
 use crate::scan::Scan;
 use glam::DVec3;
@@ -105,10 +105,7 @@ impl PointSearch<'_> {
         names: &[String],
     ) -> (PointDistances, MeasuredPoints) {
         let layout = self.parametrised.map(Parametrised::layout);
-        let target = match (self.parametrised, &layout) {
-            (Some(model), Some(layout)) => Target::Model(model.exact(layout, self.inverted)),
-            _ => Target::Mesh(MeshSurface::new(self.mesh, bvh)),
-        };
+        let target = target(self.parametrised.zip(layout.as_ref()), self.inverted, self.mesh, bvh);
         measure_points(&target, scan, max_distance, max_angle, names)
     }
 }

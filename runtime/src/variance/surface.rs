@@ -3,8 +3,9 @@
 use super::orientation::is_inside_out;
 use super::reach::Reach;
 use super::{MeasureError, Tolerance};
+use crate::bvh::Bvh;
 use crate::feet::layout::Layout;
-use crate::feet::signed::{ExactSurface, layout_for};
+use crate::feet::signed::{ExactSurface, MeshSurface, Target, layout_for};
 use crate::mesh::{Bounds, TriangleMesh};
 use crate::model::{
     Atlas, AtlasError, Closedness, Fineness, LARGEST, Material, Model, Motion, Passages, ReferenceSurface, SMALLEST,
@@ -179,8 +180,22 @@ impl Parametrised<'_> {
     }
 
     /// The exact surface. `inverted` are the parts whose outer side is the other one than written.
-    pub(crate) fn exact<'s>(&'s self, layout: &'s Layout, inverted: &[bool]) -> ExactSurface<'s> {
+    fn exact<'s>(&'s self, layout: &'s Layout, inverted: &[bool]) -> ExactSurface<'s> {
         ExactSurface::new(&*self.reach.instance, layout, inverted, self.motion, self.size)
+    }
+}
+
+/// What distances from a surface are measured to: the exact surface of a model, in whose facets (`layout`) feet are
+/// searched, or else the triangles of a mesh. `inverted` are the parts whose outer side is the other one than written.
+pub(crate) fn target<'s>(
+    model: Option<(&'s Parametrised<'_>, &'s Layout)>,
+    inverted: &[bool],
+    mesh: &'s TriangleMesh,
+    bvh: &'s Bvh,
+) -> Target<'s> {
+    match model {
+        Some((model, layout)) => Target::Model(model.exact(layout, inverted)),
+        None => Target::Mesh(MeshSurface::new(mesh, bvh)),
     }
 }
 
