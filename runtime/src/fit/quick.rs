@@ -18,7 +18,7 @@ use super::register::candidate::objective;
 use super::register::group::least_turn;
 use super::result::{FitResult, FittedParameter};
 use super::tuning::{
-    ANNEALING_POINTS, ANNEALING_START, CHORD, QUICK_ANGLES, QUICK_POINTS, QUICK_PROBES, QUICK_SCALE, QUICK_TELLING,
+    ANNEALING_POINTS, ANNEALING_START, QUICK_ANGLES, QUICK_POINTS, QUICK_PROBES, QUICK_SCALE, QUICK_TELLING,
     QUICK_TURNS,
 };
 use crate::model::Model;
@@ -68,7 +68,7 @@ fn settle(problem: &Problem) -> Option<FitResult> {
     let Problem { model, options, .. } = problem;
     let level = problem.start_level().ok()?;
     let start = level.space.estimate(&problem.start.x, problem.start_motion());
-    let level = Level::new(problem, level.space.clone(), &start, CHORD).ok()?;
+    let level = level.around(&start).ok()?;
     let Starts { estimates, points: few } = starts(&level, start);
     let given = options.sigma.map(|sigma| Loss { kind: options.loss, sigma });
     let wide = Loss::welsch(ANNEALING_START * problem.radius);

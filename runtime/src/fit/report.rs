@@ -269,11 +269,11 @@ fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>
             let at = |x: &[f64]| shown_to(x[*i], digit, parameter(i).quantity);
             format!("`{}` {} (here {})", parameter(i).name, at(&x), at(&present))
         };
-        let other = match rival.of.turned {
-            Some(degrees) => format!("the model in another pose, turned by some {degrees:.0} degrees,"),
-            None => {
-                format!("another shape of {}", parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "))
-            }
+        let other = if rival.of.turned {
+            let turn = solution.estimate.motion.rotation.angle_between(rival.estimate.motion.rotation);
+            format!("the model in another pose, turned by some {:.0} degrees,", turn.to_degrees())
+        } else {
+            format!("another shape of {}", parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "))
         };
         problem.monitor.warn(format!(
             "{other} explains the scan as well: {}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both",

@@ -283,57 +283,58 @@ mod tests {
     use crate::fit::tests::shapes::{Simple, simple};
     use nalgebra::DMatrix;
 
-    #[test]
-    fn a_place_beside_the_optimum_does_not_pass_for_it_and_is_left() {
+    /// Checks the assessed fit of a torus to a scan with noise.
+    fn with_torus(check: impl FnOnce(Solution, Uncertainty, &Monitor)) {
         let truth = [47.0, 9.0];
         let scan = scan_of(&simple(Simple::Torus, &truth), &truth, 0.05, 3000, 9);
         let (model, options, monitor) =
             (simple(Simple::Torus, &[40.0, 12.0]), FitOptions::default(), Monitor::default());
         let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
         let Assessed { solution, uncertainty } = assess(solve(&problem).unwrap());
-        let uncertainty = uncertainty.unwrap();
-        assert!(solution.converged, "{:?}", monitor.records().warnings);
-        // Two standard deviations off in the first parameter alone, by an optimiser that says that it has converged.
-        let off = 2.0 * deviation(&uncertainty, 0);
-        let at = Candidate::new(solution.clone(), uncertainty.clone());
-        let mut step = vec![0.0; solution.level.space.dim()];
-        step[0] = off;
-        let estimate = solution.level.space.retract(&solution.estimate, &step);
-        let evaluation = at.objective().evaluate(&estimate, Order::Normal).unwrap();
-        let beside = Solution { estimate, evaluation, converged: true, ..solution.clone() };
-        let remaining = Remaining::of(&beside, &beside.evaluation.gradient, &uncertainty);
-        assert!((remaining.step[0] + off).abs() < 0.1 * off && remaining.deviations(1) < 0.2, "{}", remaining.step);
-        let warning = remaining.warning(&beside);
-        assert!(warning.contains("`a` (2.0") || warning.contains("`a` (1.9"), "{warning}");
-        // From there the optimum is found after all.
-        let again = assess(beside).solution;
-        let apart = again.level.space.coordinate_distance(0, &again.estimate, &solution.estimate);
-        assert!(again.converged && apart < 0.05 * off, "{apart} of {off}");
+        check(solution, uncertainty.unwrap(), &monitor);
+    }
+
+    #[test]
+    fn a_place_beside_the_optimum_does_not_pass_for_it_and_is_left() {
+        with_torus(|solution, uncertainty, monitor| {
+            assert!(solution.converged, "{:?}", monitor.records().warnings);
+            // Two standard deviations off in the first parameter alone, by an optimiser that says that it has converged.
+            let off = 2.0 * deviation(&uncertainty, 0);
+            let at = Candidate::new(solution.clone(), uncertainty.clone());
+            let mut step = vec![0.0; solution.level.space.dim()];
+            step[0] = off;
+            let estimate = solution.level.space.retract(&solution.estimate, &step);
+            let evaluation = at.objective().evaluate(&estimate, Order::Normal).unwrap();
+            let beside = Solution { estimate, evaluation, converged: true, ..solution.clone() };
+            let remaining = Remaining::of(&beside, &beside.evaluation.gradient, &uncertainty);
+            assert!((remaining.step[0] + off).abs() < 0.1 * off && remaining.deviations(1) < 0.2, "{}", remaining.step);
+            let warning = remaining.warning(&beside);
+            assert!(warning.contains("`a` (2.0") || warning.contains("`a` (1.9"), "{warning}");
+            // From there the optimum is found after all.
+            let again = assess(beside).solution;
+            let apart = again.level.space.coordinate_distance(0, &again.estimate, &solution.estimate);
+            assert!(again.converged && apart < 0.05 * off, "{apart} of {off}");
+        });
     }
 
     #[test]
     fn a_short_step_that_remains_widens_the_interval_and_a_long_one_is_said() {
-        let truth = [47.0, 9.0];
-        let scan = scan_of(&simple(Simple::Torus, &truth), &truth, 0.05, 3000, 9);
-        let (model, options, monitor) =
-            (simple(Simple::Torus, &[40.0, 12.0]), FitOptions::default(), Monitor::default());
-        let problem = Problem::new(&model, &scan, &options, &monitor).unwrap();
-        let Assessed { solution, uncertainty } = assess(solve(&problem).unwrap());
-        let uncertainty = uncertainty.unwrap();
-        let unit = deviation(&uncertainty, 0);
-        let concluded = |deviations: f64| {
-            let mut at = Candidate::new(solution.clone(), uncertainty.clone());
-            at.remaining.step.fill(0.0);
-            at.remaining.step[0] = deviations * unit;
-            let Assessed { solution, uncertainty } = at.concluded();
-            (solution.converged, deviation(&uncertainty.unwrap(), 0) / unit)
-        };
-        let warnings = || monitor.records().warnings.iter().filter(|w| w.contains("stopped short")).count();
-        for (step, wider) in [(0.04, 1.0), (0.3, 1.0 + 0.3_f64.powi(2))] {
-            let (converged, ratio) = concluded(step);
-            assert!(converged && (ratio.powi(2) - wider).abs() < 1e-9, "{step}: {ratio}");
-        }
-        assert_eq!((concluded(0.5), warnings()), ((false, 1.0), 1));
+        with_torus(|solution, uncertainty, monitor| {
+            let unit = deviation(&uncertainty, 0);
+            let concluded = |deviations: f64| {
+                let mut at = Candidate::new(solution.clone(), uncertainty.clone());
+                at.remaining.step.fill(0.0);
+                at.remaining.step[0] = deviations * unit;
+                let Assessed { solution, uncertainty } = at.concluded();
+                (solution.converged, deviation(&uncertainty.unwrap(), 0) / unit)
+            };
+            let warnings = || monitor.records().warnings.iter().filter(|w| w.contains("stopped short")).count();
+            for (step, wider) in [(0.04, 1.0), (0.3, 1.0 + 0.3_f64.powi(2))] {
+                let (converged, ratio) = concluded(step);
+                assert!(converged && (ratio.powi(2) - wider).abs() < 1e-9, "{step}: {ratio}");
+            }
+            assert_eq!((concluded(0.5), warnings()), ((false, 1.0), 1));
+        });
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::rigid::VelocityField;
 use crate::fit::correspond::layout::Layout;
 use crate::fit::problem::coverage::Coverage;
 use crate::fit::problem::separation::Separation;
-use crate::fit::tuning::MODEL_SIZE;
+use crate::fit::tuning::{CHORD, MODEL_SIZE};
 use crate::model::EvaluationError;
 use std::sync::Arc;
 
@@ -48,6 +48,15 @@ impl<'a> Level<'a> {
         let sizes: Vec<f64> = (0..x.len()).map(|i| field.size(i)).collect();
         space.set_scale(at, &sizes, centre, gyration.max(1e-6 * problem.radius));
         Ok(Self { problem, space, layout, coverage: None, separation: None })
+    }
+
+    /// A level with the same coordinates whose facets and scales are right at another estimate, without the terms of
+    /// the last stages.
+    ///
+    /// # Errors
+    /// The model cannot be evaluated there.
+    pub(crate) fn around(&self, at: &Estimate) -> Result<Self, EvaluationError> {
+        Self::new(self.problem, self.space.clone(), at, CHORD)
     }
 
     /// An objective on this level, without normals.

@@ -16,7 +16,7 @@ use crate::fit::register::Registration;
 use crate::fit::register::candidate::Candidate;
 use crate::fit::register::restart::{Restart, Scope, restart};
 use crate::fit::tuning::{
-    ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, CHORD, FOOT_TOLERANCE,
+    ANNEALING_ITERATIONS, ANNEALING_LEVELS, ANNEALING_POINTS, ANNEALING_START, ANNEALING_STEP, FOOT_TOLERANCE,
     INLIER_DEVIATIONS, LEAST_SPREAD, POLISH_ITERATIONS, POLISH_STEP, SCALE_FASTEST, SCALE_SETTLED, SMALL_PART_POINTS,
     SMALL_PART_SEARCHED, SQUARED_STEP, SQUARED_TOLERANCE, THIN_POINTS, WIDEST_NOISE,
 };
@@ -90,7 +90,7 @@ pub(crate) fn refine<'a>(registration: Registration<'a>) -> Solution<'a> {
     let problem = level.problem;
     let Candidate { estimate, signs, .. } = candidate;
     // A model that cannot be evaluated where it has come to keeps its facets.
-    let level = Level::new(problem, level.space.clone(), &estimate, CHORD).unwrap_or(level);
+    let level = level.around(&estimate).unwrap_or(level);
     // Here nearly every point is nearest to its own patch, whichever way that faces: what the scan's normals said from
     // farther off gives way to what the script says.
     let wide = Loss::welsch(ANNEALING_START * problem.radius);

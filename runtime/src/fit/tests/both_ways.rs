@@ -312,6 +312,14 @@ fn an_end_that_slides_along_its_surface_is_not_known_for_what_else_is_free() {
     assert!(cut.iter().all(|p| p.sd.is_none()), "{cut:?}");
 }
 
+/// Options that begin at some values.
+fn begun_at(values: &[(&str, f64)]) -> FitOptions {
+    FitOptions {
+        start: values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
+        ..FitOptions::default()
+    }
+}
+
 /// A nut with a knob on its side: it fits after every sixth of a turn, but for the knob.
 #[test]
 fn a_pose_that_fits_but_for_a_detail_is_left_for_the_one_that_fits() {
@@ -346,9 +354,8 @@ fn a_pose_that_fits_but_for_a_detail_is_left_for_the_one_that_fits() {
             *n = (rotation * DVec3::from_array(*n)).to_array();
         }
         // From values and a pose that are right but for the turn no search goes on.
-        let start = [("r", 20.0), ("lobe", 3.0), ("height", 18.0), ("knob", 1.0), ("along", 8.0)];
-        let start = start.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
-        let result = fit(&nut, &turned, &FitOptions { start, ..FitOptions::default() }, &Silent).unwrap();
+        let options = begun_at(&[("r", 20.0), ("lobe", 3.0), ("height", 18.0), ("knob", 1.0), ("along", 8.0)]);
+        let result = fit(&nut, &turned, &options, &Silent).unwrap();
         for (p, truth) in result.parameters.iter().zip(&truth) {
             let sd = p.sd.unwrap_or_else(|| panic!("{sixths}: {p:?}"));
             assert!((p.value - truth).abs() < 4.0 * sd, "{sixths}: {p:?} for {truth} {:?}", result.warnings);
@@ -402,9 +409,8 @@ fn an_angle_bracket_is_not_fitted_with_its_legs_exchanged() {
     let truth = [46.0, 62.0, 21.0, 5.0, 3.4, 2.6, 0.65, 0.6];
     for seed in 5..8 {
         let scan = scanned(&bracket, &truth, &Scanner { random_pose: false, ..scanner(1.4, 0.4, seed) }, |_| true);
-        let start = [("a", 62.0), ("b", 46.0), ("w", 21.0)];
-        let start = start.map(|(name, value)| (name.to_owned(), value)).into_iter().collect();
-        let result = fit(&bracket, &scan, &FitOptions { start, ..FitOptions::default() }, &Silent).unwrap();
+        let options = begun_at(&[("a", 62.0), ("b", 46.0), ("w", 21.0)]);
+        let result = fit(&bracket, &scan, &options, &Silent).unwrap();
         for (p, truth) in result.parameters.iter().zip(&truth) {
             let sd = p.sd.unwrap_or_else(|| panic!("{seed}: {p:?}"));
             // Between the legs the difference is 16 mm: what holds both is no answer.

@@ -58,7 +58,7 @@ impl<'s> Base<'s> {
         padded.resize(space.dim(), 0.0);
         // The sample's own error is that of both optima.
         let shifted = space.retract(&self.solution.estimate, &padded);
-        let estimate = if of.turned.is_some() { Estimate { motion: there.motion, ..shifted } } else { shifted };
+        let estimate = if of.turned { Estimate { motion: there.motion, ..shifted } } else { shifted };
         if !distinct || worse {
             return None;
         }

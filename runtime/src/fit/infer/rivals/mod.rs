@@ -18,7 +18,7 @@ use crate::fit::refine::schedule::{Guess, POLISH, Solution, polish};
 use crate::fit::refine::witness::{self, Witness};
 use crate::fit::register::group::{chains, groups};
 use crate::fit::tuning::{
-    CHORD, RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
+    RIVAL_BETTER, RIVAL_CONTRADICTED, RIVAL_DEVIATIONS, RIVAL_EVIDENCE, RIVALS_ADOPTED, THIN_POINTS,
 };
 use alone::Alone;
 use base::Base;
@@ -30,8 +30,8 @@ pub(crate) struct RivalOf {
     pub(crate) members: Vec<usize>,
     /// By patch, whether they shape it.
     pub(crate) patches: Vec<bool>,
-    /// By how many degrees the whole model is turned, if it is.
-    pub(crate) turned: Option<f64>,
+    /// Whether the whole model is turned.
+    pub(crate) turned: bool,
 }
 
 /// Another shape of the parts of one group, or another pose of the whole model.
@@ -90,12 +90,10 @@ impl Rival {
     /// The optimum at the rival, over all points.
     fn solution<'a>(&self, from: &Solution<'a>) -> Solution<'a> {
         let (level, guess) = from.clone().into_guess();
-        let space = level.space.clone();
-        let level = Level::new(level.problem, space, &self.estimate, CHORD).map_or(level.clone(), |of_rival| Level {
-            coverage: level.coverage.clone(),
-            separation: level.separation.clone(),
-            ..of_rival
-        });
+        let level = match level.around(&self.estimate) {
+            Ok(around) => Level { coverage: level.coverage, separation: level.separation, ..around },
+            Err(_) => level,
+        };
         let signs = Sides::of(&level, &self.estimate, guess.loss).map_or(guess.signs, |sides| sides.signs);
         let points = &level.problem.points;
         polish(level, points, Guess { estimate: self.estimate.clone(), signs, ..guess }, Some(POLISH))

@@ -46,7 +46,7 @@ impl Base<'_> {
         let stop = Stop { iterations: RIVAL_ITERATIONS, step: RIVAL_STEP * loss.sigma };
         let motion = gauss_newton::minimise(&objective, start, stop)?.estimate.motion;
         let same = space.estimate(x, motion);
-        let level = Level::new(problem, space.clone(), &same, CHORD).ok()?;
+        let level = self.level().around(&same).ok()?;
         self.is_same_surface(&level, &same).then_some(same)
     }
 

@@ -1,24 +1,23 @@
 //! The whole model turned: the head of a screw fits after every sixth of a turn, and its thread gives way a little; a
 //! tray fits the other way round, but for the lug on one of its walls, and an angle bracket with its legs exchanged
-//! takes other lengths for them. Such poses are far apart, and a search that has
-//! found one of them has no reason to look for the others.
+//! takes other lengths for them. Such poses are far apart, and a search that has found one of them has no reason to
+//! look for the others.
 
 use super::base::Base;
 use super::{Rival, RivalOf, frames, largest};
 use crate::eigen;
 use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::isometry::Isometry;
-use crate::fit::problem::level::Level;
 use crate::fit::problem::loss::Loss;
 use crate::fit::problem::objective::{Objective, Order};
 use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::moments;
 use crate::fit::register::group::least_turn;
 use crate::fit::tuning::{
-    CHORD, RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_REFINED_POINTS,
-    TURN_SAME_AXIS, TURN_STEPS, TURNS_REFINED,
+    RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_REFINED_POINTS, TURN_SAME_AXIS,
+    TURN_STEPS, TURNS_REFINED,
 };
-use glam::{DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -58,13 +57,10 @@ pub(super) fn rivals(base: &Base) -> Vec<Rival> {
         let near = gauss_newton::minimise(&objective, from, stop)?.estimate;
         let members: Vec<usize> = (0..level.space.free.len()).collect();
         // What is divided for the solution's shape is not for one with its lengths exchanged.
-        let own = Level::new(level.problem, level.space.clone(), &near, CHORD).ok()?;
+        let own = level.around(&near).ok()?;
         let near = few.survivor(&own, &members, near)?;
-        let of = RivalOf { members, patches: vec![true; level.problem.model.parts().len()], turned: Some(0.0) };
-        let mut rival = base.rival(&own, of, near)?;
-        let turn = base.solution.estimate.motion.rotation.angle_between(rival.estimate.motion.rotation);
-        rival.of.turned = Some(turn.to_degrees());
-        Some(rival)
+        let of = RivalOf { members, patches: vec![true; level.problem.model.parts().len()], turned: true };
+        base.rival(&own, of, near)
     };
     turned.into_par_iter().filter_map(refined).collect()
 }
@@ -73,8 +69,9 @@ pub(super) fn rivals(base: &Base) -> Vec<Rival> {
 struct Turns<'a> {
     base: &'a Base<'a>,
     objective: &'a Objective<'a>,
-    /// The points of the model next to the scan's, and the unit normals there.
-    feet: Vec<DVec3>,
+    /// The mean of the model's points next to the scan's, their covariance, and the unit normals there.
+    about: DVec3,
+    covariance: DMat3,
     normals: Vec<DVec3>,
     /// The centre of the model's surface.
     middle: DVec3,
@@ -86,19 +83,19 @@ impl<'a> Turns<'a> {
         let placed = objective.place(&base.estimate).ok()?;
         let feet = objective.feet(&placed);
         let normals = feet.iter().map(|(_, foot)| foot.normal.normalize_or_zero()).collect();
-        let middle = placed.facets.moments().0;
-        Some(Self { base, objective, middle, feet: feet.into_iter().map(|(_, foot)| foot.point).collect(), normals })
+        let points: Vec<DVec3> = feet.iter().map(|(_, foot)| foot.point).collect();
+        let (about, covariance) = moments(&points);
+        Some(Self { base, objective, about, covariance, normals, middle: placed.facets.moments().0 })
     }
 
     /// The axis about which a turn moves the surface least, and the principal axes of the scan where it lies near the
     /// model.
     fn axes(&self) -> Vec<Through> {
-        let (point, covariance) = moments(&self.feet);
-        let columns = covariance.to_cols_array();
+        let columns = self.covariance.to_cols_array();
         let eigen = eigen::symmetric(Matrix3::from_column_slice(&columns));
         let principal = (0..3).map(|k| {
             let e = eigen.eigenvectors.column(k);
-            Through { point, direction: DVec3::new(e[0], e[1], e[2]) }
+            Through { point: self.about, direction: DVec3::new(e[0], e[1], e[2]) }
         });
         let least = least_turn(self.objective, &self.base.estimate).map(|axis| {
             let (point, direction) = axis.line(self.objective.space.centre);
@@ -135,14 +132,14 @@ impl<'a> Turns<'a> {
     /// The turns that take planes of the model to planes of it, each with the parameters as they are or with two of
     /// them exchanged, whichever is better.
     fn between_planes(&self) -> Vec<Turned> {
-        let (about, _) = moments(&self.feet);
         let rotations = frames::rotations(&self.normals);
         let exchanged = if rotations.is_empty() { Vec::new() } else { self.exchanged() };
         let best = |(k, rotation): (usize, DQuat)| {
-            let turned = (k > 0).then(|| self.turned(rotation, about));
+            let turned = (k > 0).then(|| self.turned(rotation, self.about));
             let others = exchanged.iter().map(|(estimate, middle)| {
                 // The middle of the surface stays where it is; that of what is scanned of another shape is not known.
-                let (from, to) = (about + *middle - self.middle, self.base.estimate.motion.apply(about));
+                let from = self.about + *middle - self.middle;
+                let to = self.base.estimate.motion.apply(self.about);
                 let motion = Isometry::taking(self.base.estimate.motion.rotation * rotation, from, to);
                 self.at(Estimate { motion, ..estimate.clone() })
             });
