@@ -59,6 +59,11 @@ impl<'a> Level<'a> {
         Self::new(self.problem, self.space.clone(), at, CHORD)
     }
 
+    /// The level without the term that holds walls apart.
+    pub(crate) fn without_separation(&self) -> Self {
+        Self { separation: None, ..self.clone() }
+    }
+
     /// An objective on this level, without normals.
     pub(crate) fn objective<'s>(&'s self, points: &'s Points, loss: Loss) -> Objective<'s> {
         Objective {
