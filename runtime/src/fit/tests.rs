@@ -9,6 +9,7 @@ mod distances;
 mod fits;
 mod measures;
 mod number;
+mod planes;
 mod pose;
 mod races;
 pub(crate) mod shapes;

@@ -22,8 +22,8 @@ use nalgebra::DVector;
 
 /// Moves what the scan does not determine to the least surface.
 pub(crate) fn settle(assessed: Assessed) -> Assessed {
-    let Assessed { mut solution, uncertainty } = assessed;
-    let Some(mut uncertainty) = uncertainty else { return Assessed { solution, uncertainty } };
+    let Assessed { mut solution, uncertainty, warning } = assessed;
+    let Some(mut uncertainty) = uncertainty else { return Assessed { solution, uncertainty, warning } };
     let determined = uncertainty.without.iter().all(Option::is_none) && uncertainty.undetermined.is_empty();
     // Where terms take part that hold the ends or the walls, these decide.
     let is_held = solution.level.coverage.is_some() || solution.level.separation.is_some();
@@ -39,7 +39,7 @@ pub(crate) fn settle(assessed: Assessed) -> Assessed {
             (solution.estimate, solution.evaluation) = (estimate, evaluation);
         }
     }
-    Assessed { solution, uncertainty: Some(uncertainty) }
+    Assessed { solution, uncertainty: Some(uncertainty), warning }
 }
 
 /// The directions that the scan leaves open, and the place along them with the least surface; None where no surface

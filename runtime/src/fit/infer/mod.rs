@@ -24,8 +24,8 @@ mod without_bounds;
 use super::problem::objective::Objective;
 use super::refine::schedule::Solution;
 use super::result::{Bootstrap, HypothesisTest};
-use convergence::assess;
-use rivals::{Rival, Weighed};
+use convergence::{Assessed, assess};
+use rivals::Rival;
 use sandwich::Uncertainty;
 
 /// A solution with the statistics of its parameters.
@@ -44,10 +44,12 @@ pub(crate) struct Inference<'a> {
 pub(crate) fn infer(solution: Solution) -> Inference {
     let problem = solution.level.problem;
     let assessed = problem.monitor.stage("uncertainty", || assess(solution));
-    let Weighed { solution, uncertainty, rivals } = problem.monitor.stage("other shapes", || {
+    let (assessed, rivals) = problem.monitor.stage("other shapes", || {
         let assessed = if problem.options.one_sided { assessed } else { least_surface::settle(assessed) };
         rivals::weigh(assessed)
     });
+    let Assessed { solution, uncertainty, warning } = assessed;
+    warning.into_iter().for_each(|warning| problem.monitor.warn(warning));
     let tests = wald::test(&solution);
     let uncertainty = problem.monitor.stage("uncertainty", || {
         // One fit that was cancelled is like another, wherever it was.

@@ -163,12 +163,17 @@ impl Uncertainty {
     /// The same without coordinates whose standard deviation moves the surface farther than the scan is large, by its
     /// radius (millimetres): no linear theory reaches so far, and the scan does not determine them.
     pub(crate) fn within(mut self, radius: f64) -> Self {
-        for (k, without) in self.without.iter_mut().enumerate() {
-            if without.is_none() && !(self.covariance[(k, k)] < radius * radius) {
-                *without = Some(WithoutSd::NotDetermined);
+        for k in 0..self.without.len() {
+            if !(self.covariance[(k, k)] < radius * radius) {
+                self.leave_open(k);
             }
         }
         self
+    }
+
+    /// Takes the standard deviation of coordinate k, if it has one, since the scan does not determine it.
+    pub(crate) fn leave_open(&mut self, k: usize) {
+        self.without[k].get_or_insert(WithoutSd::NotDetermined);
     }
 
     /// Whether coordinate k has a standard deviation.

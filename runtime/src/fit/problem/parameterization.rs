@@ -99,6 +99,12 @@ impl<'a> Parameterization<'a> {
         Self { model, base, free, ties, rules, dependent, varies, moving, centre, scale, radius: 1.0 }
     }
 
+    /// The space in which only the motion varies, of the shape with parameters `x`.
+    pub(crate) fn of_motions(&self, x: &[f64]) -> Self {
+        let (centre, radius) = (self.centre, self.radius);
+        Self { centre, radius, ..Self::new(self.model, x, Vec::new(), true, &self.ties) }
+    }
+
     /// Coordinates in all.
     pub(crate) fn dim(&self) -> usize {
         self.free.len() + if self.moving { 6 } else { 0 }

@@ -183,12 +183,12 @@ fn shaped(shape: [f64; 9]) -> [f64; 15] {
     std::array::from_fn(|k| if k < 6 { 0.0 } else { shape[k - 6] })
 }
 
-fn scanner(spacing: f64, noise: f64, seed: u64) -> Scanner {
+pub(super) fn scanner(spacing: f64, noise: f64, seed: u64) -> Scanner {
     Scanner { spacing, noise, dropouts: 0.01, holes: 6, seed, ..Scanner::default() }
 }
 
 /// An exact scan of a model with the scanner's noise, the triangles whose corners are all on one side.
-fn scanned(model: &Program, truth: &[f64], scanner: &Scanner, seen: impl Fn(DVec3) -> bool) -> Scan {
+pub(super) fn scanned(model: &Program, truth: &[f64], scanner: &Scanner, seen: impl Fn(DVec3) -> bool) -> Scan {
     let instance = Model::instantiate(model, truth).unwrap();
     let tessellation = Tessellation::new(model, &*instance, Fineness::default()).unwrap();
     let surface = ExactSurface { instance: &*instance, tessellation: &tessellation, motion: Motion::IDENTITY };
@@ -310,144 +310,4 @@ fn an_end_that_slides_along_its_surface_is_not_known_for_what_else_is_free() {
     assert!(whole.iter().all(|p| p.sd.is_some()) && (whole[1].value - 16.0).abs() < 4.0 * whole[1].sd.unwrap());
     let cut = fitted(&|p| p.z > 14.0);
     assert!(cut.iter().all(|p| p.sd.is_none()), "{cut:?}");
-}
-
-/// Options that begin at some values.
-fn begun_at(values: &[(&str, f64)]) -> FitOptions {
-    FitOptions {
-        start: values.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect(),
-        ..FitOptions::default()
-    }
-}
-
-/// A nut with a knob on its side: it fits after every sixth of a turn, but for the knob.
-#[test]
-fn a_pose_that_fits_but_for_a_detail_is_left_for_the_one_that_fits() {
-    let nut = program(
-        "model nut {
-          param r: length in 10mm..40mm = 20mm
-          param lobe: length in 0mm..6mm = 3mm
-          param height: length in 8mm..40mm = 18mm
-          param knob: length in 0mm..8mm = 3mm
-          param along: length in 4mm..14mm = 9mm
-          fn out(a: angle, z: length) {
-            let near = exp(-((a - 30deg) / 20deg) ^ 2 - ((z - along) / 4mm) ^ 2)
-            polar(r + lobe * cos(6 * a) + knob * near, a, z)
-          }
-          part side = |u, v| out((u - 0.5) * 1turn, v * height)
-          part top = |u, v| { let p = out((u - 0.5) * 1turn, height)
-            (p.x * v, p.y * v, height) }
-          part bottom = |u, v| { let p = out((0.5 - u) * 1turn, 0mm)
-            (p.x * v, p.y * v, 0mm) }
-        }",
-    );
-    let truth = [20.0, 3.0, 18.0, 3.0, 9.0];
-    let scan = scanned(&nut, &truth, &Scanner { random_pose: false, ..scanner(1.2, 0.1, 5) }, |_| true);
-    for sixths in 1..6 {
-        let turn = (f64::from(sixths) * 60.0).to_radians();
-        let mut turned = scan.clone();
-        let rotation = glam::DMat3::from_rotation_z(turn);
-        for p in &mut turned.mesh.positions {
-            *p = (rotation * DVec3::from_array(*p)).to_array();
-        }
-        for n in &mut turned.mesh.normals {
-            *n = (rotation * DVec3::from_array(*n)).to_array();
-        }
-        // From values and a pose that are right but for the turn no search goes on.
-        let options = begun_at(&[("r", 20.0), ("lobe", 3.0), ("height", 18.0), ("knob", 1.0), ("along", 8.0)]);
-        let result = fit(&nut, &turned, &options, &Silent).unwrap();
-        for (p, truth) in result.parameters.iter().zip(&truth) {
-            let sd = p.sd.unwrap_or_else(|| panic!("{sixths}: {p:?}"));
-            assert!((p.value - truth).abs() < 4.0 * sd, "{sixths}: {p:?} for {truth} {:?}", result.warnings);
-        }
-    }
-}
-
-/// An angle bracket: turned over, each leg takes the other one's length, and only the holes tell them apart.
-#[test]
-fn an_angle_bracket_is_not_fitted_with_its_legs_exchanged() {
-    let bracket = program(
-        "fn plate(w, h, x, y, r) = |u, v| {
-          let a = u * 1turn
-          let (c, s) = (cos(a), sin(a))
-          let dx = if c > 0 { (w - x) / max(c, 1e-9) } else { x / max(-c, 1e-9) }
-          let dy = if s > 0 { (h - y) / max(s, 1e-9) } else { y / max(-s, 1e-9) }
-          let d = mix(min(dx, dy), r, v)
-          (x + d * c, y + d * s)
-        }
-        model bracket {
-          param a: length in 30mm..90mm = 70mm
-          param b: length in 30mm..90mm = 50mm
-          param w: length in 15mm..60mm = 30mm
-          param t: length in 3mm..9mm = 5mm
-          param hole_a: length in 2mm..7mm = 5mm
-          param hole_b: length in 2mm..7mm = 4mm
-          param at_a: real in 0.5..0.75 = 0.65
-          param at_b: real in 0.5..0.75 = 0.6
-          part foot = {
-            under: |u, v| { let p = plate(a, w, a * at_a, w / 2, hole_a)(u, v)
-              (p.x, w - p.y, 0mm) },
-            over: |u, v| { let p = plate(a - t, w, a * at_a - t, w / 2, hole_a)(u, v)
-              (p.x + t, p.y, t) },
-            bore: |u, v| (a * at_a + hole_a * cos(u * 1turn), w / 2 - hole_a * sin(u * 1turn), t * v),
-            tip: |u, v| (a, w * u, t * v),
-            left: |u, v| (a * u, 0mm, t * v),
-            right: |u, v| (a * v, w, t * u),
-          }
-          part back = {
-            behind: |u, v| { let p = plate(b, w, b * at_b, w * 0.55, hole_b)(u, v)
-              (0mm, p.y, p.x) },
-            before: |u, v| { let p = plate(b - t, w, b * at_b - t, w * 0.45, hole_b)(u, v)
-              (t, w - p.y, p.x + t) },
-            bore: |u, v| (t * v, w * 0.55 + hole_b * sin(u * 1turn), b * at_b + hole_b * cos(u * 1turn)),
-            tip: |u, v| (t * u, w * v, b),
-            left: |u, v| (t * u, 0mm, t + (b - t) * v),
-            right: |u, v| (t * v, w, t + (b - t) * u),
-          }
-        }",
-    );
-    let truth = [46.0, 62.0, 21.0, 5.0, 3.4, 2.6, 0.65, 0.6];
-    for seed in 5..8 {
-        let scan = scanned(&bracket, &truth, &Scanner { random_pose: false, ..scanner(1.4, 0.4, seed) }, |_| true);
-        let options = begun_at(&[("a", 62.0), ("b", 46.0), ("w", 21.0)]);
-        let result = fit(&bracket, &scan, &options, &Silent).unwrap();
-        for (p, truth) in result.parameters.iter().zip(&truth) {
-            let sd = p.sd.unwrap_or_else(|| panic!("{seed}: {p:?}"));
-            // Between the legs the difference is 16 mm: what holds both is no answer.
-            assert!((p.value - truth).abs() < 4.0 * sd && sd < 1.0, "{seed}: {p:?} for {truth} {:?}", result.warnings);
-        }
-    }
-}
-
-/// The lengths of a block may be exchanged, which is no other shape: they have the intervals of one shape, and the
-/// order of the start.
-#[test]
-fn a_block_by_other_names_is_the_same_block() {
-    let block = program(
-        "model block {
-          param a: length in 20mm..80mm = 40mm
-          param b: length in 20mm..80mm = 41mm
-          param c: length in 20mm..80mm = 42mm
-          part body = {
-            top: |u, v| (a * u, b * v, c),
-            bottom: |u, v| (a * v, b * u, 0mm),
-            left: |u, v| (0mm, b * v, c * u),
-            right: |u, v| (a, b * u, c * v),
-            front: |u, v| (a * u, 0mm, c * v),
-            back: |u, v| (a * v, b, c * u),
-          }
-        }",
-    );
-    for truth in [[38.0, 44.0, 47.0], [60.0, 30.0, 61.0]] {
-        let scan = scanned(&block, &truth, &scanner(1.0, 0.2, 3), |_| true);
-        let result = fit(&block, &scan, &FitOptions::default(), &Silent).unwrap();
-        let mut sorted = truth;
-        sorted.sort_by(f64::total_cmp);
-        for (p, truth) in result.parameters.iter().zip(&sorted) {
-            let sd = p.sd.unwrap();
-            // Some thousand points of a face with noise of 0.2 mm.
-            assert!((p.value - truth).abs() < 4.0 * sd && sd < 0.03, "{p:?} for {truth} {:?}", result.warnings);
-        }
-        assert!(result.alternatives.is_empty() && result.warnings.is_empty(), "{:?}", result.warnings);
-    }
 }

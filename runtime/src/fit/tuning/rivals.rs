@@ -54,6 +54,13 @@ pub(crate) const SAME_SURFACE_APART: f64 = 0.02;
 pub(crate) const FRAME_SHARE: f64 = 0.1;
 pub(crate) const FRAME_PARALLEL: f64 = 0.99;
 pub(crate) const FRAME_DIRECTIONS: usize = 5;
+/// Where the scan leaves values open, parameters that have changed places are other names of what it shows. Of so many
+/// of the best, other two change places too; so many of the best are given this many combinations of open values; and
+/// so many are refined.
+pub(crate) const NAMES_AGAIN: usize = 6;
+pub(crate) const NAMES_PLACED: usize = 24;
+pub(crate) const OPEN_VALUES: usize = 64;
+pub(crate) const NAMES_REFINED: usize = 8;
 /// The greatest difference in the cosine of two angles that are one: 3 degrees of a right angle. Two rotations are one
 /// if half of the angle between them has a greater cosine than the second number: 11 degrees.
 pub(crate) const FRAME_ANGLE: f64 = 0.05;

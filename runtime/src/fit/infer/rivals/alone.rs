@@ -127,7 +127,7 @@ impl<'s> Alone<'s> {
                 from = few.survivor(self.base.level(), &self.group.members, from)?;
             }
             let Group { members, patches } = self.group;
-            let of = RivalOf { members: members.clone(), patches: patches.clone(), turned: false };
+            let of = RivalOf { members: members.clone(), patches: patches.clone(), turned: false, open: Vec::new() };
             self.base.rival(self.base.level(), of, from)
         };
         distinct.into_par_iter().filter_map(rival).collect()

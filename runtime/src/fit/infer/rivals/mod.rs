@@ -6,6 +6,7 @@
 mod alone;
 mod base;
 mod frames;
+mod names;
 mod relabelled;
 mod turned;
 
@@ -32,6 +33,8 @@ pub(crate) struct RivalOf {
     pub(crate) patches: Vec<bool>,
     /// Whether the whole model is turned.
     pub(crate) turned: bool,
+    /// Positions of the parameters whose values the scan leaves open in the rival.
+    pub(crate) open: Vec<usize>,
 }
 
 /// Another shape of the parts of one group, or another pose of the whole model.
@@ -53,37 +56,25 @@ pub(crate) struct Rival {
     pub(crate) contradicted: f64,
 }
 
-/// A solution with its uncertainty, and the rivals that the covariance holds.
-pub(crate) struct Weighed<'a> {
-    pub(crate) solution: Solution<'a>,
-    pub(crate) uncertainty: Option<Uncertainty>,
-    pub(crate) rivals: Vec<Rival>,
-}
-
 /// Looks for rivals of a solution, goes over to the one that the scan prefers if there is one, and puts the others into
-/// the uncertainty.
-pub(crate) fn weigh(assessed: Assessed) -> Weighed {
-    let Assessed { mut solution, uncertainty } = assessed;
-    let monitor = solution.level.problem.monitor;
-    let Some(mut uncertainty) = uncertainty else { return Weighed { solution, uncertainty: None, rivals: Vec::new() } };
+/// the uncertainty: they are the second value.
+pub(crate) fn weigh(mut assessed: Assessed) -> (Assessed, Vec<Rival>) {
+    let monitor = assessed.solution.level.problem.monitor;
     // Other shapes are judged by the scan's points, and not by the term that holds the ends.
-    let rounds = if solution.level.coverage.is_some() { 0 } else { RIVALS_ADOPTED };
-    for _ in 0..rounds {
-        let found = find(&solution, &uncertainty);
-        if monitor.cancelled() {
-            break;
-        }
-        let Some(preferred) = found.preferred() else {
-            let (uncertainty, rivals) = found.include(uncertainty);
-            return Weighed { solution, uncertainty: Some(uncertainty), rivals };
-        };
-        let next = convergence::assess(preferred.solution(&solution));
-        match next.uncertainty {
-            Some(known) => (solution, uncertainty) = (next.solution, known),
-            None => break,
-        }
+    let is_judged = assessed.solution.level.coverage.is_none();
+    let Some(uncertainty) = assessed.uncertainty.as_ref().filter(|_| is_judged) else { return (assessed, Vec::new()) };
+    let mut found = find(&assessed.solution, uncertainty);
+    for _ in 0..RIVALS_ADOPTED {
+        let Some(preferred) = found.preferred().filter(|_| !monitor.cancelled()) else { break };
+        let next = convergence::assess(preferred.solution(&assessed.solution));
+        let Some(uncertainty) = &next.uncertainty else { break };
+        found = find(&next.solution, uncertainty);
+        assessed = next;
     }
-    Weighed { solution, uncertainty: Some(uncertainty), rivals: Vec::new() }
+    // What was found by a search that was cancelled is chance.
+    let found = if monitor.cancelled() { Rivals::default() } else { found };
+    let (uncertainty, rivals) = assessed.uncertainty.map(|uncertainty| found.include(uncertainty)).unzip();
+    (Assessed { uncertainty, ..assessed }, rivals.unwrap_or_default())
 }
 
 impl Rival {
@@ -178,6 +169,8 @@ impl Rivals {
                     uncertainty.covariance[(*a, *b)] += 0.25 * rival.step[*a] * rival.step[*b];
                 }
             }
+            // By the rival's names the scan does not show what has this one.
+            rival.of.open.iter().for_each(|k| uncertainty.leave_open(*k));
             included.push(rival);
         }
         (uncertainty, included)

@@ -4,9 +4,10 @@
 use super::base::Base;
 use super::largest;
 use crate::fit::optimise::gauss_newton::{self, Stop};
+use crate::fit::problem::isometry::Isometry;
 use crate::fit::problem::level::Level;
 use crate::fit::problem::objective::Objective;
-use crate::fit::problem::parameterization::{Estimate, Parameterization};
+use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::Points;
 use crate::fit::refine::schedule::Solution;
 use crate::fit::tuning::{
@@ -36,18 +37,24 @@ impl Base<'_> {
 
     /// A shape in the pose in which it is the base's surface, from the pose of another one. None where there is none.
     fn posed(&self, x: &[f64], there: &Estimate) -> Option<Estimate> {
+        let space = &self.level().space;
+        let motion = if space.moving { self.moved_onto_base(x, there.motion)? } else { there.motion };
+        let same = space.estimate(x, motion);
+        let level = self.level().around(&same).ok()?;
+        self.is_same_surface(&level, &same).then_some(same)
+    }
+
+    /// The motion by which a shape comes next to the base's surface, from another motion.
+    fn moved_onto_base(&self, x: &[f64], from: Isometry) -> Option<Isometry> {
         let Level { problem, space, .. } = self.level();
-        let only_pose = Parameterization::new(problem.model, x, Vec::new(), space.moving, &problem.start.ties);
-        let start = only_pose.estimate(x, there.motion);
+        let only_pose = space.of_motions(x);
+        let start = only_pose.estimate(x, from);
         let posed = Level::new(problem, only_pose, &start, CHORD).ok()?;
         let own = places_of(&self.solution.objective(self.sample), &self.estimate, &inside(), &inside())?;
         let loss = self.solution.loss;
         let objective = Objective { tolerance: 0.1 * SAME_SURFACE_APART * loss.sigma, ..posed.objective(&own, loss) };
         let stop = Stop { iterations: RIVAL_ITERATIONS, step: RIVAL_STEP * loss.sigma };
-        let motion = gauss_newton::minimise(&objective, start, stop)?.estimate.motion;
-        let same = space.estimate(x, motion);
-        let level = self.level().around(&same).ok()?;
-        self.is_same_surface(&level, &same).then_some(same)
+        Some(gauss_newton::minimise(&objective, start, stop)?.estimate.motion)
     }
 
     /// A shape's parameters with the base's values where the scan leaves them open. None where it leaves none.

@@ -4,7 +4,8 @@
 //! look for the others.
 
 use super::base::Base;
-use super::{Rival, RivalOf, frames, largest};
+use super::names::Named;
+use super::{Rival, RivalOf, frames};
 use crate::eigen;
 use crate::fit::optimise::gauss_newton::{self, Stop};
 use crate::fit::problem::isometry::Isometry;
@@ -14,8 +15,8 @@ use crate::fit::problem::parameterization::Estimate;
 use crate::fit::problem::points::moments;
 use crate::fit::register::group::least_turn;
 use crate::fit::tuning::{
-    RIVAL_COARSE, RIVAL_DEVIATIONS, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_REFINED_POINTS, TURN_SAME_AXIS,
-    TURN_STEPS, TURNS_REFINED,
+    RIVAL_COARSE, RIVAL_ITERATIONS, RIVAL_STEP, TURN_POINTS, TURN_REFINED_POINTS, TURN_SAME_AXIS, TURN_STEPS,
+    TURNS_REFINED,
 };
 use glam::{DMat3, DQuat, DVec3};
 use nalgebra::Matrix3;
@@ -29,10 +30,13 @@ struct Through {
     direction: DVec3,
 }
 
-/// The model in another pose, by the mean loss at a coarse scale.
-struct Turned {
-    loss: f64,
-    estimate: Estimate,
+/// The model in another pose, by the mean loss.
+#[derive(Clone)]
+pub(super) struct Turned {
+    pub(super) loss: f64,
+    pub(super) estimate: Estimate,
+    /// Positions of the parameters that have another name's value, which the scan leaves open.
+    pub(super) open: Vec<usize>,
 }
 
 /// The rivals of the solution that are other poses of the whole model. They are found by a base of fewer points.
@@ -48,33 +52,38 @@ pub(super) fn rivals(base: &Base) -> Vec<Rival> {
     let objective = Objective { loss: coarse, cancellable: true, ..base.solution.objective(&points) };
     let Some(turns) = Turns::of(base, &objective) else { return Vec::new() };
     let mut turned: Vec<Turned> = turns.axes().iter().flat_map(|axis| turns.least_losses(axis)).collect();
-    turned.extend(turns.between_planes());
+    let rotations = frames::rotations(&turns.normals);
+    turned.extend(turns.between_planes(&rotations));
     turned.sort_by(|a, b| a.loss.total_cmp(&b.loss));
     turned.truncate(TURNS_REFINED);
+    let own_loss = Objective { cancellable: true, ..base.solution.objective(few.sample) };
+    turned.extend(turns.renamed(&rotations, &own_loss));
     let stop = Stop { iterations: RIVAL_ITERATIONS, step: RIVAL_STEP * base.solution.loss.sigma };
-    let refined = |Turned { estimate: from, .. }: Turned| {
+    let refined = |Turned { estimate: from, open, .. }: Turned| {
         let objective = Objective { loss: coarse, cancellable: true, ..base.solution.objective(few.sample) };
         let near = gauss_newton::minimise(&objective, from, stop)?.estimate;
         let members: Vec<usize> = (0..level.space.free.len()).collect();
         // What is divided for the solution's shape is not for one with its lengths exchanged.
         let own = level.around(&near).ok()?;
         let near = few.survivor(&own, &members, near)?;
-        let of = RivalOf { members, patches: vec![true; level.problem.model.parts().len()], turned: true };
+        let of = RivalOf { members, patches: vec![true; level.problem.model.parts().len()], turned: true, open };
         base.rival(&own, of, near)
     };
     turned.into_par_iter().filter_map(refined).collect()
 }
 
 /// The turns of the model about the middle of what is scanned.
-struct Turns<'a> {
-    base: &'a Base<'a>,
-    objective: &'a Objective<'a>,
+pub(super) struct Turns<'a> {
+    pub(super) base: &'a Base<'a>,
+    pub(super) objective: &'a Objective<'a>,
     /// The mean of the model's points next to the scan's, their covariance, and the unit normals there.
     about: DVec3,
     covariance: DMat3,
     normals: Vec<DVec3>,
+    /// The model's points themselves.
+    pub(super) feet: Vec<DVec3>,
     /// The centre of the model's surface.
-    middle: DVec3,
+    pub(super) middle: DVec3,
 }
 
 impl<'a> Turns<'a> {
@@ -85,7 +94,8 @@ impl<'a> Turns<'a> {
         let normals = feet.iter().map(|(_, foot)| foot.normal.normalize_or_zero()).collect();
         let points: Vec<DVec3> = feet.iter().map(|(_, foot)| foot.point).collect();
         let (about, covariance) = moments(&points);
-        Some(Self { base, objective, about, covariance, normals, middle: placed.facets.moments().0 })
+        let middle = placed.facets.moments().0;
+        Some(Self { base, objective, about, covariance, normals, feet: points, middle })
     }
 
     /// The axis about which a turn moves the surface least, and the principal axes of the scan where it lies near the
@@ -129,46 +139,26 @@ impl<'a> Turns<'a> {
             .collect()
     }
 
-    /// The turns that take planes of the model to planes of it, each with the parameters as they are or with two of
+    /// The rotations that take planes of the model to planes of it, each with the parameters as they are or with two of
     /// them exchanged, whichever is better.
-    fn between_planes(&self) -> Vec<Turned> {
-        let rotations = frames::rotations(&self.normals);
-        let exchanged = if rotations.is_empty() { Vec::new() } else { self.exchanged() };
-        let best = |(k, rotation): (usize, DQuat)| {
-            let turned = (k > 0).then(|| self.turned(rotation, self.about));
-            let others = exchanged.iter().map(|(estimate, middle)| {
-                // The middle of the surface stays where it is; that of what is scanned of another shape is not known.
-                let from = self.about + *middle - self.middle;
-                let to = self.base.estimate.motion.apply(self.about);
-                let motion = Isometry::taking(self.base.estimate.motion.rotation * rotation, from, to);
-                self.at(Estimate { motion, ..estimate.clone() })
-            });
+    fn between_planes(&self, rotations: &[DQuat]) -> Vec<Turned> {
+        let exchanged = if rotations.is_empty() { Vec::new() } else { self.exchanged(&self.named()) };
+        let best = |(k, rotation): (usize, &DQuat)| {
+            let turned = (k > 0).then(|| self.turned(*rotation, self.about));
+            let others = exchanged.iter().map(|shape| self.placed(shape, *rotation));
             turned.into_iter().chain(others).min_by(|a, b| a.loss.total_cmp(&b.loss))
         };
-        let all = rotations.into_par_iter().enumerate().filter_map(best);
+        let all = rotations.par_iter().enumerate().filter_map(best);
         all.filter(|t| t.loss.is_finite()).collect()
     }
 
-    /// The shapes in which two parameters of the same quantity have each taken the other's value, and the middles of
-    /// their surfaces: of those that differ, and that both may have.
-    fn exchanged(&self) -> Vec<(Estimate, DVec3)> {
-        let space = self.objective.space;
-        let quantity = |k: usize| space.model.parameters()[space.free[k]].quantity;
-        let pairs = (0..space.free.len()).flat_map(|a| (a + 1..space.free.len()).map(move |b| (a, b)));
-        let shape = |(a, b): (usize, usize)| {
-            let (mut x, i, j) = (self.base.x.clone(), space.free[a], space.free[b]);
-            x.swap(i, j);
-            let estimate = space.estimate(&x, self.base.estimate.motion);
-            let step = space.step(&self.base.estimate, &estimate);
-            let there = space.x(&estimate.z)?;
-            let taken = [i, j].iter().all(|i| (there[*i] - x[*i]).abs() <= 1e-9 * x[*i].abs());
-            if !taken || !(largest(self.base.uncertainty, &[a, b], &step) > RIVAL_DEVIATIONS) {
-                return None;
-            }
-            let middle = self.objective.place(&estimate).ok()?.facets.moments().0;
-            Some((estimate, middle))
-        };
-        pairs.filter(|(a, b)| quantity(*a) == quantity(*b)).filter_map(shape).collect()
+    /// Another shape in the solution's place, turned.
+    pub(super) fn placed(&self, shape: &Named, rotation: DQuat) -> Turned {
+        // The middle of the surface stays where it is; that of what is scanned of another shape is not known.
+        let from = self.about + shape.middle - self.middle;
+        let to = self.base.estimate.motion.apply(self.about);
+        let motion = Isometry::taking(self.base.estimate.motion.rotation * rotation, from, to);
+        self.at(Estimate { motion, ..shape.estimate.clone() })
     }
 
     fn turned(&self, rotation: DQuat, about: DVec3) -> Turned {
@@ -176,8 +166,15 @@ impl<'a> Turns<'a> {
         self.at(Estimate { motion, ..self.base.estimate.clone() })
     }
 
-    fn at(&self, estimate: Estimate) -> Turned {
-        let loss = self.objective.evaluate(&estimate, Order::Value).map_or(f64::INFINITY, |e| e.value);
-        Turned { loss, estimate }
+    pub(super) fn at(&self, estimate: Estimate) -> Turned {
+        Turned::by(self.objective, estimate)
+    }
+}
+
+impl Turned {
+    /// A pose by an objective.
+    pub(super) fn by(objective: &Objective, estimate: Estimate) -> Self {
+        let loss = objective.evaluate(&estimate, Order::Value).map_or(f64::INFINITY, |e| e.value);
+        Self { loss, estimate, open: Vec::new() }
     }
 }
