@@ -41,6 +41,12 @@ impl Chart {
         [column / f64::from(size), 1.0 - row / f64::from(size)]
     }
 
+    /// The steps of u and of v from a texel to the next.
+    pub(super) fn steps(&self) -> [f64; 2] {
+        let [right, up] = [self.width, self.height].map(|texels| 1.0 / f64::from(texels));
+        if self.transposed { [up, right] } else { [right, up] }
+    }
+
     /// The area of a texel in the patch's parameters: its share of their unit square.
     pub(super) fn cell(&self) -> f64 {
         1.0 / (f64::from(self.width) * f64::from(self.height))

@@ -27,6 +27,8 @@ pub struct Texels {
     pub normal: Vec<[f32; 3]>,
     /// Area of the surface that this texel stands for. Square millimetres.
     pub area: Vec<f32>,
+    /// The longer side of that piece of the surface. Millimetres.
+    pub side: Vec<f32>,
     /// Names of the parts.
     pub part_names: Vec<String>,
 }
@@ -57,6 +59,7 @@ impl Texels {
             position: vec![[0.0; 3]; count],
             normal: vec![[0.0; 3]; count],
             area: vec![0.0; count],
+            side: vec![0.0; count],
             part_names: model.parts().iter().map(|p| p.name.clone()).collect(),
         };
         let mut rest = texels.places();
@@ -95,6 +98,7 @@ impl Texels {
             position: &mut self.position,
             normal: &mut self.normal,
             area: &mut self.area,
+            side: &mut self.side,
         }
     }
 
@@ -109,6 +113,7 @@ impl Texels {
         retain_marked(&mut self.position, &present);
         retain_marked(&mut self.normal, &present);
         retain_marked(&mut self.area, &present);
+        retain_marked(&mut self.side, &present);
     }
 
     /// For each part at most `most` of its texels, evenly spread.
@@ -171,6 +176,7 @@ struct Places<'a> {
     position: &'a mut [[f64; 3]],
     normal: &'a mut [[f32; 3]],
     area: &'a mut [f32],
+    side: &'a mut [f32],
 }
 
 impl<'a> Places<'a> {
@@ -180,14 +186,16 @@ impl<'a> Places<'a> {
         let (position, position_rest) = self.position.split_at_mut(count);
         let (normal, normal_rest) = self.normal.split_at_mut(count);
         let (area, area_rest) = self.area.split_at_mut(count);
+        let (side, side_rest) = self.side.split_at_mut(count);
         (
-            Places { index, part, position, normal, area },
+            Places { index, part, position, normal, area, side },
             Places {
                 index: index_rest,
                 part: part_rest,
                 position: position_rest,
                 normal: normal_rest,
                 area: area_rest,
+                side: side_rest,
             },
         )
     }
@@ -234,6 +242,7 @@ fn sample_block(
         if let Some(n) = normal {
             let size = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv)).length();
             (places.normal[i], places.area[i]) = (n.as_vec3().to_array(), (size * chart.cell()) as f32);
+            places.side[i] = longer_side(p, chart.steps());
         }
     }
     Ok(())
@@ -248,7 +257,7 @@ fn write_row<'p>(
     places: &mut Places<'_>,
     mut without: impl FnMut(usize),
 ) {
-    let cell = chart.cell();
+    let (cell, steps) = (chart.cell(), chart.steps());
     places.part.fill(row.patch as u32);
     for i in 0..places.index.len() {
         let p = partials(i);
@@ -261,7 +270,14 @@ fn write_row<'p>(
                 ([0.0; 3], ABSENT)
             }
         };
+        places.side[i] = longer_side(p, steps);
     }
+}
+
+/// The longer side of the parallelogram that steps of u and of v make on the surface. Millimetres.
+fn longer_side(p: &Partials, [of_u, of_v]: [f64; 2]) -> f32 {
+    let [along, across] = [(p.du, of_u), (p.dv, of_v)].map(|(d, step)| DVec3::from_array(d).length() * step);
+    along.max(across) as f32
 }
 
 #[cfg(test)]

@@ -232,6 +232,7 @@ pub fn measure(
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
     let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
     deviations.cosine = cosine;
+    deviations.noise = scan.noise;
     let holes = options.fill_holes.map(|size| FilledHoles::new(&scan.mesh, size));
     if let Some(holes) = &holes {
         hide_behind_filled(&mut deviations, holes, &bvh, facing(scan, options), options.distance)?;

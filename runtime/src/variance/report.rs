@@ -1,7 +1,9 @@
 //! The result of a variance analysis: the content of variance.json.
 
+use super::agreement::{Agreement, Limits};
 use super::moments::null_as_nan;
 use super::statistics::PartTexels;
+use super::texel_widths::TexelSizes;
 use super::{
     Conformance, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary, Matching,
     OverallVerdict, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
@@ -40,7 +42,8 @@ pub struct VarianceReport {
     pub device: String,
     /// Width and height of the texture.
     pub resolution: [u32; 2],
-    /// Mean width of a texel on the surface: the root of the area over the number of texels. Millimetres.
+    /// Mean width of a texel on the surface: the root of the area over the number of texels. Millimetres. What texels
+    /// have is in `texel_widths`.
     #[serde(default, deserialize_with = "null_as_nan")]
     pub texel: f64,
     /// Share of the texture that lies on the surface.
@@ -169,8 +172,8 @@ pub struct VarianceSeconds {
 
 impl VarianceReport {
     /// Computes all statistics. `device` is as in [`Cast`](super::Cast). `tolerances` are those of the parts, in their
-    /// order; the overall statistics and those of a group take together the parts that have one. The caller measures
-    /// `seconds`.
+    /// order; the overall statistics and those of a group take together the parts that have one. Parts without one
+    /// agree by the scan's noise. The caller measures `seconds`.
     #[must_use]
     pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str, tolerances: &[Option<Tolerance>]) -> Self {
         let names = &deviations.texels.part_names;
@@ -188,10 +191,24 @@ impl VarianceReport {
             let texels = PartTexels::merge(members.iter().map(|m| &texels[*m]));
             part_statistics(name, texels.statistics(range, None, precision))
         };
-        let (mut overall, (parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
+        let (mut overall, (mut parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
             || PartTexels::merge(texels.iter()).statistics(range, None, precision),
             || (names.par_iter().enumerate().map(part).collect(), members.par_iter().map(group).collect()),
         );
+        let limits = |part: usize| Limits::new(tolerances.get(part).copied().flatten(), deviations.noise);
+        let agreements: Vec<Agreement> =
+            texels.iter().enumerate().map(|(part, texels)| texels.agreement(limits(part), precision)).collect();
+        let sizes = TexelSizes::by_part(deviations);
+        let complete = |statistics: &mut Statistics, members: &[usize]| {
+            statistics.agreement = Agreement::together(members.iter().map(|part| &agreements[*part]));
+            statistics.texel_widths = match members {
+                [part] => sizes[*part].widths(),
+                _ => TexelSizes::merge(members.iter().map(|part| &sizes[*part])).widths(),
+            };
+        };
+        complete(&mut overall, &(0..parts.len()).collect::<Vec<_>>());
+        parts.iter_mut().enumerate().for_each(|(k, part)| complete(&mut part.statistics, &[k]));
+        groups.iter_mut().zip(&members).for_each(|(group, (_, members))| complete(&mut group.statistics, members));
         let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
         overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
         for (group, (_, members)) in groups.iter_mut().zip(&members) {

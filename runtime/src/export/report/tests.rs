@@ -22,6 +22,7 @@ fn deviations() -> Deviations {
         position: vec![[0.0; 3]; 8],
         normal: vec![[0.0, 0.0, 1.0]; 8],
         area: vec![1.0; 8],
+        side: vec![1.0; 8],
         part_names: vec!["plate".to_owned(), HOSTILE.to_owned()],
     };
     let outward = vec![0.1, 0.1, 0.3, f32::NAN, 2.0, 0.1, f32::NAN, f32::NAN];

@@ -16,6 +16,7 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
         position: vec![[0.0; 3]; n],
         normal: vec![[0.0, 0.0, 1.0]; n],
         area: texels.iter().map(|t| t.1 as f32).collect(),
+        side: texels.iter().map(|t| t.1.sqrt() as f32).collect(),
         part_names: names.iter().map(|&s| s.to_owned()).collect(),
     };
     Deviations::new(texels, 4.0, side(1.0).collect(), side(-1.0).collect())
