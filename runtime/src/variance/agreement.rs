@@ -115,13 +115,13 @@ pub struct PointAgreement {
 }
 
 impl PointAgreement {
-    /// Of signed distances, in millimetres, each with its limits.
-    pub(super) fn of(distances: impl Iterator<Item = (f64, Limits)>) -> Self {
+    /// Of signed distances, in millimetres, each with its limits; `precision` is their rounding.
+    pub(super) fn of(distances: impl Iterator<Item = (f64, Limits)>, precision: f64) -> Self {
         let mut counts = Self::default();
         for (distance, Limits { lower, upper, .. }) in distances {
             *match distance {
-                d if d > upper => &mut counts.over,
-                d if d < lower => &mut counts.under,
+                d if d > upper + precision => &mut counts.over,
+                d if d < lower - precision => &mut counts.under,
                 _ => &mut counts.within,
             } += 1;
         }
@@ -131,8 +131,7 @@ impl PointAgreement {
 
 /// The limits of parts, in words: `0.15 mm (3 times the scan's noise)`, `-0.1 to 0.2 mm (the tolerance)`. `number`
 /// writes a figure.
-#[must_use]
-pub fn described(limits: impl Iterator<Item = Limits>, number: impl Fn(f64) -> String) -> String {
+pub(super) fn described(limits: impl Iterator<Item = Limits>, number: impl Fn(f64) -> String) -> String {
     let mut distinct: Vec<Limits> = Vec::new();
     limits.for_each(|l| {
         if !distinct.contains(&l) {
@@ -189,8 +188,10 @@ mod tests {
     fn points_are_counted_by_the_limits_of_their_parts() {
         let narrow = Limits::new(Some(Tolerance { lower: -0.1, upper: 0.1 }), 0.0);
         let wide = Limits::new(Some(Tolerance { lower: -1.0, upper: 1.0 }), 0.0);
-        let points = [(0.5, narrow), (0.5, wide), (-0.1, narrow), (-0.2, narrow), (2.0, wide)];
-        let counted = PointAgreement::of(points.into_iter());
-        assert_eq!(counted, PointAgreement { within: 2, over: 2, under: 1 });
+        let points = [(0.5, narrow), (0.5, wide), (-0.1, narrow), (-0.2, narrow), (-0.2, wide)];
+        let counted = PointAgreement::of(points.into_iter(), 0.0);
+        assert_eq!(counted, PointAgreement { within: 3, over: 1, under: 1 });
+        let rounded = PointAgreement::of(std::iter::once((0.1 + 1e-9, narrow)), 1e-8);
+        assert_eq!(rounded.within, 1);
     }
 }

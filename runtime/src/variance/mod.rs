@@ -29,7 +29,7 @@ mod tolerance;
 mod unmatched;
 mod verdict;
 
-pub use agreement::{Agreement, Limits, LimitsBasis, NOISE_FACTOR, PointAgreement, Portion, described};
+pub use agreement::{Agreement, Limits, LimitsBasis, NOISE_FACTOR, PointAgreement, Portion};
 pub use cast::{Cast, CastError, Device, DistanceKind, Facing, cast};
 pub use detection::{Detection, ParameterCovariance};
 pub use deviations::Deviations;

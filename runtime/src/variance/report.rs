@@ -1,6 +1,6 @@
 //! The result of a variance analysis: the content of variance.json.
 
-use super::agreement::{Agreement, Limits};
+use super::agreement::{Agreement, Limits, PointAgreement, described};
 use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::texel_widths::TexelSizes;
@@ -241,6 +241,37 @@ impl VarianceReport {
             seconds: VarianceSeconds::default(),
             warnings: Vec::new(),
         }
+    }
+}
+
+impl VarianceReport {
+    /// The limits by which the parts agree with the scan, in words; `number` writes a figure.
+    #[must_use]
+    pub fn limits(&self, number: impl Fn(f64) -> String) -> String {
+        described(self.parts.iter().filter_map(|part| part.statistics.agreement?.limits), number)
+    }
+
+    /// How much of the surface and of the scan's points agree, by which limits: a sentence without its full stop; none
+    /// where nothing was measured.
+    #[must_use]
+    pub fn agreement_sentence(&self, number: impl Fn(f64) -> String) -> Option<String> {
+        let agreement = self.overall.agreement.filter(|_| self.overall.measured_area > 0.0)?;
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let [within, over, under] = [agreement.within, agreement.over, agreement.under].map(|p| percent(p.share));
+        let mut said = format!(
+            "{within} of the measured surface is within {} of the scan, {over} over (the scan lies outside: too much material), {under} under (the scan lies inside: too little)",
+            self.limits(number)
+        );
+        if let Some(points) = self.points.as_ref().filter(|points| points.points > 0) {
+            let PointAgreement { within, over, under } = points.overall.agreement;
+            let without = points.points - points.overall.measured;
+            let [within, over, under, without] =
+                [within, over, under, without].map(|n| percent(n as f64 / points.points as f64));
+            said.push_str(&format!(
+                "; of the scan's points {within} are, {over} are over, {under} under, and {without} have no distance"
+            ));
+        }
+        Some(said)
     }
 }
 

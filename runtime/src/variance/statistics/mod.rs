@@ -1,7 +1,7 @@
 //! Statistics of deviations.
 
-use super::agreement::{Agreement, Limits};
 use super::Deviations;
+use super::agreement::{Agreement, Limits};
 use super::distribution::{Distribution, Sample};
 use super::moments::Moments;
 use super::texel_widths::TexelWidths;
