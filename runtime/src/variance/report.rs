@@ -268,7 +268,7 @@ impl VarianceReport {
             let [within, over, under, without] =
                 [within, over, under, without].map(|n| percent(n as f64 / points.points as f64));
             said.push_str(&format!(
-                "; of the scan's points {within} are, {over} are over, {under} under, and {without} have no distance"
+                "; of the scan's points {within} are within, {over} over, {under} under, and {without} have no distance"
             ));
         }
         Some(said)

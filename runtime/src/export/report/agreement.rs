@@ -5,14 +5,17 @@ use crate::export::escape::escape;
 use crate::variance::{Agreement, LimitsBasis, NOISE_FACTOR, Statistics, TexelWidths, VarianceReport};
 use std::fmt::Write;
 
-/// The sentence on all parts, and a table of them. Nothing where nothing was measured.
+/// The sentence on all parts, and a table of them, before the distances. Nothing where nothing was measured.
 pub(super) fn agreement(variance: &VarianceReport) -> String {
     let Some(sentence) = variance.agreement_sentence(short) else { return String::new() };
-    let mut out = format!("<h3>Agreement</h3>\n<p>{sentence}.</p>\n");
+    let mut out = format!(
+        "<h3>Agreement</h3>\n<p>{sentence}.</p>\n<p class=\"convention\">Areas by part, with their shares of the part's \
+         measured area.</p>\n"
+    );
     let head = "<thead><tr><th>Part</th><th>From, mm</th><th>To, mm</th><th>Limits by</th><th colspan=\"2\">Within, mm&sup2;</th>\
         <th colspan=\"2\">Over, mm&sup2;</th><th colspan=\"2\">Under, mm&sup2;</th></tr></thead>\n";
     table(head, rows(variance, agreement_row).into_iter(), &mut out);
-    out.push_str("<p class=\"convention\">Shares are those of the measured area of the part.</p>\n");
+    out.push_str("<h3>Distances</h3>\n");
     out
 }
 
