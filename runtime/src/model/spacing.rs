@@ -40,8 +40,8 @@ impl Default for Spacing {
 }
 
 impl Spacing {
-    /// By the knots' values, which ascend from 0 to 1, and the lengths of the stretches between them on the chart, all of
-    /// them positive.
+    /// By the knots' values, which ascend from 0 to 1, and the lengths of the stretches between them on the chart, all
+    /// of them positive.
     pub(super) fn new(values: Vec<f64>, lengths: &[f64]) -> Self {
         let whole: f64 = lengths.iter().sum();
         let mut reached = 0.0;
@@ -181,8 +181,8 @@ impl Samples {
         })
     }
 
-    /// The chart with spacings of u and of v, each with the factor by which its texels are more than if all had an equal
-    /// area. Without an extent where the patch has no area.
+    /// The chart with spacings of u and of v, each with the factor by which its texels are more than if all had an
+    /// equal area. Without an extent where the patch has no area.
     fn layout(&self, spread: [(Spacing, f64); 2]) -> Layout {
         let on_chart = [0, 1].map(|axis| {
             let (steps, (spacing, stretch)) = (&self.steps[axis], &spread[axis]);

@@ -38,8 +38,8 @@ pub struct Deviations {
 
 impl Deviations {
     /// Exact distances along the surface's own normals, of which nothing else is known: no texel is filled, buried,
-    /// contradicted or ambiguous, and the scan has no noise. `max_distance` and the distances are in millimetres, one of
-    /// these for every texel.
+    /// contradicted or ambiguous, and the scan has no noise. `max_distance` and the distances are in millimetres, one
+    /// of these for every texel.
     #[must_use]
     pub fn new(texels: Texels, max_distance: f64, outward: Vec<f32>, inward: Vec<f32>) -> Self {
         Self {
