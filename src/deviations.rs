@@ -4,13 +4,12 @@ use crate::error::CommandError;
 use crate::{dimensions, table};
 use gml_runtime::export::measurement::UNMATCHED;
 use gml_runtime::variance::{
-    Outcome, PartStatistics, PointDistances, PointStatistics, Statistics, Tolerance, UnmatchedSummary, VarianceReport,
-    Verdict, WithoutNoise,
+    Agreement, LimitsBasis, Outcome, PartStatistics, PointDistances, PointStatistics, Statistics, Tolerance,
+    UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
 };
 
 /// The tables and sentences of a report.
 pub(crate) fn summary(report: &VarianceReport) -> String {
-    let toleranced = report.overall.tolerance.is_some();
     let row = |name: &str, s: &Statistics| {
         let m = &s.weighted;
         vec![
@@ -24,14 +23,10 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
             table::number(m.percentiles.p95),
             table::number(m.max),
         ]
-        .into_iter()
-        .chain(toleranced.then(|| s.tolerance.map_or("-".to_owned(), |c| format!("{:.2} %", 100.0 * c.share))))
-        .collect()
     };
     let mut rows = vec![row("all", &report.overall)];
     rows.extend(report.parts.iter().map(|p| row(&p.name, &p.statistics)));
     let headings = ["part", "area mm2", "coverage", "mean", "sd", "signed mean", "rms", "95 %", "max"];
-    let headings = if toleranced { [&headings[..], &["in tolerance"]].concat() } else { headings.to_vec() };
     let mut out = table::render(&headings, &rows);
     out.push_str(&format!(
         "distances in mm{}, at most {}; {}; found by {}\n",
@@ -44,6 +39,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         report.sign_convention,
         report.device
     ));
+    out.push_str(&agreement(report));
     out.push_str(&report.points.as_ref().map_or_else(String::new, |points| at_points(points, report.max_distance)));
     out.push_str(&verdicts(report));
     out.push_str(&dimensions::verdicts(report));
@@ -89,6 +85,39 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
         out.push_str(&format!("warning: {w}\n"));
     }
     out
+}
+
+/// A table of the areas within the limits, over and under them, and the sentence on all of them; with the widths of
+/// texels, below which nothing shows.
+fn agreement(report: &VarianceReport) -> String {
+    let row = |name: &str, s: &Statistics| {
+        let Agreement { limits, within, over, under } = s.agreement?;
+        let limits = limits.map_or_else(String::new, |l| {
+            let by = if l.basis == LimitsBasis::Tolerance { "tolerance" } else { "noise" };
+            format!("{} to {} ({by})", table::number(l.lower), table::number(l.upper))
+        });
+        let shares = [within, over, under].map(|p| (table::number(p.area), format!("{:.1} %", 100.0 * p.share)));
+        let measured = s.measured_area > 0.0;
+        let shares = shares.into_iter().flat_map(|(area, share)| [area, if measured { share } else { "-".into() }]);
+        Some([name.to_owned(), limits].into_iter().chain(shares).collect())
+    };
+    let mut rows: Vec<Vec<String>> = row("all", &report.overall).into_iter().collect();
+    rows.extend(report.parts.iter().filter_map(|part| row(&part.name, &part.statistics)));
+    let headings = ["part", "limits mm", "within mm2", "", "over mm2", "", "under mm2", ""];
+    let sentence = report.agreement_sentence(table::number).map_or_else(String::new, |said| format!("{said}\n"));
+    format!("\n{}{sentence}{}", table::render(&headings, &rows), texels(report))
+}
+
+/// How wide the texels are, and where they are the widest.
+fn texels(report: &VarianceReport) -> String {
+    let Some(all) = report.overall.texel_widths else { return String::new() };
+    let widest = report.parts.iter().filter_map(|part| Some((&part.name, part.statistics.texel_widths?.max)));
+    let widest = widest.max_by(|a, b| a.1.total_cmp(&b.1)).map_or_else(String::new, |(name, _)| format!(" ({name})"));
+    let [mean, p5, p95, max, side] = [report.texel, all.p5, all.p95, all.max, all.longest_side].map(table::number);
+    format!(
+        "texels are {mean} mm wide on the average, {p5} to {p95} mm on nine tenths of the surface, {max} mm at most{widest}; \
+         no side is longer than {side} mm\n"
+    )
 }
 
 /// A table of the distances of the scan's points from the surface, and the numbers of those that have none.
@@ -140,7 +169,7 @@ fn by_part(report: &VarianceReport, area: impl Fn(&Statistics) -> f64) -> String
 fn left_over(unmatched: &UnmatchedSummary, max_distance: f64) -> String {
     if unmatched.triangles == 0 {
         return format!(
-            "all of the scan lies within {} mm of model surface that faces as it does\n",
+            "farther than {} mm from the model, or facing another way: nothing of the scan\n",
             table::number(max_distance)
         );
     }
@@ -177,16 +206,18 @@ fn explained(parts: &[PartStatistics]) -> String {
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
         let effects = if effects.is_empty() { "-".to_owned() } else { effects.join(", ") };
         let [parameters, position] = [explained.all_parameters, explained.position].map(percent);
-        let significant = part.detection.map_or_else(String::new, |d| percent(d.significant));
+        let [level, significant] =
+            part.detection.map_or_else(Default::default, |d| [table::number(d.level), percent(d.significant)]);
         let (rms, form) = (table::number(explained.rms), table::number(explained.form));
-        rows.push(vec![part.name.clone(), significant, rms, parameters, position, form, effects]);
+        rows.push(vec![part.name.clone(), level, significant, rms, parameters, position, form, effects]);
     }
     if rows.is_empty() {
         return String::new();
     }
     let headings = [
         "part",
-        "significant",
+        "level mm",
+        "beyond it",
         "rms",
         "parameters",
         "position",

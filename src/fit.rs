@@ -279,10 +279,11 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         out.push_str(&search::summary(search));
     }
     out.push_str(&format!(
-        "objective {}  sigma {} mm  inliers {:.1} %  rms {} mm  noise {} mm\n",
+        "objective {}  sigma {} mm  inliers {:.1} % (within {} mm)  rms {} mm  noise {} mm\n",
         table::number(fit.objective),
         table::number(fit.sigma),
         fit.inliers * 100.0,
+        table::number(fit.inlier_distance()),
         table::number(fit.rms),
         table::number(fit.noise)
     ));

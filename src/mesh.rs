@@ -49,7 +49,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     let format = check_format(&args.output, ".obj, .ply or .stl")?;
     // STL has no texture coordinates.
     if format != MeshFormat::Stl {
-        let atlas = Atlas::new(program, &*instance, ATLAS).map_err(CommandError::failed)?;
+        let atlas = Atlas::linear(program, &*instance, ATLAS).map_err(CommandError::failed)?;
         tessellation = tessellation.with_atlas(&atlas);
     }
     let passages = Passages::of_tessellation(&tessellation, program, &*instance).map_err(CommandError::failed)?;

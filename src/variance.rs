@@ -1,10 +1,11 @@
 //! `gmlc variance`.
 
-use crate::cli::VarianceArgs;
+use crate::cli::{ValueArgs, VarianceArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
 use crate::{deviations, dimensions, fit, measure, mesh};
+use gml_compiler::program::Program;
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
 use gml_runtime::scan::{self, ReferenceMesh};
@@ -22,6 +23,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
                     Some(fit) => inspect::judge_measures(&mut measured.report, fit, options.verdict),
                     None => measured.report.warnings.extend(dimensions::without_fit(&program)),
                 }
+                measured.report.warnings.extend(unfitted(&program, &args.values));
                 measured
             },
         )
@@ -49,6 +51,35 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     measurement::write(&args.output, &measured, extras).map_err(CommandError::failed)?;
     print!("{}", deviations::summary(&measured.report));
     deviations::judge(&measured.report)
+}
+
+/// A sentence on a model whose values are not all those of a fit: deviations from it are those from an assumption.
+fn unfitted(program: &Program, args: &ValueArgs) -> Option<String> {
+    let known = program.parameters().iter().map(|p| p.name.as_str());
+    let (given, others): (Vec<&str>, Vec<&str>) =
+        known.partition(|name| args.values.iter().any(|(given, _)| given.trim() == *name));
+    let given: Vec<String> = given.into_iter().map(|name| format!("`{name}`")).collect();
+    let (names, are) = (given.join(", "), if given.len() == 1 { "is" } else { "are" });
+    Some(match (args.params.is_some(), given.is_empty(), others.is_empty()) {
+        (true, true, _) => return None,
+        (true, false, true) => format!("the model is not the fitted one: {names} {are} as given, and the pose is the fit's"),
+        (true, false, false) => {
+            format!("the model is not the fitted one: {names} {are} as given; the other parameters and the pose are the fit's")
+        }
+        (false, true, true) => "the model was not placed: its pose is the script's".to_owned(),
+        (false, true, false) => {
+            "the model was neither fitted nor placed: its parameters are the script's defaults, and its pose is the script's \
+             (`gmlc fit` finds both, --params takes them)"
+                .to_owned()
+        }
+        (false, false, true) => {
+            format!("the model was neither fitted nor placed: {names} {are} as given, and the pose is the script's")
+        }
+        (false, false, false) => format!(
+            "the model was neither fitted nor placed: {names} {are} as given, the other parameters are the script's defaults, and \
+             the pose is the script's"
+        ),
+    })
 }
 
 fn measure_from(

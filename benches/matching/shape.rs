@@ -76,6 +76,7 @@ impl Shape {
                 position: members.iter().map(|i| texels.position[*i]).collect(),
                 normal: members.iter().map(|i| texels.normal[*i]).collect(),
                 area: members.iter().map(|i| texels.area[*i]).collect(),
+                side: members.iter().map(|i| texels.side[*i]).collect(),
                 part_names: vec![group.name.clone()],
             };
             let cast = variance::cast(of_part, &bvh, max_distance, Facing::SAME, Device::Cpu);

@@ -176,11 +176,17 @@ impl Inspection {
             colour_png: &textures.colours,
             conformance_png: textures.conformance.as_deref(),
             colour_range: textures.colour_range,
-            pictures: &[(
-                "The scan (in magenta what the model does not explain), the model in the colours of its deviations, and both; from the front, from the back, from above and cut open",
-                views,
-            )],
+            pictures: &[(&self.caption(), views)],
         })
+    }
+
+    /// The caption of the views.
+    fn caption(&self) -> String {
+        format!(
+            "The scan (in magenta what is farther than {} mm from the model, or faces another way), the model in the \
+             colours of its deviations, and both; from the front, from the back, from above and cut open",
+            number(self.measurement.report.max_distance)
+        )
     }
 
     fn metadata(&self) -> Vec<MetadataGroup> {

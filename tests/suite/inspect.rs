@@ -46,6 +46,17 @@ fn a_virtual_scan_of_the_cup() {
     let report = json(&folder.path().join("out/variance.json"));
     assert!(report["coverage"].as_f64().expect("a number") > 0.85, "{out}");
     assert!(report["parts"].as_array().map(Vec::len) == Some(4));
+    // What agrees is said once on the page and once on the terminal, by the same limits; inliers name their own.
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
+    for said in [&page, &out] {
+        assert_eq!(said.matches(" % of the measured surface is within ").count(), 1, "{out}");
+        assert_eq!(said.matches("(3 times the scan's noise) of the scan").count(), 1, "{out}");
+        assert!(!said.contains("fits the model") && !said.to_lowercase().contains("all of the scan"), "{out}");
+    }
+    assert!(
+        out.contains("inliers ") && out.contains(" % (within ") && page.contains("Inliers, points within"),
+        "{out}"
+    );
 }
 
 /// Rz(gamma) Ry(beta) Rx(alpha).

@@ -36,6 +36,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
         plain.get("averaging_width").is_none() && plain.get("sensitivities").is_none() && plain.get("holes").is_none()
     );
     assert!(number(&plain["seconds"]["texels"]) > 0.0);
+    let plain_text = text.clone();
     // The chords of the side are up to 0.02 mm away from the cylinder; the lid is plane.
     assert!((number(&plain["mean"]) - 0.99).abs() < 0.01, "{text}");
     let [side, lid] = [&plain["parts"][0]["form"], &plain["parts"][1]["form"]];
@@ -81,6 +82,17 @@ fn averaged_normals_forms_and_maps_of_a_can() {
         "{}",
         plain["texel"]
     );
+    // So do nine tenths of the side within 5 %, and of the lid all but its middle; none is wider by a tenth.
+    for part in [&plain["parts"][0], &plain["parts"][1], &plain] {
+        let [p5, median, p95, max] =
+            ["p5", "median", "p95", "max"].map(|name| number(&part["texel_widths"][name]) / number(&plain["texel"]));
+        let disc = part["name"] == "lid";
+        assert!(p5 > if disc { 0.8 } else { 0.95 } && p95 < 1.05 && max < 1.1, "{}", part["texel_widths"]);
+        assert!((median - 1.0).abs() < 0.05, "{}", part["texel_widths"]);
+        assert!(number(&part["texel_widths"]["longest_side"]) < 3.0 * number(&plain["texel"]), "{part}");
+    }
+    let stated = format!("texels are {} mm wide on the average", table(number(&plain["texel"])));
+    assert!(plain_text.contains(&stated), "{plain_text}");
     for (resolution, size) in [("0.2mm", 512), ("0.34mm", 512), ("0.36mm", 256)] {
         let options =
             ["variance", "can.gml", "scan.ply", "--max-distance", "5mm", "--resolution", resolution, "-o", "fine"];
@@ -187,6 +199,80 @@ const CLOSED: &str = "use std.surface (cylinder, disc, flip)\nmodel can {\n\
     part side = cylinder(r, h)\n\
     part lid = |u, v| disc(r)(u, v) + (0mm, 0mm, h)\n\
     part base = flip(disc(r))\n}\n";
+
+/// What agrees is said by the tolerance or else by the noise, with the sign's meaning; and so is where the model came
+/// from.
+#[test]
+fn surface_is_over_or_under_by_stated_limits() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "can.gml", CLOSED);
+    let scan = ["-p", "r=20.4mm", "--noise", "0.05mm", "--spacing", "1.5mm", "--no-pose", "-o", "scan.ply"];
+    gmlc(folder, &[&["scan", "can.gml"], &scan[..]].concat());
+    let run = |options: &[&str]| {
+        let command = ["variance", "can.gml", "scan.ply", "--max-distance", "3mm", "--resolution", "256", "-o", "out"];
+        let text = gmlc(folder, &[&command[..], options].concat());
+        let report = json(&folder.join("out/variance.json"));
+        for part in report["parts"].as_array().expect("parts") {
+            let areas = ["within", "over", "under"].map(|side| number(&part["agreement"][side]["area"]));
+            assert!((areas.iter().sum::<f64>() - number(&part["measured_area"])).abs() < 1e-6, "{part}");
+            let limits = &part["agreement"];
+            let shown = format!("{} to {}", table(number(&limits["lower"])), table(number(&limits["upper"])));
+            assert!(text.contains(&shown), "{shown}: {text}");
+        }
+        let points = &report["points"];
+        let counted = ["within", "over", "under"].map(|side| number(&points["agreement"][side]));
+        assert_eq!(counted.iter().sum::<f64>(), number(&points["measured"]));
+        assert!(!text.contains("all of the scan"), "{text}");
+        (report, text)
+    };
+    let share = |report: &serde_json::Value, part: usize, side: &str| {
+        number(&report["parts"][part]["agreement"][side]["share"])
+    };
+    // The side is 0.4 mm too wide, eight standard deviations of the noise; lid and base are where they should be.
+    let (by_noise, text) = run(&[]);
+    let limit = 3.0 * number(&by_noise["parts"][0]["detection"]["noise"]);
+    assert_eq!(by_noise["parts"][0]["agreement"]["basis"], "noise");
+    assert!((number(&by_noise["parts"][0]["agreement"]["upper"]) - limit).abs() < 1e-12, "{limit}");
+    assert!(share(&by_noise, 0, "over") > 0.98 && share(&by_noise, 0, "under") < 0.01, "{text}");
+    assert!(share(&by_noise, 1, "within") > 0.95 && share(&by_noise, 2, "within") > 0.95, "{text}");
+    let threshold = format!("is within {} mm (3 times the scan's noise) of the scan", table(limit));
+    assert_eq!(text.matches(&threshold).count(), 1, "{threshold}: {text}");
+
+    // Most of the side's points are within half a millimetre, and none of them inside of -0.1 mm.
+    let (tolerated, text) = run(&["--tolerance", "+0.6/-0.1mm"]);
+    let side = &tolerated["parts"][0];
+    assert_eq!(
+        (&side["agreement"]["basis"], &side["agreement"]["within"]["area"]),
+        (&"tolerance".into(), &side["tolerance"]["area_within"])
+    );
+    assert!(share(&tolerated, 0, "within") > 0.98, "{text}");
+    assert_eq!(text.matches("is within -0.1000 to 0.6000 mm (the tolerance) of the scan").count(), 1, "{text}");
+
+    let said = |(report, text): (serde_json::Value, String)| {
+        let warnings: Vec<String> = serde_json::from_value(report["warnings"].clone()).expect("sentences");
+        let of_model = |w: &&String| w.starts_with("the model ");
+        let sentences: Vec<&String> = warnings.iter().filter(of_model).collect();
+        assert!(sentences.iter().all(|w| text.contains(&format!("warning: {w}"))), "{text}");
+        sentences.into_iter().cloned().collect::<Vec<_>>().join("; ")
+    };
+    let defaults = "neither fitted nor placed: its parameters are the script's defaults, and its pose is the script's";
+    assert!(said(run(&[])).contains(defaults));
+    let given =
+        "neither fitted nor placed: `r` is as given, the other parameters are the script's defaults, and the pose";
+    assert!(said(run(&["-p", "r=20.4mm"])).contains(given));
+    let all = "neither fitted nor placed: `r`, `h` are as given, and the pose is the script's";
+    assert!(said(run(&["-p", "r=20.4mm", "-p", "h=50mm"])).contains(all));
+    gmlc(folder, &["fit", "can.gml", "scan.ply", "--no-pose", "-o", "fit.json"]);
+    assert_eq!(said(run(&["--params", "fit.json"])), "");
+    let changed = "not the fitted one: `h` is as given; the other parameters and the pose are the fit's";
+    assert!(said(run(&["--params", "fit.json", "-p", "h=50mm"])).contains(changed));
+}
+
+/// A figure as the terminal shows it.
+fn table(figure: f64) -> String {
+    gml_runtime::export::number(figure)
+}
 
 const TURNED: &str = "warning: the scan faces the other way than the model everywhere: it was turned as a whole";
 

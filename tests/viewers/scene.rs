@@ -179,6 +179,7 @@ fn deviations() -> Deviations {
                 texels.position.push(position);
                 texels.normal.push(normal.map(|c| c as f32));
                 texels.area.push(if part == 0 { 1.0 } else { 2.0 * v as f32 });
+                texels.side.push(1.0);
                 let d = d.map_or(f32::NAN, |d| d as f32);
                 // Where the scan lies outside, its far side is within reach, too: the nearer hit has to win.
                 outward.push(if d >= 0.0 { d } else { f32::NAN });

@@ -60,6 +60,7 @@ fn add(texels: &mut Texels, part: u32, [a, b, c]: [DVec3; 3], cell: f64) {
         texels.position.push(place.to_array());
         texels.normal.push(normal.as_vec3().to_array());
         texels.area.push((area / (pieces * pieces)) as f32);
+        texels.side.push(((b - a).length().max((c - a).length()) / pieces) as f32);
     };
     // Pieces stand upright, and upside down between these.
     for i in 0..divisions {

@@ -252,6 +252,7 @@ mod tests {
             position: vec![[0.0; 3]; 3],
             normal: vec![[0.0, 0.0, 1.0]; 3],
             area: vec![1.0; 3],
+            side: vec![1.0; 3],
             part_names: vec!["a".to_owned()],
         };
         let deviations = Deviations::new(texels, 2.0, vec![0.25, f32::NAN, f32::NAN], vec![1.5, 0.5, f32::NAN]);

@@ -76,8 +76,9 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
     warn(problem, &parameters, &solution.evaluation, &deviations);
     if inliers < EXPLAINED * weight {
         monitor.warn(format!(
-            "only {:.0} % of the scan's points lie near the model: the scan shows much else or another object, or the fit has failed",
-            100.0 * inliers / weight
+            "only {:.0} % of the scan's points lie within {:.3} mm of the model: the scan shows much else or another object, or the fit has failed",
+            100.0 * inliers / weight,
+            solution.loss.half()
         ));
     }
     let rms = solution.evaluation.rms();

@@ -1,14 +1,13 @@
 //! Charts: the places of the patches on the texture.
 
-use super::breaks::{Break, Breaks, spans};
 use super::packing::largest_packing;
-use super::{EvaluationError, Instance, Model, Partials};
-use glam::DVec3;
+use super::spacing::{Layout, Spacing};
+use super::{EvaluationError, Instance, Model};
 use rayon::prelude::*;
 use thiserror::Error;
 
-/// A patch's rectangle on the texture. The patch's (u, v) run linearly over it: u to the right and v upwards, or, where
-/// `transposed`, v to the right and u upwards.
+/// A patch's rectangle on the texture. The patch's u runs over it to the right and v upwards, or, where `transposed`, v
+/// to the right and u upwards; how fast is said by the atlas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Chart {
     /// First column.
@@ -24,16 +23,8 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// Surface parameters of the centre of the texel in column `i` and row `j` of the chart.
-    #[must_use]
-    pub fn parameters(&self, i: u32, j: u32) -> (f64, f64) {
-        let right = (f64::from(i) + 0.5) / f64::from(self.width);
-        let up = 1.0 - (f64::from(j) + 0.5) / f64::from(self.height);
-        if self.transposed { (up, right) } else { (right, up) }
-    }
-
     /// Texture coordinates, on a texture of `size` x `size` texels, of a point of the chart's rectangle: its place from
-    /// 0 to 1 along the patch's u and v.
+    /// 0 to 1 in the directions of the patch's u and v.
     pub(super) fn texcoord(&self, u: f64, v: f64, size: u32) -> [f64; 2] {
         let (right, up) = if self.transposed { (v, u) } else { (u, v) };
         let column = f64::from(self.x) + right * f64::from(self.width);
@@ -41,19 +32,34 @@ impl Chart {
         [column / f64::from(size), 1.0 - row / f64::from(size)]
     }
 
-    /// The area of a texel in the patch's parameters: its share of their unit square.
-    pub(super) fn cell(&self) -> f64 {
-        1.0 / (f64::from(self.width) * f64::from(self.height))
+    /// Whether the texel in column `i` and row `j` is the how manieth along u, and along v.
+    pub(super) fn lines(&self, i: u32, j: u32) -> [usize; 2] {
+        let [right, up] = [i, self.height - 1 - j].map(|k| k as usize);
+        if self.transposed { [up, right] } else { [right, up] }
+    }
+
+    /// The numbers of texels along u and along v.
+    fn sides(&self) -> [u32; 2] {
+        if self.transposed { [self.height, self.width] } else { [self.width, self.height] }
     }
 }
 
 /// A square texture with a chart for every patch.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Atlas {
     /// Side in texels.
     pub size: u32,
     /// The charts, in the order of the patches.
     pub charts: Vec<Chart>,
+    /// How fast u and v run over each chart.
+    pub spacings: Vec<[Spacing; 2]>,
+}
+
+/// A row or a column of texels of a chart: the value of u or of v in its middle, and how far it reaches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Line {
+    pub(super) value: f64,
+    pub(super) width: f64,
 }
 
 /// The reason why there is no atlas.
@@ -89,12 +95,27 @@ pub const LARGEST: u32 = 16384;
 
 impl Atlas {
     /// Lays the patches out on `size` x `size` texels, as large as they fit, each in proportion to its true area and
-    /// nearly with the proportions that make texels square.
+    /// nearly with the proportions that make texels square. Rows and columns of texels stand for equal areas, but at
+    /// poles.
     ///
     /// # Errors
     /// The surface cannot be evaluated, or there are too many patches.
     pub fn new(model: &dyn Model, instance: &dyn Instance, size: u32) -> Result<Atlas, AtlasError> {
-        Self::of_extents(&extents(model, instance)?, size)
+        Self::of_layouts(&Self::equal(model, instance)?, size)
+    }
+
+    /// As [`new`](Self::new), but with charts over which u and v run linearly, for meshes of few triangles: within one
+    /// texture coordinates are linear.
+    ///
+    /// # Errors
+    /// As `new`.
+    pub fn linear(model: &dyn Model, instance: &dyn Instance, size: u32) -> Result<Atlas, AtlasError> {
+        Self::of_layouts(&layouts(model, |patch| Layout::linear(instance, patch))?, size)
+    }
+
+    fn equal(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<Layout>, EvaluationError> {
+        let patches = model.parts().len();
+        layouts(model, |patch| Layout::equal(instance, patch, patches))
     }
 
     /// As [`new`](Self::new), on the smallest texture whose side is a power of two and whose texels are on the average
@@ -103,15 +124,15 @@ impl Atlas {
     /// # Errors
     /// As `new`; or that texture would be larger than [`LARGEST`] texels.
     pub fn with_texels_of(model: &dyn Model, instance: &dyn Instance, edge: f64) -> Result<Atlas, AtlasError> {
-        let extents = extents(model, instance)?;
-        let area: f64 = extents.iter().map(|e| e[0] * e[1]).sum();
+        let layouts = Self::equal(model, instance)?;
+        let area: f64 = layouts.iter().map(|layout| layout.area).sum();
         let mut size = SMALLEST;
         // No texture is used more than wholly: below that no packing need be tried.
         while size < LARGEST && area.sqrt() > edge * f64::from(size) {
             size *= 2;
         }
         loop {
-            let atlas = Self::of_extents(&extents, size);
+            let atlas = Self::of_layouts(&layouts, size);
             let covered = |atlas: &Atlas| atlas.used() * f64::from(size) * f64::from(size);
             match atlas {
                 Ok(atlas) if (area / covered(&atlas)).sqrt() <= edge => return Ok(atlas),
@@ -122,15 +143,39 @@ impl Atlas {
         }
     }
 
-    fn of_extents(extents: &[[f64; 2]], size: u32) -> Result<Atlas, AtlasError> {
-        let charts = largest_packing(extents, size).ok_or(AtlasError::TooSmall { patches: extents.len(), size })?;
-        Ok(Atlas { size, charts })
+    fn of_layouts(layouts: &[Layout], size: u32) -> Result<Atlas, AtlasError> {
+        let extents: Vec<[f64; 2]> = layouts.iter().map(|layout| layout.extent).collect();
+        let charts = largest_packing(&extents, size).ok_or(AtlasError::TooSmall { patches: extents.len(), size })?;
+        Ok(Atlas { size, charts, spacings: layouts.iter().map(|layout| layout.spacings.clone()).collect() })
+    }
+
+    /// Surface parameters of the centre of the texel in column `i` and row `j` of a patch's chart.
+    #[must_use]
+    pub fn parameters(&self, patch: usize, i: u32, j: u32) -> (f64, f64) {
+        let (chart, [of_u, of_v]) = (&self.charts[patch], &self.spacings[patch]);
+        let [(u, along), (v, across)] = [0, 1].map(|axis| (chart.lines(i, j)[axis], chart.sides()[axis]));
+        let at = |k: usize, count: u32| (k as f64 + 0.5) / f64::from(count);
+        (of_u.value(at(u, along)), of_v.value(at(v, across)))
+    }
+
+    /// The rows and columns of texels of a patch: those along u, and those along v.
+    pub(super) fn lines(&self, patch: usize) -> [Vec<Line>; 2] {
+        [0, 1].map(|axis| {
+            let (count, spacing) = (self.charts[patch].sides()[axis], &self.spacings[patch][axis]);
+            let at = |k: f64| spacing.value(k / f64::from(count));
+            let line = |k: u32| {
+                let k = f64::from(k);
+                Line { value: at(k + 0.5), width: at(k + 1.0) - at(k) }
+            };
+            (0..count).map(line).collect()
+        })
     }
 
     /// Texture coordinates (s to the right, t upwards, both in [0, 1]) of a point of a patch.
     #[must_use]
     pub fn texcoord(&self, patch: usize, u: f64, v: f64) -> [f64; 2] {
-        self.charts[patch].texcoord(u, v, self.size)
+        let [of_u, of_v] = &self.spacings[patch];
+        self.charts[patch].texcoord(of_u.place(u), of_v.place(v), self.size)
     }
 
     /// Fraction of the texture that charts cover.
@@ -141,45 +186,12 @@ impl Atlas {
     }
 }
 
-/// The rectangles that represent the patches.
-fn extents(model: &dyn Model, instance: &dyn Instance) -> Result<Vec<[f64; 2]>, EvaluationError> {
-    (0..model.parts().len()).into_par_iter().map(|p| extent(instance, p)).collect::<Vec<_>>().into_iter().collect()
-}
-
-/// Width and height in millimetres of the rectangle that represents a patch: its area is the patch's, its proportions
-/// are those with which texels are square on the average, |dS/du| to |dS/dv|: the mean of the ratio's logarithm by
-/// area.
-fn extent(instance: &dyn Instance, patch: usize) -> Result<[f64; 2], EvaluationError> {
-    // Where breaks cannot be looked for, partial derivatives may still exist.
-    let breaks = Breaks::of_patch(instance, patch).unwrap_or_default();
-    let [(u, of_u), (v, of_v)] = [breaks.u, breaks.v].map(|breaks| midpoints(&breaks));
-    let mut samples = vec![Partials::default(); u.len() * v.len()];
-    instance.partials_grid(patch, &u, &v, &mut samples)?;
-    let (mut sum, mut logarithms) = (0.0, 0.0);
-    for (k, p) in samples.iter().enumerate() {
-        let (du, dv) = (DVec3::from_array(p.du), DVec3::from_array(p.dv));
-        let area = du.cross(dv).length() * of_u[k % u.len()] * of_v[k / u.len()];
-        // Where there is area, neither partial derivative vanishes.
-        if area > 0.0 {
-            sum += area;
-            logarithms += area * (du.length() / dv.length()).ln();
-        }
-    }
-    let (area, proportion) = (sum, (logarithms / sum).exp());
-    let extent = [(area * proportion).sqrt(), (area / proportion).sqrt()];
-    Ok(if extent.iter().all(|e| *e > 0.0 && e.is_finite()) { extent } else { [0.0, 0.0] })
-}
-
-/// The nodes of the midpoint rule on every span between breaks, with their weights.
-fn midpoints(breaks: &[Break]) -> (Vec<f64>, Vec<f64>) {
-    const NODES: f64 = 32.0;
-    const LEAST: f64 = 4.0;
-    let of_span = |(start, end): (f64, f64)| {
-        let length = end - start;
-        let count = (NODES * length).ceil().max(LEAST);
-        (0..count as u32).map(move |k| (start + length * ((f64::from(k) + 0.5) / count), length / count))
-    };
-    spans(breaks.iter().map(|b| (b.before, b.after))).flat_map(of_span).unzip()
+/// The charts of the patches before they are packed.
+fn layouts(
+    model: &dyn Model,
+    of_patch: impl Fn(usize) -> Result<Layout, EvaluationError> + Send + Sync,
+) -> Result<Vec<Layout>, EvaluationError> {
+    (0..model.parts().len()).into_par_iter().map(of_patch).collect::<Vec<_>>().into_iter().collect()
 }
 
 #[cfg(test)]
@@ -187,26 +199,6 @@ mod tests {
     use super::*;
     use gml_compiler::program::{Options, compile};
     use gml_compiler::source::{NoFiles, SourceFile};
-
-    #[test]
-    fn areas_are_right_between_breaks() {
-        // Seven pieces of an equal share of u, 63 mm long together, and five steps of 8 mm by 10 mm.
-        let corners =
-            "(0mm, 0mm), (1mm, 0mm), (1mm, 30mm), (2mm, 30mm), (2mm, 1mm), (3mm, 1mm), (3mm, 1.5mm), (3.5mm, 1.5mm)";
-        let text = format!(
-            "use std.polyline (polyline)\nuse std.sweep (extrude)\nmodel areas {{\n\
-             part a = extrude(polyline([{corners}]), 10mm)\n\
-             part b = |u: real, v: real| (u * 40mm, v * 10mm, floor(5 * u) * 7mm)\n}}"
-        );
-        let script = SourceFile { name: "areas.gml".to_owned(), text };
-        let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
-        let instance = Model::instantiate(&program, &[]).expect("it exists");
-        let extents = extents(&program, &*instance).expect("they exist");
-        for ([width, height], area) in extents.into_iter().zip([630.0, 400.0]) {
-            // Both are linear between their breaks, so that the rule is exact but for rounding.
-            assert!((width * height - area).abs() < 1e-9 * area, "{} for {area}", width * height);
-        }
-    }
 
     #[test]
     fn a_texture_is_as_large_as_its_texels_are_to_be_fine() {
@@ -228,10 +220,16 @@ mod tests {
     #[test]
     fn a_texel_centre_maps_back_to_its_texel() {
         let charts = largest_packing(&[[30.0, 10.0], [5.0, 20.0]], 128).expect("they fit");
-        let atlas = Atlas { size: 128, charts };
+        let uneven = Spacing::new(vec![0.0, 0.25, 0.5, 1.0], &[3.0, 1.0, 4.0]);
+        let spacings = vec![[uneven.clone(), Spacing::default()], [Spacing::default(), uneven]];
+        let atlas = Atlas { size: 128, charts, spacings };
         for (patch, c) in atlas.charts.iter().enumerate() {
             for (i, j) in [(0, 0), (c.width - 1, 0), (1, c.height - 1)] {
-                let (u, v) = c.parameters(i, j);
+                let (u, v) = atlas.parameters(patch, i, j);
+                let [of_u, of_v] = atlas.lines(patch);
+                let [along, across] = c.lines(i, j);
+                assert_eq!((of_u[along].value, of_v[across].value), (u, v));
+                assert!((of_u.iter().map(|line| line.width).sum::<f64>() - 1.0).abs() < 1e-12);
                 let [s, t] = atlas.texcoord(patch, u, v);
                 assert!((s * 128.0 - (f64::from(c.x + i) + 0.5)).abs() < 1e-9);
                 assert!(((1.0 - t) * 128.0 - (f64::from(c.y + j) + 0.5)).abs() < 1e-9);

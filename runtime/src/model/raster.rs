@@ -11,6 +11,8 @@ pub(super) struct Raster {
     cells: Vec<Option<(u32, [f64; 3])>>,
     /// The area of every triangle on the texture, in texels.
     texel_area: Vec<f64>,
+    /// The corners of every triangle on the texture, in columns to the right and rows downwards.
+    corners: Vec<[[f64; 2]; 3]>,
     /// Triangles that met a texel covered by a triangle with which they share no vertex.
     pub(super) overlapping: Vec<u32>,
 }
@@ -22,6 +24,7 @@ impl Raster {
             size,
             cells: vec![None; size as usize * size as usize],
             texel_area: Vec::with_capacity(mesh.triangles.len()),
+            corners: Vec::with_capacity(mesh.triangles.len()),
             overlapping: Vec::new(),
         };
         for (t, corners) in mesh.triangles.iter().enumerate() {
@@ -38,6 +41,7 @@ impl Raster {
     fn add(&mut self, mesh: &TriangleMesh, t: u32, p: [[f64; 2]; 3]) {
         let doubled = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
         self.texel_area.push(0.5 * doubled.abs());
+        self.corners.push(p);
         if doubled == 0.0 || !doubled.is_finite() {
             return;
         }
@@ -105,9 +109,19 @@ impl Raster {
             texels.position.push(mix(&mesh.positions).to_array());
             texels.normal.push(normal.as_vec3().to_array());
             texels.area.push((mesh.triangle_area(corners) / self.texel_area[t as usize]) as f32);
+            texels.side.push(longer_side(mesh.corners(corners), self.corners[t as usize]) as f32);
         }
         texels
     }
+}
+
+/// The longer side of a texel on a triangle, whose corners on the texture are `places`. Millimetres.
+fn longer_side([a, b, c]: [DVec3; 3], places: [[f64; 2]; 3]) -> f64 {
+    let [first, second] = [1, 2].map(|k| [0, 1].map(|axis| places[k][axis] - places[0][axis]));
+    let doubled = first[0] * second[1] - second[0] * first[1];
+    let right = ((b - a) * second[1] - (c - a) * first[1]) / doubled;
+    let down = ((c - a) * first[0] - (b - a) * second[0]) / doubled;
+    right.length().max(down.length())
 }
 
 fn share_vertex(mesh: &TriangleMesh, a: u32, b: u32) -> bool {

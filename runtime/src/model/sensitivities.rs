@@ -1,6 +1,6 @@
 //! The sensitivity of the surface to the parameters, at a sample of texels.
 
-use super::{Atlas, Chart, EvaluationError, Instance, Model, Motion, Texels};
+use super::{Atlas, EvaluationError, Instance, Model, Motion, Texels};
 use gml_compiler::program::Quantity;
 
 /// The most texels of a part: the estimates that are made from them need no more.
@@ -43,7 +43,7 @@ impl Sensitivities {
         let mut parts = Vec::new();
         for (patch, (part, sample)) in model.parts().iter().zip(texels.samples_of_parts(SAMPLES)).enumerate() {
             let places: Vec<[u32; 2]> = sample.iter().map(|i| texels.place(*i)).collect();
-            let derivatives = derivatives(instance, &atlas.charts[patch], patch, part.active.len(), &places, motion)?;
+            let derivatives = derivatives(instance, atlas, patch, part.active.len(), &places, motion)?;
             let active = part.active.iter().map(|p| *p as usize).collect();
             let normals = sample.iter().map(|i| texels.normal[*i].map(f64::from)).collect();
             parts.push(PartSensitivities { texels: sample, active, normals, derivatives });
@@ -57,13 +57,14 @@ impl Sensitivities {
 /// parameters on which the patch depends, of which there are `active`.
 pub(super) fn derivatives(
     instance: &dyn Instance,
-    chart: &Chart,
+    atlas: &Atlas,
     patch: usize,
     active: usize,
     texels: &[[u32; 2]],
     motion: &Motion,
 ) -> Result<Vec<[f64; 3]>, EvaluationError> {
-    let parameters = texels.iter().map(|[x, y]| chart.parameters(x - chart.x, y - chart.y));
+    let chart = &atlas.charts[patch];
+    let parameters = texels.iter().map(|[x, y]| atlas.parameters(patch, x - chart.x, y - chart.y));
     let (u, v): (Vec<f64>, Vec<f64>) = parameters.unzip();
     let mut jacobian = vec![0.0; 3 * active * texels.len()];
     instance.jacobian(patch, &u, &v, &mut jacobian)?;

@@ -65,7 +65,7 @@ impl SensitivityMaps {
             let batch = |batch: &[usize]| {
                 let texel = |k: &usize| sampled[*k] as usize;
                 let places: Vec<[u32; 2]> = batch.iter().map(|k| texels.place(texel(k))).collect();
-                let derivatives = derivatives(instance, &atlas.charts[patch], patch, count, &places, motion)?;
+                let derivatives = derivatives(instance, atlas, patch, count, &places, motion)?;
                 let rows = batch.iter().zip(derivatives.chunks_exact(count));
                 let along_normal = rows.flat_map(|(k, row)| {
                     let normal = DVec3::from_array(texels.normal[texel(k)].map(f64::from));

@@ -1,6 +1,6 @@
 //! The places from which distances are measured.
 
-use super::atlas::{Atlas, Chart};
+use super::atlas::{Atlas, Chart, Line};
 use super::breaks::{Breaks, move_off};
 use super::tessellation::{normal, unit_normals};
 use super::{EvaluationError, Instance, Model, Partials};
@@ -27,6 +27,8 @@ pub struct Texels {
     pub normal: Vec<[f32; 3]>,
     /// Area of the surface that this texel stands for. Square millimetres.
     pub area: Vec<f32>,
+    /// The longer side of that piece of the surface. Millimetres.
+    pub side: Vec<f32>,
     /// Names of the parts.
     pub part_names: Vec<String>,
 }
@@ -57,6 +59,7 @@ impl Texels {
             position: vec![[0.0; 3]; count],
             normal: vec![[0.0; 3]; count],
             area: vec![0.0; count],
+            side: vec![0.0; count],
             part_names: model.parts().iter().map(|p| p.name.clone()).collect(),
         };
         let mut rest = texels.places();
@@ -77,7 +80,8 @@ impl Texels {
             .charts
             .iter()
             .zip(breaks.collect::<Vec<_>>())
-            .map(|(chart, breaks)| Patch { chart, breaks })
+            .enumerate()
+            .map(|(patch, (chart, breaks))| Patch { chart, lines: atlas.lines(patch), breaks })
             .collect();
         let blocks: Vec<_> = blocks.into_iter().collect();
         blocks
@@ -95,6 +99,7 @@ impl Texels {
             position: &mut self.position,
             normal: &mut self.normal,
             area: &mut self.area,
+            side: &mut self.side,
         }
     }
 
@@ -109,6 +114,7 @@ impl Texels {
         retain_marked(&mut self.position, &present);
         retain_marked(&mut self.normal, &present);
         retain_marked(&mut self.area, &present);
+        retain_marked(&mut self.side, &present);
     }
 
     /// For each part at most `most` of its texels, evenly spread.
@@ -171,6 +177,7 @@ struct Places<'a> {
     position: &'a mut [[f64; 3]],
     normal: &'a mut [[f32; 3]],
     area: &'a mut [f32],
+    side: &'a mut [f32],
 }
 
 impl<'a> Places<'a> {
@@ -180,50 +187,60 @@ impl<'a> Places<'a> {
         let (position, position_rest) = self.position.split_at_mut(count);
         let (normal, normal_rest) = self.normal.split_at_mut(count);
         let (area, area_rest) = self.area.split_at_mut(count);
+        let (side, side_rest) = self.side.split_at_mut(count);
         (
-            Places { index, part, position, normal, area },
+            Places { index, part, position, normal, area, side },
             Places {
                 index: index_rest,
                 part: part_rest,
                 position: position_rest,
                 normal: normal_rest,
                 area: area_rest,
+                side: side_rest,
             },
         )
     }
 }
 
-/// A patch's chart and breaks.
+/// A patch's chart, its lines of texels along u and along v, and its breaks.
 struct Patch<'a> {
     chart: &'a Chart,
+    lines: [Vec<Line>; 2],
     breaks: Breaks,
 }
 
 /// Samples a block of one chart's texels at once.
 fn sample_block(
     instance: &dyn Instance,
-    Patch { chart, breaks }: &Patch<'_>,
+    Patch { chart, lines, breaks }: &Patch<'_>,
     patch: usize,
     mut block: Vec<(Row, Places<'_>)>,
 ) -> Result<(), EvaluationError> {
     let Some((Row { i: left, j: top, .. }, places)) = block.first() else { return Ok(()) };
     let (width, height) = (places.index.len(), block.len());
-    let along: Vec<(f64, f64)> = (0..width as u32).map(|i| chart.parameters(left + i, *top)).collect();
-    let across: Vec<(f64, f64)> = block.iter().map(|(row, _)| chart.parameters(*left, row.j)).collect();
     // Rows of texels are those of the grid, or its columns.
-    let (mut u, mut v): (Vec<f64>, Vec<f64>) = if chart.transposed {
-        (across.iter().map(|p| p.0).collect(), along.iter().map(|p| p.1).collect())
-    } else {
-        (along.iter().map(|p| p.0).collect(), across.iter().map(|p| p.1).collect())
-    };
+    let [(of_u, mut u), (of_v, mut v)] = [0, 1].map(|axis| {
+        let along = axis == usize::from(chart.transposed);
+        let line = |i: u32, j: u32| lines[axis][chart.lines(i, j)[axis]];
+        let lines: Vec<Line> = match along {
+            true => (0..width as u32).map(|i| line(left + i, *top)).collect(),
+            false => block.iter().map(|(row, _)| line(*left, row.j)).collect(),
+        };
+        let values: Vec<f64> = lines.iter().map(|line| line.value).collect();
+        (lines, values)
+    });
     move_off(&breaks.u, &mut u);
     move_off(&breaks.v, &mut v);
     let mut grid = vec![Partials::default(); width * height];
     instance.partials_grid(patch, &u, &v, &mut grid)?;
     let place = |k: usize, i: usize| if chart.transposed { i * height + k } else { k * width + i };
+    let steps = |k: usize, i: usize| {
+        let [u, v] = if chart.transposed { [k, i] } else { [i, k] };
+        [of_u[u].width, of_v[v].width]
+    };
     let mut poles = Vec::new();
     for (k, (row, places)) in block.iter_mut().enumerate() {
-        write_row(chart, *row, |i| &grid[place(k, i)], places, |i| poles.push((k, i)));
+        write_row(*row, |i| (&grid[place(k, i)], steps(k, i)), places, |i| poles.push((k, i)));
     }
     let at = |&(k, i): &(usize, usize)| if chart.transposed { (u[k], v[i]) } else { (u[i], v[k]) };
     let (u, v): (Vec<f64>, Vec<f64>) = poles.iter().map(at).unzip();
@@ -233,35 +250,42 @@ fn sample_block(
         let (p, places) = (&grid[place(k, i)], &mut block[k].1);
         if let Some(n) = normal {
             let size = DVec3::from_array(p.du).cross(DVec3::from_array(p.dv)).length();
-            (places.normal[i], places.area[i]) = (n.as_vec3().to_array(), (size * chart.cell()) as f32);
+            let [of_u, of_v] = steps(k, i);
+            (places.normal[i], places.area[i]) = (n.as_vec3().to_array(), (size * of_u * of_v) as f32);
+            places.side[i] = longer_side(p, [of_u, of_v]);
         }
     }
     Ok(())
 }
 
-/// Writes a piece of a row, whose partial derivatives `partials` gives; calls `without` for the texels that have no
-/// normal of their own.
+/// Writes a piece of a row, whose partial derivatives `partials` gives, with the steps of u and of v; calls `without`
+/// for the texels that have no normal of their own.
 fn write_row<'p>(
-    chart: &Chart,
     row: Row,
-    partials: impl Fn(usize) -> &'p Partials,
+    partials: impl Fn(usize) -> (&'p Partials, [f64; 2]),
     places: &mut Places<'_>,
     mut without: impl FnMut(usize),
 ) {
-    let cell = chart.cell();
     places.part.fill(row.patch as u32);
     for i in 0..places.index.len() {
-        let p = partials(i);
+        let (p, steps) = partials(i);
         places.index[i] = row.first + i as u32;
         places.position[i] = p.point;
         (places.normal[i], places.area[i]) = match normal(p) {
-            Some((n, size)) => (n.as_vec3().to_array(), (size * cell) as f32),
+            Some((n, size)) => (n.as_vec3().to_array(), (size * steps[0] * steps[1]) as f32),
             None => {
                 without(i);
                 ([0.0; 3], ABSENT)
             }
         };
+        places.side[i] = longer_side(p, steps);
     }
+}
+
+/// The longer side of the parallelogram that steps of u and of v make on the surface. Millimetres.
+fn longer_side(p: &Partials, [of_u, of_v]: [f64; 2]) -> f32 {
+    let [along, across] = [(p.du, of_u), (p.dv, of_v)].map(|(d, step)| DVec3::from_array(d).length() * step);
+    along.max(across) as f32
 }
 
 #[cfg(test)]
@@ -280,7 +304,7 @@ mod tests {
         let instance = Model::instantiate(&program, &[]).expect("it exists");
         for transposed in [false, true] {
             let chart = Chart { x: 0, y: 0, width: 33, height: 33, transposed };
-            let atlas = Atlas { size: 64, charts: vec![chart] };
+            let atlas = Atlas { size: 64, charts: vec![chart], spacings: vec![Default::default()] };
             let texels = Texels::of_model(&program, &*instance, &atlas).expect("it is finite");
             assert_eq!(texels.len(), 33 * 33);
             for (n, area) in texels.normal.iter().zip(&texels.area) {

@@ -138,6 +138,7 @@ mod tests {
             position: vec![[0.0; 3]; 4],
             normal: vec![[0.0, 0.0, 1.0]; 4],
             area: vec![1.0, 3.0, 2.0, 5.0],
+            side: vec![1.0; 4],
             part_names: vec!["a".into(), "b".into()],
         };
         let nan = f32::NAN;

@@ -26,6 +26,8 @@ pub struct Deviations {
     /// Whether the texel has no distance because what its ray meets belongs to another place of the model, or to a
     /// spike of the scan. Empty where no hit was refused.
     pub ambiguous: Vec<bool>,
+    /// Standard deviation of the scan's noise along its normals; 0 where it is not known. Millimetres.
+    pub noise: f64,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
     /// Millimetres.
     pub precision: f64,
@@ -36,7 +38,8 @@ pub struct Deviations {
 
 impl Deviations {
     /// Exact distances along the surface's own normals, of which nothing else is known: no texel is filled, buried,
-    /// contradicted or ambiguous. `max_distance` and the distances are in millimetres, one of these for every texel.
+    /// contradicted or ambiguous, and the scan has no noise. `max_distance` and the distances are in millimetres, one
+    /// of these for every texel.
     #[must_use]
     pub fn new(texels: Texels, max_distance: f64, outward: Vec<f32>, inward: Vec<f32>) -> Self {
         Self {
@@ -48,6 +51,7 @@ impl Deviations {
             buried: Vec::new(),
             contradicted: Vec::new(),
             ambiguous: Vec::new(),
+            noise: 0.0,
             precision: 0.0,
             cosine: Vec::new(),
         }

@@ -1,5 +1,6 @@
 //! The whole measurement of a scan against a surface.
 
+use super::agreement::Limits;
 use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
 use super::cast::hide_behind_filled;
 use super::cast::{self, Cast};
@@ -11,7 +12,7 @@ use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn};
-use super::points::PointSearch;
+use super::points::{PointParts, PointSearch};
 use super::reach::Reach;
 use super::surface::{Parametrised, Surface};
 use super::unmatched::Unmatched;
@@ -232,6 +233,7 @@ pub fn measure(
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
     let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
     deviations.cosine = cosine;
+    deviations.noise = scan.noise;
     let holes = options.fill_holes.map(|size| FilledHoles::new(&scan.mesh, size));
     if let Some(holes) = &holes {
         hide_behind_filled(&mut deviations, holes, &bvh, facing(scan, options), options.distance)?;
@@ -271,9 +273,11 @@ pub fn measure(
         report.point_measures = point_measures(model, x, &deviations, &shapes, &scan.mesh, &bvh);
     }
     let points_started = Instant::now();
-    let search = PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh };
-    let (point_distances, points) =
-        search.measure(&model, scan, max_distance, options.max_angle, &deviations.texels.part_names);
+    let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, scan.noise)).collect();
+    let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
+    let search =
+        PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh, parts };
+    let (point_distances, points) = search.measure(&model, scan, max_distance, options.max_angle);
     unless_cancelled(progress)?;
     report.points = Some(point_distances);
     report.seconds.points = points_started.elapsed().as_secs_f64();

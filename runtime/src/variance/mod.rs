@@ -3,6 +3,7 @@
 //! [`measure()`] is the whole analysis. Its stages: [`cast()`] casts the rays, natively or by a compute shader, and
 //! gives [`Deviations`]; [`DistanceTexture`] codes them as the paper does; [`VarianceReport`] has the statistics.
 
+mod agreement;
 mod averaging;
 mod cast;
 mod contradicted;
@@ -22,11 +23,13 @@ mod reach;
 mod report;
 mod statistics;
 mod surface;
+mod texel_widths;
 mod texture;
 mod tolerance;
 mod unmatched;
 mod verdict;
 
+pub use agreement::{Agreement, Limits, LimitsBasis, NOISE_FACTOR, PointAgreement, Portion};
 pub use cast::{Cast, CastError, Device, DistanceKind, Facing, cast};
 pub use detection::{Detection, ParameterCovariance};
 pub use deviations::Deviations;
@@ -44,6 +47,7 @@ pub use report::{PartStatistics, SIGN_CONVENTION, SensitivityRange, VarianceRepo
 pub use statistics::{Histogram, Statistics};
 pub(crate) use surface::{Parametrised, Surface, target};
 pub use surface::{Reference, Resolution};
+pub use texel_widths::TexelWidths;
 pub use texture::{DistanceTexture, signed_distances};
 pub use tolerance::{Conformance, Tolerance};
 pub use unmatched::{Piece, UnmatchedSummary};

@@ -1,5 +1,6 @@
 //! Signed distances of the scan's points from the surface: the other way round than from the texels.
 
+use super::agreement::{Limits, PointAgreement};
 use super::distribution::{Distribution, Sample};
 use super::moments::Moments;
 use super::surface::{Parametrised, target};
@@ -46,6 +47,9 @@ pub struct PartPoints {
 pub struct PointStatistics {
     /// Number of points that have a distance.
     pub measured: usize,
+    /// How many of them are within the limits, over and under them.
+    #[serde(default)]
+    pub agreement: PointAgreement,
     /// Their distances.
     #[serde(flatten)]
     pub moments: Moments,
@@ -91,22 +95,34 @@ pub(in crate::variance) struct PointSearch<'a> {
     pub(in crate::variance) inverted: &'a [bool],
     /// The surface as triangles, which are the surface itself of a reference mesh.
     pub(in crate::variance) mesh: &'a TriangleMesh,
+    /// The parts that points may belong to.
+    pub(in crate::variance) parts: PointParts<'a>,
+}
+
+/// Parts of a surface, in their order.
+#[derive(Clone, Copy)]
+pub(in crate::variance) struct PointParts<'a> {
+    /// Their names.
+    pub(in crate::variance) names: &'a [String],
+    /// The distances that agree, by part.
+    pub(in crate::variance) limits: &'a [Limits],
+    /// Distances that differ by less are equal. Millimetres.
+    pub(in crate::variance) precision: f64,
 }
 
 impl PointSearch<'_> {
     /// Measures all points of a scan. `bvh` is the hierarchy over the triangles, `max_angle` the largest angle between
-    /// the scan's normals and the surface's, in radians, at most a right angle; `names` are those of the parts.
+    /// the scan's normals and the surface's, in radians, at most a right angle.
     pub(in crate::variance) fn measure(
         &self,
         bvh: &Bvh,
         scan: &Scan,
         max_distance: f64,
         max_angle: f64,
-        names: &[String],
     ) -> (PointDistances, MeasuredPoints) {
         let layout = self.parametrised.map(Parametrised::layout);
         let target = target(self.parametrised.zip(layout.as_ref()), self.inverted, self.mesh, bvh);
-        measure_points(&target, scan, max_distance, max_angle, names)
+        measure_points(&target, scan, max_distance, max_angle, self.parts)
     }
 }
 
@@ -115,7 +131,7 @@ fn measure_points(
     scan: &Scan,
     max_distance: f64,
     max_angle: f64,
-    names: &[String],
+    parts: PointParts<'_>,
 ) -> (PointDistances, MeasuredPoints) {
     let places = places(scan);
     let cosine = max_angle.cos();
@@ -135,23 +151,23 @@ fn measure_points(
     let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances };
     let all = measured.positions.iter().zip(&measured.distances);
     let all: Vec<([f64; 3], PointDistance)> = all.filter_map(|(place, d)| Some((*place, (*d)?))).collect();
-    let mut of_parts = vec![Vec::new(); names.len()];
+    let mut of_parts = vec![Vec::new(); parts.names.len()];
     for point in &all {
         if let Some(points) = of_parts.get_mut(point.1.part as usize) {
             points.push(*point);
         }
     }
-    let overall = statistics(&all, names);
+    let overall = statistics(&all, parts);
     let part = |(name, points): (&String, &Vec<([f64; 3], PointDistance)>)| PartPoints {
         name: name.clone(),
-        statistics: statistics(points, names),
+        statistics: statistics(points, parts),
     };
     let distances = PointDistances {
         points: places.len(),
         beyond: left.len() - facing_away,
         facing_away,
         share: overall.measured as f64 / places.len().max(1) as f64,
-        parts: names.iter().zip(&of_parts).map(part).collect(),
+        parts: parts.names.iter().zip(&of_parts).map(part).collect(),
         overall,
     };
     (distances, measured)
@@ -164,9 +180,14 @@ fn places(scan: &Scan) -> Vec<Place> {
     mesh.positions.iter().enumerate().map(|(i, p)| Place { point: (*p).into(), normal: normal(i) }).collect()
 }
 
-fn statistics(all: &[([f64; 3], PointDistance)], names: &[String]) -> PointStatistics {
+fn statistics(
+    all: &[([f64; 3], PointDistance)],
+    PointParts { names, limits, precision }: PointParts<'_>,
+) -> PointStatistics {
     let samples = all.iter().map(|(_, d)| Sample::new(d.distance as f32, 0.0)).collect();
     let [_, moments] = Distribution::new(samples).moments();
+    let limited = all.iter().filter_map(|(_, d)| Some((d.distance, *limits.get(d.part as usize)?)));
+    let agreement = PointAgreement::of(limited, precision);
     // Of equals the first.
     let largest = all.iter().rev().max_by(|a, b| a.1.distance.abs().total_cmp(&b.1.distance.abs()));
     let largest = largest.map(|(place, d)| LargestDistance {
@@ -174,7 +195,7 @@ fn statistics(all: &[([f64; 3], PointDistance)], names: &[String]) -> PointStati
         place: *place,
         part: names.get(d.part as usize).cloned().unwrap_or_default(),
     });
-    PointStatistics { measured: all.len(), moments, largest }
+    PointStatistics { measured: all.len(), agreement, moments, largest }
 }
 
 #[cfg(test)]

@@ -1,7 +1,9 @@
 //! The result of a variance analysis: the content of variance.json.
 
+use super::agreement::{Agreement, Limits, PointAgreement, described};
 use super::moments::null_as_nan;
 use super::statistics::PartTexels;
+use super::texel_widths::TexelSizes;
 use super::{
     Conformance, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary, Matching,
     OverallVerdict, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
@@ -40,7 +42,8 @@ pub struct VarianceReport {
     pub device: String,
     /// Width and height of the texture.
     pub resolution: [u32; 2],
-    /// Mean width of a texel on the surface: the root of the area over the number of texels. Millimetres.
+    /// Mean width of a texel on the surface: the root of the area over the number of texels. Millimetres. What texels
+    /// have is in `texel_widths`.
     #[serde(default, deserialize_with = "null_as_nan")]
     pub texel: f64,
     /// Share of the texture that lies on the surface.
@@ -169,8 +172,8 @@ pub struct VarianceSeconds {
 
 impl VarianceReport {
     /// Computes all statistics. `device` is as in [`Cast`](super::Cast). `tolerances` are those of the parts, in their
-    /// order; the overall statistics and those of a group take together the parts that have one. The caller measures
-    /// `seconds`.
+    /// order; the overall statistics and those of a group take together the parts that have one. Parts without one
+    /// agree by the scan's noise. The caller measures `seconds`.
     #[must_use]
     pub fn new(deviations: &Deviations, scan: &ScanSource, device: &str, tolerances: &[Option<Tolerance>]) -> Self {
         let names = &deviations.texels.part_names;
@@ -188,10 +191,24 @@ impl VarianceReport {
             let texels = PartTexels::merge(members.iter().map(|m| &texels[*m]));
             part_statistics(name, texels.statistics(range, None, precision))
         };
-        let (mut overall, (parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
+        let (mut overall, (mut parts, mut groups)): (_, (Vec<PartStatistics>, Vec<PartStatistics>)) = rayon::join(
             || PartTexels::merge(texels.iter()).statistics(range, None, precision),
             || (names.par_iter().enumerate().map(part).collect(), members.par_iter().map(group).collect()),
         );
+        let limits = |part: usize| Limits::new(tolerances.get(part).copied().flatten(), deviations.noise);
+        let agreements: Vec<Agreement> =
+            texels.iter().enumerate().map(|(part, texels)| texels.agreement(limits(part), precision)).collect();
+        let sizes = TexelSizes::by_part(deviations);
+        let complete = |statistics: &mut Statistics, members: &[usize]| {
+            statistics.agreement = Agreement::together(members.iter().map(|part| &agreements[*part]));
+            statistics.texel_widths = match members {
+                [part] => sizes[*part].widths(),
+                _ => TexelSizes::merge(members.iter().map(|part| &sizes[*part])).widths(),
+            };
+        };
+        complete(&mut overall, &(0..parts.len()).collect::<Vec<_>>());
+        parts.iter_mut().enumerate().for_each(|(k, part)| complete(&mut part.statistics, &[k]));
+        groups.iter_mut().zip(&members).for_each(|(group, (_, members))| complete(&mut group.statistics, members));
         let conformance = |part: usize| parts[part].statistics.tolerance.as_ref();
         overall.tolerance = Conformance::together((0..parts.len()).filter_map(conformance));
         for (group, (_, members)) in groups.iter_mut().zip(&members) {
@@ -224,6 +241,37 @@ impl VarianceReport {
             seconds: VarianceSeconds::default(),
             warnings: Vec::new(),
         }
+    }
+}
+
+impl VarianceReport {
+    /// The limits by which the parts agree with the scan, in words; `number` writes a figure.
+    #[must_use]
+    pub fn limits(&self, number: impl Fn(f64) -> String) -> String {
+        described(self.parts.iter().filter_map(|part| part.statistics.agreement?.limits), number)
+    }
+
+    /// How much of the surface and of the scan's points agree, by which limits: a sentence without its full stop; none
+    /// where nothing was measured.
+    #[must_use]
+    pub fn agreement_sentence(&self, number: impl Fn(f64) -> String) -> Option<String> {
+        let agreement = self.overall.agreement.filter(|_| self.overall.measured_area > 0.0)?;
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let [within, over, under] = [agreement.within, agreement.over, agreement.under].map(|p| percent(p.share));
+        let mut said = format!(
+            "{within} of the measured surface is within {} of the scan, {over} over (the scan lies outside: too much material), {under} under (the scan lies inside: too little)",
+            self.limits(number)
+        );
+        if let Some(points) = self.points.as_ref().filter(|points| points.points > 0) {
+            let PointAgreement { within, over, under } = points.overall.agreement;
+            let without = points.points - points.overall.measured;
+            let [within, over, under, without] =
+                [within, over, under, without].map(|n| percent(n as f64 / points.points as f64));
+            said.push_str(&format!(
+                "; of the scan's points {within} are within, {over} over, {under} under, and {without} have no distance"
+            ));
+        }
+        Some(said)
     }
 }
 

@@ -142,6 +142,7 @@ mod tests {
             position: vec![[0.0; 3]; n],
             normal: vec![[0.0, 0.0, 1.0]; n],
             area: vec![1.0; n],
+            side: vec![1.0; n],
             part_names: vec!["body".to_owned()],
         };
         Deviations::new(texels, 2.0, outward, inward)

@@ -122,6 +122,7 @@ fn deviations_lie_where_their_texels_are() {
         position: vec![[0.0; 3]; 3],
         normal: vec![[0.0, 0.0, 1.0]; 3],
         area: vec![1.0; 3],
+        side: vec![1.0; 3],
         part_names: vec!["a".to_owned()],
     };
     let deviations = Deviations::new(texels, 2.0, vec![1.0, f32::NAN, f32::NAN], vec![f32::NAN, f32::NAN, 1.0]);

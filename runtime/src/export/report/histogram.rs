@@ -38,9 +38,10 @@ pub(super) fn histogram(deviations: &Deviations, range: f64) -> String {
     let _ = writeln!(
         out,
         "<p class=\"convention\">Share of the measured area by signed distance (mm). Beyond the ends of the scale: \
-         {:.2} % below, {:.2} % above.</p>",
+         {:.2} % below &minus;{end}, {:.2} % above {end}.</p>",
         100.0 * below / total,
-        100.0 * above / total
+        100.0 * above / total,
+        end = short(range)
     );
     out
 }

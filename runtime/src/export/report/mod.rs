@@ -1,5 +1,6 @@
 //! report.html: the results for people, in one file that needs nothing else and loads nothing.
 
+mod agreement;
 mod histogram;
 mod measures;
 mod surface;
@@ -63,7 +64,7 @@ pub fn write(report: &Report<'_>) -> String {
         _ => "along the normal",
     };
     let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
-    let insertions: [(&str, String); 21] = [
+    let insertions: [(&str, String); 23] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
         ("facts", facts(report)),
@@ -74,6 +75,8 @@ pub fn write(report: &Report<'_>) -> String {
         ("fit", report.fit.map_or_else(String::new, |fit| tables::fit(fit, report.variance))),
         ("max_distance", tables::short(report.variance.max_distance)),
         ("convention", escape(&report.variance.sign_convention)),
+        ("agreement", agreement::agreement(report.variance)),
+        ("texels", agreement::texels(report.variance)),
         ("way", way.to_owned()),
         ("filled", filled.to_owned()),
         ("statistics", tables::statistics(report.variance)),
@@ -148,8 +151,9 @@ fn tiles(report: &Report<'_>) -> String {
         (format!("{} mm", number(w.max)), "largest distance"),
         (format!("{:.1} %", 100.0 * overall.coverage), "of the surface measured"),
     ];
-    if let Some(fit) = report.fit {
-        tiles.push((format!("{:.1} %", 100.0 * fit.inliers), "of the scan fits the model"));
+    let within = format!("of it within {}", report.variance.limits(number));
+    if let Some(agreement) = overall.agreement.filter(|_| overall.measured_area > 0.0) {
+        tiles.push((format!("{:.1} %", 100.0 * agreement.within.share), &within));
     }
     tiles.iter().fold(String::new(), |mut out, (figure, text)| {
         let _ = writeln!(out, "<div class=\"tile\"><b>{figure}</b><span>{text}</span></div>");

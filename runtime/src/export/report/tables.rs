@@ -139,7 +139,8 @@ fn quality(fit: &FitResult, out: &mut String) {
         ("Objective (mean loss)", number(fit.objective)),
         ("Scale &sigma; of the loss", format!("{} mm", number(fit.sigma))),
         ("Noise of the scan", format!("{} mm", number(fit.noise))),
-        ("Inliers", format!("{:.2} %", 100.0 * fit.inliers)),
+        ("Inliers, points within", format!("{} mm", number(fit.inlier_distance()))),
+        ("Their share of the scan", format!("{:.2} %", 100.0 * fit.inliers)),
         ("Root mean square distance of the inliers", format!("{} mm", number(fit.rms))),
         ("Iterations", fit.iterations.to_string()),
         ("Evaluations", fit.evaluations.to_string()),
@@ -257,9 +258,9 @@ fn points(points: &PointDistances, max_distance: f64, out: &mut String) {
     table(head, std::iter::once(row("All", &points.overall)).chain(parts), out);
 }
 
-/// The verdicts on parts with tolerances, and the areas within, if there are any.
+/// The verdicts on parts with tolerances, if there are any.
 fn conformance(variance: &VarianceReport, out: &mut String) {
-    let (Some(all), Some(overall)) = (&variance.overall.tolerance, &variance.verdict) else { return };
+    let (Some(_), Some(overall)) = (&variance.overall.tolerance, &variance.verdict) else { return };
     let _ = writeln!(
         out,
         "<h3>Tolerance</h3>\n<p class=\"convention\">Each part is divided into footprints of equal area; its value is the median \
@@ -272,26 +273,18 @@ fn conformance(variance: &VarianceReport, out: &mut String) {
     );
     let rows = variance.parts.iter().filter_map(|part| Some(verdict(part, part.verdict.as_ref()?)));
     let head = "<thead><tr><th>Part</th><th>From</th><th>To</th><th>Value</th><th>Again</th><th>Uncertainty</th>\
-        <th>Probability</th><th>Within</th><th>Below, mm&sup2;</th><th>Above, mm&sup2;</th><th></th></tr></thead>\n";
-    let [share, below, above] = [format!("{:.2} %", 100.0 * all.share), number(all.area_below), number(all.area_above)];
-    let total = format!(
-        "<tr class=\"total\"><td>All</td><td></td><td></td><td></td><td></td><td></td><td></td><td>{share}</td><td>{below}</td>\
-         <td>{above}</td><td class=\"text\"></td></tr>\n"
-    );
-    table(head, std::iter::once(total).chain(rows), out);
+        <th>Probability</th><th></th></tr></thead>\n";
+    table(head, rows, out);
 }
 
 fn verdict(part: &PartStatistics, verdict: &Verdict) -> String {
     let conformance = part.statistics.tolerance.as_ref();
     let limits = conformance.and_then(|c| c.tolerance).map_or_else(Default::default, |t| [t.lower, t.upper].map(short));
-    let areas = conformance.map_or_else(Default::default, |c| {
-        [format!("{:.2} %", 100.0 * c.share), number(c.area_below), number(c.area_above)]
-    });
     let figures = [verdict.value, verdict.again, verdict.uncertainty].map(number);
     let probability = [verdict.probability, verdict.highest_probability].map(number);
     let probability = if probability[0] == probability[1] { probability[0].clone() } else { probability.join(" to ") };
     let mut cells = vec![escape(&part.name)];
-    cells.extend(limits.into_iter().chain(figures).chain([probability]).chain(areas));
+    cells.extend(limits.into_iter().chain(figures).chain([probability]));
     let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
     let text = std::iter::once(verdict.outcome.text().to_owned()).chain(verdict.reasons.iter().map(|r| escape(r)));
     let text = text.collect::<Vec<_>>().join(": ");
@@ -363,12 +356,11 @@ fn forms(variance: &VarianceReport, out: &mut String) {
 
 /// The part of the scan that is farther from the model than distances reach (millimetres).
 fn left_over(unmatched: &UnmatchedSummary, max_distance: f64, out: &mut String) {
-    out.push_str("<h3>Farther from the model than distances reach</h3>\n");
+    let _ = writeln!(out, "<h3>Farther from the model than {} mm</h3>", number(max_distance));
     if unmatched.triangles == 0 {
         let _ = writeln!(
             out,
-            "<p class=\"convention\">All of the scan lies within {} mm of model surface that faces as it does.</p>",
-            number(max_distance)
+            "<p class=\"convention\">Distances reach as far. Nothing of the scan is farther away, or faces another way only.</p>"
         );
         return;
     }

@@ -22,6 +22,7 @@ fn deviations() -> Deviations {
         position: vec![[0.0; 3]; 8],
         normal: vec![[0.0, 0.0, 1.0]; 8],
         area: vec![1.0; 8],
+        side: vec![1.0; 8],
         part_names: vec!["plate".to_owned(), HOSTILE.to_owned()],
     };
     let outward = vec![0.1, 0.1, 0.3, f32::NAN, 2.0, 0.1, f32::NAN, f32::NAN];
@@ -175,11 +176,29 @@ fn figures_are_there() {
     let empty = "Without data, and where the scan shows empty space: 1.000 mm&sup2; (1.000 of &lt;/script&gt;";
     assert!(page.contains(empty), "{}", page.split("where the scan shows").nth(1).map_or("no", |t| &t[..80]));
     // Seven texels have data; -9 is below the scale's end, 2 above.
-    assert!(page.contains("14.29 % below, 14.29 % above"));
+    assert!(page.contains("14.29 % below &minus;0.5, 14.29 % above 0.5"));
     assert!(page.contains("\"indices\":3,"), "the triangle with a missing vertex is left out");
     assert!(page.contains("\"halfSize\":[1.0,0.5,0.0]"));
     assert!(page.contains("data:image/png;base64,b25l") && page.contains("data:image/png;base64,dHdv"));
     assert!(!page.contains("NaN") && !page.contains("//!"));
+}
+
+/// One sentence with its threshold; the fit's inliers name their own.
+#[test]
+fn what_agrees_is_said_once_with_its_limits() {
+    let page = page_of(&Deviations { noise: 0.05, ..deviations() }, 0);
+    let sentence = "<p>42.9 % of the measured surface is within 0.15 mm (3 times the scan's noise) of the scan, 28.6 % over \
+                    (the scan lies outside: too much material), 28.6 % under (the scan lies inside: too little).</p>";
+    assert_eq!(page.matches(sentence).count(), 1, "{page}");
+    let row = "<td>plate</td><td>&minus;0.15</td><td>0.15</td><td class=\"text\">3 &times; noise</td>\
+               <td>2.000</td><td>50.0 %</td><td>1.000</td><td>25.0 %</td><td>1.000</td><td>25.0 %</td></tr>";
+    assert!(page.contains(row), "{page}");
+    assert!(page.contains("<b>42.9 %</b><span>of it within 0.150 mm (3 times the scan's noise)</span>"), "{page}");
+    assert!(!page.contains("fits the model") && !page.contains("All of the scan"));
+    // 0.5 sqrt(ln 2), where the loss is 1/2.
+    assert!(page.contains("<td>Inliers, points within</td><td>0.416 mm</td>"), "{page}");
+    let widths = "<td>plate</td><td>4</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td></tr>";
+    assert!(page.contains(widths), "{page}");
 }
 
 #[test]

@@ -46,11 +46,8 @@ impl Scene<'_> {
             said = remainder::sentence(self, &best);
         }
         // A plane, a copy and a mirror image are what the pieces are.
-        let pieces = if said.as_ref().is_some_and(|said| said.explains_pieces) {
-            None
-        } else {
-            remainder::pieces(&best.result.unexplained)
-        };
+        let pieces =
+            if said.as_ref().is_some_and(|said| said.explains_pieces) { None } else { remainder::pieces(&best.result) };
         best.result.warnings.extend(said.map(|said| said.text).into_iter().chain(pieces));
         best.result
     }
@@ -95,9 +92,10 @@ impl Scene<'_> {
         let near: Vec<bool> = kept.iter().map(|kept| *kept && of_piece.next() == Some(&true)).collect();
         let [x, y, z] = remainder::middle(&self.scan.mesh.positions, &near).to_array();
         result.warnings.push(format!(
-            "the model was fitted to a piece of the scan about ({x:.0}, {y:.0}, {z:.0}) mm, {:.0} % of its points, of which it explains {:.0} %: the whole of the scan it does not explain",
+            "the model was fitted to a piece of the scan about ({x:.0}, {y:.0}, {z:.0}) mm, {:.0} % of its points, of which {:.0} % lie within {:.3} mm of it: the whole of the scan it does not explain",
             100.0 * share,
-            100.0 * result.inliers
+            100.0 * result.inliers,
+            result.inlier_distance()
         ));
         // The loss of points that are far away is 1.
         result.objective = 1.0 - share * (1.0 - result.objective);
@@ -120,9 +118,11 @@ impl Scene<'_> {
         Some(match again {
             Some(found) => Mirrored::Alike(Box::new(found)),
             None => Mirrored::Other(format!(
-                "the scan looks like a mirror image of the object: mirrored, the model explains {:.0} % of its points instead of {:.0} %; look for an axis whose sign was changed on the way",
+                "the scan looks like a mirror image of the object: mirrored, {:.0} % of its points lie within {:.3} mm of the model, and as it is {:.0} % within {:.3} mm; look for an axis whose sign was changed on the way",
                 100.0 * mirrored.inliers,
-                100.0 * best.result.inliers
+                mirrored.inlier_distance(),
+                100.0 * best.result.inliers,
+                best.result.inlier_distance()
             )),
         })
     }

@@ -3,7 +3,7 @@
 use super::{Scene, pieces};
 use crate::fit::attempt::Attempt;
 use crate::fit::problem::points::gyration;
-use crate::fit::result::UnexplainedPiece;
+use crate::fit::result::FitResult;
 use crate::fit::tuning::{COPY_POINTS, MOSTLY, PIECE_POINTS, PLANE_DRAWS, PLANE_NOISE, PLANE_SAMPLES, UNEXPLAINED};
 use crate::scan::Scan;
 use glam::DVec3;
@@ -53,7 +53,8 @@ pub(super) fn sentence(scene: &Scene, best: &Attempt) -> Option<Remainder> {
 }
 
 /// A sentence on the pieces of the scan's surface that a fit does not explain, where they are more than a few.
-pub(super) fn pieces(pieces: &[UnexplainedPiece]) -> Option<String> {
+pub(super) fn pieces(fit: &FitResult) -> Option<String> {
+    let pieces = fit.unexplained.as_slice();
     let share: f64 = pieces.iter().map(|piece| piece.share).sum();
     let largest = pieces.first().filter(|_| share > UNEXPLAINED)?;
     let [x, y, z] = largest.place;
@@ -73,8 +74,9 @@ pub(super) fn pieces(pieces: &[UnexplainedPiece]) -> Option<String> {
         ),
     };
     Some(format!(
-        "{:.1} % of the scan's surface{area}, {at}, is not explained by the model: the object has something there that the script does not have{shaped_by}",
-        100.0 * share
+        "{:.1} % of the scan's surface{area}, {at}, is not explained by the model, which is more than {:.3} mm away: the object has something there that the script does not have{shaped_by}",
+        100.0 * share,
+        fit.inlier_distance()
     ))
 }
 

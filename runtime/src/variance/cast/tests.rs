@@ -20,6 +20,7 @@ fn texels(points: &[(DVec3, DVec3)]) -> Texels {
         position: points.iter().map(|(p, _)| p.to_array()).collect(),
         normal: points.iter().map(|(_, n)| n.as_vec3().to_array()).collect(),
         area: vec![1.0; n],
+        side: vec![1.0; n],
         part_names: vec!["body".to_owned()],
     }
 }

@@ -175,7 +175,7 @@ fn area(samples: &[Sample]) -> f64 {
 
 /// The values below which the weights `goals`, which ascend, lie: linear in cumulative weight between values, each of
 /// which stands at the middle of its own weight (Hazen's rule where all weigh alike). NaN where there are none.
-fn quantiles<const N: usize>(values: impl Iterator<Item = (f64, f64)>, goals: [f64; N]) -> [f64; N] {
+pub(super) fn quantiles<const N: usize>(values: impl Iterator<Item = (f64, f64)>, goals: [f64; N]) -> [f64; N] {
     let mut quantiles = [f64::NAN; N];
     let (mut reached, mut before) = (0, 0.0);
     let mut last: Option<(f64, f64)> = None;

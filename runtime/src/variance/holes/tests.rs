@@ -54,6 +54,7 @@ fn texels(radius: f64, count: u32) -> Texels {
         position: (0..count).map(|i| (direction(i) * radius).to_array()).collect(),
         normal: (0..count).map(|i| direction(i).as_vec3().to_array()).collect(),
         area: vec![(4.0 * PI * radius * radius / f64::from(count)) as f32; n],
+        side: vec![(4.0 * PI / f64::from(count)).sqrt() as f32 * radius as f32; n],
         part_names: vec!["sphere".to_owned()],
     }
 }

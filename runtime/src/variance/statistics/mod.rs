@@ -1,8 +1,10 @@
 //! Statistics of deviations.
 
 use super::Deviations;
+use super::agreement::{Agreement, Limits};
 use super::distribution::{Distribution, Sample};
 use super::moments::Moments;
+use super::texel_widths::TexelWidths;
 use super::tolerance::{Conformance, Tolerance};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -53,6 +55,12 @@ pub struct Statistics {
     pub per_texel: Moments,
     /// Distribution of the signed distances.
     pub histogram: Histogram,
+    /// How much of what was measured is within the limits, over and under them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<Agreement>,
+    /// How wide the texels are; none without any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub texel_widths: Option<TexelWidths>,
     /// Conformance to the tolerance, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<Conformance>,
@@ -134,7 +142,13 @@ impl PartTexels {
         merged
     }
 
-    /// `max_distance` is the range of the histogram, `precision` the rounding of the distances.
+    /// How much of what was measured is within some limits, over and under them. `precision` is the rounding.
+    pub(super) fn agreement(&self, limits: Limits, precision: f64) -> Agreement {
+        Agreement::new(limits, &self.measured.conformance(limits.ends(), precision))
+    }
+
+    /// `max_distance` is the range of the histogram, `precision` the rounding of the distances. Agreement and widths of
+    /// texels are left out.
     pub(super) fn statistics(&self, max_distance: f64, tolerance: Option<Tolerance>, precision: f64) -> Statistics {
         let measured_area = self.measured.area();
         let area = measured_area + self.missing.1;
@@ -156,6 +170,8 @@ impl PartTexels {
             weighted,
             per_texel,
             histogram: self.measured.histogram(max_distance),
+            agreement: None,
+            texel_widths: None,
             tolerance: tolerance.map(|t| self.measured.conformance(t, precision)),
         }
     }

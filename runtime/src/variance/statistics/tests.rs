@@ -1,6 +1,6 @@
 use crate::model::Texels;
 use crate::scan::ScanSource;
-use crate::variance::{Deviations, Moments, Statistics, Tolerance, VarianceReport};
+use crate::variance::{Agreement, Deviations, Limits, LimitsBasis, Moments, Statistics, Tolerance, VarianceReport};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -16,6 +16,7 @@ fn deviations(texels: &[(f64, f64, u32)], names: &[&str]) -> Deviations {
         position: vec![[0.0; 3]; n],
         normal: vec![[0.0, 0.0, 1.0]; n],
         area: texels.iter().map(|t| t.1 as f32).collect(),
+        side: texels.iter().map(|t| t.1.sqrt() as f32).collect(),
         part_names: names.iter().map(|&s| s.to_owned()).collect(),
     };
     Deviations::new(texels, 4.0, side(1.0).collect(), side(-1.0).collect())
@@ -223,4 +224,46 @@ fn statistics_do_not_depend_on_the_number_of_threads() {
     assert!(run(1) == run(3));
     let m: &Moments = &run(2).overall.weighted;
     assert!(m.min == 0.0 && m.max == 2.5);
+}
+
+/// Every part by its own limits: those of its tolerance, or else three times the noise; together by none.
+#[test]
+fn surface_is_within_limits_over_or_under_them() {
+    let texels = [
+        (0.05, 1.0, 0),
+        (0.5, 2.0, 0),
+        (-0.5, 3.0, 0),
+        (f64::NAN, 4.0, 0),
+        (0.15, 5.0, 1),
+        (-0.4, 1.0, 1),
+        (0.35, 6.0, 2),
+        (-0.1, 2.0, 2),
+    ];
+    let d = Deviations { noise: 0.1, ..deviations(&texels, &["lid", "hole[0]", "hole[1]"]) };
+    let tolerance = Tolerance { lower: -0.1, upper: 0.6 };
+    let report = VarianceReport::new(&d, &ScanSource::default(), "cpu", &[Some(tolerance), None, None]);
+    let of = |s: &Statistics| s.agreement.expect("parts agree or not");
+    let figures = |s: &Statistics| {
+        let Agreement { within, over, under, .. } = of(s);
+        [within, over, under].map(|p| (p.area, p.texels))
+    };
+    let [lid, first, second] = [0, 1, 2].map(|k| &report.parts[k].statistics);
+    assert_eq!(of(lid).limits, Some(Limits { lower: -0.1, upper: 0.6, basis: LimitsBasis::Tolerance }));
+    assert_eq!(figures(lid), [(3.0, 2), (0.0, 0), (3.0, 1)]);
+    let by_noise = of(first).limits.expect("limits of its own");
+    assert_eq!(by_noise.basis, LimitsBasis::Noise);
+    close(by_noise.upper, 0.3, 1e-12);
+    close(by_noise.lower, -0.3, 1e-12);
+    assert_eq!(figures(first), [(5.0, 1), (0.0, 0), (1.0, 1)]);
+    assert_eq!(figures(second), [(2.0, 1), (6.0, 1), (0.0, 0)]);
+    assert_eq!(of(&report.groups[0].statistics).limits, Some(by_noise));
+    assert_eq!(figures(&report.groups[0].statistics), [(7.0, 2), (6.0, 1), (1.0, 1)]);
+    assert!(of(&report.overall).limits.is_none());
+    assert_eq!(figures(&report.overall), [(10.0, 4), (6.0, 1), (4.0, 2)]);
+    close(of(&report.overall).within.share, 0.5, 1e-12);
+    let said = report.agreement_sentence(|x| format!("{x:.1}")).expect("a sentence");
+    let expected = "50.0 % of the measured surface is within the tolerance of its part, or else 0.3 mm (3 times the \
+                    scan's noise) of the scan, 30.0 % over (the scan lies outside: too much material), 20.0 % under \
+                    (the scan lies inside: too little)";
+    assert_eq!(said, expected);
 }

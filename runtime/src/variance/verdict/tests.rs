@@ -25,6 +25,7 @@ pub(in crate::variance) fn sheet(n: usize, edge: f64, sheets: &[(f64, f32, f32)]
         position: (0..count).map(place).collect(),
         normal: (0..count).map(|k| [0.0, 0.0, one(k).1.1]).collect(),
         area: vec![(edge * edge) as f32; count],
+        side: vec![edge as f32; count],
         part_names: vec!["plate".to_owned()],
     };
     Deviations::new(texels, 50.0, (0..count).map(|k| one(k).1.2).collect(), vec![f32::NAN; count])
