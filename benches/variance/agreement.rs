@@ -42,7 +42,8 @@ pub(super) fn run(python: &OsString, data: Option<&Path>) -> Result<(), Box<dyn 
             let script = format!("{}/examples/cup/cup.gml", env!("CARGO_MANIFEST_DIR"));
             let program = super::cup()?;
             let values = program.parameters().iter().zip(super::true_parameters(&program, data)?);
-            let values: Vec<String> = values.map(|(p, value)| format!("{}={}", p.name, p.quantity.shown(value))).collect();
+            let values: Vec<String> =
+                values.map(|(p, value)| format!("{}={}", p.name, p.quantity.shown(value))).collect();
             let values = values.iter().flat_map(|value| ["-p", value.as_str()]);
             let words: Vec<&str> = ["mesh", &script].into_iter().chain(values).chain(["-o"]).collect();
             gmlc(&words, &model)?;
