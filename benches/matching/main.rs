@@ -1,10 +1,10 @@
 //! Whether hits of rays that belong elsewhere on the model are refused, and what else is lost: virtual scans of all
 //! examples, whose deviations are known. `cargo bench --bench matching -- [SCANS [NAME]...]` needs no data and prints,
-//! for shapes as the script has them (`plain`), for scans with outliers (`outliers`) and for shapes with dents and bumps
-//! of 2 mm (`dents`), the share of the area that is wrong (the distance is off by more than five standard deviations of
-//! the noise), how much of that is refused, how much of the rest, how much of the rest although the ray meets the
-//! texel's own surface, and figures before and after. `right` is the standard deviation of the distances that are not
-//! wrong: what is left should have the same.
+//! for shapes as the script has them (`plain`), for scans with outliers (`outliers`) and for shapes with dents and
+//! bumps of 2 mm (`dents`), the share of the area that is wrong (the distance is off by more than five standard
+//! deviations of the noise), how much of that is refused, how much of the rest, how much of the rest although the ray
+//! meets the texel's own surface, and figures before and after. `right` is the standard deviation of the distances that
+//! are not wrong: what is left should have the same.
 
 mod figures;
 mod shape;

@@ -13,8 +13,8 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::process::Command;
 
-/// Examples whose virtual scans are compared: one with sharp edges and holes, one with a thread, and one with thin walls
-/// whose mesh is open, where the handle ends in the wall.
+/// Examples whose virtual scans are compared: one with sharp edges and holes, one with a thread, and one with thin
+/// walls whose mesh is open, where the handle ends in the wall.
 const EXAMPLES: [&str; 3] = ["flange", "jar", "mug"];
 
 /// Options of the virtual scans: coarser than by default, because libigl takes rays by trying all triangles.
