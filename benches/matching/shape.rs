@@ -10,8 +10,18 @@ use gml_runtime::scan::{self, Scan};
 use gml_runtime::simulate::{self, Scanner};
 use gml_runtime::variance::{self, Device, Facing};
 
-/// Standard deviation of the scans' range noise. Millimetres.
-pub(crate) const NOISE: f64 = 0.3;
+/// Standard deviation of the range noise of a scan with points [`SPACING`] apart. Millimetres.
+const NOISE: f64 = 0.3;
+
+/// The distance between the points of a scan. Millimetres.
+const SPACING: f64 = 0.8;
+
+/// The height of dents and bumps of shapes that deviate, in a scan with points [`SPACING`] apart. Millimetres.
+const DENT: f64 = 2.0;
+
+/// Scans of larger models have points, noise and dents that are as many times as large, so that they have no more
+/// points than this: a column of three metres would have ten millions.
+const MOST_POINTS: f64 = 120_000.0;
 
 const BOX: &str = "model block { part body = box(width: 60mm, depth: 40mm, height: 30mm) }";
 
@@ -25,12 +35,15 @@ pub(crate) struct Shape {
     /// The surface, with a group for every part.
     mesh: TriangleMesh,
     is_dented: bool,
+    /// By how much spacing, noise and dents are larger.
+    scale: f64,
 }
 
 impl Shape {
-    /// An example, or a box, with dents and bumps of a height in millimetres.
-    pub(crate) fn of(name: &str, dent: f64) -> Self {
-        let path = format!("{}/examples/{name}/{name}.gml", env!("CARGO_MANIFEST_DIR"));
+    /// A script of the examples, such as `mug` or `cup/octagonal_cup`, or a box; with dents and bumps or without.
+    pub(crate) fn of(name: &str, is_dented: bool) -> Self {
+        let file = if name.contains('/') { name.to_owned() } else { format!("{name}/{name}") };
+        let path = format!("{}/examples/{file}.gml", env!("CARGO_MANIFEST_DIR"));
         let text = match name {
             "box" => BOX.to_owned(),
             _ => std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}")),
@@ -38,22 +51,44 @@ impl Shape {
         let script = SourceFile { text, name: path };
         let program = compile(script, &NoFiles, &Options::default()).unwrap_or_else(|e| panic!("{e}")).program;
         let x: Vec<f64> = program.parameters().iter().map(|p| p.default).collect();
-        let fineness = Fineness { chord: 0.01, edge: 1.0, ..Fineness::default() };
         let instance = Model::instantiate(&program, &x).unwrap_or_else(|e| panic!("{e}"));
-        let mut mesh = Tessellation::new(&program, &*instance, fineness).unwrap_or_else(|e| panic!("{e}")).mesh;
+        let tessellated =
+            |fineness| Tessellation::new(&program, &*instance, fineness).unwrap_or_else(|e| panic!("{e}"));
+        let area = tessellated(Fineness::default()).mesh.area();
+        let scale = (area / MOST_POINTS).sqrt().max(SPACING) / SPACING;
+        let fineness = Fineness { chord: 0.01 * scale, edge: scale, ..Fineness::default() };
+        let mut mesh = tessellated(fineness).mesh;
         drop(instance);
-        if dent > 0.0 {
-            deform(&mut mesh, dent);
+        if is_dented {
+            deform(&mut mesh, scale * DENT);
         }
-        Self { program, x, mesh, is_dented: dent > 0.0 }
+        Self { program, x, mesh, is_dented, scale }
     }
 
-    /// A virtual scan, in the model's position.
-    pub(crate) fn scanned(&self, seed: u64, outliers: f64) -> Scan {
-        let scanner =
-            Scanner { seed, noise: NOISE, outliers, dropouts: 0.01, random_pose: false, ..Scanner::default() };
-        let made = simulate::scan(&self.mesh, &scanner, &Silent).unwrap_or_else(|e| panic!("{e}"));
-        scan::from_mesh(made.mesh, "virtual").unwrap_or_else(|e| panic!("{e}"))
+    /// Standard deviation of the scans' range noise. Millimetres.
+    pub(crate) fn noise(&self) -> f64 {
+        self.scale * NOISE
+    }
+
+    /// A virtual scan, in the model's position, and the same with every point at its true place.
+    pub(crate) fn scanned(&self, seed: u64, outliers: f64) -> (Scan, TriangleMesh) {
+        let default = Scanner::default();
+        let scanner = Scanner {
+            seed,
+            outliers,
+            spacing: self.scale * SPACING,
+            noise: self.noise(),
+            outlier_range: self.scale * default.outlier_range,
+            dropouts: 0.01,
+            random_pose: false,
+            ..default
+        };
+        let made = |scanner| simulate::scan(&self.mesh, &scanner, &Silent).unwrap_or_else(|e| panic!("{e}")).mesh;
+        // The scanner decides by true points which triangles there are, and draws as many numbers without noise.
+        let exact = made(Scanner { noise: 0.0, outlier_range: 0.0, ..scanner.clone() });
+        let scan = scan::from_mesh(made(scanner), "virtual").unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(scan.mesh.triangles, exact.triangles, "cleaning has dropped triangles");
+        (scan, exact)
     }
 
     /// The distance of every texel from its own part of the surface, along its normal. NaN where it does not meet it.

@@ -7,18 +7,24 @@
 //! compares; likewise distances to closest points of some of the texels. With `GMLC_PEER_PYTHON=/path/to/python` that
 //! script runs at the end, on files of its own.
 //!
+//! `-- --agreement` compares distances with those of other programs and needs no data ([`agreement`]).
+//!
 //! `-- --large` needs no data: a scan of ten million triangles is built and baked at, and the process's largest memory
 //! is printed.
 
+mod agreement;
 mod large;
 
 use cpu_time::ProcessTime;
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use gml_runtime::bvh::Bvh;
-use gml_runtime::model::{Atlas, Model, Texels};
-use gml_runtime::scan::{ScanSource, Unit, read};
-use gml_runtime::variance::{self, Device, DistanceTexture, Facing, VarianceReport};
+use gml_runtime::model::{Atlas, Model, Motion, Texels};
+use gml_runtime::progress::Silent;
+use gml_runtime::scan::{Scan, ScanSource, Unit, read};
+use gml_runtime::variance::{
+    self, Device, DistanceTexture, Facing, Matching, MeasureOptions, Reference, Resolution, VarianceReport,
+};
 use std::error::Error;
 use std::io::Write;
 use std::path::Path;
@@ -57,18 +63,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     if arguments.iter().any(|a| a == "--large") {
         return large::run();
     }
-    let Some(folder) = std::env::var_os("GMLC_TEST_DATA") else {
+    let folder = std::env::var_os("GMLC_TEST_DATA").map(|folder| Path::new(&folder).join("cup"));
+    let python = std::env::var_os("GMLC_PEER_PYTHON");
+    if arguments.iter().any(|a| a == "--agreement") {
+        let python = python.ok_or("GMLC_PEER_PYTHON must name a Python with numpy (docs/benchmarks.md)")?;
+        return agreement::run(&python, folder.as_deref());
+    }
+    let Some(folder) = folder else {
         println!("skipped: GMLC_TEST_DATA is not set");
         return Ok(());
     };
-    let folder = Path::new(&folder).join("cup");
-    let path = format!("{}/examples/cup/cup.gml", env!("CARGO_MANIFEST_DIR"));
-    let script = SourceFile { text: std::fs::read_to_string(&path)?, name: path };
-    let program = compile(script, &NoFiles, &Options::default()).map_err(|_| "the cup does not compile")?.program;
+    let program = cup()?;
     let x = true_parameters(&program, &folder)?;
     let scan = read(&folder.join("cup_scan.ply"), Unit::Mm)?;
     let side = value("--side").map_or(Ok(SIDE), |side| side.parse())?;
-    let python = std::env::var_os("GMLC_PEER_PYTHON");
     let own = tempfile::tempdir()?;
     let dump = match (value("--dump"), &python) {
         (Some(path), _) => Some(path.clone()),
@@ -104,6 +112,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{count} texels, coverage {:.4}, rms {:.4} mm", s.coverage, s.weighted.rms);
         }
     }
+    stages.0.push(mutual_test(&program, &x, &scan, side)?);
     println!("{:12}{:>10}{:>12}", "stage", "wall s", "processor s");
     let mut all = (0.0, 0.0);
     for (name, wall, processor) in &stages.0 {
@@ -136,6 +145,38 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// What the mutual test takes: by how much a whole measurement takes longer with it, the least of three runs each. Both
+/// build the hierarchy over the model, which the distances of the scan's points need as well.
+fn mutual_test(
+    program: &Program,
+    x: &[f64],
+    scan: &Scan,
+    side: u32,
+) -> Result<(&'static str, f64, f64), Box<dyn Error>> {
+    let mut options = MeasureOptions::default();
+    options.resolution = Resolution::Side(side);
+    (options.max_distance, options.device) = (Some(MAX_DISTANCE), Device::Cpu);
+    // Deviations of form, which are not baked, take little time behind so long a filter.
+    options.form_cutoff = Some(1e6);
+    let mut stages = Stages::default();
+    for _ in 0..3 {
+        for matching in [Matching::All, Matching::Mutual] {
+            options.matching = matching;
+            let reference = Reference::Model { model: program, x, motion: Motion::IDENTITY };
+            stages.time(matching.name(), || variance::measure(reference, scan, None, &options, &Silent))?;
+        }
+    }
+    let [(_, wall, processor), (_, with_wall, with_processor)] = stages.0[..] else { unreachable!("two kinds") };
+    Ok(("mutual test", (with_wall - wall).max(0.0), (with_processor - processor).max(0.0)))
+}
+
+/// The paper's cup.
+fn cup() -> Result<Program, Box<dyn Error>> {
+    let path = format!("{}/examples/cup/cup.gml", env!("CARGO_MANIFEST_DIR"));
+    let script = SourceFile { text: std::fs::read_to_string(&path)?, name: path };
+    Ok(compile(script, &NoFiles, &Options::default()).map_err(|_| "the cup does not compile")?.program)
+}
+
 /// The parameters that the scan was made with.
 fn true_parameters(program: &Program, folder: &Path) -> Result<Vec<f64>, Box<dyn Error>> {
     let truth: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(folder.join("cup_truth.json"))?)?;
@@ -154,14 +195,20 @@ fn write_rays(path: &Path, texels: &Texels) -> std::io::Result<()> {
     write_floats(path, texels.position.iter().zip(&texels.normal).flat_map(ray))
 }
 
-/// Four numbers in double precision for some of the texels: where they are, and how far the scan's closest point is.
+/// Four numbers for some of the texels: where they are, and how far the scan's closest point is.
 fn write_closest(dump: &str, texels: &Texels, bvh: &Bvh) -> std::io::Result<()> {
-    let mut file = std::io::BufWriter::new(std::fs::File::create(format!("{dump}.closest"))?);
-    for position in texels.position.iter().step_by(CLOSEST_STEP) {
+    let rows = texels.position.iter().step_by(CLOSEST_STEP).flat_map(|position| {
         let distance = bvh.closest_point((*position).into(), f64::INFINITY).map_or(f64::NAN, |c| c.distance);
-        for x in position.iter().chain([&distance]) {
-            file.write_all(&x.to_ne_bytes())?;
-        }
+        position.iter().copied().chain([distance])
+    });
+    write_doubles(Path::new(&format!("{dump}.closest")), rows)
+}
+
+/// In double precision, bytes in the machine's order.
+fn write_doubles(path: &Path, values: impl Iterator<Item = f64>) -> std::io::Result<()> {
+    let mut file = std::io::BufWriter::new(std::fs::File::create(path)?);
+    for x in values {
+        file.write_all(&x.to_ne_bytes())?;
     }
     file.flush()
 }

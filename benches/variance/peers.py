@@ -9,15 +9,14 @@ count two a texel. Then every ray about which gmlc and a peer disagree is judged
 """
 
 import json
-import os
 import pathlib
-import shutil
-import subprocess
 import sys
-import tempfile
 import time
 
 import numpy as np
+
+import cloudcompare
+from judge import Judge
 
 
 def statistics(signed, limit):
@@ -62,62 +61,6 @@ def run(build, cast, rays, limit):
     return np.min(times, axis=0), signed, np.stack([outward, inward], axis=1)
 
 
-class Judge:
-    """What rays meet, in double precision: every triangle that a ray hits for certain, and every one that it may hit, when all
-    coordinates are off by up to `blur` (gmlc rounds places to single precision after the origin was moved, the peers before)."""
-
-    def __init__(self, mesh, limit):
-        vertices = np.asarray(mesh.vertices, np.float64)
-        self.corners = vertices[np.asarray(mesh.triangles)]
-        self.centers = self.corners.mean(axis=1)
-        self.radii = np.linalg.norm(self.corners - self.centers[:, None], axis=2).max(axis=1)
-        used = self.corners.reshape(-1, 3)
-        # gmlc's distance that single precision cannot tell from zero: 2^-20 of the largest coordinate from the centre.
-        self.blur = 2.0**-20 * (used.max(axis=0) - used.min(axis=0)).max() / 2
-        self.limit = limit
-
-    def hits(self, origin, direction):
-        """(nearest, farthest place, certain) of every triangle that the ray may hit; places are intervals of t."""
-        direction = direction / np.linalg.norm(direction)
-        away = self.centers - origin
-        across = away - np.outer(away @ direction, direction)
-        near = np.flatnonzero((across**2).sum(axis=1) <= (self.radii + self.blur) ** 2)
-        corners = self.corners[near] - origin
-        along = corners @ direction
-        flat = corners - along[..., None] * direction
-        # How far the ray passes each edge, on the side of the triangle where it is positive.
-        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        facing = normals @ direction
-        side = np.where(facing >= 0, 1.0, -1.0)
-        passes = []
-        for k in range(3):
-            a, b = flat[:, k], flat[:, (k + 1) % 3]
-            length = np.maximum(np.linalg.norm(b - a, axis=1), 1e-300)
-            passes.append(side * (np.cross(a, b) @ direction) / length)
-        least = np.min(passes, axis=0)
-        cosine = np.abs(facing) / np.maximum(np.linalg.norm(normals, axis=1), 1e-300)
-        certain = (least > self.blur) & (cosine > 1e-3)
-        t = np.einsum("ij,ij->i", normals, corners[:, 0]) / np.where(facing == 0, np.inf, facing)
-        off = self.blur * (1 + 1 / np.maximum(cosine, 1e-9))
-        # A triangle seen edge-on lies somewhere between its corners.
-        lowest, highest = along.min(axis=1) - self.blur, along.max(axis=1) + self.blur
-        low, high = np.maximum(t - off, lowest), np.minimum(t + off, highest)
-        edge_on = ~(low <= high)
-        low, high = np.where(edge_on, lowest, low), np.where(edge_on, highest, high)
-        possible = least > -self.blur
-        return list(zip(low[possible], high[possible], certain[possible]))
-
-    def agrees(self, hits, found):
-        """Whether a distance (infinite: nothing was hit) is that of the nearest hit ahead. What lies within the blur of the origin may
-        count as ahead or as behind."""
-        for low, high, certain in hits:
-            if certain and low > self.blur and high < min(found, self.limit) - self.blur:
-                return False
-        if not np.isfinite(found):
-            return True
-        return any(low - self.blur <= found <= high + self.blur and high >= -self.blur for low, high, _ in hits)
-
-
 def compare(name, judge, rays, theirs, ours):
     """Judges every ray for which the two differ: in whether something is hit, or by more than rounding."""
     theirs = np.where(theirs > judge.limit, np.inf, theirs).astype(np.float64)
@@ -157,31 +100,15 @@ def compare_closest(path, mesh_path):
         theirs["libigl"] = np.sqrt(igl.point_mesh_squared_distance(points, vertices, faces.astype(np.int64))[0])
     except ImportError:
         print("libigl   is not installed")
-    cloudcompare = with_cloudcompare(points, mesh_path)
-    if cloudcompare is not None:
-        theirs["CloudCompare"] = cloudcompare
+    with_cloudcompare = cloudcompare.distances(points, mesh_path)
+    if with_cloudcompare is not None:
+        theirs["CloudCompare"] = with_cloudcompare
     figures = lambda d: "  ".join(f"{x:.7f}" for x in (d.mean(), d.std(), *np.percentile(d, [5, 50, 95]), d.max()))
     print(f"{len(ours)} closest points: mean, standard deviation, percentiles 5, 50, 95, maximum; largest difference; mm")
     print(f"{'gmlc':13} {figures(ours)}")
     for name, distances in theirs.items():
         distances = distances.astype(np.float64)
         print(f"{name:13} {figures(distances)}  {np.abs(distances - ours).max():.2g}")
-
-
-def with_cloudcompare(points, mesh_path):
-    """None where there is no command of that name."""
-    command = shutil.which("CloudCompare")
-    if command is None:
-        print("CloudCompare is not installed")
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        cloud, result = pathlib.Path(folder, "points.asc"), pathlib.Path(folder, "distances.asc")
-        np.savetxt(cloud, points, fmt="%.9f")
-        options = ["-SILENT", "-AUTO_SAVE", "OFF", "-C_EXPORT_FMT", "ASC", "-PREC", "9", "-O", str(cloud), "-O", mesh_path]
-        subprocess.run([command, *options, "-C2M_DIST", "-SAVE_CLOUDS", "FILE", str(result)], check=True,
-                       stdout=subprocess.DEVNULL, env={**os.environ, "QT_QPA_PLATFORM": "offscreen"})
-        # Signed by the nearest triangle's side.
-        return np.abs(np.loadtxt(result)[:, 3])
 
 
 def open3d_scene(path):
@@ -230,7 +157,8 @@ def main():
     ours = np.fromfile(sys.argv[1] + ".found", np.float32).reshape(-1, 2)
     times = pathlib.Path(sys.argv[1] + ".times")
     times = json.loads(times.read_text()) if times.exists() else None
-    judge = Judge(o3d.io.read_triangle_mesh(sys.argv[2]), limit)
+    mesh = o3d.io.read_triangle_mesh(sys.argv[2])
+    judge = Judge(mesh.vertices, np.asarray(mesh.triangles), limit)
     wrong = 0
     for name, scene in (("open3d", open3d_scene), ("embreex", embreex_scene)):
         try:

@@ -2,6 +2,7 @@
 //! from it or faces another way would be lost without notice.
 
 use crate::bvh::Bvh;
+use crate::disjoint_sets::DisjointSets;
 use crate::mesh::{Bounds, Group, TriangleMesh};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -98,16 +99,16 @@ fn centre(mesh: &TriangleMesh, triangle: [u32; 3]) -> DVec3 {
 
 /// Groups triangles into pieces, in the order of the pieces' first triangles.
 fn pieces(scan: &TriangleMesh, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
-    let mut parent: Vec<u32> = (0..scan.positions.len() as u32).collect();
+    let mut sets = DisjointSets::new(scan.positions.len());
     for [a, b, c] in triangles {
-        join(&mut parent, *a, *b);
-        join(&mut parent, *a, *c);
+        sets.join(*a, *b);
+        sets.join(*a, *c);
     }
-    join_neighbours(scan, triangles, &mut parent);
+    join_neighbours(scan, triangles, &mut sets);
     let mut piece_of = vec![usize::MAX; scan.positions.len()];
     let mut pieces: Vec<Vec<[u32; 3]>> = Vec::new();
     for triangle in triangles {
-        let root = find(&mut parent, triangle[0]) as usize;
+        let root = sets.root(triangle[0]) as usize;
         if piece_of[root] == usize::MAX {
             piece_of[root] = pieces.len();
             pieces.push(Vec::new());
@@ -118,7 +119,7 @@ fn pieces(scan: &TriangleMesh, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
 }
 
 /// Joins vertices that are no further apart than twice the median edge.
-fn join_neighbours(scan: &TriangleMesh, triangles: &[[u32; 3]], parent: &mut [u32]) {
+fn join_neighbours(scan: &TriangleMesh, triangles: &[[u32; 3]], sets: &mut DisjointSets) {
     let at = |vertex: u32| DVec3::from(scan.positions[vertex as usize]);
     let mut edges: Vec<f64> = triangles.iter().map(|[a, b, _]| (at(*a) - at(*b)).length()).collect();
     if edges.is_empty() {
@@ -142,24 +143,10 @@ fn join_neighbours(scan: &TriangleMesh, triangles: &[[u32; 3]], parent: &mut [u3
         for near in (0..27).filter_map(|k| cells.get(&[x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1])) {
             // Only the first few of a crowded cell are compared: the others are joined to these in their own turn.
             for other in near.iter().take(CROWD).filter(|other| at(**other).distance(at(*vertex)) <= reach) {
-                join(parent, *vertex, *other);
+                sets.join(*vertex, *other);
             }
         }
     }
-}
-
-fn join(parent: &mut [u32], a: u32, b: u32) {
-    let (a, b) = (find(parent, a), find(parent, b));
-    parent[b as usize] = a;
-}
-
-/// The root of a vertex's tree; halves the path to it.
-fn find(parent: &mut [u32], mut vertex: u32) -> u32 {
-    while parent[vertex as usize] != vertex {
-        parent[vertex as usize] = parent[parent[vertex as usize] as usize];
-        vertex = parent[vertex as usize];
-    }
-    vertex
 }
 
 fn piece(mesh: &TriangleMesh, triangles: &[[u32; 3]]) -> Piece {

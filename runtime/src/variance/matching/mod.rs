@@ -1,6 +1,7 @@
 //! Whether the place of the scan that a texel's ray meets is that texel's own: beside an edge or a thin wall the ray
 //! passes its own surface and meets that of a neighbour.
 
+mod scraps;
 mod spikes;
 #[cfg(test)]
 mod tests;
@@ -11,6 +12,7 @@ use crate::model::Tessellation;
 use crate::scan::Scan;
 use glam::DVec3;
 use rayon::prelude::*;
+use scraps::scraps;
 use spikes::spikes;
 
 /// Deviations within so many standard deviations of the scan's noise are not questioned: noise alone makes a place of
@@ -65,7 +67,9 @@ pub(in crate::variance) fn refuse_foreign(
     tessellation: &Tessellation,
     model: &Bvh,
 ) -> usize {
-    let judge = Judge { deviations, kind, scan, bvh, model, chord: tessellation.chord, spikes: spikes(scan) };
+    let chord = tessellation.chord;
+    let (spikes, scraps) = (spikes(scan), scraps(&scan.mesh));
+    let judge = Judge { deviations, kind, scan, bvh, model, chord, spikes, scraps };
     let refused = (0..deviations.outward.len()).into_par_iter();
     let refused: Vec<(usize, [bool; 2])> = refused.filter_map(|i| Some((i, judge.refused(i)?))).collect();
     let count = judge.spikes.iter().filter(|spike| **spike).count();
@@ -83,6 +87,8 @@ struct Judge<'a> {
     chord: f64,
     /// By vertex of the scan, whether it is a spike.
     spikes: Vec<bool>,
+    /// By vertex of the scan, whether it is of a scrap.
+    scraps: Vec<bool>,
 }
 
 impl Judge<'_> {
@@ -108,18 +114,29 @@ impl Judge<'_> {
         if corners.iter().any(|corner| self.spikes[*corner as usize]) {
             return true;
         }
+        // The normal of a scrap is that of a few triangles, which face anywhere.
+        if self.scraps[corners[0] as usize] {
+            return self.model.closest_point(met.point, nearer).is_some();
+        }
         // Normals of vertices are means over their triangles, those of single triangles are much noisier.
         let normal = |k: usize| met.weights[k] * DVec3::from_array(mesh.normals[corners[k] as usize]);
         let Some(normal) = (0..3).map(normal).sum::<DVec3>().try_normalize() else { return false };
         let is_near = |normal| self.model.closest_point_facing(met.point, nearer, normal, ALIKE).is_some();
-        is_near(normal) || !self.scan.oriented && is_near(-normal)
+        match self.scan.oriented {
+            true => self.normal(i).dot(normal) <= 0.0 || is_near(normal),
+            false => is_near(normal) || is_near(-normal),
+        }
+    }
+
+    /// The unit normal of texel i.
+    fn normal(&self, i: usize) -> DVec3 {
+        DVec3::from_array(self.deviations.texels.normal[i].map(f64::from)).normalize_or_zero()
     }
 
     /// The place of the scan at a signed distance from texel i: on its ray, or the closest one.
     fn met(&self, i: usize, along: f64) -> Option<ClosestPoint> {
-        let texels = &self.deviations.texels;
-        let normal = DVec3::from_array(texels.normal[i].map(f64::from)).normalize_or_zero();
-        let position = DVec3::from_array(texels.position[i]);
+        let normal = self.normal(i);
+        let position = DVec3::from_array(self.deviations.texels.position[i]);
         let rounding = ROUNDING * self.deviations.precision;
         let (from, reach) = match self.kind {
             DistanceKind::Normal | DistanceKind::AveragedNormal => (position + along * normal, rounding),

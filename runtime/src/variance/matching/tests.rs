@@ -38,6 +38,8 @@ fn measured(model: &Program, scan: &Scan, matching: Matching, distance: Distance
         matching,
         distance,
         device: Device::Cpu,
+        // Deviations of form, which these tests do not use, take little time behind so long a filter.
+        form_cutoff: Some(1e6),
         ..MeasureOptions::default()
     };
     measure(reference, scan, None, &options, &Silent).unwrap()
@@ -177,4 +179,56 @@ fn spikes_are_counted_and_not_measured() {
     assert_eq!(all.spikes, 0);
     let unknown = Scan { noise: 0.0, ..scan };
     assert_eq!(measured(&model, &unknown, Matching::Mutual, DistanceKind::Normal).report.spikes, 0);
+}
+
+/// The scan of a block of 60 x 40 x 5 mm without its upper face, and a square piece of it that faces upwards inside of
+/// the block, with `cells` x `cells` pairs of triangles and normals that need not be those of its triangles.
+fn with_a_piece_inside(model: &Program, height: f64, cells: u32, normal: [f64; 3]) -> Scan {
+    let mut mesh = mesh(model);
+    let is_top = |mesh: &TriangleMesh, t: &[u32; 3]| t.iter().all(|v| mesh.positions[*v as usize][2] > 4.999);
+    let kept: Vec<[u32; 3]> = mesh.triangles.iter().filter(|t| !is_top(&mesh, t)).copied().collect();
+    let first = mesh.positions.len() as u32;
+    let side = cells + 1;
+    for k in 0..side * side {
+        mesh.positions.push([f64::from(k % side), f64::from(k / side), height]);
+        mesh.normals.push(normal);
+    }
+    mesh.triangles = kept;
+    for k in (0..side * cells).filter(|k| k % side < cells).map(|k| first + k) {
+        mesh.triangles.extend([[k, k + 1, k + side], [k + 1, k + side + 1, k + side]]);
+    }
+    (mesh.texcoords, mesh.groups) = (Vec::new(), Vec::new());
+    from_mesh(mesh, "with a piece inside").unwrap()
+}
+
+/// What faces upwards beside the base, which faces downwards, is the upper face far below its place if there is enough
+/// of it, and otherwise nothing.
+#[test]
+fn scraps_belong_to_what_they_lie_beside_whichever_way_they_face() {
+    let model = box_of(60.0, 40.0, 5.0);
+    for (cells, stays) in [(4, false), (5, true)] {
+        let scan = with_a_piece_inside(&model, 0.5, cells, [0.0, 0.0, 1.0]);
+        for distance in [DistanceKind::Normal, DistanceKind::Closest] {
+            let all = measured(&model, &scan, Matching::All, distance);
+            let mutual = measured(&model, &scan, Matching::Mutual, distance);
+            let [all, mutual] = [&all, &mutual].map(|m| part(m, "body.top").measured_area);
+            assert!(all > 0.8 * f64::from(cells * cells), "{distance:?}, {cells} cells: {all}");
+            assert_eq!(mutual, if stays { all } else { 0.0 }, "{distance:?}, {cells} cells");
+        }
+    }
+}
+
+/// Noise turns single triangles of a steep wall so that they face a texel from which the wall faces away.
+#[test]
+fn what_faces_away_by_its_mean_normal_is_refused() {
+    let model = box_of(60.0, 40.0, 5.0);
+    // By more than 60 degrees these are the normals of no face of the block but one 20 mm away.
+    for (normal, stays) in [([0.9, 0.0, 0.436], true), ([0.9, 0.0, -0.436], false)] {
+        let scan = with_a_piece_inside(&model, 2.0, 8, normal);
+        let mutual = measured(&model, &scan, Matching::Mutual, DistanceKind::Normal);
+        let all = measured(&model, &scan, Matching::All, DistanceKind::Normal);
+        let [all, mutual] = [&all, &mutual].map(|m| part(m, "body.top").measured_area);
+        assert!(all > 50.0, "{all}");
+        assert_eq!(mutual, if stays { all } else { 0.0 }, "{normal:?}");
+    }
 }
