@@ -132,6 +132,7 @@ impl Checked {
         let main = FileId::default();
         if let Some(file) = self.sources.get(main) {
             self.diagnostics.extend(lints(&syntax::parse(main, &file.text).0));
+            self.diagnostics.extend(syntax::look_alikes(main, &file.text));
         }
         if let Some(program) = &self.program {
             let reported: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();

@@ -2,7 +2,7 @@
 
 use crate::cli::DocArgs;
 use crate::error::CommandError;
-use crate::script;
+use crate::files;
 use gml_compiler::program::Failed;
 use gml_compiler::reference::{self, Document};
 use gml_compiler::source::Sources;
@@ -17,7 +17,7 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
         return Ok(());
     };
     std::fs::create_dir_all(folder)
-        .map_err(|e| CommandError::Failed(format!("{}: {}", folder.display(), script::reason(&e))))?;
+        .map_err(|e| CommandError::Failed(format!("{}: {}", folder.display(), files::reason(&e))))?;
     for page in &pages {
         let path = folder.join(&page.name);
         atomic::write(&path, page.text.as_bytes()).map_err(CommandError::failed)?;
@@ -28,7 +28,7 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
 
 /// The page of a script.
 fn page(path: &Path) -> Result<Document, CommandError> {
-    let text = script::read(path)?;
+    let text = files::read(path)?;
     let mut sources = Sources::default();
     let id = sources.add(path.display().to_string(), text.as_str());
     let title = path.file_name().unwrap_or_default().to_string_lossy();

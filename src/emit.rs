@@ -2,7 +2,7 @@
 
 use crate::cli::{EmitArgs, Stage};
 use crate::error::CommandError;
-use crate::script;
+use crate::{files, script};
 use gml_compiler::program::{EmitStage, Failed};
 use gml_compiler::source::Sources;
 use gml_compiler::syntax;
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &EmitArgs) -> Result<(), CommandError> {
 
 /// Prints the tree even if the script has syntax errors, which go to standard error and set the exit status.
 fn ast(args: &EmitArgs) -> Result<(), CommandError> {
-    let text = script::read(&args.script.model)?;
+    let text = files::read(&args.script.model)?;
     let mut sources = Sources::default();
     let id = sources.add(args.script.model.display().to_string(), text.as_str());
     let (file, diagnostics) = syntax::parse(id, &text);

@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, mesh, script, search, table};
+use crate::{dimensions, mesh, outputs, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
@@ -19,6 +19,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
+    for output in args.output.iter().chain(&args.controls.trace) {
+        let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
+        outputs::require_apart(output, inputs)?;
+    }
     let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.controls)?;
     let options = subject.options(&args.controls, &subject.program)?;
     let scan = read_scan(&args.scan)?;

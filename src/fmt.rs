@@ -2,7 +2,7 @@
 
 use crate::cli::{FmtArgs, Format};
 use crate::error::CommandError;
-use crate::script;
+use crate::files;
 use gml_compiler::format::{FormatError, format};
 use gml_compiler::program::Failed;
 use gml_compiler::source::Sources;
@@ -25,7 +25,7 @@ pub(crate) fn run(args: &FmtArgs) -> Result<(), CommandError> {
     }
     let mut report = Report::default();
     for path in &files {
-        let result = script::read(path).and_then(|text| {
+        let result = files::read(path).and_then(|text| {
             let change = Change::of(path, text)?;
             if !args.check && change.line.is_some() {
                 atomic::write(path, change.text.as_bytes()).map_err(CommandError::failed)?;
@@ -41,9 +41,9 @@ pub(crate) fn run(args: &FmtArgs) -> Result<(), CommandError> {
 fn standard(args: &FmtArgs) -> Result<(), CommandError> {
     let mut text = String::new();
     std::io::stdin()
-        .take(script::LARGEST_SCRIPT)
+        .take(files::LARGEST_TEXT)
         .read_to_string(&mut text)
-        .map_err(|e| CommandError::Failed(format!("standard input: {}", script::reason(&e))))?;
+        .map_err(|e| CommandError::Failed(format!("standard input: {}", files::reason(&e))))?;
     let path = Path::new("standard input");
     let change = Change::of(path, text)?;
     if args.check {
@@ -56,7 +56,7 @@ fn standard(args: &FmtArgs) -> Result<(), CommandError> {
 
 /// Collects the scripts in a folder and its subfolders, in the order of their names, without hidden ones.
 fn scripts(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CommandError> {
-    let failed = |e: std::io::Error| CommandError::Failed(format!("{}: {}", folder.display(), script::reason(&e)));
+    let failed = |e: std::io::Error| CommandError::Failed(format!("{}: {}", folder.display(), files::reason(&e)));
     let mut entries = std::fs::read_dir(folder).map_err(failed)?.collect::<Result<Vec<_>, _>>().map_err(failed)?;
     entries.sort_by_key(std::fs::DirEntry::file_name);
     for entry in entries {

@@ -4,8 +4,10 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::subject::Subject;
-use crate::{deviations, fit, measure, mesh};
+use crate::{deviations, fit, measure, outputs};
+use gml_runtime::export::folder::{FIT, ResultFolder};
 use gml_runtime::export::json;
+use gml_runtime::fit::FitOptions;
 use gml_runtime::inspect::{InspectError, Inspection, Origin};
 use gml_runtime::variance::{self, MeasureOptions};
 
@@ -23,32 +25,23 @@ pub(crate) fn inspect(
     options: &MeasureOptions,
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
+    let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
+    outputs::require_folder_apart(&args.output, true, inputs)?;
     let fit_options = subject.options(&args.fit, &subject.program)?;
     let scan = fit::read_scan(&args.scan)?;
     // Before the fit, which takes longer.
     variance::require_triangles(&scan)?;
-    mesh::make_folder(&args.output)?;
+    let folder = outputs::begin(&args.output)?;
     let fitting = fit::Fitting { subject, controls: &args.fit, search: &args.search, scan: &scan };
-    let (searched, fitted) = fitting.run(&fit_options, progress)?;
-    // The fit is kept even if something fails afterwards.
-    json::write(&args.output.join("fit.json"), &fitted).map_err(CommandError::failed)?;
-    fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
-    fit::unless_interrupted(&fitted)?;
-
-    let program = searched.as_ref().unwrap_or(&subject.program);
-    let inspection = Inspection::of_fit(program, fitted, &scan, options, progress);
-    let inspection = inspection.map_err(|e| match e {
-        InspectError::Measure(error) => error.into(),
-        error => CommandError::failed(error),
-    })?;
-    let origin = Origin {
-        model: &args.script.model.display().to_string(),
-        date: &chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string(),
-        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
+    let inspection = match document(&fitting, &fit_options, args, options, progress, &folder) {
+        Ok(inspection) => inspection,
+        Err(error) => {
+            progress.finish();
+            keep_fit(folder);
+            return Err(error);
+        }
     };
-    let written = inspection.write(&args.output, &scan, origin, measure::extras(&args.variance), progress);
-    progress.finish();
-    written.map_err(CommandError::failed)?;
+    folder.finish().map_err(CommandError::failed)?;
 
     let report = &inspection.measurement.report;
     // What both say of the scan is said once.
@@ -63,5 +56,47 @@ pub(crate) fn inspect(
             Err(unreliable)
         }
         (fit, deviations) => fit.and(deviations),
+    }
+}
+
+/// Fits, measures, and writes everything into a folder of results.
+fn document(
+    fitting: &fit::Fitting<'_>,
+    fit_options: &FitOptions,
+    args: &InspectArgs,
+    options: &MeasureOptions,
+    progress: &TerminalProgress,
+    folder: &ResultFolder,
+) -> Result<Inspection, CommandError> {
+    let (searched, fitted) = fitting.run(fit_options, progress)?;
+    json::write(&folder.path().join(FIT), &fitted).map_err(|e| outputs::failed_write(folder, e))?;
+    fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
+    fit::unless_interrupted(&fitted)?;
+
+    let program = searched.as_ref().unwrap_or(&fitting.subject.program);
+    let inspection = Inspection::of_fit(program, fitted, fitting.scan, options, progress);
+    let inspection = inspection.map_err(|e| match e {
+        InspectError::Measure(error) => error.into(),
+        error => CommandError::failed(error),
+    })?;
+    let origin = Origin {
+        model: &args.script.model.display().to_string(),
+        date: &chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string(),
+        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
+    };
+    let written = inspection.write(folder.path(), fitting.scan, origin, measure::extras(&args.variance), progress);
+    progress.finish();
+    written.map_err(|e| outputs::failed(folder, e))?;
+    Ok(inspection)
+}
+
+/// Keeps the fit even if something failed after it.
+fn keep_fit(folder: ResultFolder) {
+    if !folder.path().join(FIT).exists() {
+        return;
+    }
+    match folder.keep_fit() {
+        Ok(path) => eprintln!("the fit is in {}", path.display()),
+        Err(error) => eprintln!("warning: {error}"),
     }
 }

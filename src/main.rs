@@ -1,5 +1,8 @@
 //! `gmlc`, the command: one module per subcommand. Only this crate prints, reads arguments or exits.
 
+#[macro_use]
+mod print;
+
 mod check;
 mod cli;
 mod compare;
@@ -10,12 +13,14 @@ mod dimensions;
 mod doc;
 mod emit;
 mod error;
+mod files;
 mod findings;
 mod fit;
 mod fmt;
 mod inspect;
 mod measure;
 mod mesh;
+mod outputs;
 mod picture;
 mod progress;
 mod provenance;
@@ -51,7 +56,19 @@ fn main() -> ExitCode {
         Command::Compare(args) => compare::run(args),
         Command::Repl(args) => repl::run(args),
     };
-    let Err(error) = result else { return ExitCode::SUCCESS };
-    error.print();
-    ExitCode::from(error.status())
+    let status = result.map_or_else(
+        |error| {
+            error.print();
+            error.status()
+        },
+        |()| 0,
+    );
+    match print::finish() {
+        // A reader of the output has not got all of it.
+        Err(reason) if status == 0 => {
+            eprintln!("error: {reason}");
+            ExitCode::FAILURE
+        }
+        _ => ExitCode::from(status),
+    }
 }

@@ -2,6 +2,7 @@
 
 use crate::cli::MeshArgs;
 use crate::error::CommandError;
+use crate::outputs;
 use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
@@ -20,6 +21,7 @@ const CHORD: f64 = 0.02;
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     framing(args)?;
+    outputs::require_apart(&args.output, outputs::inputs([&args.script.model], args.values.params.as_ref()))?;
     let Valued { program, x, motion, .. } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     write_model(args, &program, &x, &motion)
 }

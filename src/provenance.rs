@@ -1,6 +1,6 @@
 //! What a fit says of the script that it belongs to.
 
-use crate::script::{self, FileLoader};
+use crate::files::{self, FileLoader};
 use gml_compiler::check::CheckOptions;
 use gml_compiler::program::{self, Input, Program};
 use gml_compiler::source::Sources;
@@ -24,13 +24,13 @@ impl Provenance {
 
     /// The current model of a session, which has read other texts as well, by the name of its script; or by its own,
     /// if it was entered.
-    pub(crate) fn of_current(script: &Path, entered: bool) -> Provenance {
-        let text = if entered { None } else { script::read(script).ok() };
+    pub(crate) fn of_current(script: &Path, entered: bool, loader: &FileLoader) -> Provenance {
+        let text = if entered { None } else { files::read(script).ok() };
         let sha256 = text.map(|text| {
             let mut sources = Sources::default();
             let main = sources.add(script.display().to_string(), text);
             // The check finds what the script uses, whatever the inputs.
-            program::check(&mut sources, &FileLoader, main, &BTreeMap::new(), &CheckOptions::default());
+            program::check(&mut sources, loader, main, &BTreeMap::new(), &CheckOptions::default());
             sha256(&sources)
         });
         Provenance { script: script.display().to_string(), sha256 }

@@ -2,8 +2,8 @@
 
 use crate::cli::{CompileArgs, FitControls};
 use crate::error::CommandError;
+use crate::files;
 use crate::provenance::{self, Provenance};
-use crate::script;
 use gml_compiler::check::InputValue;
 use gml_compiler::diagnostic::Code;
 use gml_compiler::program::{Failed, Input, Parameter, Program, Quantity};
@@ -26,7 +26,7 @@ pub(crate) struct SavedFit {
 impl SavedFit {
     /// Reads fit.json.
     pub(crate) fn read(path: &Path) -> Result<SavedFit, CommandError> {
-        let text = script::read(path)?;
+        let text = files::read(path)?;
         let fit = serde_json::from_str(&text)
             .map_err(|e| CommandError::Failed(format!("{}: is not a result of `gmlc fit`: {e}", path.display())))?;
         Ok(SavedFit { path: path.to_owned(), fit })

@@ -2,9 +2,9 @@
 
 use crate::cli::VirtualScanArgs;
 use crate::error::CommandError;
-use crate::mesh;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
+use crate::{mesh, outputs};
 use gml_runtime::export::json;
 use gml_runtime::model::{Fineness, Model, Tessellation};
 use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
@@ -24,6 +24,10 @@ struct TruthFile<'a> {
 }
 
 pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
+    for output in [&args.output].into_iter().chain(&args.truth) {
+        let inputs = outputs::inputs([&args.script.model], args.values.params.as_ref());
+        outputs::require_apart(output, inputs)?;
+    }
     let format = mesh::check_format(&args.output, ".obj, .ply or .stl")?;
     let scanner = Scanner {
         views: args.views as usize,

@@ -1,78 +1,17 @@
-//! Scripts from files: loading, compiling, values of parameters.
+//! Scripts from files: compiling, values of parameters.
 
 use crate::cli::{CompileArgs, ValueArgs};
 use crate::error::CommandError;
+use crate::files::{self, FileLoader};
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
 use crate::{dimensions, values};
 use gml_compiler::program::{self, Compilation, Options, Program};
-use gml_compiler::source::{Loader, SourceFile};
+use gml_compiler::source::SourceFile;
 use gml_runtime::fit::FitResult;
 use gml_runtime::model::Motion;
 use gml_runtime::workers::workers;
-use std::path::{Component, Path, PathBuf};
-
-/// The largest script in bytes: people write scripts, so that a larger file is probably not one.
-pub(crate) const LARGEST_SCRIPT: u64 = 16 << 20;
-
-/// Loads files that scripts `use`, relative to the using script.
-#[derive(Debug)]
-pub(crate) struct FileLoader;
-
-impl Loader for FileLoader {
-    fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
-        let base = Path::new(from).parent().unwrap_or_else(|| Path::new(""));
-        let full = plain(&base.join(path));
-        let text = read_text(&full)?;
-        Ok(SourceFile { name: full.display().to_string(), text })
-    }
-}
-
-/// The path without `.` and `..`, if that leads to the same file, so that a file has one name however it is used.
-fn plain(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match (part, plain.components().next_back()) {
-            (Component::CurDir, _) => {}
-            (Component::ParentDir, Some(Component::Normal(_))) => _ = plain.pop(),
-            _ => plain.push(part),
-        }
-    }
-    // Behind a symbolic link to a folder, `..` leads elsewhere.
-    match (plain.canonicalize(), path.canonicalize()) {
-        (Ok(a), Ok(b)) if a == b => plain,
-        (Err(_), Err(_)) => plain,
-        _ => path.to_owned(),
-    }
-}
-
-/// Reads the text of a script.
-pub(crate) fn read(path: &Path) -> Result<String, CommandError> {
-    read_text(path).map_err(CommandError::Failed)
-}
-
-fn read_text(path: &Path) -> Result<String, String> {
-    let shown = path.display();
-    let size = std::fs::metadata(path).map_err(|e| format!("{shown}: {}", reason(&e)))?;
-    if size.is_dir() {
-        return Err(format!("{shown}: is a folder, not a script"));
-    }
-    if size.len() > LARGEST_SCRIPT {
-        return Err(format!("{shown}: {} bytes is too large for a script (at most {LARGEST_SCRIPT})", size.len()));
-    }
-    let bytes = std::fs::read(path).map_err(|e| format!("{shown}: {}", reason(&e)))?;
-    String::from_utf8(bytes)
-        .map_err(|e| format!("{shown}: is not UTF-8 text (at byte {}); is it a script?", e.utf8_error().valid_up_to()))
-}
-
-/// The reason of an IO error in words.
-pub(crate) fn reason(e: &std::io::Error) -> String {
-    match e.kind() {
-        std::io::ErrorKind::NotFound => "there is no such file".into(),
-        std::io::ErrorKind::PermissionDenied => "permission denied".into(),
-        _ => e.to_string(),
-    }
-}
+use std::path::Path;
 
 /// Compiles a script and prints its warnings to standard error.
 pub(crate) fn compile(script: &Path, args: &CompileArgs) -> Result<Program, CommandError> {
@@ -94,12 +33,12 @@ pub(crate) fn compile_quietly(script: &Path, args: &CompileArgs) -> Result<Compi
             "{shown}: is a mesh or a scan (.{format}); the script (.gml) comes first"
         )));
     }
-    let file = SourceFile { name: shown.to_string(), text: read(script)? };
+    let file = SourceFile { name: script.display().to_string(), text: files::read(script)? };
     let mut options = Options { inputs: args.inputs.iter().cloned().collect(), ..compile_options() };
     for (name, value) in &args.limits {
         options.set_limit(name, *value).map_err(|e| CommandError::Usage(format!("--limit: {e}")))?;
     }
-    program::compile(file, &FileLoader, &options).map_err(CommandError::from)
+    program::compile(file, &FileLoader::of(script, &args.allowed), &options).map_err(CommandError::from)
 }
 
 /// Compiles a script with the inputs of a fit, if there is one, but for those that are `searched`.

@@ -4,6 +4,7 @@ use crate::error::CommandError;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use gml_compiler::check::InputValue;
 use gml_compiler::program::{Parameter, Quantity};
+use gml_compiler::syntax;
 use gml_runtime::model::{LARGEST, SMALLEST};
 use gml_runtime::variance::{DecisionRule, Resolution, Tolerance};
 
@@ -139,7 +140,7 @@ pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
 
 /// Splits `name=value`.
 pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
-    let parts = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
+    let parts = text.split_once('=').map(|(name, value)| (syntax::name(name.trim()), value.trim().to_owned()));
     parts.filter(|(name, _)| !name.is_empty()).ok_or_else(|| "expected NAME=VALUE, such as r=42mm".into())
 }
 

@@ -4,7 +4,7 @@ use crate::cli::{ValueArgs, VarianceArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
-use crate::{deviations, dimensions, fit, measure, mesh};
+use crate::{deviations, dimensions, fit, measure, outputs};
 use gml_compiler::program::Program;
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
@@ -13,6 +13,8 @@ use gml_runtime::variance::{self, MeasureOptions, Measurement, ParameterCovarian
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
+    let inputs = outputs::inputs([&args.reference, &args.scan.scan], args.values.params.as_ref());
+    outputs::require_folder_apart(&args.output, false, inputs)?;
     let extension = args.reference.extension().unwrap_or_default();
     let measured = if extension.eq_ignore_ascii_case("gml") {
         let Valued { program, x, motion, fit } = compile_valued(&args.reference, &args.compile, &args.values)?;
@@ -46,9 +48,10 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
             measured
         })
     }?;
-    mesh::make_folder(&args.output)?;
+    let folder = outputs::begin(&args.output)?;
     let extras = measure::extras(&args.controls);
-    measurement::write(&args.output, &measured, extras).map_err(CommandError::failed)?;
+    measurement::write(folder.path(), &measured, extras).map_err(|e| outputs::failed(&folder, e))?;
+    folder.finish().map_err(CommandError::failed)?;
     print!("{}", deviations::summary(&measured.report));
     deviations::judge(&measured.report)
 }

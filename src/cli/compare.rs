@@ -52,6 +52,9 @@ pub(crate) struct CompareArgs {
     /// steps=1000000 (may be repeated)
     #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
     pub(crate) limits: Vec<(String, u64)>,
+    /// Allow scripts to `use` the scripts in this folder and below, besides those in their own (may be repeated)
+    #[arg(long = "allow-path", value_name = "FOLDER")]
+    pub(crate) allowed: Vec<PathBuf>,
     /// How far from a surface to look for its counterpart [default: a tenth of the smaller surface's size]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
     pub(crate) max_distance: Option<f64>,

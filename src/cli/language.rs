@@ -186,6 +186,10 @@ pub(crate) struct ReplArgs {
     /// Take the parameters and inputs from a result of `gmlc fit`; -p overrides parameters
     #[arg(long, value_name = "FIT.json", requires = "model")]
     pub(crate) params: Option<PathBuf>,
+    /// Allow what is entered to `use` the scripts in this folder and below, besides those in the current folder and in
+    /// that of a loaded script (may be repeated)
+    #[arg(long = "allow-path", value_name = "FOLDER")]
+    pub(crate) allowed: Vec<PathBuf>,
     /// Do not load or save the history of lines
     #[arg(long)]
     pub(crate) no_history: bool,

@@ -84,6 +84,9 @@ pub(crate) struct CompileArgs {
     /// steps=1000000 (may be repeated)
     #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
     pub(crate) limits: Vec<(String, u64)>,
+    /// Allow the script to `use` the scripts in this folder and below, besides those in its own (may be repeated)
+    #[arg(long = "allow-path", value_name = "FOLDER")]
+    pub(crate) allowed: Vec<PathBuf>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]

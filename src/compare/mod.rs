@@ -5,8 +5,8 @@ mod shown;
 
 use crate::cli::{CompareArgs, Format};
 use crate::error::CommandError;
-use crate::mesh;
 use crate::progress::TerminalProgress;
+use crate::{mesh, outputs};
 use gml_runtime::compare::{self, CompareError, CompareOptions, Comparison};
 use gml_runtime::export::json;
 use operand::{Given, Operand};
@@ -30,6 +30,9 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     for given in &given {
         given.check(args)?;
+    }
+    if let Some(output) = &args.output {
+        outputs::require_apart(output, outputs::inputs([&args.a, &args.b], args.script.as_ref()))?;
     }
     let [a, b] = given.map(|given| Operand::read(&given, args));
     let [a, b] = [a?, b?];

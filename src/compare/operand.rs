@@ -215,7 +215,8 @@ impl ModelState {
         fit: Option<FitResult>,
         args: &CompareArgs,
     ) -> Result<Self, CommandError> {
-        let compile = CompileArgs { inputs: given.inputs.to_vec(), limits: args.limits.clone() };
+        let compile =
+            CompileArgs { inputs: given.inputs.to_vec(), limits: args.limits.clone(), allowed: args.allowed.clone() };
         let params = fit.is_some().then(|| given.path.to_owned());
         let values = ValueArgs { values: given.parameters.to_vec(), params };
         let valued = compile_valued(&script, &compile, &values).map_err(|error| given.rename(error))?;

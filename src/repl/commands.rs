@@ -3,7 +3,7 @@
 use super::state::{Flow, Repl};
 use super::{show, work};
 use crate::error::CommandError;
-use crate::script::{FileLoader, compile_options};
+use crate::script::compile_options;
 use crate::values;
 use gml_compiler::program::EmitStage;
 use std::path::Path;
@@ -82,7 +82,7 @@ pub(crate) const COMMANDS: &[Command] = &[
         run: |repl, rest| {
             printed(repl, |repl| {
                 let text = argument(rest, ":type r * h")?;
-                let (words, written) = repl.session.borrow_mut().type_of(text, &FileLoader)?;
+                let (words, written) = repl.session.borrow_mut().type_of(text, &repl.loader)?;
                 Ok(format!("{written} ({words})\n"))
             })
         },
@@ -96,7 +96,7 @@ pub(crate) const COMMANDS: &[Command] = &[
         run: |repl, rest| {
             printed(repl, |repl| {
                 let text = argument(rest, ":grad r * h")?;
-                Ok(show::gradient(&repl.session.borrow_mut().gradient(text, &FileLoader)?))
+                Ok(show::gradient(&repl.session.borrow_mut().gradient(text, &repl.loader)?))
             })
         },
     },
@@ -267,7 +267,7 @@ fn reload(repl: &mut Repl) -> Result<Flow, CommandError> {
 fn set(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
     repl.refresh()?;
     let (name, value) = values::assignment(rest).map_err(|why| CommandError::Usage(format!(":set {rest}: {why}")))?;
-    repl.session.borrow_mut().set(&name, &value, &FileLoader)?;
+    repl.session.borrow_mut().set(&name, &value, &repl.loader)?;
     Ok(Flow::Go)
 }
 
@@ -276,7 +276,7 @@ fn diff(repl: &mut Repl, rest: &str) -> Result<Flow, CommandError> {
         let mut session = repl.session.borrow_mut();
         let parameter = session.model().is_some_and(|m| m.parameters().iter().any(|p| p.name == rest));
         if !rest.is_empty() && !parameter {
-            return Ok(session.derivative_text(rest, &FileLoader)?);
+            return Ok(session.derivative_text(rest, &repl.loader)?);
         }
         let compiled = session.compile(&compile_options())?;
         Ok(compiled.program.derivative_text(Some(rest).filter(|r| !r.is_empty())))
@@ -289,7 +289,7 @@ fn emit(repl: &mut Repl, rest: &str, stage: EmitStage) -> Result<Flow, CommandEr
         if rest.is_empty() {
             return Ok(session.compile(&compile_options())?.program.emit(stage));
         }
-        Ok(session.emit(rest, stage, &FileLoader)?)
+        Ok(session.emit(rest, stage, &repl.loader)?)
     })
 }
 

@@ -1,8 +1,8 @@
 //! Completion of words.
 
 use super::commands::{Argument, COMMANDS, SCRIPTS};
-use crate::script::FileLoader;
 use gml_compiler::session::{Kind, Session};
+use gml_compiler::source::NoFiles;
 use gml_compiler::syntax::{Class, classes};
 use std::ops::Range;
 use std::path::{MAIN_SEPARATOR, Path};
@@ -84,7 +84,7 @@ fn members(session: &mut Session, receiver: &str, prefix: &str) -> Vec<String> {
     if value.is_empty() {
         return Vec::new();
     }
-    let fields = session.fields(value, &FileLoader);
+    let fields = session.fields(value, &NoFiles);
     let fields = matching(prefix, fields.into_iter());
     if !fields.is_empty() || prefix.is_empty() {
         return fields;
@@ -170,7 +170,6 @@ fn files(path: &str, at: usize, extensions: &[&str]) -> (usize, Vec<String>) {
 mod tests {
     use super::*;
     use gml_compiler::session::Options;
-    use gml_compiler::source::NoFiles;
 
     fn completed(line: &str) -> (usize, Vec<String>) {
         let mut session = Session::new(Options::default());

@@ -5,14 +5,15 @@ use super::{commands, show};
 use crate::cli::{CompileArgs, ReplArgs};
 use crate::diagnostics;
 use crate::error::CommandError;
+use crate::files::{self, FileLoader};
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
-use crate::script::{self, FileLoader};
+use crate::script;
 use gml_compiler::session::{Limits, Options, Session};
 use gml_compiler::source::SourceFile;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -30,6 +31,8 @@ pub(crate) struct Repl {
     pub(crate) session: Rc<RefCell<Session>>,
     /// Set by Ctrl-C.
     pub(crate) interrupt: Arc<AtomicBool>,
+    /// Reads what is used: the scripts in the current folder, in those of loaded scripts, and below.
+    pub(crate) loader: FileLoader,
     watch: Watch,
     interactive: bool,
     failed: bool,
@@ -47,7 +50,9 @@ impl Repl {
         let inputs: BTreeMap<_, _> = inputs.into_iter().collect();
         let options = Options { limits, inputs: inputs.clone(), interrupt: interrupt.clone(), ..Options::default() };
         let session = Rc::new(RefCell::new(Session::new(options)));
-        let mut repl = Repl { session, interrupt, watch: Watch::default(), interactive, failed: false };
+        let mut loader = FileLoader::default();
+        std::iter::once(Path::new(".")).chain(args.allowed.iter().map(PathBuf::as_path)).for_each(|f| loader.allow(f));
+        let mut repl = Repl { session, interrupt, loader, watch: Watch::default(), interactive, failed: false };
         if let Some(path) = &args.model {
             repl.load(path)?;
         }
@@ -62,7 +67,7 @@ impl Repl {
             repl.take_values(&fit, &given, &known)?;
         }
         for (name, value) in &args.values {
-            repl.session.borrow_mut().set(name, value, &FileLoader)?;
+            repl.session.borrow_mut().set(name, value, &repl.loader)?;
         }
         Ok(repl)
     }
@@ -105,7 +110,7 @@ impl Repl {
 
     fn enter(&mut self, text: &str) -> Result<(), CommandError> {
         self.refresh()?;
-        let answers = self.session.borrow_mut().enter(text, &FileLoader)?;
+        let answers = self.session.borrow_mut().enter(text, &self.loader)?;
         self.warn();
         self.watch.files(&self.session.borrow().files());
         print!("{}", show::answers(&answers, &self.session.borrow()));
@@ -114,8 +119,9 @@ impl Repl {
 
     /// Loads a script.
     pub(crate) fn load(&mut self, path: &Path) -> Result<(), CommandError> {
-        let file = SourceFile { name: path.display().to_string(), text: script::read(path)? };
-        let answers = self.session.borrow_mut().load(file, &FileLoader)?;
+        let file = SourceFile { name: path.display().to_string(), text: files::read(path)? };
+        self.loader.allow(files::folder_of(path));
+        let answers = self.session.borrow_mut().load(file, &self.loader)?;
         self.warn();
         self.watch.files(&self.session.borrow().files());
         print!("{}", show::answers(&answers, &self.session.borrow()));
@@ -126,7 +132,7 @@ impl Repl {
     pub(crate) fn reload(&mut self) -> Result<(), CommandError> {
         // Errors of a file are reported once for each change of it.
         self.watch.update();
-        self.session.borrow_mut().reload(&FileLoader)?;
+        self.session.borrow_mut().reload(&self.loader)?;
         self.warn();
         self.watch.files(&self.session.borrow().files());
         Ok(())

@@ -7,9 +7,9 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
-use crate::script::{FileLoader, compile_options};
+use crate::script::compile_options;
 use crate::subject::Subject;
-use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing};
+use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing, outputs};
 use clap::{CommandFactory, Parser};
 use gml_compiler::program::{Limits, Program};
 use gml_runtime::export::json;
@@ -100,6 +100,9 @@ pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: FitLine = parsed(words(rest)?)?;
     let (subject, controls) = subject(repl, line.controls, line.params.as_deref())?;
+    if let Some(output) = &line.output {
+        outputs::require_apart(output, outputs::inputs([&line.scan.scan], line.params.as_ref()))?;
+    }
     let options = subject.options(&controls, &subject.program)?;
     let scan = fitting::read_scan(&line.scan)?;
     let progress = TerminalProgress::until(repl.interrupt.clone());
@@ -142,8 +145,8 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 pub(crate) fn time(repl: &mut Repl, text: &str) -> Result<(), CommandError> {
     let interrupt = repl.interrupt.clone();
     let mut session = repl.session.borrow_mut();
-    let native = session.native(text, Limits::default(), &FileLoader)?;
-    let compile = fastest(1, || session.native(text, Limits::default(), &FileLoader).is_ok())
+    let native = session.native(text, Limits::default(), &repl.loader)?;
+    let compile = fastest(1, || session.native(text, Limits::default(), &repl.loader).is_ok())
         .ok_or_else(CommandError::interrupted)?;
     let stopped = |e| CommandError::Failed(format!("the evaluation was stopped: {e:?}"));
     native.run().map_err(stopped)?;
@@ -202,7 +205,7 @@ fn script(repl: &Repl) -> PathBuf {
 fn subject(repl: &Repl, given: FitControls, params: Option<&Path>) -> Result<(Subject, FitControls), CommandError> {
     let (program, x) = program(repl)?;
     let script = ScriptArgs { model: script(repl), compile: CompileArgs::default() };
-    let provenance = Provenance::of_current(&script.model, repl.session.borrow().model_file().is_none());
+    let provenance = Provenance::of_current(&script.model, repl.session.borrow().model_file().is_none(), &repl.loader);
     let saved = params.map(SavedFit::read).transpose()?;
     if let Some(saved) = &saved {
         saved.require_same_inputs(&program)?;

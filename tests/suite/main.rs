@@ -15,6 +15,8 @@ mod interrupt;
 mod nist;
 mod prose;
 mod repl;
+#[cfg(unix)]
+mod robust;
 mod saved;
 mod search;
 mod support;

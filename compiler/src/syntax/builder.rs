@@ -5,7 +5,7 @@
 
 use super::ast::*;
 use super::layout::too_deep;
-use super::{NESTING_LIMIT, depth, literal, spanned};
+use super::{NESTING_LIMIT, characters, depth, literal, spanned};
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::operators::Compare;
 use crate::source::{FileId, Span};
@@ -95,7 +95,7 @@ impl<'t> Builder<'t> {
 // Leaves.
 impl Builder<'_> {
     pub(in crate::syntax) fn ident(&self, l: u32, r: u32) -> Ident {
-        Ident { text: self.slice(l, r).to_owned(), span: self.span(l, r) }
+        Ident { text: characters::name(self.slice(l, r)), span: self.span(l, r) }
     }
 
     pub(in crate::syntax) fn part_path(&self, l: u32, name: Ident, r: u32) -> PartPath {

@@ -4,6 +4,7 @@
 //! All brackets of the result match, and are nested at most [`NESTING_LIMIT`] deep. A bracket that was added for that
 //! has an empty span.
 
+use super::characters::directions;
 use super::lexer::lex;
 use super::token::Token;
 use super::{NESTING_LIMIT, spanned};
@@ -21,6 +22,7 @@ pub(crate) struct Lexeme {
 /// The tokens of a file.
 pub(crate) fn layout(file: FileId, text: &str) -> (Vec<Lexeme>, Vec<Diagnostic>) {
     let (raw, mut diagnostics) = lex(file, text);
+    diagnostics.extend(directions(file, text));
     let mut layout = Layout::new(file, text);
     let fits = layout.run(&raw);
     if fits && !layout.open.is_empty() {

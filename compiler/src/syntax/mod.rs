@@ -10,6 +10,7 @@
 
 pub mod ast;
 mod builder;
+mod characters;
 mod classes;
 mod depth;
 mod foreign;
@@ -26,6 +27,7 @@ mod tolerance;
 #[cfg(test)]
 mod tests;
 
+pub use characters::{look_alikes, name};
 pub use classes::{Class, classes};
 pub(crate) use print::use_text;
 pub use print::{print, type_text};

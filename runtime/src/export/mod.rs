@@ -3,6 +3,7 @@
 pub mod atomic;
 pub mod colormap;
 pub mod escape;
+pub mod folder;
 mod glyphs;
 pub mod image;
 pub mod json;

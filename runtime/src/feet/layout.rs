@@ -5,6 +5,7 @@ use super::domain::Domain;
 use super::facets::Facets;
 use super::gauge::{Gauge, Lines};
 use super::tree::{Tree, triangle_closest};
+use super::tuning::FARTHEST;
 use crate::mesh::Bounds;
 use crate::model::{Instance, Model};
 use glam::DVec3;
@@ -128,7 +129,8 @@ impl Layout {
         of_patch.map(distance).fold(0.0, f64::max).sqrt()
     }
 
-    /// Evaluates every vertex; those of a patch that fails are NaN. Returns the number of patches that failed.
+    /// Evaluates every vertex; those of a patch that fails, or that reaches beyond [`FARTHEST`], are NaN. Returns the
+    /// number of such patches.
     fn place(&self, instance: &dyn Instance, positions: &mut [[f64; 3]]) -> usize {
         let mut absent = 0;
         for (patch, grid) in self.grids.iter().enumerate() {
@@ -136,7 +138,8 @@ impl Layout {
             if out.is_empty() {
                 continue;
             }
-            if instance.points_grid(patch, &grid.u.at, &grid.v.at, out).is_err() {
+            let is_beyond = |point: &[f64; 3]| !point.iter().all(|c| c.abs() <= FARTHEST);
+            if instance.points_grid(patch, &grid.u.at, &grid.v.at, out).is_err() || out.iter().any(is_beyond) {
                 out.fill([f64::NAN; 3]);
                 absent += 1;
             }

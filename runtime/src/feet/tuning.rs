@@ -13,6 +13,11 @@ pub(super) const MOST_CELLS: f64 = 48.0;
 pub(super) const LEAST_CURVATURE_CELLS: usize = 3;
 pub(super) const MOST_STRETCHES: usize = 400;
 
+/// Millimetres: a million kilometres from the origin, where coordinates in double precision are 0.0001 mm apart.
+/// Georeferenced coordinates are below 1e10 mm. Surface beyond is taken for absent: cells and squares of distances are
+/// exact to nothing there.
+pub(super) const FARTHEST: f64 = 1e12;
+
 // ------------------------------------------------------------------------------------------------------ Nearest facets
 
 /// Facets that a search lists for the slack. Where more are within reach, nothing is known of the slack.

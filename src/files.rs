@@ -1,0 +1,190 @@
+//! Text files: scripts, what they use, and fits.
+
+use crate::error::CommandError;
+use gml_compiler::source::{Loader, SourceFile};
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::{Component, Path, PathBuf};
+
+/// The largest text in bytes: people write scripts, so that a larger file is probably not one.
+pub(crate) const LARGEST_TEXT: u64 = 16 << 20;
+
+/// Loads the scripts that scripts `use`, relative to the using script: only those in folders that are allowed, so that
+/// a script from elsewhere cannot read, and quote in its messages, whatever its user may read.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FileLoader {
+    /// Without links.
+    folders: Vec<PathBuf>,
+}
+
+impl FileLoader {
+    /// What a script may use: the scripts in its own folder and below, and those in the folders of `--allow-path`.
+    pub(crate) fn of(script: &Path, allowed: &[PathBuf]) -> Self {
+        let mut loader = Self::default();
+        loader.allow(folder_of(script));
+        allowed.iter().for_each(|folder| loader.allow(folder));
+        loader
+    }
+
+    /// Allows the scripts in a folder and below; none where it does not exist.
+    pub(crate) fn allow(&mut self, folder: &Path) {
+        self.folders.extend(folder.canonicalize());
+    }
+}
+
+impl Loader for FileLoader {
+    fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
+        let full = plain(&folder_of(Path::new(from)).join(path));
+        let is_script = |path: &Path| path.extension().is_some_and(|e| e == "gml");
+        let real = full.canonicalize().map_err(|e| format!("{}: {}", full.display(), reason(&e)))?;
+        if !is_script(&full) || !is_script(&real) {
+            return Err(format!("{}: is not a script (.gml)", full.display()));
+        }
+        // Links are followed first: what lies elsewhere is elsewhere.
+        if !self.folders.iter().any(|folder| real.starts_with(folder)) {
+            return Err(format!(
+                "{}: is outside of the script's folder; `--allow-path {}` allows it",
+                full.display(),
+                folder_of(&real).display()
+            ));
+        }
+        let text = read_text(&full)?;
+        Ok(SourceFile { name: full.display().to_string(), text })
+    }
+}
+
+/// The folder of a file.
+pub(crate) fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|parent| *parent != Path::new("")).unwrap_or_else(|| Path::new("."))
+}
+
+/// The path without `.` and `..`, if that leads to the same file, so that a file has one name however it is used.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match (part, plain.components().next_back()) {
+            (Component::CurDir, _) => {}
+            (Component::ParentDir, Some(Component::Normal(_))) => _ = plain.pop(),
+            _ => plain.push(part),
+        }
+    }
+    // Behind a symbolic link to a folder, `..` leads elsewhere.
+    match (plain.canonicalize(), path.canonicalize()) {
+        (Ok(a), Ok(b)) if a == b => plain,
+        (Err(_), Err(_)) => plain,
+        _ => path.to_owned(),
+    }
+}
+
+/// Reads a text.
+pub(crate) fn read(path: &Path) -> Result<String, CommandError> {
+    read_text(path).map_err(CommandError::Failed)
+}
+
+fn read_text(path: &Path) -> Result<String, String> {
+    let failed = |e: &std::io::Error| format!("{}: {}", path.display(), reason(e));
+    // Looked at before it is opened: opening a pipe waits for its writer.
+    let about = std::fs::metadata(path).map_err(|e| failed(&e))?;
+    if about.is_dir() {
+        return Err(format!("{}: is a folder, not a file", path.display()));
+    }
+    if !about.is_file() {
+        return Err(format!("{}: is a pipe or a device; save its contents to a file first", path.display()));
+    }
+    let mut bytes = Vec::new();
+    // What grows while it is read has no end.
+    File::open(path).and_then(|file| file.take(LARGEST_TEXT + 1).read_to_end(&mut bytes)).map_err(|e| failed(&e))?;
+    if bytes.len() as u64 > LARGEST_TEXT {
+        return Err(format!("{}: has more than {} MiB, too much for a text", path.display(), LARGEST_TEXT >> 20));
+    }
+    text(bytes).map_err(|what| format!("{}: {what}", path.display()))
+}
+
+/// The text of a file's bytes, without a byte-order mark.
+pub(crate) fn text(mut bytes: Vec<u8>) -> Result<String, String> {
+    match bytes[..] {
+        [0xef, 0xbb, 0xbf, ..] => _ = bytes.drain(..3),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
+            return Err("is a text in UTF-16; save it as UTF-8".to_owned());
+        }
+        _ => {}
+    }
+    String::from_utf8(bytes).map_err(|e| {
+        let place = e.utf8_error().valid_up_to();
+        if e.as_bytes().contains(&0) {
+            format!("is not a text (byte {} is not UTF-8, and there are zeros)", place + 1)
+        } else {
+            format!("is not a text in UTF-8 (byte {}); save it as UTF-8", place + 1)
+        }
+    })
+}
+
+/// The reason of an IO error in words.
+pub(crate) fn reason(e: &std::io::Error) -> String {
+    match e.kind() {
+        ErrorKind::NotFound => "there is no such file".into(),
+        ErrorKind::PermissionDenied => "permission denied".into(),
+        _ => e.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_utf_8_whatever_mark_they_begin_with() {
+        assert_eq!(text(b"\xef\xbb\xbfmodel".to_vec()).unwrap(), "model");
+        assert_eq!(text("größe".into()).unwrap(), "größe");
+        assert!(text(b"\xff\xfem\0".to_vec()).unwrap_err().contains("UTF-16"));
+        assert!(text(b"gr\xf6\xdfe".to_vec()).unwrap_err().contains("byte 3"));
+        assert!(text(b"\x7fELF\0\xff".to_vec()).unwrap_err().contains("is not a text ("));
+    }
+
+    #[test]
+    fn scripts_use_what_is_below_them() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(&path, "let a = 1").unwrap();
+            path
+        };
+        let main = write("model/main.gml");
+        let from = main.display().to_string();
+        write("model/parts/knob.gml");
+        write("library/shared.gml");
+        write("model/notes.txt");
+        let loader = FileLoader::of(&main, &[]);
+        assert!(loader.load("parts/knob.gml", &from).is_ok());
+        assert!(loader.load("parts/../parts/knob.gml", &from).is_ok());
+        // From a file below, the script's own folder is allowed still.
+        assert!(loader.load("../main.gml", &folder.path().join("model/parts/knob.gml").display().to_string()).is_ok());
+        let outside = loader.load("../library/shared.gml", &from).unwrap_err();
+        assert!(outside.contains("outside of the script's folder") && outside.contains("--allow-path"), "{outside}");
+        assert!(loader.load("notes.txt", &from).unwrap_err().contains("not a script"));
+        assert!(loader.load("/etc/passwd", &from).unwrap_err().contains("not a script"));
+        let allowed = FileLoader::of(&main, &[folder.path().join("library")]);
+        assert!(allowed.load("../library/shared.gml", &from).is_ok());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_nowhere_else_and_pipes_are_no_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let main = folder.path().join("model/main.gml");
+        std::fs::create_dir(folder.path().join("model")).unwrap();
+        let secret = folder.path().join("secret.txt");
+        std::fs::write(&secret, "password").unwrap();
+        std::os::unix::fs::symlink(&secret, folder.path().join("model/link.gml")).unwrap();
+        std::os::unix::fs::symlink(folder.path(), folder.path().join("model/up")).unwrap();
+        std::fs::write(folder.path().join("other.gml"), "let a = 1").unwrap();
+        let loader = FileLoader::of(&main, &[]);
+        let from = main.display().to_string();
+        assert!(loader.load("link.gml", &from).unwrap_err().contains("not a script"));
+        assert!(loader.load("up/other.gml", &from).unwrap_err().contains("outside"));
+        for device in ["/dev/zero", "/dev/null"] {
+            assert!(read_text(Path::new(device)).unwrap_err().contains("a pipe or a device"));
+        }
+    }
+}

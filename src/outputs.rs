@@ -1,0 +1,68 @@
+//! What a command writes never replaces what it reads, and a folder of results is that of one run.
+
+use crate::error::CommandError;
+use gml_runtime::export::atomic::WriteError;
+use gml_runtime::export::folder::{self, ResultFolder};
+use gml_runtime::export::measurement::DocumentError;
+use std::path::{Path, PathBuf};
+
+/// Refuses an output file that is one of the files that are read.
+pub(crate) fn require_apart<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<(), CommandError> {
+    let Ok(real) = output.canonicalize() else { return Ok(()) };
+    match inputs.into_iter().find(|input| input.canonicalize().is_ok_and(|input| input == real)) {
+        Some(_) => Err(CommandError::usage(format!(
+            "{}: is an input, which the output would replace; name another file",
+            output.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses a folder of results in which one of the files that are read would be replaced; `fit.json` only is if
+/// `writes_fit`.
+pub(crate) fn require_folder_apart<'a>(
+    output: &Path,
+    writes_fit: bool,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), CommandError> {
+    let Ok(target) = output.canonicalize() else { return Ok(()) };
+    let is_replaced = |input: &&Path| {
+        let Ok(real) = input.canonicalize() else { return false };
+        let name = real.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        real.parent() == Some(&target) && folder::is_result(name) && (writes_fit || name != folder::FIT)
+    };
+    match inputs.into_iter().find(is_replaced) {
+        Some(input) => Err(CommandError::usage(format!(
+            "{}: is an input, which the results in `{}` would replace; name another folder (-o)",
+            input.display(),
+            output.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Begins a result in a folder.
+pub(crate) fn begin(output: &Path) -> Result<ResultFolder, CommandError> {
+    ResultFolder::begin(output).map_err(CommandError::failed)
+}
+
+/// An error of a file in a folder of results, which names the file where the user would look for it.
+pub(crate) fn failed(folder: &ResultFolder, error: DocumentError) -> CommandError {
+    match error {
+        DocumentError::Write(error) => failed_write(folder, error),
+        error => CommandError::failed(error),
+    }
+}
+
+/// The same of one file.
+pub(crate) fn failed_write(folder: &ResultFolder, error: WriteError) -> CommandError {
+    CommandError::failed(folder.place(error))
+}
+
+/// The files that a command reads, of which some may not have been given.
+pub(crate) fn inputs<'a>(
+    given: impl IntoIterator<Item = &'a PathBuf>,
+    optional: Option<&'a PathBuf>,
+) -> impl Iterator<Item = &'a Path> {
+    given.into_iter().chain(optional).map(PathBuf::as_path)
+}

@@ -1,0 +1,76 @@
+//! Printing that does not end the program where standard output or error cannot be written to, as on a full disk: the
+//! standard macros panic. `main` asks at the end whether all was printed. Names from files, comments and paths may hold
+//! characters that a terminal obeys; they are written out.
+
+use std::borrow::Cow;
+use std::fmt::Arguments;
+use std::io::{ErrorKind, Write};
+use std::sync::OnceLock;
+
+/// Why standard output could not be written to, the first time.
+static FAILED: OnceLock<ErrorKind> = OnceLock::new();
+
+/// Prints to standard output.
+pub(crate) fn output(text: Arguments) {
+    note(std::io::stdout().write_all(visible(&std::fmt::format(text)).as_bytes()));
+}
+
+/// Prints to standard error. Where that fails nobody can be told.
+pub(crate) fn error(text: Arguments) {
+    styled(&visible(&std::fmt::format(text)));
+}
+
+/// Prints to standard error a text that may have colours, and no other control characters.
+pub(crate) fn styled(text: &str) {
+    _ = std::io::stderr().write_all(text.as_bytes());
+}
+
+/// A text whose control characters are written out, as JSON has them, but for line ends and tabs.
+pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+    let is_control = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    if !text.contains(is_control) {
+        return Cow::Borrowed(text);
+    }
+    let mut out = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_control(c) { out.push_str(&format!("\\u{:04x}", u32::from(c))) } else { out.push(c) }
+    }
+    Cow::Owned(out)
+}
+
+/// Whether all of standard output could be printed.
+pub(crate) fn finish() -> Result<(), String> {
+    note(std::io::stdout().flush());
+    FAILED.get().map_or(Ok(()), |kind| Err(format!("standard output cannot be written to: {kind}")))
+}
+
+fn note(result: std::io::Result<()>) {
+    if let Err(error) = result {
+        _ = FAILED.set(error.kind());
+    }
+}
+
+macro_rules! print {
+    ($($text:tt)*) => { $crate::print::output(format_args!($($text)*)) };
+}
+
+macro_rules! println {
+    () => { $crate::print::output(format_args!("\n")) };
+    ($($text:tt)*) => { $crate::print::output(format_args!("{}\n", format_args!($($text)*))) };
+}
+
+macro_rules! eprintln {
+    () => { $crate::print::error(format_args!("\n")) };
+    ($($text:tt)*) => { $crate::print::error(format_args!("{}\n", format_args!($($text)*))) };
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_obeys_is_written_out() {
+        assert_eq!(visible("a\u{1b}[31mb\u{7}\u{9b}c\r größe\n\t"), "a\\u001b[31mb\\u0007\\u009bc\\u000d größe\n\t");
+        assert!(matches!(visible("größe\n"), Cow::Borrowed(_)));
+    }
+}

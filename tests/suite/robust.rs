@@ -1,0 +1,229 @@
+//! What a command may not do whatever it is given: replace what it reads, read what it was not given, mix two results,
+//! or end in a panic.
+
+use crate::support::{fails, gmlc, gmlc_in, text};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+use tempfile::{TempDir, tempdir};
+
+const BALL: &str = "model ball {
+  param r: length in 5mm..50mm = 20mm
+  part p = sphere(r)
+}
+";
+
+/// A folder with a script, a scan of it, and a fit.
+fn ball() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    fs::write(folder.path().join("ball.gml"), BALL).expect("written");
+    gmlc(folder.path(), &["scan", "ball.gml", "--spacing", "3mm", "-o", "scan.ply"]);
+    gmlc(folder.path(), &["fit", "ball.gml", "scan.ply", "-o", "fit.json"]);
+    folder
+}
+
+fn read(folder: &Path, name: &str) -> Vec<u8> {
+    fs::read(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+#[test]
+fn inputs_are_never_replaced() {
+    let folder = ball();
+    let at = folder.path();
+    fs::create_dir(at.join("out")).expect("a folder");
+    fs::copy(at.join("scan.ply"), at.join("out/unmatched.ply")).expect("copied");
+    fs::copy(at.join("fit.json"), at.join("out/fit.json")).expect("copied");
+    std::os::unix::fs::symlink("ball.gml", at.join("link.gml")).expect("a link");
+    let before: Vec<Vec<u8>> = ["ball.gml", "scan.ply", "fit.json"].map(|name| read(at, name)).into();
+    let wrong: [&[&str]; 9] = [
+        &["fit", "ball.gml", "scan.ply", "-o", "scan.ply"],
+        &["fit", "ball.gml", "scan.ply", "-o", "./out/../ball.gml"],
+        &["fit", "link.gml", "scan.ply", "-o", "ball.gml"],
+        &["fit", "ball.gml", "scan.ply", "--params", "fit.json", "-o", "fit.json"],
+        &["fit", "ball.gml", "scan.ply", "--trace", "scan.ply"],
+        &["scan", "ball.gml", "-o", "new.ply", "--truth", "ball.gml"],
+        &["compare", "fit.json", "scan.ply", "-o", "fit.json"],
+        &["inspect", "ball.gml", "out/unmatched.ply", "-o", "out"],
+        &["inspect", "ball.gml", "scan.ply", "--params", "out/fit.json", "-o", "out"],
+    ];
+    for args in wrong {
+        let error = fails(at, args, 2);
+        assert!(error.contains("is an input"), "{args:?}: {error}");
+    }
+    let after: Vec<Vec<u8>> = ["ball.gml", "scan.ply", "fit.json"].map(|name| read(at, name)).into();
+    assert!(before == after && !at.join("new.ply").exists());
+    // The fit that a measurement begins from may stand in its folder: it is not replaced.
+    gmlc(at, &["variance", "ball.gml", "scan.ply", "--params", "out/fit.json", "-o", "out", "--resolution", "64"]);
+    assert_eq!(read(at, "out/fit.json"), read(at, "fit.json"));
+}
+
+#[test]
+fn what_is_no_file_is_not_read() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("ball.gml"), BALL).expect("written");
+    let made = Command::new("mkfifo").arg(at.join("pipe.gml")).status().expect("mkfifo");
+    assert!(made.success());
+    for args in [
+        ["check", "/dev/zero"],
+        ["check", "/dev/urandom"],
+        ["check", "pipe.gml"],
+        ["fmt", "/dev/zero"],
+        ["doc", "/dev/zero"],
+    ] {
+        let begun = Instant::now();
+        let error = fails(at, &args, 1);
+        assert!(error.contains("a pipe or a device") && begun.elapsed() < Duration::from_secs(5), "{args:?}: {error}");
+    }
+    let error = fails(at, &["check", "ball.gml", "--params", "/dev/zero"], 1);
+    assert!(error.contains("a pipe or a device"), "{error}");
+}
+
+#[test]
+fn scripts_read_scripts_in_their_folder_only() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    for (name, content) in [
+        ("library/size.gml", "let size = 20mm\n"),
+        ("secret.txt", "hunter2\n"),
+        ("model/secret.gml", ""),
+        ("model/outside.gml", "use \"../library/size.gml\" (size)\nmodel m { part p = sphere(size) }\n"),
+        ("model/text.gml", "use \"../secret.txt\" (a)\nmodel m { part p = sphere(a) }\n"),
+        ("model/linked.gml", "use \"secret.gml\" (a)\nmodel m { part p = sphere(a) }\n"),
+        ("model/absolute.gml", "use \"/etc/passwd\" (a)\nmodel m { part p = sphere(a) }\n"),
+    ] {
+        let path = at.join(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        fs::write(path, content).expect("written");
+    }
+    fs::remove_file(at.join("model/secret.gml")).expect("removed");
+    std::os::unix::fs::symlink("../secret.txt", at.join("model/secret.gml")).expect("a link");
+    let error = fails(at, &["check", "model/outside.gml"], 1);
+    assert!(error.contains("outside of the script's folder") && error.contains("--allow-path"), "{error}");
+    gmlc(at, &["check", "model/outside.gml", "--allow-path", "library"]);
+    for script in ["model/text.gml", "model/linked.gml", "model/absolute.gml"] {
+        let error = fails(at, &["check", script], 1);
+        assert!(error.contains("is not a script") && !error.contains("hunter2") && !error.contains("root:"), "{error}");
+    }
+}
+
+#[test]
+fn a_full_disk_is_an_error_and_no_panic() {
+    if !Path::new("/dev/full").exists() {
+        println!("skipped: there is no /dev/full");
+        return;
+    }
+    let folder = ball();
+    let commands: [&[&str]; 6] = [
+        &["check", "ball.gml"],
+        &["diff", "ball.gml"],
+        &["doc", "ball.gml"],
+        &["fit", "ball.gml", "scan.ply"],
+        &["check", "ball.gml", "--format", "json"],
+        &["check", "absent.gml"],
+    ];
+    for args in commands {
+        for (out, err) in [(true, false), (false, true), (true, true)] {
+            let full = || Stdio::from(fs::File::options().write(true).open("/dev/full").expect("/dev/full"));
+            let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
+            command.args(args).current_dir(folder.path());
+            command.stdout(if out { full() } else { Stdio::piped() });
+            command.stderr(if err { full() } else { Stdio::piped() });
+            let output = command.spawn().and_then(std::process::Child::wait_with_output).expect("gmlc");
+            let (status, said) = (output.status.code(), text(&output.stderr));
+            let expected = i32::from(out || args[1] == "absent.gml");
+            assert!(status == Some(expected) && !said.contains("panicked"), "{args:?}: {status:?} {said}");
+            assert!(err || !out || args[1] == "absent.gml" || said.contains("standard output"), "{args:?}: {said}");
+        }
+    }
+}
+
+#[test]
+fn what_a_terminal_obeys_does_not_reach_it() {
+    let folder = tempdir().expect("a folder");
+    let script = "/// A \u{1b}[31mred\u{1b}[0m ball.\u{9b}2J\nmodel ball {\n  /// \u{1b}]0;title\u{7}\n  param r: length in 5mm..50mm = 20mm\n  part p = sphere(r) + nothing \u{1b}[2J\n}\n";
+    fs::write(folder.path().join("wrong.gml"), script).expect("written");
+    fs::write(folder.path().join("right.gml"), script.replace(" + nothing \u{1b}[2J", "")).expect("written");
+    let strange = "no\u{1b}[31m.gml";
+    for args in [["check", "wrong.gml"], ["check", "right.gml"], ["doc", "right.gml"], ["check", strange]] {
+        let output = gmlc_in(folder.path(), &args);
+        for said in [text(&output.stdout), text(&output.stderr)] {
+            let found = said.chars().find(|c| c.is_control() && !matches!(c, '\n' | '\t'));
+            assert!(found.is_none(), "{args:?}: {found:?} in {said:?}");
+        }
+    }
+}
+
+/// The files of a result, by name, without the seconds that work took.
+fn result(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files: Vec<(String, Vec<u8>)> = fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry"))
+        .filter(|entry| entry.file_type().expect("a type").is_file())
+        .map(|entry| (entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path()).expect("read")))
+        .collect();
+    files.sort();
+    files
+}
+
+/// Runs over an earlier result that are killed at moments all over their time leave it whole, or their own.
+#[test]
+fn a_killed_run_leaves_one_result() {
+    const KILLS: u32 = 12;
+    let folder = ball();
+    let at = folder.path();
+    let args =
+        |tolerance| ["inspect", "ball.gml", "scan.ply", "-o", "out", "--resolution", "64", "--tolerance", tolerance];
+    gmlc_in(at, &args("0.7125mm"));
+    let earlier = result(&at.join("out"));
+    let begun = Instant::now();
+    gmlc_in(at, &args("0.9375mm"));
+    let time = begun.elapsed();
+    let is_of = |files: &[(String, Vec<u8>)], tolerance: &str| {
+        let of = |name: &str| files.iter().find(|file| file.0 == name).map(|file| text(&file.1)).unwrap_or_default();
+        of("variance.json").contains(tolerance) && of("report.html").contains(tolerance)
+    };
+    gmlc_in(at, &args("0.7125mm"));
+    for k in 0..KILLS {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
+        command.args(args("0.9375mm")).current_dir(at).stdout(Stdio::null()).stderr(Stdio::null());
+        let mut child = command.spawn().expect("gmlc");
+        std::thread::sleep(time * (k + 1) / (KILLS + 1));
+        _ = child.kill();
+        _ = child.wait();
+        let files = result(&at.join("out"));
+        let names: Vec<&str> = files.iter().map(|file| file.0.as_str()).collect();
+        assert_eq!(names, earlier.iter().map(|file| file.0.as_str()).collect::<Vec<_>>(), "after {k}");
+        assert!(is_of(&files, "0.7125") != is_of(&files, "0.9375"), "after {k}: files of two runs");
+        if is_of(&files, "0.9375") {
+            gmlc_in(at, &args("0.7125mm"));
+        }
+    }
+}
+
+#[test]
+fn a_model_that_is_huge_or_far_away_is_no_panic() {
+    let folder = ball();
+    let scripts = [
+        "model pole { param k: real in 0.01..1 = 1\n param r: length in 5mm..50mm = 20mm\n part q = sphere(r / (k - 0.5) ^ 40) }",
+        "model far { param x: length in 0mm..1e21mm = 1e19mm\n param r: length in 5mm..50mm = 20mm\n part q = |u, v| (x + r * cos(u * 1turn), r * sin(u * 1turn), v * 30mm) }",
+        "model huge { param r: length in 5mm..1e300mm = 1e200mm\n part q = sphere(r) }",
+    ];
+    for script in scripts {
+        fs::write(folder.path().join("odd.gml"), script).expect("written");
+        let output = gmlc_in(folder.path(), &["fit", "odd.gml", "scan.ply"]);
+        let said = text(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 1 | 4)) && !said.contains("panicked"), "{script}: {said}");
+    }
+}
+
+#[test]
+fn texts_with_marks_and_in_other_encodings_are_read_or_named() {
+    let folder = tempdir().expect("a folder");
+    let utf_16: Vec<u8> = [0xfeff].into_iter().chain(BALL.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    fs::write(folder.path().join("marked.gml"), [b"\xef\xbb\xbf", BALL.as_bytes()].concat()).expect("written");
+    fs::write(folder.path().join("wide.gml"), utf_16).expect("written");
+    gmlc(folder.path(), &["check", "marked.gml"]);
+    assert!(fails(folder.path(), &["check", "wide.gml"], 1).contains("UTF-16"));
+}
