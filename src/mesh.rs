@@ -121,7 +121,7 @@ pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
 }
 
 /// Creates a folder for outputs.
-pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
+fn make_folder(folder: &Path) -> Result<(), CommandError> {
     std::fs::create_dir_all(folder)
         .map_err(|e| CommandError::Failed(format!("{}: the folder cannot be created: {e}", folder.display())))
 }
