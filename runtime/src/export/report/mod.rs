@@ -2,6 +2,7 @@
 
 mod histogram;
 mod measures;
+mod relations;
 mod surface;
 mod tables;
 #[cfg(test)]
