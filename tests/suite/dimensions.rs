@@ -177,8 +177,9 @@ const BOLT: &str = "model bolt {
   part shaft = cylinder(8mm, 30mm)
   part foot = flip(disc(8mm))
   part head = cylinder(15mm, 15mm).translate((off, 0mm, 30mm))
-  part collar = flip(revolve(|t| (mix(8mm, 15mm, t), 0mm))).translate((off, 0mm, 30mm))
-  part dome = revolve(|t| (15mm * cos(t * 90deg), 45mm + 15mm * sin(t * 90deg))).translate((off, 0mm, 0mm))
+  part collar = revolve(|t| (mix(8mm, 15mm, t), 0mm)).translate((off, 0mm, 30mm))
+  part shoulder = revolve(|t| (mix(15mm, 10mm, t), 45mm)).translate((off, 0mm, 0mm))
+  part dome = revolve(|t| (10mm * cos(t * 90deg), 45mm + 10mm * sin(t * 90deg))).translate((off, 0mm, 0mm))
   part fin = |u, v| (8mm + u * 4mm, sin(u * 200deg) * 1mm, 4mm + v * 4mm)
 }
 ";
@@ -208,6 +209,7 @@ fn parts_lie_to_a_datum() {
         ("head", "coaxiality", 1.0),
         ("head", "parallelism", 0.0),
         ("collar", "perpendicularity", 0.0),
+        ("shoulder", "perpendicularity", 0.0),
         ("dome", "concentricity", 1.0),
     ] {
         let found = relations.iter().find(|r| r["part"] == part && r["characteristic"] == characteristic);
@@ -217,7 +219,7 @@ fn parts_lie_to_a_datum() {
         assert!(number(&found["model"]) < 1e-6 && number(&found["noise_alone"]) > 0.0, "{found}");
     }
     // Of the fin, which has no form, nothing is said.
-    assert_eq!(relations.len(), 5, "{datum}");
+    assert_eq!(relations.len(), 6, "{datum}");
     let head = relations.iter().find(|r| r["characteristic"] == "coaxiality").expect("one");
     let [x, y, z] = [0, 1, 2].map(|k| number(&head["place"][k]));
     assert!((x - 0.5).abs() < 0.1 && y.abs() < 0.1 && (29.9..=45.1).contains(&z), "{head}");

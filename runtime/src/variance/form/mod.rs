@@ -16,8 +16,6 @@ mod noise;
 mod relation;
 mod revolved;
 mod roundness;
-#[cfg(test)]
-mod scanned;
 mod shape;
 mod smooth;
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! Deviations of form, and relations to a datum, on virtual scans of objects that are known.
 //!
-//! All cases: `cargo test --release -p gml-runtime --lib form::scanned -- --ignored --nocapture`.
+//! All cases: `cargo test --release -p gml-runtime --lib form::tests::scanned -- --ignored --nocapture`.
 
-use super::{FormDeviation, Relation};
 use crate::model::{Fineness, Model, Motion, Tessellation};
 use crate::progress::Silent;
 use crate::scan::from_mesh;
 use crate::simulate::{ExactSurface, Scanner, scan_exact};
 use crate::variance::{Device, MeasureOptions, Reference, Resolution, VarianceReport, measure};
+use crate::variance::{FormDeviation, Relation, WithoutNoise};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use std::collections::BTreeMap;
@@ -66,8 +66,9 @@ model bolt {
   part shaft = cylinder(8mm, 30mm)
   part foot = flip(disc(8mm))
   part head = head_frame(cylinder(15mm, 15mm))
-  part collar = head_frame(flip(revolve(|t| (mix(8mm, 15mm, t), 0mm))))
-  part dome = head_frame(revolve(|t| (15mm * cos(t * 90deg), 15mm + 15mm * sin(t * 90deg))))
+  part collar = head_frame(revolve(|t| (mix(8mm, 15mm, t), 0mm)))
+  part shoulder = head_frame(revolve(|t| (mix(15mm, 10mm, t), 15mm)))
+  part dome = head_frame(revolve(|t| (10mm * cos(t * 90deg), 15mm + 10mm * sin(t * 90deg))))
 }";
 
 fn compiled(text: &str) -> Program {
@@ -200,8 +201,9 @@ fn known_offsets_are_found_in_scans() {
         for (part, characteristic, truth) in true_relations(off) {
             let found = relation(&relations, part, characteristic);
             let (width, uncertainty) = (found.without_noise.corrected, found.without_noise.uncertainty);
-            // The narrow collar shows its direction no better than that.
-            let allowed = (0.1 * truth + noise / 3.0).max(if part == "collar" { 3.0 * uncertainty } else { 0.0 });
+            // Directions of small discs are no better known than that.
+            let direction = if characteristic == "perpendicularity" { 3.0 * uncertainty } else { 0.0 };
+            let allowed = (0.1 * truth + noise / 3.0).max(direction);
             assert!(
                 (width - truth).abs() <= allowed,
                 "{characteristic} of {part}: {width} +- {uncertainty}, not {truth}"
@@ -215,13 +217,13 @@ fn known_offsets_are_found_in_scans() {
 #[test]
 #[ignore = "the table of decision 0051: minutes"]
 fn uncertainties_are_the_scatter_of_known_offsets() {
-    let rounds = 40_u64;
+    let rounds = 20_u64;
     let program = compiled(BOLT);
     for (off, noise) in KNOWN.into_iter().flat_map(|off| NOISE.into_iter().map(move |noise| (off, noise))) {
         let all: Vec<Vec<Relation>> = (0..rounds).map(|seed| bolt(&program, off, noise, seed)).collect();
         for (part, characteristic, truth) in true_relations(off) {
             let found: Vec<_> = all.iter().map(|r| relation(r, part, characteristic).without_noise).collect();
-            let mean = |of: &dyn Fn(&super::WithoutNoise) -> f64| found.iter().map(of).sum::<f64>() / rounds as f64;
+            let mean = |of: &dyn Fn(&WithoutNoise) -> f64| found.iter().map(of).sum::<f64>() / rounds as f64;
             let good = found.iter().filter(|w| (w.corrected - truth).abs() <= 0.1 * truth + noise / 3.0).count();
             let centre = mean(&|w| w.corrected);
             println!(
