@@ -4,8 +4,8 @@ use crate::error::CommandError;
 use crate::{dimensions, table};
 use gml_runtime::export::measurement::UNMATCHED;
 use gml_runtime::variance::{
-    Agreement, LimitsBasis, Outcome, PartStatistics, PointDistances, PointStatistics, Statistics, Tolerance,
-    UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
+    Agreement, DatumRelations, LimitsBasis, Outcome, PartStatistics, PointDistances, PointStatistics, Relation,
+    Statistics, Tolerance, UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
 };
 
 /// The tables and sentences of a report.
@@ -49,6 +49,7 @@ pub(crate) fn summary(report: &VarianceReport) -> String {
     out.push_str(&dimensions::by_points(report));
     out.push_str(&explained(&report.parts));
     out.push_str(&forms(&report.parts));
+    out.push_str(&report.datum.as_ref().map_or_else(String::new, relations));
     if let Some(holes) = &report.holes {
         out.push_str(&format!(
             "closed {} hole{} of the scan up to {} mm across ({} mm2, in filled.ply), left {} rims open; {} mm2 of the model look at closed holes\n",
@@ -249,6 +250,39 @@ fn forms(parts: &[PartStatistics]) -> String {
     }
     let headings = ["part", "form", "minimum zone", "noise alone", "without noise", "cut-off", "left out"];
     format!("\n{}", table::render(&headings, &rows))
+}
+
+/// How the parts lie to the datum.
+fn relations(datum: &DatumRelations) -> String {
+    let row = |r: &Relation| {
+        let WithoutNoise { noise_alone, corrected, uncertainty } = r.without_noise;
+        let [x, y, z] = r.place.map(table::number);
+        let mut cells = vec![r.part.clone(), r.characteristic.clone()];
+        cells.extend([r.model, r.value, noise_alone].map(table::number));
+        cells.extend([
+            format!("{} +- {}", table::number(corrected), table::number(uncertainty)),
+            format!("({x}, {y}, {z})"),
+        ]);
+        cells
+    };
+    let mut out = String::new();
+    if !datum.relations.is_empty() {
+        let to = format!("to {}", datum.part);
+        let headings = ["part", &to, "model", "by points", "noise alone", "without noise", "at"];
+        let rows: Vec<Vec<String>> = datum.relations.iter().map(row).collect();
+        out.push_str(&format!("\n{}", table::render(&headings, &rows)));
+    }
+    if datum.relations.is_empty() && datum.unmeasured.is_empty() {
+        out.push_str(&format!("no other part has a form that {} could be the datum of\n", datum.part));
+    }
+    if !datum.unmeasured.is_empty() {
+        out.push_str(&format!(
+            "too little was measured for a place to {}: {}\n",
+            datum.part,
+            datum.unmeasured.join(", ")
+        ));
+    }
+    out
 }
 
 fn sign(x: f64) -> &'static str {

@@ -31,6 +31,11 @@ pub(crate) fn inspect(
     let scan = fit::read_scan(&args.scan)?;
     // Before the fit, which takes longer.
     variance::require_triangles(&scan)?;
+    // A search may end with a model of other parts.
+    if args.search.is_empty() {
+        let parts: Vec<String> = subject.program.parts().iter().map(|part| part.name.clone()).collect();
+        variance::require_datum(options.datum.as_deref(), &parts, |_| true)?;
+    }
     let folder = outputs::begin(&args.output)?;
     let fitting = fit::Fitting { subject, controls: &args.fit, search: &args.search, scan: &scan };
     let inspection = match document(&fitting, &fit_options, args, options, progress, &folder) {

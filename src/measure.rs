@@ -18,6 +18,7 @@ pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, Com
         return Err(CommandError::usage("--averaging-width requires --distance averaged-normal"));
     }
     options.form_cutoff = controls.form_cutoff;
+    options.datum.clone_from(&controls.datum);
     options.fill_holes = controls.fill_holes;
     options.tolerance = controls.tolerance;
     options.verdict.rule = controls.decision;
@@ -38,6 +39,7 @@ impl From<MeasureError> for CommandError {
     fn from(error: MeasureError) -> Self {
         match error {
             MeasureError::AveragingWidth { .. } => Self::usage(format!("--averaging-width: {error}")),
+            MeasureError::Datum { .. } => Self::usage(format!("--datum: {error}")),
             MeasureError::MaxDistance { .. } => Self::usage(format!("--max-distance: {error}")),
             _ => Self::failed(error),
         }

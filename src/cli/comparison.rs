@@ -177,6 +177,10 @@ pub(crate) struct VarianceControls {
     /// between the scan's points, at most a fifth of the part]
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
     pub(crate) form_cutoff: Option<f64>,
+    /// The part that is the datum: coaxiality, concentricity, parallelism and perpendicularity of the other parts to it
+    /// are reported (ISO 1101)
+    #[arg(long, value_name = "PART")]
+    pub(crate) datum: Option<String>,
     /// Close holes of the scan up to this size, such as 5mm: rays do not pass through them, and texels that look at
     /// them count as filled, not as measured
     #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]

@@ -171,3 +171,72 @@ fn the_table_of_a_script_has_measures_with_derivatives() {
         "{page}"
     );
 }
+
+const BOLT: &str = "model bolt {
+  param off: length = 0mm
+  part shaft = cylinder(8mm, 30mm)
+  part foot = flip(disc(8mm))
+  part head = cylinder(15mm, 15mm).translate((off, 0mm, 30mm))
+  part collar = revolve(|t| (mix(8mm, 15mm, t), 0mm)).translate((off, 0mm, 30mm))
+  part shoulder = revolve(|t| (mix(15mm, 10mm, t), 45mm)).translate((off, 0mm, 0mm))
+  part dome = revolve(|t| (10mm * cos(t * 90deg), 45mm + 10mm * sin(t * 90deg))).translate((off, 0mm, 0mm))
+  part fin = |u, v| (8mm + u * 4mm, sin(u * 200deg) * 1mm, 4mm + v * 4mm)
+}
+";
+
+/// A head that is 0.5 mm off its shaft, measured from a model in which it is not.
+#[test]
+fn parts_lie_to_a_datum() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    fs::write(folder.join("bolt.gml"), BOLT).expect("written");
+    let scan = ["scan", "bolt.gml", "-p", "off=0.5mm", "--noise", "0.1mm", "--spacing", "1mm", "--no-pose"];
+    gmlc(folder, &[&scan[..], &["-o", "bolt.ply"]].concat());
+    let variance = |options: &[&str]| -> Vec<String> {
+        let args = ["variance", "bolt.gml", "bolt.ply", "--device", "cpu", "--resolution", "256", "-o", "out"];
+        [&args[..], options].concat().into_iter().map(str::to_owned).collect()
+    };
+    let run = |args: Vec<String>| gmlc_in(folder, &args.iter().map(String::as_str).collect::<Vec<_>>());
+    let output = run(variance(&["--datum", "shaft"]));
+    let said = text(&output.stdout);
+    assert!(output.status.success() && said.contains("to shaft") && said.contains("coaxiality"), "{said}");
+    let datum = json(&folder.join("out/variance.json"))["datum"].clone();
+    assert_eq!((&datum["part"], &datum["shape"]), (&"shaft".into(), &"cylinder".into()));
+    let relations = datum["relations"].as_array().expect("relations");
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("a number, not {value}"));
+    for (part, characteristic, truth) in [
+        ("foot", "perpendicularity", 0.0),
+        ("head", "coaxiality", 1.0),
+        ("head", "parallelism", 0.0),
+        ("collar", "perpendicularity", 0.0),
+        ("shoulder", "perpendicularity", 0.0),
+        ("dome", "concentricity", 1.0),
+    ] {
+        let found = relations.iter().find(|r| r["part"] == part && r["characteristic"] == characteristic);
+        let found = found.unwrap_or_else(|| panic!("{characteristic} of {part} in {datum}"));
+        let [corrected, uncertainty] = ["corrected", "uncertainty"].map(|field| number(&found[field]));
+        assert!((corrected - truth).abs() < 4.0 * uncertainty && uncertainty < 0.08, "{found}");
+        assert!(number(&found["model"]) < 1e-6 && number(&found["noise_alone"]) > 0.0, "{found}");
+    }
+    // Of the fin, which has no form, nothing is said.
+    assert_eq!(relations.len(), 6, "{datum}");
+    let head = relations.iter().find(|r| r["characteristic"] == "coaxiality").expect("one");
+    let [x, y, z] = [0, 1, 2].map(|k| number(&head["place"][k]));
+    assert!((x - 0.5).abs() < 0.1 && y.abs() < 0.1 && (29.9..=45.1).contains(&z), "{head}");
+
+    for (name, reason) in [
+        ("shafd", "--datum: there is no part `shafd`; `shaft` is similar"),
+        ("fin", "--datum: `fin` is no plane, sphere, cylinder, cone or other surface of revolution"),
+    ] {
+        let output = run(variance(&["--datum", name]));
+        let error = text(&output.stderr);
+        assert!(output.status.code() == Some(2) && error.contains(reason), "{error}");
+    }
+    // Before the fit, which would take longer.
+    let error = fails(folder, &["inspect", "bolt.gml", "bolt.ply", "--datum", "shafd", "-o", "out"], 2);
+    assert!(error.contains("`shaft` is similar"), "{error}");
+    let inspect = ["inspect", "bolt.gml", "bolt.ply", "--device", "cpu", "--resolution", "256", "--datum", "shaft"];
+    gmlc(folder, &[&inspect[..], &["-o", "out"]].concat());
+    let report = fs::read_to_string(folder.join("out/report.html")).expect("a report");
+    assert!(report.contains("<h3>Datum shaft</h3>") && report.contains("concentricity"), "no table");
+}

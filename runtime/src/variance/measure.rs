@@ -7,7 +7,7 @@ use super::cast::{self, Cast};
 use super::contradicted::contradicted;
 use super::detection::detect;
 use super::explained::explain;
-use super::form::{ScanNoise, form_deviations, point_measures, recognise};
+use super::form::{Members, Recognised, ScanNoise, form_deviations, point_measures, recognise, relations, unfit};
 use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
 use super::nothing::{self, Misfit};
@@ -65,6 +65,8 @@ pub struct MeasureOptions {
     /// Cut-off of the filter behind which deviations of form are measured, in millimetres; by default nine distances
     /// between the scan's points, at most a fifth of the part.
     pub form_cutoff: Option<f64>,
+    /// The part to which coaxiality, concentricity, parallelism and perpendicularity of the others are measured.
+    pub datum: Option<String>,
     /// How it is decided whether parts conform to their tolerances.
     pub verdict: VerdictOptions,
     /// The device that casts the rays.
@@ -85,6 +87,7 @@ impl Default for MeasureOptions {
             fill_holes: None,
             tolerance: None,
             form_cutoff: None,
+            datum: None,
             verdict: VerdictOptions::default(),
             device: Device::Auto,
             sensitivity_maps: false,
@@ -158,6 +161,12 @@ pub enum MeasureError {
         /// The widest band. Millimetres.
         most: f64,
     },
+    /// The part that was named cannot be a datum.
+    #[error("{reason}")]
+    Datum {
+        /// A sentence about the part.
+        reason: String,
+    },
     /// The maximum distance is not well above a tolerance.
     #[error(
         "{max_distance} mm is too close to the tolerance of {limit} mm: what is farther away is not measured, and no reason to reject a part; at least {least:.3}mm here"
@@ -230,6 +239,7 @@ pub fn measure(
     let Surface { mut tessellation, mut texels, notices, seconds, buried, parametrised, inverted, .. } = surface;
     // Forms are those of the surface itself, before normals are averaged.
     let shapes = recognise(&texels);
+    require_datum(options.datum.as_deref(), &texels.part_names, |part| shapes[part].is_some())?;
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
     let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
     deviations.cosine = cosine;
@@ -269,9 +279,7 @@ pub fn measure(
     let conformance = grounds.assess(&mut report);
     let forms = form_deviations(&deviations, &shapes, noise_of(scan), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
-    if let Reference::Model { model, x, .. } = reference {
-        report.point_measures = point_measures(model, x, &deviations, &shapes, &scan.mesh, &bvh);
-    }
+    add_members(&mut report, reference, &deviations, &shapes, (scan, &bvh), options.datum.as_deref());
     let points_started = Instant::now();
     let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, scan.noise)).collect();
     let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
@@ -341,6 +349,47 @@ pub fn require_triangles(scan: &Scan) -> Result<(), MeasureError> {
         return Err(MeasureError::PointCloud { path: scan.source.path.clone() });
     }
     Ok(())
+}
+
+/// Whether a part of a name, if there is a name, can be a datum. `has_form` says whether a part has a form.
+///
+/// # Errors
+/// [`MeasureError::Datum`].
+pub fn require_datum(
+    name: Option<&str>,
+    parts: &[String],
+    has_form: impl Fn(usize) -> bool,
+) -> Result<(), MeasureError> {
+    let reason = name.and_then(|name| unfit(name, parts, has_form));
+    reason.map_or(Ok(()), |reason| Err(MeasureError::Datum { reason }))
+}
+
+/// Adds what the points of the parts show of the script's measures, and of how the parts lie to the datum.
+fn add_members(
+    report: &mut VarianceReport,
+    reference: Reference<'_>,
+    deviations: &Deviations,
+    shapes: &[Option<Recognised>],
+    (scan, bvh): (&Scan, &Bvh),
+    datum: Option<&str>,
+) {
+    let measured = match reference {
+        Reference::Model { model, x, .. } => model.measures().iter().any(|m| !m.parts.is_empty()).then_some((model, x)),
+        Reference::Mesh(_) => None,
+    };
+    if measured.is_none() && datum.is_none() {
+        return;
+    }
+    let members = Members::new(deviations, shapes, &scan.mesh, bvh);
+    if let Some((model, x)) = measured {
+        report.point_measures = point_measures(model, x, &members);
+    }
+    if let Some(name) = datum {
+        report.datum = relations(&members, name);
+        if report.datum.is_none() {
+            report.warnings.push(format!("nothing can be said of the datum: too little of `{name}` was measured"));
+        }
+    }
 }
 
 /// The maximum distance in millimetres: as `requested`, or a tenth of the model's `size` and what the tolerances need.

@@ -35,10 +35,13 @@ pub use detection::{Detection, ParameterCovariance};
 pub use deviations::Deviations;
 pub(crate) use distribution::{Distribution, Sample};
 pub use explained::{Explanation, ParameterEffect};
-pub use form::{Characteristic, FormDeviation, PointMeasure, Roundness, Shape, Straightness, WithoutNoise, Zone};
+pub use form::{
+    Characteristic, DatumRelations, FormDeviation, PointMeasure, Relation, Roundness, Shape, Straightness,
+    WithoutNoise, Zone,
+};
 pub use holes::HoleSummary;
 pub use matching::Matching;
-pub use measure::{MeasureError, MeasureOptions, Measurement, measure, require_triangles};
+pub use measure::{MeasureError, MeasureOptions, Measurement, measure, require_datum, require_triangles};
 pub use moments::{Moments, Percentiles, SignedMoments};
 pub(crate) use orientation::{Facings, enclosed_volume, turn};
 pub use points::{LargestDistance, MeasuredPoints, PartPoints, PointDistance, PointDistances, PointStatistics};

@@ -5,8 +5,8 @@ use super::moments::null_as_nan;
 use super::statistics::PartTexels;
 use super::texel_widths::TexelSizes;
 use super::{
-    Conformance, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary, Matching,
-    OverallVerdict, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
+    Conformance, DatumRelations, Detection, Deviations, DimensionVerdict, Explanation, FormDeviation, HoleSummary,
+    Matching, OverallVerdict, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
 use crate::scan::ScanSource;
@@ -63,6 +63,9 @@ pub struct VarianceReport {
     /// The measures of the script that name parts, by the measured points of these, in the script's order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub point_measures: Vec<PointMeasure>,
+    /// How the other parts lie to the one that is the datum, if one was named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub datum: Option<DatumRelations>,
     /// The distances of the scan's points from the exact surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<PointDistances>,
@@ -232,6 +235,7 @@ impl VarianceReport {
             verdict: None,
             measures: Vec::new(),
             point_measures: Vec::new(),
+            datum: None,
             points: None,
             parts,
             groups,

@@ -3,6 +3,7 @@
 mod agreement;
 mod histogram;
 mod measures;
+mod relations;
 mod surface;
 mod tables;
 #[cfg(test)]

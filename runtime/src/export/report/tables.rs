@@ -1,6 +1,7 @@
 //! The report's tables.
 
 use super::measures::{by_points, measures};
+use super::relations::relations;
 use crate::export::escape::escape;
 use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
 use crate::model::Motion;
@@ -169,6 +170,9 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
     by_points(variance, &mut out);
     explained(variance, &mut out);
     forms(variance, &mut out);
+    if let Some(datum) = &variance.datum {
+        relations(datum, &mut out);
+    }
     if let Some(holes) = &variance.holes {
         let _ = writeln!(
             out,

@@ -5,12 +5,16 @@
 //! that suit it best: by least squares, and by the narrowest zone (minimum zone, ISO 1101; Chebyshev approximation).
 //! From the widths is taken what noise adds to them.
 
+mod associated;
 mod datum;
 mod figure;
 mod filter;
 mod grid;
 mod linear;
+mod members;
 mod noise;
+mod relation;
+mod revolved;
 mod roundness;
 mod shape;
 mod smooth;
@@ -20,8 +24,11 @@ mod zone;
 
 pub use figure::PointMeasure;
 pub(super) use figure::point_measures;
+pub(super) use members::Members;
 pub(super) use noise::ScanNoise;
 pub use noise::WithoutNoise;
+pub use relation::{DatumRelations, Relation};
+pub(super) use relation::{relations, unfit};
 pub use shape::Shape;
 pub(super) use shape::{Recognised, recognise};
 

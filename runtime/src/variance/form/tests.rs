@@ -1,3 +1,7 @@
+//! Deviations of form of deviations that are known.
+
+mod scanned;
+
 use super::linear::{Row, chebyshev};
 use super::{FormDeviation, Roundness, ScanNoise, Shape, form_deviations, recognise};
 use crate::model::{Atlas, Model, Motion, Texels};

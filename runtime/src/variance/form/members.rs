@@ -1,0 +1,138 @@
+//! The points of the scan that belong to each part.
+
+use super::Recognised;
+use super::UNTURNED;
+use super::datum::Datum;
+use super::filter::Place;
+use crate::bvh::Bvh;
+use crate::mesh::TriangleMesh;
+use crate::variance::Deviations;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+/// Texels that are looked at for the scan's points: of a texture of 1024 x 1024 every fourth, where a point of the scan
+/// has some sixteen.
+const LOOKED_AT: usize = 250_000;
+
+/// Texels of each part from which its surface in the model is found.
+const EXACT_SAMPLES: usize = 500;
+
+/// A point of the scan, and the place of the part that is nearest to it among those that looked for the scan.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Member {
+    pub(super) point: DVec3,
+    pub(super) place: Place,
+}
+
+/// The parts with the points of the scan that belong to them.
+pub(in crate::variance) struct Members<'d> {
+    deviations: &'d Deviations,
+    shapes: &'d [Option<Recognised>],
+    of_parts: Vec<Vec<Member>>,
+    /// By part, its texels.
+    texels: Vec<Vec<usize>>,
+}
+
+impl<'d> Members<'d> {
+    /// `shapes` are the forms of the parts, `bvh` the hierarchy over the scan.
+    pub(in crate::variance) fn new(
+        deviations: &'d Deviations,
+        shapes: &'d [Option<Recognised>],
+        mesh: &TriangleMesh,
+        bvh: &Bvh,
+    ) -> Self {
+        let of_parts = of_parts(deviations, shapes.len(), mesh, bvh);
+        Self { deviations, shapes, of_parts, texels: deviations.texels.samples_of_parts(usize::MAX) }
+    }
+
+    /// The names of the parts.
+    pub(super) fn names(&self) -> &'d [String] {
+        &self.deviations.texels.part_names
+    }
+
+    /// The form of a part.
+    pub(super) fn shape(&self, part: usize) -> Option<&'d Recognised> {
+        self.shapes.get(part)?.as_ref()
+    }
+
+    /// The start of the fit of a part's surface to its points; none for general surfaces of revolution.
+    pub(super) fn datum(&self, part: usize) -> Option<Datum> {
+        self.shape(part)?.datum()
+    }
+
+    /// A part's points with their places.
+    pub(super) fn of(&self, part: usize) -> &[Member] {
+        &self.of_parts[part]
+    }
+
+    /// A part's points.
+    pub(super) fn points(&self, part: usize) -> Vec<DVec3> {
+        self.of(part).iter().map(|member| member.point).collect()
+    }
+
+    /// Points of a part's surface in the model: the middles of all of its texels.
+    pub(super) fn surface(&self, part: usize) -> impl Iterator<Item = DVec3> {
+        self.texels[part].iter().map(|i| DVec3::from(self.deviations.texels.position[*i]))
+    }
+
+    /// Some of these, from which the surface is found.
+    pub(super) fn exact(&self, part: usize) -> Vec<DVec3> {
+        let step = self.texels[part].len().div_ceil(EXACT_SAMPLES).max(1);
+        self.surface(part).step_by(step).collect()
+    }
+}
+
+/// The scan's points by part: those that are the nearest corner of a triangle that texels of one part see, and none of
+/// another. Between points distances are interpolated, along chords of what is curved; the points themselves are not.
+fn of_parts(deviations: &Deviations, parts: usize, mesh: &TriangleMesh, bvh: &Bvh) -> Vec<Vec<Member>> {
+    let texels = &deviations.texels;
+    let step = texels.len().div_ceil(LOOKED_AT).max(1);
+    let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let seen = |i: usize| {
+        let along = f64::from(deviations.along(i));
+        let place = Place { position: DVec3::from(texels.position[i]), normal: vector(texels.normal[i]) };
+        let met = place.displaced(along);
+        let triangle = mesh.triangles.get(bvh.closest_point(met, deviations.max_distance)?.triangle as usize)?;
+        let at = |vertex: &u32| DVec3::from(mesh.positions[*vertex as usize]);
+        let far = |vertex: &u32| at(vertex).distance_squared(met);
+        let nearest = triangle.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        // Averaged normals are not the surface's.
+        let turned = deviations.cosine.get(i).is_some_and(|c| *c < UNTURNED);
+        let aside = (at(nearest) - place.position).reject_from_normalized(place.normal).length();
+        Some((*nearest, Candidate { part: texels.part[i], aside: if turned { f64::INFINITY } else { aside }, place }))
+    };
+    let indices: Vec<usize> = (0..texels.len()).step_by(step).filter(|i| !deviations.signed(*i).is_nan()).collect();
+    let seen: Vec<(u32, Candidate)> = indices.into_par_iter().filter_map(seen).collect();
+    let mut owners: HashMap<u32, Candidate> = HashMap::new();
+    for (vertex, candidate) in seen {
+        let owner = owners.entry(vertex).or_insert(candidate);
+        if owner.part != candidate.part {
+            owner.part = SEVERAL;
+        } else if candidate.aside < owner.aside {
+            *owner = candidate;
+        }
+    }
+    let mut owned: Vec<(u32, Candidate)> = owners.into_iter().filter(|(_, owner)| owner.part != SEVERAL).collect();
+    // The order of sums must not be that of a hash.
+    owned.sort_unstable_by_key(|(vertex, _)| *vertex);
+    let mut members = vec![Vec::new(); parts];
+    for (vertex, owner) in owned {
+        if let Some(members) = members.get_mut(owner.part as usize) {
+            members.push(Member { point: DVec3::from(mesh.positions[vertex as usize]), place: owner.place });
+        }
+    }
+    members
+}
+
+/// The part of vertices that texels of several parts see.
+const SEVERAL: u32 = u32::MAX;
+
+/// A texel that sees a vertex.
+#[derive(Clone, Copy)]
+struct Candidate {
+    part: u32,
+    /// How far its normal passes the vertex; infinite where that is not the surface's own. Millimetres.
+    aside: f64,
+    place: Place,
+}
