@@ -219,3 +219,9 @@ model m {
   part p = |u, v| (r * [1, 2, 3][stop_floor(u * 4)], r * v, 0mm)
 }
 fn stop_floor(x) = floor(stop(x))
+// --- a name that looks like another one
+model m {
+  let radius = 10mm
+  let rаdius = 20mm
+  part p = sphere(radius + rаdius)
+}
