@@ -100,14 +100,10 @@ fn read_text(path: &Path) -> Result<String, String> {
     text(bytes).map_err(|what| format!("{}: {what}", path.display()))
 }
 
-/// The text of a file's bytes, without a byte-order mark.
-pub(crate) fn text(mut bytes: Vec<u8>) -> Result<String, String> {
-    match bytes[..] {
-        [0xef, 0xbb, 0xbf, ..] => _ = bytes.drain(..3),
-        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => {
-            return Err("is a text in UTF-16; save it as UTF-8".to_owned());
-        }
-        _ => {}
+/// The text of a file's bytes. A byte-order mark of UTF-8 stays: places in the text are places in the file.
+pub(crate) fn text(bytes: Vec<u8>) -> Result<String, String> {
+    if let [0xff, 0xfe, ..] | [0xfe, 0xff, ..] = bytes[..] {
+        return Err("is a text in UTF-16; save it as UTF-8".to_owned());
     }
     String::from_utf8(bytes).map_err(|e| {
         let place = e.utf8_error().valid_up_to();
@@ -133,8 +129,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn texts_are_utf_8_whatever_mark_they_begin_with() {
-        assert_eq!(text(b"\xef\xbb\xbfmodel".to_vec()).unwrap(), "model");
+    fn texts_are_utf_8() {
+        assert_eq!(text(b"\xef\xbb\xbfmodel".to_vec()).unwrap(), "\u{feff}model");
         assert_eq!(text("größe".into()).unwrap(), "größe");
         assert!(text(b"\xff\xfem\0".to_vec()).unwrap_err().contains("UTF-16"));
         assert!(text(b"gr\xf6\xdfe".to_vec()).unwrap_err().contains("byte 3"));
