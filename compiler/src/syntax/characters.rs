@@ -7,7 +7,7 @@ use super::spanned;
 use super::token::Token;
 use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::source::FileId;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use unicode_normalization::{UnicodeNormalization, is_nfc};
 use unicode_security::skeleton;
 
@@ -38,11 +38,16 @@ pub fn look_alikes(file: FileId, text: &str) -> Vec<Diagnostic> {
     if text.is_ascii() {
         return Vec::new();
     }
+    // Names by what they look like; each is warned of once.
     let mut seen: HashMap<String, String> = HashMap::new();
+    let mut judged: HashSet<String> = HashSet::new();
     let mut warnings = Vec::new();
     for lexeme in lex(file, text).0.iter().filter(|lexeme| lexeme.token == Token::Name) {
         let span = spanned(file, lexeme.start, lexeme.end);
         let name = name(&text[lexeme.start as usize..lexeme.end as usize]);
+        if !judged.insert(name.clone()) {
+            continue;
+        }
         if let Some(c) = name.chars().find(|c| is_invisible(*c)) {
             let what = format!("this name has an invisible character (U+{:04X})", u32::from(c));
             let visible: String = name.chars().filter(|c| !is_invisible(*c)).collect();

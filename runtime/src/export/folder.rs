@@ -125,8 +125,8 @@ impl ResultFolder {
         done
     }
 
-    /// Keeps the fit of a result that is not finished: in its place if the folder has no earlier result, otherwise beside
-    /// that under another name. Returns where it is.
+    /// Keeps the fit of a result that is not finished: in its place if the folder has no earlier result, otherwise
+    /// beside that under another name. Returns where it is.
     ///
     /// # Errors
     /// If it cannot be moved.
