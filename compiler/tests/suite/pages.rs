@@ -227,7 +227,7 @@ fn every_example_of_a_diagnostic() {
 }
 
 fn lints(text: &str) -> Vec<Diagnostic> {
-    check::lints(&syntax::parse(FileId(0), text).0)
+    [check::lints(&syntax::parse(FileId(0), text).0), syntax::look_alikes(FileId(0), text)].concat()
 }
 
 /// The items of a script, with those of its models.
