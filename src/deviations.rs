@@ -239,7 +239,12 @@ fn forms(parts: &[PartStatistics]) -> String {
                 c.name.to_owned(),
                 table::number(c.minimum_zone),
                 table::number(noise_alone),
-                format!("{} +- {}", table::number(corrected), table::number(uncertainty)),
+                format!(
+                    "{}{} +- {}",
+                    if c.lower_limit { ">= " } else { "" },
+                    table::number(corrected),
+                    table::number(uncertainty)
+                ),
                 table::number(form.cutoff),
                 format!("{:.2} %", 100.0 * form.left_out()),
             ]

@@ -346,10 +346,11 @@ fn forms(variance: &VarianceReport, out: &mut String) {
         let row = |c: Characteristic<'_>| {
             let [least_squares, minimum] = [c.least_squares, c.minimum_zone].map(number);
             let WithoutNoise { noise_alone, corrected, uncertainty } = c.without_noise;
+            let limit = if c.lower_limit { "≥ " } else { "" };
             let [alone, corrected, uncertainty] = [noise_alone, corrected, uncertainty].map(number);
             format!(
                 "<tr><td>{name}</td><td class=\"text\">{}</td><td>{least_squares}</td><td>{minimum}</td><td>{alone}</td>\
-                 <td>{corrected} ± {uncertainty}</td><td>{cutoff}</td><td>{left_out:.2} %</td></tr>\n",
+                 <td>{limit}{corrected} ± {uncertainty}</td><td>{cutoff}</td><td>{left_out:.2} %</td></tr>\n",
                 escape(c.name)
             )
         };

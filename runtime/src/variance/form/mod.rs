@@ -48,6 +48,11 @@ const FEWEST: usize = 50;
 /// Cosine of the largest angle by which an averaged normal counts as the surface's own.
 const UNTURNED: f32 = 0.9999;
 
+/// A width is a lower limit if it is decided within this part of the cut-off of surface that was not measured: over so
+/// short a way filtered values hardly change, but to the rim of a part a form may go on. Of warped discs of 20 mm with a
+/// cut-off of 9 mm, of which the last half millimetre had no distances, 18 of 18 are found by it.
+const BESIDE_GAP: f64 = 0.25;
+
 /// The deviation of a part from its form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FormDeviation {
@@ -82,13 +87,20 @@ pub struct Characteristic<'a> {
     pub minimum_zone: f64,
     /// The narrowest width without what noise adds.
     pub without_noise: WithoutNoise,
+    /// Whether it is decided beside surface that was not measured, where the form may go on.
+    pub lower_limit: bool,
 }
 
 impl FormDeviation {
     /// The widths that the part has.
     pub fn characteristics(&self) -> impl Iterator<Item = Characteristic<'_>> {
-        let zone =
-            self.zone.as_ref().map(|z| (z.characteristic.as_str(), z.least_squares, z.minimum_zone, z.without_noise));
+        let zone = self.zone.as_ref().map(|z| Characteristic {
+            name: &z.characteristic,
+            least_squares: z.least_squares,
+            minimum_zone: z.minimum_zone,
+            without_noise: z.without_noise,
+            lower_limit: z.lower_limit,
+        });
         let roundness = self.roundness.map(|r| ("roundness", r.least_squares, r.minimum_zone, r.without_noise));
         let straightness =
             self.straightness.map(|s| ("straightness", s.least_squares, s.minimum_zone, s.without_noise));
@@ -97,8 +109,9 @@ impl FormDeviation {
             least_squares,
             minimum_zone,
             without_noise,
+            lower_limit: false,
         };
-        zone.into_iter().chain(roundness).chain(straightness).map(of)
+        zone.into_iter().chain(roundness.into_iter().chain(straightness).map(of))
     }
 
     /// The share of the points that are left out.
@@ -122,6 +135,10 @@ pub struct Zone {
     pub without_noise: WithoutNoise,
     /// The points on the zone's lower and upper surface, in the scan's coordinates. Millimetres.
     pub at: [[f64; 3]; 2],
+    /// Whether one of these lies beside surface of the part that was not measured, as at its rim: the form may go on
+    /// there, and the width is a lower limit.
+    #[serde(default)]
+    pub lower_limit: bool,
     /// Both widths of all points as they are, without the filter and with the outliers. Millimetres.
     pub unfiltered: [f64; 2],
 }
@@ -173,23 +190,34 @@ pub(in crate::variance) fn form_deviations(
     cutoff: Option<f64>,
 ) -> Vec<Option<FormDeviation>> {
     let mut members: Vec<Vec<Point>> = vec![Vec::new(); shapes.len()];
+    let mut gaps: Vec<Vec<DVec3>> = vec![Vec::new(); shapes.len()];
     // Averaged normals are not the surface's.
     let unturned = |i: usize| deviations.cosine.get(i).is_none_or(|c| *c >= UNTURNED);
     for (i, part) in deviations.texels.part.iter().enumerate() {
         let part = *part as usize;
-        if shapes.get(part).is_some_and(Option::is_some) && !deviations.signed(i).is_nan() && unturned(i) {
+        if !shapes.get(part).is_some_and(Option::is_some) || deviations.is_buried(i) {
+            continue;
+        }
+        if deviations.signed(i).is_nan() {
+            gaps[part].push(DVec3::from(deviations.texels.position[i].map(f64::from)));
+        } else if unturned(i) {
             members[part].push(measured(deviations, i));
         }
     }
-    let of_part = |(shape, points): (&Option<Recognised>, Vec<Point>)| {
+    let of_part = |((shape, points), gaps): ((&Option<Recognised>, Vec<Point>), Vec<DVec3>)| {
         let shape = shape.as_ref()?;
         if points.len() < FEWEST {
             return None;
         }
         let cutoff = cutoff.unwrap_or_else(|| default_cutoff(noise, &points)).max(least_cutoff(&points));
-        form(shape, &points, noise, cutoff, deviations.precision)
+        let mut form = form(shape, &points, noise, cutoff, deviations.precision)?;
+        if let Some(zone) = &mut form.zone {
+            let is_beside = |at: &[f64; 3]| gaps.iter().any(|gap| gap.distance((*at).into()) < BESIDE_GAP * cutoff);
+            zone.lower_limit = zone.at.iter().any(is_beside);
+        }
+        Some(form)
     };
-    shapes.par_iter().zip(members).map(of_part).collect()
+    shapes.par_iter().zip(members).zip(gaps).map(of_part).collect()
 }
 
 /// Texel i with the place on the model's surface and the distance along the normal.
@@ -230,6 +258,7 @@ fn zone_of(smooth: &Smooth, shape: Shape, datum: Datum, points: &[Point], simula
         minimum_zone: found.minimum_zone,
         without_noise: simulation.corrected(found.minimum_zone, &smooth.cells.values, spread),
         at: found.ends.map(Into::into),
+        lower_limit: false,
         unfiltered: [unfiltered.least_squares, unfiltered.minimum_zone],
     })
 }
