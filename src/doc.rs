@@ -2,7 +2,7 @@
 
 use crate::cli::DocArgs;
 use crate::error::CommandError;
-use crate::files;
+use crate::{files, outputs};
 use gml_compiler::program::Failed;
 use gml_compiler::reference::{self, Document};
 use gml_compiler::source::Sources;
@@ -20,6 +20,7 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
         .map_err(|e| CommandError::Failed(format!("{}: {}", folder.display(), files::reason(&e))))?;
     for page in &pages {
         let path = folder.join(&page.name);
+        outputs::require_apart(&path, [args.script.as_path()])?;
         atomic::write(&path, page.text.as_bytes()).map_err(CommandError::failed)?;
         println!("wrote {}", path.display());
     }

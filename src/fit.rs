@@ -24,6 +24,10 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
         outputs::require_apart(output, inputs)?;
     }
     let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.controls)?;
+    for output in args.output.iter().chain(&args.controls.trace) {
+        outputs::require_apart_from_scripts(output, &subject.program)?;
+    }
+    outputs::require_two(args.output.as_ref(), args.controls.trace.as_ref())?;
     let options = subject.options(&args.controls, &subject.program)?;
     let scan = read_scan(&args.scan)?;
     let progress = TerminalProgress::until(on_interrupt()?);

@@ -27,6 +27,10 @@ pub(crate) fn inspect(
 ) -> Result<(), CommandError> {
     let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
     outputs::require_folder_apart(&args.output, true, inputs)?;
+    if let Some(trace) = &args.fit.trace {
+        outputs::require_apart(trace, outputs::inputs([&args.scan.scan], args.params.as_ref()))?;
+        outputs::require_apart_from_scripts(trace, &subject.program)?;
+    }
     let fit_options = subject.options(&args.fit, &subject.program)?;
     let scan = fit::read_scan(&args.scan)?;
     // Before the fit, which takes longer.
@@ -46,7 +50,7 @@ pub(crate) fn inspect(
             return Err(error);
         }
     };
-    folder.finish().map_err(CommandError::failed)?;
+    folder.finish(None).map_err(CommandError::failed)?;
 
     let report = &inspection.measurement.report;
     // What both say of the scan is said once.

@@ -29,6 +29,7 @@ pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
 /// Writes the moved surface of a model at x.
 pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion: &Motion) -> Result<(), CommandError> {
     let framing = framing(args)?;
+    outputs::require_apart_from_scripts(&args.output, program)?;
     let instance = Model::instantiate(program, x).map_err(CommandError::failed)?;
     let chord = match (args.chord, &framing) {
         (Some(chord), _) => chord,

@@ -1,6 +1,8 @@
 //! What a command writes never replaces what it reads, and a folder of results is that of one run.
 
 use crate::error::CommandError;
+use crate::files::folder_of;
+use gml_compiler::program::Program;
 use gml_runtime::export::atomic::WriteError;
 use gml_runtime::export::folder::{self, ResultFolder};
 use gml_runtime::export::measurement::DocumentError;
@@ -15,6 +17,22 @@ pub(crate) fn require_apart<'a>(output: &Path, inputs: impl IntoIterator<Item = 
             output.display()
         ))),
         None => Ok(()),
+    }
+}
+
+/// Refuses an output file that is one of a program's scripts, those that are used among them.
+pub(crate) fn require_apart_from_scripts(output: &Path, program: &Program) -> Result<(), CommandError> {
+    require_apart(output, program.sources().scripts().map(|script| Path::new(script.name.as_str())))
+}
+
+/// Refuses two outputs of one name: the later one would replace the other.
+pub(crate) fn require_two(first: Option<&PathBuf>, second: Option<&PathBuf>) -> Result<(), CommandError> {
+    let place = |path: &Path| Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?));
+    match (first, second) {
+        (Some(a), Some(b)) if a == b || (place(a).is_some() && place(a) == place(b)) => {
+            Err(CommandError::usage(format!("{}: two outputs have this name", b.display())))
+        }
+        _ => Ok(()),
     }
 }
 

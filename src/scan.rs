@@ -41,6 +41,10 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         ..Scanner::default()
     };
     let Valued { program, x, motion, .. } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    for output in [&args.output].into_iter().chain(&args.truth) {
+        outputs::require_apart_from_scripts(output, &program)?;
+    }
+    outputs::require_two(Some(&args.output), args.truth.as_ref())?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
     // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
     let chord = 0.02 * scanner.spacing;

@@ -6,10 +6,12 @@ use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
 use crate::{deviations, dimensions, fit, measure, outputs};
 use gml_compiler::program::Program;
+use gml_runtime::export::folder::FIT;
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
 use gml_runtime::scan::{self, ReferenceMesh};
 use gml_runtime::variance::{self, MeasureOptions, Measurement, ParameterCovariance, Reference};
+use std::path::PathBuf;
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
@@ -51,7 +53,8 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let folder = outputs::begin(&args.output)?;
     let extras = measure::extras(&args.controls);
     measurement::write(folder.path(), &measured, extras).map_err(|e| outputs::failed(&folder, e))?;
-    folder.finish().map_err(CommandError::failed)?;
+    let is_fit = |params: &PathBuf| params.canonicalize().ok() == args.output.join(FIT).canonicalize().ok();
+    folder.finish(args.values.params.as_ref().filter(|p| is_fit(p)).map(|_| FIT)).map_err(CommandError::failed)?;
     print!("{}", deviations::summary(&measured.report));
     deviations::judge(&measured.report)
 }

@@ -36,6 +36,9 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), CommandError> {
     }
     let [a, b] = given.map(|given| Operand::read(&given, args));
     let [a, b] = [a?, b?];
+    if let Some(output) = &args.output {
+        a.require_apart(output).and(b.require_apart(output))?;
+    }
     // Two models are compared where their scripts put them, since poses are those of scans.
     let posed = a.is_mesh() || b.is_mesh();
     let mut options = CompareOptions::default();

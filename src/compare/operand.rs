@@ -2,6 +2,7 @@
 
 use crate::cli::{CompareArgs, CompileArgs, ValueArgs};
 use crate::error::CommandError;
+use crate::outputs;
 use crate::provenance;
 use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
@@ -122,6 +123,14 @@ impl Operand {
             }
         };
         Ok(Operand { path: given.path.to_owned(), content })
+    }
+
+    /// Refuses an output that would replace a script of the operand.
+    pub(super) fn require_apart(&self, output: &Path) -> Result<(), CommandError> {
+        match &self.content {
+            Content::Mesh(_) => Ok(()),
+            Content::Model(model) => outputs::require_apart_from_scripts(output, &model.program),
+        }
     }
 
     pub(super) fn is_mesh(&self) -> bool {

@@ -36,7 +36,11 @@ fn inputs_are_never_replaced() {
     fs::copy(at.join("fit.json"), at.join("out/fit.json")).expect("copied");
     std::os::unix::fs::symlink("ball.gml", at.join("link.gml")).expect("a link");
     let before: Vec<Vec<u8>> = ["ball.gml", "scan.ply", "fit.json"].map(|name| read(at, name)).into();
-    let wrong: [&[&str]; 9] = [
+    fs::create_dir(at.join("lib")).expect("a folder");
+    fs::write(at.join("lib/size.gml"), "let size = 20mm\n").expect("written");
+    let user = BALL.replace("= 20mm", "= size");
+    fs::write(at.join("user.gml"), format!("use \"lib/size.gml\" (size)\n{user}")).expect("written");
+    let wrong: [&[&str]; 16] = [
         &["fit", "ball.gml", "scan.ply", "-o", "scan.ply"],
         &["fit", "ball.gml", "scan.ply", "-o", "./out/../ball.gml"],
         &["fit", "link.gml", "scan.ply", "-o", "ball.gml"],
@@ -44,12 +48,25 @@ fn inputs_are_never_replaced() {
         &["fit", "ball.gml", "scan.ply", "--trace", "scan.ply"],
         &["scan", "ball.gml", "-o", "new.ply", "--truth", "ball.gml"],
         &["compare", "fit.json", "scan.ply", "-o", "fit.json"],
+        &["inspect", "ball.gml", "scan.ply", "--trace", "ball.gml", "-o", "new"],
+        &["inspect", "ball.gml", "scan.ply", "--trace", "scan.ply", "-o", "new"],
+        &["inspect", "user.gml", "scan.ply", "--trace", "lib/size.gml", "-o", "new"],
+        &["fit", "user.gml", "scan.ply", "-o", "lib/size.gml"],
+        &["scan", "user.gml", "-o", "new.ply", "--truth", "lib/size.gml"],
+        &["compare", "fit.json", "user.gml", "-o", "lib/size.gml"],
+        &["compare", "fit.json", "scan.ply", "-o", "ball.gml"],
         &["inspect", "ball.gml", "out/unmatched.ply", "-o", "out"],
         &["inspect", "ball.gml", "scan.ply", "--params", "out/fit.json", "-o", "out"],
     ];
     for args in wrong {
         let error = fails(at, args, 2);
         assert!(error.contains("is an input"), "{args:?}: {error}");
+    }
+    for args in [
+        ["scan", "ball.gml", "-o", "new.ply", "--truth", "./new.ply"].as_slice(),
+        &["fit", "ball.gml", "scan.ply", "-o", "new.json", "--trace", "new.json"],
+    ] {
+        assert!(fails(at, args, 2).contains("two outputs"), "{args:?}");
     }
     let after: Vec<Vec<u8>> = ["ball.gml", "scan.ply", "fit.json"].map(|name| read(at, name)).into();
     assert!(before == after && !at.join("new.ply").exists());
@@ -63,7 +80,7 @@ fn what_is_no_file_is_not_read() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
     fs::write(at.join("ball.gml"), BALL).expect("written");
-    let made = Command::new("mkfifo").arg(at.join("pipe.gml")).status().expect("mkfifo");
+    let made = Command::new("mkfifo").args([at.join("pipe.gml"), at.join("pipe.ply")]).status().expect("mkfifo");
     assert!(made.success());
     for args in [
         ["check", "/dev/zero"],
@@ -76,6 +93,8 @@ fn what_is_no_file_is_not_read() {
         let error = fails(at, &args, 1);
         assert!(error.contains("a pipe or a device") && begun.elapsed() < Duration::from_secs(5), "{args:?}: {error}");
     }
+    let error = fails(at, &["mesh", "ball.gml", "-o", "pipe.ply"], 1);
+    assert!(error.contains("is a pipe"), "{error}");
     let error = fails(at, &["check", "ball.gml", "--params", "/dev/zero"], 1);
     assert!(error.contains("a pipe or a device"), "{error}");
 }

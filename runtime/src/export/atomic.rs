@@ -45,6 +45,10 @@ where
         if there.is_dir() {
             return Err(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder; name a file in it"));
         }
+        if is_named_pipe(&target, &there) {
+            let message = "it is a pipe, whose reader may never come; name a file";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+        }
         if !there.is_file() {
             // A pipe or a device such as /dev/null cannot be replaced by renaming.
             let mut out = BufWriter::new(File::options().write(true).open(&target)?);
@@ -68,6 +72,19 @@ where
     drop(out);
     beside.persist(&target).map_err(|error| error.error)?;
     Ok(())
+}
+
+/// Whether a path is that of a pipe in a folder: opening it waits for a reader, whatever the user sends. Pipes of a
+/// shell (`/dev/stdout`, `>(...)`) have one.
+#[cfg(unix)]
+fn is_named_pipe(target: &Path, there: &std::fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    there.file_type().is_fifo() && !target.starts_with("/proc") && !target.starts_with("/dev")
+}
+
+#[cfg(not(unix))]
+fn is_named_pipe(_target: &Path, _there: &std::fs::Metadata) -> bool {
+    false
 }
 
 fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {

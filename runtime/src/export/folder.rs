@@ -8,7 +8,7 @@
 
 use super::atomic::WriteError;
 use std::fs::{self, File};
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -24,11 +24,11 @@ const FILES: [&str; 16] = [
     FIT,
     "model.x3d",
     "points.ply",
-    "report.html",
+    REPORT,
     "significant.png",
     UNFINISHED,
     "unmatched.ply",
-    "variance.json",
+    FIGURES,
     "views.png",
 ];
 const MAPS: (&str, &str) = ("sensitivity-", ".png");
@@ -36,20 +36,26 @@ const MAPS: (&str, &str) = ("sensitivity-", ".png");
 /// The file of a fit.
 pub const FIT: &str = "fit.json";
 
+/// The files that every measurement and every inspection have.
+const FIGURES: &str = "variance.json";
+const REPORT: &str = "report.html";
+
 /// The fit of a run that ended before the rest of its results was there, in the folder of an earlier result.
 pub const UNFINISHED: &str = "unfinished-fit.json";
 
 const NEW: &str = ".gmlc-new-";
 const COMPLETE: &str = ".gmlc-complete";
-/// The names of a complete result's files, which are moved one by one.
+/// The names of a complete result's files, which are moved one by one, and of those of an earlier result that are
+/// removed, after a sign.
 const LIST: &str = ".gmlc-list";
+const REMOVED: &str = "- ";
 const MARK: &str = "INCOMPLETE.txt";
 const MARK_TEXT: &str = "The files of this folder are those of two runs of gmlc: the later one ended while it put them in their place.\n\
      The next run of gmlc into this folder completes it.\n";
 
 /// A folder younger than this may belong to a run that has not locked it yet. Making it and locking it are two calls of
 /// the system, which take microseconds.
-const YOUNG: Duration = Duration::from_secs(10);
+const YOUNG: Duration = Duration::from_secs(1);
 
 /// Whether a file of that name in an output folder is a result, which the next run replaces.
 #[must_use]
@@ -107,22 +113,48 @@ impl ResultFolder {
         }
     }
 
-    /// Puts the files into the place of those of an earlier run.
+    /// Puts the files into the place of those of an earlier run. `kept` is a file of that run that stays where it is,
+    /// since this one has read it.
     ///
     /// # Errors
-    /// If the folder cannot be written to. If that happens in the middle, INCOMPLETE.txt stays in the folder.
-    pub fn finish(mut self) -> Result<(), WriteError> {
+    /// If the folder cannot be written to, or a folder bears the name of one of the files; nothing is changed then. If
+    /// it happens in the middle, INCOMPLETE.txt stays in the folder.
+    pub fn finish(mut self, kept: Option<&str>) -> Result<(), WriteError> {
         let failed = |source| WriteError { path: self.target.clone(), source };
         let held = locked(&self.target);
         // Another run may have ended in the middle since.
         complete(&self.target).map_err(failed)?;
-        let names = entries(&self.staged).map_err(failed)?;
-        super::atomic::write(&self.staged.join(LIST), names.join("\n").as_bytes()).map_err(|e| self.place(e))?;
+        let list = self.moves(kept)?;
+        super::atomic::write(&self.staged.join(LIST), list.as_bytes()).map_err(|e| self.place(e))?;
         fs::rename(&self.staged, self.target.join(COMPLETE)).map_err(failed)?;
         let done = complete(&self.target).map_err(failed);
         self.is_finished = true;
         drop(held);
         done
+    }
+
+    /// The list of the files that are to be moved, and of those of an earlier result that are to be removed.
+    fn moves(&self, kept: Option<&str>) -> Result<String, WriteError> {
+        let failed = |source| WriteError { path: self.target.clone(), source };
+        let new = entries(&self.staged).map_err(failed)?;
+        let is_folder = |name: &&String| fs::symlink_metadata(self.target.join(name)).is_ok_and(|about| about.is_dir());
+        if let Some(name) = new.iter().find(is_folder) {
+            let source = io::Error::new(ErrorKind::IsADirectory, "a folder bears the name of a result; rename it");
+            return Err(WriteError { path: self.target.join(name), source });
+        }
+        let there = entries(&self.target).map_err(failed)?;
+        let has = |name: &str| there.iter().any(|other| other == name);
+        let is_replaced = |name: &&String| {
+            let is_of_earlier = match name.as_str() {
+                // Without a report it may be that of `gmlc fit`.
+                FIT => has(REPORT),
+                UNFINISHED => new.iter().any(|name| name == FIT),
+                _ => has(FIGURES),
+            };
+            is_result(name) && is_of_earlier && !new.contains(name) && !is_folder(name) && kept != Some(name.as_str())
+        };
+        let removed = there.iter().filter(is_replaced).map(|name| format!("{REMOVED}{name}"));
+        Ok(new.iter().cloned().chain(removed).collect::<Vec<_>>().join("\n"))
     }
 
     /// Keeps the fit of a result that is not finished: in its place if the folder has no earlier result, otherwise
@@ -151,30 +183,45 @@ impl Drop for ResultFolder {
 /// Moves the files of a complete result into their place, if there is one that is not there yet.
 fn complete(target: &Path) -> io::Result<()> {
     let from = target.join(COMPLETE);
+    if !fs::symlink_metadata(&from).is_ok_and(|about| about.is_dir()) {
+        return Ok(());
+    }
     let list = match fs::read_to_string(from.join(LIST)) {
         Ok(list) => list,
-        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => return Ok(()),
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(error),
     };
     let mark = target.join(MARK);
-    fs::write(&mark, MARK_TEXT)?;
-    let new: Vec<&str> = list.lines().collect();
-    for name in &new {
+    // A link would be written through.
+    remove(&mark)?;
+    File::create_new(&mark)?.write_all(MARK_TEXT.as_bytes())?;
+    for line in list.lines() {
+        let (name, is_removed) = line.strip_prefix(REMOVED).map_or((line, false), |name| (name, true));
+        if !is_result(name) {
+            let message = format!("`{COMPLETE}` in it was not written by gmlc: `{name}` is no result; remove it");
+            return Err(io::Error::new(ErrorKind::InvalidData, message));
+        }
+        if is_removed {
+            remove(&target.join(name))?;
+            continue;
+        }
         match fs::rename(from.join(name), target.join(name)) {
             // The run that ended in the middle has moved it.
             Err(error) if error.kind() == ErrorKind::NotFound => {}
             moved => moved?,
         }
     }
-    for name in entries(target)? {
-        // A measurement writes no fit: what is there may be that of `gmlc fit`.
-        if is_result(&name) && name != FIT && !new.contains(&name.as_str()) {
-            fs::remove_file(target.join(name))?;
-        }
-    }
     fs::remove_file(from.join(LIST))?;
     fs::remove_dir(&from)?;
     fs::remove_file(mark)
+}
+
+/// Removes a file, if it is there.
+fn remove(file: &Path) -> io::Result<()> {
+    match fs::remove_file(file) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        removed => removed,
+    }
 }
 
 /// Removes what runs that are no longer alive have begun.
@@ -192,10 +239,8 @@ fn sweep(target: &Path) -> io::Result<()> {
         }
     }
     // A run was killed after the last file was in its place.
-    match fs::remove_dir(target.join(COMPLETE)) {
-        Ok(()) => _ = fs::remove_file(target.join(MARK)),
-        Err(error) if error.kind() == ErrorKind::NotFound => {}
-        Err(error) => return Err(error),
+    if fs::remove_dir(target.join(COMPLETE)).is_ok() {
+        remove(&target.join(MARK))?;
     }
     Ok(())
 }
@@ -241,17 +286,69 @@ mod tests {
         let target = folder.path().join("a/b");
         let first = ResultFolder::begin(&target).unwrap();
         assert!(!first.has_earlier());
-        write(first.path(), &[("fit.json", "1"), ("filled.ply", "1"), ("sensitivity-r.png", "1")]);
-        first.finish().unwrap();
+        write(
+            first.path(),
+            &[("filled.ply", "1"), ("fit.json", "1"), ("sensitivity-r.png", "1"), ("variance.json", "1")],
+        );
+        first.finish(None).unwrap();
         write(&target, &[("notes.txt", "mine")]);
         let second = ResultFolder::begin(&target).unwrap();
         assert!(second.has_earlier());
         write(second.path(), &[("fit.json", "2"), ("report.html", "2")]);
-        let before = [("filled.ply", "1"), ("fit.json", "1"), ("notes.txt", "mine"), ("sensitivity-r.png", "1")];
+        let before = [
+            ("filled.ply", "1"),
+            ("fit.json", "1"),
+            ("notes.txt", "mine"),
+            ("sensitivity-r.png", "1"),
+            ("variance.json", "1"),
+        ];
         let seen: Vec<_> = contents(&target).into_iter().filter(|(name, _)| !name.starts_with('.')).collect();
         assert_eq!(seen, owned(&before), "until it is finished nothing changes");
-        second.finish().unwrap();
+        second.finish(None).unwrap();
         assert_eq!(contents(&target), owned(&[("fit.json", "2"), ("notes.txt", "mine"), ("report.html", "2")]));
+    }
+
+    #[test]
+    fn what_no_earlier_result_has_is_the_users() {
+        let folder = tempfile::tempdir().unwrap();
+        let mine = [("fit.json", "mine"), ("points.ply", "mine"), ("sensitivity-x.png", "mine"), (UNFINISHED, "mine")];
+        write(folder.path(), &mine);
+        let result = ResultFolder::begin(folder.path()).unwrap();
+        write(result.path(), &[("variance.json", "1")]);
+        result.finish(None).unwrap();
+        assert_eq!(contents(folder.path()), owned(&[&mine[..], &[("variance.json", "1")]].concat()));
+        // The fit of an inspection belongs to it, unless it was read.
+        write(folder.path(), &[("report.html", "1")]);
+        for (kept, is_there) in [(Some(FIT), true), (None, false)] {
+            write(folder.path(), &[("report.html", "1")]);
+            let result = ResultFolder::begin(folder.path()).unwrap();
+            write(result.path(), &[("variance.json", "2")]);
+            result.finish(kept).unwrap();
+            assert_eq!(folder.path().join(FIT).exists(), is_there);
+        }
+    }
+
+    #[test]
+    fn a_folder_with_the_name_of_a_result_is_an_error_before_anything_is_moved() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("report.html")).unwrap();
+        write(folder.path(), &[("fit.json", "1")]);
+        let result = ResultFolder::begin(folder.path()).unwrap();
+        write(result.path(), &[("fit.json", "2"), ("report.html", "2")]);
+        let error = result.finish(None).unwrap_err().to_string();
+        assert!(error.contains("report.html") && error.contains("rename it"), "{error}");
+        assert_eq!(contents(folder.path()), owned(&[("fit.json", "1"), ("report.html", "folder")]));
+    }
+
+    #[test]
+    fn a_list_that_gmlc_did_not_write_moves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let complete = folder.path().join(COMPLETE);
+        fs::create_dir(&complete).unwrap();
+        write(&complete, &[(LIST, "../victim.txt")]);
+        write(folder.path(), &[("notes.txt", "mine")]);
+        let error = ResultFolder::begin(folder.path()).unwrap_err().to_string();
+        assert!(error.contains("not written by gmlc"), "{error}");
     }
 
     #[test]
@@ -283,7 +380,7 @@ mod tests {
             write(folder.path(), &[("fit.json", "1"), ("filled.ply", "1"), ("report.html", "1")]);
             let complete = folder.path().join(COMPLETE);
             fs::create_dir(&complete).unwrap();
-            write(&complete, &[(LIST, &new.join("\n"))]);
+            write(&complete, &[(LIST, &format!("{}\n{REMOVED}filled.ply", new.join("\n")))]);
             write(folder.path(), &[(MARK, MARK_TEXT)]);
             for (k, name) in new.iter().enumerate() {
                 write(if k < moved { folder.path() } else { &complete }, &[(name, "2")]);
@@ -308,7 +405,7 @@ mod tests {
                 for _ in 0..50 {
                     let result = ResultFolder::begin(&target).unwrap();
                     write(result.path(), &[("fit.json", text), ("report.html", text), ("views.png", text)]);
-                    result.finish().unwrap();
+                    result.finish(None).unwrap();
                 }
             })
         };

@@ -49,8 +49,8 @@ const FEWEST: usize = 50;
 const UNTURNED: f32 = 0.9999;
 
 /// A width is a lower limit if it is decided within this part of the cut-off of surface that was not measured: over so
-/// short a way filtered values hardly change, but to the rim of a part a form may go on. Of warped discs of 20 mm with a
-/// cut-off of 9 mm, of which the last half millimetre had no distances, 18 of 18 are found by it.
+/// short a way filtered values hardly change, but to the rim of a part a form may go on. 18 of 18 warped discs of 20 mm,
+/// of which the last half millimetre had no distances at a cut-off of 9 mm, are found by it.
 const BESIDE_GAP: f64 = 0.25;
 
 /// The deviation of a part from its form.
