@@ -48,10 +48,13 @@ const FEWEST: usize = 50;
 /// Cosine of the largest angle by which an averaged normal counts as the surface's own.
 const UNTURNED: f32 = 0.9999;
 
-/// A width is a lower limit if it is decided within this part of the cut-off of surface that was not measured: over so
-/// short a way filtered values hardly change, but to the rim of a part a form may go on. 18 of 18 warped discs of 20 mm,
-/// of which the last half millimetre had no distances at a cut-off of 9 mm, are found by it.
+/// A width that is clearly more than noise is a lower limit if it is decided within this part of the cut-off of surface
+/// that was not measured: over so short a way filtered values hardly change, but to the rim of a part a form may go on.
+/// It finds 18 of 18 warped discs of 20 mm of which the last half millimetre had no distances, at a cut-off of 9 mm.
 const BESIDE_GAP: f64 = 0.25;
+
+/// Standard uncertainties from which on a width is clearly more than noise.
+const CLEARLY: f64 = 2.0;
 
 /// The deviation of a part from its form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -213,7 +216,8 @@ pub(in crate::variance) fn form_deviations(
         let mut form = form(shape, &points, noise, cutoff, deviations.precision)?;
         if let Some(zone) = &mut form.zone {
             let is_beside = |at: &[f64; 3]| gaps.iter().any(|gap| gap.distance((*at).into()) < BESIDE_GAP * cutoff);
-            zone.lower_limit = zone.at.iter().any(is_beside);
+            let WithoutNoise { corrected, uncertainty, .. } = zone.without_noise;
+            zone.lower_limit = corrected > CLEARLY * uncertainty && zone.at.iter().any(is_beside);
         }
         Some(form)
     };
