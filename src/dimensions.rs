@@ -116,7 +116,8 @@ pub(crate) fn verdicts(report: &VarianceReport) -> String {
         let allowed = format!("{} to {}", shown(m.tolerance.lower), shown(m.tolerance.upper));
         let mut cells = vec![m.name.clone(), m.written(0.0).1.to_owned()];
         cells.extend([m.value, m.nominal, m.deviation].map(shown));
-        cells.extend([allowed, shown(m.uncertainty), format!("{:.3}", m.probability), m.outcome.text().to_owned()]);
+        let probability = if m.probability.is_nan() { "-".to_owned() } else { format!("{:.3}", m.probability) };
+        cells.extend([allowed, shown(m.uncertainty), probability, m.outcome.text().to_owned()]);
         cells
     };
     if report.measures.is_empty() {
