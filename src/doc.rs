@@ -29,7 +29,7 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
 
 /// The page of a script.
 fn page(path: &Path) -> Result<Document, CommandError> {
-    let text = files::read(path)?;
+    let text = files::read_script(path)?;
     let mut sources = Sources::default();
     let id = sources.add(path.display().to_string(), text.as_str());
     let title = path.file_name().unwrap_or_default().to_string_lossy();

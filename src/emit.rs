@@ -21,7 +21,7 @@ pub(crate) fn run(args: &EmitArgs) -> Result<(), CommandError> {
 
 /// Prints the tree even if the script has syntax errors, which go to standard error and set the exit status.
 fn ast(args: &EmitArgs) -> Result<(), CommandError> {
-    let text = files::read(&args.script.model)?;
+    let text = files::read_script(&args.script.model)?;
     let mut sources = Sources::default();
     let id = sources.add(args.script.model.display().to_string(), text.as_str());
     let (file, diagnostics) = syntax::parse(id, &text);

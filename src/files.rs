@@ -2,6 +2,7 @@
 
 use crate::error::CommandError;
 use gml_compiler::source::{Loader, SourceFile};
+use gml_runtime::scan::{self, Foreign};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::{Component, Path, PathBuf};
@@ -48,7 +49,7 @@ impl Loader for FileLoader {
                 folder_of(&real).display()
             ));
         }
-        let text = read_text(&full)?;
+        let text = script_text(&full)?;
         Ok(SourceFile { name: full.display().to_string(), text })
     }
 }
@@ -79,6 +80,22 @@ fn plain(path: &Path) -> PathBuf {
 /// Reads a text.
 pub(crate) fn read(path: &Path) -> Result<String, CommandError> {
     read_text(path).map_err(CommandError::Failed)
+}
+
+/// Reads a script: other kinds of files are named, whose text would have an error in every line.
+pub(crate) fn read_script(path: &Path) -> Result<String, CommandError> {
+    script_text(path).map_err(CommandError::Failed)
+}
+
+fn script_text(path: &Path) -> Result<String, String> {
+    let text = read_text(path)?;
+    match scan::foreign(text.as_bytes()) {
+        Some(Foreign { found, fix }) => {
+            let fix = fix.unwrap_or("name a script (.gml)");
+            Err(format!("{}: expected a script, found {found}; {fix}", path.display()))
+        }
+        None => Ok(text),
+    }
 }
 
 fn read_text(path: &Path) -> Result<String, String> {

@@ -25,7 +25,7 @@ pub(crate) fn run(args: &FmtArgs) -> Result<(), CommandError> {
     }
     let mut report = Report::default();
     for path in &files {
-        let result = files::read(path).and_then(|text| {
+        let result = files::read_script(path).and_then(|text| {
             let change = Change::of(path, text)?;
             if !args.check && change.line.is_some() {
                 atomic::write(path, change.text.as_bytes()).map_err(CommandError::failed)?;

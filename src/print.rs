@@ -38,6 +38,15 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
+/// The beginning of a text's first line, for messages that quote what may be long.
+pub(crate) fn cut(text: &str, most: usize) -> String {
+    let line = text.trim().lines().next().unwrap_or_default();
+    match line.char_indices().nth(most) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line.to_owned(),
+    }
+}
+
 /// Whether all of standard output could be printed.
 pub(crate) fn finish() -> Result<(), String> {
     note(std::io::stdout().flush());

@@ -25,7 +25,7 @@ impl Provenance {
     /// The current model of a session, which has read other texts as well, by the name of its script; or by its own,
     /// if it was entered.
     pub(crate) fn of_current(script: &Path, entered: bool, loader: &FileLoader) -> Provenance {
-        let text = if entered { None } else { files::read(script).ok() };
+        let text = if entered { None } else { files::read_script(script).ok() };
         let sha256 = text.map(|text| {
             let mut sources = Sources::default();
             let main = sources.add(script.display().to_string(), text);

@@ -33,7 +33,7 @@ pub(crate) fn compile_quietly(script: &Path, args: &CompileArgs) -> Result<Compi
             "{shown}: is a mesh or a scan (.{format}); the script (.gml) comes first"
         )));
     }
-    let file = SourceFile { name: script.display().to_string(), text: files::read(script)? };
+    let file = SourceFile { name: script.display().to_string(), text: files::read_script(script)? };
     let mut options = Options { inputs: args.inputs.iter().cloned().collect(), ..compile_options() };
     for (name, value) in &args.limits {
         options.set_limit(name, *value).map_err(|e| CommandError::Usage(format!("--limit: {e}")))?;
@@ -62,6 +62,8 @@ pub(crate) struct Valued {
     pub(crate) motion: Motion,
     /// The fit, if all values are its own; with the measures of the program.
     pub(crate) fit: Option<FitResult>,
+    /// The file that the values began from.
+    pub(crate) saved: Option<SavedFit>,
 }
 
 /// Compiles a script, with parameters from defaults, a fit and `-p` options; the fit's inputs are the script's.
@@ -71,11 +73,21 @@ pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueA
     let provenance = Provenance::of(script, &program);
     let x = values_for(&program, fit.as_ref(), args)?;
     let motion = fit.as_ref().and_then(SavedFit::pose).unwrap_or(Motion::IDENTITY);
-    let mut fit = fit.filter(|_| args.values.is_empty()).map(SavedFit::into_result);
+    let saved = fit;
+    let mut fit = saved.clone().filter(|_| args.values.is_empty()).map(SavedFit::into_result);
     if let Some(fit) = &mut fit {
         fit.measures = dimensions::of_saved(&program, fit, &provenance);
     }
-    Ok(Valued { program, x, motion, fit })
+    Ok(Valued { program, x, motion, fit, saved })
+}
+
+impl Valued {
+    /// Warns where the values are those of a fit that did not end well.
+    pub(crate) fn warn_of_doubt(&self) {
+        if let Some(doubt) = self.saved.as_ref().and_then(SavedFit::doubt) {
+            eprintln!("warning: {doubt}");
+        }
+    }
 }
 
 /// Values of a program's parameters: its defaults, or those of a fit, and those of `-p`.

@@ -119,7 +119,7 @@ impl Repl {
 
     /// Loads a script.
     pub(crate) fn load(&mut self, path: &Path) -> Result<(), CommandError> {
-        let file = SourceFile { name: path.display().to_string(), text: files::read(path)? };
+        let file = SourceFile { name: path.display().to_string(), text: files::read_script(path)? };
         self.loader.allow(files::folder_of(path));
         let answers = self.session.borrow_mut().load(file, &self.loader)?;
         self.warn();

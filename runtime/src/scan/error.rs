@@ -41,10 +41,12 @@ pub enum ScanFault {
         limit: u64,
     },
     /// It is none of the formats that are read.
-    #[error("expected an OBJ, PLY or STL file, found {found}; convert it to one of these")]
+    #[error("expected an OBJ, PLY or STL file, found {found}; {fix}")]
     NotRecognised {
         /// The format that it seems to have, with an article.
         found: String,
+        /// The way to a file that is read.
+        fix: &'static str,
     },
     /// It breaks the rules of its format.
     #[error("malformed {format}, {place}: {message}")]
@@ -94,6 +96,16 @@ pub enum ScanFault {
         /// The number of those in the file.
         count: usize,
     },
+}
+
+/// A text for a message: its beginning, in one line.
+pub(super) fn shown(text: &str) -> String {
+    const MOST: usize = 60;
+    let line = text.trim().lines().next().unwrap_or_default();
+    match line.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", &line[..end]),
+        None => line.to_owned(),
+    }
 }
 
 impl ScanFault {

@@ -11,21 +11,52 @@ pub(super) enum Format {
     Stl,
 }
 
-/// Beginnings of files that people confuse with scans, and their formats.
-const FOREIGN: [(&[u8], &str); 12] = [
-    (b"ASTM-E57", "an E57 file"),
-    (b"LASF", "a LAS or LAZ file"),
-    (b"glTF", "a binary glTF file"),
-    (b"# .PCD", "a PCD file"),
-    (b"VERSION", "a PCD file"),
-    (b"OFF", "an OFF file"),
-    (b"COFF", "an OFF file"),
-    (b"PK\x03\x04", "a ZIP archive (3MF, or compressed)"),
-    (b"\x1f\x8b", "a gzip-compressed file"),
-    (b"ISO-10303-21", "a STEP file"),
-    (b"\x89PNG", "a PNG picture"),
-    (b"<?xml", "an XML file"),
+/// Beginnings of files that people confuse with scans and scripts, in lower case, and their formats.
+const FOREIGN: [(&[u8], &str, &str); 23] = [
+    (b"astm-e57", "an E57 file", CONVERT),
+    (b"lasf", "a LAS or LAZ file", CONVERT),
+    (b"gltf", "a binary glTF file", CONVERT),
+    (b"# .pcd", "a PCD file", CONVERT),
+    (b"version https://git-lfs", "a pointer of Git LFS, not the file itself", "`git lfs pull` fetches that"),
+    (b"/annex/objects/", "a pointer of git-annex, not the file itself", "`git annex get` fetches that"),
+    (b"version", "a PCD file", CONVERT),
+    (b"off", "an OFF file", CONVERT),
+    (b"coff", "an OFF file", CONVERT),
+    (b"pk\x03\x04", "a ZIP archive (3MF, or compressed)", CONVERT),
+    (b"\x1f\x8b", "a gzip-compressed file", "`gunzip` it first"),
+    (b"iso-10303-21", "a STEP file", CONVERT),
+    (b"\x89png", "a PNG picture", CONVERT),
+    (b"<!doctype html", "an HTML page", DOWNLOAD),
+    (b"<html", "an HTML page", DOWNLOAD),
+    (b"<head", "an HTML page", DOWNLOAD),
+    (b"<?xml", "an XML file", CONVERT),
+    (b"<", "an HTML or XML file", DOWNLOAD),
+    (b"{", "a JSON file", CONVERT),
+    (b"%pdf", "a PDF file", CONVERT),
+    (b"kaydara fbx", "an FBX file", CONVERT),
+    (b"\xff\xfe", "a text in UTF-16", "save it as UTF-8"),
+    (b"\xfe\xff", "a text in UTF-16", "save it as UTF-8"),
 ];
+const CONVERT: &str = "convert it to one of these";
+const DOWNLOAD: &str = "download the file again: the site may have wanted a login or a click first";
+
+/// A format that is not read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Foreign {
+    /// Its name, with an article.
+    pub found: &'static str,
+    /// The way to a file that is read, where the format itself tells one.
+    pub fix: Option<&'static str>,
+}
+
+/// Recognises a file that is neither a scan nor a script by its beginning.
+#[must_use]
+pub fn foreign(bytes: &[u8]) -> Option<Foreign> {
+    let start = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
+    let is = |magic: &[u8]| start.get(..magic.len()).is_some_and(|begin| begin.eq_ignore_ascii_case(magic));
+    let (_, found, fix) = FOREIGN.iter().find(|(magic, ..)| is(magic))?;
+    Some(Foreign { found, fix: Some(*fix).filter(|fix| *fix != CONVERT) })
+}
 
 /// Recognises a file's format. A file whose content does not tell (say, an OBJ file of comments only) is taken for what
 /// its extension says, so that the message is about that format.
@@ -33,11 +64,14 @@ pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ScanFault> 
     if bytes.starts_with(b"ply") && bytes.get(3).is_none_or(u8::is_ascii_whitespace) {
         return Ok(Format::Ply);
     }
-    let start = bytes.trim_ascii_start();
-    if let Some((_, found)) = FOREIGN.iter().find(|(magic, _)| start.starts_with(magic)) {
-        return Err(ScanFault::NotRecognised { found: (*found).to_owned() });
+    // Its header has any text, and its size is no accident.
+    if binary_stl_size(bytes) == Some(bytes.len() as u64) {
+        return Ok(Format::Stl);
     }
-    if binary_stl_size(bytes) == Some(bytes.len() as u64) || is_ascii_stl(bytes) {
+    if let Some(Foreign { found, fix }) = foreign(bytes) {
+        return Err(ScanFault::NotRecognised { found: found.to_owned(), fix: fix.unwrap_or(CONVERT) });
+    }
+    if is_ascii_stl(bytes) {
         return Ok(Format::Stl);
     }
     if is_obj(bytes) {
@@ -48,7 +82,7 @@ pub(super) fn recognise(path: &Path, bytes: &[u8]) -> Result<Format, ScanFault> 
         "obj" => Ok(Format::Obj),
         "ply" => Ok(Format::Ply),
         "stl" => Ok(Format::Stl),
-        _ => Err(ScanFault::NotRecognised { found: describe(bytes) }),
+        _ => Err(ScanFault::NotRecognised { found: describe(bytes), fix: CONVERT }),
     }
 }
 

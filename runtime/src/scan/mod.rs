@@ -24,6 +24,7 @@ mod unit;
 
 pub(crate) use empty_space::EmptySpace;
 pub use error::{ScanError, ScanFault};
+pub use format::{Foreign, foreign};
 pub(crate) use neighbours::Neighbours;
 pub(crate) use outliers::outliers;
 pub use unit::{Unit, UnknownUnit};
@@ -280,7 +281,9 @@ fn parse(path: &Path, bytes: Vec<u8>) -> Result<(RawMesh, Vec<String>), ScanFaul
             path.display()
         )
     };
-    let warnings = raw.split_concave_polygons().map(warning).into_iter().collect();
+    let crossing = raw.split_concave_polygons().map(warning);
+    let own = std::mem::take(&mut raw.warnings).into_iter().map(|w| format!("`{}`: {w}", path.display()));
+    let warnings = own.chain(crossing).collect();
     Ok((raw, warnings))
 }
 

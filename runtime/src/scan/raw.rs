@@ -32,6 +32,8 @@ pub(super) struct RawMesh {
     pub(super) groups: Vec<Group>,
     /// The faces of more than three corners, each of which is a fan of triangles so far.
     pub(super) polygons: Vec<Polygon>,
+    /// Sentences about what of the file is left out, or looks as if it was lost before.
+    pub(super) warnings: Vec<String>,
 }
 
 /// A face of more than three corners.

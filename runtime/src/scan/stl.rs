@@ -1,12 +1,14 @@
 //! STL, binary and ASCII. Its triangles repeat their vertices' positions; equal ones become one vertex here. Facet
 //! normals are not used: they follow from the vertices, and many files have them wrong.
 
-use super::error::ScanFault;
+use super::error::{ScanFault, shown};
 use super::format::{binary_stl_size, is_ascii_stl};
-use super::raw::{RawMesh, merge_equal};
+use super::raw::{RawMesh, is_usable, merge_equal};
 use crate::mesh::Group;
 
 const FORMAT: &str = "STL";
+/// Bytes of a triangle in a binary file: a normal, three vertices, and two of attributes.
+const FACET: usize = 50;
 
 /// Reads either kind. ASCII files may hold several solids: they become groups.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
@@ -28,16 +30,32 @@ fn read_binary(bytes: &[u8]) -> Result<impl Iterator<Item = [f64; 3]>, ScanFault
         return Err(ScanFault::malformed(FORMAT, "header", message));
     };
     if size > bytes.len() as u64 {
-        let (announced, room) = ((size - 84) / 50, (bytes.len() - 84) / 50);
+        let (announced, room) = ((size - 84) / FACET as u64, (bytes.len() - 84) / FACET);
         let message = format!(
             "the header announces {announced} triangles, the file ends after {room}; it is cut off: export it again"
         );
         return Err(ScanFault::malformed(FORMAT, "header", message));
     }
-    // A facet is a normal, three vertices, and two bytes of attributes. Some programs pad the file.
-    let facets = bytes[84..size as usize].chunks_exact(50).map(|facet| facet[12..48].as_chunks::<12>().0);
+    let (read, rest) = bytes.split_at(size as usize);
+    let uncounted = rest.chunks_exact(FACET).take_while(|bytes| is_facet(bytes)).count();
+    if uncounted > 0 {
+        let announced = (size - 84) / FACET as u64;
+        let message = format!(
+            "the header announces {announced} triangles, and {uncounted} more follow at byte {size}; export it again"
+        );
+        return Err(ScanFault::malformed(FORMAT, "header", message));
+    }
+    let facets = read[84..].chunks_exact(FACET).map(|facet| facet[12..48].as_chunks::<12>().0);
     let coordinate = |bytes: &[u8; 4]| f64::from(f32::from_le_bytes(*bytes));
     Ok(facets.flatten().map(move |vertex| [0, 1, 2].map(|k| coordinate(&vertex.as_chunks().0[k]))))
+}
+
+/// Whether bytes behind the last triangle of a header are another one: some programs pad the file, or add a text of
+/// their own there, whose letters are absurd numbers.
+fn is_facet(bytes: &[u8]) -> bool {
+    let numbers: Vec<f32> = bytes[..48].as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
+    let sane = |x: &f32| *x == 0.0 || is_usable((*x).into()) && x.abs() > 1e-20;
+    numbers.iter().all(sane) && numbers[3..].iter().any(|x| *x != 0.0)
 }
 
 /// The corners of all triangles, three a triangle, and the solids. In double precision and in any case of letters.
@@ -59,8 +77,8 @@ fn read_ascii(text: &str) -> Result<(Vec<[f64; 3]>, Vec<Group>), ScanFault> {
             "outer" | "endloop" => {}
             "vertex" => {
                 let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
-                let vertex = numbers.try_into();
-                corners.push(vertex.map_err(|_| fault("expected `vertex` and three numbers".to_owned()))?);
+                let wrong = |_| fault(format!("expected `vertex` and three numbers, found `{}`", shown(line)));
+                corners.push(numbers.try_into().map_err(wrong)?);
             }
             "endfacet" => {
                 let count = corners.len() - 3 * triangles;
@@ -74,9 +92,8 @@ fn read_ascii(text: &str) -> Result<(Vec<[f64; 3]>, Vec<Group>), ScanFault> {
             }
             "endsolid" => in_solid = false,
             _ => {
-                let shown: String = line.trim().chars().take(40).collect();
                 let expected = "`facet`, `outer loop`, `vertex`, `endloop`, `endfacet` or `endsolid`";
-                return Err(fault(format!("expected {expected}, found `{shown}`")));
+                return Err(fault(format!("expected {expected}, found `{}`", shown(line))));
             }
         }
     }

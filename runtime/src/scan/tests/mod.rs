@@ -1,6 +1,7 @@
 //! Reading files, good and bad.
 
 mod data;
+mod lost;
 
 use super::*;
 use crate::export::mesh::{MeshFormat, write, write_to};
@@ -196,7 +197,7 @@ fn plys_of_all_kinds() {
         let scan = scan_of("a.ply", &bytes).unwrap();
         assert_eq!((scan.mesh.positions[1], scan.mesh.triangles[0]), ([1.0, 0.0, 0.5], [0, 1, 2]));
         let error = scan_of("a.ply", &bytes[..bytes.len() - 3]).unwrap_err();
-        assert!(error.contains("PLY, element `face`, row 1: the file ends here"), "{error}");
+        assert!(error.contains("property `vertex_indices`, element `face`, row 1 of 1: the file ends here"), "{error}");
     }
     let head = "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n";
     let rows = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n0 2 0\n";
@@ -271,11 +272,15 @@ fn bad_files_get_a_clear_error() {
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n".into(), "none of its 1 triangles has an area"),
         ("a.ply", ply("end_header\n"), "has no vertices"),
         ("a.ply", ply("element vertex 3\n"), "the file ends before `end_header`"),
-        ("a.ply", ply(&format!("{xyz}end_header\n0 0 0\n1 0 0\n0 1\n")), "element `vertex`, row 3: the file ends here"),
+        (
+            "a.ply",
+            ply(&format!("{xyz}end_header\n0 0 0\n1 0 0\n0 1\n")),
+            "line 11, property `z`, element `vertex`, row 3 of 3: the file ends here",
+        ),
         (
             "a.ply",
             ply(&format!("{xyz}end_header\n0 0 0\n1 a 0\n0 1 0\n")),
-            "element `vertex`, row 2: expected a number, found `a`",
+            "line 9, property `y`, element `vertex`, row 2 of 3: expected a number, found `a`",
         ),
         ("a.ply", ply("element vertex 3\nproperty float x\nproperty float y\nend_header\n1 1\n"), "no property `z`"),
         (
@@ -284,7 +289,11 @@ fn bad_files_get_a_clear_error() {
             "is cut off",
         ),
         ("a.ply", ply(&format!("element x 99999999999999\n{xyz}end_header\n0 0 0\n")), "no properties"),
-        ("a.ply", ply(&format!("{xyz}{face}3 0 1 3\n")), "face 1 (counted from 1) names vertex 3, but there are 3"),
+        (
+            "a.ply",
+            ply(&format!("{xyz}{face}3 0 1 3\n")),
+            "line 13: face 1 (counted from 1) names vertex 3, but there are 3",
+        ),
         ("a.ply", ply(&format!("{xyz}{face}3 0 1 -1\n")), "names vertex -1"),
         (
             "a.ply",

@@ -1,8 +1,11 @@
 //! PLY: ASCII and binary of both byte orders.
 
-use super::error::ScanFault;
+mod header;
+
+use super::error::{ScanFault, shown};
 use super::polygon::fan;
 use super::raw::{Polygon, RawMesh};
+use header::{Element, Encoding, INDICES, Property, Scalar, parse_header, split_header};
 
 const FORMAT: &str = "PLY";
 
@@ -15,7 +18,9 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     if vertices == 0 {
         return Err(ScanFault::NoVertices);
     }
-    let mut reader = Reader { rest: body, encoding, vertices, textured: true, raw: RawMesh::default() };
+    let line = header.lines().count() + 1;
+    let mut reader =
+        Reader { rest: body, size: bytes.len(), line, encoding, vertices, textured: true, raw: RawMesh::default() };
     for element in &elements {
         match element.name {
             "vertex" => reader.read_vertices(element)?,
@@ -27,141 +32,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
             _ => reader.read_rows(element, |_, _, _, _| Ok(()))?,
         }
     }
+    if let Some(last) = elements.last() {
+        reader.require_end(last)?;
+    }
     let Reader { mut raw, textured, .. } = reader;
     if !textured {
         raw.corner_texcoords.clear();
     }
     Ok(raw)
-}
-
-/// How the numbers of the body are written.
-#[derive(Clone, Copy, PartialEq)]
-enum Encoding {
-    Ascii,
-    LittleEndian,
-    BigEndian,
-}
-
-/// The type of a number.
-#[derive(Clone, Copy)]
-enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-struct Property<'a> {
-    name: &'a str,
-    /// The type of the count that precedes the numbers of a list; none where there is one number.
-    count: Option<Scalar>,
-    scalar: Scalar,
-}
-
-struct Element<'a> {
-    name: &'a str,
-    /// The number of rows.
-    count: usize,
-    properties: Vec<Property<'a>>,
-}
-
-/// The header as text with plain line ends, and what follows it. Comments in other encodings than UTF-8 are common.
-fn split_header(bytes: &[u8]) -> Result<(String, &[u8]), ScanFault> {
-    let cut_off =
-        || ScanFault::malformed(FORMAT, "header", "the file ends before `end_header`; it is cut off: export it again");
-    if !bytes.starts_with(b"ply") {
-        return Err(ScanFault::malformed(FORMAT, "line 1", "expected `ply`"));
-    }
-    let marker = b"end_header";
-    let mut from = 0;
-    let end = loop {
-        let found = bytes[from..].windows(marker.len()).position(|window| window == marker).ok_or_else(cut_off)?;
-        let (start, end) = (from + found, from + found + marker.len());
-        // The word may also stand in a comment: it must have a line of its own.
-        if matches!(bytes[start - 1], b'\n' | b'\r') && bytes.get(end).is_none_or(u8::is_ascii_whitespace) {
-            break end;
-        }
-        from = end;
-    };
-    let blanks = bytes[end..].iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
-    let rest = &bytes[end + blanks..];
-    let body = rest.strip_prefix(b"\r\n").or(rest.strip_prefix(b"\n")).or(rest.strip_prefix(b"\r")).unwrap_or(rest);
-    Ok((String::from_utf8_lossy(&bytes[..end]).replace("\r\n", "\n").replace('\r', "\n"), body))
-}
-
-fn parse_header(header: &str) -> Result<(Encoding, Vec<Element<'_>>), ScanFault> {
-    let (mut encoding, mut elements) = (None, Vec::<Element>::new());
-    for (i, line) in header.lines().enumerate() {
-        let fault = |expected: &str| {
-            let message = format!("expected {expected}, found `{}`", line.trim());
-            ScanFault::malformed(FORMAT, format!("line {}", i + 1), message)
-        };
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words[..] {
-            ["format", name, ..] => {
-                encoding = Some(match name {
-                    "ascii" => Encoding::Ascii,
-                    "binary_little_endian" => Encoding::LittleEndian,
-                    "binary_big_endian" => Encoding::BigEndian,
-                    _ => return Err(fault("format ascii, binary_little_endian or binary_big_endian")),
-                });
-            }
-            ["element", name, count, ..] => {
-                let count = count.parse().map_err(|_| fault("the element's number of rows"))?;
-                elements.push(Element { name, count, properties: Vec::new() });
-            }
-            ["property", ref words @ ..] => match (elements.last_mut(), Property::of(words)) {
-                (Some(element), Some(property)) => element.properties.push(property),
-                _ => return Err(fault(PROPERTY)),
-            },
-            _ => {}
-        }
-    }
-    let fault = |message: String| ScanFault::malformed(FORMAT, "header", message);
-    for Element { name, count, properties } in &elements {
-        if *count > 0 && properties.is_empty() {
-            return Err(fault(format!("element `{name}` has {count} rows but no properties")));
-        }
-        let has = |axis: &str| properties.iter().any(|p| p.name == axis && p.count.is_none());
-        let missing = ["x", "y", "z"].into_iter().find(|axis| !has(axis));
-        if let Some(axis) = missing.filter(|_| *name == "vertex") {
-            return Err(fault(format!("element `vertex` has no property `{axis}`; x, y and z are needed")));
-        }
-    }
-    let encoding = encoding.ok_or_else(|| fault("there is no line `format`".to_owned()))?;
-    Ok((encoding, elements))
-}
-
-/// The form of a line `property`, for messages.
-const PROPERTY: &str = "`property TYPE NAME` or `property list TYPE TYPE NAME` below `element`, with the types char, uchar, short, \
-                        ushort, int, uint, float and double";
-
-impl<'a> Property<'a> {
-    /// The property that the words behind `property` declare.
-    fn of(words: &[&'a str]) -> Option<Self> {
-        let scalar = |name: &str| match name {
-            "char" | "int8" => Some(Scalar::I8),
-            "uchar" | "uint8" => Some(Scalar::U8),
-            "short" | "int16" => Some(Scalar::I16),
-            "ushort" | "uint16" => Some(Scalar::U16),
-            "int" | "int32" => Some(Scalar::I32),
-            "uint" | "uint32" => Some(Scalar::U32),
-            "float" | "float32" => Some(Scalar::F32),
-            "double" | "float64" => Some(Scalar::F64),
-            _ => None,
-        };
-        match *words {
-            ["list", count, element, name, ..] => {
-                Some(Self { name, count: Some(scalar(count)?), scalar: scalar(element)? })
-            }
-            [element, name, ..] => Some(Self { name, count: None, scalar: scalar(element)? }),
-            _ => None,
-        }
-    }
 }
 
 /// The place of a vertex's property in (x, y, z, nx, ny, nz, s, t).
@@ -180,11 +58,12 @@ fn list<'r>(element: &Element, row: &'r Row, names: &[&str]) -> &'r [f64] {
     place.map_or(&[], |place| &row[place])
 }
 
-/// The names of the list of a face's vertices.
-const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
-
 struct Reader<'a> {
     rest: &'a [u8],
+    /// The file's size in bytes.
+    size: usize,
+    /// The line where `rest` begins, counted from 1, in an ASCII file.
+    line: usize,
     encoding: Encoding,
     /// The number of vertices, which may come after the faces.
     vertices: usize,
@@ -225,12 +104,79 @@ impl Reader<'_> {
     ) -> Result<(), ScanFault> {
         let mut row = vec![Vec::new(); element.properties.len()];
         for number in 1..=element.count {
+            if self.encoding == Encoding::Ascii {
+                self.skip_blank();
+            }
+            let begun = self.line;
             for (property, numbers) in element.properties.iter().zip(&mut row) {
                 self.read_property(property, numbers).map_err(|message| {
-                    ScanFault::malformed(FORMAT, format!("element `{}`, row {number}", element.name), message)
+                    let (place, name) = (self.place(), shown(property.name));
+                    self.fault(element, number, format!("{place}, property `{name}`"), message)
                 })?;
             }
+            if self.encoding == Encoding::Ascii && !self.at_line_end() {
+                let message = if self.line == begun {
+                    format!("more numbers than the properties in the header: `{}` is left", self.rest_of_line())
+                } else {
+                    format!("fewer numbers than the properties in the header: the row goes on to line {}", self.line)
+                };
+                return Err(self.fault(element, number, format!("line {begun}"), message));
+            }
             add(self, element, number, &row)?;
+        }
+        Ok(())
+    }
+
+    fn fault(&self, element: &Element, number: usize, place: String, message: String) -> ScanFault {
+        let Element { name, count, .. } = element;
+        let place = format!("{place}, element `{}`, row {number} of {count}", shown(name));
+        ScanFault::malformed(FORMAT, place, message)
+    }
+
+    /// The place of what was read last.
+    fn place(&self) -> String {
+        match self.encoding {
+            Encoding::Ascii => format!("line {}", self.line),
+            _ => format!("byte {}", self.size - self.rest.len()),
+        }
+    }
+
+    fn skip_blank(&mut self) {
+        let text = self.rest.trim_ascii_start();
+        self.line += count_lines(&self.rest[..self.rest.len() - text.len()]);
+        self.rest = text;
+    }
+
+    fn at_line_end(&self) -> bool {
+        let blank = |b: &&u8| b.is_ascii_whitespace() && !is_line_end(b);
+        self.rest.iter().find(|b| !blank(b)).is_none_or(is_line_end)
+    }
+
+    /// The rest of a line, cut.
+    fn rest_of_line(&self) -> String {
+        let line = self.rest.trim_ascii_start();
+        let end = line.iter().take(400).position(is_line_end).unwrap_or(line.len().min(400));
+        shown(&String::from_utf8_lossy(&line[..end]))
+    }
+
+    /// Refuses rows that the header does not count: what it counts is then a part of the object. Some programs pad a
+    /// file; less than a row is a rest that nobody misses.
+    fn require_end(&mut self, last: &Element) -> Result<(), ScanFault> {
+        let wrong = "the header counts fewer rows than the file holds, or rows of another kind; export it again";
+        let name = shown(last.name);
+        if self.encoding == Encoding::Ascii {
+            self.skip_blank();
+            if !self.rest.is_empty() {
+                let message = format!("`{}` follows the last row of `{name}`: {wrong}", self.rest_of_line());
+                return Err(ScanFault::malformed(FORMAT, self.place(), message));
+            }
+            return Ok(());
+        }
+        let padding = self.rest.iter().rev().take_while(|b| **b == 0 || b.is_ascii_whitespace()).count();
+        let size = |p: &Property| p.count.unwrap_or(p.scalar).bytes();
+        if self.rest.len() - padding >= last.properties.iter().map(size).sum::<usize>().max(1) {
+            let message = format!("{} bytes follow the last row of `{name}`: {wrong}", self.rest.len());
+            return Err(ScanFault::malformed(FORMAT, self.place(), message));
         }
         Ok(())
     }
@@ -255,8 +201,11 @@ impl Reader<'_> {
             let word = self.read_word()?;
             // Numbers that are declared as single precision are rounded to it.
             let number = if let Scalar::F32 = scalar { word.parse().map(f32::into) } else { word.parse() };
-            let shown = || word.chars().take(40).collect::<String>();
-            return number.map_err(|_| format!("expected a number, found `{}`", shown()));
+            let number: f64 = number.map_err(|_| format!("expected a number, found `{}`", shown(&word)))?;
+            if !matches!(scalar, Scalar::F32 | Scalar::F64) && number.fract() != 0.0 {
+                return Err(format!("expected a whole number, found `{}`", shown(&word)));
+            }
+            return Ok(number);
         }
         Ok(match scalar {
             Scalar::I8 => i8::from_le_bytes(self.read_bytes()?).into(),
@@ -272,9 +221,9 @@ impl Reader<'_> {
 
     /// The next word of an ASCII file.
     fn read_word(&mut self) -> Result<std::borrow::Cow<'_, str>, String> {
-        let text = self.rest.trim_ascii_start();
-        let end = text.iter().position(u8::is_ascii_whitespace).unwrap_or(text.len());
-        let (word, rest) = text.split_at(end);
+        self.skip_blank();
+        let end = self.rest.iter().position(u8::is_ascii_whitespace).unwrap_or(self.rest.len());
+        let (word, rest) = self.rest.split_at(end);
         self.rest = rest;
         if word.is_empty() { Err(CUT_OFF.to_owned()) } else { Ok(String::from_utf8_lossy(word)) }
     }
@@ -319,14 +268,25 @@ impl Reader<'_> {
 
     fn checked(&self, indices: &[f64], kind: &str, number: usize) -> Result<Vec<u32>, ScanFault> {
         let check = |&index: &f64| {
-            if index >= 0.0 && index < self.vertices as f64 {
+            if index >= 0.0 && index < self.vertices as f64 && index.fract() == 0.0 {
                 return Ok(index as u32);
             }
-            let place = format!("{kind} {number} (counted from 1)");
+            let place = format!("{}: {kind} {number} (counted from 1)", self.place());
             Err(ScanFault::IndexOutOfRange { place, what: "vertex", index: index as i64, count: self.vertices })
         };
         indices.iter().map(check).collect()
     }
+}
+
+/// Whether a byte ends a line; files from old programs have no other than the second.
+fn is_line_end(byte: &u8) -> bool {
+    matches!(byte, b'\n' | b'\r')
+}
+
+/// The number of lines that end in some bytes.
+fn count_lines(bytes: &[u8]) -> usize {
+    let ends = |byte: u8| bytes.iter().filter(|b| **b == byte).count();
+    ends(b'\n').max(ends(b'\r'))
 }
 
 const CUT_OFF: &str = "the file ends here; it is cut off: export it again";

@@ -4,9 +4,12 @@
 //! lines, colours and comments behind the numbers, materials without a name, points and lines among the faces, and
 //! files of points only. It also records line numbers and groups.
 
-use super::error::ScanFault;
+mod lost;
+
+use super::error::{ScanFault, shown};
 use super::raw::{Polygon, RawMesh, is_usable};
 use crate::mesh::Group;
+use lost::{Signs, require_whole_end};
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read};
 use tobj::{LoadError, LoadOptions};
@@ -15,11 +18,13 @@ const FORMAT: &str = "OBJ";
 
 /// Reads an OBJ file. Polygons are fans so far; without any face it is a cloud of points.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
-    let prepared = Prepared::new(&String::from_utf8_lossy(bytes))?;
+    let text = String::from_utf8_lossy(bytes);
+    let prepared = Prepared::new(&text)?;
     if prepared.vertices == 0 {
         return Err(ScanFault::NoVertices);
     }
-    if prepared.triangles == 0 { prepared.cloud() } else { prepared.mesh() }
+    require_whole_end(&text)?;
+    if prepared.triangles == 0 { prepared.cloud(!text.ends_with(['\n', '\r'])) } else { prepared.mesh() }
 }
 
 /// The statements of the geometry, and their counts before any number is parsed.
@@ -37,6 +42,7 @@ struct Prepared {
     /// A face has a corner without texture coordinate; without normal.
     bare_texcoord: bool,
     bare_normal: bool,
+    signs: Signs,
 }
 
 impl Prepared {
@@ -45,9 +51,15 @@ impl Prepared {
         let mut lines = text.trim_start_matches('\u{feff}').lines().enumerate();
         while let Some((i, line)) = lines.next() {
             let mut line = Cow::Borrowed(line);
+            // Each part is copied once, however many there are.
             while let Some(continued) = line.trim_end().strip_suffix('\\') {
-                line = Cow::Owned(format!("{continued} {}", lines.next().map_or("", |(_, next)| next)));
+                let end = continued.len();
+                let whole = line.to_mut();
+                whole.truncate(end);
+                whole.push(' ');
+                whole.push_str(lines.next().map_or("", |(_, next)| next));
             }
+            prepared.signs.look(&line, i + 1);
             prepared.take(&line, i + 1)?;
         }
         if let Some(last) = prepared.groups.last_mut() {
@@ -104,7 +116,8 @@ impl Prepared {
             self.bare_normal |= indices.next().is_none_or(str::is_empty);
             // Indices of more digits overflow inside `tobj`.
             if corner.split('/').any(|index| index.len() > 18) {
-                return Err(ScanFault::malformed(FORMAT, format!("line {number}"), "an index has more than 18 digits"));
+                let message = format!("an index has more than 18 digits: `{}`", shown(corner));
+                return Err(ScanFault::malformed(FORMAT, format!("line {number}"), message));
             }
         }
         self.push("f", words, number);
@@ -138,9 +151,11 @@ impl Prepared {
         if let Some(fault) = suspicious.then(|| self.non_finite()).flatten() {
             return Err(fault);
         }
+        let warnings = self.signs.warnings(self.vertices, Some(positions.len()), false);
         let corners = |indices: &[u32]| indices.as_chunks::<3>().0.to_vec();
         let (groups, polygons) = (self.groups, self.polygons);
-        let mut raw = RawMesh { positions, triangles: corners(&mesh.indices), groups, polygons, ..RawMesh::default() };
+        let triangles = corners(&mesh.indices);
+        let mut raw = RawMesh { positions, triangles, groups, polygons, warnings, ..RawMesh::default() };
         if !self.bare_normal && self.normals > 0 {
             let values = mesh.normals.as_chunks::<3>().0;
             raw.corner_normals = corners(&mesh.normal_indices).iter().map(|t| t.map(|i| values[i as usize])).collect();
@@ -154,8 +169,9 @@ impl Prepared {
     }
 
     /// A file without faces, of which `tobj` keeps nothing.
-    fn cloud(self) -> Result<RawMesh, ScanFault> {
-        let mut raw = RawMesh::default();
+    fn cloud(self, ends_within_line: bool) -> Result<RawMesh, ScanFault> {
+        let warnings = self.signs.warnings(self.vertices, None, ends_within_line);
+        let mut raw = RawMesh { warnings, ..RawMesh::default() };
         for (i, (keyword, numbers)) in self.number_lines().enumerate() {
             let fault = || {
                 let expected = match keyword {
@@ -191,7 +207,7 @@ impl Prepared {
 
     /// A message about a line of the prepared text, counted from 0.
     fn fault(&self, index: usize, expected: &str) -> ScanFault {
-        let text: String = self.text.lines().nth(index).unwrap_or_default().chars().take(60).collect();
+        let text = shown(self.text.lines().nth(index).unwrap_or_default());
         let line = self.lines.get(index).copied().unwrap_or_default();
         ScanFault::malformed(FORMAT, format!("line {line}"), format!("{expected}, found `{text}`"))
     }
@@ -222,7 +238,7 @@ impl Prepared {
             LoadError::NormalParseError => "expected `vn` and three numbers",
             LoadError::TexcoordParseError => "expected `vt` and two numbers",
             LoadError::FaceParseError => "expected `f` and corners such as 1, 1/2, 1//3 or 1/2/3",
-            _ => return ScanFault::malformed(FORMAT, "faces", error.to_string()),
+            _ => return self.fault(lines.saturating_sub(1), &error.to_string()),
         };
         self.fault(lines.saturating_sub(1), message)
     }
