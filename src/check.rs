@@ -74,6 +74,9 @@ fn compiled(script: &Path, args: &CheckArgs) -> Result<Checked, CommandError> {
     let provenance = Provenance::of(script, &program);
     if let Some(fit) = &fit {
         fit.require_model(&program, &provenance, compile)?;
+        if let Some(doubt) = fit.doubt() {
+            eprintln!("warning: {doubt}");
+        }
     }
     let x = script::values_for(&program, fit.as_ref(), values)?;
     let mut fit = fit.filter(|_| values.values.is_empty()).map(SavedFit::into_result);

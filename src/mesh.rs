@@ -22,7 +22,9 @@ pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     framing(args)?;
     outputs::require_apart(&args.output, outputs::inputs([&args.script.model], args.values.params.as_ref()))?;
-    let Valued { program, x, motion, .. } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    let valued = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    valued.warn_of_doubt();
+    let Valued { program, x, motion, .. } = valued;
     write_model(args, &program, &x, &motion)
 }
 

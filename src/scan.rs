@@ -40,7 +40,9 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         seed: args.seed,
         ..Scanner::default()
     };
-    let Valued { program, x, motion, .. } = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    let valued = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
+    valued.warn_of_doubt();
+    let Valued { program, x, motion, .. } = valued;
     for output in [&args.output].into_iter().chain(&args.truth) {
         outputs::require_apart_from_scripts(output, &program)?;
     }

@@ -3,13 +3,14 @@
 use crate::cli::{ValueArgs, VarianceArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
+use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
 use crate::{deviations, dimensions, fit, measure, outputs};
 use gml_compiler::program::Program;
 use gml_runtime::export::folder::FIT;
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
-use gml_runtime::scan::{self, ReferenceMesh};
+use gml_runtime::scan::{self, ReferenceMesh, Scan};
 use gml_runtime::variance::{self, MeasureOptions, Measurement, ParameterCovariance, Reference};
 use std::path::PathBuf;
 
@@ -19,10 +20,15 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     outputs::require_folder_apart(&args.output, false, inputs)?;
     let extension = args.reference.extension().unwrap_or_default();
     let measured = if extension.eq_ignore_ascii_case("gml") {
-        let Valued { program, x, motion, fit } = compile_valued(&args.reference, &args.compile, &args.values)?;
+        let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
+        let Valued { program, x, motion, fit, saved } = valued;
         let covariance = fit.as_ref().and_then(inspect::covariance);
-        measure_from(Reference::Model { model: &program, x: &x, motion }, covariance, args, &options).map(
+        let scan = fit::read_scan(&args.scan)?;
+        let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
+        measure_from(Reference::Model { model: &program, x: &x, motion }, &scan, covariance, &options).map(
             |mut measured| {
+                let doubt = saved.as_ref().and_then(SavedFit::doubt);
+                measured.report.warnings.extend(doubt.into_iter().chain(other));
                 match &fit {
                     Some(fit) => inspect::judge_measures(&mut measured.report, fit, options.verdict),
                     None => measured.report.warnings.extend(dimensions::without_fit(&program)),
@@ -45,7 +51,8 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         }
         let ReferenceMesh { mesh, warnings, .. } =
             scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
-        measure_from(Reference::Mesh(&mesh), None, args, &options).map(|mut measured| {
+        let scan = fit::read_scan(&args.scan)?;
+        measure_from(Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
             measured.report.warnings.extend(warnings);
             measured
         })
@@ -90,13 +97,12 @@ fn unfitted(program: &Program, args: &ValueArgs) -> Option<String> {
 
 fn measure_from(
     reference: Reference<'_>,
+    scan: &Scan,
     covariance: Option<ParameterCovariance<'_>>,
-    args: &VarianceArgs,
     options: &MeasureOptions,
 ) -> Result<Measurement, CommandError> {
-    let scan = fit::read_scan(&args.scan)?;
     let progress = TerminalProgress::new();
-    let measured = variance::measure(reference, &scan, covariance, options, &progress);
+    let measured = variance::measure(reference, scan, covariance, options, &progress);
     progress.finish();
     Ok(measured?)
 }

@@ -20,6 +20,7 @@ mod robust;
 mod saved;
 mod search;
 mod support;
+mod unsound;
 mod variance;
 mod verdicts;
 #[path = "../viewers/scene.rs"]

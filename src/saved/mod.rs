@@ -1,5 +1,7 @@
 //! A fit that a command begins from: the file of `--params`.
 
+mod sound;
+
 use crate::cli::{CompileArgs, FitControls};
 use crate::error::CommandError;
 use crate::files;
@@ -12,12 +14,14 @@ use gml_compiler::syntax;
 use gml_compiler::syntax::ast::{Item, ItemKind, Model};
 use gml_runtime::fit::{Converged, EarlierFit, FitResult, FittedInput};
 use gml_runtime::model::Motion;
+use gml_runtime::scan::ScanSource;
 use std::path::{Path, PathBuf};
 
 /// Relative difference of equal numbers: the last digits of a number may be lost in a file.
 const ROUNDING: f64 = 1e-12;
 
 /// A result of `gmlc fit`.
+#[derive(Clone)]
 pub(crate) struct SavedFit {
     path: PathBuf,
     fit: FitResult,
@@ -27,14 +31,39 @@ impl SavedFit {
     /// Reads fit.json.
     pub(crate) fn read(path: &Path) -> Result<SavedFit, CommandError> {
         let text = files::read(path)?;
-        let fit = serde_json::from_str(&text)
-            .map_err(|e| CommandError::Failed(format!("{}: is not a result of `gmlc fit`: {e}", path.display())))?;
+        let failed = |what: String| CommandError::Failed(format!("{}: {what}", path.display()));
+        let fit = sound::parse(&text).map_err(failed)?;
+        sound::check(&fit).map_err(|what| failed(format!("{what}; fit the model again, or mend the file")))?;
         Ok(SavedFit { path: path.to_owned(), fit })
     }
 
     /// The pose that the fit added.
     pub(crate) fn pose(&self) -> Option<Motion> {
         self.fit.pose
+    }
+
+    /// A sentence on a fit that did not end well, for what rests on its values; none if it did.
+    pub(crate) fn doubt(&self) -> Option<String> {
+        let shortcoming =
+            if self.fit.interrupted { Some("it was interrupted".to_owned()) } else { self.fit.shortcoming() };
+        shortcoming.map(|what| format!("{}: the fit cannot be relied on: {what}", self.path.display()))
+    }
+
+    /// Refuses a scan that is the fit's in another unit; a sentence on one that is another scan, which may be meant.
+    pub(crate) fn about_scan(&self, scan: &ScanSource) -> Result<Option<String>, CommandError> {
+        let of = &self.fit.scan;
+        if of.sha256.is_empty() || scan.sha256.is_empty() {
+            return Ok(None);
+        }
+        if of.sha256 != scan.sha256 {
+            let (path, fitted, scan) = (self.path.display(), &of.path, &scan.path);
+            return Ok(Some(format!("{path}: the model was fitted to another scan ({fitted}) than {scan}")));
+        }
+        if !of.unit.is_empty() && of.unit != scan.unit {
+            let (fitted, now) = (&of.unit, &scan.unit);
+            return Err(self.failed(&format!("was fitted to this scan in {fitted}, not in {now}: --unit {fitted}")));
+        }
+        Ok(None)
     }
 
     /// All of the file.
