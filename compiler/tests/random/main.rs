@@ -16,6 +16,7 @@ mod differences;
 mod generate;
 mod oracle;
 mod properties;
+mod whole;
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;

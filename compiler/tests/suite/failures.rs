@@ -50,6 +50,35 @@ fn derivatives_that_are_not_finite_are_found() {
 }
 
 #[test]
+fn whole_numbers_that_are_too_large_are_failures_with_a_place() {
+    let at = |shape: &str, a: f64| {
+        let script =
+            format!("model m {{\n  param a: real = 1\n  part p = |u, v| ({shape} * 1mm, u * 1mm, v * 1mm)\n}}\n");
+        message(&program("m.gml", &script), &[a], &[0.5], &[0.5])
+    };
+    for (shape, a, place, text) in [
+        ("floor(stop(a))", 1e300, "m.gml:3:20: ", "this is no whole number of 64 bits"),
+        ("floor(stop(1 / (a - 1)))", 1.0, "m.gml:3:20: ", "this is no whole number of 64 bits"),
+        ("floor(stop(ln(a)))", -1.0, "m.gml:3:20: ", "this is no whole number of 64 bits"),
+        ("(int(stop(a)) * int(stop(a)))", 1e10, "m.gml:3:20: ", "this whole number is too large"),
+        ("(1 - int(stop(a)))", -(2f64.powi(63)), "m.gml:3:20: ", "this whole number is too large"),
+        ("abs(int(stop(a)))", -(2f64.powi(63)), "m.gml:3:20: ", "this whole number is too large"),
+        ("loop(int(stop(a)), 80, |n, i| n + n)", 1.0, "m.gml:3:", "this whole number is too large"),
+    ] {
+        let found = at(shape, a);
+        assert!(found.starts_with(place) && found.contains(text), "{shape}: {found}");
+    }
+    // Where it is not needed, it does not fail.
+    let script = "model m {\n  param a: real = 1e10\n  part p = |u, v| ((if a < 0 { int(stop(a)) * int(stop(a)) } else { 1 }) * 1mm, \
+                  u * 1mm, v * 1mm)\n}\n";
+    let program = program("m.gml", script);
+    let mut point = [0.0; 3];
+    let instance = program.instantiate(&[1e10]).unwrap();
+    instance.evaluate(0, Sites::Scattered(&[0.5], &[0.5]), Order::Points, &mut point).unwrap();
+    assert_eq!(point, [1.0, 0.5, 0.5]);
+}
+
+#[test]
 fn recursion_without_end_is_stopped() {
     let script = "fn f(x: real) -> real = if x > 0 { f(x + 1) } else { x }\nmodel m {\n  param a: real = 1\n  part p = |u, v| (f(a + u) * 1mm, u * 1mm, v * 1mm)\n}\n";
     let program = program("m.gml", script);

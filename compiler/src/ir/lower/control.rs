@@ -49,6 +49,7 @@ impl<'m> Frame<'_, 'm> {
         let mut frame = self.child("fold", &locals, &constants, start.is_none());
         // The loop counts from 0.
         let i = frame.local(*index)[0];
+        frame.index = Some(i);
         let first = match start {
             Some(start) => frame.b.scalar(start),
             None => frame.b.param(frame.b.params().len() - 1),
@@ -159,6 +160,10 @@ fn is_cheap(expr: &Expr, budget: &mut usize) -> bool {
     let cost = match &expr.kind {
         ExprKind::Real(_) | ExprKind::Int(_) | ExprKind::Bool(_) | ExprKind::Text(_) | ExprKind::Local(_) => {
             return true;
+        }
+        // Whole numbers may be too large, which fails.
+        ExprKind::Unary(Unary::Neg | Unary::Abs, _) | ExprKind::Binary(..) if matches!(expr.ty, Type::Int(None)) => {
+            return false;
         }
         ExprKind::Convert(_) | ExprKind::Element(..) | ExprKind::Aggregate(_) => 0,
         ExprKind::Block(statements, _) if statements.iter().all(|s| matches!(s, Statement::Let(..))) => 0,

@@ -77,6 +77,8 @@ struct Frame<'l, 'm> {
     lowerer: &'l mut Lowerer<'m>,
     b: FunctionBuilder,
     locals: HashMap<LocalId, Vec<Value>>,
+    /// The index of a loop, in the function of its body.
+    index: Option<Value>,
 }
 
 impl<'m> Lowerer<'m> {
@@ -107,7 +109,7 @@ impl<'m> Lowerer<'m> {
         let mut values = b.params().into_iter();
         let bound = locals.iter().zip(counts).map(|(local, n)| (*local, values.by_ref().take(n).collect()));
         let locals = bound.collect();
-        Frame { lowerer: self, b, locals }
+        Frame { lowerer: self, b, locals, index: None }
     }
 
     /// The model's parameters among some locals.
@@ -256,8 +258,8 @@ impl Frame<'_, '_> {
 
     /// Adds a function of the value of an expression to the module.
     fn add(self, expr: &Expr) -> Result<FunctionId, SizeError> {
-        let Frame { lowerer, b, locals } = self;
-        let function = Frame { lowerer: &mut *lowerer, b, locals }.finish(expr)?;
+        let Frame { lowerer, b, locals, index } = self;
+        let function = Frame { lowerer: &mut *lowerer, b, locals, index }.finish(expr)?;
         Ok(lowerer.module.add(function))
     }
 

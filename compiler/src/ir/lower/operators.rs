@@ -1,21 +1,99 @@
-//! Operators.
+//! Operators. What has no value fails, the operations of the IR themselves being total: an evaluator that heeds guards
+//! thus agrees with all others about whole numbers that are too large.
 
 use super::{Frame, SizeError};
 use crate::check::typed::{Expr, Type};
 use crate::ir::scalar::Scalar;
-use crate::ir::{self, Binary, Compare, Failure, Unary, Value};
+use crate::ir::{self, Binary, Compare, Failure, Op, Unary, Value};
 use crate::source::Span;
+
+const TOO_LARGE: &str = "this whole number is too large: it has more than 64 bits";
+const NO_WHOLE_NUMBER: &str = "this is no whole number of 64 bits: it is too large, or not a number";
+
+/// Bits of an int that may be any.
+const UNKNOWN: u32 = 64;
+/// Bits of the index of a loop: nobody waits for 2^48 iterations.
+const INDEX: u32 = 48;
+/// Operations behind each other that are looked at for the size of an int.
+const ANALYSED: usize = 8;
 
 impl Frame<'_, '_> {
     pub(super) fn unary(&mut self, op: Unary, a: Value) -> Value {
         let value = match op {
             // Only reals have a derivative to stop.
             Unary::Stop if self.b.ty(a) != ir::Type::Real => return a,
+            Unary::Neg | Unary::Abs if self.b.ty(a) == ir::Type::Int && self.magnitude(a, ANALYSED) == UNKNOWN => {
+                let least = self.b.int(i64::MIN);
+                let fine = self.b.compare(Compare::Ne, a, least);
+                let value = self.b.unary(op, a);
+                return self.guard(value, fine, TOO_LARGE);
+            }
+            Unary::ToInt => a,
             op => self.b.unary(op, a),
         };
         // The typed tree rounds to ints.
-        let rounds = matches!(op, Unary::Floor | Unary::Ceil | Unary::Round);
-        if rounds { self.b.unary(Unary::ToInt, value) } else { value }
+        match op {
+            Unary::Floor | Unary::Ceil | Unary::Round | Unary::ToInt if self.b.ty(a) == ir::Type::Real => {
+                self.truncated(value)
+            }
+            _ => value,
+        }
+    }
+
+    /// A real, towards zero, as an int; a failure where there is none.
+    fn truncated(&mut self, value: Value) -> Value {
+        // The ends are exact, and NaN lies between no two numbers.
+        let (from, to) = (self.b.real(-(2f64.powi(63))), self.b.real(2f64.powi(63)));
+        let (above, below) = (self.b.compare(Compare::Ge, value, from), self.b.compare(Compare::Lt, value, to));
+        let fine = self.b.binary(Binary::And, above, below);
+        let value = self.guard(value, fine, NO_WHOLE_NUMBER);
+        self.b.unary(Unary::ToInt, value)
+    }
+
+    fn guard(&mut self, value: Value, fine: Value, message: &str) -> Value {
+        if self.b.constant(fine) == Some(Scalar::Bool(true)) {
+            return value;
+        }
+        let failure = self.lowerer.module.fail(Failure { span: self.b.span(), message: message.to_owned() });
+        self.b.guard(value, fine, failure)
+    }
+
+    /// A sum, difference or product of ints; a failure where it has more than 64 bits.
+    fn int_arithmetic(&mut self, op: Binary, a: Value, b: Value) -> Value {
+        let value = self.b.binary(op, a, b);
+        if self.magnitude(value, ANALYSED) < UNKNOWN {
+            return value;
+        }
+        // A result that wrapped around is off by 2^64 or a multiple; in doubles the two differ by less than 2^14.
+        let [x, y, wrapped] = [a, b, value].map(|v| self.b.unary(Unary::ToReal, v));
+        let exact = self.b.binary(op, x, y);
+        let difference = self.b.sub(wrapped, exact);
+        let difference = self.b.unary(Unary::Abs, difference);
+        let most = self.b.real(2f64.powi(60));
+        let fine = self.b.compare(Compare::Lt, difference, most);
+        self.guard(value, fine, TOO_LARGE)
+    }
+
+    /// The number of bits that hold an int without its sign; [`UNKNOWN`] where it may be any, or reals.
+    fn magnitude(&self, value: Value, depth: usize) -> u32 {
+        if let Some(Scalar::Int(i)) = self.b.constant(value) {
+            return u64::BITS - i.unsigned_abs().leading_zeros();
+        }
+        if self.index == Some(value) {
+            return INDEX;
+        }
+        let Some(depth) = depth.checked_sub(1) else { return UNKNOWN };
+        let of = |v: Value| self.magnitude(v, depth);
+        let bits = match *self.b.op(value) {
+            Op::Unary(Unary::Neg | Unary::Abs, a) | Op::Guard { value: a, .. } => of(a),
+            Op::Unary(Unary::Sign, _) => 1,
+            Op::Binary(Binary::Add | Binary::Sub, a, b) => of(a).max(of(b)) + 1,
+            Op::Binary(Binary::Mul, a, b) => of(a) + of(b),
+            Op::Binary(Binary::Rem, _, b) => of(b),
+            Op::Binary(Binary::Min | Binary::Max, a, b) | Op::Select(_, a, b) => of(a).max(of(b)),
+            _ => UNKNOWN,
+        };
+        bits.min(UNKNOWN)
     }
 
     pub(super) fn binary(&mut self, op: Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, SizeError> {
@@ -29,8 +107,12 @@ impl Frame<'_, '_> {
         let nth = |values: &[Value], i: usize| if values.len() == 1 { values[0] } else { values[i] };
         let mut combine = |i: usize| {
             let (a, b) = (nth(&xs, i), nth(&ys, i));
-            if op == Binary::Rem && self.b.ty(a) == ir::Type::Int {
-                return self.int_remainder(a, b, span);
+            if self.b.ty(a) == ir::Type::Int {
+                match op {
+                    Binary::Rem => return self.int_remainder(a, b, span),
+                    Binary::Add | Binary::Sub | Binary::Mul => return self.int_arithmetic(op, a, b),
+                    _ => {}
+                }
             }
             self.b.binary(op, a, b)
         };
