@@ -4,6 +4,7 @@
 //! functions, everything as it is written. [`library`] describes the standard library, one page a module. Names that
 //! begin with `_` are private and left out.
 
+mod harmless;
 mod library;
 mod model;
 mod page;

@@ -1,5 +1,6 @@
 //! Models.
 
+use super::harmless::code;
 use super::page::Page;
 use crate::syntax::ast::{Expr, Item, ItemKind, Limit, Model, ParamDecl, Pattern, Sign, Tolerance};
 
@@ -34,13 +35,13 @@ impl Page<'_> {
         let mut rows = Vec::new();
         for (item, decl) in items.iter().filter_map(|i| pick(&i.kind).map(|decl| (i, decl))) {
             let (low, high) = decl.bounds.as_ref().map_or((None, None), |(low, high)| (Some(low), Some(high)));
-            let code = |e: Option<&Expr>| self.code(e.map(|e| e.span));
+            let written = |e: Option<&Expr>| self.code(e.map(|e| e.span));
             rows.push(vec![
                 format!("`{}`", decl.name.text),
                 self.written(decl.ty.span),
-                code(low),
-                code(high),
-                code(decl.default.as_ref()),
+                written(low),
+                written(high),
+                written(decl.default.as_ref()),
                 item.doc.clone(),
             ]);
         }
@@ -57,8 +58,8 @@ impl Page<'_> {
                 ItemKind::Require(decl) => {
                     let message = decl.message.as_deref().map(|m| format!(": {m}")).unwrap_or_default();
                     lists.requirements.push(format!(
-                        "`{}`{}{message}",
-                        self.written(decl.condition.span),
+                        "{}{}{message}",
+                        code(&self.written(decl.condition.span)),
                         place.text()
                     ));
                 }
@@ -70,20 +71,23 @@ impl Page<'_> {
                 }
                 ItemKind::Measure(decl) => {
                     let doc = if item.doc.is_empty() { String::new() } else { format!(": {}", item.doc) };
-                    let tolerance = decl.tolerance.as_ref().map(|t| format!(", tolerance `{}`", self.limits(t)));
+                    let tolerance = decl.tolerance.as_ref().map(|t| format!(", tolerance {}", code(&self.limits(t))));
                     let (name, tolerance) = (&decl.name.text, tolerance.unwrap_or_default());
                     let value = self.written(decl.value.span);
                     let parts: Vec<String> = decl.parts.iter().map(|p| format!("`{}`", p.text)).collect();
                     let of = if parts.is_empty() { String::new() } else { format!(", of {}", parts.join(" and ")) };
                     lists.measures.push(format!(
-                        "`{name}{} = {value}`{of}{tolerance}{}{doc}",
-                        place.index(),
+                        "{}{of}{tolerance}{}{doc}",
+                        code(&format!("{name}{} = {value}", place.index())),
                         place.text()
                     ));
                 }
                 ItemKind::For(decl) => {
-                    let turns =
-                        format!("for `{}` in {}", self.pattern(&decl.pattern), self.code(Some(decl.iterable.span)));
+                    let turns = format!(
+                        "for {} in {}",
+                        code(&self.pattern(&decl.pattern)),
+                        self.code(Some(decl.iterable.span))
+                    );
                     self.within(&decl.items, &place.and(turns, true), lists);
                 }
                 ItemKind::If(decl) => {

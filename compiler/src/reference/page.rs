@@ -1,5 +1,6 @@
 //! A page under construction: headings, paragraphs, tables, definitions.
 
+use super::harmless::{block, code, inline, without_html};
 use crate::source::Span;
 use crate::syntax::ast::{FunctionDecl, Item, ItemKind};
 use std::fmt::Write;
@@ -20,13 +21,13 @@ impl<'t> Page<'t> {
     }
 
     pub(super) fn heading(&mut self, level: usize, text: &str) {
-        let _ = writeln!(self.out, "{} {text}\n", "#".repeat(level));
+        let _ = writeln!(self.out, "{} {}\n", "#".repeat(level), inline(text));
     }
 
     /// A text, which may be empty, with an empty line after it.
     pub(super) fn paragraph(&mut self, text: &str) {
         if !text.trim().is_empty() {
-            let _ = writeln!(self.out, "{}\n", text.trim_end());
+            let _ = writeln!(self.out, "{}\n", without_html(text.trim_end()));
         }
     }
 
@@ -44,7 +45,7 @@ impl<'t> Page<'t> {
 
     /// The text of a span as code; empty without a span.
     pub(super) fn code(&self, span: Option<Span>) -> String {
-        span.map(|s| format!("`{}`", self.written(s))).unwrap_or_default()
+        span.map(|s| code(&self.written(s))).unwrap_or_default()
     }
 
     pub(super) fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
@@ -53,7 +54,8 @@ impl<'t> Page<'t> {
         self.out.push_str(&line(&head));
         let _ = writeln!(self.out, "|{}", "---|".repeat(head.len()));
         for row in rows {
-            let cells: Vec<String> = row.iter().map(|cell| cell.replace('\n', " ").replace('|', "\\|")).collect();
+            let cells: Vec<String> =
+                row.iter().map(|cell| inline(&cell.replace('\n', " ")).replace('|', "\\|")).collect();
             self.out.push_str(&line(&cells));
         }
         self.out.push('\n');
@@ -61,7 +63,7 @@ impl<'t> Page<'t> {
 
     pub(super) fn list(&mut self, lines: &[String]) {
         for line in lines {
-            let _ = writeln!(self.out, "- {}", line.replace('\n', " "));
+            let _ = writeln!(self.out, "- {}", inline(&line.replace('\n', " ")));
         }
         self.out.push('\n');
     }
@@ -92,7 +94,7 @@ impl<'t> Page<'t> {
             ItemKind::Function(decl) => self.signature(item, decl),
             _ => self.text.get(item.span.start as usize..item.span.end as usize).unwrap_or("").to_owned(),
         };
-        let _ = writeln!(self.out, "```\n{signature}\n```\n");
+        let _ = writeln!(self.out, "{}\n", block(&signature));
         self.paragraph(&item.doc);
     }
 

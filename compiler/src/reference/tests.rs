@@ -32,3 +32,21 @@ fn every_module_of_the_library_has_a_page() {
     assert!(pages[0].text.contains("- [bezier](curve.md#bezier): The Bezier curve"), "{}", pages[0].text);
     assert!(!pages.iter().any(|p| p.text.contains("## _")), "private names are left out");
 }
+
+/// Every comment, message and name of a script comes to its page as text.
+#[test]
+fn no_html_of_a_script_reaches_its_page() {
+    const BAD: &str = "<img src=x onerror=alert(1)>";
+    let text = format!(
+        "// Head {BAD}\n\n/// Of a function {BAD}\nfn f(x: real) = x\n/// Of a value {BAD}\nlet c = 1\n/// Of a model {BAD}\n\
+         model m {{\n/// Of an input `{BAD}\ninput n: int = 1\n/// Of a parameter {BAD}\nparam r: length = 1mm\n\
+         require r > 0mm, \"{BAD}\"\nrequire r > 1mm or // ` {BAD}\nr > 2mm, \"x\"\n/// Of a part {BAD}\n\
+         part p = sphere(r)\n/// Of a measure {BAD}\nmeasure d = 2 * r\n}}\n"
+    );
+    let page = script(&format!("{BAD}.gml"), FileId(0), &text).unwrap();
+    assert_eq!(page.matches("&lt;img").count(), 10, "{page}");
+    for (at, _) in page.match_indices("<img") {
+        let line = page[..at].rsplit('\n').next().unwrap_or_default();
+        assert!(line.contains("`` ") || line.contains("``r"), "{line}\n{page}");
+    }
+}
