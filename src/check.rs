@@ -9,7 +9,7 @@ use gml_compiler::check::lints;
 use gml_compiler::diagnostic::{Code, Diagnostic, Severity};
 use gml_compiler::program::{Compilation, Failed, Input, Parameter, Program, Quantity};
 use gml_compiler::source::{FileId, Sources, Span};
-use gml_compiler::syntax;
+use gml_compiler::{number, syntax};
 use gml_runtime::fit::FitResult;
 use gml_runtime::model::{Closedness, Model, OpenBorder};
 use serde_json::{Value, json};
@@ -220,7 +220,8 @@ fn shown(x: f64, quantity: Quantity) -> String {
         return String::new();
     }
     // Six decimals, without the rounding errors of a unit's conversion.
-    format!("{}", (quantity.written(x).0 * 1e6).round() / 1e6)
+    let x = quantity.written(x).0;
+    number::plain(if x.abs() < 1e9 { (x * 1e6).round() / 1e6 } else { x })
 }
 
 fn first_line(doc: &str) -> String {

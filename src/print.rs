@@ -2,6 +2,7 @@
 //! standard macros panic. `main` asks at the end whether all was printed. Names from files, comments and paths may hold
 //! characters that a terminal obeys; they are written out.
 
+use gml_runtime::export::atomic::in_words;
 use std::borrow::Cow;
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
@@ -50,7 +51,8 @@ pub(crate) fn cut(text: &str, most: usize) -> String {
 /// Whether all of standard output could be printed.
 pub(crate) fn finish() -> Result<(), String> {
     note(std::io::stdout().flush());
-    FAILED.get().map_or(Ok(()), |kind| Err(format!("standard output cannot be written to: {kind}")))
+    let failed = |kind: &ErrorKind| Err(format!("standard output cannot be written to: {}", in_words(*kind)));
+    FAILED.get().map_or(Ok(()), failed)
 }
 
 fn note(result: std::io::Result<()>) {

@@ -19,7 +19,7 @@ const UNITS: [(&str, Quantity, f64); 7] = [
     ("turn", Quantity::Angle, std::f64::consts::TAU),
 ];
 
-/// Parses a value of the given quantity, in millimetres or radians; the error is a predicate such as `is not positive`.
+/// Parses a value of the given quantity, in millimetres or radians; the error is a predicate such as `is not finite`.
 /// A length or an angle requires a unit, so that nobody takes `r=4` for 4 mm and somebody else for 4 cm.
 pub(crate) fn parse(text: &str, quantity: Quantity) -> Result<f64, String> {
     let text = text.trim();
@@ -72,14 +72,27 @@ pub(crate) fn one_of<T: Copy + Send + Sync>(choices: &'static [Choice<T>]) -> im
     names.try_map(|name| choices.iter().find(|c| c.name == name).map(|c| c.value).ok_or("is not one of them"))
 }
 
+/// The largest length of an option in millimetres, which is that of a scan's coordinates too: a thousand kilometres.
+const LONGEST: f64 = 1e12;
+/// The smallest length above zero likewise: a millionth of an atom.
+const SHORTEST: f64 = 1e-12;
+
 /// Parses a positive length, in millimetres.
 pub(crate) fn positive_length(text: &str) -> Result<f64, String> {
-    parse(text, Quantity::Length).and_then(|x| if x > 0.0 { Ok(x) } else { Err("is not positive".into()) })
+    match length(text)? {
+        x if x > 0.0 => Ok(x),
+        _ => Err("is not above zero: expected a length such as 42mm".into()),
+    }
 }
 
 /// Parses a length that is not negative, in millimetres.
 pub(crate) fn length(text: &str) -> Result<f64, String> {
-    parse(text, Quantity::Length).and_then(|x| if x >= 0.0 { Ok(x) } else { Err("is negative".into()) })
+    match parse(text, Quantity::Length)? {
+        x if x < 0.0 => Err("is below zero: expected a length such as 42mm".into()),
+        x if x > LONGEST => Err(format!("is beyond {LONGEST:e} mm")),
+        x if x > 0.0 && x < SHORTEST => Err(format!("is below {SHORTEST:e} mm")),
+        x => Ok(x),
+    }
 }
 
 /// Parses an angle above zero and up to a right angle, in radians.
@@ -136,6 +149,16 @@ pub(crate) fn resolution(text: &str) -> Result<Resolution, String> {
         return Ok(Resolution::Side(size));
     }
     Err(format!("must be a power of two from {SMALLEST} to {LARGEST}, such as 1024, or a length such as 0.2mm"))
+}
+
+/// Parses an amount of memory, in bytes.
+pub(crate) fn memory(text: &str) -> Result<u64, String> {
+    const UNITS: [(&str, f64); 4] = [("GiB", 1_073_741_824.0), ("MiB", 1_048_576.0), ("GB", 1e9), ("MB", 1e6)];
+    let amount =
+        UNITS.iter().find_map(|(unit, size)| Some(text.trim().strip_suffix(unit)?.trim().parse::<f64>().ok()? * size));
+    let bytes =
+        amount.filter(|bytes| *bytes > 0.0 && *bytes < 1e18).ok_or("expected an amount such as 8GB or 500MB")?;
+    Ok(bytes as u64)
 }
 
 /// Splits `name=value`.

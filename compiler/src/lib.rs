@@ -55,6 +55,7 @@ mod diff;
 pub mod format;
 mod ir;
 mod jit;
+pub mod number;
 mod operators;
 mod parameters;
 pub mod program;

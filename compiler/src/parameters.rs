@@ -1,5 +1,6 @@
 //! The declarations of a script: parameters, inputs, parts, measures.
 
+use crate::number::plain;
 use crate::source::Span;
 use serde::{Deserialize, Serialize};
 
@@ -45,7 +46,7 @@ impl Quantity {
         let (value, unit) = self.written(value);
         // Degrees have the rounding of their conversion.
         let value = if self == Quantity::Angle { (value * 1e9).round() / 1e9 } else { value };
-        format!("{value}{unit}")
+        format!("{}{unit}", plain(value))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::commands::no_model;
 use super::state::Repl;
-use crate::cli::{CompileArgs, FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
+use crate::cli::{self, CompileArgs, FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
@@ -14,6 +14,7 @@ use clap::{CommandFactory, Parser};
 use gml_compiler::program::{Limits, Program};
 use gml_runtime::export::json;
 use gml_runtime::model::Motion;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -231,7 +232,7 @@ fn from_session(mut controls: FitControls, program: &Program, x: &[f64]) -> FitC
 
 /// Parses words like a command line.
 fn parsed<L: Parser>(words: Vec<String>) -> Result<L, CommandError> {
-    L::try_parse_from(words).map_err(|e| {
+    L::try_parse_from(cli::with_negative_values(words.into_iter().map(OsString::from))).map_err(|e| {
         let text = e.render().to_string();
         CommandError::Usage(text.trim_start_matches("error: ").trim_end().to_owned())
     })

@@ -103,11 +103,11 @@ fn averaged_normals_forms_and_maps_of_a_can() {
     let wrong = [
         (&["--resolution", "1e-4mm"][..], "at least"),
         (&["--resolution", "1000"], "power of two"),
-        (&["--resolution", "0mm"], "is not positive"),
+        (&["--resolution", "0mm"], "is not above zero"),
         (&["--averaging-width", "1mm"], "requires --distance averaged-normal"),
         (&["--distance", "averaged-normal", "--averaging-width", "30mm"], "a tenth of the model's size"),
         (&["--fill-holes", "3"], "has no unit"),
-        (&["--fill-holes", "0mm"], "is not positive"),
+        (&["--fill-holes", "0mm"], "is not above zero"),
     ];
     for (options, word) in wrong {
         let status = if word == "at least" { 1 } else { 2 };

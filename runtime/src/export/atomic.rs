@@ -65,13 +65,24 @@ where
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
     // Only the kind is told on: the message would name the temporary file, which means nothing to the user.
-    let mut beside = new_file_in(folder).map_err(|error| io::Error::from(error.kind()))?;
+    let mut beside = new_file_in(folder).map_err(|error| io::Error::new(error.kind(), in_words(error.kind())))?;
     let mut out = BufWriter::new(beside.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
     beside.persist(&target).map_err(|error| error.error)?;
     Ok(())
+}
+
+/// A kind of error as users know it.
+#[must_use]
+pub fn in_words(kind: io::ErrorKind) -> String {
+    match kind {
+        io::ErrorKind::NotFound => "there is no such folder, or files cannot be made in it".to_owned(),
+        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
+        io::ErrorKind::StorageFull => "the disk is full".to_owned(),
+        kind => kind.to_string(),
+    }
 }
 
 /// Whether a path is that of a pipe in a folder: opening it waits for a reader, whatever the user sends. Pipes of a

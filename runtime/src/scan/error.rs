@@ -1,5 +1,6 @@
 //! Errors of reading a scan or a mesh.
 
+use gml_compiler::number::plain;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
@@ -76,7 +77,7 @@ pub enum ScanFault {
     /// A coordinate is not a number, infinite or absurdly large.
     #[error(
         "vertex {vertex} (counted from 1) is at ({}, {}, {}), which is not finite or beyond 1e12 mm; check the unit, or remove it in the scanner's software",
-        at[0], at[1], at[2]
+        plain(at[0]), plain(at[1]), plain(at[2])
     )]
     NonFinite {
         /// The vertex, counted from 1.

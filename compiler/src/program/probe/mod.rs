@@ -9,6 +9,7 @@ mod ranges;
 
 use super::{EvaluationError, Order, Parameter, Program, Quantity, Sites};
 use crate::diagnostic::{Code, Diagnostic};
+use crate::number::plain;
 
 impl Program {
     /// Runs the model at some settings of its parameters. Returns an error where it cannot be evaluated at its
@@ -83,5 +84,5 @@ fn shown(parameter: &Parameter, value: f64) -> String {
     let (value, unit) = parameter.quantity.written(value);
     let digits = 4 - value.abs().max(1e-3).log10().floor() as i32;
     let scale = 10f64.powi(digits.clamp(0, 6));
-    format!("{}{unit}", (value * scale).round() / scale + 0.0)
+    format!("{}{unit}", plain((value * scale).round() / scale + 0.0))
 }
