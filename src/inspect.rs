@@ -35,6 +35,7 @@ pub(crate) fn inspect(
     let scan = fit::read_scan(&args.scan)?;
     // Before the fit, which takes longer.
     variance::require_triangles(&scan)?;
+    measure::require_memory(&args.variance, &scan)?;
     // A search may end with a model of other parts.
     if args.search.is_empty() {
         let parts: Vec<String> = subject.program.parts().iter().map(|part| part.name.clone()).collect();

@@ -41,7 +41,10 @@ use std::process::ExitCode;
 fn main() -> ExitCode {
     // A reader that closes the pipe early, such as `head`, ends the command quietly.
     sigpipe::reset();
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(cli::with_negative_values(std::env::args_os()));
+    if let Some(notice) = gml_runtime::workers::limit_threads() {
+        eprintln!("warning: {notice}");
+    }
     let result = match &cli.command {
         Command::Check(args) => check::run(args),
         Command::Mesh(args) => mesh::run(args),

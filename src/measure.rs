@@ -2,8 +2,11 @@
 
 use crate::cli::VarianceControls;
 use crate::error::CommandError;
+use gml_compiler::number;
 use gml_runtime::export::measurement::Extras;
-use gml_runtime::variance::{DistanceKind, MeasureError, MeasureOptions};
+use gml_runtime::model::{LARGEST, SMALLEST};
+use gml_runtime::scan::Scan;
+use gml_runtime::variance::{DistanceKind, MeasureError, MeasureOptions, Resolution};
 
 /// Options from the command line.
 pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, CommandError> {
@@ -28,6 +31,52 @@ pub(crate) fn options(controls: &VarianceControls) -> Result<MeasureOptions, Com
     options.device = controls.device;
     options.sensitivity_maps = controls.sensitivities;
     Ok(options)
+}
+
+/// Bytes that a measurement takes for a texel: seen with textures of 2048 and 4096 texels a side.
+const BYTES_A_TEXEL: f64 = 150.0;
+
+/// Bytes that bands in which normals are averaged take, times the square of their width over the object's size: four
+/// times of what a can showed, since the time grows with them.
+const BYTES_A_BAND: f64 = 100.0;
+
+/// Refuses a texture, or bands of averaged normals, that would take more memory than is allowed. The scan tells how
+/// large the surface is, where the texels' width is asked for.
+pub(crate) fn require_memory(controls: &VarianceControls, scan: &Scan) -> Result<(), CommandError> {
+    let asked = match controls.resolution {
+        Resolution::Side(side) => side,
+        Resolution::Texel(width) => {
+            let area: f64 = scan.mesh.triangles.iter().map(|t| scan.mesh.triangle_area(*t)).sum();
+            (area.sqrt() / width).min(f64::from(LARGEST)) as u32
+        }
+    };
+    let gigabytes = |bytes: f64| format!("{:.1}GB", (bytes / 1e8).ceil() / 10.0);
+    let most = controls.memory as f64;
+    if let (DistanceKind::AveragedNormal, Some(width)) = (controls.distance, controls.averaging_width) {
+        let bytes = BYTES_A_BAND * (scan.mesh.bounds().diagonal() / width).powi(2);
+        if bytes > most {
+            return Err(CommandError::usage(format!(
+                "--averaging-width: bands of {} mm may take {} of memory, more than the {} of --memory; choose wider ones, or \
+                 --memory {}",
+                number::plain(width),
+                gigabytes(bytes),
+                gigabytes(most),
+                gigabytes(bytes)
+            )));
+        }
+    }
+    let side = asked.clamp(SMALLEST, LARGEST).next_power_of_two();
+    let bytes = BYTES_A_TEXEL * f64::from(side).powi(2);
+    if bytes <= most {
+        return Ok(());
+    }
+    Err(CommandError::usage(format!(
+        "--resolution: a texture of {side} x {side} texels takes about {} of memory, more than the {} of --memory; choose \
+         fewer or wider texels, or --memory {}",
+        gigabytes(bytes),
+        gigabytes(most),
+        gigabytes(bytes)
+    )))
 }
 
 /// The files that the command line asks for.

@@ -18,6 +18,9 @@ const ATLAS: u32 = 1024;
 /// Default of the largest distance between a mesh and the exact surface. Millimetres.
 const CHORD: f64 = 0.02;
 
+/// The most triangles of a mesh whose chord was asked for: some gigabytes.
+const MOST_TRIANGLES: usize = 10_000_000;
+
 pub(crate) fn run(args: &MeshArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     framing(args)?;
@@ -38,7 +41,10 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
         (None, Some(framing)) => framing.chord(program, &*instance).map_err(CommandError::failed)?,
         (None, None) => CHORD,
     };
-    let fineness = Fineness { chord, ..Fineness::default() };
+    let mut fineness = Fineness { chord, ..Fineness::default() };
+    if args.chord.is_some() {
+        fineness.max_triangles = MOST_TRIANGLES;
+    }
     let progress = TerminalProgress::new();
     let tessellation = Tessellation::with_progress(program, &*instance, fineness, &progress);
     progress.finish();

@@ -52,6 +52,10 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     let chord = 0.02 * scanner.spacing;
     let fineness = Fineness { chord, ..Fineness::default() };
     let progress = TerminalProgress::new();
+    // A spacing that takes too many rays would take too many triangles first: coarse ones tell the size.
+    let coarse = Fineness { chord: f64::INFINITY, max_segments: 16, ..Fineness::default() };
+    let coarse = Tessellation::with_progress(&program, &*instance, coarse, &progress).map_err(CommandError::failed)?;
+    simulate::require_affordable(&scanner, coarse.mesh.bounds().diagonal()).map_err(CommandError::failed)?;
     let mut tessellation =
         Tessellation::with_progress(&program, &*instance, fineness, &progress).map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);

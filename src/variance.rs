@@ -24,6 +24,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         let Valued { program, x, motion, fit, saved } = valued;
         let covariance = fit.as_ref().and_then(inspect::covariance);
         let scan = fit::read_scan(&args.scan)?;
+        measure::require_memory(&args.controls, &scan)?;
         let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
         measure_from(Reference::Model { model: &program, x: &x, motion }, &scan, covariance, &options).map(
             |mut measured| {
@@ -52,6 +53,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         let ReferenceMesh { mesh, warnings, .. } =
             scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
         let scan = fit::read_scan(&args.scan)?;
+        measure::require_memory(&args.controls, &scan)?;
         measure_from(Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
             measured.report.warnings.extend(warnings);
             measured

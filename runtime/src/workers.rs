@@ -14,6 +14,22 @@ pub fn workers() -> Workers {
     Workers { count: *COUNT, run }
 }
 
+/// The most threads that a variable of the environment may ask for: each takes memory, and no machine gains by more.
+const MOST_THREADS: usize = 256;
+
+/// Keeps the threads of the numeric stages to a bearable number. A sentence where the environment
+/// (`RAYON_NUM_THREADS`) asks for more. To be called before any of them begins.
+#[must_use]
+pub fn limit_threads() -> Option<String> {
+    let asked: usize = std::env::var("RAYON_NUM_THREADS").ok()?.parse().ok()?;
+    if asked <= MOST_THREADS {
+        return None;
+    }
+    let built = rayon::ThreadPoolBuilder::new().num_threads(MOST_THREADS).build_global();
+    let taken = if built.is_ok() { MOST_THREADS } else { rayon::current_num_threads() };
+    Some(format!("RAYON_NUM_THREADS={asked}: {taken} threads are taken, {MOST_THREADS} being the most"))
+}
+
 /// Asked once: the system reads files to answer.
 static COUNT: LazyLock<usize> = LazyLock::new(|| thread::available_parallelism().map_or(1, |n| n.get().min(MOST)));
 

@@ -48,8 +48,8 @@ pub(crate) struct CompareArgs {
     /// The script of the fits, instead of the one that they name
     #[arg(long, value_name = "MODEL.gml")]
     pub(crate) script: Option<PathBuf>,
-    /// Set a limit on the scripts' work: steps, depth, nesting, instances, iterations, nodes or operations, such as
-    /// steps=1000000 (may be repeated)
+    /// Set a limit on the scripts' work: steps, depth, nesting, instances, iterations, parts, nodes or operations,
+    /// such as steps=1000000 (may be repeated)
     #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
     pub(crate) limits: Vec<(String, u64)>,
     /// Allow scripts to `use` the scripts in this folder and below, besides those in their own (may be repeated)

@@ -212,6 +212,10 @@ pub(crate) struct VarianceControls {
     /// (the smallest texture whose texels are no wider on average)
     #[arg(long, value_name = "N|LENGTH", default_value = "1024", value_parser = values::resolution)]
     pub(crate) resolution: Resolution,
+    /// The most memory that the distance texture, or the bands of --averaging-width, may take, such as 12GB: what
+    /// takes more is refused
+    #[arg(long, value_name = "AMOUNT", default_value = "4GB", value_parser = values::memory)]
+    pub(crate) memory: u64,
     /// What casts the rays
     #[arg(long, default_value = "auto", value_parser = values::one_of(&DEVICES))]
     pub(crate) device: Device,

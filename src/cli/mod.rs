@@ -13,6 +13,7 @@ pub(crate) use language::{
 use crate::values;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use gml_compiler::check::InputValue;
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Generative models, compiled and differentiated, fitted to laser scans and compared with them.
@@ -80,8 +81,8 @@ pub(crate) struct CompileArgs {
     /// Set an input of the model, such as bolts=6 (may be repeated)
     #[arg(long = "input", value_name = "NAME=VALUE", value_parser = values::input)]
     pub(crate) inputs: Vec<(String, InputValue)>,
-    /// Set a limit on the script's work: steps, depth, nesting, instances, iterations, nodes or operations, such as
-    /// steps=1000000 (may be repeated)
+    /// Set a limit on the script's work: steps, depth, nesting, instances, iterations, parts, nodes or operations,
+    /// such as steps=1000000 (may be repeated)
     #[arg(long = "limit", value_name = "NAME=N", value_parser = values::limit)]
     pub(crate) limits: Vec<(String, u64)>,
     /// Allow the script to `use` the scripts in this folder and below, besides those in its own (may be repeated)
@@ -107,4 +108,47 @@ pub(crate) struct ValueArgs {
     /// Take the parameters, the pose and the inputs from a result of `gmlc fit`; -p overrides parameters
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
+}
+
+/// The words of a command line in which a negative value belongs to the option before it: `--noise -1mm` is
+/// `--noise=-1mm`, so that the option itself says what is wrong with it. No option begins with a digit.
+pub(crate) fn with_negative_values(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+    let mut joined: Vec<OsString> = Vec::new();
+    let mut options = true;
+    for word in words {
+        let text = word.to_str().unwrap_or_default();
+        options &= text != "--";
+        let is_negative =
+            text.strip_prefix('-').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'));
+        let takes = |last: &&mut OsString| {
+            last.to_str().is_some_and(|last| last.starts_with('-') && last.len() > 1 && !last.contains('='))
+        };
+        match joined.last_mut().filter(takes) {
+            Some(last) if options && is_negative => {
+                last.push("=");
+                last.push(&word);
+            }
+            _ => joined.push(word),
+        }
+    }
+    joined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn negative_values_belong_to_the_option_before_them() {
+        let joined = |words: &[&str]| {
+            let words = with_negative_values(words.iter().map(OsString::from));
+            words.iter().map(|w| w.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
+        };
+        assert_eq!(joined(&["gmlc", "fit", "--noise", "-1mm", "a.gml"]), "gmlc fit --noise=-1mm a.gml");
+        assert_eq!(joined(&["gmlc", "-p", "-.5", "--view", "-30,20"]), "gmlc -p=-.5 --view=-30,20");
+        assert_eq!(
+            joined(&["gmlc", "a", "-1", "--x=1", "-2", "--", "--noise", "-1"]),
+            "gmlc a -1 --x=1 -2 -- --noise -1"
+        );
+    }
 }

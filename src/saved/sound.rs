@@ -1,5 +1,5 @@
-//! Whether the file of a fit can be one: people edit these files, cut them, and take them for those of other models. What
-//! would give a wrong result is refused before any work begins.
+//! Whether the file of a fit can be one: people edit these files, cut them, and take them for those of other models.
+//! What would give a wrong result is refused before any work begins.
 
 use crate::print::cut;
 use gml_compiler::program::Quantity;

@@ -262,7 +262,7 @@ model m {
     for (limit, said) in [
         ("steps=0", "must be at least 1"),
         ("steps=many", "not a whole number"),
-        ("speed=3", "the limits are steps, depth, nesting, instances, iterations, nodes, operations"),
+        ("speed=3", "the limits are steps, depth, nesting, instances, iterations, parts, nodes, operations"),
         ("steps", "--limit"),
     ] {
         let error = fails(folder.path(), &["check", "m.gml", "--limit", limit], 2);

@@ -12,6 +12,7 @@ mod held;
 mod inspect;
 #[cfg(unix)]
 mod interrupt;
+mod limits;
 mod nist;
 mod prose;
 mod repl;

@@ -1,5 +1,5 @@
-//! Files that are not what they are taken for: fits that were edited, cut, or are of something else, and other files under
-//! the name of a script.
+//! Files that are not what they are taken for: fits that were edited, cut, or are of something else, and other files
+//! under the name of a script.
 
 use crate::support::{fails, gmlc, gmlc_in, json, text};
 use serde_json::{Value, json as of};
@@ -21,6 +21,8 @@ fn ball() -> TempDir {
     folder
 }
 
+type Change = fn(&mut Value);
+
 /// Writes the fit with a change as `edited.json`.
 fn edit(folder: &Path, change: impl Fn(&mut Value)) {
     let mut fit = json(&folder.join("fit.json"));
@@ -32,7 +34,7 @@ fn edit(folder: &Path, change: impl Fn(&mut Value)) {
 fn fits_that_cannot_be_are_refused_by_all_commands() {
     let folder = ball();
     let at = folder.path();
-    let changes: [(&str, fn(&mut Value)); 14] = [
+    let changes: [(&str, Change); 14] = [
         ("has a pose whose rotation is none: it mirrors the model", |fit| {
             let rows = fit["pose"]["rotation"].as_array_mut().expect("rows");
             rows.swap(0, 1);
@@ -103,7 +105,7 @@ fn fits_of_something_else_are_told() {
     let (status, said) = variance("fit.json", "scan.ply", &["--unit", "cm"]);
     assert!(status == Some(1) && said.contains("was fitted to this scan in mm, not in cm: --unit mm"), "{said}");
     for (change, expected) in [
-        ((|fit| fit["converged"] = of!(false)) as fn(&mut Value), "relied on: the last stage did not converge"),
+        ((|fit| fit["converged"] = of!(false)) as Change, "relied on: the last stage did not converge"),
         (|fit| fit["interrupted"] = of!(true), "relied on: it was interrupted"),
         (|fit| fit["script_sha256"] = of!("00"), "the text of the script, or of what it uses, has changed"),
     ] {

@@ -231,6 +231,13 @@ impl<'a> Checker<'a> {
         diagnostic.suggestions = outside;
     }
 
+    /// Whether names are still looked for that are meant by unknown ones: each look compares a name with all others,
+    /// and nobody reads the hundredth.
+    pub(super) fn suggests(&self) -> bool {
+        const SUGGESTED: usize = 100;
+        self.diagnostics.len() < SUGGESTED
+    }
+
     /// Whether an error was reported.
     pub(super) fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(|d| d.severity == Severity::Error)

@@ -86,6 +86,8 @@ pub struct CheckOptions {
     pub iterations: usize,
     /// Maximal number of iterations of a `fold` that is unrolled; a longer one becomes a loop.
     pub unroll: usize,
+    /// Maximal number of a model's parts.
+    pub parts: usize,
     /// Maximal number of nodes of the typed tree and of the types in it.
     pub nodes: usize,
     /// Set from elsewhere to end the check with an error.
@@ -100,6 +102,7 @@ impl Default for CheckOptions {
             instances: 20_000,
             iterations: 4096,
             unroll: 64,
+            parts: 1000,
             nodes: 4_000_000,
             interrupt: None,
         }

@@ -71,6 +71,9 @@ impl<'a> Checker<'a> {
         Some(match self.modules[target].definitions.get(name) {
             Some(definition) if is_private(name) => self.fail(private_name(name, *definition, span)),
             Some(definition) => self.definition(name, *definition, target, span),
+            None if !self.suggests() => {
+                self.fail(Diagnostic::new(Code::UnknownName, span, format!("the module '{module}' has no '{name}'")))
+            }
             None => {
                 let names = self.modules[target].public_names();
                 let error = Diagnostic::new(Code::UnknownName, span, format!("the module '{module}' has no '{name}'"));
@@ -146,6 +149,9 @@ impl<'a> Checker<'a> {
 
     fn unknown_name(&self, name: &str, span: Span) -> Diagnostic {
         let error = Diagnostic::new(Code::UnknownName, span, format!("there is no '{name}' here"));
+        if !self.suggests() {
+            return error;
+        }
         let module = &self.modules[self.env.module];
         if module.whole(name).is_some() {
             return error.hint(format!("it is a module: its functions are written '{name}.NAME'"));

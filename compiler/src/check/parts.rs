@@ -53,7 +53,16 @@ impl<'a> Checker<'a> {
         match shape.ty.clone() {
             Type::Error => {}
             Type::Closure(id) if self.accepts(id, 2) => {
-                if let Some(part) = self.surface(entry, name, shape) {
+                let most = self.options.parts;
+                if parts.len() == most {
+                    let message = format!("the model has more than {most} parts");
+                    let hint = "the limit can be raised: --limit parts=N";
+                    self.report(Diagnostic::new(Code::TooLarge, entry.span, message).hint(hint));
+                }
+                // One more than there may be says that there are too many, once.
+                if parts.len() <= most
+                    && let Some(part) = self.surface(entry, name, shape)
+                {
                     parts.push(part);
                 }
             }

@@ -14,7 +14,7 @@ pub enum LimitError {
     Zero(String),
 }
 
-const NAMES: [&str; 7] = ["steps", "depth", "nesting", "instances", "iterations", "nodes", "operations"];
+const NAMES: [&str; 8] = ["steps", "depth", "nesting", "instances", "iterations", "parts", "nodes", "operations"];
 
 impl Options {
     /// Sets the limit of that name:
@@ -26,6 +26,7 @@ impl Options {
     /// | `nesting` | calls within calls while functions are instantiated: recursion over known whole numbers |
     /// | `instances` | functions times the types of arguments that they are called with |
     /// | `iterations` | iterations of a `for` and elements of an array |
+    /// | `parts` | parts of a model |
     /// | `nodes` | nodes of the typed program, which takes some hundred bytes of memory each |
     /// | `operations` | operations of all functions together, and of each derivative; 5/2 of it before unused ones go |
     ///
@@ -40,6 +41,7 @@ impl Options {
             "nesting" => self.check.depth = size,
             "instances" => self.check.instances = size,
             "iterations" => self.check.iterations = size,
+            "parts" => self.check.parts = size,
             "nodes" => self.check.nodes = size,
             "operations" => self.operations = size,
             _ => return Err(LimitError::Unknown(name.to_owned())),
@@ -55,7 +57,8 @@ mod tests {
     #[test]
     fn every_limit_is_set_alone() {
         let values = |o: &Options| {
-            let sizes = [o.check.depth, o.check.instances, o.check.iterations, o.check.nodes, o.operations];
+            let sizes =
+                [o.check.depth, o.check.instances, o.check.iterations, o.check.parts, o.check.nodes, o.operations];
             [o.limits.steps as usize, o.limits.depth as usize].into_iter().chain(sizes).collect::<Vec<_>>()
         };
         for (k, name) in NAMES.into_iter().enumerate() {

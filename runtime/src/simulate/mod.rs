@@ -192,6 +192,26 @@ pub fn scan_exact(
     scan_mesh(&surface.tessellation.mesh, Some(surface), scanner, progress)
 }
 
+/// Refuses a scanner that would take too many rays on an object of this size (the diagonal of its box, in
+/// millimetres), before anything is made for its spacing.
+///
+/// # Errors
+/// If even rays as wide apart as its points are too many.
+pub fn require_affordable(scanner: &Scanner, size: f64) -> Result<(), SimulationError> {
+    scanner.check()?;
+    let views = View::around(DVec3::ZERO, size / 2.0, scanner.views);
+    views.first().map_or(Ok(()), |view| few_enough(view, scanner, scanner.spacing, size))
+}
+
+fn few_enough(view: &View, scanner: &Scanner, pitch: f64, size: f64) -> Result<(), SimulationError> {
+    let rays = view.side(pitch).powi(2);
+    let limit = MOST_RAYS_A_VIEW.min(MOST_RAYS / scanner.views.max(1) as f64);
+    if rays > limit {
+        return Err(SimulationError::TooFine { spacing: scanner.spacing, size, rays, limit });
+    }
+    Ok(())
+}
+
 fn scan_mesh(
     mesh: &TriangleMesh,
     exact: Option<ExactSurface<'_>>,
@@ -208,12 +228,7 @@ fn scan_mesh(
     let views = View::around(centre, radius, scanner.views);
     let least_cosine = scanner.max_incidence.cos();
     let seen = probe(mesh, &views, &scene, scanner, least_cosine)?;
-    let rays = views[0].side(seen.pitch).powi(2);
-    if rays > MOST_RAYS_A_VIEW || rays * views.len() as f64 > MOST_RAYS {
-        let (spacing, size) = (scanner.spacing, 2.0 * radius);
-        let limit = MOST_RAYS_A_VIEW.min(MOST_RAYS / views.len() as f64);
-        return Err(SimulationError::TooFine { spacing, size, rays, limit });
-    }
+    few_enough(&views[0], scanner, seen.pitch, 2.0 * radius)?;
     let mut layer = Layer::default();
     let mut dropouts = 0;
     for (number, view) in views.iter().enumerate() {

@@ -4,7 +4,6 @@
 //! triangles as lines of the grid than as divided triangles; and the triangles of cells that are much longer than wide
 //! become slivers when they are divided.
 
-use super::MOST_TRIANGLES;
 use super::intervals::{Axes, Interval};
 use super::piece::scattered;
 use crate::model::{EvaluationError, Instance};
@@ -14,6 +13,8 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Places of a patch, and of a whole model at most: what is wider than a thousandth along u or v is met.
 const PLACES: usize = 20_000;
 const MOST_PLACES: usize = 2_000_000;
+/// The most cells of a patch's grid that steps are halved for.
+const MOST_CELLS: usize = 10_000_000;
 /// Places in every step that is new.
 const FRESH: usize = 24;
 /// Rounds of halving: to less than a ten thousandth of an even step.
@@ -78,7 +79,7 @@ pub(super) fn grade(
             tally.into_iter().filter(|(_, [all, leaving])| *leaving as f64 >= COMMON.mul_add(*all as f64, 1.0));
         halved.extend(common.map(|(step, _)| step));
         let lines = axes.each_ref().map(|axis| axis.iter().map(Interval::segments).sum::<usize>() + halved.len());
-        if halved.is_empty() || lines[0].saturating_mul(lines[1]) > MOST_TRIANGLES {
+        if halved.is_empty() || lines[0].saturating_mul(lines[1]) > MOST_CELLS {
             break;
         }
         let mut departures = departures.iter();

@@ -54,10 +54,10 @@ pub struct Fineness {
     pub edge: f64,
     /// The most segments along either direction of a smooth piece of a patch.
     pub max_segments: u32,
+    /// The most triangles: where the chord would take more, they are larger. A million takes a quarter of a gigabyte.
+    pub max_triangles: usize,
 }
 
-/// The most triangles of a tessellation: some gigabytes.
-const MOST_TRIANGLES: usize = 10_000_000;
 /// The most triangles of the grids of all patches with creases across u and v: refinement follows these better, and a
 /// triangle beside them takes 50 evaluations of the surface.
 const MOST_OBLIQUE: usize = 200_000;
@@ -66,7 +66,7 @@ const MOST_ADDED: usize = 500_000;
 
 impl Default for Fineness {
     fn default() -> Self {
-        Self { chord: 0.02, edge: f64::INFINITY, max_segments: 8192 }
+        Self { chord: 0.02, edge: f64::INFINITY, max_segments: 8192, max_triangles: 3_000_000 }
     }
 }
 
@@ -108,7 +108,7 @@ impl Tessellation {
     ) -> Result<Self, EvaluationError> {
         progress.report("meshing", f64::NAN, "");
         let (breaks, mut axes) = divided(model, instance, fineness)?;
-        limit(&mut axes, &breaks);
+        limit(&mut axes, &breaks, fineness.max_triangles);
         let mut borders = Borders::find(instance, &axes)?;
         borders.keep_open(&mut axes);
         let (mut points, mut leaving) = grid::border_points(instance, &borders)?;
@@ -256,7 +256,7 @@ fn divided(
 }
 
 /// Makes grids coarser where all of them would have too many triangles, or those of patches with creases across.
-fn limit(axes: &mut [Axes], breaks: &[Breaks]) {
+fn limit(axes: &mut [Axes], breaks: &[Breaks], most: usize) {
     let coarser = |axes: &mut [&mut Axes], most: usize| {
         let segments = |axis: &Vec<Interval>| axis.iter().map(|i| i.segments() as f64).sum::<f64>();
         let triangles: f64 = axes.iter().map(|[u, v]| 2.0 * segments(u) * segments(v)).sum();
@@ -269,7 +269,7 @@ fn limit(axes: &mut [Axes], breaks: &[Breaks]) {
     };
     let oblique = axes.iter_mut().zip(breaks).filter(|(_, breaks)| breaks.oblique);
     coarser(&mut oblique.map(|(axes, _)| axes).collect::<Vec<_>>(), MOST_OBLIQUE);
-    coarser(&mut axes.iter_mut().collect::<Vec<_>>(), MOST_TRIANGLES);
+    coarser(&mut axes.iter_mut().collect::<Vec<_>>(), most);
 }
 
 /// The values of u and of v at which intervals end, ascending.

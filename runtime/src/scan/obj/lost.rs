@@ -1,5 +1,5 @@
-//! Signs that a part of an OBJ file was lost: the format has no counts, so that a file that is cut off reads as a smaller
-//! object, or as a cloud where no face is left.
+//! Signs that a part of an OBJ file was lost: the format has no counts, so that a file that is cut off reads as a
+//! smaller object, or as a cloud where no face is left.
 
 use crate::scan::error::{ScanFault, shown};
 

@@ -23,7 +23,7 @@ pub(crate) struct Places {
 /// # Errors
 /// The model cannot be tessellated.
 pub(crate) fn places(model: &dyn Model, instance: &dyn Instance, radius: f64) -> Result<Vec<Places>, EvaluationError> {
-    let fineness = Fineness { chord: CHORD * radius, edge: f64::INFINITY, max_segments: PLACE_SEGMENTS };
+    let fineness = Fineness { chord: CHORD * radius, max_segments: PLACE_SEGMENTS, ..Fineness::default() };
     let surface = Tessellation::on_grids(model, instance, fineness)?;
     let bvh = Bvh::build(&surface.mesh).map_err(EvaluationError::new)?;
     let above = VIEW_OFFSET * radius;
