@@ -101,7 +101,7 @@ fn averaged_normals_forms_and_maps_of_a_can() {
         assert_eq!((number(&fine["resolution"][0]) as u32, number(&fine["texel"]) * 1e3 <= 1e3 * 0.36), (size, true));
     }
     let wrong = [
-        (&["--resolution", "1e-4mm"][..], "at least"),
+        (&["--resolution", "1e-4mm", "--memory", "100GB"][..], "at least"),
         (&["--resolution", "1000"], "power of two"),
         (&["--resolution", "0mm"], "is not above zero"),
         (&["--averaging-width", "1mm"], "requires --distance averaged-normal"),

@@ -7,9 +7,12 @@ use super::cast::{self, Cast};
 use super::contradicted::contradicted;
 use super::detection::detect;
 use super::explained::explain;
-use super::form::{Members, Recognised, ScanNoise, form_deviations, point_measures, recognise, relations, unfit};
+use super::form::{
+    Members, Recognised, ScanNoise, form_deviations, on_bridges, point_measures, recognise, relations, unfit,
+};
 use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
+use super::noise;
 use super::nothing::{self, Misfit};
 use super::orientation::{Facings, turn};
 use super::points::{PointParts, PointSearch};
@@ -192,10 +195,10 @@ pub enum MeasureError {
     Interrupted,
 }
 
-/// The noise of a scan's points, and their density on its surface.
-fn noise_of(scan: &Scan) -> ScanNoise {
+/// The noise of a scan's points, of a standard deviation `sd` (millimetres), and their density on its surface.
+fn noise_of(scan: &Scan, sd: f64) -> ScanNoise {
     let area = scan.mesh.area().max(f64::MIN_POSITIVE);
-    ScanNoise { sd: scan.noise, density: scan.mesh.positions.len() as f64 / area }
+    ScanNoise { sd, density: scan.mesh.positions.len() as f64 / area }
 }
 
 /// Measures the deviations of a scan from a surface (\[VA\] sect. 5 and 6): casts rays from the texels of the surface,
@@ -265,30 +268,34 @@ pub fn measure(
     let cast = cast + started.elapsed().as_secs_f64();
 
     let started = Instant::now();
+    let search = PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh };
+    let feet = search.feet(&model, scan, max_distance, options.max_angle);
+    // Both pass shape for noise, where there is any that they do not know.
+    deviations.noise = noise::along_normals(&scan.mesh, &feet.feet).map_or(scan.noise, |noise| noise.min(scan.noise));
+    let points_seconds = started.elapsed().as_secs_f64();
+    unless_cancelled(progress)?;
+
+    let started = Instant::now();
     let mut report = VarianceReport::new(&deviations, &scan.source, &device, &tolerances);
     let misfit = nothing::likely(&report.overall, &deviations, &scan.mesh);
     if let Some(Misfit::Nothing(likely)) = misfit {
         return Err(MeasureError::Nothing { path: scan.source.path.clone(), likely });
     }
-    assess_parts(&mut report, &deviations, scan.noise, sensitivities.as_ref(), covariance);
+    assess_parts(&mut report, &deviations, sensitivities.as_ref(), covariance);
     if let Some(Parametrised { reach, .. }) = &parametrised {
         keep_within(&mut report, reach);
     }
     let fit = sensitivities.as_ref().zip(covariance);
     let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
-    let forms = form_deviations(&deviations, &shapes, noise_of(scan), options.form_cutoff);
+    let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, deviations.noise)).collect();
+    let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
+    let (point_distances, points) = feet.distances(scan, parts);
+    report.points = Some(point_distances);
+    let bridged = on_bridges(&deviations, &shapes, &scan.mesh, &feet.feet);
+    let forms = form_deviations(&deviations, &shapes, &bridged, noise_of(scan, deviations.noise), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
     add_members(&mut report, reference, &deviations, &shapes, (scan, &bvh), options.datum.as_deref());
-    let points_started = Instant::now();
-    let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, scan.noise)).collect();
-    let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
-    let search =
-        PointSearch { parametrised: parametrised.as_ref(), inverted: &inverted, mesh: &tessellation.mesh, parts };
-    let (point_distances, points) = search.measure(&model, scan, max_distance, options.max_angle);
-    unless_cancelled(progress)?;
-    report.points = Some(point_distances);
-    report.seconds.points = points_started.elapsed().as_secs_f64();
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);
         report.sensitivities = maps.maps.iter().map(range).collect();
@@ -302,7 +309,8 @@ pub fn measure(
     report.seconds.build = build;
     report.seconds.cast = cast;
     report.seconds.matching = matching;
-    report.seconds.statistics = started.elapsed().as_secs_f64() - report.seconds.points;
+    report.seconds.points = points_seconds;
+    report.seconds.statistics = started.elapsed().as_secs_f64();
     report.warnings.extend(scan.warnings.iter().cloned().chain(notices));
     report.warnings.extend(notice);
     if let Some(Misfit::Little(likely)) = misfit {
@@ -466,11 +474,10 @@ fn keep_within(report: &mut VarianceReport, reach: &Reach) {
 fn assess_parts(
     report: &mut VarianceReport,
     deviations: &Deviations,
-    noise: f64,
     sensitivities: Option<&Sensitivities>,
     covariance: Option<ParameterCovariance<'_>>,
 ) {
-    let detected = detect(deviations, noise, sensitivities.zip(covariance));
+    let detected = detect(deviations, deviations.noise, sensitivities.zip(covariance));
     report.parts.iter_mut().zip(detected).for_each(|(part, detection)| part.detection = Some(detection));
     if let Some(sensitivities) = sensitivities {
         let explained = explain(deviations, sensitivities);

@@ -16,6 +16,7 @@ mod holes;
 mod matching;
 mod measure;
 mod moments;
+mod noise;
 mod nothing;
 mod orientation;
 mod points;

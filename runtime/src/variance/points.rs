@@ -5,7 +5,7 @@ use super::distribution::{Distribution, Sample};
 use super::moments::Moments;
 use super::surface::{Parametrised, target};
 use crate::bvh::Bvh;
-use crate::feet::signed::{Place, SignedFoot, Target};
+use crate::feet::signed::{Place, SignedFoot};
 use crate::mesh::TriangleMesh;
 use crate::scan::Scan;
 use glam::DVec3;
@@ -95,8 +95,6 @@ pub(in crate::variance) struct PointSearch<'a> {
     pub(in crate::variance) inverted: &'a [bool],
     /// The surface as triangles, which are the surface itself of a reference mesh.
     pub(in crate::variance) mesh: &'a TriangleMesh,
-    /// The parts that points may belong to.
-    pub(in crate::variance) parts: PointParts<'a>,
 }
 
 /// Parts of a surface, in their order.
@@ -110,67 +108,70 @@ pub(in crate::variance) struct PointParts<'a> {
     pub(in crate::variance) precision: f64,
 }
 
+/// The nearest places of the surface of a scan's points.
+pub(in crate::variance) struct PointFeet {
+    /// By point; none where it is beyond the maximum distance or faces another way.
+    pub(in crate::variance) feet: Vec<Option<SignedFoot>>,
+    /// Number of points that have no foot but on surface that faces another way.
+    facing_away: usize,
+}
+
 impl PointSearch<'_> {
-    /// Measures all points of a scan. `bvh` is the hierarchy over the triangles, `max_angle` the largest angle between
-    /// the scan's normals and the surface's, in radians, at most a right angle.
-    pub(in crate::variance) fn measure(
-        &self,
-        bvh: &Bvh,
-        scan: &Scan,
-        max_distance: f64,
-        max_angle: f64,
-    ) -> (PointDistances, MeasuredPoints) {
+    /// The feet of all points of a scan. `bvh` is the hierarchy over the triangles, `max_angle` the largest angle
+    /// between the scan's normals and the surface's, in radians, at most a right angle.
+    pub(in crate::variance) fn feet(&self, bvh: &Bvh, scan: &Scan, max_distance: f64, max_angle: f64) -> PointFeet {
         let layout = self.parametrised.map(Parametrised::layout);
         let target = target(self.parametrised.zip(layout.as_ref()), self.inverted, self.mesh, bvh);
-        measure_points(&target, scan, max_distance, max_angle, self.parts)
+        let places = places(scan);
+        let cosine = max_angle.cos();
+        // Facets face as the surface does to their own fineness only, so that a right angle is no limit here.
+        let limited = max_angle < FRAC_PI_2;
+        let agrees =
+            |place: &Place, foot: &SignedFoot| !limited || place.normal.is_none_or(|n| n.dot(foot.normal) >= cosine);
+        let mut feet = target.feet(&places, max_distance);
+        for (place, foot) in places.iter().zip(&mut feet) {
+            *foot = foot.take().filter(|foot| agrees(place, foot));
+        }
+        let left = places.iter().zip(&feet).filter(|(_, foot)| foot.is_none());
+        let left: Vec<Place> = left.map(|(place, _)| Place { normal: None, ..*place }).collect();
+        let facing_away = target.feet(&left, max_distance).iter().flatten().count();
+        PointFeet { feet, facing_away }
     }
 }
 
-fn measure_points(
-    target: &Target<'_>,
-    scan: &Scan,
-    max_distance: f64,
-    max_angle: f64,
-    parts: PointParts<'_>,
-) -> (PointDistances, MeasuredPoints) {
-    let places = places(scan);
-    let cosine = max_angle.cos();
-    // Facets face as the surface does to their own fineness only, so that a right angle is no limit here.
-    let limited = max_angle < FRAC_PI_2;
-    let agrees =
-        |place: &Place, foot: &SignedFoot| !limited || place.normal.is_none_or(|n| n.dot(foot.normal) >= cosine);
-    let distance = |(place, foot): (&Place, Option<SignedFoot>)| {
-        let foot = foot.filter(|foot| agrees(place, foot))?;
-        Some(PointDistance { distance: foot.distance, part: foot.part })
-    };
-    let feet = target.feet(&places, max_distance);
-    let distances: Vec<Option<PointDistance>> = places.iter().zip(feet).map(distance).collect();
-    let left = places.iter().zip(&distances).filter(|(_, distance)| distance.is_none());
-    let left: Vec<Place> = left.map(|(place, _)| Place { normal: None, ..*place }).collect();
-    let facing_away = target.feet(&left, max_distance).iter().flatten().count();
-    let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances };
-    let all = measured.positions.iter().zip(&measured.distances);
-    let all: Vec<([f64; 3], PointDistance)> = all.filter_map(|(place, d)| Some((*place, (*d)?))).collect();
-    let mut of_parts = vec![Vec::new(); parts.names.len()];
-    for point in &all {
-        if let Some(points) = of_parts.get_mut(point.1.part as usize) {
-            points.push(*point);
+impl PointFeet {
+    /// The distances of all points of the scan that has these feet.
+    pub(in crate::variance) fn distances(
+        &self,
+        scan: &Scan,
+        parts: PointParts<'_>,
+    ) -> (PointDistances, MeasuredPoints) {
+        let distance = |foot: &SignedFoot| PointDistance { distance: foot.distance, part: foot.part };
+        let distances: Vec<Option<PointDistance>> = self.feet.iter().map(|foot| foot.as_ref().map(distance)).collect();
+        let measured = MeasuredPoints { positions: scan.mesh.positions.clone(), distances };
+        let all = measured.positions.iter().zip(&measured.distances);
+        let all: Vec<([f64; 3], PointDistance)> = all.filter_map(|(place, d)| Some((*place, (*d)?))).collect();
+        let mut of_parts = vec![Vec::new(); parts.names.len()];
+        for point in &all {
+            if let Some(points) = of_parts.get_mut(point.1.part as usize) {
+                points.push(*point);
+            }
         }
+        let overall = statistics(&all, parts);
+        let part = |(name, points): (&String, &Vec<([f64; 3], PointDistance)>)| PartPoints {
+            name: name.clone(),
+            statistics: statistics(points, parts),
+        };
+        let distances = PointDistances {
+            points: self.feet.len(),
+            beyond: self.feet.len() - all.len() - self.facing_away,
+            facing_away: self.facing_away,
+            share: overall.measured as f64 / self.feet.len().max(1) as f64,
+            parts: parts.names.iter().zip(&of_parts).map(part).collect(),
+            overall,
+        };
+        (distances, measured)
     }
-    let overall = statistics(&all, parts);
-    let part = |(name, points): (&String, &Vec<([f64; 3], PointDistance)>)| PartPoints {
-        name: name.clone(),
-        statistics: statistics(points, parts),
-    };
-    let distances = PointDistances {
-        points: places.len(),
-        beyond: left.len() - facing_away,
-        facing_away,
-        share: overall.measured as f64 / places.len().max(1) as f64,
-        parts: parts.names.iter().zip(&of_parts).map(part).collect(),
-        overall,
-    };
-    (distances, measured)
 }
 
 /// The points of a scan, with their normals where the sides of the scan are known.

@@ -38,6 +38,9 @@ pub struct VarianceReport {
     pub averaging_width: Option<f64>,
     /// Length of the rays. Millimetres.
     pub max_distance: f64,
+    /// Standard deviation of the noise of the scan's points along the surface's normals. Millimetres.
+    #[serde(default)]
+    pub noise: f64,
     /// The device that cast the rays: `cpu`, or `gpu: ` and the adapter's name.
     pub device: String,
     /// Width and height of the texture.
@@ -225,6 +228,7 @@ impl VarianceReport {
             spikes: 0,
             averaging_width: None,
             max_distance: range,
+            noise: deviations.noise,
             device: device.to_owned(),
             resolution: [deviations.texels.width, deviations.texels.height],
             texel: (overall.area / overall.texels as f64).sqrt(),

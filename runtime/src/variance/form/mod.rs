@@ -6,6 +6,7 @@
 //! From the widths is taken what noise adds to them.
 
 mod associated;
+mod bridges;
 mod datum;
 mod figure;
 mod filter;
@@ -22,6 +23,7 @@ mod smooth;
 mod tests;
 mod zone;
 
+pub(super) use bridges::on_bridges;
 pub use figure::PointMeasure;
 pub(super) use figure::point_measures;
 pub(super) use members::Members;
@@ -183,12 +185,14 @@ pub struct Straightness {
     pub generators: usize,
 }
 
-/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms; `cutoff` is
-/// the filter's, in millimetres, where one was asked for.
+/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms; `bridged` says
+/// which texels see a triangle across an edge and are no points of the part; `cutoff` is the filter's, in millimetres,
+/// where one was asked for.
 #[must_use]
 pub(in crate::variance) fn form_deviations(
     deviations: &Deviations,
     shapes: &[Option<Recognised>],
+    bridged: &[bool],
     noise: ScanNoise,
     cutoff: Option<f64>,
 ) -> Vec<Option<FormDeviation>> {
@@ -201,7 +205,7 @@ pub(in crate::variance) fn form_deviations(
         if !shapes.get(part).is_some_and(Option::is_some) || deviations.is_buried(i) {
             continue;
         }
-        if deviations.signed(i).is_nan() {
+        if deviations.signed(i).is_nan() || bridged.get(i).copied().unwrap_or(false) {
             gaps[part].push(DVec3::from(deviations.texels.position[i].map(f64::from)));
         } else if unturned(i) {
             members[part].push(measured(deviations, i));

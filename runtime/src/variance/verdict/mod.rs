@@ -151,7 +151,7 @@ impl Grounds<'_> {
         let assessed: Vec<(usize, Assessed)> = measured.into_par_iter().enumerate().filter_map(toleranced).collect();
         let mut map = vec![f32::NAN; texels.len()];
         for (part, Assessed { verdict, tolerance, footprints, common }) in assessed {
-            map::fill(&mut map, self.deviations, tolerance, self.scan.noise, &footprints, &common);
+            map::fill(&mut map, self.deviations, tolerance, self.deviations.noise, &footprints, &common);
             report.parts[part].verdict = Some(verdict);
         }
         let outcome = Outcome::together(report.parts.iter().filter_map(|p| Some(p.verdict.as_ref()?.outcome)))?;
@@ -165,7 +165,7 @@ impl Grounds<'_> {
         let footprints = footprints(self.deviations, texels, area);
         let points: Vec<f64> = footprints.par_iter().map(|f| f.area * self.density(&f.texels, SAMPLES)).collect();
         // Between points distances are interpolated, so that a median is as exact as the mean of the points.
-        let noise: Vec<f64> = points.iter().map(|n| self.scan.noise / n.max(1.0).sqrt()).collect();
+        let noise: Vec<f64> = points.iter().map(|n| self.deviations.noise / n.max(1.0).sqrt()).collect();
         let fit = self.fit_deviations(part, &footprints);
         let device = self.options.device_uncertainty;
         let common: Vec<f64> = fit.iter().map(|fit| fit.hypot(device)).collect();

@@ -64,18 +64,18 @@ fn scanned(seed: u64, noise: f64, height: impl Fn(f64, f64) -> f64) -> Scan {
     Scan { mesh, source: ScanSource::default(), noise, warnings: Vec::new(), oriented: true }
 }
 
-/// The deviations of a scan of the plate from a plane, at four texels for each of its points.
-fn on_plate(bvh: &Bvh) -> Deviations {
+/// The deviations of a scan of the plate from a plane, at four texels for each of its points, with the scan's noise.
+fn on_plate(bvh: &Bvh, noise: f64) -> Deviations {
     let edge = 0.5;
     let mut texels = plate(2 * CELLS, edge, |_, _| 0.0).texels;
     texels.position.iter_mut().for_each(|p| *p = [p[0] + 0.5 * edge, p[1] + 0.5 * edge, 0.0]);
-    cast(texels, bvh, 10.0, Facing::Any, Device::Cpu).unwrap().deviations
+    Deviations { noise, ..cast(texels, bvh, 10.0, Facing::Any, Device::Cpu).unwrap().deviations }
 }
 
 /// The report and the map of a scan of the plate, measured from a plane, with each of several tolerances.
 fn assessed(scan: &Scan, options: VerdictOptions, tolerances: &[Tolerance]) -> Vec<(VarianceReport, Vec<f32>)> {
     let bvh = Bvh::build(&scan.mesh).unwrap();
-    let deviations = on_plate(&bvh);
+    let deviations = on_plate(&bvh, scan.noise);
     let assess = |tolerance: &Tolerance| {
         let mut report = VarianceReport::new(&deviations, &scan.source, "cpu", &[Some(*tolerance)]);
         let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit: None, options };
@@ -133,7 +133,7 @@ fn the_noise_of_a_footprint_is_that_of_its_median() {
         assert!((found.points / 25.0 - 1.0).abs() < 0.15 && found.footprints.abs_diff(144) < 8, "{found:?}");
         let stated = found.noise;
         let bvh = Bvh::build(&scan.mesh).unwrap();
-        let deviations = on_plate(&bvh);
+        let deviations = on_plate(&bvh, scan.noise);
         for footprint in footprints(&deviations, (0..deviations.texels.len() as u32).collect(), 25.0) {
             squares += (footprint.median / stated).powi(2);
             count += 1.0;
@@ -169,9 +169,8 @@ fn risks_are_not_larger_than_stated() {
 fn one_texel_is_no_verdict() {
     let scan = scanned(1, 0.0, |_, _| 0.0);
     let bvh = Bvh::build(&scan.mesh).unwrap();
-    let mut deviations = on_plate(&bvh);
+    let mut deviations = on_plate(&bvh, 0.136);
     (deviations.outward[7000], deviations.inward[7000]) = (f32::NAN, 0.5023);
-    let scan = Scan { noise: 0.136, ..scan };
     let tolerance = Tolerance { lower: -0.5, upper: 0.5 };
     let mut report = VarianceReport::new(&deviations, &scan.source, "cpu", &[Some(tolerance)]);
     let options = VerdictOptions::default();
@@ -190,7 +189,7 @@ fn one_texel_is_no_verdict() {
 fn what_is_certain_is_not_hidden_by_what_is_doubtful() {
     let scan = scanned(1, 0.01, |_, _| 0.0);
     let bvh = Bvh::build(&scan.mesh).unwrap();
-    let mut deviations = on_plate(&bvh);
+    let mut deviations = on_plate(&bvh, scan.noise);
     let positions = deviations.texels.position.clone();
     for (i, [x, y, _]) in positions.iter().enumerate() {
         if *x > 45.0 && *y > 45.0 {
@@ -233,7 +232,7 @@ fn what_is_certain_is_not_hidden_by_what_is_doubtful() {
 fn what_was_hardly_measured_is_undecided() {
     let scan = scanned(1, 0.01, |_, _| 0.0);
     let bvh = Bvh::build(&scan.mesh).unwrap();
-    let whole = on_plate(&bvh);
+    let whole = on_plate(&bvh, scan.noise);
     let assess = |unmeasured: usize, lower: f64| {
         let mut deviations = whole.clone();
         deviations.outward[..unmeasured].fill(f32::NAN);
@@ -275,7 +274,7 @@ fn what_was_hardly_measured_is_undecided() {
 fn what_is_common_is_not_averaged() {
     let scan = scanned(1, NOISE, |_, _| 0.0);
     let bvh = Bvh::build(&scan.mesh).unwrap();
-    let deviations = on_plate(&bvh);
+    let deviations = on_plate(&bvh, scan.noise);
     let count = deviations.texels.len();
     // The surface turns about the middle of one edge: it moves by x for a radian.
     let turn = PartSensitivities {

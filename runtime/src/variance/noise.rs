@@ -1,0 +1,146 @@
+//! The noise of a scan along the normals of the surface that it is compared with.
+//!
+//! A scan by itself shows its noise by how far points lie off smooth surfaces through their neighbours, and edges and
+//! bends of the object between points pass for noise. Against a surface that has these the distances of neighbouring
+//! points differ by noise only. A point's distance is predicted by the plane that fits those of its neighbours best,
+//! up to the second ring of triangles about it. If all have independent noise of a standard deviation s, the error of
+//! the prediction has the variance s^2 (1 + h), where h is its leverage, the first diagonal element of the inverse
+//! normal matrix. The median of the errors' sizes over sqrt(1 + h), times 1.4826, is the estimate.
+
+use crate::feet::signed::SignedFoot;
+use crate::mesh::TriangleMesh;
+use crate::robust::{MAD_TO_SD, median};
+use glam::DVec3;
+use nalgebra::{Cholesky, Matrix3, Vector3};
+use rayon::prelude::*;
+
+/// Points whose distances are predicted: the estimate's own error is then below one per cent.
+const SAMPLES: usize = 20_000;
+/// The fewest points whose errors are an estimate: its own error is then below a fifth.
+const ENOUGH: usize = 50;
+/// The fewest neighbours that predict a distance: their plane has three coefficients.
+const FEWEST: usize = 8;
+/// Cosine of the largest angle between the surface's normals at neighbours, 30 degrees: beyond an edge is another face.
+const SMOOTH: f64 = 0.86;
+
+/// The standard deviation of the noise in millimetres; none where too few points have neighbours on the same face.
+/// `feet` are those of the scan's points.
+pub(super) fn along_normals(mesh: &TriangleMesh, feet: &[Option<SignedFoot>]) -> Option<f64> {
+    let step = feet.len().div_ceil(SAMPLES).max(1);
+    let samples: Vec<u32> = (0..feet.len() as u32).step_by(step).filter(|i| feet[*i as usize].is_some()).collect();
+    let first = rings(mesh, &samples);
+    let mut about: Vec<u32> = first.iter().flatten().copied().collect();
+    about.sort_unstable();
+    about.dedup();
+    let second = rings(mesh, &about);
+    let error = |(i, ring): (&u32, &Vec<u32>)| {
+        let beyond = ring.iter().filter_map(|j| Some(&second[about.binary_search(j).ok()?])).flatten();
+        let mut near: Vec<u32> = ring.iter().chain(beyond).copied().filter(|j| j != i).collect();
+        near.sort_unstable();
+        near.dedup();
+        let here = feet[*i as usize].as_ref()?;
+        predicted(here, near.iter().filter_map(|j| feet[*j as usize].as_ref()))
+    };
+    let mut errors: Vec<f64> = samples.par_iter().zip(&first).filter_map(error).collect();
+    if errors.len() < ENOUGH {
+        return None;
+    }
+    Some(MAD_TO_SD * median(&mut errors)?)
+}
+
+/// The corners of the triangles around each of some points, which are in ascending order; a corner may stand there
+/// several times.
+fn rings(mesh: &TriangleMesh, points: &[u32]) -> Vec<Vec<u32>> {
+    let mut number = vec![u32::MAX; mesh.positions.len()];
+    for (k, point) in points.iter().enumerate() {
+        number[*point as usize] = k as u32;
+    }
+    let mut rings = vec![Vec::new(); points.len()];
+    for triangle in &mesh.triangles {
+        for corner in triangle {
+            if let Some(ring) = rings.get_mut(number[*corner as usize] as usize) {
+                ring.extend(triangle.iter().filter(|other| *other != corner));
+            }
+        }
+    }
+    rings
+}
+
+/// The size of the error of a point's distance, predicted by those of its neighbours, over the root of its variance for
+/// unit noise. None where too few lie about it.
+fn predicted<'f>(here: &SignedFoot, near: impl Iterator<Item = &'f SignedFoot>) -> Option<f64> {
+    let (tangent, bitangent) = here.normal.any_orthonormal_pair();
+    let near: Vec<(DVec3, f64)> = near
+        .filter(|foot| foot.normal.dot(here.normal) >= SMOOTH)
+        .map(|foot| (foot.point - here.point, foot.distance))
+        .collect();
+    if near.len() < FEWEST {
+        return None;
+    }
+    let scale = near.iter().map(|(offset, _)| offset.length()).sum::<f64>() / near.len() as f64;
+    if !(scale > 0.0) {
+        return None;
+    }
+    let (mut matrix, mut right) = (Matrix3::zeros(), Vector3::zeros());
+    for (offset, distance) in &near {
+        let row = Vector3::new(1.0, offset.dot(tangent) / scale, offset.dot(bitangent) / scale);
+        matrix += row * row.transpose();
+        right += row * (distance - here.distance);
+    }
+    let factors = Cholesky::new(matrix)?;
+    let leverage = factors.solve(&Vector3::ith(0, 1.0))[0];
+    // A prediction less certain than the point itself is an extrapolation.
+    if !(leverage > 0.0 && leverage < 1.0) {
+        return None;
+    }
+    Some(factors.solve(&right)[0].abs() / (1.0 + leverage).sqrt()).filter(|error| error.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+    use rand_distr::{Distribution, Normal};
+
+    /// Points of an L of two faces of 40 by 20 points, whose distances are a slope and noise.
+    fn angled(noise: f64) -> (TriangleMesh, Vec<Option<SignedFoot>>) {
+        let mut random = ChaCha8Rng::seed_from_u64(3);
+        let normal = Normal::new(0.0, noise).expect("a deviation");
+        let mut mesh = TriangleMesh::default();
+        let mut feet = Vec::new();
+        for i in 0..40_u32 {
+            for j in 0..40_u32 {
+                let (x, y) = (f64::from(i), f64::from(j) - 20.0);
+                let (point, across) =
+                    if y < 0.0 { (DVec3::new(x, y, 0.0), DVec3::Z) } else { (DVec3::new(x, 0.0, y), -DVec3::Y) };
+                let distance = 0.3 + 0.05 * x - 0.02 * y + normal.sample(&mut random);
+                mesh.positions.push((point + distance * across).into());
+                feet.push(Some(SignedFoot { part: u32::from(y >= 0.0), point, normal: across, distance }));
+                if i > 0 && j > 0 {
+                    let [a, b, c, d] = [40 * (i - 1) + j - 1, 40 * i + j - 1, 40 * i + j, 40 * (i - 1) + j];
+                    mesh.triangles.extend([[a, b, c], [a, c, d]]);
+                }
+            }
+        }
+        (mesh, feet)
+    }
+
+    #[test]
+    fn noise_is_known_across_slopes_and_beside_an_edge() {
+        for noise in [0.01, 0.2] {
+            let (mesh, feet) = angled(noise);
+            let found = along_normals(&mesh, &feet).expect("enough points");
+            // The estimate's own error is 1.2 / sqrt(1600) for independent errors.
+            assert!((found / noise - 1.0).abs() < 0.09, "{found}, not {noise}");
+        }
+    }
+
+    #[test]
+    fn few_points_show_no_noise() {
+        let (mut mesh, feet) = angled(0.1);
+        mesh.triangles.truncate(20);
+        assert_eq!(along_normals(&mesh, &feet), None);
+        assert_eq!(along_normals(&TriangleMesh::default(), &[]), None);
+    }
+}
