@@ -168,22 +168,22 @@ const PARTS: &[Case] = &[
     right(
         "its lower half",
         || placed(bracket().kept(|p| p[2] < 13.0)),
-        &["almost no point of the scan belongs to `plate.top`, `post`, `top`"],
+        &["almost no point of the scan lies close to `plate.top`, `post`, `top`"],
         &["a", "b", "c"],
     ),
     right(
         "its right half",
         || placed(bracket().kept(|p| p[0] > 0.0)),
-        &["almost no point of the scan belongs to `plate.left`, `knob`"],
+        &["almost no point of the scan lies close to `plate.left`, `knob`"],
         ALL,
     ),
     right(
         "its left third",
         || placed(bracket().kept(|p| p[0] < -9.0)),
-        &["almost no point of the scan belongs to `plate.right`, `post`, `top`"],
+        &["almost no point of the scan lies close to `plate.right`, `post`, `top`"],
         &["b", "c"],
     ),
-    right("one view", view, &["almost no point of the scan belongs to"], &["r"]),
+    right("one view", view, &["almost no point of the scan lies close to"], &["r"]),
 ];
 
 const SCENES: &[Case] = &[

@@ -435,7 +435,7 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
         let them = if hidden.len() > 1 { "them" } else { "it" };
         let hidden = hidden.join(", ");
         monitor.warn(format!(
-            "almost no point of the scan belongs to {hidden}: what only shapes {them} is not determined"
+            "almost no point of the scan lies close to {hidden}: what only shapes {them} is not determined"
         ));
     }
     if evaluation.absent > 0 {
