@@ -405,3 +405,14 @@ fn a_cloud_is_refused() {
         assert!(!folder.join("out").exists());
     }
 }
+
+/// No length follows from a surface that is a point.
+#[test]
+fn a_surface_without_extent_has_no_maximum_distance() {
+    let folder = tempdir().expect("a folder");
+    let folder = folder.path();
+    write(folder, "dot.gml", "model dot {\n  part p = |u, v| (0mm, 0mm, 0mm)\n}\n");
+    write(folder, "scan.obj", "v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n");
+    let error = fails(folder, &["variance", "dot.gml", "scan.obj", "-o", "out"], 1);
+    assert!(error.contains("the surface has no extent") && error.contains("--max-distance"), "{error}");
+}

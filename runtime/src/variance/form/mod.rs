@@ -185,9 +185,9 @@ pub struct Straightness {
     pub generators: usize,
 }
 
-/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms; `bridged` says
-/// which texels see a triangle across an edge and are no points of the part; `cutoff` is the filter's, in millimetres,
-/// where one was asked for.
+/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms. The texels
+/// that `bridged` marks see a triangle across an edge and are no points of the part. `cutoff` is the filter's, in
+/// millimetres, where one was asked for.
 #[must_use]
 pub(in crate::variance) fn form_deviations(
     deviations: &Deviations,

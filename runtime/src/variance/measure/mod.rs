@@ -1,5 +1,11 @@
 //! The whole measurement of a scan against a surface.
 
+mod error;
+mod options;
+
+pub use error::MeasureError;
+pub use options::MeasureOptions;
+
 use super::agreement::Limits;
 use super::averaging::{DEFAULT_WIDTH, MAX_WIDTH, average_normals};
 use super::cast::hide_behind_filled;
@@ -22,15 +28,14 @@ use super::unmatched::Unmatched;
 use super::verdict::Grounds;
 use super::{
     CastError, Deviations, Device, DistanceKind, Facing, Matching, MeasuredPoints, ParameterCovariance, Reference,
-    Resolution, SensitivityRange, Tolerance, VarianceReport, VerdictOptions,
+    SensitivityRange, Tolerance, VarianceReport,
 };
-use crate::bvh::{Bvh, BvhError};
+use crate::bvh::Bvh;
 use crate::mesh::TriangleMesh;
-use crate::model::{AtlasError, EvaluationError, ReferenceError, Sensitivities, SensitivityMaps, Tessellation, Texels};
+use crate::model::{Sensitivities, SensitivityMaps, Tessellation, Texels};
 use crate::progress::Progress;
 use crate::scan::{Scan, TURNED};
 use std::time::Instant;
-use thiserror::Error;
 
 /// The maximum distance as a fraction of the model's diagonal, unless the options name one.
 const MAX_DISTANCE: f64 = 0.1;
@@ -42,61 +47,6 @@ const BEYOND_TOLERANCE: f64 = 2.0;
 
 /// Standard deviations of the scan's noise by which the maximum distance exceeds that.
 const BEYOND_NOISE: f64 = 5.0;
-
-/// Options of [`measure`].
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct MeasureOptions {
-    /// How fine the texture is.
-    pub resolution: Resolution,
-    /// Largest distance from the surface at which the scan is looked for, in millimetres; by default a tenth of the
-    /// surface's diagonal.
-    pub max_distance: Option<f64>,
-    /// The largest angle between the normals of surface and scan, in radians; at most a right angle.
-    pub max_angle: f64,
-    /// The points of the scan to which distances are measured.
-    pub distance: DistanceKind,
-    /// Which of them count.
-    pub matching: Matching,
-    /// Width of the band beside an edge in which averaged normals turn back to the surface's own, in millimetres; by
-    /// default a fiftieth of the surface's diagonal, at most a tenth.
-    pub averaging_width: Option<f64>,
-    /// Holes of the scan up to this size are closed, in millimetres; by default none.
-    pub fill_holes: Option<f64>,
-    /// The tolerance of parts to which the model gives none.
-    pub tolerance: Option<Tolerance>,
-    /// Cut-off of the filter behind which deviations of form are measured, in millimetres; by default nine distances
-    /// between the scan's points, at most a fifth of the part.
-    pub form_cutoff: Option<f64>,
-    /// The part to which coaxiality, concentricity, parallelism and perpendicularity of the others are measured.
-    pub datum: Option<String>,
-    /// How it is decided whether parts conform to their tolerances.
-    pub verdict: VerdictOptions,
-    /// The device that casts the rays.
-    pub device: Device,
-    /// Whether maps of sensitivities are computed.
-    pub sensitivity_maps: bool,
-}
-
-impl Default for MeasureOptions {
-    fn default() -> Self {
-        Self {
-            resolution: Resolution::default(),
-            max_distance: None,
-            max_angle: std::f64::consts::FRAC_PI_2,
-            distance: DistanceKind::Normal,
-            matching: Matching::default(),
-            averaging_width: None,
-            fill_holes: None,
-            tolerance: None,
-            form_cutoff: None,
-            datum: None,
-            verdict: VerdictOptions::default(),
-            device: Device::Auto,
-            sensitivity_maps: false,
-        }
-    }
-}
 
 /// Deviations with everything that documents show of them.
 #[derive(Clone, Debug)]
@@ -119,80 +69,6 @@ pub struct Measurement {
     pub conformance: Option<Vec<f32>>,
     /// Maps of the surface's movement per unit of each parameter, if they were requested.
     pub sensitivity_maps: Option<SensitivityMaps>,
-}
-
-/// Why nothing could be measured.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum MeasureError {
-    /// The model cannot be evaluated.
-    #[error(transparent)]
-    Evaluation(#[from] EvaluationError),
-    /// The model has no texture.
-    #[error(transparent)]
-    Atlas(#[from] AtlasError),
-    /// The reference mesh has no texture.
-    #[error(transparent)]
-    Reference(#[from] ReferenceError),
-    /// No rays can be cast.
-    #[error(transparent)]
-    Cast(#[from] CastError),
-    /// The scan has points only.
-    #[error(
-        "{path}: is a point cloud without triangles, so that no rays can be cast at it; mesh it first (gmlc fit accepts it as it is)"
-    )]
-    PointCloud {
-        /// Path of the scan.
-        path: String,
-    },
-    /// No hierarchy can be built over the scan.
-    #[error("{path}: {error}")]
-    Scan {
-        /// Path of the scan.
-        path: String,
-        /// The reason.
-        error: BvhError,
-    },
-    /// No hierarchy can be built over the surface.
-    #[error("the model's surface: {0}")]
-    Surface(BvhError),
-    /// The band beside edges is too wide.
-    #[error("{width} mm is more than a tenth of the model's size; at most {most:.3}mm here")]
-    AveragingWidth {
-        /// As requested. Millimetres.
-        width: f64,
-        /// The widest band. Millimetres.
-        most: f64,
-    },
-    /// The part that was named cannot be a datum.
-    #[error("{reason}")]
-    Datum {
-        /// A sentence about the part.
-        reason: String,
-    },
-    /// The maximum distance is not well above a tolerance.
-    #[error(
-        "{max_distance} mm is too close to the tolerance of {limit} mm: what is farther away is not measured, and no reason to reject a part; at least {least:.3}mm here"
-    )]
-    MaxDistance {
-        /// As requested. Millimetres.
-        max_distance: f64,
-        /// The farthest limit of a tolerance. Millimetres.
-        limit: f64,
-        /// The least maximum distance. Millimetres.
-        least: f64,
-    },
-    /// The scan lies nowhere near the surface.
-    #[error("{path}: nothing was measured: {likely}")]
-    Nothing {
-        /// Path of the scan.
-        path: String,
-        /// What is likely to be wrong.
-        likely: String,
-    },
-    /// The user ended the work.
-    #[error("interrupted")]
-    Interrupted,
 }
 
 /// The noise of a scan's points, of a standard deviation `sd` (millimetres), and their density on its surface.
@@ -408,7 +284,13 @@ fn max_distance(
     noise: f64,
 ) -> Result<f64, MeasureError> {
     let limits = tolerances.iter().flatten().map(|t| t.lower.abs().max(t.upper.abs()));
-    let Some(limit) = limits.max_by(f64::total_cmp) else { return Ok(requested.unwrap_or(MAX_DISTANCE * size)) };
+    let Some(limit) = limits.max_by(f64::total_cmp) else {
+        return match requested {
+            None if !(size > 0.0) => Err(MeasureError::NoExtent),
+            None => Ok(MAX_DISTANCE * size),
+            Some(max_distance) => Ok(max_distance),
+        };
+    };
     let least = BEYOND_TOLERANCE * limit + BEYOND_NOISE * noise;
     match requested {
         Some(max_distance) if max_distance < least => Err(MeasureError::MaxDistance { max_distance, limit, least }),
