@@ -74,8 +74,8 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// The scanner of the options, for a model of a size in millimetres. Where no spacing was asked for, it is one with which
-/// a scan takes seconds, also of something as large as a house.
+/// The scanner of the options, for a model of a size in millimetres. Without --spacing, the spacing is one with which a
+/// scan takes seconds, also of something as large as a house.
 fn scanner(args: &VirtualScanArgs, size: f64) -> Scanner {
     let default = Scanner::default();
     let usual = default.spacing.max(size / SPACINGS);
