@@ -10,9 +10,6 @@ use std::time::{Duration, Instant};
 /// Limit of the processor time.
 const TIME: Duration = Duration::from_secs(10);
 
-/// The same for fits: those of models with a dozen parameters to a scan of something else take longer than that.
-const FIT: Duration = Duration::from_secs(40);
-
 /// Processor time after which a command whose options ask for much work is interrupted, as by Ctrl-C.
 const PATIENCE: Duration = Duration::from_secs(4);
 
@@ -69,7 +66,7 @@ fn usage(child: &Child) -> Option<(Duration, u64)> {
 }
 
 /// Waits for a process within the limits.
-fn supervise(child: &mut Child, ended: &mut Ended, limit: Duration, asks: bool) -> Option<ExitStatus> {
+fn supervise(child: &mut Child, ended: &mut Ended, asks: bool) -> Option<ExitStatus> {
     let begun = Instant::now();
     let mut interrupted: Option<Instant> = None;
     loop {
@@ -84,8 +81,8 @@ fn supervise(child: &mut Child, ended: &mut Ended, limit: Duration, asks: bool) 
             Some("it takes more than 1 GB of memory".to_owned())
         } else if interrupted.is_some_and(|since| since.elapsed() > GRACE) {
             Some(format!("it goes on for {} s after an interrupt", GRACE.as_secs()))
-        } else if !asks && ended.time > limit {
-            Some(format!("it takes more than {} s of processor time", limit.as_secs()))
+        } else if !asks && ended.time > TIME {
+            Some(format!("it takes more than {} s of processor time", TIME.as_secs()))
         } else if begun.elapsed() > ELAPSED {
             Some(format!("it does not end within {} s", ELAPSED.as_secs()))
         } else {
@@ -127,8 +124,7 @@ pub(crate) fn run(folder: &Path, args: &[String], input: &[u8], asks: bool) -> E
     // It may end without having read all.
     let writer = thread::spawn(move || _ = stdin.write_all(&input));
     let mut ended = Ended::default();
-    let fits = args.first().is_some_and(|command| command == "fit" || command == "inspect");
-    let status = supervise(&mut child, &mut ended, if fits { FIT } else { TIME }, asks);
+    let status = supervise(&mut child, &mut ended, asks);
     _ = writer.join();
     ended.status = status.and_then(|s| s.code());
     (ended.output, ended.error) = (out.join().unwrap_or_default(), err.join().unwrap_or_default());
