@@ -23,6 +23,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
         let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
         outputs::require_apart(output, inputs)?;
     }
+    outputs::require_files(args.output.iter().chain(&args.controls.trace))?;
     let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.controls)?;
     for output in args.output.iter().chain(&args.controls.trace) {
         outputs::require_apart_from_scripts(output, &subject.program)?;
@@ -34,9 +35,9 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scan: &scan };
     let (_, mut result) = fitting.run(&options, &progress)?;
     result.warnings.extend(scan.warnings.iter().cloned());
+    outputs::make_parents(args.output.iter().chain(&args.controls.trace))?;
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
-        mesh::make_parent(path)?;
         json::write(path, &result).map_err(CommandError::failed)?;
     }
     match args.format {

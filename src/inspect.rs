@@ -27,6 +27,7 @@ pub(crate) fn inspect(
 ) -> Result<(), CommandError> {
     let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
     outputs::require_folder_apart(&args.output, true, inputs)?;
+    outputs::require_files(&args.fit.trace)?;
     if let Some(trace) = &args.fit.trace {
         outputs::require_apart(trace, outputs::inputs([&args.scan.scan], args.params.as_ref()))?;
         outputs::require_apart_from_scripts(trace, &subject.program)?;

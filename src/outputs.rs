@@ -2,6 +2,7 @@
 
 use crate::error::CommandError;
 use crate::files::folder_of;
+use crate::mesh;
 use gml_compiler::program::Program;
 use gml_runtime::export::atomic::WriteError;
 use gml_runtime::export::folder::{self, ResultFolder};
@@ -34,6 +35,22 @@ pub(crate) fn require_two(first: Option<&PathBuf>, second: Option<&PathBuf>) -> 
         }
         _ => Ok(()),
     }
+}
+
+/// Refuses outputs that are folders before any work is done: of two outputs, none is to be written if one cannot be.
+pub(crate) fn require_files<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CommandError> {
+    match outputs.into_iter().find(|output| output.is_dir()) {
+        Some(folder) => Err(CommandError::usage(format!(
+            "{}: is a folder, which a file cannot replace; name a file in it",
+            folder.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Creates the folders of all outputs before the first is written.
+pub(crate) fn make_parents<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CommandError> {
+    outputs.into_iter().try_for_each(|output| mesh::make_parent(output))
 }
 
 /// Refuses a folder of results in which one of the files that are read would be replaced; `fit.json` only is if

@@ -11,6 +11,9 @@ use gml_runtime::simulate::{self, ExactSurface, Scanner, Truth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+/// Points along a large model where no spacing was asked for.
+const SPACINGS: f64 = 500.0;
+
 /// The true values that a fit should find.
 #[derive(Serialize)]
 struct TruthFile<'a> {
@@ -29,17 +32,7 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         outputs::require_apart(output, inputs)?;
     }
     let format = mesh::check_format(&args.output, ".obj, .ply or .stl")?;
-    let scanner = Scanner {
-        views: args.views as usize,
-        spacing: args.spacing,
-        noise: args.noise,
-        outliers: args.outliers,
-        dropouts: args.dropouts,
-        holes: args.holes as usize,
-        random_pose: !args.no_pose,
-        seed: args.seed,
-        ..Scanner::default()
-    };
+    outputs::require_files([&args.output].into_iter().chain(&args.truth))?;
     let valued = compile_valued(&args.script.model, &args.script.compile, &args.values)?;
     valued.warn_of_doubt();
     let Valued { program, x, motion, .. } = valued;
@@ -48,14 +41,15 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     }
     outputs::require_two(Some(&args.output), args.truth.as_ref())?;
     let instance = Model::instantiate(&program, &x).map_err(CommandError::failed)?;
-    // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
-    let chord = 0.02 * scanner.spacing;
-    let fineness = Fineness { chord, ..Fineness::default() };
     let progress = TerminalProgress::new();
     // A spacing that takes too many rays would take too many triangles first: coarse ones tell the size.
     let coarse = Fineness { chord: f64::INFINITY, max_segments: 16, ..Fineness::default() };
     let coarse = Tessellation::with_progress(&program, &*instance, coarse, &progress).map_err(CommandError::failed)?;
-    simulate::require_affordable(&scanner, coarse.mesh.bounds().diagonal()).map_err(CommandError::failed)?;
+    let size = coarse.mesh.bounds().diagonal();
+    let scanner = scanner(args, size);
+    simulate::require_affordable(&scanner, size).map_err(CommandError::failed)?;
+    // Facets say which part of the surface a ray meets, and what hides it: a silhouette may be off by this.
+    let fineness = Fineness { chord: 0.02 * scanner.spacing, ..Fineness::default() };
     let mut tessellation =
         Tessellation::with_progress(&program, &*instance, fineness, &progress).map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
@@ -63,11 +57,11 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
     let scan = simulate::scan_exact(surface, &scanner, &progress);
     progress.finish();
     let scan = scan.map_err(CommandError::failed)?;
+    outputs::make_parents([&args.output].into_iter().chain(&args.truth))?;
     mesh::write(&args.output, &scan.mesh, format)?;
     if let Some(path) = &args.truth {
         let parameters = program.parameters().iter().map(|p| p.name.as_str()).zip(x).collect();
         let truth = TruthFile { script: args.script.model.display().to_string(), parameters, scan: &scan.truth };
-        mesh::make_parent(path)?;
         json::write(path, &truth).map_err(CommandError::failed)?;
     }
     println!(
@@ -78,4 +72,22 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         scan.truth.coverage * 100.0
     );
     Ok(())
+}
+
+/// The scanner of the options, for a model of a size in millimetres. Without --spacing, the spacing is one with which a
+/// scan takes seconds, also of something as large as a house.
+fn scanner(args: &VirtualScanArgs, size: f64) -> Scanner {
+    let default = Scanner::default();
+    let usual = default.spacing.max(size / SPACINGS);
+    Scanner {
+        views: args.views as usize,
+        spacing: args.spacing.unwrap_or(usual),
+        noise: args.noise,
+        outliers: args.outliers,
+        dropouts: args.dropouts,
+        holes: args.holes as usize,
+        random_pose: !args.no_pose,
+        seed: args.seed,
+        ..default
+    }
 }

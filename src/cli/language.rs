@@ -139,9 +139,10 @@ pub(crate) struct VirtualScanArgs {
     /// Also write the true parameters and pose, which a fit should find
     #[arg(long, value_name = "FILE.json")]
     pub(crate) truth: Option<PathBuf>,
-    /// Distance between neighbouring points on the object
-    #[arg(long, value_name = "LENGTH", default_value = "0.8mm", value_parser = values::positive_length)]
-    pub(crate) spacing: f64,
+    /// Distance between neighbouring points on the object [default: 0.8mm, or a 500th of the model's size if that is
+    /// more]
+    #[arg(long, value_name = "LENGTH", value_parser = values::positive_length)]
+    pub(crate) spacing: Option<f64>,
     /// Standard deviation of the range noise
     #[arg(long, value_name = "LENGTH", default_value = "0.3mm", value_parser = values::length)]
     pub(crate) noise: f64,

@@ -12,6 +12,7 @@
 //! An input that fails is reduced and printed. The test also prints how many inputs reached each stage, the slowest
 //! input, and the one that took the most memory.
 
+mod agree;
 mod allocator;
 mod corpus;
 mod damage;

@@ -1,5 +1,6 @@
 //! Runs a text through all stages, with small limits.
 
+use crate::agree;
 use gml_compiler::check::CheckOptions;
 use gml_compiler::internals::ir::lower::lower;
 use gml_compiler::internals::ir::validate::validate;
@@ -71,7 +72,10 @@ pub(crate) fn survive(text: &str, deep: bool) -> Result<Stage, String> {
     let limits = Limits { steps: 100_000, depth: 200 };
     let options = Options { check: options(), limits, ..Options::default() };
     match compile(script, &NoFiles, &options) {
-        Ok(compilation) => Ok(evaluate(&compilation.program)),
+        Ok(compilation) => {
+            agree::hold(lowered.module, &lowered.parts, &compilation.program)?;
+            Ok(evaluate(&compilation.program))
+        }
         Err(_) => Ok(Stage::Refused),
     }
 }

@@ -186,7 +186,7 @@ pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
 /// the file has none.
 ///
 /// # Errors
-/// As `read`; or there are no triangles.
+/// As `read`; or there are no triangles with an area.
 pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
     let mesh = || {
         let (raw, warnings) = parse(path, load(path)?)?;
@@ -199,8 +199,11 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
             triangles: raw.triangles.clone(),
             ..TriangleMesh::default()
         });
-        let raw = raw.with_usable_normals(&smooth);
-        Ok(ReferenceMesh { mesh: raw.split_corners(), warnings })
+        let mesh = raw.with_usable_normals(&smooth).split_corners();
+        if !mesh.triangles.iter().any(|t| mesh.triangle_normal(*t).is_some()) {
+            return Err(ScanFault::OnlyDegenerate { triangles: mesh.triangles.len() });
+        }
+        Ok(ReferenceMesh { mesh, warnings })
     };
     mesh().map_err(|fault: ScanFault| fault.at(path))
 }

@@ -125,6 +125,8 @@ impl Cells {
 pub(super) struct Filter {
     /// By place; empty where there is no value.
     weights: Vec<Vec<(u32, f64)>>,
+    /// By place, how many times as much noise passes as at the median one.
+    pub(super) noisier: Vec<f64>,
 }
 
 impl Filter {
@@ -149,14 +151,16 @@ impl Filter {
             weights.iter().map(|(cell, w)| w * w / cells.areas[*cell as usize]).sum()
         };
         let all: Vec<f64> = weights.iter().map(passed).collect();
+        let mut noisier = vec![1.0; weights.len()];
         if let Some(usual) = median(&mut all.iter().copied().filter(|p| *p > 0.0).collect::<Vec<f64>>()) {
-            for (weights, passed) in weights.iter_mut().zip(all) {
-                if passed > NOISIER * NOISIER * usual {
+            for ((weights, passed), noisier) in weights.iter_mut().zip(all).zip(&mut noisier) {
+                *noisier = (passed / usual).sqrt();
+                if *noisier > NOISIER {
                     weights.clear();
                 }
             }
         }
-        Self { weights }
+        Self { weights, noisier }
     }
 
     /// The filtered values of the cells' `values`; none where there are no cells about a place.

@@ -35,14 +35,15 @@ pub(in crate::variance) struct Members<'d> {
 }
 
 impl<'d> Members<'d> {
-    /// `shapes` are the forms of the parts, `bvh` the hierarchy over the scan.
+    /// `shapes` are the forms of the parts; the texels that `bridged` marks see a triangle across an edge; `bvh` is the
+    /// hierarchy over the scan.
     pub(in crate::variance) fn new(
         deviations: &'d Deviations,
         shapes: &'d [Option<Recognised>],
-        mesh: &TriangleMesh,
-        bvh: &Bvh,
+        bridged: &[bool],
+        (mesh, bvh): (&TriangleMesh, &Bvh),
     ) -> Self {
-        let of_parts = of_parts(deviations, shapes.len(), mesh, bvh);
+        let of_parts = of_parts(deviations, shapes.len(), bridged, (mesh, bvh));
         Self { deviations, shapes, of_parts, texels: deviations.texels.samples_of_parts(usize::MAX) }
     }
 
@@ -85,7 +86,12 @@ impl<'d> Members<'d> {
 
 /// The scan's points by part: those that are the nearest corner of a triangle that texels of one part see, and none of
 /// another. Between points distances are interpolated, along chords of what is curved; the points themselves are not.
-fn of_parts(deviations: &Deviations, parts: usize, mesh: &TriangleMesh, bvh: &Bvh) -> Vec<Vec<Member>> {
+fn of_parts(
+    deviations: &Deviations,
+    parts: usize,
+    bridged: &[bool],
+    (mesh, bvh): (&TriangleMesh, &Bvh),
+) -> Vec<Vec<Member>> {
     let texels = &deviations.texels;
     let step = texels.len().div_ceil(LOOKED_AT).max(1);
     let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -102,7 +108,8 @@ fn of_parts(deviations: &Deviations, parts: usize, mesh: &TriangleMesh, bvh: &Bv
         let aside = (at(nearest) - place.position).reject_from_normalized(place.normal).length();
         Some((*nearest, Candidate { part: texels.part[i], aside: if turned { f64::INFINITY } else { aside }, place }))
     };
-    let indices: Vec<usize> = (0..texels.len()).step_by(step).filter(|i| !deviations.signed(*i).is_nan()).collect();
+    let sees = |i: &usize| !deviations.signed(*i).is_nan() && !bridged.get(*i).copied().unwrap_or(false);
+    let indices: Vec<usize> = (0..texels.len()).step_by(step).filter(sees).collect();
     let seen: Vec<(u32, Candidate)> = indices.into_par_iter().filter_map(seen).collect();
     let mut owners: HashMap<u32, Candidate> = HashMap::new();
     for (vertex, candidate) in seen {

@@ -23,7 +23,7 @@ mod smooth;
 mod tests;
 mod zone;
 
-pub(super) use bridges::on_bridges;
+pub(super) use bridges::{ScannedSurface, on_bridges};
 pub use figure::PointMeasure;
 pub(super) use figure::point_measures;
 pub(super) use members::Members;
@@ -50,9 +50,10 @@ const FEWEST: usize = 50;
 /// Cosine of the largest angle by which an averaged normal counts as the surface's own.
 const UNTURNED: f32 = 0.9999;
 
-/// A width that is clearly more than noise is a lower limit if it is decided within this part of the cut-off of surface
-/// that was not measured: over so short a way filtered values hardly change, but to the rim of a part a form may go on.
-/// It finds 18 of 18 warped discs of 20 mm of which the last half millimetre had no distances, at a cut-off of 9 mm.
+/// A width that is clearly more than noise is a lower limit if it is decided at a rim, or within this part of the
+/// cut-off of surface that was not measured: over so short a way filtered values hardly change, but to the rim of a part
+/// a form may go on. It finds 18 of 18 warped discs of 20 mm of which the last half millimetre had no distances, at a
+/// cut-off of 9 mm.
 const BESIDE_GAP: f64 = 0.25;
 
 /// Standard uncertainties from which on a width is clearly more than noise.
@@ -140,8 +141,8 @@ pub struct Zone {
     pub without_noise: WithoutNoise,
     /// The points on the zone's lower and upper surface, in the scan's coordinates. Millimetres.
     pub at: [[f64; 3]; 2],
-    /// Whether one of these lies beside surface of the part that was not measured, as at its rim: the form may go on
-    /// there, and the width is a lower limit.
+    /// Whether one of these lies at the rim of what was measured, or beside surface of the part that was not: the form
+    /// may go on there, and the width is a lower limit.
     #[serde(default)]
     pub lower_limit: bool,
     /// Both widths of all points as they are, without the filter and with the outliers. Millimetres.
@@ -221,7 +222,7 @@ pub(in crate::variance) fn form_deviations(
         if let Some(zone) = &mut form.zone {
             let is_beside = |at: &[f64; 3]| gaps.iter().any(|gap| gap.distance((*at).into()) < BESIDE_GAP * cutoff);
             let WithoutNoise { corrected, uncertainty, .. } = zone.without_noise;
-            zone.lower_limit = corrected > CLEARLY * uncertainty && zone.at.iter().any(is_beside);
+            zone.lower_limit = corrected > CLEARLY * uncertainty && (zone.lower_limit || zone.at.iter().any(is_beside));
         }
         Some(form)
     };
@@ -266,7 +267,7 @@ fn zone_of(smooth: &Smooth, shape: Shape, datum: Datum, points: &[Point], simula
         minimum_zone: found.minimum_zone,
         without_noise: simulation.corrected(found.minimum_zone, &smooth.cells.values, spread),
         at: found.ends.map(Into::into),
-        lower_limit: false,
+        lower_limit: found.ends.iter().any(|end| smooth.is_at_rim(*end)),
         unfiltered: [unfiltered.least_squares, unfiltered.minimum_zone],
     })
 }

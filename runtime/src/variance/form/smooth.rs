@@ -18,6 +18,10 @@ const SPACINGS: f64 = 9.0;
 /// ... and at most this share of the part's largest extent, so that the form of small parts remains.
 const OF_EXTENT: f64 = 0.2;
 
+/// At a straight rim a quadric passes twice as much noise as within a surface, a quarter of the cut-off from it hardly
+/// more.
+const AT_RIM: f64 = 1.5;
+
 /// The filtered deviations of a part without outliers.
 pub(super) struct Smooth {
     pub(super) cells: Cells,
@@ -57,6 +61,13 @@ impl Smooth {
     pub(super) fn surface(&self, filtered: &[Option<f64>]) -> Vec<DVec3> {
         let point = |(place, value): (&Place, &Option<f64>)| Some(place.displaced((*value)?));
         self.cells.places.iter().zip(filtered).filter_map(point).collect()
+    }
+
+    /// Whether a point of the filtered surface lies at a rim of what was measured: on one side of it there is nothing.
+    pub(super) fn is_at_rim(&self, point: DVec3) -> bool {
+        let far = |place: &Place| place.position.distance_squared(point);
+        let nearest = self.cells.places.iter().zip(&self.filter.noisier).min_by(|a, b| far(a.0).total_cmp(&far(b.0)));
+        nearest.is_some_and(|(_, noisier)| *noisier > AT_RIM)
     }
 
     pub(super) fn outlying(&self) -> usize {

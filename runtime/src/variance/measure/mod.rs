@@ -14,7 +14,7 @@ use super::contradicted::contradicted;
 use super::detection::detect;
 use super::explained::explain;
 use super::form::{
-    Members, Recognised, ScanNoise, form_deviations, on_bridges, point_measures, recognise, relations, unfit,
+    Members, ScanNoise, ScannedSurface, form_deviations, on_bridges, point_measures, recognise, relations, unfit,
 };
 use super::holes::FilledHoles;
 use super::matching::refuse_foreign;
@@ -162,16 +162,19 @@ pub fn measure(
         keep_within(&mut report, reach);
     }
     let fit = sensitivities.as_ref().zip(covariance);
-    let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit, options: options.verdict };
+    let surface = ScannedSurface { feet: &feet.feet, bvh: &model };
+    let bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
+    let grounds =
+        Grounds { deviations: &deviations, bridged: &bridged, scan, bvh: &bvh, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
     let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, deviations.noise)).collect();
     let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
     let (point_distances, points) = feet.distances(scan, parts);
     report.points = Some(point_distances);
-    let bridged = on_bridges(&deviations, &shapes, &scan.mesh, &feet.feet);
     let forms = form_deviations(&deviations, &shapes, &bridged, noise_of(scan, deviations.noise), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
-    add_members(&mut report, reference, &deviations, &shapes, (scan, &bvh), options.datum.as_deref());
+    let members = || Members::new(&deviations, &shapes, &bridged, (&scan.mesh, &bvh));
+    add_members(&mut report, reference, members, options.datum.as_deref());
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);
         report.sensitivities = maps.maps.iter().map(range).collect();
@@ -249,12 +252,10 @@ pub fn require_datum(
 }
 
 /// Adds what the points of the parts show of the script's measures, and of how the parts lie to the datum.
-fn add_members(
+fn add_members<'m>(
     report: &mut VarianceReport,
     reference: Reference<'_>,
-    deviations: &Deviations,
-    shapes: &[Option<Recognised>],
-    (scan, bvh): (&Scan, &Bvh),
+    members: impl FnOnce() -> Members<'m>,
     datum: Option<&str>,
 ) {
     let measured = match reference {
@@ -264,7 +265,7 @@ fn add_members(
     if measured.is_none() && datum.is_none() {
         return;
     }
-    let members = Members::new(deviations, shapes, &scan.mesh, bvh);
+    let members = members();
     if let Some((model, x)) = measured {
         report.point_measures = point_measures(model, x, &members);
     }

@@ -14,6 +14,7 @@ pub use rule::{DecisionRule, Outcome};
 
 use super::detection::surface_variances;
 use super::moments::null_as_nan;
+use super::report::PartStatistics;
 use super::{Deviations, ParameterCovariance, Statistics, Tolerance, VarianceReport};
 use crate::bvh::Bvh;
 use crate::model::Sensitivities;
@@ -36,6 +37,14 @@ const POINTS: f64 = 25.0;
 /// A footprint takes at most this share of its part's area, so that a dent of a hundredth of a part is seen whose even
 /// surroundings were reduced to a few large triangles.
 const LARGEST_SHARE: f64 = 0.01;
+
+/// A part is not rejected for a footprint of fewer points of the scan, unless the user has chosen its size, if
+/// footprints of so many are within its tolerance: a single outlier spoils the triangles around it, whose area is that
+/// of three points, and so a quarter of such a footprint, which its median does not notice.
+const FEWEST_POINTS: f64 = 12.0;
+
+/// Where the user has chosen footprints so wide that a part has fewer, they are no places of it any more.
+const FEWEST_FOOTPRINTS: usize = 4;
 
 /// A footprint has at least so many texels.
 const TEXELS: f64 = 16.0;
@@ -125,6 +134,8 @@ pub struct OverallVerdict {
 /// What verdicts are made from.
 pub(super) struct Grounds<'a> {
     pub(super) deviations: &'a Deviations,
+    /// By texel, whether it sees a triangle across an edge, which decides nothing; empty where none does.
+    pub(super) bridged: &'a [bool],
     pub(super) scan: &'a Scan,
     /// The hierarchy over the scan.
     pub(super) bvh: &'a Bvh,
@@ -140,7 +151,8 @@ impl Grounds<'_> {
         let texels = &self.deviations.texels;
         let mut measured: Vec<Vec<u32>> = vec![Vec::new(); report.parts.len()];
         for (i, part) in texels.part.iter().enumerate() {
-            if texels.area[i] > 0.0 && !self.deviations.signed(i).is_nan() {
+            let is_bridged = self.bridged.get(i).copied().unwrap_or(false);
+            if texels.area[i] > 0.0 && !self.deviations.signed(i).is_nan() && !is_bridged {
                 measured[*part as usize].push(i as u32);
             }
         }
@@ -156,12 +168,34 @@ impl Grounds<'_> {
         }
         let outcome = Outcome::together(report.parts.iter().filter_map(|p| Some(p.verdict.as_ref()?.outcome)))?;
         let VerdictOptions { rule, min_coverage, device_uncertainty, .. } = self.options;
+        report.warnings.extend(self.too_wide(report));
         report.verdict = Some(OverallVerdict { outcome, decision: rule.name(), min_coverage, device_uncertainty });
         Some(map)
     }
 
     fn of_part(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, statistics: &Statistics) -> Assessed {
         let area = self.footprint_area(&texels);
+        let least = FEWEST_POINTS / self.density(&texels, SAMPLES * SAMPLES);
+        let mut assessed = self.by_footprints(part, texels.clone(), tolerance, area);
+        let points = assessed.verdict.points;
+        let is_chosen = self.options.footprint.is_some();
+        if !is_chosen && assessed.verdict.outcome == Outcome::DoesNotConform && points < FEWEST_POINTS {
+            let wider = self.by_footprints(part, texels, tolerance, least);
+            if wider.verdict.outcome == Outcome::DoesNotConform {
+                return wider;
+            }
+            assessed.verdict.doubt(format!(
+                "what decides has {points:.2} points of the scan, and is within the tolerance with its neighbours"
+            ));
+        }
+        if assessed.verdict.outcome == Outcome::Conforms {
+            self.unseen(statistics, area).into_iter().for_each(|reason| assessed.verdict.doubt(reason));
+        }
+        assessed
+    }
+
+    /// The verdict by footprints of about `area` square millimetres.
+    fn by_footprints(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, area: f64) -> Assessed {
         let footprints = footprints(self.deviations, texels, area);
         let points: Vec<f64> = footprints.par_iter().map(|f| f.area * self.density(&f.texels, SAMPLES)).collect();
         // Between points distances are interpolated, so that a median is as exact as the mean of the points.
@@ -178,7 +212,7 @@ impl Grounds<'_> {
             return Assessed { verdict: self.unmeasured(tolerance), tolerance, footprints, common };
         };
         let Extreme { place: k, value, again } = decided.worst;
-        let mut verdict = Verdict {
+        let verdict = Verdict {
             outcome: decided.outcome,
             value,
             again,
@@ -195,10 +229,20 @@ impl Grounds<'_> {
             place: footprints[k].centre.to_array(),
             reasons: Vec::new(),
         };
-        if decided.outcome == Outcome::Conforms {
-            self.unseen(statistics, area).into_iter().for_each(|reason| verdict.doubt(reason));
-        }
         Assessed { verdict, tolerance, footprints, common }
+    }
+
+    /// A warning of parts that footprints of the chosen size average as a whole.
+    fn too_wide(&self, report: &VarianceReport) -> Option<String> {
+        self.options.footprint?;
+        let few = |part: &&PartStatistics| part.verdict.as_ref().is_some_and(|v| v.footprints < FEWEST_FOOTPRINTS);
+        let names: Vec<&str> = report.parts.iter().filter(few).map(|part| part.name.as_str()).collect();
+        (!names.is_empty()).then(|| {
+            format!(
+                "--footprint is so wide that {} has fewer than {FEWEST_FOOTPRINTS} of them: what deviates on less is averaged away",
+                names.join(", ")
+            )
+        })
     }
 
     /// The area of footprints of a part. Square millimetres.
