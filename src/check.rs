@@ -249,7 +249,14 @@ fn document(checked: &Checked, ok: bool) -> Value {
 fn explain(text: &str) -> Result<(), CommandError> {
     let Some(code) = Code::named(text) else {
         let codes: Vec<&str> = Code::ALL.iter().map(|code| code.text()).collect();
-        return Err(CommandError::Usage(format!("there is no code '{text}'; the codes are {}", codes.join(", "))));
+        return Err(CommandError::Usage(match gml_compiler::suggest::nearest(text, codes.iter().copied()) {
+            Some(near) => format!("there is no code '{text}'; did you mean '{near}'?"),
+            None => format!(
+                "there is no code '{text}': codes are what messages have in brackets, as in error[{}]; the page of diagnostics \
+                 lists all",
+                Code::UnknownName.text()
+            ),
+        }));
     };
     println!("{}", code.explanation().trim_end());
     Ok(())

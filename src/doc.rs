@@ -2,7 +2,7 @@
 
 use crate::cli::DocArgs;
 use crate::error::CommandError;
-use crate::{files, outputs};
+use crate::{files, mesh, outputs};
 use gml_compiler::program::Failed;
 use gml_compiler::reference::{self, Document};
 use gml_compiler::source::Sources;
@@ -16,8 +16,7 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
         print!("{}", texts.join("\n"));
         return Ok(());
     };
-    std::fs::create_dir_all(folder)
-        .map_err(|e| CommandError::Failed(format!("{}: {}", folder.display(), files::reason(&e))))?;
+    mesh::make_folder(folder)?;
     for page in &pages {
         let path = folder.join(&page.name);
         outputs::require_apart(&path, [args.script.as_path()])?;

@@ -2,6 +2,7 @@
 
 use crate::error::CommandError;
 use gml_compiler::source::{Loader, SourceFile};
+use gml_runtime::reason::in_words;
 use gml_runtime::scan::{self, Foreign};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
@@ -20,11 +21,27 @@ pub(crate) struct FileLoader {
 
 impl FileLoader {
     /// What a script may use: the scripts in its own folder and below, and those in the folders of `--allow-path`.
-    pub(crate) fn of(script: &Path, allowed: &[PathBuf]) -> Self {
+    ///
+    /// # Errors
+    /// If one of the latter is not there.
+    pub(crate) fn of(script: &Path, allowed: &[PathBuf]) -> Result<Self, CommandError> {
         let mut loader = Self::default();
         loader.allow(folder_of(script));
-        allowed.iter().for_each(|folder| loader.allow(folder));
-        loader
+        loader.allow_all(allowed)?;
+        Ok(loader)
+    }
+
+    /// Allows the scripts in the folders of `--allow-path`.
+    ///
+    /// # Errors
+    /// If one of them is not there.
+    pub(crate) fn allow_all(&mut self, folders: &[PathBuf]) -> Result<(), CommandError> {
+        if let Some(absent) = folders.iter().find(|folder| !folder.is_dir()) {
+            let absent = absent.display();
+            return Err(CommandError::usage(format!("--allow-path {absent}: there is no such folder")));
+        }
+        folders.iter().for_each(|folder| self.allow(folder));
+        Ok(())
     }
 
     /// Allows the scripts in a folder and below; none where it does not exist.
@@ -136,8 +153,7 @@ pub(crate) fn text(bytes: Vec<u8>) -> Result<String, String> {
 pub(crate) fn reason(e: &std::io::Error) -> String {
     match e.kind() {
         ErrorKind::NotFound => "there is no such file".into(),
-        ErrorKind::PermissionDenied => "permission denied".into(),
-        _ => e.to_string(),
+        _ => in_words(e),
     }
 }
 
@@ -168,7 +184,7 @@ mod tests {
         write("model/parts/knob.gml");
         write("library/shared.gml");
         write("model/notes.txt");
-        let loader = FileLoader::of(&main, &[]);
+        let loader = FileLoader::of(&main, &[]).unwrap();
         assert!(loader.load("parts/knob.gml", &from).is_ok());
         assert!(loader.load("parts/../parts/knob.gml", &from).is_ok());
         // From a file below, the script's own folder is allowed still.
@@ -177,7 +193,8 @@ mod tests {
         assert!(outside.contains("outside of the script's folder") && outside.contains("--allow-path"), "{outside}");
         assert!(loader.load("notes.txt", &from).unwrap_err().contains("not a script"));
         assert!(loader.load("/etc/passwd", &from).unwrap_err().contains("not a script"));
-        let allowed = FileLoader::of(&main, &[folder.path().join("library")]);
+        let allowed = FileLoader::of(&main, &[folder.path().join("library")]).unwrap();
+        assert!(FileLoader::of(&main, &[folder.path().join("absent")]).is_err());
         assert!(allowed.load("../library/shared.gml", &from).is_ok());
     }
 
@@ -192,7 +209,7 @@ mod tests {
         std::os::unix::fs::symlink(&secret, folder.path().join("model/link.gml")).unwrap();
         std::os::unix::fs::symlink(folder.path(), folder.path().join("model/up")).unwrap();
         std::fs::write(folder.path().join("other.gml"), "let a = 1").unwrap();
-        let loader = FileLoader::of(&main, &[]);
+        let loader = FileLoader::of(&main, &[]).unwrap();
         let from = main.display().to_string();
         assert!(loader.load("link.gml", &from).unwrap_err().contains("not a script"));
         assert!(loader.load("up/other.gml", &from).unwrap_err().contains("outside"));

@@ -65,8 +65,14 @@ fn scripts(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), CommandError> 
         let kind = entry.file_type().map_err(failed)?;
         if kind.is_dir() && !hidden {
             scripts(&path, files)?;
-        } else if kind.is_file() && path.extension().is_some_and(|e| e == "gml") && !hidden {
-            files.push(path);
+        } else if path.extension().is_some_and(|e| e == "gml") && !hidden {
+            if kind.is_file() {
+                files.push(path);
+            } else if !kind.is_dir() {
+                let link = "is a link; name it to format what it leads to";
+                let what = if kind.is_symlink() { link } else { "is a pipe or a device" };
+                eprintln!("skipped {}: {what}", path.display());
+            }
         }
     }
     Ok(())

@@ -12,6 +12,7 @@ mod diff;
 mod dimensions;
 mod doc;
 mod emit;
+mod environment;
 mod error;
 mod files;
 mod findings;
@@ -39,11 +40,16 @@ use cli::{Cli, Command};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    environment::without_display();
     // A reader that closes the pipe early, such as `head`, ends the command quietly.
     sigpipe::reset();
     let cli = Cli::parse_from(cli::with_negative_values(std::env::args_os()));
     if let Some(notice) = gml_runtime::workers::limit_threads() {
         eprintln!("warning: {notice}");
+    }
+    if let Some(twice) = cli.command.given_twice() {
+        eprintln!("error: {twice}");
+        return ExitCode::from(2);
     }
     let result = match &cli.command {
         Command::Check(args) => check::run(args),

@@ -7,6 +7,7 @@ use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
 use gml_compiler::program::Program;
+use gml_runtime::export::atomic::WriteError;
 use gml_runtime::export::mesh::{self, MeshFormat};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, Passages, Tessellation};
@@ -58,6 +59,9 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
         return Ok(());
     }
     let format = check_format(&args.output, ".obj, .ply or .stl")?;
+    if tessellation.mesh.triangles.is_empty() {
+        return Err(CommandError::failed("the model has no surface to write: it has no parts"));
+    }
     // STL has no texture coordinates.
     if format != MeshFormat::Stl {
         let atlas = Atlas::linear(program, &*instance, ATLAS).map_err(CommandError::failed)?;
@@ -130,7 +134,6 @@ pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
 }
 
 /// Creates a folder for outputs.
-fn make_folder(folder: &Path) -> Result<(), CommandError> {
-    std::fs::create_dir_all(folder)
-        .map_err(|e| CommandError::Failed(format!("{}: the folder cannot be created: {e}", folder.display())))
+pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
+    std::fs::create_dir_all(folder).map_err(|e| CommandError::failed(WriteError { path: folder.to_owned(), source: e }))
 }

@@ -12,12 +12,27 @@ use std::path::{Path, PathBuf};
 /// Refuses an output file that is one of the files that are read.
 pub(crate) fn require_apart<'a>(output: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> Result<(), CommandError> {
     let Ok(real) = output.canonicalize() else { return Ok(()) };
-    match inputs.into_iter().find(|input| input.canonicalize().is_ok_and(|input| input == real)) {
+    match inputs.into_iter().find(|input| is_one(input, &real)) {
         Some(_) => Err(CommandError::usage(format!(
             "{}: is an input, which the output would replace; name another file",
             output.display()
         ))),
         None => Ok(()),
+    }
+}
+
+/// Whether two paths lead to one file, which may have several names.
+fn is_one(a: &Path, b: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let node =
+            |path: &Path| path.metadata().ok().filter(|about| !about.is_dir()).map(|about| (about.dev(), about.ino()));
+        node(a).is_some() && node(a) == node(b)
+    }
+    #[cfg(not(unix))]
+    {
+        a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
     }
 }
 
@@ -60,13 +75,15 @@ pub(crate) fn require_folder_apart<'a>(
     writes_fit: bool,
     inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), CommandError> {
-    let Ok(target) = output.canonicalize() else { return Ok(()) };
-    let is_replaced = |input: &&Path| {
-        let Ok(real) = input.canonicalize() else { return false };
-        let name = real.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        real.parent() == Some(&target) && folder::is_result(name) && (writes_fit || name != folder::FIT)
-    };
-    match inputs.into_iter().find(is_replaced) {
+    let Ok(entries) = std::fs::read_dir(output) else { return Ok(()) };
+    let is_replaced = |name: &str| folder::is_result(name) && (writes_fit || name != folder::FIT);
+    let replaced: Vec<PathBuf> = entries
+        .flatten()
+        .filter(|entry| entry.file_name().to_str().is_some_and(is_replaced))
+        .map(|entry| entry.path())
+        .collect();
+    // Under whichever name, or through a link: what is read may not vanish from where the user put it.
+    match inputs.into_iter().find(|input| replaced.iter().any(|there| is_one(input, there))) {
         Some(input) => Err(CommandError::usage(format!(
             "{}: is an input, which the results in `{}` would replace; name another folder (-o)",
             input.display(),
@@ -78,7 +95,7 @@ pub(crate) fn require_folder_apart<'a>(
 
 /// Begins a result in a folder.
 pub(crate) fn begin(output: &Path) -> Result<ResultFolder, CommandError> {
-    ResultFolder::begin(output).map_err(CommandError::failed)
+    ResultFolder::begin(output, |text| eprintln!("{text}")).map_err(CommandError::failed)
 }
 
 /// An error of a file in a folder of results, which names the file where the user would look for it.

@@ -2,7 +2,7 @@
 //! standard macros panic. `main` asks at the end whether all was printed. Names from files, comments and paths may hold
 //! characters that a terminal obeys; they are written out.
 
-use gml_runtime::export::atomic::in_words;
+use gml_runtime::reason::of_kind;
 use std::borrow::Cow;
 use std::fmt::Arguments;
 use std::io::{ErrorKind, Write};
@@ -51,7 +51,7 @@ pub(crate) fn cut(text: &str, most: usize) -> String {
 /// Whether all of standard output could be printed.
 pub(crate) fn finish() -> Result<(), String> {
     note(std::io::stdout().flush());
-    let failed = |kind: &ErrorKind| Err(format!("standard output cannot be written to: {}", in_words(*kind)));
+    let failed = |kind: &ErrorKind| Err(format!("standard output cannot be written to: {}", of_kind(*kind)));
     FAILED.get().map_or(Ok(()), failed)
 }
 

@@ -38,7 +38,7 @@ pub(crate) fn compile_quietly(script: &Path, args: &CompileArgs) -> Result<Compi
     for (name, value) in &args.limits {
         options.set_limit(name, *value).map_err(|e| CommandError::Usage(format!("--limit: {e}")))?;
     }
-    program::compile(file, &FileLoader::of(script, &args.allowed), &options).map_err(CommandError::from)
+    program::compile(file, &FileLoader::of(script, &args.allowed)?, &options).map_err(CommandError::from)
 }
 
 /// Compiles a script with the inputs of a fit, if there is one, but for those that are `searched`.

@@ -7,6 +7,8 @@ use gml_compiler::program::{Parameter, Quantity};
 use gml_compiler::syntax;
 use gml_runtime::model::{LARGEST, SMALLEST};
 use gml_runtime::variance::{DecisionRule, Resolution, Tolerance};
+use std::fmt::Display;
+use std::str::FromStr;
 
 /// Units of values, with their quantity and size in millimetres or radians.
 const UNITS: [(&str, Quantity, f64); 7] = [
@@ -95,6 +97,17 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A parser of whole numbers from `low` to `high`, which says so in words.
+pub(crate) fn whole<T>(low: T, high: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Copy + Send + Sync + 'static,
+{
+    move |text| match text.trim().parse::<T>() {
+        Ok(value) if low <= value && value <= high => Ok(value),
+        _ => Err(format!("is not a whole number from {low} to {high}")),
+    }
+}
+
 /// Parses an angle above zero and up to a right angle, in radians.
 pub(crate) fn acute_angle(text: &str) -> Result<f64, String> {
     let allowed = |x: &f64| *x > 0.0 && *x <= 1.0001 * std::f64::consts::FRAC_PI_2;
@@ -161,6 +174,14 @@ pub(crate) fn memory(text: &str) -> Result<u64, String> {
     Ok(bytes as u64)
 }
 
+/// Parses a fraction that leaves something.
+pub(crate) fn part(text: &str) -> Result<f64, String> {
+    match fraction(text)? {
+        1.0 => Err("leaves nothing: must be below 1".into()),
+        value => Ok(value),
+    }
+}
+
 /// Splits `name=value`.
 pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
     let parts = text.split_once('=').map(|(name, value)| (syntax::name(name.trim()), value.trim().to_owned()));
@@ -169,7 +190,7 @@ pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
 
 /// Parses `name=limit`.
 pub(crate) fn limit(text: &str) -> Result<(String, u64), String> {
-    let (name, value) = assignment(text)?;
+    let (name, value) = assignment(text).map_err(|_| "expected NAME=N, such as steps=1000000")?;
     let value = value.parse().map_err(|_| format!("'{value}' is not a whole number such as 100000"))?;
     Ok((name, value))
 }
@@ -184,7 +205,7 @@ pub(crate) struct Range {
 
 /// Parses `name=low..high`.
 pub(crate) fn range(text: &str) -> Result<Range, String> {
-    let (name, range) = assignment(text).map_err(|_| "expected NAME=LOW..HIGH")?;
+    let (name, range) = assignment(text).map_err(|_| "expected NAME=LOW..HIGH, such as bolts=3..16")?;
     let ends = range.split_once("..");
     let ends = ends.and_then(|(low, high)| Some((low.trim().parse().ok()?, high.trim().parse().ok()?)));
     let (low, high) = ends.ok_or("expected two whole numbers, such as 3..16")?;
@@ -194,7 +215,7 @@ pub(crate) fn range(text: &str) -> Result<Range, String> {
 /// Parses `name=value` of an input: true or false, a whole number, or a number with an optional unit. The compiler
 /// checks it against the declaration.
 pub(crate) fn input(text: &str) -> Result<(String, InputValue), String> {
-    let (name, value) = assignment(text)?;
+    let (name, value) = assignment(text).map_err(|_| "expected NAME=VALUE, such as bolts=6")?;
     if let Ok(flag) = value.parse() {
         return Ok((name, InputValue::Bool(flag)));
     }

@@ -19,12 +19,15 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let inputs = outputs::inputs([&args.reference, &args.scan.scan], args.values.params.as_ref());
     outputs::require_folder_apart(&args.output, false, inputs)?;
     let extension = args.reference.extension().unwrap_or_default();
+    require_kind(args, &extension.to_ascii_lowercase().to_string_lossy())?;
+    let folder;
     let measured = if extension.eq_ignore_ascii_case("gml") {
         let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
         let Valued { program, x, motion, fit, saved } = valued;
         let covariance = fit.as_ref().and_then(inspect::covariance);
         let scan = fit::read_scan(&args.scan)?;
         measure::require_memory(&args.controls, &scan)?;
+        folder = outputs::begin(&args.output)?;
         let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
         measure_from(Reference::Model { model: &program, x: &x, motion }, &scan, covariance, &options).map(
             |mut measured| {
@@ -39,33 +42,44 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
             },
         )
     } else {
-        let shown = args.reference.display();
-        if args.values.params.is_some() || !args.values.values.is_empty() || !args.compile.inputs.is_empty() {
-            return Err(CommandError::usage(format!(
-                "{shown}: --params, -p and --input require a script (.gml); a reference mesh has no parameters"
-            )));
-        }
-        if options.sensitivity_maps {
-            return Err(CommandError::usage(format!(
-                "{shown}: --sensitivities requires a script (.gml); a reference mesh has no parameters"
-            )));
-        }
         let ReferenceMesh { mesh, warnings, .. } =
-            scan::read_mesh(&args.reference, args.reference_unit).map_err(CommandError::failed)?;
+            scan::read_mesh(&args.reference, args.reference_unit.unwrap_or_default()).map_err(CommandError::failed)?;
         let scan = fit::read_scan(&args.scan)?;
         measure::require_memory(&args.controls, &scan)?;
+        folder = outputs::begin(&args.output)?;
         measure_from(Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
             measured.report.warnings.extend(warnings);
             measured
         })
     }?;
-    let folder = outputs::begin(&args.output)?;
     let extras = measure::extras(&args.controls);
     measurement::write(folder.path(), &measured, extras).map_err(|e| outputs::failed(&folder, e))?;
     let is_fit = |params: &PathBuf| params.canonicalize().ok() == args.output.join(FIT).canonicalize().ok();
     folder.finish(args.values.params.as_ref().filter(|p| is_fit(p)).map(|_| FIT)).map_err(CommandError::failed)?;
     print!("{}", deviations::summary(&measured.report));
     deviations::judge(&measured.report)
+}
+
+/// Refuses a reference of another kind, and options that its kind has no use for.
+fn require_kind(args: &VarianceArgs, extension: &str) -> Result<(), CommandError> {
+    let refuse = |why: &str| Err(CommandError::usage(format!("{}: {why}", args.reference.display())));
+    let has_values = args.values.params.is_some() || !args.values.values.is_empty() || !args.compile.inputs.is_empty();
+    match extension {
+        "json" => {
+            refuse("the reference is a script (.gml) or a mesh; name the script of the fit, and the fit by --params")
+        }
+        "gml" if args.reference_unit.is_some() => {
+            refuse("--reference-unit requires a reference mesh; a script states the units of its lengths")
+        }
+        "gml" => Ok(()),
+        _ if has_values => {
+            refuse("--params, -p and --input require a script (.gml); a reference mesh has no parameters")
+        }
+        _ if args.controls.sensitivities => {
+            refuse("--sensitivities requires a script (.gml); a reference mesh has no parameters")
+        }
+        _ => Ok(()),
+    }
 }
 
 /// A sentence on a model whose values are not all those of a fit: deviations from it are those from an assumption.

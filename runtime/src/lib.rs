@@ -71,6 +71,7 @@ pub mod mesh;
 pub mod model;
 mod morton;
 pub mod progress;
+pub mod reason;
 mod robust;
 mod sampling;
 pub mod scan;

@@ -56,10 +56,10 @@ pub(crate) struct FitControls {
     #[arg(long)]
     pub(crate) one_sided: bool,
     /// Also fit N scans resampled from the scan, for confidence intervals with few assumptions
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = values::whole(0_u32, 100_000))]
     pub(crate) bootstrap: u32,
     /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = values::whole(0, u64::MAX))]
     pub(crate) seed: u64,
     /// Write the optimisers' steps to a table, to plot the convergence
     #[arg(long, value_name = "FILE.csv")]
@@ -248,9 +248,9 @@ pub(crate) struct VarianceArgs {
     pub(crate) values: ValueArgs,
     #[command(flatten)]
     pub(crate) scan: ScanArgs,
-    /// Unit of the reference mesh's coordinates: um, mm, cm, m, in or ft
-    #[arg(long, value_name = "UNIT", default_value = "mm")]
-    pub(crate) reference_unit: Unit,
+    /// Unit of the reference mesh's coordinates: um, mm, cm, m, in or ft [default: mm]
+    #[arg(long, value_name = "UNIT")]
+    pub(crate) reference_unit: Option<Unit>,
     #[command(flatten)]
     pub(crate) controls: VarianceControls,
     /// Folder for the results

@@ -147,22 +147,22 @@ pub(crate) struct VirtualScanArgs {
     #[arg(long, value_name = "LENGTH", default_value = "0.3mm", value_parser = values::length)]
     pub(crate) noise: f64,
     /// Number of view points
-    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u32).range(1..=200))]
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = values::whole(1_u32, 200))]
     pub(crate) views: u32,
     /// Fraction of points with a wrong range
     #[arg(long, value_name = "FRACTION", default_value_t = 0.001, value_parser = values::fraction)]
     pub(crate) outliers: f64,
     /// Fraction of points that are missing
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.01, value_parser = values::fraction)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.01, value_parser = values::part)]
     pub(crate) dropouts: f64,
     /// Number of holes of a few millimetres
-    #[arg(long, value_name = "N", default_value_t = 6)]
+    #[arg(long, value_name = "N", default_value_t = 6, value_parser = values::whole(0_u32, 10_000))]
     pub(crate) holes: u32,
     /// Leave the scan in the model's own position
     #[arg(long)]
     pub(crate) no_pose: bool,
     /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = values::whole(0, u64::MAX))]
     pub(crate) seed: u64,
 }
 

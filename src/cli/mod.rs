@@ -65,6 +65,33 @@ pub(crate) enum Command {
     Repl(ReplArgs),
 }
 
+impl Command {
+    /// The parameter or input that is set twice, with its option: which of the values was meant is not known.
+    pub(crate) fn given_twice(&self) -> Option<String> {
+        type Named<T> = [(String, T)];
+        let (values, inputs): (&Named<String>, &Named<InputValue>) = match self {
+            Self::Check(args) => (&args.values.values, &args.compile.inputs),
+            Self::Mesh(args) => (&args.values.values, &args.script.compile.inputs),
+            Self::Scan(args) => (&args.values.values, &args.script.compile.inputs),
+            Self::Variance(args) => (&args.values.values, &args.compile.inputs),
+            Self::Fit(args) => (&args.controls.values, &args.script.compile.inputs),
+            Self::Inspect(args) => (&args.fit.values, &args.script.compile.inputs),
+            Self::Repl(args) => (&args.values, &args.inputs),
+            Self::Diff(args) => (&[], &args.script.compile.inputs),
+            Self::Emit(args) => (&[], &args.script.compile.inputs),
+            Self::Doc(_) | Self::Fmt(_) | Self::Compare(_) => return None,
+        };
+        twice("-p", values).or_else(|| twice("--input", inputs))
+    }
+}
+
+/// The first name that is there twice.
+fn twice<T>(option: &str, values: &[(String, T)]) -> Option<String> {
+    let is_again = |i: &usize| values[..*i].iter().any(|(name, _)| *name == values[*i].0);
+    let again = (0..values.len()).find(is_again)?;
+    Some(format!("{option} {0}: two values of {0} are given; leave one out", values[again].0))
+}
+
 /// A script and how it is compiled.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct ScriptArgs {

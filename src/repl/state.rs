@@ -13,7 +13,7 @@ use gml_compiler::session::{Limits, Options, Session};
 use gml_compiler::source::SourceFile;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -51,7 +51,8 @@ impl Repl {
         let options = Options { limits, inputs: inputs.clone(), interrupt: interrupt.clone(), ..Options::default() };
         let session = Rc::new(RefCell::new(Session::new(options)));
         let mut loader = FileLoader::default();
-        std::iter::once(Path::new(".")).chain(args.allowed.iter().map(PathBuf::as_path)).for_each(|f| loader.allow(f));
+        loader.allow(Path::new("."));
+        loader.allow_all(&args.allowed)?;
         let mut repl = Repl { session, interrupt, loader, watch: Watch::default(), interactive, failed: false };
         if let Some(path) = &args.model {
             repl.load(path)?;

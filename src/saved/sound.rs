@@ -17,14 +17,37 @@ pub(super) const FARTHEST: f64 = 1e12;
 pub(super) fn parse(text: &str) -> Result<FitResult, String> {
     let start = text.trim_start_matches('\u{feff}').trim_start();
     if !start.starts_with('{') {
-        let found = match gml_runtime::scan::foreign(text.as_bytes()) {
+        let foreign = gml_runtime::scan::foreign(text.as_bytes());
+        let fix = foreign.as_ref().and_then(|f| f.fix).unwrap_or("name the file that `gmlc fit -o` wrote");
+        let found = match &foreign {
             Some(foreign) => foreign.found.to_owned(),
             None if start.is_empty() => "an empty file".to_owned(),
             None => format!("a text that begins `{}`", cut(start, 24)),
         };
-        return Err(format!("is not a result of `gmlc fit`: expected an object of JSON (`{{`), found {found}"));
+        return Err(format!("is not a result of `gmlc fit`: expected an object of JSON (`{{`), found {found}; {fix}"));
     }
-    serde_json::from_str(start).map_err(|e| format!("is not a result of `gmlc fit`: {}", readable(&e)))
+    serde_json::from_str(start).map_err(|e| {
+        let what = of_another_command(start).unwrap_or_else(|| readable(&e));
+        format!("is not a result of `gmlc fit`: {what}")
+    })
+}
+
+/// A sentence on a file that another command wrote, which its fields tell.
+fn of_another_command(text: &str) -> Option<String> {
+    let file: serde_json::Map<String, serde_json::Value> = serde_json::from_str(text).ok()?;
+    let has = |names: &[&str]| names.iter().all(|name| file.contains_key(*name));
+    if has(&["scanner", "euler", "pitch"]) {
+        let values = file.get("parameters").and_then(|all| all.as_object());
+        let names: Vec<&str> = values.map(|all| all.keys().map(String::as_str).collect()).unwrap_or_default();
+        return Some(format!(
+            "it is the truth of a virtual scan (`gmlc scan --truth`); set its values with -p ({}), or fit the model",
+            cut(&names.join(", "), 60)
+        ));
+    }
+    if has(&["texels", "matching"]) || has(&["signed", "verdict"]) {
+        return Some("it is a measurement (variance.json); name the fit.json that it was made from".to_owned());
+    }
+    None
 }
 
 /// An error of the reader without the names of types, which are nothing to its user.
@@ -54,6 +77,10 @@ fn readable(error: &serde_json::Error) -> String {
         message.strip_prefix("invalid length ").and_then(|m| m.rsplit_once(", expected "))
     {
         format!("expected {}, found a list of length {length}", what(expected))
+    } else if let Some((found, expected)) =
+        message.strip_prefix("unknown variant ").and_then(|m| m.split_once(", expected "))
+    {
+        format!("expected {expected}, found {}", cut(found, 60))
     } else {
         cut(message, 120)
     };
@@ -156,10 +183,12 @@ mod tests {
             good.replacen(from, to, 1)
         };
         for (text, expected) in [
-            ("[]".to_owned(), "expected an object of JSON (`{`), found a text that begins `[]`"),
+            ("[]".to_owned(), "found a text that begins `[]`; name the file that `gmlc fit -o` wrote"),
             (String::new(), "found an empty file"),
             ("<!doctype html>".into(), "found an HTML page"),
             ("{}".into(), "line 1, column 2: there is no `model`"),
+            (r#"{"scanner": 1, "euler": 1, "pitch": 1, "parameters": {"r": 1}}"#.into(), "set its values with -p (r)"),
+            (r#"{"signed": {}, "verdict": {}}"#.into(), "it is a measurement (variance.json)"),
             (good[..good.len() / 2].into(), "the file ends here; it is cut off"),
             (of("\"sigma\": 0.0", "\"sigma\": \"x\""), "expected a number, found string \"x\""),
             (of("\"sigma\": 0.0", "\"sigma\": null"), "expected a number, found null"),

@@ -4,6 +4,8 @@ mod architecture;
 mod awkward;
 mod command;
 mod compare;
+#[cfg(unix)]
+mod concurrency;
 mod diagnostics;
 mod dimensions;
 mod documentation;
@@ -13,6 +15,8 @@ mod inspect;
 #[cfg(unix)]
 mod interrupt;
 mod limits;
+#[cfg(unix)]
+mod messages;
 mod nist;
 mod prose;
 mod repl;

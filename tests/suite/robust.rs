@@ -186,10 +186,9 @@ fn result(folder: &Path) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Runs over an earlier result that are killed at moments all over their time leave it whole, or their own.
-#[test]
-fn a_killed_run_leaves_one_result() {
-    const KILLS: u32 = 12;
+/// Kills runs over an earlier result at moments all over their time: the folder has the earlier result whole, or the
+/// run's own. Returns how many had ended before they could be killed, or had put their files into place.
+fn kill_runs(kills: u32) -> u32 {
     let folder = ball();
     let at = folder.path();
     let args =
@@ -204,11 +203,14 @@ fn a_killed_run_leaves_one_result() {
         of("variance.json").contains(tolerance) && of("report.html").contains(tolerance)
     };
     gmlc_in(at, &args("0.7125mm"));
-    for k in 0..KILLS {
+    let mut replaced = 0;
+    for k in 0..kills {
         let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
         command.args(args("0.9375mm")).current_dir(at).stdout(Stdio::null()).stderr(Stdio::null());
         let mut child = command.spawn().expect("gmlc");
-        std::thread::sleep(time * (k + 1) / (KILLS + 1));
+        // The files are moved at the end: half of the kills are there.
+        let share = f64::from(k + 1) / f64::from(kills + 1);
+        std::thread::sleep(time.mul_f64(if k % 2 == 0 { share } else { 0.85 + 0.2 * share }));
         _ = child.kill();
         _ = child.wait();
         let files = result(&at.join("out"));
@@ -216,8 +218,55 @@ fn a_killed_run_leaves_one_result() {
         assert_eq!(names, earlier.iter().map(|file| file.0.as_str()).collect::<Vec<_>>(), "after {k}");
         assert!(is_of(&files, "0.7125") != is_of(&files, "0.9375"), "after {k}: files of two runs");
         if is_of(&files, "0.9375") {
+            replaced += 1;
             gmlc_in(at, &args("0.7125mm"));
         }
+    }
+    replaced
+}
+
+#[test]
+fn a_killed_run_leaves_one_result() {
+    kill_runs(12);
+}
+
+/// `cargo test --release --test suite a_hundred_kills -- --ignored --nocapture`: two minutes.
+#[test]
+#[ignore = "two minutes"]
+fn a_hundred_kills_leave_one_result_each() {
+    let replaced = kill_runs(100);
+    println!(
+        "100 kills: {} folders had the earlier result, {replaced} the later one, none files of both",
+        100 - replaced
+    );
+}
+
+/// A disk that is full at any write, as a limit on the size of files has it: the earlier result stays whole.
+#[test]
+fn a_disk_that_is_full_at_any_write_leaves_the_earlier_result() {
+    let folder = ball();
+    let at = folder.path();
+    let args = "inspect ball.gml scan.ply -o out --resolution 64 --points --exr --tolerance";
+    let first: Vec<&str> = args.split(' ').chain(["0.7125mm"]).collect();
+    gmlc_in(at, &first);
+    let earlier = result(&at.join("out"));
+    let mut sizes: Vec<usize> = earlier.iter().map(|(_, bytes)| bytes.len()).collect();
+    sizes.sort_unstable();
+    // Files may have one KiB less than each of those that are written, in turn; in blocks, as shells count them.
+    let mut limits: Vec<usize> = sizes.iter().map(|size| size.saturating_sub(1) / 1024).collect();
+    limits.dedup();
+    assert!(limits.len() > 5, "{limits:?}");
+    for limit in limits {
+        let line = format!("trap '' XFSZ; ulimit -f {limit}; exec \"$0\" {args} 0.9375mm");
+        let mut command = Command::new("bash");
+        command.args(["-c", &line, env!("CARGO_BIN_EXE_gmlc")]).current_dir(at);
+        let output = command.output().expect("a shell");
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{limit} KiB: {said}");
+        assert!(said.contains("larger than the system allows") && !said.contains("panicked"), "{limit} KiB: {said}");
+        let mut files = result(&at.join("out"));
+        files.retain(|(name, _)| name != "unfinished-fit.json");
+        assert!(files == earlier, "{limit} KiB: the earlier result has changed");
     }
 }
 
@@ -245,4 +294,67 @@ fn texts_with_marks_and_in_other_encodings_are_read_or_named() {
     fs::write(folder.path().join("wide.gml"), utf_16).expect("written");
     gmlc(folder.path(), &["check", "marked.gml"]);
     assert!(fails(folder.path(), &["check", "wide.gml"], 1).contains("UTF-16"));
+}
+
+#[test]
+fn inputs_under_other_names_are_inputs_still() {
+    let folder = ball();
+    let at = folder.path();
+    fs::hard_link(at.join("scan.ply"), at.join("same.ply")).expect("a link");
+    fs::create_dir(at.join("out")).expect("a folder");
+    // A link to an input, under the name of a result, and an input that is a link there.
+    std::os::unix::fs::symlink("../scan.ply", at.join("out/filled.ply")).expect("a link");
+    let variance = |scan: &'static str| ["variance", "ball.gml", scan, "--params", "fit.json", "-o", "out"];
+    for args in [
+        &variance("scan.ply")[..],
+        &variance("out/filled.ply"),
+        &variance("same.ply"),
+        &["fit", "ball.gml", "scan.ply", "-o", "same.ply"],
+        &["scan", "ball.gml", "-o", "new.ply", "--truth", "ball.gml"],
+    ] {
+        let error = fails(at, args, 2);
+        assert!(error.contains("is an input"), "{args:?}: {error}");
+    }
+    assert!(fs::symlink_metadata(at.join("out/filled.ply")).expect("it is there").is_symlink());
+    assert_eq!(read(at, "same.ply"), read(at, "scan.ply"));
+}
+
+/// A folder that another process has locked: the run says so, and goes on as soon as it may.
+#[test]
+fn a_locked_folder_is_waited_for_aloud() {
+    let folder = ball();
+    let at = folder.path();
+    fs::create_dir(at.join("out")).expect("a folder");
+    let held = fs::File::open(at.join("out")).expect("a folder");
+    held.lock().expect("a lock");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
+    command.args(["inspect", "ball.gml", "scan.ply", "-o", "out", "--resolution", "64"]).current_dir(at);
+    let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("gmlc");
+    std::thread::sleep(Duration::from_secs(3));
+    drop(held);
+    let output = child.wait_with_output().expect("its output");
+    let said = text(&output.stderr);
+    assert!(output.status.success() && said.contains("`out` is locked by"), "{said}");
+    assert!(at.join("out/report.html").exists());
+}
+
+#[test]
+fn scripts_that_are_skipped_are_named() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("ball.gml"), BALL).expect("written");
+    std::os::unix::fs::symlink("ball.gml", at.join("link.gml")).expect("a link");
+    assert!(Command::new("mkfifo").arg(at.join("pipe.gml")).status().expect("mkfifo").success());
+    let said = text(&gmlc_in(at, &["fmt", "."]).stderr);
+    assert!(said.contains("skipped ./pipe.gml: is a pipe") && said.contains("skipped ./link.gml: is a link"), "{said}");
+}
+
+/// A driver's layer asks for a display where there is none, and says so on standard error.
+#[test]
+fn drivers_say_nothing_without_a_display() {
+    let folder = ball();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
+    command.args(["inspect", "ball.gml", "scan.ply", "-o", "out", "--resolution", "64"]).current_dir(folder.path());
+    let output = command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").output().expect("gmlc");
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
 }

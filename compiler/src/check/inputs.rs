@@ -7,6 +7,7 @@ use super::model::Body;
 use super::params::dimension;
 use super::typed::{Expr, ExprKind, Param, Statement, Type, lets};
 use crate::diagnostic::{Code, Diagnostic};
+use crate::number::plain;
 use crate::parameters::{Input, Quantity};
 use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
@@ -111,9 +112,19 @@ impl<'a> Checker<'a> {
                 let expected = match quantity {
                     Quantity::Int => "a whole number",
                     Quantity::Bool => "true or false",
-                    _ => "a finite number",
+                    Quantity::Length => "a length with its unit, such as 42mm",
+                    Quantity::Angle => "an angle with its unit, such as 30deg",
+                    Quantity::Real => "a finite number",
                 };
-                let message = format!("the input '{}' must be {expected}", decl.name.text);
+                let given = match value {
+                    InputValue::Bool(flag) => flag.to_string(),
+                    InputValue::Int(whole) => whole.to_string(),
+                    InputValue::Real(number) if quantity == Quantity::Int && number.fract() == 0.0 => {
+                        "a value with a unit".to_owned()
+                    }
+                    InputValue::Real(number) => plain(number),
+                };
+                let message = format!("the input '{}' must be {expected}, not {given}", decl.name.text);
                 self.report(Diagnostic::new(Code::TypeMismatch, decl.name.span, message));
                 None
             }

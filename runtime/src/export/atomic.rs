@@ -1,5 +1,6 @@
 //! Files appear whole or not at all: written beside their place and renamed into it.
 
+use crate::reason::{in_words, of_kind};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use thiserror::Error;
 
 /// A file could not be written; whatever was at its place before is still there.
 #[derive(Debug, Error)]
-#[error("cannot write `{}`: {source}", path.display())]
+#[error("cannot write `{}`: {}", path.display(), in_words(source))]
 pub struct WriteError {
     /// The file.
     pub path: PathBuf,
@@ -64,8 +65,7 @@ where
         let message = format!("folder `{}` does not exist; make it first", folder.display());
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
-    // Only the kind is told on: the message would name the temporary file, which means nothing to the user.
-    let mut beside = new_file_in(folder).map_err(|error| io::Error::new(error.kind(), in_words(error.kind())))?;
+    let mut beside = new_file_in(folder).map_err(without_path)?;
     let mut out = BufWriter::new(beside.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
@@ -74,15 +74,9 @@ where
     Ok(())
 }
 
-/// A kind of error as users know it.
-#[must_use]
-pub fn in_words(kind: io::ErrorKind) -> String {
-    match kind {
-        io::ErrorKind::NotFound => "there is no such folder, or files cannot be made in it".to_owned(),
-        io::ErrorKind::PermissionDenied => "permission denied".to_owned(),
-        io::ErrorKind::StorageFull => "the disk is full".to_owned(),
-        kind => kind.to_string(),
-    }
+/// An error that does not name the temporary file, which means nothing to the user.
+pub(super) fn without_path(error: io::Error) -> io::Error {
+    io::Error::new(error.kind(), of_kind(error.kind()))
 }
 
 /// Whether a path is that of a pipe in a folder: opening it waits for a reader, whatever the user sends. Pipes of a

@@ -6,7 +6,8 @@
 //! not yet in its place. While files are moved, INCOMPLETE.txt says so to everybody else. The folder itself stays, as
 //! people and programs are in it, and so does what is not a result of gmlc.
 
-use super::atomic::WriteError;
+use super::atomic::{WriteError, without_path};
+use super::lock::locked;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -71,25 +72,30 @@ pub struct ResultFolder {
     lock: Option<File>,
     staged: PathBuf,
     is_finished: bool,
+    say: fn(&str),
 }
 
 impl ResultFolder {
     /// Begins a result in a folder, which is made if it is not there; completes or removes what runs that were killed
-    /// have left.
+    /// have left. `say` is told where it waits for another process that has locked the folder.
     ///
     /// # Errors
-    /// If the folder cannot be made or written to.
-    pub fn begin(target: &Path) -> Result<Self, WriteError> {
+    /// If the folder cannot be made or written to, or stays locked.
+    pub fn begin(target: &Path, say: fn(&str)) -> Result<Self, WriteError> {
         let failed = |source| WriteError { path: target.to_owned(), source };
         fs::create_dir_all(target).map_err(failed)?;
         {
-            let _held = locked(target);
+            let _held = locked(target, say).map_err(failed)?;
             complete(target).map_err(failed)?;
             sweep(target).map_err(failed)?;
         }
-        let staged = tempfile::Builder::new().prefix(NEW).tempdir_in(target).map_err(failed)?.keep();
+        let staged = tempfile::Builder::new()
+            .prefix(NEW)
+            .tempdir_in(target)
+            .map_err(|error| failed(without_path(error)))?
+            .keep();
         let lock = File::open(&staged).ok().filter(|folder| folder.try_lock().is_ok());
-        Ok(Self { target: target.to_owned(), lock, staged, is_finished: false })
+        Ok(Self { target: target.to_owned(), lock, staged, is_finished: false, say })
     }
 
     /// The folder to write the files into.
@@ -121,7 +127,7 @@ impl ResultFolder {
     /// it happens in the middle, INCOMPLETE.txt stays in the folder.
     pub fn finish(mut self, kept: Option<&str>) -> Result<(), WriteError> {
         let failed = |source| WriteError { path: self.target.clone(), source };
-        let held = locked(&self.target);
+        let held = locked(&self.target, self.say).map_err(failed)?;
         // Another run may have ended in the middle since.
         complete(&self.target).map_err(failed)?;
         let list = self.moves(kept)?;
@@ -245,11 +251,6 @@ fn sweep(target: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Holds the lock of a folder, for which other runs wait; None where the system has no locks of folders.
-fn locked(folder: &Path) -> Option<File> {
-    File::open(folder).ok().filter(|file| file.lock().is_ok())
-}
-
 /// The names in a folder that are text.
 fn entries(folder: &Path) -> io::Result<Vec<String>> {
     let mut names = Vec::new();
@@ -284,7 +285,7 @@ mod tests {
     fn a_result_replaces_all_of_an_earlier_one_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("a/b");
-        let first = ResultFolder::begin(&target).unwrap();
+        let first = ResultFolder::begin(&target, |_| {}).unwrap();
         assert!(!first.has_earlier());
         write(
             first.path(),
@@ -292,7 +293,7 @@ mod tests {
         );
         first.finish(None).unwrap();
         write(&target, &[("notes.txt", "mine")]);
-        let second = ResultFolder::begin(&target).unwrap();
+        let second = ResultFolder::begin(&target, |_| {}).unwrap();
         assert!(second.has_earlier());
         write(second.path(), &[("fit.json", "2"), ("report.html", "2")]);
         let before = [
@@ -313,7 +314,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mine = [("fit.json", "mine"), ("points.ply", "mine"), ("sensitivity-x.png", "mine"), (UNFINISHED, "mine")];
         write(folder.path(), &mine);
-        let result = ResultFolder::begin(folder.path()).unwrap();
+        let result = ResultFolder::begin(folder.path(), |_| {}).unwrap();
         write(result.path(), &[("variance.json", "1")]);
         result.finish(None).unwrap();
         assert_eq!(contents(folder.path()), owned(&[&mine[..], &[("variance.json", "1")]].concat()));
@@ -321,7 +322,7 @@ mod tests {
         write(folder.path(), &[("report.html", "1")]);
         for (kept, is_there) in [(Some(FIT), true), (None, false)] {
             write(folder.path(), &[("report.html", "1")]);
-            let result = ResultFolder::begin(folder.path()).unwrap();
+            let result = ResultFolder::begin(folder.path(), |_| {}).unwrap();
             write(result.path(), &[("variance.json", "2")]);
             result.finish(kept).unwrap();
             assert_eq!(folder.path().join(FIT).exists(), is_there);
@@ -333,7 +334,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join("report.html")).unwrap();
         write(folder.path(), &[("fit.json", "1")]);
-        let result = ResultFolder::begin(folder.path()).unwrap();
+        let result = ResultFolder::begin(folder.path(), |_| {}).unwrap();
         write(result.path(), &[("fit.json", "2"), ("report.html", "2")]);
         let error = result.finish(None).unwrap_err().to_string();
         assert!(error.contains("report.html") && error.contains("rename it"), "{error}");
@@ -347,7 +348,7 @@ mod tests {
         fs::create_dir(&complete).unwrap();
         write(&complete, &[(LIST, "../victim.txt")]);
         write(folder.path(), &[("notes.txt", "mine")]);
-        let error = ResultFolder::begin(folder.path()).unwrap_err().to_string();
+        let error = ResultFolder::begin(folder.path(), |_| {}).unwrap_err().to_string();
         assert!(error.contains("not written by gmlc"), "{error}");
     }
 
@@ -355,17 +356,17 @@ mod tests {
     fn what_is_not_finished_leaves_the_earlier_result() {
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), &[("fit.json", "1"), ("report.html", "1")]);
-        let begun = ResultFolder::begin(folder.path()).unwrap();
+        let begun = ResultFolder::begin(folder.path(), |_| {}).unwrap();
         write(begun.path(), &[("fit.json", "2")]);
         drop(begun);
         assert_eq!(contents(folder.path()), owned(&[("fit.json", "1"), ("report.html", "1")]));
-        let begun = ResultFolder::begin(folder.path()).unwrap();
+        let begun = ResultFolder::begin(folder.path(), |_| {}).unwrap();
         write(begun.path(), &[("fit.json", "2")]);
         assert!(begun.keep_fit().unwrap().ends_with(UNFINISHED));
         let files = [("fit.json", "1"), ("report.html", "1"), (UNFINISHED, "2")];
         assert_eq!(contents(folder.path()), owned(&files));
         let empty = tempfile::tempdir().unwrap();
-        let begun = ResultFolder::begin(empty.path()).unwrap();
+        let begun = ResultFolder::begin(empty.path(), |_| {}).unwrap();
         write(begun.path(), &[("fit.json", "2")]);
         begun.keep_fit().unwrap();
         assert_eq!(contents(empty.path()), owned(&[("fit.json", "2")]));
@@ -385,14 +386,14 @@ mod tests {
             for (k, name) in new.iter().enumerate() {
                 write(if k < moved { folder.path() } else { &complete }, &[(name, "2")]);
             }
-            drop(ResultFolder::begin(folder.path()).unwrap());
+            drop(ResultFolder::begin(folder.path(), |_| {}).unwrap());
             assert_eq!(contents(folder.path()), owned(&new.map(|name| (name, "2"))), "{moved} were moved");
         }
         // After the list was removed.
         let folder = tempfile::tempdir().unwrap();
         fs::create_dir(folder.path().join(COMPLETE)).unwrap();
         write(folder.path(), &[("fit.json", "2"), (MARK, MARK_TEXT)]);
-        drop(ResultFolder::begin(folder.path()).unwrap());
+        drop(ResultFolder::begin(folder.path(), |_| {}).unwrap());
         assert_eq!(contents(folder.path()), owned(&[("fit.json", "2")]));
     }
 
@@ -403,7 +404,7 @@ mod tests {
             let target = folder.path().to_owned();
             std::thread::spawn(move || {
                 for _ in 0..50 {
-                    let result = ResultFolder::begin(&target).unwrap();
+                    let result = ResultFolder::begin(&target, |_| {}).unwrap();
                     write(result.path(), &[("fit.json", text), ("report.html", text), ("views.png", text)]);
                     result.finish(None).unwrap();
                 }
@@ -417,7 +418,7 @@ mod tests {
     #[test]
     fn errors_name_the_place_that_was_asked_for() {
         let folder = tempfile::tempdir().unwrap();
-        let result = ResultFolder::begin(folder.path()).unwrap();
+        let result = ResultFolder::begin(folder.path(), |_| {}).unwrap();
         let source = io::Error::other("the disk is full");
         let error = result.place(WriteError { path: result.path().join("views.png"), source }).to_string();
         assert!(
@@ -426,6 +427,6 @@ mod tests {
         );
         let file = folder.path().join("file");
         fs::write(&file, "").unwrap();
-        assert!(ResultFolder::begin(&file).is_err());
+        assert!(ResultFolder::begin(&file, |_| {}).is_err());
     }
 }

@@ -7,6 +7,7 @@ pub mod folder;
 mod glyphs;
 pub mod image;
 pub mod json;
+mod lock;
 pub mod measurement;
 pub mod mesh;
 pub mod picture;

@@ -122,7 +122,7 @@ pub enum FitError {
     #[error("sigma must be a positive number of millimetres, not {0}")]
     Sigma(f64),
     /// The scan has too few points to determine anything, or they coincide.
-    #[error("the scan has {points} points, too few or too close to one another to fit a model")]
+    #[error("the scan has {points} distinct point{}, too few to fit a model", if *points == 1 { "" } else { "s" })]
     EmptyScan {
         /// The scan's number of points.
         points: usize,

@@ -270,20 +270,38 @@ fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>
             let at = |x: &[f64]| shown_to(x[*i], digit, parameter(i).quantity);
             format!("`{}` {} (here {})", parameter(i).name, at(&x), at(&present))
         };
+        let differing: Vec<String> = members.iter().filter(differs).map(value).collect();
         let other = if rival.of.turned {
             let turn = solution.estimate.motion.rotation.angle_between(rival.estimate.motion.rotation);
-            format!("the model in another pose, turned by some {:.0} degrees,", turn.to_degrees())
+            // The same model where it is: no other shape.
+            if differing.is_empty() && turn < LEAST_TURN {
+                return None;
+            }
+            turned(turn)
         } else {
             format!("another shape of {}", parts.iter().map(|p| format!("`{p}`")).collect::<Vec<_>>().join(", "))
         };
+        let differing = if differing.is_empty() { String::new() } else { format!(": {}", differing.join(", ")) };
         problem.monitor.warn(format!(
-            "{other} explains the scan as well: {}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both",
-            members.iter().filter(differs).map(value).collect::<Vec<_>>().join(", "),
+            "{other} explains the scan as well{differing}. The two differ where nothing was scanned, or the scan cannot tell; the standard deviations hold both"
         ));
         let values = members.iter().map(|i| (parameter(i).name.clone(), x[*i])).collect();
         Some(Alternative { parts, values, evidence: rival.evidence })
     };
     rivals.iter().filter_map(of).collect()
+}
+
+/// The angle in radians from which on a turned model is said to be turned: poses of one surface differ by less, as the
+/// scan leaves them open.
+const LEAST_TURN: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// A model in another pose, in words: in whole degrees, where there are any.
+fn turned(angle: f64) -> String {
+    if angle < LEAST_TURN {
+        "the model in nearly the same pose, with other values,".to_owned()
+    } else {
+        format!("the model in another pose, turned by some {:.0} degrees,", angle.to_degrees().max(1.0))
+    }
 }
 
 /// The parts that have passed through walls of the model, with a warning.

@@ -95,6 +95,9 @@ impl FitOptions {
                 if parameters[*first].quantity != parameters[*follower].quantity {
                     return Err(refuse("they measure different things"));
                 }
+                if first == follower {
+                    return Err(refuse("they are the same parameter"));
+                }
                 // A member of an earlier group brings its leader along.
                 let leader = ties.iter().find(|(_, follower)| follower == first).map_or(*first, |(leader, _)| *leader);
                 let taken = |i: &usize| fixed[*i] || ties.iter().any(|(a, b)| a == i || b == i);

@@ -1,12 +1,13 @@
 //! Errors of reading a scan or a mesh.
 
+use crate::reason::in_words;
 use gml_compiler::number::plain;
 use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 /// A file that could not be read, and its fault.
 #[derive(Debug, Error)]
-#[error("`{}`: {fault}", path.display())]
+#[error("{}: {fault}", path.display())]
 pub struct ScanError {
     /// The file.
     pub path: PathBuf,
@@ -19,16 +20,16 @@ pub struct ScanError {
 #[derive(Debug, Error)]
 pub enum ScanFault {
     /// There is no such file.
-    #[error("there is no such file; check the path")]
+    #[error("there is no such file")]
     Missing,
     /// It is a folder.
-    #[error("it is a folder; name a file in it")]
+    #[error("is a folder, not a file")]
     Folder,
     /// It is a device, a pipe or a socket.
-    #[error("it is not a regular file; save the scan to a file first")]
+    #[error("is a pipe or a device; save its contents to a file first")]
     NotAFile,
     /// The operating system refuses.
-    #[error("it cannot be read: {0}")]
+    #[error("it cannot be read: {}", in_words(.0))]
     Unreadable(#[source] std::io::Error),
     /// It has no bytes.
     #[error("the file is empty (0 bytes); export the scan again")]

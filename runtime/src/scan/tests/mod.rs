@@ -328,9 +328,9 @@ fn bad_files_get_a_clear_error() {
     assert!(error.contains("2 vertices but no triangles"), "{error}");
     let folder = tempfile::tempdir().unwrap();
     for (path, expected) in [
-        (folder.path().to_owned(), "it is a folder"),
+        (folder.path().to_owned(), "is a folder, not a file"),
         (folder.path().join("absent.ply"), "no such file"),
-        (PathBuf::from("/dev/null"), "not a regular file"),
+        (PathBuf::from("/dev/null"), "is a pipe or a device"),
     ] {
         let error = read(&path, Unit::Mm).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");
