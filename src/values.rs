@@ -150,7 +150,7 @@ pub(crate) fn decision(text: &str) -> Result<DecisionRule, String> {
     if p > 0.5 && p < 1.0 {
         Ok(DecisionRule::Probability(p))
     } else {
-        Err("expected p from 0.5 to 1, such as p=0.95".into())
+        Err("expected p above 0.5 and below 1, such as p=0.95".into())
     }
 }
 

@@ -160,7 +160,7 @@ fn what_cannot_be_compared_is_refused_with_the_mend() {
         (&["can.gml", "notes.txt"], 2, "by the ending of its name"),
         (&["can.gml", "cloud.ply"], 1, "mesh the points first"),
         (&["can.gml", "nan.ply"], 1, "nan.ply"),
-        (&["can.gml", "flat.ply"], 1, "no triangles with an area"),
+        (&["can.gml", "flat.ply"], 1, "none of its 1 triangles has an area"),
         (&["can.gml", "huge.ply"], 1, "check the unit"),
         (&["far.ply", "can.gml"], 1, "gmlc fit"),
         (&["can.gml", "far.ply", "--param-b", "r=20mm"], 2, "a mesh has no parameters"),

@@ -51,9 +51,9 @@ const FEWEST: usize = 50;
 const UNTURNED: f32 = 0.9999;
 
 /// A width that is clearly more than noise is a lower limit if it is decided at a rim, or within this part of the
-/// cut-off of surface that was not measured: over so short a way filtered values hardly change, but to the rim of a part
-/// a form may go on. It finds 18 of 18 warped discs of 20 mm of which the last half millimetre had no distances, at a
-/// cut-off of 9 mm.
+/// cut-off of surface that was not measured: over so short a way filtered values hardly change, but to the rim of a
+/// part a form may go on. It finds 18 of 18 warped discs of 20 mm of which the last half millimetre had no distances,
+/// at a cut-off of 9 mm.
 const BESIDE_GAP: f64 = 0.25;
 
 /// Standard uncertainties from which on a width is clearly more than noise.

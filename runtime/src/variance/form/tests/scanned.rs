@@ -7,7 +7,7 @@ use crate::progress::Silent;
 use crate::scan::from_mesh;
 use crate::simulate::{ExactSurface, Scanner, scan_exact};
 use crate::variance::{Device, MeasureOptions, Reference, Resolution, VarianceReport, measure};
-use crate::variance::{FormDeviation, Relation, WithoutNoise};
+use crate::variance::{FormDeviation, Outcome, Relation, Tolerance, WithoutNoise};
 use gml_compiler::program::{Options, Program, compile};
 use gml_compiler::source::{NoFiles, SourceFile};
 use std::collections::BTreeMap;
@@ -167,16 +167,36 @@ fn known_forms_are_found_in_scans() {
     }
 }
 
-/// Triangles that bridge inner edges are no points of the parts: with them walls had a flatness of 0.28 mm.
+/// A plate with a pad of 1 mm on it: what bridges the step joins faces that face the same way.
+const PAD: &str = "use std.surface (flip, cylinder, disc)
+use std.frame (translate)
+model plate {
+  param lift: length = 0mm
+  let ring = |u, v, z| (mix(10mm, 20mm, v) * cos(u * 1turn), mix(10mm, 20mm, v) * sin(u * 1turn), z)
+  part pad = translate(disc(10mm), (0mm, 0mm, 1mm + lift))
+  part step = cylinder(10mm, 1mm)
+  part plate = flip(|u, v| ring(u, v, 0mm))
+  part side = translate(cylinder(20mm, 5mm), (0mm, 0mm, -5mm))
+  part bottom = translate(flip(disc(20mm)), (0mm, 0mm, -5mm))
+}";
+
+/// Triangles that bridge edges and steps are no points of the parts: with them walls had a flatness of 0.28 mm, and
+/// were rejected.
 #[test]
-fn faces_beside_inner_edges_are_perfect() {
-    let program = compiled(POCKET);
-    let report = measured(&program, &[0.0], 0.02, 1, &options());
-    for part in &report.parts {
-        let form = part.form.as_ref().expect("a form");
-        for found in form.characteristics() {
-            let WithoutNoise { corrected, uncertainty, .. } = found.without_noise;
-            assert!(corrected < (0.02_f64 / 3.0).max(uncertainty) && uncertainty < 0.04, "{}: {found:?}", part.name);
+fn faces_beside_inner_edges_and_steps_are_perfect_and_not_rejected() {
+    let tolerance = Some(Tolerance { lower: -0.08, upper: 0.08 });
+    for text in [POCKET, PAD] {
+        let report = measured(&compiled(text), &[0.0], 0.02, 1, &MeasureOptions { tolerance, ..options() });
+        for part in &report.parts {
+            let verdict = part.verdict.as_ref().expect("a verdict");
+            assert_ne!(verdict.outcome, Outcome::DoesNotConform, "{}: {verdict:?}", part.name);
+            // The scan has no four points over the height of the step.
+            let Some(form) = part.form.as_ref().filter(|_| part.name != "step") else { continue };
+            for found in form.characteristics() {
+                let WithoutNoise { corrected, uncertainty, .. } = found.without_noise;
+                let most = (0.02_f64 / 3.0).max(2.0 * uncertainty);
+                assert!(corrected < most && uncertainty < 0.05, "{}: {found:?}", part.name);
+            }
         }
     }
 }
