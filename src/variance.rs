@@ -27,6 +27,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         let covariance = fit.as_ref().and_then(inspect::covariance);
         let scan = fit::read_scan(&args.scan)?;
         measure::require_memory(&args.controls, &scan)?;
+        variance::require_triangles(&scan).map_err(CommandError::failed)?;
         folder = outputs::begin(&args.output)?;
         let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
         measure_from(Reference::Model { model: &program, x: &x, motion }, &scan, covariance, &options).map(
@@ -46,6 +47,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
             scan::read_mesh(&args.reference, args.reference_unit.unwrap_or_default()).map_err(CommandError::failed)?;
         let scan = fit::read_scan(&args.scan)?;
         measure::require_memory(&args.controls, &scan)?;
+        variance::require_triangles(&scan).map_err(CommandError::failed)?;
         folder = outputs::begin(&args.output)?;
         measure_from(Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
             measured.report.warnings.extend(warnings);
