@@ -1,23 +1,10 @@
 //! Limits of time and memory, and values of options that are out of theirs: refused before the work, with the option.
 
-use crate::support::{fails, gmlc, gmlc_in, text};
+use crate::support::{ball, fails, gmlc_in, text};
 use std::fs;
 use std::process::Command;
 use std::time::{Duration, Instant};
-use tempfile::{TempDir, tempdir};
-
-const BALL: &str = "model ball {
-  param r: length in 5mm..50mm = 20mm
-  part p = sphere(r)
-}
-";
-
-fn ball() -> TempDir {
-    let folder = tempdir().expect("a folder");
-    fs::write(folder.path().join("ball.gml"), BALL).expect("written");
-    gmlc(folder.path(), &["scan", "ball.gml", "--spacing", "3mm", "--no-pose", "-o", "scan.ply"]);
-    folder
-}
+use tempfile::tempdir;
 
 /// The options of a command that take a length, with the arguments that the command needs.
 const LENGTHS: [(&[&str], &[&str]); 4] = [
@@ -41,7 +28,7 @@ const LENGTHS: [(&[&str], &[&str]); 4] = [
 
 #[test]
 fn negative_values_are_refused_by_their_option() {
-    let folder = ball();
+    let folder = ball::scanned(&["--no-pose"]);
     for (command, options) in LENGTHS {
         for option in options {
             for value in ["-1mm", "-.5mm"] {
@@ -67,7 +54,7 @@ fn negative_values_are_refused_by_their_option() {
 
 #[test]
 fn huge_values_are_refused_in_few_digits() {
-    let folder = ball();
+    let folder = ball::scanned(&["--no-pose"]);
     let at = folder.path();
     let short = |args: &[&str]| {
         let output = gmlc_in(at, args);
@@ -96,7 +83,7 @@ fn huge_values_are_refused_in_few_digits() {
     short(&["fit", "ball.gml", "huge.obj"]);
     for (script, command) in [("= 1e300mm", "check"), ("in 1e299mm..1e300mm = 2e299mm", "check"), ("= 1e300mm", "mesh")]
     {
-        let script = BALL.replace("in 5mm..50mm = 20mm", script);
+        let script = ball::BALL.replace("in 5mm..50mm = 20mm", script);
         fs::write(at.join("huge.gml"), script).expect("written");
         short(&[&[command, "huge.gml"][..], if command == "mesh" { &["-o", "new.ply"] } else { &[] }].concat());
     }
@@ -104,10 +91,10 @@ fn huge_values_are_refused_in_few_digits() {
 
 #[test]
 fn work_beyond_a_limit_is_refused_before_it_begins() {
-    let folder = ball();
+    let folder = ball::scanned(&["--no-pose"]);
     let at = folder.path();
-    let parts =
-        BALL.replace("part p = sphere(r)", "for i in 0..4000 { part p = sphere(r).translate((i * 99mm, 0mm, 0mm)) }");
+    let parts = ball::BALL
+        .replace("part p = sphere(r)", "for i in 0..4000 { part p = sphere(r).translate((i * 99mm, 0mm, 0mm)) }");
     fs::write(at.join("parts.gml"), parts).expect("written");
     let variance = ["variance", "ball.gml", "scan.ply", "-o", "out"];
     let averaged = ["--distance", "averaged-normal", "--averaging-width", "0.001mm"];
@@ -148,7 +135,7 @@ fn many_unknown_names_are_told_soon() {
 
 #[test]
 fn too_many_threads_are_a_warning() {
-    let folder = ball();
+    let folder = ball::scanned(&["--no-pose"]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
     command.args(["fit", "ball.gml", "scan.ply"]).current_dir(folder.path()).env("RAYON_NUM_THREADS", "100000");
     let output = command.output().expect("gmlc");

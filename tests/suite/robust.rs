@@ -1,27 +1,12 @@
 //! What a command may not do whatever it is given: replace what it reads, read what it was not given, mix two results,
 //! or end in a panic.
 
-use crate::support::{fails, gmlc, gmlc_in, text};
+use crate::support::{ball, fails, gmlc, gmlc_in, text};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use tempfile::{TempDir, tempdir};
-
-const BALL: &str = "model ball {
-  param r: length in 5mm..50mm = 20mm
-  part p = sphere(r)
-}
-";
-
-/// A folder with a script, a scan of it, and a fit.
-fn ball() -> TempDir {
-    let folder = tempdir().expect("a folder");
-    fs::write(folder.path().join("ball.gml"), BALL).expect("written");
-    gmlc(folder.path(), &["scan", "ball.gml", "--spacing", "3mm", "-o", "scan.ply"]);
-    gmlc(folder.path(), &["fit", "ball.gml", "scan.ply", "-o", "fit.json"]);
-    folder
-}
+use tempfile::tempdir;
 
 fn read(folder: &Path, name: &str) -> Vec<u8> {
     fs::read(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
@@ -29,7 +14,7 @@ fn read(folder: &Path, name: &str) -> Vec<u8> {
 
 #[test]
 fn inputs_are_never_replaced() {
-    let folder = ball();
+    let folder = ball::fitted();
     let at = folder.path();
     fs::create_dir(at.join("out")).expect("a folder");
     fs::copy(at.join("scan.ply"), at.join("out/unmatched.ply")).expect("copied");
@@ -38,7 +23,7 @@ fn inputs_are_never_replaced() {
     let before: Vec<Vec<u8>> = ["ball.gml", "scan.ply", "fit.json"].map(|name| read(at, name)).into();
     fs::create_dir(at.join("lib")).expect("a folder");
     fs::write(at.join("lib/size.gml"), "let size = 20mm\n").expect("written");
-    let user = BALL.replace("= 20mm", "= size");
+    let user = ball::BALL.replace("= 20mm", "= size");
     fs::write(at.join("user.gml"), format!("use \"lib/size.gml\" (size)\n{user}")).expect("written");
     let wrong: [&[&str]; 16] = [
         &["fit", "ball.gml", "scan.ply", "-o", "scan.ply"],
@@ -79,7 +64,7 @@ fn inputs_are_never_replaced() {
 fn what_is_no_file_is_not_read() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
-    fs::write(at.join("ball.gml"), BALL).expect("written");
+    fs::write(at.join("ball.gml"), ball::BALL).expect("written");
     let made = Command::new("mkfifo").args([at.join("pipe.gml"), at.join("pipe.ply")]).status().expect("mkfifo");
     assert!(made.success());
     for args in [
@@ -133,7 +118,7 @@ fn a_full_disk_is_an_error_and_no_panic() {
         println!("skipped: there is no /dev/full");
         return;
     }
-    let folder = ball();
+    let folder = ball::fitted();
     let commands: [&[&str]; 6] = [
         &["check", "ball.gml"],
         &["diff", "ball.gml"],
@@ -189,7 +174,7 @@ fn result(folder: &Path) -> Vec<(String, Vec<u8>)> {
 /// Kills runs over an earlier result at moments all over their time: the folder has the earlier result whole, or the
 /// run's own. Returns how many had ended before they could be killed, or had put their files into place.
 fn kill_runs(kills: u32) -> u32 {
-    let folder = ball();
+    let folder = ball::fitted();
     let at = folder.path();
     let args =
         |tolerance| ["inspect", "ball.gml", "scan.ply", "-o", "out", "--resolution", "64", "--tolerance", tolerance];
@@ -249,7 +234,7 @@ fn a_hundred_kills_leave_one_result_each() {
 /// A disk that is full at any write, as a limit on the size of files has it: the earlier result stays whole.
 #[test]
 fn a_disk_that_is_full_at_any_write_leaves_the_earlier_result() {
-    let folder = ball();
+    let folder = ball::fitted();
     let at = folder.path();
     let args = "inspect ball.gml scan.ply -o out --resolution 64 --points --exr --tolerance";
     let first: Vec<&str> = args.split(' ').chain(["0.7125mm"]).collect();
@@ -277,7 +262,7 @@ fn a_disk_that_is_full_at_any_write_leaves_the_earlier_result() {
 
 #[test]
 fn a_model_that_is_huge_or_far_away_is_no_panic() {
-    let folder = ball();
+    let folder = ball::fitted();
     let scripts = [
         "model pole { param k: real in 0.01..1 = 1\n param r: length in 5mm..50mm = 20mm\n part q = sphere(r / (k - 0.5) ^ 40) }",
         "model far { param x: length in 0mm..1e21mm = 1e19mm\n param r: length in 5mm..50mm = 20mm\n part q = |u, v| (x + r * cos(u * 1turn), r * sin(u * 1turn), v * 30mm) }",
@@ -294,8 +279,8 @@ fn a_model_that_is_huge_or_far_away_is_no_panic() {
 #[test]
 fn texts_with_marks_and_in_other_encodings_are_read_or_named() {
     let folder = tempdir().expect("a folder");
-    let utf_16: Vec<u8> = [0xfeff].into_iter().chain(BALL.encode_utf16()).flat_map(u16::to_le_bytes).collect();
-    fs::write(folder.path().join("marked.gml"), [b"\xef\xbb\xbf", BALL.as_bytes()].concat()).expect("written");
+    let utf_16: Vec<u8> = [0xfeff].into_iter().chain(ball::BALL.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    fs::write(folder.path().join("marked.gml"), [b"\xef\xbb\xbf", ball::BALL.as_bytes()].concat()).expect("written");
     fs::write(folder.path().join("wide.gml"), utf_16).expect("written");
     gmlc(folder.path(), &["check", "marked.gml"]);
     assert!(fails(folder.path(), &["check", "wide.gml"], 1).contains("UTF-16"));
@@ -303,7 +288,7 @@ fn texts_with_marks_and_in_other_encodings_are_read_or_named() {
 
 #[test]
 fn inputs_under_other_names_are_inputs_still() {
-    let folder = ball();
+    let folder = ball::fitted();
     let at = folder.path();
     fs::hard_link(at.join("scan.ply"), at.join("same.ply")).expect("a link");
     fs::create_dir(at.join("out")).expect("a folder");
@@ -327,7 +312,7 @@ fn inputs_under_other_names_are_inputs_still() {
 /// A folder that another process has locked: the run says so, and goes on as soon as it may.
 #[test]
 fn a_locked_folder_is_waited_for_aloud() {
-    let folder = ball();
+    let folder = ball::fitted();
     let at = folder.path();
     fs::create_dir(at.join("out")).expect("a folder");
     let held = fs::File::open(at.join("out")).expect("a folder");
@@ -347,7 +332,7 @@ fn a_locked_folder_is_waited_for_aloud() {
 fn scripts_that_are_skipped_are_named() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
-    fs::write(at.join("ball.gml"), BALL).expect("written");
+    fs::write(at.join("ball.gml"), ball::BALL).expect("written");
     std::os::unix::fs::symlink("ball.gml", at.join("link.gml")).expect("a link");
     assert!(Command::new("mkfifo").arg(at.join("pipe.gml")).status().expect("mkfifo").success());
     let said = text(&gmlc_in(at, &["fmt", "."]).stderr);
@@ -357,7 +342,7 @@ fn scripts_that_are_skipped_are_named() {
 /// A driver's layer asks for a display where there is none, and says so on standard error.
 #[test]
 fn drivers_say_nothing_without_a_display() {
-    let folder = ball();
+    let folder = ball::fitted();
     let mut command = Command::new(env!("CARGO_BIN_EXE_gmlc"));
     command.args(["inspect", "ball.gml", "scan.ply", "-o", "out", "--resolution", "64"]).current_dir(folder.path());
     let output = command.env_remove("XDG_RUNTIME_DIR").env_remove("WAYLAND_DISPLAY").output().expect("gmlc");

@@ -1,25 +1,11 @@
 //! Files that are not what they are taken for: fits that were edited, cut, or are of something else, and other files
 //! under the name of a script.
 
-use crate::support::{fails, gmlc, gmlc_in, json, text};
+use crate::support::{ball, fails, gmlc_in, json, text};
 use serde_json::{Value, json as of};
 use std::fs;
 use std::path::Path;
-use tempfile::{TempDir, tempdir};
-
-const BALL: &str = "model ball {
-  param r: length in 5mm..50mm = 20mm
-  part p = sphere(r)
-}
-";
-
-fn ball() -> TempDir {
-    let folder = tempdir().expect("a folder");
-    fs::write(folder.path().join("ball.gml"), BALL).expect("written");
-    gmlc(folder.path(), &["scan", "ball.gml", "--spacing", "3mm", "-o", "scan.ply"]);
-    gmlc(folder.path(), &["fit", "ball.gml", "scan.ply", "-o", "fit.json"]);
-    folder
-}
+use tempfile::tempdir;
 
 type Change = fn(&mut Value);
 
@@ -32,7 +18,7 @@ fn edit(folder: &Path, change: impl Fn(&mut Value)) {
 
 #[test]
 fn fits_that_cannot_be_are_refused_by_all_commands() {
-    let folder = ball();
+    let folder = ball::fitted();
     let at = folder.path();
     let changes: [(&str, Change); 14] = [
         ("has a pose whose rotation is none: it mirrors the model", |fit| {
@@ -88,7 +74,7 @@ fn fits_that_cannot_be_are_refused_by_all_commands() {
 
 #[test]
 fn fits_of_something_else_are_told() {
-    let folder = ball();
+    let folder = ball::fitted();
     let at = folder.path();
     // The same points, and not the same file.
     let scan = fs::read(at.join("scan.ply")).expect("read");
@@ -121,7 +107,7 @@ fn fits_of_something_else_are_told() {
 fn other_files_under_the_name_of_a_script_are_named() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
-    fs::write(at.join("user.gml"), format!("use \"page.gml\" (a)\n{BALL}")).expect("written");
+    fs::write(at.join("user.gml"), format!("use \"page.gml\" (a)\n{}", ball::BALL)).expect("written");
     fs::write(at.join("page.gml"), "<!DOCTYPE html>\n<html>").expect("written");
     fs::write(at.join("pointer.gml"), "version https://git-lfs.github.com/spec/v1\noid sha256:0\n").expect("written");
     fs::write(at.join("fit.gml"), "{\"model\": \"ball\"}").expect("written");

@@ -1,5 +1,6 @@
 //! The files of the wrong uses: good ones, and every kind of bad ones.
 
+use crate::support::ball::BALL;
 use crate::support::{gmlc, json};
 use serde_json::{Value, json as of};
 use std::fs;
@@ -8,12 +9,6 @@ use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::Command;
 use tempfile::{TempDir, tempdir};
-
-const BALL: &str = "model ball {
-  param r: length in 5mm..50mm = 20mm
-  part p = sphere(r)
-}
-";
 
 const DRUM: &str = "model drum {
   input knobs: int in 1..9 = 3

@@ -1,5 +1,6 @@
 //! Running the built command.
 
+pub(crate) mod ball;
 pub(crate) mod mesh;
 pub(crate) mod nist;
 
