@@ -45,10 +45,7 @@ const BYTES_A_BAND: f64 = 100.0;
 pub(crate) fn require_memory(controls: &VarianceControls, scan: &Scan) -> Result<(), CommandError> {
     let asked = match controls.resolution {
         Resolution::Side(side) => side,
-        Resolution::Texel(width) => {
-            let area: f64 = scan.mesh.triangles.iter().map(|t| scan.mesh.triangle_area(*t)).sum();
-            (area.sqrt() / width).min(f64::from(LARGEST)) as u32
-        }
+        Resolution::Texel(width) => (scan.mesh.area().sqrt() / width).min(f64::from(LARGEST)) as u32,
     };
     let gigabytes = |bytes: f64| format!("{:.1}GB", (bytes / 1e8).ceil() / 10.0);
     let most = controls.memory as f64;

@@ -26,6 +26,9 @@ pub struct Deviations {
     /// Whether the texel has no distance because what its ray meets belongs to another place of the model, or to a
     /// spike of the scan. Empty where no hit was refused.
     pub ambiguous: Vec<bool>,
+    /// Whether what the texel sees of the scan is a triangle across an edge or a step, which is no point of its part and
+    /// decides no verdict. Empty where none does.
+    pub bridged: Vec<bool>,
     /// Standard deviation of the scan's noise along its normals; 0 where it is not known. Millimetres.
     pub noise: f64,
     /// The rounding of the distances, which are computed in single precision: those that differ by less are equal.
@@ -51,6 +54,7 @@ impl Deviations {
             buried: Vec::new(),
             contradicted: Vec::new(),
             ambiguous: Vec::new(),
+            bridged: Vec::new(),
             noise: 0.0,
             precision: 0.0,
             cosine: Vec::new(),
@@ -79,6 +83,12 @@ impl Deviations {
     #[must_use]
     pub fn is_ambiguous(&self, i: usize) -> bool {
         self.ambiguous.get(i).copied().unwrap_or(false)
+    }
+
+    /// Whether texel i sees a triangle across an edge or a step.
+    #[must_use]
+    pub fn is_bridged(&self, i: usize) -> bool {
+        self.bridged.get(i).copied().unwrap_or(false)
     }
 
     /// Removes distances of texels along +normal or -normal. Texels that have none left are ambiguous.

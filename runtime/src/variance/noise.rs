@@ -20,8 +20,9 @@ const SAMPLES: usize = 20_000;
 const ENOUGH: usize = 50;
 /// The fewest neighbours that predict a distance: their plane has three coefficients.
 const FEWEST: usize = 8;
-/// Cosine of the largest angle between the surface's normals at neighbours, 30 degrees: beyond an edge is another face.
-const SMOOTH: f64 = 0.86;
+/// Cosine of the largest angle between the surface's normals at neighbouring points of one face, 30 degrees: chamfers
+/// turn by 45 degrees, and cylinders of two spacings by as much as this.
+pub(super) const SMOOTH: f64 = 0.86;
 
 /// The standard deviation of the noise in millimetres; none where too few points have neighbours on the same face.
 /// `feet` are those of the scan's points.

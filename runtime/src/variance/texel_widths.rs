@@ -1,7 +1,7 @@
 //! How wide texels are on the surface: the finest detail that a measurement can show.
 
 use super::Deviations;
-use super::distribution::quantiles;
+use super::distribution::quantile;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -98,7 +98,7 @@ impl TexelSizes {
         let whole: f64 = all.iter().map(|(_, alike)| alike.sum).sum();
         let width = |alike: &Alike| (alike.sum / f64::from(alike.number)).sqrt();
         let weighted = all.iter().map(|(_, alike)| (width(alike), alike.sum));
-        let [p5, median, p95] = quantiles(weighted, [0.05, 0.5, 0.95].map(|share| share * whole));
+        let [p5, median, p95] = [0.05, 0.5, 0.95].map(|share| quantile(weighted.clone(), share * whole, 0.0, None));
         let max = f64::from(self.largest).sqrt();
         (!all.is_empty()).then(|| TexelWidths { p5, median, p95, max, longest_side: f64::from(self.longest_side) })
     }

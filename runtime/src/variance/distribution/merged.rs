@@ -2,7 +2,7 @@
 //! sorted samples are sorted by it as well, one way or the other, and a quantile lies in these runs merged. It is found
 //! by bisection over sums that are kept, and not by going through all samples.
 
-use super::{Distribution, Sample, Weighting};
+use super::{Distribution, Sample, Weighting, quantile};
 
 /// Samples between two sums that are kept: a quantile goes through some of these one by one.
 const BLOCK: usize = 256;
@@ -67,8 +67,7 @@ impl<'d, F: Fn(f64) -> f64 + Copy> Merged<'d, F> {
         Self { of, key, weighting, runs: ends.enumerate().map(run).collect() }
     }
 
-    /// The values below which the weights `goals` lie: linear in cumulative weight between values, each of which stands
-    /// at the middle of its own weight. NaN where there are none.
+    /// The values below which the weights `goals` lie ([`quantile`]).
     pub(super) fn quantiles<const N: usize>(&self, goals: [f64; N]) -> [f64; N] {
         goals.map(|goal| self.quantile(goal))
     }
@@ -89,21 +88,8 @@ impl<'d, F: Fn(f64) -> f64 + Copy> Merged<'d, F> {
 
     fn quantile(&self, goal: f64) -> f64 {
         let from = self.start(goal);
-        let mut before = self.weight_before(&from);
-        let mut last = self.last_before(&from).map(|(value, weight)| (value, before - 0.5 * weight));
-        for (value, weight) in self.samples(&from).filter(|(_, weight)| *weight > 0.0) {
-            let place = before + 0.5 * weight;
-            if goal <= place {
-                return match last {
-                    Some((lower, from)) if place > from => {
-                        lower + (value - lower) * ((goal - from) / (place - from)).clamp(0.0, 1.0)
-                    }
-                    _ => value,
-                };
-            }
-            (last, before) = (Some((value, place)), before + weight);
-        }
-        last.map_or(f64::NAN, |(value, _)| value)
+        let weighing = self.samples(&from).filter(|(_, weight)| *weight > 0.0);
+        quantile(weighing, goal, self.weight_before(&from), self.last_before(&from))
     }
 
     fn value(&self, i: usize) -> f64 {

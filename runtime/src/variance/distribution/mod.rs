@@ -200,30 +200,29 @@ fn area(samples: &[Sample]) -> f64 {
     0.0 + samples.iter().map(|s| f64::from(s.area())).sum::<f64>()
 }
 
-/// The values below which the weights `goals`, which ascend, lie: linear in cumulative weight between values, each of
-/// which stands at the middle of its own weight (Hazen's rule where all weigh alike). NaN where there are none.
-pub(super) fn quantiles<const N: usize>(values: impl Iterator<Item = (f64, f64)>, goals: [f64; N]) -> [f64; N] {
-    let mut quantiles = [f64::NAN; N];
-    let (mut reached, mut before) = (0, 0.0);
-    let mut last: Option<(f64, f64)> = None;
+/// The value below which the weight `goal` lies: linear in cumulative weight between values, each of which stands at the
+/// middle of its own weight (Hazen's rule where all weigh alike). NaN where there are none. `values` ascend and have
+/// weights; `last` comes before them, with its weight, at a cumulative weight of `before`.
+pub(super) fn quantile(
+    values: impl Iterator<Item = (f64, f64)>,
+    goal: f64,
+    mut before: f64,
+    last: Option<(f64, f64)>,
+) -> f64 {
+    let mut last = last.map(|(value, weight)| (value, before - 0.5 * weight));
     for (value, weight) in values {
         let place = before + 0.5 * weight;
-        while reached < N && goals[reached] <= place {
-            quantiles[reached] = match last {
+        if goal <= place {
+            return match last {
                 Some((lower, from)) if place > from => {
-                    lower + (value - lower) * ((goals[reached] - from) / (place - from)).clamp(0.0, 1.0)
+                    lower + (value - lower) * ((goal - from) / (place - from)).clamp(0.0, 1.0)
                 }
                 _ => value,
             };
-            reached += 1;
-        }
-        if reached == N {
-            return quantiles;
         }
         (last, before) = (Some((value, place)), before + weight);
     }
-    quantiles[reached..].fill(last.map_or(f64::NAN, |(value, _)| value));
-    quantiles
+    last.map_or(f64::NAN, |(value, _)| value)
 }
 
 #[cfg(test)]

@@ -4,13 +4,10 @@
 use crate::bvh::Bvh;
 use crate::feet::signed::SignedFoot;
 use crate::mesh::TriangleMesh;
+use crate::variance::noise::SMOOTH;
 use crate::variance::{Deviations, DistanceKind};
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// Cosine of the largest angle between the surface's normals at the corners of a triangle, 30 degrees: chamfers turn by
-/// 45 degrees, and cylinders of two spacings by as much as this.
-const SMOOTH: f64 = 0.86;
 
 /// Between points of two parts the surface may be so far from the line that joins their feet, in standard deviations of
 /// the noise and in lengths of that line: a step between parallel faces is farther away than that, and what joins two

@@ -35,15 +35,14 @@ pub(in crate::variance) struct Members<'d> {
 }
 
 impl<'d> Members<'d> {
-    /// `shapes` are the forms of the parts; the texels that `bridged` marks see a triangle across an edge; `bvh` is the
-    /// hierarchy over the scan.
+    /// `shapes` are the forms of the parts, `bvh` the hierarchy over the scan.
     pub(in crate::variance) fn new(
         deviations: &'d Deviations,
         shapes: &'d [Option<Recognised>],
-        bridged: &[bool],
-        (mesh, bvh): (&TriangleMesh, &Bvh),
+        mesh: &TriangleMesh,
+        bvh: &Bvh,
     ) -> Self {
-        let of_parts = of_parts(deviations, shapes.len(), bridged, (mesh, bvh));
+        let of_parts = of_parts(deviations, shapes.len(), mesh, bvh);
         Self { deviations, shapes, of_parts, texels: deviations.texels.samples_of_parts(usize::MAX) }
     }
 
@@ -86,12 +85,7 @@ impl<'d> Members<'d> {
 
 /// The scan's points by part: those that are the nearest corner of a triangle that texels of one part see, and none of
 /// another. Between points distances are interpolated, along chords of what is curved; the points themselves are not.
-fn of_parts(
-    deviations: &Deviations,
-    parts: usize,
-    bridged: &[bool],
-    (mesh, bvh): (&TriangleMesh, &Bvh),
-) -> Vec<Vec<Member>> {
+fn of_parts(deviations: &Deviations, parts: usize, mesh: &TriangleMesh, bvh: &Bvh) -> Vec<Vec<Member>> {
     let texels = &deviations.texels;
     let step = texels.len().div_ceil(LOOKED_AT).max(1);
     let vector = |v: [f32; 3]| DVec3::from(v.map(f64::from));
@@ -108,7 +102,7 @@ fn of_parts(
         let aside = (at(nearest) - place.position).reject_from_normalized(place.normal).length();
         Some((*nearest, Candidate { part: texels.part[i], aside: if turned { f64::INFINITY } else { aside }, place }))
     };
-    let sees = |i: &usize| !deviations.signed(*i).is_nan() && !bridged.get(*i).copied().unwrap_or(false);
+    let sees = |i: &usize| !deviations.signed(*i).is_nan() && !deviations.is_bridged(*i);
     let indices: Vec<usize> = (0..texels.len()).step_by(step).filter(sees).collect();
     let seen: Vec<(u32, Candidate)> = indices.into_par_iter().filter_map(seen).collect();
     let mut owners: HashMap<u32, Candidate> = HashMap::new();

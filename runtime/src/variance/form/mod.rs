@@ -186,14 +186,12 @@ pub struct Straightness {
     pub generators: usize,
 }
 
-/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms. The texels
-/// that `bridged` marks see a triangle across an edge and are no points of the part. `cutoff` is the filter's, in
-/// millimetres, where one was asked for.
+/// The deviations of form of the parts that have a form and enough points. `shapes` are the parts' forms; `cutoff` is
+/// the filter's, in millimetres, where one was asked for.
 #[must_use]
 pub(in crate::variance) fn form_deviations(
     deviations: &Deviations,
     shapes: &[Option<Recognised>],
-    bridged: &[bool],
     noise: ScanNoise,
     cutoff: Option<f64>,
 ) -> Vec<Option<FormDeviation>> {
@@ -206,7 +204,7 @@ pub(in crate::variance) fn form_deviations(
         if !shapes.get(part).is_some_and(Option::is_some) || deviations.is_buried(i) {
             continue;
         }
-        if deviations.signed(i).is_nan() || bridged.get(i).copied().unwrap_or(false) {
+        if deviations.signed(i).is_nan() || deviations.is_bridged(i) {
             gaps[part].push(DVec3::from(deviations.texels.position[i].map(f64::from)));
         } else if unturned(i) {
             members[part].push(measured(deviations, i));

@@ -42,7 +42,7 @@ const EXACT: ScanNoise = ScanNoise { sd: 0.0, density: 1e3 };
 /// Behind a filter that is hardly wider than texels.
 fn forms(deviation: impl Fn(usize, [f64; 3]) -> f64) -> Vec<Option<FormDeviation>> {
     let deviations = deviations(deviation);
-    form_deviations(&deviations, &recognise(&deviations.texels), &[], EXACT, Some(1.0))
+    form_deviations(&deviations, &recognise(&deviations.texels), EXACT, Some(1.0))
 }
 
 fn zone(forms: &[Option<FormDeviation>], part: usize) -> (f64, f64) {
@@ -195,7 +195,7 @@ fn stray_points_are_left_out_and_counted_and_a_bump_is_not() {
 fn rounding_is_no_outlier() {
     let rounded = |_: usize, p: [f64; 3]| if (p[0] * 917.13 + p[2] * 331.9).sin() > 0.7 { 3e-7 } else { 0.0 };
     let deviations = Deviations { precision: 1e-6, ..deviations(rounded) };
-    let found = form_deviations(&deviations, &recognise(&deviations.texels), &[], EXACT, Some(1.0));
+    let found = form_deviations(&deviations, &recognise(&deviations.texels), EXACT, Some(1.0));
     for part in 0..4 {
         let zone = found[part].as_ref().and_then(|f| f.zone.as_ref()).expect("a form");
         let form = found[part].as_ref().expect("a form");
@@ -261,7 +261,7 @@ fn widths_are_those_without_noise() {
         };
         let deviations = deviations(deviation);
         let scan = ScanNoise { sd: 0.2, density: 1.0 };
-        let forms = form_deviations(&deviations, &recognise(&deviations.texels), &[], scan, None);
+        let forms = form_deviations(&deviations, &recognise(&deviations.texels), scan, None);
         forms[1].clone().expect("a form")
     };
     for (seed, lobe) in [(1, 0.0), (2, 0.0), (3, 0.25), (4, 0.25), (5, 1.0)] {

@@ -163,17 +163,16 @@ pub fn measure(
     }
     let fit = sensitivities.as_ref().zip(covariance);
     let surface = ScannedSurface { feet: &feet.feet, bvh: &model };
-    let bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
-    let grounds =
-        Grounds { deviations: &deviations, bridged: &bridged, scan, bvh: &bvh, fit, options: options.verdict };
+    deviations.bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
+    let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
     let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, deviations.noise)).collect();
     let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
     let (point_distances, points) = feet.distances(scan, parts);
     report.points = Some(point_distances);
-    let forms = form_deviations(&deviations, &shapes, &bridged, noise_of(scan, deviations.noise), options.form_cutoff);
+    let forms = form_deviations(&deviations, &shapes, noise_of(scan, deviations.noise), options.form_cutoff);
     report.parts.iter_mut().zip(forms).for_each(|(part, form)| part.form = form);
-    let members = || Members::new(&deviations, &shapes, &bridged, (&scan.mesh, &bvh));
+    let members = || Members::new(&deviations, &shapes, &scan.mesh, &bvh);
     add_members(&mut report, reference, members, options.datum.as_deref());
     if let Some(maps) = &maps {
         let range = |map| SensitivityRange::new(map, &maps.texels, &deviations.texels);

@@ -134,8 +134,6 @@ pub struct OverallVerdict {
 /// What verdicts are made from.
 pub(super) struct Grounds<'a> {
     pub(super) deviations: &'a Deviations,
-    /// By texel, whether it sees a triangle across an edge, which decides nothing; empty where none does.
-    pub(super) bridged: &'a [bool],
     pub(super) scan: &'a Scan,
     /// The hierarchy over the scan.
     pub(super) bvh: &'a Bvh,
@@ -151,8 +149,7 @@ impl Grounds<'_> {
         let texels = &self.deviations.texels;
         let mut measured: Vec<Vec<u32>> = vec![Vec::new(); report.parts.len()];
         for (i, part) in texels.part.iter().enumerate() {
-            let is_bridged = self.bridged.get(i).copied().unwrap_or(false);
-            if texels.area[i] > 0.0 && !self.deviations.signed(i).is_nan() && !is_bridged {
+            if texels.area[i] > 0.0 && !self.deviations.signed(i).is_nan() && !self.deviations.is_bridged(i) {
                 measured[*part as usize].push(i as u32);
             }
         }
@@ -175,12 +172,14 @@ impl Grounds<'_> {
 
     fn of_part(&self, part: usize, texels: Vec<u32>, tolerance: Tolerance, statistics: &Statistics) -> Assessed {
         let area = self.footprint_area(&texels);
-        let least = FEWEST_POINTS / self.density(&texels, SAMPLES * SAMPLES);
-        let mut assessed = self.by_footprints(part, texels.clone(), tolerance, area);
+        let mut assessed = self.by_footprints(part, texels, tolerance, area);
         let points = assessed.verdict.points;
         let is_chosen = self.options.footprint.is_some();
         if !is_chosen && assessed.verdict.outcome == Outcome::DoesNotConform && points < FEWEST_POINTS {
-            let wider = self.by_footprints(part, texels, tolerance, least);
+            let mut texels: Vec<u32> = assessed.footprints.iter().flat_map(|f| &f.texels).copied().collect();
+            texels.sort_unstable();
+            let wide = FEWEST_POINTS / self.density(&texels, SAMPLES * SAMPLES);
+            let wider = self.by_footprints(part, texels, tolerance, wide);
             if wider.verdict.outcome == Outcome::DoesNotConform {
                 return wider;
             }
