@@ -26,7 +26,7 @@ pub struct Deviations {
     /// Whether the texel has no distance because what its ray meets belongs to another place of the model, or to a
     /// spike of the scan. Empty where no hit was refused.
     pub ambiguous: Vec<bool>,
-    /// Whether what the texel sees of the scan is a triangle across an edge or a step, which is no point of its part and
+    /// Whether what the texel sees of the scan is a triangle across an edge or a step: it is no point of its part, and
     /// decides no verdict. Empty where none does.
     pub bridged: Vec<bool>,
     /// Standard deviation of the scan's noise along its normals; 0 where it is not known. Millimetres.
