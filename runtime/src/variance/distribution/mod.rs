@@ -201,8 +201,8 @@ fn area(samples: &[Sample]) -> f64 {
 }
 
 /// The value below which the weight `goal` lies: linear in cumulative weight between values, each of which stands at
-/// the middle of its own weight (Hazen's rule where all weigh alike). NaN where there are none. `values` ascend and have
-/// weights; `last` comes before them, with its weight, at a cumulative weight of `before`.
+/// the middle of its own weight (Hazen's rule where all weigh alike). NaN where there are none. `values` ascend and
+/// have weights; `last` comes before them, with its weight, at a cumulative weight of `before`.
 pub(super) fn quantile(
     values: impl Iterator<Item = (f64, f64)>,
     goal: f64,
