@@ -62,9 +62,9 @@ pub(crate) struct CompareArgs {
     #[arg(long)]
     pub(crate) align: bool,
     /// Samples of each surface: those of a texture of N x N texels, a power of two, or their distance from each other,
-    /// such as 0.2mm
-    #[arg(long, value_name = "N|LENGTH", default_value = "512", value_parser = values::resolution)]
-    pub(crate) resolution: Resolution,
+    /// such as 0.2mm [default: 512, or less where that takes long]
+    #[arg(long, value_name = "N|LENGTH", value_parser = values::resolution)]
+    pub(crate) resolution: Option<Resolution>,
     /// Where to write the result
     #[arg(short, long, value_name = "FILE.json")]
     pub(crate) output: Option<PathBuf>,

@@ -117,6 +117,17 @@ impl Bvh {
         self.triangle_count
     }
 
+    /// The number of triangles whose leaf a line through the mesh meets on average: some ten on a scan, and nearly all
+    /// of a mesh whose triangles lie in each other. (The chance that a line through a convex body also meets one within
+    /// it is the ratio of their surfaces.)
+    #[must_use]
+    pub fn overlap(&self) -> f64 {
+        let area = |node: &Bvh2Node| f64::from(node.aabb().half_area());
+        let Some(whole) = self.tree.nodes.first().map(area).filter(|area| *area > 0.0) else { return 0.0 };
+        let leaves = self.tree.nodes.iter().filter(|node| node.is_leaf());
+        leaves.map(|node| area(node) * f64::from(node.prim_count)).sum::<f64>() / whole
+    }
+
     /// A point in single precision, relative to the centre.
     pub(crate) fn to_local(&self, p: DVec3) -> Vec3A {
         (p - self.centre).as_vec3a()

@@ -36,12 +36,20 @@ const UNLIKE: f64 = 8.0;
 /// So small a share of the area of both is no counterpart.
 const LITTLE: f64 = 0.01;
 
+/// Texels a side, in which samples are as far from each other as those of a texture of that size.
+const SIDES: [u32; 4] = [512, 256, 128, 64];
+
+/// The most triangles about all places that are looked at without being asked: some 10 s of processor time (3 to 6
+/// million a second). A scan of a million triangles against itself has 5e6, a cone of 1,000 triangles 1.2e8.
+const WORK: f64 = 5e7;
+
 /// Options of [`compare()`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct CompareOptions {
-    /// How finely the surfaces are sampled: as the texture of a measurement.
-    pub resolution: Resolution,
+    /// How finely the surfaces are sampled: as the texture of a measurement. None is the finest of 512, 256, ... texels
+    /// a side that takes a bearable time.
+    pub resolution: Option<Resolution>,
     /// Largest distance at which a place has a counterpart, in millimetres; by default a tenth of the smaller surface's
     /// diagonal.
     pub max_distance: Option<f64>,
@@ -51,7 +59,7 @@ pub struct CompareOptions {
 
 impl Default for CompareOptions {
     fn default() -> Self {
-        Self { resolution: Resolution::Side(512), max_distance: None, align: false }
+        Self { resolution: None, max_distance: None, align: false }
     }
 }
 
@@ -167,10 +175,14 @@ pub fn compare(
     let motion = if options.align { Some(alignment(&a.surface, &b.surface)?) } else { None };
     let surface_b = motion.map_or(b.surface, |motion| moved(b.surface, motion));
     progress.report("sampling the surfaces", f64::NAN, "");
-    let mut prepared = [
-        Prepared::new(a.surface, options.resolution).map_err(of("A"))?,
-        Prepared::new(surface_b, options.resolution).map_err(of("B"))?,
-    ];
+    let at = |resolution| -> Result<[Prepared<'_>; 2], CompareError> {
+        let a = Prepared::new(a.surface, resolution).map_err(of("A"))?;
+        Ok([a, Prepared::new(surface_b, resolution).map_err(of("B"))?])
+    };
+    let (mut prepared, coarser) = match options.resolution {
+        Some(resolution) => (at(resolution)?, None),
+        None => bearable(at)?,
+    };
     let sizes = [prepared[0].bounds().diagonal(), prepared[1].bounds().diagonal()];
     let max_distance = options.max_distance.unwrap_or(MAX_DISTANCE * sizes[0].min(sizes[1]));
     prepared::turn_alike(&mut prepared, max_distance).map_err(of("B"))?;
@@ -197,7 +209,7 @@ pub fn compare(
     let parameters = a.states.zip(b.states).map(|(a, b)| parameters::compare(&a, &b, of_whole));
     let parameters = parameters.unwrap_or_default();
     let explained = explained::explain(first, &distances, &parameters.differences, rigid.as_ref()).map_err(of("A"))?;
-    let mut warnings: Vec<String> = unlike(sizes).into_iter().collect();
+    let mut warnings: Vec<String> = unlike(sizes).into_iter().chain(coarser).collect();
     warnings.extend(first.notices("A").chain(second.notices("B")));
     warnings.extend(parameters.warnings);
     Ok(Comparison {
@@ -218,6 +230,32 @@ pub fn compare(
         explained,
         warnings,
     })
+}
+
+/// The surfaces at the finest resolution that takes a bearable time, with a sentence if that is coarser than usual.
+fn bearable<'a>(
+    at: impl Fn(Resolution) -> Result<[Prepared<'a>; 2], CompareError>,
+) -> Result<([Prepared<'a>; 2], Option<String>), CompareError> {
+    let [finest, others @ ..] = SIDES;
+    let mut prepared = at(Resolution::Side(finest))?;
+    let mut coarser = None;
+    for side in others {
+        if work(&prepared) <= WORK {
+            break;
+        }
+        prepared = at(Resolution::Side(side))?;
+        coarser = Some(format!(
+            "the surfaces are sampled as coarsely as {side} x {side} texels, since triangles lie in each other or are needles, which takes long; \
+             --resolution {finest} samples them as usual"
+        ));
+    }
+    Ok((prepared, coarser))
+}
+
+/// The triangles that lie about all places of two surfaces, of which each is searched for the nearest one.
+fn work([a, b]: &[Prepared<'_>; 2]) -> f64 {
+    let of = |from: &Prepared<'_>, to: &Prepared<'_>| from.len() as f64 * to.overlap();
+    of(a, b) + of(b, a)
 }
 
 fn apart(a: Bounds, b: Bounds, max_distance: f64) -> CompareError {

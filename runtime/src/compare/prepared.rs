@@ -44,6 +44,11 @@ impl<'a> Prepared<'a> {
         self.surface.texels.len()
     }
 
+    /// The number of triangles that lie about a place of it on average.
+    pub(super) fn overlap(&self) -> f64 {
+        self.bvh.overlap()
+    }
+
     /// Mean distance between neighbouring samples. Millimetres.
     pub(super) fn spacing(&self) -> f64 {
         let area: f64 = self.surface.texels.area.iter().map(|area| f64::from(*area).max(0.0)).sum();

@@ -27,7 +27,7 @@ fn compiled(text: &str) -> Program {
 }
 
 fn options() -> CompareOptions {
-    CompareOptions { resolution: Resolution::Side(128), ..CompareOptions::default() }
+    CompareOptions { resolution: Some(Resolution::Side(128)), ..CompareOptions::default() }
 }
 
 /// The values of a program's parameters, which were not fitted.
@@ -240,4 +240,33 @@ fn a_change_beyond_where_the_surface_is_linear_explains_nothing() {
     let far = explained(1.4);
     let turn = far.parameters.iter().find(|p| p.name == "turn").expect("it moves the block");
     assert!(far.share >= 0.0 && turn.share.is_none_or(|share| share < 0.7), "{far:?}");
+}
+
+/// A cone of so many needles about its tip.
+fn cone(needles: u32) -> TriangleMesh {
+    let rim = |k: u32| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(needles)).sin_cos();
+        [10.0 * cos, 10.0 * sin, 0.0]
+    };
+    let positions = std::iter::once([0.0, 0.0, 10.0]).chain((0..needles).map(rim)).collect();
+    let triangles = (0..needles).map(|k| [0, k + 1, (k + 1) % needles + 1]).collect();
+    TriangleMesh { positions, triangles, ..TriangleMesh::default() }
+}
+
+#[test]
+fn needles_are_sampled_more_coarsely_with_a_warning() {
+    let [few, many] = [100, 3000].map(cone);
+    let compared = |mesh: &TriangleMesh, resolution| {
+        let options = CompareOptions { resolution, ..CompareOptions::default() };
+        compare(&side(Reference::Mesh(mesh)), &side(Reference::Mesh(mesh)), &options, &Silent).expect("compared")
+    };
+    assert_eq!(compared(&few, None).warnings, [""; 0]);
+    let coarse = compared(&many, None);
+    assert!(
+        coarse.warnings.len() == 1 && coarse.warnings[0].contains("as coarsely as 128 x 128"),
+        "{:?}",
+        coarse.warnings
+    );
+    assert!(coarse.a_to_b.overall.matched_area > 0.99 * coarse.a_to_b.overall.area);
+    assert_eq!(compared(&many, Some(Resolution::Side(64))).warnings, [""; 0], "as was requested");
 }

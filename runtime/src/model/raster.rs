@@ -2,7 +2,10 @@
 
 use super::Texels;
 use crate::mesh::TriangleMesh;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+
+/// Coordinates of textures are written with some six digits.
+const ROUNDING: f64 = 1e-3;
 
 /// The triangles that cover the texels of a texture.
 pub(super) struct Raster {
@@ -45,18 +48,18 @@ impl Raster {
         if doubled == 0.0 || !doubled.is_finite() {
             return;
         }
-        // Centres of texels between the least and the greatest coordinate, clamped to the texture.
-        let cells = |k: usize| {
-            let least = p.iter().map(|q| q[k]).fold(f64::INFINITY, f64::min);
-            let greatest = p.iter().map(|q| q[k]).fold(f64::NEG_INFINITY, f64::max);
+        // Centres of texels between two coordinates, clamped to the texture.
+        let cells = |least: f64, greatest: f64| {
             let first = (least - 0.5).ceil().max(0.0) as u32;
             let last = (greatest - 0.5).floor().min(f64::from(self.size) - 1.0);
             first..if last < 0.0 { first } else { last as u32 + 1 }
         };
-        let (columns, rows) = (cells(0), cells(1));
+        let [(left, right), (top, bottom)] = [0, 1].map(|k| extremes(p.map(|q| q[k])));
         let mut overlaps = false;
-        for y in rows {
-            for x in columns.clone() {
+        for y in cells(top, bottom) {
+            // A triangle may be a needle across the whole texture: one column more on either side is rounding.
+            let (first, last) = span(&p, f64::from(y) + 0.5);
+            for x in cells((first - 1.0).max(left), (last + 1.0).min(right)) {
                 let c = [f64::from(x) + 0.5, f64::from(y) + 0.5];
                 let weight = |a: [f64; 2], b: [f64; 2]| {
                     ((a[0] - c[0]) * (b[1] - c[1]) - (b[0] - c[0]) * (a[1] - c[1])) / doubled
@@ -74,18 +77,29 @@ impl Raster {
         }
     }
 
-    /// Checks that the mesh's own texture coordinates give every triangle a place of its own; else says why not.
-    pub(super) fn usable(&self, mesh: &TriangleMesh) -> Result<(), String> {
+    /// The triangles by the mesh's own texture coordinates; says why not if these do not give every triangle a place of
+    /// its own.
+    pub(super) fn of_own_texture(mesh: &TriangleMesh, size: u32) -> Result<Raster, String> {
         if let Some(i) = mesh.texcoords.iter().position(|c| c.iter().any(|x| !(0.0..=1.0).contains(x))) {
             return Err(format!("those of vertex {i} lie outside of [0, 1]"));
         }
-        if !self.overlapping.is_empty() {
-            return Err(format!("{} triangles overlap others on the texture", self.overlapping.len()));
+        let area = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|i| DVec2::from(mesh.texcoords[i as usize]));
+            0.5 * (b - a).perp_dot(c - a).abs()
+        };
+        // Drawn, very many triangles on each other would take very long to tell the same.
+        let covered: f64 = mesh.triangles.iter().map(area).sum();
+        if covered > 1.0 + ROUNDING {
+            return Err(format!("triangles overlap: together they have {covered:.1} times the texture's area"));
+        }
+        let raster = Raster::new(mesh, &mesh.texcoords, size);
+        if !raster.overlapping.is_empty() {
+            return Err(format!("{} triangles overlap others on the texture", raster.overlapping.len()));
         }
         let flat = (0..mesh.triangles.len())
-            .filter(|&t| self.texel_area[t] <= 0.0 && mesh.triangle_area(mesh.triangles[t]) > 0.0)
+            .filter(|&t| raster.texel_area[t] <= 0.0 && mesh.triangle_area(mesh.triangles[t]) > 0.0)
             .count();
-        if flat > 0 { Err(format!("{flat} triangles have no area on the texture")) } else { Ok(()) }
+        if flat > 0 { Err(format!("{flat} triangles have no area on the texture")) } else { Ok(raster) }
     }
 
     pub(super) fn texels(&self, mesh: &TriangleMesh) -> Texels {
@@ -113,6 +127,28 @@ impl Raster {
         }
         texels
     }
+}
+
+fn extremes<const N: usize>(values: [f64; N]) -> (f64, f64) {
+    let empty = (f64::INFINITY, f64::NEG_INFINITY);
+    values.into_iter().fold(empty, |(least, greatest), x| (least.min(x), greatest.max(x)))
+}
+
+/// Where a line of constant second coordinate enters and leaves a triangle; infinite where it meets none of its edges.
+fn span(p: &[[f64; 2]; 3], y: f64) -> (f64, f64) {
+    let crossings = [(0, 1), (1, 2), (2, 0)].map(|(a, b)| {
+        let (a, b) = (p[a], p[b]);
+        let (low, high) = (a[1].min(b[1]), a[1].max(b[1]));
+        if !(low..=high).contains(&y) {
+            return (f64::INFINITY, f64::NEG_INFINITY);
+        }
+        if low == high {
+            return extremes([a[0], b[0]]);
+        }
+        let x = a[0] + (b[0] - a[0]) * ((y - a[1]) / (b[1] - a[1]));
+        (x, x)
+    });
+    (extremes(crossings.map(|c| c.0)).0, extremes(crossings.map(|c| c.1)).1)
 }
 
 /// The longer side of a texel on a triangle, whose corners on the texture are `places`. Millimetres.

@@ -6,8 +6,12 @@ use super::packing::largest_packing;
 use super::raster::Raster;
 use super::{Tessellation, Texels};
 use crate::mesh::{Group, TriangleMesh};
+use glam::DVec2;
 use std::collections::HashMap;
 use thiserror::Error;
+
+/// A chart with more area than so many of its rectangles is not peeled: a ramp of as many turns would be.
+const LAYERS: f64 = 16.0;
 
 /// A reference mesh with a texture.
 #[derive(Clone, Debug)]
@@ -50,9 +54,8 @@ impl ReferenceSurface {
         }
         let mut notices = Vec::new();
         if !mesh.texcoords.is_empty() {
-            let raster = Raster::new(mesh, &mesh.texcoords, size);
-            match raster.usable(mesh) {
-                Ok(()) => return Ok(assemble(mesh.clone(), raster, notices)),
+            match Raster::of_own_texture(mesh, size) {
+                Ok(raster) => return Ok(assemble(mesh.clone(), raster, notices)),
                 Err(why) => notices.push(format!("the mesh's own texture coordinates are not used: {why}")),
             }
         }
@@ -77,6 +80,7 @@ fn assemble(mut mesh: TriangleMesh, raster: Raster, notices: Vec<String>) -> Ref
 /// ramp), the triangles on top move to a chart of their own, and again, until nothing overlaps.
 fn chart(mesh: &TriangleMesh, size: u32) -> Result<(TriangleMesh, Raster), ReferenceError> {
     let mut chart_of = connected_charts(mesh);
+    scatter_thick(mesh, &mut chart_of);
     for round in 0.. {
         let (charted, texcoords) = lay_out(mesh, &chart_of, size)?;
         let raster = Raster::new(&charted, &texcoords, size);
@@ -96,6 +100,35 @@ fn chart(mesh: &TriangleMesh, size: u32) -> Result<(TriangleMesh, Raster), Refer
     unreachable!("the rounds have no end but by returning")
 }
 
+/// Gives each triangle of a chart that covers itself many times a chart of its own: to peel it layer by layer would
+/// draw most of it again and again.
+fn scatter_thick(mesh: &TriangleMesh, chart_of: &mut [u32]) {
+    let count = chart_of.iter().max().map_or(0, |c| c + 1);
+    let mut area = vec![0.0; count as usize];
+    let mut bounds = vec![([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]); count as usize];
+    for (corners, chart) in mesh.triangles.iter().zip(chart_of.iter()) {
+        let direction = axis(mesh, *corners);
+        let [a, b, c] = corners.map(|i| DVec2::from(project(mesh.positions[i as usize], direction)));
+        area[*chart as usize] += 0.5 * (b - a).perp_dot(c - a).abs();
+        let (low, high) = &mut bounds[*chart as usize];
+        for (k, q) in [a, b, c].into_iter().flat_map(|p| [(0, p.x), (1, p.y)]) {
+            (low[k], high[k]) = (low[k].min(q), high[k].max(q));
+        }
+    }
+    let is_thick = |chart: u32| {
+        let (low, high) = bounds[chart as usize];
+        area[chart as usize] > LAYERS * (high[0] - low[0]) * (high[1] - low[1])
+    };
+    // The first triangle stays, as no chart may be empty.
+    let (mut is_begun, mut next) = (vec![false; count as usize], count);
+    for chart in chart_of.iter_mut() {
+        if is_thick(*chart) && std::mem::replace(&mut is_begun[*chart as usize], true) {
+            *chart = next;
+            next += 1;
+        }
+    }
+}
+
 /// The direction of the normal's greatest component, of equals the last: 0..6, positive axes first.
 fn axis(mesh: &TriangleMesh, triangle: [u32; 3]) -> u8 {
     let n = mesh.triangle_normal(triangle).unwrap_or_default();
@@ -104,16 +137,19 @@ fn axis(mesh: &TriangleMesh, triangle: [u32; 3]) -> u8 {
 }
 
 fn connected_charts(mesh: &TriangleMesh) -> Vec<u32> {
-    let axes: Vec<u8> = mesh.triangles.iter().map(|t| axis(mesh, *t)).collect();
-    let mut edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
-    for (t, c) in mesh.triangles.iter().enumerate() {
-        for (a, b) in [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])] {
-            edges.entry((a.min(b), a.max(b))).or_default().push(t as u32);
-        }
-    }
     let mut part_of = vec![0; mesh.triangles.len()];
     for (k, g) in mesh.groups.iter().enumerate() {
         part_of[g.start..g.end].fill(k);
+    }
+    let kinds: Vec<(u8, usize)> = mesh.triangles.iter().map(|t| axis(mesh, *t)).zip(part_of).collect();
+    let sides = |t: usize| {
+        let [a, b, c] = mesh.triangles[t];
+        [(a, b), (b, c), (c, a)].map(|(a, b)| (a.min(b), a.max(b), kinds[t]))
+    };
+    // The triangles at an edge that may belong to one chart.
+    let mut edges: HashMap<(u32, u32, (u8, usize)), Vec<u32>> = HashMap::new();
+    for t in 0..mesh.triangles.len() {
+        sides(t).into_iter().for_each(|side| edges.entry(side).or_default().push(t as u32));
     }
     const NONE: u32 = u32::MAX;
     let mut chart_of = vec![NONE; mesh.triangles.len()];
@@ -125,11 +161,11 @@ fn connected_charts(mesh: &TriangleMesh) -> Vec<u32> {
         chart_of[first] = count;
         let mut open = vec![first];
         while let Some(t) = open.pop() {
-            let c = mesh.triangles[t];
-            for (a, b) in [(c[0], c[1]), (c[1], c[2]), (c[2], c[0])] {
-                for &n in &edges[&(a.min(b), a.max(b))] {
+            for side in sides(t) {
+                // Once is enough: all of them are in the chart then, however many share the edge.
+                for n in edges.remove(&side).unwrap_or_default() {
                     let n = n as usize;
-                    if chart_of[n] == NONE && axes[n] == axes[t] && part_of[n] == part_of[t] {
+                    if chart_of[n] == NONE {
                         chart_of[n] = count;
                         open.push(n);
                     }
@@ -253,6 +289,25 @@ mod tests {
         let surface = ReferenceSurface::new(&mesh, 512).expect("a ramp");
         let covered: f64 = surface.texels.area.iter().map(|a| f64::from(*a)).sum();
         assert!((covered / area - 1.0).abs() < 0.02, "{covered} against {area}");
+    }
+
+    /// Very many triangles at the same edges, and on each other: each is looked at and drawn a few times at most.
+    #[test]
+    fn triangles_on_each_other_take_their_number_of_steps() {
+        let mut mesh = box_mesh();
+        let box_only = mesh.triangles.len();
+        mesh.triangles.extend(vec![[0, 2, 3]; 100_000]);
+        let begun = std::time::Instant::now();
+        let error = ReferenceSurface::new(&mesh, 256).err();
+        assert!(matches!(error, Some(ReferenceError::TooSmall { charts: 100_000.., size: 256 })), "{error:?}");
+        // With texture coordinates of its own.
+        mesh.texcoords =
+            vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        assert!(ReferenceSurface::new(&mesh, 256).is_err());
+        mesh.triangles.truncate(box_only + 40);
+        let surface = ReferenceSurface::new(&mesh, 1024).expect("a box with forty triangles on each other");
+        assert!(surface.notices[0].contains("triangles overlap"), "{:?}", surface.notices);
+        assert!(begun.elapsed().as_secs() < 20, "{:?}", begun.elapsed());
     }
 
     #[test]

@@ -16,6 +16,28 @@ pub(super) struct Cleaned {
     pub(super) oriented: bool,
     /// The triangles were turned to agree with the file's normals.
     pub(super) turned: bool,
+    /// Numbers of triangles that were dropped.
+    pub(super) dropped: Dropped,
+}
+
+/// The triangles that a scan has no use for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Dropped {
+    /// The triangles of the file.
+    all: usize,
+    without_area: usize,
+    repeated: usize,
+}
+
+impl Dropped {
+    /// A sentence about them, if there are any.
+    pub(super) fn warning(self) -> Option<String> {
+        let Self { all, without_area, repeated } = self;
+        let counts = [(without_area, "without area"), (repeated, "that are there twice")];
+        let counts: Vec<String> =
+            counts.iter().filter(|(count, _)| *count > 0).map(|(count, kind)| format!("{count} {kind}")).collect();
+        (!counts.is_empty()).then(|| format!("of its {all} triangles, {} are left out", counts.join(" and ")))
+    }
 }
 
 /// The share of the triangles that must face away from the file's vertex normals for all to be turned: of a file in
@@ -30,13 +52,18 @@ pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
     let (positions, index) = merge_equal(raw.positions.iter().copied());
     let mut normals = merged_normals(raw, &index, positions.len());
     let mut mesh = TriangleMesh { positions, ..TriangleMesh::default() };
+    let mut dropped = Dropped { all: raw.triangles.len(), ..Dropped::default() };
     let mut seen: HashSet<[u32; 3], RandomState> = HashSet::default();
     for triangle in &raw.triangles {
         let triangle = triangle.map(|i| index[i as usize]);
         let mut key = triangle;
         key.sort_unstable();
-        if key[0] != key[1] && key[1] != key[2] && !is_sliver(&mesh, triangle) && seen.insert(key) {
+        if key[0] == key[1] || key[1] == key[2] || is_sliver(&mesh, triangle) {
+            dropped.without_area += 1;
+        } else if seen.insert(key) {
             mesh.triangles.push(triangle);
+        } else {
+            dropped.repeated += 1;
         }
     }
     if mesh.triangles.is_empty() && !raw.triangles.is_empty() {
@@ -57,7 +84,7 @@ pub(super) fn clean(raw: &RawMesh) -> Result<Cleaned, ScanFault> {
     for (normal, given) in mesh.normals.iter_mut().zip(normals) {
         *normal = given.map_or(*normal, Into::into);
     }
-    Ok(Cleaned { mesh, oriented, turned })
+    Ok(Cleaned { mesh, oriented, turned, dropped })
 }
 
 /// Whether nearly all triangles face away from the normals that the file gives their vertices.

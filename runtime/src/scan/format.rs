@@ -11,6 +11,17 @@ pub(super) enum Format {
     Stl,
 }
 
+impl Format {
+    /// Its name in messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+            Self::Stl => "STL",
+        }
+    }
+}
+
 /// Beginnings of files that people confuse with scans and scripts, in lower case, and their formats.
 const FOREIGN: [(&[u8], &str, &str); 23] = [
     (b"astm-e57", "an E57 file", CONVERT),

@@ -33,7 +33,7 @@ use crate::mesh::{TriangleMesh, retain_marked};
 use clean::Cleaned;
 use format::Format;
 use normals::OverNeighbourhoods;
-use raw::{Crossing, RawMesh};
+use raw::{Odd, RawMesh};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::io::ErrorKind;
@@ -189,7 +189,7 @@ pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
 /// As `read`; or there are no triangles with an area.
 pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
     let mesh = || {
-        let (raw, warnings) = parse(path, load(path)?)?;
+        let (raw, mut warnings) = parse(path, load(path)?)?;
         let raw = raw.into_millimetres(unit.millimetres())?;
         if raw.triangles.is_empty() {
             return Err(ScanFault::NoTriangles { vertices: raw.positions.len() });
@@ -200,8 +200,11 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
             ..TriangleMesh::default()
         });
         let mesh = raw.with_usable_normals(&smooth).split_corners();
-        if !mesh.triangles.iter().any(|t| mesh.triangle_normal(*t).is_some()) {
-            return Err(ScanFault::OnlyDegenerate { triangles: mesh.triangles.len() });
+        let triangles = mesh.triangles.len();
+        match mesh.triangles.iter().filter(|t| mesh.triangle_normal(**t).is_none()).count() {
+            0 => {}
+            flat if flat == triangles => return Err(ScanFault::OnlyDegenerate { triangles }),
+            flat => warnings.push(format!("`{}`: {flat} of its {triangles} triangles have no area", path.display())),
         }
         Ok(ReferenceMesh { mesh, warnings })
     };
@@ -210,10 +213,11 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
 
 fn finish(raw: RawMesh, unit: Unit, mut source: ScanSource) -> Result<Scan, ScanFault> {
     let given = !raw.normals.is_empty() || !raw.corner_normals.is_empty();
-    let Cleaned { mut mesh, mut oriented, turned } = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
+    let Cleaned { mut mesh, mut oriented, turned, dropped } = clean::clean(&raw.into_millimetres(unit.millimetres())?)?;
     source.points = mesh.positions.len();
     source.triangles = mesh.triangles.len();
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> =
+        dropped.warning().map(|dropped| format!("`{}`: {dropped}", source.path)).into_iter().collect();
     if turned {
         warnings.push(
             "the triangles face away from the vertex normals of the same file: they were turned to agree with these"
@@ -276,16 +280,20 @@ fn parse(path: &Path, bytes: Vec<u8>) -> Result<(RawMesh, Vec<String>), ScanFaul
     if raw.positions.is_empty() {
         return Err(ScanFault::NoVertices);
     }
-    let warning = |Crossing { first, count }: Crossing| {
-        let place = if let Format::Obj = format { "line" } else { "face" };
-        let others = if count > 1 { format!(" ({} more faces like it)", count - 1) } else { String::new() };
+    let place = if let Format::Obj = format { "line" } else { "face" };
+    if let Some((first, corners)) = raw.tangled_polygon() {
+        let message = format!("a face has {corners} corners on few vertices: it goes round in itself; remove it");
+        return Err(ScanFault::malformed(format.name(), format!("{place} {first}"), message));
+    }
+    let warning = |crossing: Odd<u32>| {
+        let (first, others) = (crossing.first, crossing.others());
         format!(
             "`{}`, {place} {first}: the face crosses itself or has more than 10,000 corners, so that its triangles may overlap{others}; triangulate it before the export",
             path.display()
         )
     };
-    let crossing = raw.split_concave_polygons().map(warning);
     let own = std::mem::take(&mut raw.warnings).into_iter().map(|w| format!("`{}`: {w}", path.display()));
+    let crossing = raw.split_concave_polygons().map(warning);
     let warnings = own.chain(crossing).collect();
     Ok((raw, warnings))
 }

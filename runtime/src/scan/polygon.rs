@@ -1,12 +1,49 @@
 //! Polygons as triangles.
 
+use foldhash::fast::RandomState;
 use glam::{DVec2, DVec3};
+use std::collections::HashSet;
 
 /// Polygons of more corners are not cut into ears, which takes quadratic time.
 const LONGEST: usize = 10_000;
 
 /// The number of corners that are tried per corner of the polygon before the search for ears is given up.
 const TRIES: usize = 32;
+
+/// The number of pairs of edges, and of ears and corners, that are looked at in a whole file: some two seconds. A file
+/// of 1 MB has room for fifty polygons of the most corners, each of which may take as long.
+const PAIRS: u64 = 1_000_000_000;
+
+/// A polygon whose corners lie on each of its vertices more often than this on average has no inside. At most two meet
+/// in a vertex of an outline, and two more where a bridge to a hole begins.
+const REPEATED: usize = 4;
+
+/// The work that is left for the polygons of a file, in pairs.
+pub(super) struct Budget(u64);
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self(PAIRS)
+    }
+}
+
+impl Budget {
+    /// Takes so many pairs; none if they are not left.
+    fn take(&mut self, pairs: usize) -> Option<()> {
+        self.0 = self.0.checked_sub(pairs as u64)?;
+        Some(())
+    }
+}
+
+/// Whether a polygon with these vertices, by number, goes round in itself.
+pub(super) fn is_tangled(vertices: impl Iterator<Item = u32>) -> bool {
+    let (mut corners, mut different) = (0, HashSet::<u32, RandomState>::default());
+    for vertex in vertices {
+        corners += 1;
+        different.insert(vertex);
+    }
+    corners > REPEATED * different.len()
+}
 
 /// Shares of a polygon's area that are smaller are rounding.
 const ROUNDING: f64 = 1e-12;
@@ -18,7 +55,7 @@ pub(super) enum Triangulation {
     Fan,
     /// The fan leaves the polygon; these triangles, as positions in the polygon, do not.
     Ears(Vec<[usize; 3]>),
-    /// It crosses itself, or it has too many corners.
+    /// It crosses itself, or it has too many corners, or no work is left for it.
     Impossible,
 }
 
@@ -28,7 +65,7 @@ pub(super) fn fan(corners: usize) -> impl Iterator<Item = [usize; 3]> {
 }
 
 /// Decides how a polygon, which need not be quite plane, becomes triangles.
-pub(super) fn triangulate(points: &[DVec3]) -> Triangulation {
+pub(super) fn triangulate(points: &[DVec3], budget: &mut Budget) -> Triangulation {
     let doubled = |[a, b, c]: [usize; 3]| (points[b] - points[a]).cross(points[c] - points[a]);
     // Newell's normal, about a corner.
     let normal: DVec3 = fan(points.len()).map(doubled).sum();
@@ -44,10 +81,9 @@ pub(super) fn triangulate(points: &[DVec3]) -> Triangulation {
     let x = normal.any_orthonormal_vector();
     let y = normal.cross(x);
     let flat: Vec<DVec2> = points.iter().map(|p| *p - points[0]).map(|p| DVec2::new(p.dot(x), p.dot(y))).collect();
-    if crosses_itself(&flat) {
-        return Triangulation::Impossible;
-    }
-    Ears::new(&flat, ROUNDING * all).clip().map_or(Triangulation::Impossible, Triangulation::Ears)
+    let simple = budget.take(points.len() * points.len() / 2).filter(|()| !crosses_itself(&flat));
+    let ears = simple.and_then(|()| Ears::new(&flat, ROUNDING * all).clip(budget));
+    ears.map_or(Triangulation::Impossible, Triangulation::Ears)
 }
 
 /// Twice the signed area of a triangle: positive if it turns counter-clockwise.
@@ -87,12 +123,14 @@ impl<'a> Ears<'a> {
         Self { points, next, previous, rounding }
     }
 
-    /// The triangles; none if no ear is found, which a polygon always has that does not cross itself.
-    fn clip(mut self) -> Option<Vec<[usize; 3]>> {
+    /// The triangles; none if no ear is found, which a polygon always has that does not cross itself, or the work runs
+    /// out.
+    fn clip(mut self, budget: &mut Budget) -> Option<Vec<[usize; 3]>> {
         let count = self.points.len();
         let (mut triangles, mut at, mut left) = (Vec::with_capacity(count - 2), 0, count);
         let (mut tried, mut tries) = (0, TRIES * count);
         while left > 3 {
+            budget.take(left)?;
             // After a whole round without an ear only corners without area may be left, as on a bridge.
             if if tried < left { self.is_ear(at) } else { self.is_flat(at) } {
                 let (a, c) = (self.previous[at], self.next[at]);
@@ -168,7 +206,7 @@ mod tests {
                 points.reverse();
             }
             let corners = tilted(&points);
-            let triangles = match triangulate(&corners) {
+            let triangles = match triangulate(&corners, &mut Budget::default()) {
                 Triangulation::Ears(triangles) => triangles,
                 // From another corner a fan may do.
                 Triangulation::Fan => fan(points.len()).collect(),
@@ -190,19 +228,20 @@ mod tests {
         let with_a_point_on_an_edge = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
         let circle: Vec<[f64; 2]> = (0..50).map(|k| (TAU * f64::from(k) / 50.0).sin_cos().into()).collect();
         for polygon in [&square[..], &with_a_point_on_an_edge, &circle] {
-            assert_eq!(triangulate(&tilted(polygon)), Triangulation::Fan);
+            assert_eq!(triangulate(&tilted(polygon), &mut Budget::default()), Triangulation::Fan);
         }
         // A warped one, and one without area.
         let warped = [[0.0, 0.0, 0.3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.3], [0.0, 1.0, 0.0]].map(DVec3::from);
-        assert_eq!(triangulate(&warped), Triangulation::Fan);
-        assert_eq!(triangulate(&[DVec3::X, 2.0 * DVec3::X, 4.0 * DVec3::X, 3.0 * DVec3::X]), Triangulation::Fan);
+        assert_eq!(triangulate(&warped, &mut Budget::default()), Triangulation::Fan);
+        let flat = [DVec3::X, 2.0 * DVec3::X, 4.0 * DVec3::X, 3.0 * DVec3::X];
+        assert_eq!(triangulate(&flat, &mut Budget::default()), Triangulation::Fan);
     }
 
     #[test]
     fn concave_polygons_become_ears() {
         let u =
             [[0.0, 20.0], [0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [15.0, 20.0], [15.0, 5.0], [5.0, 5.0], [5.0, 20.0]];
-        assert!(matches!(triangulate(&tilted(&u)), Triangulation::Ears(_)));
+        assert!(matches!(triangulate(&tilted(&u), &mut Budget::default()), Triangulation::Ears(_)));
         check_triangles(&u);
         // A dart, from whose first corner the fan leaves it; points on edges; a square hole with a bridge to it.
         check_triangles(&[[-1.0, -1.0], [0.0, 0.5], [1.0, -1.0], [0.0, 2.0]]);
@@ -243,7 +282,17 @@ mod tests {
         let uneven_bow = [[0.0, 0.0], [2.0, 3.0], [2.0, 0.0], [0.0, 2.0]];
         let pentagram: Vec<[f64; 2]> = (0..5).map(|k| (TAU * 0.4 * f64::from(k)).sin_cos().into()).collect();
         for polygon in [&bow[..], &uneven_bow, &pentagram] {
-            assert_eq!(triangulate(&tilted(polygon)), Triangulation::Impossible);
+            assert_eq!(triangulate(&tilted(polygon), &mut Budget::default()), Triangulation::Impossible);
         }
+    }
+
+    #[test]
+    fn no_more_is_done_than_the_budget_allows() {
+        let comb: Vec<[f64; 2]> =
+            (0..400).map(|k| [f64::from(k), f64::from(k % 2) * 40.0]).chain([[400.0, -3.0], [0.0, -3.0]]).collect();
+        let mut budget = Budget(10_000_000);
+        let mut split = || matches!(triangulate(&tilted(&comb), &mut budget), Triangulation::Ears(_));
+        assert!(split());
+        assert!((0..1000).any(|_| !split()) && !split());
     }
 }

@@ -1,7 +1,7 @@
 //! The geometry of a file as it stands there, in the file's unit: the output of the readers.
 
 use super::error::ScanFault;
-use super::polygon::{Triangulation, triangulate};
+use super::polygon::{Budget, Triangulation, is_tangled, triangulate};
 use crate::mesh::{Group, TriangleMesh};
 use foldhash::fast::RandomState;
 use glam::DVec3;
@@ -10,6 +10,9 @@ use std::collections::HashMap;
 /// The largest coordinate that is believed, in millimetres: a thousand kilometres. Squares and products of such lengths
 /// stay finite.
 const FARTHEST: f64 = 1e12;
+/// A polygon of no more corners does no harm, whatever its vertices.
+const MANY: u32 = 32;
+
 /// Neither NaN nor infinite nor absurdly large.
 pub(super) fn is_usable(coordinate: f64) -> bool {
     coordinate.abs() <= FARTHEST
@@ -47,16 +50,37 @@ pub(super) struct Polygon {
     pub(super) place: u32,
 }
 
-/// The polygons that no triangulation fits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Crossing {
-    /// The place of the first.
-    pub(super) first: u32,
-    /// Their number.
+/// Something odd that a file may have many times.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Odd<T> {
+    /// The first.
+    pub(super) first: T,
+    /// The number of all.
     pub(super) count: usize,
 }
 
+impl<T> Odd<T> {
+    /// Counts one more.
+    pub(super) fn add(all: &mut Option<Self>, first: impl FnOnce() -> T) {
+        all.get_or_insert_with(|| Self { first: first(), count: 0 }).count += 1;
+    }
+
+    /// A remark on the others for the end of a clause about the first; empty if there are none.
+    pub(super) fn others(&self) -> String {
+        if self.count > 1 { format!(" ({} more like it)", self.count - 1) } else { String::new() }
+    }
+}
+
 impl RawMesh {
+    /// The place and the corners of a polygon that goes round in itself, if there is one.
+    pub(super) fn tangled_polygon(&self) -> Option<(u32, u32)> {
+        let is_tangled = |polygon: &&Polygon| {
+            let Polygon { start, corners, .. } = **polygon;
+            corners > MANY && is_tangled(corners_of_fan(&self.triangles[start..start + corners as usize - 2]))
+        };
+        self.polygons.iter().find(is_tangled).map(|polygon| (polygon.place, polygon.corners))
+    }
+
     /// Scales to millimetres and checks that every position is usable.
     pub(super) fn into_millimetres(mut self, unit: f64) -> Result<Self, ScanFault> {
         for (i, position) in self.positions.iter_mut().enumerate() {
@@ -70,19 +94,18 @@ impl RawMesh {
 
     /// Replaces the fans of concave polygons, whose triangles leave the polygon, by triangles that do not. Those that
     /// cross themselves stay fans.
-    pub(super) fn split_concave_polygons(&mut self) -> Option<Crossing> {
-        let mut crossing: Option<Crossing> = None;
+    pub(super) fn split_concave_polygons(&mut self) -> Option<Odd<u32>> {
+        let mut crossing = None;
+        let mut budget = Budget::default();
         let mut points = Vec::new();
         for Polygon { start, corners, place } in std::mem::take(&mut self.polygons) {
             let triangles = start..start + corners as usize - 2;
             points.clear();
             let vertices = corners_of_fan(&self.triangles[triangles.clone()]);
             points.extend(vertices.map(|vertex| DVec3::from(self.positions[vertex as usize])));
-            match triangulate(&points) {
+            match triangulate(&points, &mut budget) {
                 Triangulation::Fan => {}
-                Triangulation::Impossible => {
-                    crossing.get_or_insert(Crossing { first: place, count: 0 }).count += 1;
-                }
+                Triangulation::Impossible => Odd::add(&mut crossing, || place),
                 Triangulation::Ears(ears) => {
                     rearrange(&mut self.triangles[triangles.clone()], &ears);
                     if !self.corner_normals.is_empty() {

@@ -12,15 +12,22 @@ const FACET: usize = 50;
 
 /// Reads either kind. ASCII files may hold several solids: they become groups.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
-    let whole = binary_stl_size(bytes) == Some(bytes.len() as u64);
+    let size = binary_stl_size(bytes);
+    let whole = size == Some(bytes.len() as u64);
+    let mut warnings = Vec::new();
     let ((positions, indices), groups) = if !whole && is_ascii_stl(bytes) {
         let (corners, groups) = read_ascii(&String::from_utf8_lossy(bytes))?;
         (merge_equal(corners), groups)
     } else {
-        (merge_equal(read_binary(bytes)?), Vec::new())
+        let read = merge_equal(read_binary(bytes)?);
+        let rest = size.map_or(0, |size| (bytes.len() as u64).saturating_sub(size));
+        if rest > 0 {
+            warnings.push(format!("{rest} bytes behind the last triangle of the header are left out"));
+        }
+        (read, Vec::new())
     };
     let triangles = indices.as_chunks().0.to_vec();
-    Ok(RawMesh { positions, triangles, groups, ..RawMesh::default() })
+    Ok(RawMesh { positions, triangles, groups, warnings, ..RawMesh::default() })
 }
 
 /// The corners of all triangles, three a triangle.
@@ -76,9 +83,9 @@ fn read_ascii(text: &str) -> Result<(Vec<[f64; 3]>, Vec<Group>), ScanFault> {
             "facet" => corners.truncate(3 * triangles),
             "outer" | "endloop" => {}
             "vertex" => {
-                let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
-                let wrong = |_| fault(format!("expected `vertex` and three numbers, found `{}`", shown(line)));
-                corners.push(numbers.try_into().map_err(wrong)?);
+                let numbers: Option<Vec<f64>> = words.map(|word| word.parse().ok()).collect();
+                let wrong = || fault(format!("expected `vertex` and three numbers, found `{}`", shown(line)));
+                corners.push(numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(wrong)?);
             }
             "endfacet" => {
                 let count = corners.len() - 3 * triangles;

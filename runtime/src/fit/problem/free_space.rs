@@ -15,10 +15,14 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
+/// Triangles that a line through the scan meets on average, beyond which its points are taken for a cloud: rays among
+/// needles that lie in each other take minutes (20,000 triangles of a cone about one corner: 4,000). Scans have some 10.
+const MOST_OVERLAP: f64 = 300.0;
+
 /// The scan as a witness of empty space.
 pub(crate) struct FreeSpace {
     bvh: Bvh,
-    /// The surface of a cloud.
+    /// The surface of a cloud, or of a mesh of needles.
     discs: Option<TriangleMesh>,
     /// Model surface nearer to the scan than this may be where it is by the scan's noise or gaps. Millimetres.
     near: f64,
@@ -42,12 +46,15 @@ impl FreeSpace {
         if !scan.oriented {
             return None;
         }
-        let discs = match scan.mesh.triangles.is_empty() {
-            true => Some(discs(&scan.mesh, spacing)?),
-            false => None,
-        };
-        let bvh = Bvh::build(discs.as_ref().unwrap_or(&scan.mesh)).ok()?;
-        Some(Self { bvh, discs, near: EmptySpace::nearness(scan.noise, spacing) })
+        let near = EmptySpace::nearness(scan.noise, spacing);
+        if !scan.mesh.triangles.is_empty() {
+            let bvh = Bvh::build(&scan.mesh).ok()?;
+            if bvh.overlap() <= MOST_OVERLAP {
+                return Some(Self { bvh, discs: None, near });
+            }
+        }
+        let discs = discs(&scan.mesh, spacing)?;
+        Some(Self { bvh: Bvh::build(&discs).ok()?, discs: Some(discs), near })
     }
 
     /// The contradicted surface of every patch; `sigma` (millimetres) is the scale of the loss, `reversed` says that

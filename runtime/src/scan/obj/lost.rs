@@ -1,16 +1,67 @@
-//! Signs that a part of an OBJ file was lost: the format has no counts, so that a file that is cut off reads as a
-//! smaller object, or as a cloud where no face is left.
+//! Signs that a part of an OBJ file was lost or is not what it seems: the format has no counts, so that a file that is
+//! cut off reads as a smaller object, or as a cloud where no face is left.
 
 use crate::scan::error::{ScanFault, shown};
+use crate::scan::raw::Odd;
 
 /// The part of the vertices, one in so many, that may belong to no face without a warning.
 const UNUSED: usize = 10;
 
+/// The statements of the format (Alias' 'Object Files', appendix B1 of the Advanced Visualizer manual), beside `v` and
+/// `f`, which are looked at: they say nothing of triangles, or read as groups and normals.
+const STATEMENTS: [&str; 41] = [
+    "vn",
+    "vp",
+    "deg",
+    "bmat",
+    "step",
+    "cstype",
+    "p",
+    "l",
+    "fo",
+    "curv",
+    "curv2",
+    "surf",
+    "parm",
+    "trim",
+    "hole",
+    "scrv",
+    "sp",
+    "end",
+    "con",
+    "g",
+    "s",
+    "mg",
+    "o",
+    "bevel",
+    "c_interp",
+    "d_interp",
+    "lod",
+    "mtllib",
+    "maplib",
+    "usemap",
+    "shadow_obj",
+    "trace_obj",
+    "ctech",
+    "stech",
+    "call",
+    "csh",
+    "bsp",
+    "bzp",
+    "cdc",
+    "cdp",
+    "res",
+];
+
 /// Signs that are collected line by line.
 #[derive(Default)]
 pub(super) struct Signs {
-    /// The first line of a face of fewer than three corners, and the number of those.
-    short: Option<(usize, usize)>,
+    /// Lines of faces of fewer than three corners.
+    short: Option<Odd<usize>>,
+    /// Lines and weights of vertices with a weight that is not 1.
+    weighted: Option<Odd<(usize, String)>>,
+    /// Lines that the format does not know, with their texts.
+    unknown: Option<Odd<(usize, String)>>,
     /// Vertices and faces by the comments of programs that write their counts.
     announced: [usize; 2],
     faces: usize,
@@ -26,7 +77,15 @@ impl Signs {
             Some("f") => {
                 self.faces += 1;
                 if words.take_while(|word| !word.starts_with('#')).count() < 3 {
-                    self.short.get_or_insert((number, 0)).1 += 1;
+                    Odd::add(&mut self.short, || number);
+                }
+            }
+            Some("v") => {
+                let mut rest = words.take_while(|word| !word.starts_with('#')).skip(3);
+                if let (Some(weight), None) = (rest.next(), rest.next())
+                    && weight.parse().is_ok_and(|weight: f64| weight != 1.0)
+                {
+                    Odd::add(&mut self.weighted, || (number, shown(weight)));
                 }
             }
             Some("vt") => self.of_faces = Some("vt"),
@@ -41,6 +100,9 @@ impl Signs {
                     }
                 }
             }
+            Some(word) if !word.starts_with('#') && !STATEMENTS.contains(&word) => {
+                Odd::add(&mut self.unknown, || (number, shown(line)));
+            }
             _ => {}
         }
     }
@@ -49,9 +111,25 @@ impl Signs {
     pub(super) fn warnings(&self, vertices: usize, used: Option<usize>, ends_within_line: bool) -> Vec<String> {
         const AGAIN: &str = "if the file was cut off, export it again";
         let mut warnings = Vec::new();
-        if let Some((line, count)) = self.short {
-            let others = if count > 1 { format!(" ({} more like it)", count - 1) } else { String::new() };
+        if let Some(odd) = &self.short {
+            let (line, others) = (odd.first, odd.others());
             warnings.push(format!("line {line}: a face of fewer than three corners is left out{others}"));
+        }
+        if let Some(odd) = &self.weighted {
+            let ((line, weight), others) = (&odd.first, odd.others());
+            warnings.push(format!(
+                "line {line}: a vertex has the weight {weight}, by which its coordinates are divided{others}; if it is something else, export \
+                 the file without it"
+            ));
+        }
+        if let Some(odd) = &self.unknown {
+            let ((line, text), others) = (&odd.first, odd.others());
+            let text = if text.starts_with('\0') {
+                "zero bytes, as of a file that was not written to its end, are left out".to_owned()
+            } else {
+                format!("`{text}` is no statement of the format and is left out")
+            };
+            warnings.push(format!("line {line}: {text}{others}"));
         }
         for ((kind, is), announced) in [("vertices", vertices), ("faces", self.faces)].into_iter().zip(self.announced) {
             if is < announced {

@@ -92,7 +92,10 @@ pub(super) fn parse_header(header: &str) -> Result<(Encoding, Vec<Element<'_>>),
         };
         let words: Vec<&str> = line.split_whitespace().collect();
         match words[..] {
-            ["format", name, ..] => {
+            ["format", name, version] => {
+                if version != "1.0" {
+                    return Err(fault("version 1.0 of the format, the only one there is"));
+                }
                 encoding = Some(match name {
                     "ascii" => Encoding::Ascii,
                     "binary_little_endian" => Encoding::LittleEndian,
@@ -117,7 +120,8 @@ pub(super) fn parse_header(header: &str) -> Result<(Encoding, Vec<Element<'_>>),
                 }
                 _ => return Err(fault(PROPERTY)),
             },
-            _ => {}
+            [] | ["ply" | "comment" | "obj_info" | "end_header", ..] => {}
+            _ => return Err(fault("`format`, `element`, `property`, `comment` or `obj_info`")),
         }
     }
     let fault = |message: String| ScanFault::malformed(FORMAT, "header", message);

@@ -4,7 +4,7 @@ mod header;
 
 use super::error::{ScanFault, shown};
 use super::polygon::fan;
-use super::raw::{Polygon, RawMesh};
+use super::raw::{Odd, Polygon, RawMesh};
 use header::{Element, Encoding, INDICES, Property, Scalar, parse_header, split_header};
 
 const FORMAT: &str = "PLY";
@@ -19,8 +19,16 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
         return Err(ScanFault::NoVertices);
     }
     let line = header.lines().count() + 1;
-    let mut reader =
-        Reader { rest: body, size: bytes.len(), line, encoding, vertices, textured: true, raw: RawMesh::default() };
+    let mut reader = Reader {
+        rest: body,
+        size: bytes.len(),
+        line,
+        encoding,
+        vertices,
+        textured: true,
+        short: None,
+        raw: RawMesh::default(),
+    };
     for element in &elements {
         match element.name {
             "vertex" => reader.read_vertices(element)?,
@@ -35,7 +43,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ScanFault> {
     if let Some(last) = elements.last() {
         reader.require_end(last)?;
     }
-    let Reader { mut raw, textured, .. } = reader;
+    let Reader { mut raw, textured, short, .. } = reader;
+    if let Some(odd) = short {
+        let (place, others) = (&odd.first, odd.others());
+        raw.warnings.push(format!("{place}: fewer than three corners, it is left out{others}"));
+    }
     if !textured {
         raw.corner_texcoords.clear();
     }
@@ -69,6 +81,8 @@ struct Reader<'a> {
     vertices: usize,
     /// Whether every corner of every face so far has a texture coordinate.
     textured: bool,
+    /// Faces and strips without a triangle, by their kinds and rows.
+    short: Option<Odd<String>>,
     raw: RawMesh,
 }
 
@@ -243,6 +257,9 @@ impl Reader<'_> {
         let texcoords = list(element, row, &["texcoord"]);
         let indices = self.checked(list(element, row, &INDICES), "face", number)?;
         self.textured &= !indices.is_empty() && texcoords.len() == 2 * indices.len();
+        if indices.len() < 3 {
+            Odd::add(&mut self.short, || format!("face {number} (counted from 1)"));
+        }
         if let (Ok(corners @ 4..), Ok(place)) = (u32::try_from(indices.len()), u32::try_from(number)) {
             self.raw.polygons.push(Polygon { start: self.raw.triangles.len(), corners, place });
         }
@@ -259,6 +276,9 @@ impl Reader<'_> {
     fn add_strip(&mut self, element: &Element, number: usize, row: &Row) -> Result<(), ScanFault> {
         for run in list(element, row, &INDICES).split(|index| *index < 0.0) {
             let indices = self.checked(run, "strip", number)?;
+            if indices.len() < 3 && !run.is_empty() {
+                Odd::add(&mut self.short, || format!("strip {number} (counted from 1)"));
+            }
             for (k, w) in indices.windows(3).enumerate() {
                 self.raw.triangles.push(if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[1], w[0], w[2]] });
             }

@@ -30,6 +30,11 @@ fn headers_that_count_something_else_are_refused() {
         ),
         (of("element face", "element vertex"), "line 7: element `vertex` is declared twice, first in line 3"),
         (of("float y", "float x"), "line 5: property `x` is declared twice, first in line 4"),
+        (of("ascii 1.0", "ascii 9.0"), "line 2: expected version 1.0 of the format"),
+        (
+            of("element face", "elment face"),
+            "line 7: expected `format`, `element`, `property`, `comment` or `obj_info`",
+        ),
         (of("vertex_indices", "corners"), "element `face` has no list `vertex_indices` or `vertex_index`"),
     ];
     for (text, expected) in cases {
@@ -54,7 +59,10 @@ fn binary_files_hold_what_their_header_counts() {
     }
     // Padding and texts behind the last triangle are no triangles.
     for rest in [[0; 200].as_slice(), &b"Made by a program that says so. ".repeat(5)] {
-        assert_eq!(counts("a.stl", [&stl, rest].concat()), (4, 2));
+        let scan = scan_of("a.stl", [&stl, rest].concat()).unwrap();
+        assert_eq!((scan.source.points, scan.source.triangles), (4, 2));
+        let expected = format!("{} bytes behind the last triangle", rest.len());
+        assert!(scan.warnings.len() == 1 && scan.warnings[0].contains(&expected), "{:?}", scan.warnings);
     }
     let text = String::from_utf8_lossy(&ply).into_owned();
     let count = text.find("element face 2").unwrap() + "element face ".len();
@@ -87,12 +95,41 @@ fn objs_that_are_cut_off_are_refused_or_say_so() {
         (&format!("{mesh}f 1 2\nl 1 2\nf 1\n"), "line 7: a face of fewer than three corners is left out (1 more"),
         (cloud.trim_end(), "it is read as a cloud of points: it has no faces, though its last line has no end"),
         (&format!("vt 0 0\n{cloud}"), "though it has `vt`, which faces use; if the file was cut off"),
+        (
+            &format!("{mesh}v 1 1 1 2\nv 2 2 2 .5 # 1\nf 1 2 5\nf 1 2 6\n"),
+            "line 7: a vertex has the weight 2, by which",
+        ),
+        (
+            &format!("{mesh}face 1 2\nsurface\n"),
+            "line 7: `face 1 2` is no statement of the format and is left out (1 more",
+        ),
+        (&format!("{mesh}\0\0\0"), "line 7: zero bytes, as of a file that was not written to its end, are left out"),
+        (
+            &format!("{mesh}f 1 1 2\nf 2 3 1\n"),
+            "of its 4 triangles, 1 without area and 1 that are there twice are left out",
+        ),
         (&format!("# Vertices: 9\n{mesh}"), "its comments announce 9 vertices, and 4 are there"),
         (&format!("{mesh}# 3 faces\n"), "its comments announce 3 faces, and 2 are there"),
     ] {
         let warnings = warned(text);
         assert!(warnings.len() == 1 && warnings[0].contains(expected), "{text}\n gave: {warnings:?}");
     }
+}
+
+#[test]
+fn faces_of_a_ply_without_triangles_are_counted() {
+    let warnings = scan_of("a.ply", ply(3, 4, &format!("{ROWS}3 0 1 2\n2 0 1\n0\n1 2\n"))).unwrap().warnings;
+    assert!(warnings.len() == 1, "{warnings:?}");
+    assert!(warnings[0].contains("face 2 (counted from 1): fewer than three corners, it is left out (2 more"));
+}
+
+#[test]
+fn polygons_that_go_round_in_themselves_are_refused() {
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+    let rounds = |count: usize| format!("{square}f {}\n", "1 2 3 4 ".repeat(count));
+    let error = scan_of("a.obj", rounds(500)).unwrap_err();
+    assert!(error.contains("line 5: a face has 2000 corners on few vertices"), "{error}");
+    assert!(scan_of("a.obj", rounds(1)).unwrap().warnings.is_empty());
 }
 
 #[test]
@@ -137,7 +174,7 @@ fn messages_quote_little() {
 fn continued_lines_are_read_at_once() {
     let obj = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 {}\n", "\\\n1 ".repeat(400_000));
     let begun = std::time::Instant::now();
-    let prepared = parse(Path::new("a.obj"), obj.into_bytes()).unwrap();
-    assert_eq!(prepared.0.triangles.len(), 400_001);
+    let error = parse(Path::new("a.obj"), obj.into_bytes()).unwrap_err().to_string();
+    assert!(error.contains("line 4: a face has 400003 corners on few vertices"), "{error}");
     assert!(begun.elapsed().as_secs() < 5, "{:?}", begun.elapsed());
 }

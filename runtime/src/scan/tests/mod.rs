@@ -153,9 +153,10 @@ fn faces_that_cross_themselves_are_named() {
     for (name, text, place) in [("bow.obj", &obj, "line 6: "), ("bow.ply", &ply, "face 2: ")] {
         let (_folder, path) = file(name, text);
         for warnings in [read(&path, Unit::Mm).unwrap().warnings, read_mesh(&path, Unit::Mm).unwrap().warnings] {
-            let [warning] = &warnings[..] else { panic!("{warnings:?}") };
+            // A scan of the first file also lacks the triangles that are there twice.
+            let [warning, ..] = &warnings[..] else { panic!("{warnings:?}") };
             assert!(warning.contains(place) && warning.contains("crosses itself"), "{warning}");
-            assert_eq!(warning.contains("(1 more faces like it)"), name == "bow.obj", "{warning}");
+            assert_eq!(warning.contains("(1 more like it)"), name == "bow.obj", "{warning}");
         }
     }
 }
