@@ -172,7 +172,8 @@ impl<'a> Checker<'a> {
 }
 
 impl Body<'_> {
-    /// The full name of a part that a measure names. One of the loop around it is that of the same turn, so far the last.
+    /// The full name of a part that a measure names. One of the loop around it is that of the same turn, so far the
+    /// last.
     fn name_of_part(&self, part: &PartPath) -> String {
         let turns = self.entries.iter().filter(|e| e.grouped && e.decl.name.text == part.name.text).count();
         match turns.checked_sub(1) {

@@ -1,8 +1,8 @@
 //! Texts of scripts in Markdown: pages go to sites, where HTML in a comment of a foreign script would be run, and its
 //! links followed.
 //!
-//! It takes a reader of Markdown to know where a paragraph, an item or a cell ends, and with it code that begins there. A
-//! text counts as code only where it is that wherever they end.
+//! It takes a reader of Markdown to know where a paragraph, an item or a cell ends, and with it code that begins there.
+//! A text counts as code only where it is that wherever they end.
 
 /// What links may begin with, beside relative paths and places in the page.
 const SCHEMES: [&str; 3] = ["http://", "https://", "mailto:"];
@@ -76,9 +76,9 @@ fn escaped(line: &str, backticks: &mut Backticks) -> String {
                 continue;
             }
             page.max(1)
-        } else if rest.starts_with('\\') {
+        } else if let Some(behind) = rest.strip_prefix('\\') {
             // What is behind a backslash begins nothing, but `<` is escaped all the same.
-            1 + rest[1..].chars().next().filter(|c| *c != '<').map_or(0, char::len_utf8)
+            1 + behind.chars().next().filter(|c| *c != '<').map_or(0, char::len_utf8)
         } else {
             if rest[1..].strip_prefix('(').is_some_and(|target| !is_allowed(target)) {
                 out.push_str("]\\");

@@ -53,7 +53,8 @@ impl FunctionBuilder {
         self.node(Op::Compare(op, a, b), Type::Bool)
     }
 
-    /// Whether a value is known not to be NaN. (Finite operands do not suffice: a difference of what overflowed is NaN.)
+    /// Whether a value is known not to be NaN. (Finite operands do not suffice: a difference of what overflowed is
+    /// NaN.)
     fn is_number(&self, value: Value) -> bool {
         self.ty(value) != Type::Real || matches!(self.op(value), Op::Unary(Unary::ToReal, _))
     }
