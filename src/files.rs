@@ -55,6 +55,9 @@ impl Loader for FileLoader {
         let full = plain(&folder_of(Path::new(from)).join(path));
         let is_script = |path: &Path| path.extension().is_some_and(|e| e == "gml");
         let real = full.canonicalize().map_err(|e| format!("{}: {}", full.display(), reason(&e)))?;
+        if real.is_dir() {
+            return Err(format!("{}: is a folder, not a script (.gml)", full.display()));
+        }
         if !is_script(&full) || !is_script(&real) {
             return Err(format!("{}: is not a script (.gml)", full.display()));
         }
@@ -191,6 +194,9 @@ mod tests {
         assert!(loader.load("../main.gml", &folder.path().join("model/parts/knob.gml").display().to_string()).is_ok());
         let outside = loader.load("../library/shared.gml", &from).unwrap_err();
         assert!(outside.contains("outside of the script's folder") && outside.contains("--allow-path"), "{outside}");
+        for folder in [".", "parts", "parts/.."] {
+            assert!(loader.load(folder, &from).unwrap_err().contains("is a folder, not a script"), "{folder}");
+        }
         assert!(loader.load("notes.txt", &from).unwrap_err().contains("not a script"));
         assert!(loader.load("/etc/passwd", &from).unwrap_err().contains("not a script"));
         let allowed = FileLoader::of(&main, &[folder.path().join("library")]).unwrap();

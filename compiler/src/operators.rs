@@ -6,7 +6,7 @@
 pub enum Unary {
     Neg,
     Abs,
-    /// -1, 0 or 1; 0 at 0: the derivative of abs.
+    /// -1, 0 or 1, and NaN at NaN; 0 at 0: the derivative of abs.
     Sign,
     Sqrt,
     Exp,

@@ -42,3 +42,8 @@ fn b() = 3mm
 // --- a file that uses itself
 use "script.gml" (f)
 fn f() = 3mm
+// --- a use without a name of a file
+use "" (column)
+model m {
+  part p = sphere(3mm)
+}

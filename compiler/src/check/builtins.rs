@@ -237,7 +237,11 @@ impl<'a> Checker<'a> {
         match &x.ty {
             Type::Array(_, n) => int(*n as i64, span),
             Type::Tuple(types) => int(types.len() as i64, span),
-            Type::Range(Some(a), Some(b)) => int(b.saturating_sub(*a).max(0), span),
+            Type::Range(Some(a), Some(b)) if b <= a => int(0, span),
+            Type::Range(Some(a), Some(b)) => match b.checked_sub(*a) {
+                Some(n) => int(n, span),
+                None => self.overflow(span),
+            },
             other => {
                 let message = format!("'len' expects an array, but this is {}", self.describe(other));
                 self.fail(Diagnostic::new(Code::TypeMismatch, x.span, message))

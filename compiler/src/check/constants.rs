@@ -84,9 +84,12 @@ pub(super) fn int_binary(op: BinaryOp, a: i64, b: i64) -> Result<Option<Type>, &
             r if r != 0 && (r < 0) != (b < 0) => r + b,
             r => r,
         },
-        BinaryOp::Pow => match u32::try_from(b) {
-            Ok(b) => a.checked_pow(b).ok_or(LARGE)?,
-            Err(_) => return Ok(None),
+        BinaryOp::Pow if b < 0 => return Ok(None),
+        BinaryOp::Pow => match (a, u32::try_from(b)) {
+            (0 | 1, _) if b > 0 => a,
+            (-1, _) => 1 - 2 * (b % 2),
+            (_, Ok(b)) => a.checked_pow(b).ok_or(LARGE)?,
+            (_, Err(_)) => return Err(LARGE),
         },
         BinaryOp::Div if b == 0 => return Err("division by 0"),
         BinaryOp::Div => return Ok(None),
@@ -113,6 +116,8 @@ pub(super) fn exponent_of(e: &Expr) -> Option<Exponent> {
 /// The value of an expression made of literals.
 pub(super) fn constant(e: &Expr) -> Option<f64> {
     match &e.kind {
+        // Whole numbers may be too large, which the evaluation says.
+        ExprKind::Unary(..) | ExprKind::Binary(..) if matches!(e.ty, Type::Int(_)) => None,
         ExprKind::Real(x) => Some(*x),
         ExprKind::Int(k) => Some(*k as f64),
         ExprKind::Bool(b) => Some(f64::from(*b)),

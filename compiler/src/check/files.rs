@@ -171,6 +171,11 @@ impl Reader<'_> {
             ));
             return None;
         }
+        if path.trim().is_empty() {
+            let error = Diagnostic::new(Code::FileNotFound, span, "this 'use' names no file");
+            self.diagnostics.push(error.hint("write the name of a script: use \"column.gml\" (column)"));
+            return None;
+        }
         match self.loader.load(path, &self.files.loaded[from].name) {
             Ok(file) => {
                 if let Some(id) = self.files.ids.get(&file.name) {

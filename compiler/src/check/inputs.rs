@@ -13,6 +13,9 @@ use crate::suggest::nearest;
 use crate::syntax::ast::{self, Item, ItemKind, ParamDecl};
 use std::collections::BTreeMap;
 
+/// Inputs are kept as reals, which hold the whole numbers below 2^53 exactly.
+const LARGEST_INPUT: f64 = 9_007_199_254_740_992.0;
+
 impl<'a> Checker<'a> {
     /// The quantity of an input; `None` after an error in its type, which was reported.
     fn quantity_of_input(&mut self, decl: &'a ParamDecl, expected: &Expected) -> Option<Quantity> {
@@ -66,6 +69,11 @@ impl<'a> Checker<'a> {
         };
         let local = self.local(&decl.name.text, ty.clone(), decl.name.span);
         let value = value.unwrap_or(0.0);
+        if quantity == Quantity::Int && value.abs() >= LARGEST_INPUT {
+            let message =
+                format!("the input '{}' is too large: a whole number has at most 53 bits here", decl.name.text);
+            self.report(Diagnostic::new(Code::OutOfBounds, decl.name.span, message));
+        }
         if (value < lower || value > upper) && !ty.is_error() {
             let message =
                 format!("the input '{}' is {value}, outside of its bounds {lower} to {upper}", decl.name.text);

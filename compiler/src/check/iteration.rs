@@ -48,11 +48,10 @@ impl<'a> Checker<'a> {
             Type::Error => return None,
             Type::Range(Some(from), Some(to)) => {
                 let (from, to) = (*from, *to);
-                let count = to.saturating_sub(from).max(0);
-                if !self.few_enough(count, span) {
+                if !self.few_enough(i128::from(to) - i128::from(from), span) {
                     return None;
                 }
-                return Some((from..from + count).map(|i| int(i, span)).collect());
+                return Some((from..to).map(|i| int(i, span)).collect());
             }
             Type::Range(..) => {
                 let message = "the length of this array is known only at run time; it must be known at compile time";
@@ -87,9 +86,10 @@ impl<'a> Checker<'a> {
         Some((0..count).map(|i| element(whole.clone(), i)).collect())
     }
 
-    fn few_enough(&mut self, count: i64, span: Span) -> bool {
+    /// `count` is negative for a range whose end is before its start, which is empty.
+    fn few_enough(&mut self, count: i128, span: Span) -> bool {
         let limit = self.options.iterations;
-        if usize::try_from(count).is_ok_and(|n| n <= limit) {
+        if usize::try_from(count.max(0)).is_ok_and(|n| n <= limit) {
             return true;
         }
         let message = format!("this loop has {count} iterations, but at most {limit} can be unrolled");

@@ -2,7 +2,7 @@
 
 use super::annotations::Expected;
 use super::context::{Checker, error};
-use super::model::Body;
+use super::model::{Body, Entry};
 use super::typed::{self, Expr, ExprKind, LocalId, Measure, Param, Part, Statement, Type, Unary};
 use super::types::Dimension;
 use crate::diagnostic::{Code, Diagnostic, Edit};
@@ -20,6 +20,8 @@ pub(super) struct Measured<'a> {
     value: Expr,
     /// The names of the parts that show it, and their places.
     parts: Vec<(String, Span)>,
+    /// The number of parts before it.
+    before: usize,
     dimension: Dimension,
     /// The lower and the upper limit of what is allowed, about the nominal value.
     limits: Option<[Expr; 2]>,
@@ -35,7 +37,8 @@ impl<'a> Checker<'a> {
         let value = Expr { span: decl.value.span, ..self.name(&decl.name.text, decl.name.span) };
         let parts = decl.parts.iter().map(|part| (body.name_of_part(part), part.span)).collect();
         let (doc, span, grouped) = (item.doc.as_str(), item.span, body.loops > 0);
-        body.measures.push(Measured { decl, doc, span, grouped, value, parts, dimension, limits });
+        let before = body.entries.len();
+        body.measures.push(Measured { decl, doc, span, grouped, value, parts, before, dimension, limits });
     }
 
     fn measured_number(&mut self, value: Expr) -> (Expr, Dimension) {
@@ -73,7 +76,7 @@ impl<'a> Checker<'a> {
     /// The measures of a model. Those of a loop are numbered.
     pub(super) fn measures(&self, measured: Vec<Measured<'a>>) -> Vec<Measure> {
         let mut out: Vec<Measure> = Vec::new();
-        for Measured { decl, doc, span, grouped, value, parts, dimension, limits } in measured {
+        for Measured { decl, doc, span, grouped, value, parts, dimension, limits, .. } in measured {
             let group = &decl.name.text;
             let before = out.iter().filter(|m| m.group == *group).count();
             let name = if grouped { format!("{group}[{before}]") } else { group.clone() };
@@ -169,15 +172,40 @@ impl<'a> Checker<'a> {
 }
 
 impl Body<'_> {
-    /// The full name of a part that a measure names. One of the loop around it is that of the same turn.
+    /// The full name of a part that a measure names. One of the loop around it is that of the same turn, so far the
+    /// last.
     fn name_of_part(&self, part: &PartPath) -> String {
         let turns = self.entries.iter().filter(|e| e.grouped && e.decl.name.text == part.name.text).count();
-        let rest = &part.text[part.name.text.len()..];
         match turns.checked_sub(1) {
-            Some(turn) if self.loops > 0 && !rest.starts_with('[') => format!("{}[{turn}]{rest}", part.name.text),
+            Some(turn) if self.loops > 0 && !is_numbered(part) => numbered(part, turn),
             _ => part.text.clone(),
         }
     }
+
+    /// At the end of a turn of a loop: its measures may name parts that stand further down in it. The turn began with
+    /// so many parts and measures.
+    pub(super) fn name_later_parts(&mut self, (parts, measures): (usize, usize)) {
+        for measured in &mut self.measures[measures..] {
+            for (path, (name, _)) in measured.decl.parts.iter().zip(&mut measured.parts) {
+                let of_it = |e: &&Entry<'_>| e.grouped && e.decl.name.text == path.name.text;
+                let (before, later) = self.entries.split_at(measured.before);
+                if is_numbered(path) || before[parts..].iter().any(|e| of_it(&e)) || !later.iter().any(|e| of_it(&e)) {
+                    continue;
+                }
+                *name = numbered(path, before.iter().filter(of_it).count());
+            }
+        }
+    }
+}
+
+/// Whether it is written with the number of a turn.
+fn is_numbered(part: &PartPath) -> bool {
+    part.text[part.name.text.len()..].starts_with('[')
+}
+
+/// The part of one turn.
+fn numbered(part: &PartPath, turn: usize) -> String {
+    format!("{}[{turn}]{}", part.name.text, &part.text[part.name.text.len()..])
 }
 
 /// The `let`s of a model's body, and the defaults of its parameters, each before what may use it.

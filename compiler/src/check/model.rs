@@ -189,8 +189,10 @@ impl<'a> Checker<'a> {
                     body.loops += 1;
                     for turn in turns {
                         let mark = self.env.names.len();
+                        let begun = (body.entries.len(), body.measures.len());
                         self.bind(&decl.pattern, turn, &mut body.statements);
                         self.items_of_model(&decl.items, body, source, locals);
+                        body.name_later_parts(begun);
                         self.env.names.truncate(mark);
                     }
                     body.loops -= 1;

@@ -283,6 +283,10 @@ impl<'a> Checker<'a> {
                 None => self.fail(exponent_error(b.span)),
             };
         }
+        // A whole exponent stays one: as a real, a large one would lose its last digit, and a power its sign.
+        if matches!(b.ty, Type::Int(_)) && (da.is_none() || da.angle) {
+            return binary(Binary::Pow, a, b, Type::REAL, span);
+        }
         let constant = exponent_of(&b);
         let Some((b, db)) = self.number(b, "an exponent") else { return error(span) };
         if !db.is_none() && !db.angle {

@@ -112,10 +112,17 @@ pub(crate) fn pow_int_steps<T: Copy>(multiply: &mut impl FnMut(T, T) -> T, x: T,
     product
 }
 
-/// -1, 0 or 1; 0 at 0 and at NaN.
+/// -1, 0 or 1; NaN at NaN.
 #[must_use]
 pub(crate) fn sign(x: f64) -> f64 {
-    f64::from(i8::from(x > 0.0) - i8::from(x < 0.0))
+    if x > 0.0 {
+        1.0
+    } else if x < 0.0 {
+        -1.0
+    } else {
+        // The sum takes away the sign of zero.
+        x + 0.0
+    }
 }
 
 /// Remainder with the sign of the divisor; NaN where b is 0.

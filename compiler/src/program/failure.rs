@@ -295,5 +295,5 @@ impl Instance<'_> {
 /// The place at which the first result that is not finite became so.
 fn origin(program: &Program, module: &Module, function: FunctionId, arguments: &[f64]) -> Option<Span> {
     let arguments: Vec<Scalar> = arguments.iter().map(|x| Scalar::Real(*x)).collect();
-    interpret::non_finite(module, function, &arguments, program.replay_limits()).ok().flatten()
+    interpret::non_finite(module, function, &arguments, program.replay_limits(), None).ok().flatten()
 }

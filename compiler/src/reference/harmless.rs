@@ -1,11 +1,25 @@
-//! Texts of scripts in Markdown: pages go to sites, where HTML in a comment of a foreign script would be run.
+//! Texts of scripts in Markdown: pages go to sites, where HTML in a comment of a foreign script would be run, and its
+//! links followed.
+//!
+//! It takes a reader of Markdown to know where a paragraph, an item or a cell ends, and with it code that begins there.
+//! A text counts as code only where it is that wherever they end.
 
-/// A text of Markdown whose HTML is shown, not obeyed. Code stays as it is: nothing is obeyed there.
+/// What links may begin with, beside relative paths and places in the page.
+const SCHEMES: [&str; 3] = ["http://", "https://", "mailto:"];
+
+/// A text of Markdown whose HTML is shown, not obeyed, and whose links lead to pages. Code stays as it is: nothing is
+/// obeyed there.
 pub(super) fn without_html(text: &str) -> String {
     let mut out = String::new();
     let mut lines = text.split_inclusive('\n').peekable();
+    let mut prose = String::new();
+    // Whether it is clear where code begins. A fence may end with the item of a list that it is in, if it is indented.
+    let mut clear = true;
     while let Some(line) = lines.next() {
-        if let Some(fence) = Fence::of(line) {
+        let fence = Fence::of(line);
+        clear &= fence.is_none() || !line.starts_with(' ');
+        if let Some(fence) = fence.filter(|_| clear) {
+            out.push_str(&paragraph(&std::mem::take(&mut prose), clear));
             out.push_str(line);
             for line in lines.by_ref() {
                 out.push_str(line);
@@ -15,53 +29,134 @@ pub(super) fn without_html(text: &str) -> String {
             }
             continue;
         }
-        // Code between backticks does not go beyond its paragraph.
-        let mut paragraph = line.to_owned();
-        while let Some(next) = lines.next_if(|next| !paragraph.trim().is_empty() && !next.trim().is_empty()) {
-            if Fence::of(next).is_some() {
-                out.push_str(&inline(&paragraph));
-                paragraph = String::new();
-                out.push_str(next);
-                let fence = Fence::of(next);
-                for line in lines.by_ref() {
-                    out.push_str(line);
-                    if fence.as_ref().is_some_and(|fence| fence.is_closed_by(line)) {
-                        break;
-                    }
-                }
-                break;
-            }
-            paragraph.push_str(next);
+        prose.push_str(line);
+        if line.trim().is_empty() || lines.peek().is_none() {
+            out.push_str(&paragraph(&std::mem::take(&mut prose), clear));
         }
-        out.push_str(&inline(&paragraph));
     }
     out
 }
 
 /// The same of a text in one line, of which no line begins a block of code.
 pub(super) fn inline(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    let mut rest = text;
-    while let Some(at) = rest.find(['`', '<', '\\']) {
+    paragraph(text, true)
+}
+
+/// The lines up to an empty one. Unless it is clear where code begins, backticks mean nothing.
+fn paragraph(text: &str, clear: bool) -> String {
+    let defined = without_definitions(text);
+    let text = defined.as_deref().unwrap_or(text);
+    let mut backticks = Backticks { paired: clear, in_table: text.lines().any(divides_a_table) };
+    text.split_inclusive('\n').map(|line| escaped(line, &mut backticks)).collect()
+}
+
+/// Whether backticks make code.
+struct Backticks {
+    /// So far each line closes what it opens, so that it does not matter at which line the paragraph begins.
+    paired: bool,
+    /// Cells end at a `|`, even within backticks.
+    in_table: bool,
+}
+
+/// A line without HTML and links that are not allowed.
+fn escaped(line: &str, backticks: &mut Backticks) -> String {
+    let mut out = String::with_capacity(line.len());
+    let mut rest = line;
+    while let Some(at) = rest.find(['`', '<', '\\', ']']) {
         out.push_str(&rest[..at]);
         rest = &rest[at..];
-        if rest.starts_with('`') {
-            let run = rest.len() - rest.trim_start_matches('`').len();
-            let end = closing(&rest[run..], run).map_or(run, |end| run + end);
-            out.push_str(&rest[..end]);
-            rest = &rest[end..];
-        } else if let Some(after) = rest.strip_prefix('<') {
-            let is_tag = after.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '/' | '!' | '?'));
-            out.push_str(if is_tag { "&lt;" } else { "<" });
-            rest = after;
-        } else {
+        let taken = if rest.starts_with('`') {
+            backticks.code(rest)
+        } else if rest.starts_with('<') {
+            let page = linked_page(rest);
+            let is_tag = rest[1..].starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '/' | '!' | '?'));
+            if page == 0 && is_tag {
+                out.push_str("&lt;");
+                rest = &rest[1..];
+                continue;
+            }
+            page.max(1)
+        } else if let Some(behind) = rest.strip_prefix('\\') {
             // What is behind a backslash begins nothing, but `<` is escaped all the same.
-            let escaped = rest[1..].chars().next().filter(|c| *c != '<').map_or(0, char::len_utf8);
-            out.push_str(&rest[..=escaped]);
-            rest = &rest[1 + escaped..];
-        }
+            1 + behind.chars().next().filter(|c| *c != '<').map_or(0, char::len_utf8)
+        } else {
+            if rest[1..].strip_prefix('(').is_some_and(|target| !is_allowed(target)) {
+                out.push_str("]\\");
+                rest = &rest[1..];
+                continue;
+            }
+            1
+        };
+        out.push_str(&rest[..taken]);
+        rest = &rest[taken..];
     }
     out + rest
+}
+
+impl Backticks {
+    /// The length of the code that begins with the backticks of a text, or that of these alone.
+    fn code(&mut self, text: &str) -> usize {
+        let run = text.len() - text.trim_start_matches('`').len();
+        let Some(end) = closing(&text[run..], run) else {
+            self.paired = false;
+            return run;
+        };
+        let is_code = self.paired && !(self.in_table && text[..run + end].contains('|'));
+        if is_code { run + end } else { run }
+    }
+}
+
+/// The length of a link to a page that stands between angle brackets, else 0.
+fn linked_page(text: &str) -> usize {
+    let Some(end) = text.find('>') else { return 0 };
+    let address = &text[1..end];
+    let plain = address.chars().all(|c| c.is_ascii_graphic() && !matches!(c, '<' | '`' | '"' | '\\'));
+    if plain && has_allowed_scheme(address) { end + 1 } else { 0 }
+}
+
+fn has_allowed_scheme(address: &str) -> bool {
+    let address = address.to_ascii_lowercase();
+    SCHEMES.iter().any(|scheme| address.starts_with(scheme))
+}
+
+/// Whether a link may lead to where a text begins with: to a page of the web, an address for mail, a relative path or a
+/// place in the page. Characters that readers replace or leave out may hide anything.
+fn is_allowed(target: &str) -> bool {
+    let target = target.trim_start_matches([' ', '\t']);
+    if target.trim_start().is_empty() || target.starts_with(['\n', '\r']) {
+        // It is in the next line.
+        return false;
+    }
+    let address = match target.strip_prefix('<') {
+        Some(address) => address.split(['>', '\n']).next(),
+        None => target.split([' ', '\t', '\n', ')']).next(),
+    };
+    let address = address.unwrap_or_default();
+    let before_path = address.split(['/', '?', '#']).next().unwrap_or_default();
+    let plain = !before_path.contains([':', '&', '\\']) && !before_path.chars().any(char::is_control);
+    plain || has_allowed_scheme(address)
+}
+
+/// A paragraph whose definitions of links, `[name]: address`, are text where they are not allowed. They come before
+/// everything else in a paragraph, so that backticks in them mean nothing.
+fn without_definitions(paragraph: &str) -> Option<String> {
+    let around = |c: char| c.is_whitespace() || c.is_ascii_digit() || matches!(c, '>' | '-' | '*' | '+' | '.' | ')');
+    if !paragraph.lines().any(|line| line.trim_start_matches(around).starts_with('[')) {
+        return None;
+    }
+    let mut out = String::with_capacity(paragraph.len());
+    let mut rest = paragraph;
+    while let Some((before, after)) = rest.split_once("]:") {
+        out.push_str(before);
+        out.push_str(if is_allowed(after) { "]:" } else { "]\\:" });
+        rest = after;
+    }
+    Some(out + rest)
+}
+
+/// Whether a line divides the head of a table from its rows: `|---|:-:|`.
+fn divides_a_table(line: &str) -> bool {
+    line.contains('-') && line.chars().all(|c| matches!(c, '|' | ':' | '-' | '>') || c.is_whitespace())
 }
 
 /// The place behind the run of so many backticks that closes code.
@@ -135,10 +230,72 @@ mod tests {
             ("text\n~~~ gml\n<b>\n~~~~\n<b>", "text\n~~~ gml\n<b>\n~~~~\n&lt;b>"),
             ("```a`b\n<b>", "```a`b\n&lt;b>"),
             ("<!-- --> \\<b>", "&lt;!-- --> \\&lt;b>"),
+            // Code ends with its block, and a heading, an item and a cell are blocks.
+            ("# a `\n<b> `", "# a `\n&lt;b> `"),
+            ("- a `\n- ` <b> `", "- a `\n- ` &lt;b> `"),
+            ("| ` |\n|---|\n| ` | <b> ` |", "| ` |\n|---|\n| ` | &lt;b> ` |"),
+            ("| a |\n|---|\n| ` | <b> ` |", "| a |\n|---|\n| ` | &lt;b> ` |"),
+            ("- a\n  ```\n<b>\n\n`<b>`", "- a\n  ```\n&lt;b>\n\n`&lt;b>`"),
+            ("`|t| <b>`\n`<b>`", "`|t| <b>`\n`<b>`"),
         ] {
             assert_eq!(without_html(text), expected);
         }
         assert_eq!((code("a"), code("`a``")), ("`a`".to_owned(), "``` `a`` ```".to_owned()));
         assert_eq!(block("a\n```\n<b>"), "````\na\n```\n<b>\n````");
+    }
+    #[test]
+    fn links_lead_to_pages() {
+        for link in [
+            "[x](https://a.b/c:d)",
+            "[x](HTTP://a.b)",
+            "[x](mailto:a@b.c)",
+            "[x](curve.md#bezier)",
+            "[x](../a/b.md?c=d:e \"title: x\")",
+            "[x](#place)",
+            "![x](a.png)",
+            "[x]()",
+            "[x]: https://a.b\n",
+            "[x]: a.md 'title'\n[y]: #b",
+            "<https://a.b/c>",
+            "<mailto:a@b.c>",
+            "`[x](javascript:a)`",
+            "a[i] (x: y)",
+            "[x]\\(javascript:a)",
+            "in [0, 1]: b",
+        ] {
+            assert_eq!(without_html(link), link);
+        }
+        for link in [
+            "[x](javascript:alert(1))",
+            "[x]( JavaScript:a)",
+            "[x](<javascript:a>)",
+            "[x](java\\script:a)",
+            "[x](javascript&colon;a)",
+            "[x](&#106;avascript:a)",
+            "[x](<java\tscript:a>)",
+            "[x](\u{1}javascript:a)",
+            "[x](data:text/html;base64,PHN)",
+            "[x](vbscript:a)",
+            "[x](file:///etc/passwd)",
+            "![x](javascript:a)",
+            "[`x`](javascript:a)",
+            "[x](\njavascript:a)",
+            "> [x](\n> javascript:a)",
+        ] {
+            assert!(without_html(link).contains("]\\("), "{link}: {}", without_html(link));
+        }
+        for link in [
+            "[x]: javascript:a",
+            "[x]:\njavascript:a",
+            "> [x]:\n> javascript:a",
+            "- [x]: <javascript:a> 'title'",
+            "1. [x]: data:a",
+            "[a`b]: javascript:c '`'",
+            "[a\nb]: javascript:c",
+            "[x]: a.md\n[y]: javascript:a",
+        ] {
+            assert!(without_html(link).contains("]\\:"), "{link}: {}", without_html(link));
+        }
+        assert_eq!(without_html("<javascript:a> <data:b>"), "&lt;javascript:a> &lt;data:b>");
     }
 }

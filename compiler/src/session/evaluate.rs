@@ -49,7 +49,11 @@ pub(super) fn run(session: &Session, module: &Module, function: FunctionId) -> R
     if results.iter().all(|r| r.is_finite()) {
         return Ok(results);
     }
-    let origin = interpret::non_finite(module, function, &args, limits).ok().flatten().unwrap_or_default();
+    let interrupt = &session.options.interrupt;
+    let origin = match interpret::non_finite(module, function, &args, limits, Some(interrupt)) {
+        Err(e @ RunError::Interrupted(_)) => return Err(wrong(e)),
+        origin => origin.ok().flatten().unwrap_or_default(),
+    };
     let what = session.sources.quoted(origin);
     let place = where_it_was(module, function, parameters, x);
     Err(Diagnostic::new(Code::NotFinite, origin, format!("{what} is not a finite number{place}")))

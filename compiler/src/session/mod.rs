@@ -60,13 +60,15 @@ pub struct Session {
     warnings: Vec<Diagnostic>,
     /// The texts and scripts to enter again when files have changed.
     log: Vec<Logged>,
+    /// The number of texts so far, those with errors among them: a number in a message means one text only.
     texts: usize,
 }
 
 /// An entry of the session's log.
 #[derive(Clone)]
 enum Logged {
-    Text(String),
+    /// With its number.
+    Text(usize, String),
     Script(String),
 }
 
@@ -74,7 +76,6 @@ enum Logged {
 struct Snapshot {
     scope: scope::Mark,
     files: usize,
-    texts: usize,
     model: Option<CurrentModel>,
 }
 
@@ -121,7 +122,7 @@ impl Session {
             Ok(answers)
         })?;
         if answers.iter().any(|a| a.line != Line::Value) {
-            self.log.push(Logged::Text(text.to_owned()));
+            self.log.push(Logged::Text(self.texts, text.to_owned()));
         }
         Ok(answers)
     }
@@ -159,9 +160,11 @@ impl Session {
                     fresh.load(script, loader)?;
                     warnings.extend(std::mem::take(&mut fresh.warnings));
                 }
-                Logged::Text(text) => {
+                Logged::Text(number, text) => {
+                    fresh.texts = number - 1;
                     let Err(failed) = fresh.enter(text, loader) else { continue };
                     // The text stays quotable: its errors become warnings about what was left out.
+                    fresh.texts = number - 1;
                     let file = fresh.add_text(text);
                     for error in failed.diagnostics.into_iter().filter(|d| d.severity == Severity::Error) {
                         let quotes = failed.sources.get(error.span.file).is_some_and(|f| f.text == *text);
@@ -176,7 +179,7 @@ impl Session {
         if let (Some(old), Some(new)) = (&self.model, &mut fresh.model) {
             new.keep_values(old, &fresh.options);
         }
-        fresh.warnings = warnings;
+        (fresh.warnings, fresh.texts) = (warnings, self.texts);
         *self = fresh;
         Ok(())
     }
@@ -215,7 +218,7 @@ impl Session {
         loader: &dyn Loader,
         f: impl FnOnce(&Session, &Checked, &Asked) -> Result<T, Vec<Diagnostic>>,
     ) -> Result<T, Failed> {
-        let (before, warnings) = (self.snapshot(), self.warnings.clone());
+        let (before, warnings, texts) = (self.snapshot(), self.warnings.clone(), self.texts);
         let result = self.attempt(|s| {
             let file = s.add_text(text);
             let mut entries = s.parse(file, text)?;
@@ -232,6 +235,10 @@ impl Session {
         });
         self.restore(before);
         self.warnings = warnings;
+        if result.is_ok() {
+            // No message has its number.
+            self.texts = texts;
+        }
         result
     }
 
@@ -283,12 +290,12 @@ impl Session {
     }
 
     fn snapshot(&self) -> Snapshot {
-        Snapshot { scope: self.scope.mark(), files: self.sources.len(), texts: self.texts, model: self.model.clone() }
+        Snapshot { scope: self.scope.mark(), files: self.sources.len(), model: self.model.clone() }
     }
 
-    fn restore(&mut self, Snapshot { scope, files, texts, model }: Snapshot) {
+    fn restore(&mut self, Snapshot { scope, files, model }: Snapshot) {
         self.scope.restore(scope);
         self.sources.truncate(files);
-        (self.texts, self.model) = (texts, model);
+        self.model = model;
     }
 }

@@ -106,6 +106,7 @@ impl Session {
         if !members.is_empty() {
             return members;
         }
+        let texts = self.texts;
         let fields = self.with_expression(text, loader, |_, _, asked| {
             Ok(match &asked.ty {
                 Type::Record(fields) => fields.iter().map(|(name, _)| name.to_string()).collect(),
@@ -115,6 +116,8 @@ impl Session {
                 _ => Vec::new(),
             })
         });
+        // What is asked for completion has no number.
+        self.texts = texts;
         fields.unwrap_or_default()
     }
 

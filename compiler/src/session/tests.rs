@@ -310,6 +310,78 @@ fn evaluation_is_bounded_and_can_be_interrupted() {
     assert_eq!(value(&mut session, "1 + 1"), "2");
 }
 
+/// What cannot end within the limits is not begun.
+#[test]
+fn limits_are_known_before_the_work() {
+    let mut session = Session::new(Options::default());
+    let begun = std::time::Instant::now();
+    for text in [
+        "fold(0, 0..3000000000, |a, i| a + i)",
+        "fold(0, 0..100000, |a, i| fold(a, 0..100000, |b, j| b + j))",
+        "fold(0, -9000000000000000000..9000000000000000000, |a, i| a + 1)",
+        "fn f(n: int) -> real = fold(0.0, 0..1000000, |a, i| a + sin(1deg * i)); fold(0.0, 0..1000000, |a, i| a + f(i))",
+    ] {
+        assert_eq!(error(&mut session, text), Code::Limit, "{text}");
+    }
+    // To run up to the limit takes seconds, each time.
+    assert!(begun.elapsed() < std::time::Duration::from_secs(1), "{:?}", begun.elapsed());
+}
+
+#[test]
+fn whole_numbers_at_their_ends() {
+    let mut session = Session::new(Options::default());
+    for (text, expected) in [
+        ("(-1) ^ 9223372036854775807", "-1"),
+        ("(-1) ^ 9223372036854775806", "1"),
+        ("(-1.0) ^ 9223372036854775807", "-1"),
+        ("1 ^ 9223372036854775807", "1"),
+        ("0 ^ 9223372036854775807", "0"),
+        ("(|n: int| (-1) ^ n)(floor(stop(9.007199254740993e15)))", "1"),
+        ("(|x: real, n: int| x ^ n)(-2, 3)", "-8"),
+        ("(|x: real| x ^ floor(stop(1.0)))'(0)", "1"),
+        ("len(9000000000000000000..-9000000000000000000)", "0"),
+        ("fold(7, 9000000000000000000..-9000000000000000000, |a, i| a + i)", "7"),
+        ("fold(0, 9223372036854775800..9223372036854775807, |a, i| a + i % 10)", "21"),
+        ("sum([9223372036854775806, 2, -1]) - 1", ""),
+    ] {
+        if expected.is_empty() {
+            assert_eq!(error(&mut session, text), Code::RunTime, "{text}");
+        } else {
+            assert_eq!(value(&mut session, text), expected, "{text}");
+        }
+    }
+    for (text, code) in [
+        ("2 ^ 9223372036854775807", Code::IntArithmetic),
+        ("(-2) ^ 64", Code::IntArithmetic),
+        ("len(-9000000000000000000..9000000000000000000)", Code::IntArithmetic),
+        ("sum([9223372036854775807, 2, 3])", Code::RunTime),
+        ("sum(-9000000000000000000..9000000000000000000)", Code::TooLarge),
+        ("int(sign(0 / 0.0))", Code::RunTime),
+        ("(|n: int| fold(0, (-n)..n, |a, i| a + 1))(floor(stop(9e18)))", Code::RunTime),
+    ] {
+        assert_eq!(error(&mut session, text), code, "{text}");
+    }
+}
+
+/// The number of a text names no other one, whether it had errors or not.
+#[test]
+fn places_name_the_text_and_its_line() {
+    let mut session = Session::new(Options::default());
+    let mut place = |text: &str| match session.enter(text, &NoFiles) {
+        Ok(_) => String::new(),
+        Err(failed) => failed.sources.place(failed.diagnostics[0].span).unwrap_or_default(),
+    };
+    assert_eq!(place("nothing"), "input 1:1:1");
+    assert_eq!(place("let a =\n  1 +\n  nothing"), "input 2:3:3");
+    assert_eq!(place("fn f(x: real) -> real {\n  floor(1 / x)\n}"), "");
+    assert_eq!(place("let b = 2\n\nf(0)"), "input 3:2:3", "the place is in the function's text");
+    assert_eq!(place("nothing"), "input 5:1:1");
+    session.fields("nothing.", &NoFiles);
+    assert_eq!(session.type_of("1", &NoFiles).map(|t| t.1).ok().as_deref(), Some("int"));
+    let failed = session.enter("nothing", &NoFiles).expect_err("an error");
+    assert_eq!(failed.sources.place(failed.diagnostics[0].span).as_deref(), Some("input 6:1:1"));
+}
+
 /// Files in memory.
 struct Files(std::cell::RefCell<BTreeMap<String, String>>);
 

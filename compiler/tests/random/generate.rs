@@ -366,7 +366,7 @@ impl Generator<'_> {
     }
 
     fn condition(&mut self, d: usize) -> String {
-        match self.below(6) {
+        match self.below(9) {
             0 => {
                 format!("{} {} {}", self.parenthesised(d), ["<", ">", "<=", ">="][self.below(4)], self.parenthesised(d))
             }
@@ -374,6 +374,15 @@ impl Generator<'_> {
             2 => format!("not ({} < {})", self.real(d), self.real(d)),
             3 => format!("({} < 0.3 and {} > -1)", self.parenthesised(d), self.parenthesised(d)),
             4 => format!("({} < 0.3 or {} > 1)", self.parenthesised(d), self.parenthesised(d)),
+            // Of what is not a number.
+            6 => {
+                let op = ["==", "!=", "<", "<=", ">", ">="][self.below(6)];
+                let nan = format!("sqrt(-1.5 - {} ^ 2)", self.parenthesised(d));
+                format!("{nan} {op} {}", if self.below(2) == 0 { nan.clone() } else { self.parenthesised(d) })
+            }
+            // Of whole numbers near their end.
+            7 => format!("9223372036854775800 + {} % 4 < 9223372036854775802", self.of(Ty::Int, 0)),
+            8 => format!("sum([9223372036854775800, {} % 4, 2]) % 3 == 1", self.of(Ty::Int, 0)),
             _ => format!("{} == {}", self.of(Ty::Int, 0), self.of(Ty::Int, 0)),
         }
     }

@@ -14,8 +14,10 @@
 mod common;
 mod differences;
 mod generate;
+mod numbers;
 mod oracle;
 mod properties;
+mod ways;
 mod whole;
 
 use proptest::prelude::*;

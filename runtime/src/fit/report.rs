@@ -297,10 +297,10 @@ const LEAST_TURN: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
 /// A model in another pose, in words: in whole degrees, where there are any.
 fn turned(angle: f64) -> String {
-    if angle < LEAST_TURN {
-        "the model in nearly the same pose, with other values,".to_owned()
-    } else {
-        format!("the model in another pose, turned by some {:.0} degrees,", angle.to_degrees().max(1.0))
+    match angle.to_degrees().round() {
+        _ if angle < LEAST_TURN => "the model in nearly the same pose, with other values,".to_owned(),
+        degrees if degrees < 2.0 => "the model in another pose, turned by about a degree,".to_owned(),
+        degrees => format!("the model in another pose, turned by some {degrees:.0} degrees,"),
     }
 }
 
@@ -458,5 +458,24 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
     }
     if evaluation.absent > 0 {
         monitor.warn(format!("{} of the model's patches could not be evaluated", evaluation.absent));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::turned;
+
+    /// A turn that is told is one that people can see: never by 0 degrees.
+    #[test]
+    fn turned_models_are_turned_by_a_degree_at_least() {
+        for (degrees, expected) in [
+            (0.0, "the model in nearly the same pose, with other values,"),
+            (0.4, "the model in nearly the same pose, with other values,"),
+            (0.5001, "the model in another pose, turned by about a degree,"),
+            (1.4, "the model in another pose, turned by about a degree,"),
+            (90.2, "the model in another pose, turned by some 90 degrees,"),
+        ] {
+            assert_eq!(turned(f64::to_radians(degrees)), expected, "{degrees}");
+        }
     }
 }

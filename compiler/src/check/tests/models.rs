@@ -49,6 +49,7 @@ fn inputs_are_given_from_outside() {
     for (inputs, message) in [
         (given("bolts", InputValue::Int(2)), "outside of its bounds 3 to 16"),
         (given("bolts", InputValue::Real(4.5)), "must be a whole number"),
+        (given("bolts", InputValue::Int((1 << 53) + 1)), "a whole number has at most 53 bits"),
         (given("bolt", InputValue::Int(4)), "did you mean 'bolts'?"),
         (given("thick", InputValue::Real(4.0)), "'thick' is a param"),
     ] {
@@ -159,4 +160,24 @@ fn the_typed_tree_can_be_printed() {
       part p = p#1 as |p#2: |u, v|, u#3: real, v#4: real| |u, v|@0[p#2](u#3, v#4)
     }
     ");
+}
+
+#[test]
+fn measures_of_a_loop_name_the_parts_of_their_turn() {
+    let part = "part floor = disc(3mm).translate((0mm, 0mm, 1mm * i))";
+    let measure = "measure d of floor = 3mm";
+    let within = |items: &str| format!("model m {{\n  for i in 0..3 {{\n{items}\n}}\n}}");
+    let inner = |items: &str| format!("for k in 0..1 {{\n{items}\n}}");
+    for items in [
+        format!("{part}\n{measure}"),
+        format!("{measure}\n{part}"),
+        format!("{}\n{part}", inner(measure)),
+        format!("{measure}\n{}", inner(part)),
+        format!("{part}\n{}", inner(measure)),
+    ] {
+        let text = within(&items);
+        assert_eq!(diagnosed(&text), "", "{text}");
+        let measured: Vec<Vec<String>> = model(&text).measures.iter().map(|m| m.parts.clone()).collect();
+        assert_eq!(measured, [["floor[0]"], ["floor[1]"], ["floor[2]"]], "{text}");
+    }
 }

@@ -39,7 +39,9 @@ impl FunctionBuilder {
 
     /// A comparison that cannot be folded, in one of the forms =, !=, <, <=.
     pub(super) fn simple_compare(&mut self, op: Compare, a: Value, b: Value) -> Value {
-        if a == b {
+        // What is not a number equals nothing, not even itself, but is neither below nor above itself either.
+        let strict = matches!(op, Compare::Lt | Compare::Gt);
+        if a == b && (strict || self.is_number(a)) {
             return self.bool(matches!(op, Compare::Eq | Compare::Le | Compare::Ge));
         }
         let (op, a, b) = match op {
@@ -49,6 +51,12 @@ impl FunctionBuilder {
             _ => (op, a, b),
         };
         self.node(Op::Compare(op, a, b), Type::Bool)
+    }
+
+    /// Whether a value is known not to be NaN. (Finite operands do not suffice: a difference of what overflowed is
+    /// NaN.)
+    fn is_number(&self, value: Value) -> bool {
+        self.ty(value) != Type::Real || matches!(self.op(value), Op::Unary(Unary::ToReal, _))
     }
 
     pub(super) fn simpler_select(&mut self, condition: Value, a: Value, b: Value) -> Option<Value> {

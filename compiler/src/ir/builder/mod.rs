@@ -4,7 +4,8 @@
 //! Constants are folded (but never into an infinity or NaN: such an operation stays, so that it can be reported where
 //! it happens), and the algebraic rules of `algebra`, `powers` and `logic` are applied. **The rules assume that values
 //! are finite, and ignore the sign of zero**: `x - x` and `0 * x` are 0, `sqrt(x)^2` is x, `(x + 1) + 2` is `x + 3`
-//! with another rounding. A rule must never turn a finite value into one that is not finite.
+//! with another rounding. A rule must never turn a finite value into one that is not finite. Comparisons are not
+//! simplified in this way, since scripts ask by them what is a number. docs/language.md tells users all of this.
 
 use super::scalar::{self, Scalar};
 use super::{Binary, Compare, FailureId, Function, FunctionId, Node, Op, Parameter, Type, Unary, Value, arithmetic};
@@ -14,11 +15,13 @@ use std::collections::hash_map::Entry;
 use value_analysis::Properties;
 
 mod algebra;
+mod encoding;
 mod logic;
 mod powers;
 mod rebuild;
 mod value_analysis;
 
+pub(crate) use encoding::encoded_width;
 pub(crate) use rebuild::{Image, Rebuild, Step};
 
 /// A function under construction.
@@ -366,30 +369,6 @@ impl FunctionBuilder {
             }
             // Rounding an integer changes nothing; `validate` rejects the other operations on one.
             _ => a,
-        }
-    }
-
-    /// A value as a Real: an integer by its value (exact up to 2^53), a truth value as 0 or 1.
-    pub(crate) fn encode_real(&mut self, value: Value) -> Value {
-        match self.ty(value) {
-            Type::Int => self.unary(Unary::ToReal, value),
-            Type::Bool => {
-                let (one, zero) = (self.real(1.0), self.real(0.0));
-                self.select(value, one, zero)
-            }
-            Type::Real | Type::Multi => value,
-        }
-    }
-
-    /// The value of a type of which [`FunctionBuilder::encode_real`] made a Real.
-    pub(crate) fn decode_real(&mut self, real: Value, ty: Type) -> Value {
-        match ty {
-            Type::Int => self.unary(Unary::ToInt, real),
-            Type::Bool => {
-                let half = self.real(0.5);
-                self.compare(Compare::Lt, half, real)
-            }
-            Type::Real | Type::Multi => real,
         }
     }
 

@@ -88,7 +88,7 @@ impl FunctionBuilder {
         match op {
             Unary::Abs if self.properties(a).nonnegative => Some(a),
             Unary::Abs | Unary::Cos | Unary::Cosh => negated.map(|x| self.unary(op, x)),
-            Unary::Sign if self.properties(a).nonnegative && self.properties(a).nonzero => Some(self.real(1.0)),
+            Unary::Sign if self.properties(a).is_positive() => Some(self.real(1.0)),
             Unary::Sign
             | Unary::Sin
             | Unary::Tan

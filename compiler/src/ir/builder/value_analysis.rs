@@ -19,6 +19,11 @@ impl Properties {
         Properties { finite: x.is_finite(), nonnegative: x >= 0.0, nonzero: x != 0.0 }
     }
 
+    /// Above zero, and not NaN.
+    pub(super) fn is_positive(self) -> bool {
+        self.finite && self.nonnegative && self.nonzero
+    }
+
     /// The properties of an operation's value, from those of its operands.
     pub(super) fn of(op: &Op, operand: impl Fn(Value) -> Properties) -> Properties {
         match *op {

@@ -3,7 +3,7 @@
 
 use super::axes::{U, UV, V, axes};
 use super::visit_frontier;
-use crate::ir::builder::{Image, Rebuild, Step};
+use crate::ir::builder::{Image, Rebuild, Step, encoded_width};
 use crate::ir::hash::HashMap;
 use crate::ir::{Function, FunctionBuilder, FunctionId, Module, Parameter, Value};
 
@@ -39,9 +39,10 @@ pub(crate) fn split_grid(module: &mut Module, function: FunctionId, captures: us
     };
     let (columns_function, rows_function) = (outer("columns", &columns), outer("rows", &rows));
     let mut params = whole.params[..captures].to_vec();
-    params.extend((0..rows.len()).map(|k| Parameter::real(format!("row{k}"))));
-    params.extend((0..columns.len()).map(|k| Parameter::real(format!("column{k}"))));
-    let (row_values, column_values) = (rows.len(), columns.len());
+    let [row_values, column_values] =
+        [&rows, &columns].map(|values| values.iter().map(|v| encoded_width(whole.ty(*v))).sum::<usize>());
+    params.extend((0..row_values).map(|k| Parameter::real(format!("row{k}"))));
+    params.extend((0..column_values).map(|k| Parameter::real(format!("column{k}"))));
     let inner = copy(&whole, params, captures, &[rows, columns].concat());
     GridSplit {
         columns: module.add(columns_function),
@@ -56,8 +57,14 @@ pub(crate) fn split_grid(module: &mut Module, function: FunctionId, captures: us
 /// of its results become Real. Its operations stay as they are: the rules of the builder could change the rounding.
 fn copy(function: &Function, params: Vec<Parameter>, shared: usize, taken: &[Value]) -> Function {
     let mut b = FunctionBuilder::new(function.name.clone(), params);
-    let given: HashMap<Value, Value> =
-        taken.iter().zip(shared..).map(|(v, i)| (*v, b.decode_real(b.param(i), function.ty(*v)))).collect();
+    let mut next = shared;
+    let mut decoded = |v: &Value| {
+        let ty = function.ty(*v);
+        let reals: Vec<Value> = (next..next + encoded_width(ty)).map(|i| b.param(i)).collect();
+        next += reals.len();
+        (*v, b.decoded(&reals, ty))
+    };
+    let given: HashMap<Value, Value> = taken.iter().map(&mut decoded).collect();
     let arg =
         |i: usize| if i < shared { b.param(i) } else { given.get(&Value(i as u32)).copied().unwrap_or(Value::NONE) };
     let args: Vec<Value> = (0..function.params.len()).map(arg).collect();
@@ -70,6 +77,9 @@ fn copy(function: &Function, params: Vec<Parameter>, shared: usize, taken: &[Val
             None => b.node(op, node.ty),
         }));
     }
-    let results: Vec<Value> = rebuild.results().into_iter().map(|v| b.encode_real(v)).collect();
-    b.finish_unsimplified(function.result_names.iter().cloned().zip(results))
+    let mut results = Vec::new();
+    for (name, v) in function.result_names.iter().zip(rebuild.results()) {
+        results.extend(b.encoded(v).into_iter().map(|real| (name.clone(), real)));
+    }
+    b.finish_unsimplified(results)
 }

@@ -30,7 +30,7 @@ pub(crate) struct Body {
 
 /// Splits functions of some of the prelude's parameters and of arguments that vary: everything that does not depend on
 /// these goes to the prelude, and the bodies capture its outermost values. Values that several bodies capture are
-/// computed once. A truth value is captured as 0 or 1, an integer as a Real (exact up to 2^53).
+/// computed once. Truth values and integers are captured as Reals.
 ///
 /// Inline and simplify the functions before: calls and branches go to the prelude only as a whole.
 #[must_use]
@@ -60,9 +60,12 @@ struct Prelude {
 }
 
 impl Prelude {
-    /// The index of the capture for a value of the prelude.
-    fn capture(&mut self, value: Value) -> u32 {
-        let real = self.builder.encode_real(value);
+    /// The indices of the captures for a value of the prelude.
+    fn capture(&mut self, value: Value) -> Vec<u32> {
+        self.builder.encoded(value).into_iter().map(|real| self.capture_real(real)).collect()
+    }
+
+    fn capture_real(&mut self, real: Value) -> u32 {
         if let Some(index) = self.indices.get(&real) {
             return *index;
         }
@@ -81,8 +84,8 @@ fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Functi
         *param = Some(prelude.builder.param(*index as usize));
     }
     let outer = hoist(&mut prelude.builder, function, &params, |_| true);
-    // The position of the capture of each captured node among those of the body.
-    let mut captured: HashMap<Value, usize> = HashMap::default();
+    // The positions of the captures of each captured node among those of the body.
+    let mut captured: HashMap<Value, Vec<usize>> = HashMap::default();
     let (mut positions, mut captures) = (HashMap::default(), Vec::new());
     visit_frontier(
         function,
@@ -91,11 +94,13 @@ fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Functi
             if let Some(value) = outer[v.0 as usize]
                 && prelude.builder.constant(value).is_none()
             {
-                let position = *positions.entry(prelude.capture(value)).or_insert_with_key(|capture| {
-                    captures.push(*capture);
-                    captures.len() - 1
-                });
-                captured.insert(v, position);
+                let mut position = |capture: u32| {
+                    *positions.entry(capture).or_insert_with(|| {
+                        captures.push(capture);
+                        captures.len() - 1
+                    })
+                };
+                captured.insert(v, prelude.capture(value).into_iter().map(&mut position).collect());
             }
         },
     );
@@ -103,7 +108,8 @@ fn split(prelude: &mut Prelude, function: &Function, uniform: &[u32]) -> (Functi
     params.extend_from_slice(&function.params[uniform.len()..]);
     let mut b = FunctionBuilder::new(function.name.clone(), params);
     let capture = |b: &mut FunctionBuilder, v: Value| {
-        captured.get(&v).map(|position| b.decode_real(b.param(*position), function.ty(v)))
+        let reals: Vec<Value> = captured.get(&v)?.iter().map(|position| b.param(*position)).collect();
+        Some(b.decoded(&reals, function.ty(v)))
     };
     let mut args: Vec<Value> =
         (0..uniform.len() as u32).map(|i| capture(&mut b, Value(i)).unwrap_or(Value::NONE)).collect();

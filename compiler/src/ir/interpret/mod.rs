@@ -7,8 +7,10 @@ use crate::source::Span;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 mod decisions;
+mod least;
 mod origin;
 pub use decisions::{Decision, decisions};
+use least::LeastSteps;
 use origin::Origin;
 
 /// Limits of a run.
@@ -24,6 +26,9 @@ pub struct Limits {
 
 /// The deepest recursion that any limit allows: deeper than a script's author intends.
 const MOST_DEPTH: usize = 1000;
+
+/// Loops of so many iterations are compared with the limit on steps before they begin.
+const COUNTED: u64 = 100;
 
 /// Bytes of stack that must be left before a function is run; otherwise [`STACK_MORE`] are added.
 const STACK_LEFT: usize = 128 << 10;
@@ -111,14 +116,15 @@ pub fn run_real(module: &Module, function: FunctionId, args: &[f64], limits: Lim
 /// argument that is not finite, the place is that of its first use.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run_until`].
 pub fn non_finite(
     module: &Module,
     function: FunctionId,
     args: &[Scalar],
     limits: Limits,
+    interrupt: Option<&AtomicBool>,
 ) -> Result<Option<Span>, RunError> {
-    let mut interpreter = Interpreter::new(module, limits);
+    let mut interpreter = Interpreter { interrupt, ..Interpreter::new(module, limits) };
     interpreter.check(function, args)?;
     let results = interpreter.run(function, args.to_vec(), Span::default())?;
     let Some(k) = results.iter().position(|r| !r.is_finite()) else { return Ok(None) };
@@ -136,6 +142,8 @@ struct Interpreter<'m> {
     memory: usize,
     /// Ends the run once it is set.
     interrupt: Option<&'m AtomicBool>,
+    /// What functions take at least.
+    least: LeastSteps,
     /// The decisions so far, if the caller asked for them.
     decisions: Option<Vec<Decision>>,
 }
@@ -154,6 +162,7 @@ impl<'m> Interpreter<'m> {
             depth: limits.depth.min(MOST_DEPTH),
             memory: limits.memory,
             interrupt: None,
+            least: LeastSteps::default(),
             decisions: None,
         }
     }
@@ -221,6 +230,7 @@ impl<'m> Interpreter<'m> {
             Op::Loop { count, body, init, invariant } => {
                 let Scalar::Int(count) = get(count)? else { return Err(RunError::Malformed(span)) };
                 let (mut carried, invariant) = (all(init)?, all(invariant)?);
+                self.require_steps(*body, count, span)?;
                 for i in 0..count {
                     carried = self.iteration(*body, i, &carried, &invariant, span)?;
                 }
@@ -228,6 +238,13 @@ impl<'m> Interpreter<'m> {
             }
             _ => Err(RunError::Malformed(span)),
         }
+    }
+
+    /// Fails where a loop certainly exceeds the limit, before it has run up to that.
+    fn require_steps(&mut self, body: FunctionId, count: i64, span: Span) -> Result<(), RunError> {
+        let Some(count) = u64::try_from(count).ok().filter(|n| *n >= COUNTED) else { return Ok(()) };
+        let steps = count.saturating_mul(self.least.steps(self.module, body).saturating_add(1));
+        if steps > self.steps { Err(RunError::Steps(span)) } else { Ok(()) }
     }
 
     fn iteration(

@@ -74,6 +74,7 @@ impl Interpreter<'_> {
             Op::Call { function, args } => (*function, args),
             Op::Loop { count, body, init, invariant } => {
                 let Scalar::Int(count) = get(count)? else { return Err(RunError::Malformed(span)) };
+                self.require_steps(*body, count, span)?;
                 let iterations = Iterations { body: *body, init: all(init)?, invariant: all(invariant)?, span };
                 return Ok(match self.origin_in_loop(&iterations, count, k)? {
                     Origin::Node(span) => Next::Inner(span),

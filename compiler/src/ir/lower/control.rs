@@ -42,7 +42,7 @@ impl<'m> Frame<'_, 'm> {
         };
         let (from, to, init) = (self.scalar(from)?, self.scalar(to)?, self.expr(init)?);
         self.b.set_span(expr.span);
-        let count = self.b.sub(to, from);
+        let count = self.count(from, to);
         let OuterLocals { constants, passed, args: invariant } = self.outer_locals(&[body], &[*index, *accumulator]);
         let start = self.b.constant(from);
         let locals: Vec<LocalId> = [*index, *accumulator].into_iter().chain(passed).collect();

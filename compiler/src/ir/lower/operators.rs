@@ -14,6 +14,8 @@ const NO_WHOLE_NUMBER: &str = "this is no whole number of 64 bits: it is too lar
 const UNKNOWN: u32 = 64;
 /// Bits of the index of a loop: nobody waits for 2^48 iterations.
 const INDEX: u32 = 48;
+/// Bits of the ints that reals hold exactly.
+const EXACT: u32 = 53;
 /// Operations behind each other that are looked at for the size of an int.
 const ANALYSED: usize = 8;
 
@@ -61,7 +63,8 @@ impl Frame<'_, '_> {
     /// A sum, difference or product of ints; a failure where it has more than 64 bits.
     fn int_arithmetic(&mut self, op: Binary, a: Value, b: Value) -> Value {
         let value = self.b.binary(op, a, b);
-        if self.magnitude(value, ANALYSED) < UNKNOWN {
+        // By the operands: a constant that wrapped around is small itself.
+        if self.magnitude_of(op, a, b, ANALYSED) < UNKNOWN {
             return value;
         }
         // A result that wrapped around is off by 2^64 or a multiple; in doubles the two differ by less than 2^14.
@@ -87,13 +90,40 @@ impl Frame<'_, '_> {
         let bits = match *self.b.op(value) {
             Op::Unary(Unary::Neg | Unary::Abs, a) | Op::Guard { value: a, .. } => of(a),
             Op::Unary(Unary::Sign, _) => 1,
-            Op::Binary(Binary::Add | Binary::Sub, a, b) => of(a).max(of(b)) + 1,
-            Op::Binary(Binary::Mul, a, b) => of(a) + of(b),
-            Op::Binary(Binary::Rem, _, b) => of(b),
-            Op::Binary(Binary::Min | Binary::Max, a, b) | Op::Select(_, a, b) => of(a).max(of(b)),
+            Op::Binary(op, a, b) => self.magnitude_of(op, a, b, depth),
+            Op::Select(_, a, b) => of(a).max(of(b)),
             _ => UNKNOWN,
         };
         bits.min(UNKNOWN)
+    }
+
+    /// The number of bits of an operation's result, were there no end of them.
+    fn magnitude_of(&self, op: Binary, a: Value, b: Value, depth: usize) -> u32 {
+        let of = |v: Value| self.magnitude(v, depth);
+        let bits = match op {
+            Binary::Add | Binary::Sub => of(a).max(of(b)) + 1,
+            Binary::Mul => of(a) + of(b),
+            Binary::Rem => of(b),
+            Binary::Min | Binary::Max => of(a).max(of(b)),
+            _ => UNKNOWN,
+        };
+        bits.min(UNKNOWN)
+    }
+
+    /// The number of ints from `from` up to but without `to`, 0 where there are none; a failure where it has more than
+    /// 64 bits.
+    pub(super) fn count(&mut self, from: Value, to: Value) -> Value {
+        if let (Some(Scalar::Int(from)), Some(Scalar::Int(to))) = (self.b.constant(from), self.b.constant(to)) {
+            // No limit on steps lets a loop run that is too long for 64 bits, or one of 2^63 iterations.
+            return self.b.int(to.saturating_sub(from));
+        }
+        if self.magnitude_of(Binary::Sub, to, from, ANALYSED) < UNKNOWN || self.b.constant(from) == Some(Scalar::Int(0))
+        {
+            return self.b.sub(to, from);
+        }
+        // An empty range must not wrap around to a long one.
+        let end = self.b.binary(Binary::Max, to, from);
+        self.int_arithmetic(Binary::Sub, end, from)
     }
 
     pub(super) fn binary(&mut self, op: Binary, a: &Expr, b: &Expr, span: Span) -> Result<Vec<Value>, SizeError> {
@@ -147,7 +177,24 @@ impl Frame<'_, '_> {
         if let Some(n) = known.and_then(|n| i32::try_from(n).ok()) {
             return self.b.pow_int(x, n);
         }
-        let y = if self.b.ty(y) == ir::Type::Int { self.b.unary(Unary::ToReal, y) } else { y };
-        self.b.pow(x, y)
+        let whole = match (self.b.ty(y), known) {
+            (ir::Type::Int, _) => y,
+            (_, Some(n)) => self.b.int(n),
+            _ => return self.b.pow(x, y),
+        };
+        let y = self.b.unary(Unary::ToReal, whole);
+        if self.magnitude(whole, ANALYSED) <= EXACT {
+            return self.b.pow(x, y);
+        }
+        // Reals beyond 2^53 are even: a power of a negative number would lose its sign.
+        let (zero, two, real_zero) = (self.b.int(0), self.b.int(2), self.b.real(0.0));
+        let rest = self.b.binary(Binary::Rem, whole, two);
+        let odd = self.b.compare(Compare::Ne, rest, zero);
+        let negative = self.b.compare(Compare::Lt, x, real_zero);
+        let opposite = self.b.neg(x);
+        let base = self.b.select(negative, opposite, x);
+        let power = self.b.pow(base, y);
+        let (flips, negated) = (self.b.binary(Binary::And, odd, negative), self.b.neg(power));
+        self.b.select(flips, negated, power)
     }
 }

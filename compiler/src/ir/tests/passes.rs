@@ -225,7 +225,7 @@ fn a_non_finite_result_is_traced_to_its_origin() {
     let f = module.add(b.finish([("r".into(), r)]));
     let find = |x: f64, y: f64| {
         let args = [Scalar::Real(x), Scalar::Real(y)];
-        interpret::non_finite(&module, f, &args, Limits::default()).unwrap().map(|s| s.start)
+        interpret::non_finite(&module, f, &args, Limits::default(), None).unwrap().map(|s| s.start)
     };
     let e = std::f64::consts::E;
     assert_eq!(find(20.0, 1.0), None);

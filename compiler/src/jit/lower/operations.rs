@@ -103,7 +103,9 @@ impl Lowering<'_, '_, '_> {
         let [zero, one, minus_one] = [0.0, 1.0, -1.0].map(|x| self.constant(x));
         let negative = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
         let positive = self.builder.ins().fcmp(FloatCC::GreaterThan, a, zero);
-        let rest = self.select(negative, minus_one, zero);
+        // 0 at 0 of either sign, and NaN at NaN.
+        let neither = self.builder.ins().fadd(a, zero);
+        let rest = self.select(negative, minus_one, neither);
         self.select(positive, one, rest)
     }
 

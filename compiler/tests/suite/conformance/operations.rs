@@ -160,7 +160,7 @@ fn stated_results() {
         unary(Unary::Floor, -0.5, -1.0),
         unary(Unary::Floor, -0.0, -0.0),
         unary(Unary::Sign, -0.0, 0.0),
-        unary(Unary::Sign, nan, 0.0),
+        unary(Unary::Sign, nan, nan),
         unary(Unary::Ln, 0.0, -inf),
         unary(Unary::Exp, -inf, 0.0),
         unary(Unary::Abs, -0.0, 0.0),
