@@ -103,7 +103,9 @@ pub(crate) fn values_for(
         x[i] = value;
     }
     for (parameter, (value, bounds)) in known.iter().zip(x.iter().zip(program.bounds(&x))) {
-        parameter.within(*value, bounds).map_err(CommandError::Failed)?;
+        let is_given = args.values.iter().any(|(name, _)| name.trim() == parameter.name);
+        let place = fit.filter(|_| !is_given).map_or_else(String::new, |fit| format!("{}: ", fit.path().display()));
+        parameter.within(*value, bounds).map_err(|what| CommandError::Failed(format!("{place}{what}")))?;
     }
     Ok(x)
 }

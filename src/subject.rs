@@ -35,6 +35,7 @@ impl Subject {
         let provenance = Provenance::of(&script.model, &program);
         if let Some(saved) = &saved {
             saved.name_released(controls);
+            saved.name_outside(&program);
         }
         let mut script = script.clone();
         if let Some(saved) = &saved {

@@ -3,6 +3,7 @@
 use crate::cli::{CompareArgs, CompileArgs, ValueArgs};
 use crate::error::CommandError;
 use crate::outputs;
+use crate::print::cut;
 use crate::provenance;
 use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
@@ -201,20 +202,27 @@ pub(super) fn differences(a: &Operand, b: &Operand) -> Vec<String> {
     all
 }
 
-/// The script that a fit names: from here, or else from the folder of the fit.
+/// The script that a fit names: from here, or else from the folder of the fit. The fit may be a stranger's: what it
+/// names is read, and quoted in messages, only if it is a script by its name, also at the end of a link.
 fn script_of(fit: &FitResult, path: &Path, args: &CompareArgs) -> Result<PathBuf, CommandError> {
     if let Some(script) = &args.script {
         return Ok(script.clone());
     }
+    let failed = |what: String| CommandError::Failed(format!("{}: {what}", path.display()));
     let beside = path.parent().unwrap_or_else(|| Path::new("")).join(&fit.script);
-    let named = [PathBuf::from(&fit.script), beside].into_iter().find(|p| !fit.script.is_empty() && p.is_file());
-    named.ok_or_else(|| {
-        CommandError::Failed(format!(
-            "{}: its script `{}` is found neither from here nor from the folder of the fit; --script names it",
-            path.display(),
-            fit.script
-        ))
-    })
+    let found = [PathBuf::from(&fit.script), beside].into_iter().find(|p| !fit.script.is_empty() && p.is_file());
+    let shown = cut(&fit.script, 100);
+    let Some(script) = found else {
+        return Err(failed(format!(
+            "its script `{shown}` is found neither from here nor from the folder of the fit; --script names it"
+        )));
+    };
+    let is_script = |path: &Path| Kind::of(path) == Some(Kind::Script);
+    if is_script(&script) && script.canonicalize().is_ok_and(|real| is_script(&real)) {
+        Ok(script)
+    } else {
+        Err(failed(format!("its script `{shown}` is none (.gml) and is not read; --script names the right one")))
+    }
 }
 
 impl ModelState {

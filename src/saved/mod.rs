@@ -37,6 +37,11 @@ impl SavedFit {
         Ok(SavedFit { path: path.to_owned(), fit })
     }
 
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The pose that the fit added.
     pub(crate) fn pose(&self) -> Option<Motion> {
         self.fit.pose
@@ -111,6 +116,16 @@ impl SavedFit {
             let names: Vec<&str> = group.iter().map(String::as_str).collect();
             let again = names.join(",");
             self.warn(&format!("held {} equal, now free again (--equal {again} would hold them)", quoted(&names)));
+        }
+    }
+
+    /// Names the values from which another fit cannot begin, since the script has other bounds now.
+    pub(crate) fn name_outside(&self, program: &Program) {
+        let x = self.values_of(program);
+        for (parameter, (value, bounds)) in program.parameters().iter().zip(x.iter().zip(program.bounds(&x))) {
+            if let Err(what) = parameter.within(*value, bounds) {
+                self.warn(&format!("{what}: the fit begins at the nearest bound"));
+            }
         }
     }
 

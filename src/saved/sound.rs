@@ -3,7 +3,7 @@
 
 use crate::print::cut;
 use gml_compiler::program::Quantity;
-use gml_runtime::fit::FitResult;
+use gml_runtime::fit::{Covariance, FitResult, FittedParameter};
 use gml_runtime::model::Motion;
 use std::collections::HashSet;
 
@@ -69,6 +69,8 @@ fn readable(error: &serde_json::Error) -> String {
         format!("there is no {field}")
     } else if let Some(field) = message.strip_prefix("duplicate field ") {
         format!("{field} is there twice")
+    } else if let Some((field, _)) = message.strip_prefix("unknown field ").and_then(|m| m.split_once(", ")) {
+        format!("{} is no field of such a file: it is misspelt, or from another version of gmlc", cut(field, 60))
     } else if let Some((found, expected)) =
         message.strip_prefix("invalid type: ").and_then(|m| m.rsplit_once(", expected "))
     {
@@ -105,12 +107,49 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
         return Err(format!("has `inliers` = {:e}, which is not between 0 and 1", fit.inliers));
     }
     fit.pose.iter().try_for_each(pose)?;
+    digests(fit)?;
+    for FittedParameter { name, sd, bias, .. } in &fit.parameters {
+        if let Some(sd) = sd.filter(|sd| !(0.0..=FARTHEST).contains(sd)) {
+            return Err(format!("has `sd` = {sd:e} for '{name}', which is below zero or beyond {FARTHEST:e}"));
+        }
+        if let Some(bias) = bias.filter(|bias| !(bias.abs() <= FARTHEST)) {
+            return Err(format!("has `bias` = {bias:e} for '{name}', beyond {FARTHEST:e}"));
+        }
+    }
     if let Some(c) = &fit.covariance {
         covariance(fit, "covariance", &c.parameters, &c.matrix, 0)?;
         covariance(fit, "correlations", &c.parameters, &c.correlations, 0)?;
+        deviations(fit, c)?;
     }
     if let Some(c) = &fit.pose_covariance {
+        if fit.pose.is_none() {
+            return Err("has a `pose_covariance` and no `pose`, which was removed".to_owned());
+        }
         covariance(fit, "pose_covariance", &c.parameters, &c.matrix, 6)?;
+    }
+    Ok(())
+}
+
+/// Refuses digests that are none.
+fn digests(fit: &FitResult) -> Result<(), String> {
+    let is_digest = |text: &str| text.len() == 64 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let script = fit.script_sha256.as_deref().unwrap_or_default();
+    for (name, text) in [("script_sha256", script), ("scan.sha256", fit.scan.sha256.as_str())] {
+        if !text.is_empty() && !is_digest(text) {
+            return Err(format!("has `{name}` = \"{}\", which is no SHA-256 in hexadecimal", cut(text, 24)));
+        }
+    }
+    Ok(())
+}
+
+/// Refuses standard deviations that are not those of the covariance.
+fn deviations(fit: &FitResult, covariance: &Covariance) -> Result<(), String> {
+    for (i, name) in covariance.parameters.iter().enumerate() {
+        let sd = fit.parameters.iter().find(|p| p.name == *name).and_then(|p| p.sd);
+        let by_matrix = covariance.matrix[i][i].sqrt();
+        if let Some(sd) = sd.filter(|sd| !((sd - by_matrix).abs() <= ROUNDING * (sd + by_matrix))) {
+            return Err(format!("has `sd` = {sd:e} for '{name}', where its `covariance` has {by_matrix:e}"));
+        }
     }
     Ok(())
 }
@@ -167,6 +206,21 @@ fn covariance(fit: &FitResult, name: &str, of: &[String], matrix: &[Vec<f64>], m
     if matrix.len() != size || matrix.iter().any(|row| row.len() != size) {
         return Err(format!("has a `{name}` that is not a matrix of {size} x {size}"));
     }
+    let cell = |i: usize, j: usize| format!("{:e} in row {}, column {}", matrix[i][j], i + 1, j + 1);
+    for i in 0..size {
+        if !(0.0..=FARTHEST * FARTHEST).contains(&matrix[i][i]) {
+            return Err(format!("has a `{name}` with the variance {}", cell(i, i)));
+        }
+        for j in 0..i {
+            let most = (matrix[i][i] * matrix[j][j]).sqrt();
+            let is_symmetric = (matrix[i][j] - matrix[j][i]).abs() <= ROUNDING * most;
+            if !(is_symmetric && matrix[i][j].abs() <= (1.0 + ROUNDING) * most) {
+                let why =
+                    if is_symmetric { "beyond the product of the deviations" } else { "which is another one across" };
+                return Err(format!("has a `{name}` with {}, {why}", cell(i, j)));
+            }
+        }
+    }
     Ok(())
 }
 
@@ -194,6 +248,10 @@ mod tests {
             (of("\"sigma\": 0.0", "\"sigma\": null"), "expected a number, found null"),
             (of("\"sigma\": 0.0", "\"sigma\": 0.0, \"sigma\": 0.0"), "`sigma` is there twice"),
             (of("\"parameters\": []", "\"parameters\": [[]]"), "expected an object, found a list of length 0"),
+            (
+                of("\"sigma\": 0.0", "\"sigma\": 0.0, \"sgima\": 1"),
+                "`sgima` is no field of such a file: it is misspelt",
+            ),
             (of("\"parameters\": []", "\"parameters\": 7"), "expected a list, found integer `7`"),
         ] {
             let error = parse(&text).unwrap_err();

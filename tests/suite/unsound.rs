@@ -20,7 +20,7 @@ fn edit(folder: &Path, change: impl Fn(&mut Value)) {
 fn fits_that_cannot_be_are_refused_by_all_commands() {
     let folder = ball::fitted();
     let at = folder.path();
-    let changes: [(&str, Change); 14] = [
+    let changes: [(&str, Change); 24] = [
         ("has a pose whose rotation is none: it mirrors the model", |fit| {
             let rows = fit["pose"]["rotation"].as_array_mut().expect("rows");
             rows.swap(0, 1);
@@ -55,6 +55,25 @@ fn fits_that_cannot_be_are_refused_by_all_commands() {
         ("has a `covariance` of 'q', which is not one of its parameters", |fit| {
             fit["covariance"]["parameters"][0] = of!("q");
         }),
+        ("has a `covariance` with the variance -1e0 in row 1, column 1", |fit| {
+            fit["covariance"]["matrix"][0][0] = of!(-1)
+        }),
+        ("has a `covariance` with the variance 1e300", |fit| fit["covariance"]["matrix"][0][0] = of!(1e300)),
+        ("has `sd` = -1e0 for 'r', which is below zero", |fit| fit["parameters"][0]["sd"] = of!(-1)),
+        ("has `sd` = 1e0 for 'r', where its `covariance` has", |fit| fit["parameters"][0]["sd"] = of!(1)),
+        ("has a `pose_covariance` with 1e0 in row 2, column 1, which is another one across", |fit| {
+            fit["pose_covariance"]["matrix"][1][0] = of!(1);
+        }),
+        ("has a `pose_covariance` with 1e3 in row 2, column 1, beyond the product", |fit| {
+            fit["pose_covariance"]["matrix"][1][0] = of!(1e3);
+            fit["pose_covariance"]["matrix"][0][1] = of!(1e3);
+        }),
+        ("has a `pose_covariance` and no `pose`", |fit| {
+            fit.as_object_mut().expect("an object").remove("pose");
+        }),
+        ("has `scan.sha256` = \"../..\", which is no SHA-256", |fit| fit["scan"]["sha256"] = of!("../..")),
+        ("`sigam` is no field of such a file: it is misspelt, or from another version", |fit| fit["sigam"] = of!(1)),
+        ("`values` is no field", |fit| fit["parameters"][0]["values"] = of!(1)),
         ("expected an object of JSON (`{`), found a text that begins `[]`", |fit| *fit = of!([])),
     ];
     let commands: [&[&str]; 4] = [
@@ -70,6 +89,38 @@ fn fits_that_cannot_be_are_refused_by_all_commands() {
             assert!(error.contains("edited.json: ") && error.contains(expected), "{args:?}: {error}\n not: {expected}");
         }
     }
+    // Bounds may have been narrowed since: another fit begins within them.
+    edit(at, |fit| fit["parameters"][0]["value"] = of!(4000));
+    let outside = "edited.json: r = 4000mm is not within its bounds 5mm..50mm";
+    for args in [commands[0], commands[1], commands[3]] {
+        assert!(fails(at, args, 1).contains(outside), "{args:?}");
+    }
+    let said = text(&gmlc_in(at, commands[2]).stderr);
+    assert!(said.contains(&format!("warning: {outside}: the fit begins at the nearest bound")), "{said}");
+}
+
+/// A fit from somebody else names its script: no other file is read and quoted by that.
+#[test]
+fn what_a_fit_names_is_read_only_if_it_is_a_script() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    fs::write(at.join("secret.txt"), "the secret\n").expect("written");
+    let names = |script: &str| {
+        edit(at, |fit| fit["script"] = of!(script));
+        fails(at, &["compare", "edited.json", "scan.ply"], 1)
+    };
+    for script in ["secret.txt", "./secret.txt"] {
+        let error = names(script);
+        assert!(error.contains(&format!("its script `{script}` is none (.gml) and is not read")), "{error}");
+        assert!(!error.contains("the secret"), "{error}");
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("secret.txt", at.join("link.gml")).expect("a link");
+        let error = names("link.gml");
+        assert!(error.contains("is none (.gml) and is not read") && !error.contains("the secret"), "{error}");
+    }
+    assert!(names("gone.gml").contains("found neither from here nor from the folder of the fit"));
 }
 
 #[test]
@@ -93,7 +144,7 @@ fn fits_of_something_else_are_told() {
     for (change, expected) in [
         ((|fit| fit["converged"] = of!(false)) as Change, "relied on: the last stage did not converge"),
         (|fit| fit["interrupted"] = of!(true), "relied on: it was interrupted"),
-        (|fit| fit["script_sha256"] = of!("00"), "the text of the script, or of what it uses, has changed"),
+        (|fit| fit["script_sha256"] = of!("0".repeat(64)), "the text of the script, or of what it uses, has changed"),
     ] {
         edit(at, change);
         let (_, said) = variance("edited.json", "scan.ply", &[]);

@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 /// A measure of the script, at the fitted parameters.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FittedMeasure {
     /// Its name.
     pub name: String,
@@ -37,6 +38,7 @@ pub struct FittedMeasure {
 
 /// What a tolerance allows: deviations from the nominal value, in the measure's unit, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct AllowedDeviation {
     /// The least; usually negative.
     pub lower: f64,

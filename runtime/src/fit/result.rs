@@ -13,6 +13,7 @@ use std::fmt::{self, Display, Formatter};
 
 /// The result of a fit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FitResult {
     /// The model's name.
     pub model: String,
@@ -113,6 +114,7 @@ fn all_alike() -> Weights {
 
 /// Another shape of some parts that explains the scan as well: the two differ where nothing was scanned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Alternative {
     /// The parts, or groups of parts, that have another shape.
     pub parts: Vec<String>,
@@ -125,6 +127,7 @@ pub struct Alternative {
 
 /// An input of the script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FittedInput {
     /// Its name.
     pub name: String,
@@ -148,6 +151,7 @@ impl Display for FittedInput {
 
 /// A parameter of the script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct FittedParameter {
     /// Its name.
     pub name: String,
@@ -226,6 +230,7 @@ impl WithoutSd {
 
 /// The covariance of the parameters that have a standard deviation.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Covariance {
     /// The parameters' names, in the script's order.
     pub parameters: Vec<String>,
@@ -247,6 +252,7 @@ pub struct Covariance {
 /// The covariance of the pose that was added, joint with that of the parameters. The pose varies by a motion in the
 /// scan's frame after it, p -> exp(turn) (p - centre) + centre + shift.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PoseCovariance {
     /// The point about which turns are, in the scan's frame. Millimetres.
     pub centre: [f64; 3],
@@ -272,6 +278,7 @@ impl PoseCovariance {
 
 /// A motion that changes no distance, in the scan's frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Symmetry {
     /// The shift of the centre: a unit vector, or millimetres per radian of the turn.
     pub shift: [f64; 3],
@@ -287,6 +294,7 @@ pub struct Symmetry {
 
 /// Wald's test of values at which parameters were held.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct HypothesisTest {
     /// The parameters' names.
     pub parameters: Vec<String>,
@@ -306,6 +314,7 @@ pub struct HypothesisTest {
 
 /// A part of the model some of which stands where the scan shows empty space.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ContradictedPart {
     /// The part's name.
     pub part: String,
@@ -319,6 +328,7 @@ pub struct ContradictedPart {
 
 /// A connected piece of the scan's surface that the model does not explain.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct UnexplainedPiece {
     /// Its area as a share of the scan's; of a cloud, its points as a share of all.
     pub share: f64,
@@ -335,6 +345,7 @@ pub struct UnexplainedPiece {
 
 /// A part of the model that has passed through another of its walls.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PassedPart {
     /// The part's name.
     pub part: String,
@@ -350,6 +361,7 @@ pub struct PassedPart {
 
 /// Fits with several values of discrete inputs, compared.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Search {
     /// Best first; those without a fit last.
     pub candidates: Vec<SearchCandidate>,
@@ -364,6 +376,7 @@ pub struct Search {
 
 /// One value of every input that was searched.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SearchCandidate {
     /// The inputs.
     pub inputs: BTreeMap<String, i64>,
@@ -383,6 +396,7 @@ pub struct SearchCandidate {
 
 /// The part of the model's visible surface that was scanned.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Covered {
     /// Its share of the visible area, between 0 and 1.
     pub share: f64,
@@ -392,6 +406,7 @@ pub struct Covered {
 
 /// Fits of scans that are drawn from the scan itself, block by block with repetitions.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Bootstrap {
     /// Number of scans that were drawn and fitted.
     pub samples: usize,
@@ -404,6 +419,7 @@ pub struct Bootstrap {
 
 /// The spread of a parameter over resampled scans, in its unit.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Resampled {
     /// Its name.
     pub name: String,

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 /// A rigid motion p -> rotation p + translation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Motion {
     /// Row-major rotation matrix.
     pub rotation: [[f64; 3]; 3],

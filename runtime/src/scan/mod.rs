@@ -125,6 +125,7 @@ pub struct ReferenceMesh {
 
 /// The file that a scan came from.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ScanSource {
     /// Path as the user gave it.
     pub path: String,
