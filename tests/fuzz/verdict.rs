@@ -96,6 +96,8 @@ fn results(folder: &Path, before: &Files) -> Vec<PathBuf> {
     let deeper: Vec<PathBuf> =
         paths.iter().filter(|p| p.is_dir()).flat_map(|p| -> Vec<PathBuf> { within(p) }).collect();
     paths.extend(deeper);
+    // The output of `doc` is a folder, whatever its name.
+    paths.retain(|p| p.is_file());
     paths.retain(|p| p.extension().is_some_and(|e| e == "json") && !before.contains_key(&relative(p, folder)));
     paths
 }

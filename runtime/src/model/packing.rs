@@ -170,6 +170,10 @@ fn distortion(items: &[Item], height: f64, bound: f64) -> Option<f64> {
 /// Places a row at height `y`; returns its height in texels.
 fn place_row(items: &[Item], side: u32, y: u32, charts: &mut [Chart]) -> Option<u32> {
     let exact = row_height(items, side, items.iter().map(Item::area).sum())?;
+    // Written so that NaN ends here, and no whole number overflows.
+    if !(exact <= f64::from(side)) {
+        return None;
+    }
     let height = exact.floor().max(LEAST) as u32;
     let mut x = 0;
     for item in items {
@@ -218,6 +222,17 @@ mod tests {
             // The handle stands beside the inner wall, as high as that lies; texels are at most 1.6 times as long as
             // wide.
             assert!((1.0 / 1.6..1.6).contains(&proportions), "{proportions} in {c:?}");
+        }
+    }
+
+    /// A surface may be of any size and proportions.
+    #[test]
+    fn extreme_proportions_stay_on_the_texture() {
+        for sizes in [vec![[1e38, 8.0]], vec![[1e300, 1e-300], [1.0, 1.0]], vec![[1e20, 1e20], [1e-20, 1e20]]] {
+            let charts = largest_packing(&sizes, 512).expect("they fit");
+            for chart in charts {
+                assert!(chart.x + chart.width + GUTTER <= 512 && chart.y + chart.height + GUTTER <= 512, "{chart:?}");
+            }
         }
     }
 
