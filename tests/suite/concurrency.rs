@@ -1,7 +1,6 @@
 //! What runs at the same time, and what ends a run: threads, signals, and two runs into one folder.
 
-use crate::support::{example, gmlc, json, text};
-use std::collections::BTreeMap;
+use crate::support::{example, gmlc, results, text};
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
@@ -28,29 +27,6 @@ fn begin(at: &Path, args: &[&str], threads: &str) -> Child {
     command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("gmlc")
 }
 
-/// The files of a folder without the seconds that stages took, which fit.json and variance.json have under `seconds`
-/// and the report in a row, and without the report's date. All other bytes stay.
-fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let is_timed = |line: &&str| line.contains("<td>Time</td>") || line.contains("<dt>Date</dt>");
-    let read = |entry: std::io::Result<fs::DirEntry>| {
-        let entry = entry.expect("an entry");
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let bytes = if name.ends_with(".json") {
-            let mut document = json(&entry.path());
-            assert!(document.as_object_mut().expect("an object").remove("seconds").is_some(), "{name}");
-            document.to_string().into_bytes()
-        } else if name.ends_with(".html") {
-            let page = fs::read_to_string(entry.path()).expect("read");
-            assert!((1..=3).contains(&page.lines().filter(is_timed).count()), "{name}");
-            page.lines().filter(|line| !is_timed(line)).collect::<Vec<_>>().join("\n").into_bytes()
-        } else {
-            fs::read(entry.path()).expect("read")
-        };
-        (name, bytes)
-    };
-    fs::read_dir(folder).expect("a folder").map(read).collect()
-}
-
 #[test]
 #[ignore = "a minute; it failed once of three times beside other tests, for a reason that is not known"]
 fn results_are_those_of_one_thread_whatever_their_number() {
@@ -68,7 +44,7 @@ fn results_are_those_of_one_thread_whatever_their_number() {
         // Where the machine is busy, a run tells from time to time how far it is.
         let said: Vec<String> =
             text(&output.stderr).lines().filter(|line| !line.starts_with("stage ")).map(str::to_owned).collect();
-        (output.status.code(), printed, said, self::files(&at.join(out)))
+        (output.status.code(), printed, said, results(&at.join(out)))
     };
     let (status, printed, said, expected) = run("1");
     assert!(matches!(status, Some(0 | 3 | 4)) && expected.len() > 10, "{said:?}");
@@ -157,7 +133,7 @@ fn of_two_runs_at_once_one_is_there_whole() {
         |tolerance| ["inspect", "buoy.gml", "scan.ply", "-o", "out", "--resolution", "64", "--tolerance", tolerance];
     let alone = ["0.7125mm", "0.9375mm"].map(|tolerance| {
         begin(at, &args(tolerance), "1").wait().expect("its status");
-        let files = files(&at.join("out"));
+        let files = results(&at.join("out"));
         fs::remove_dir_all(at.join("out")).expect("removed");
         files
     });
@@ -170,7 +146,7 @@ fn of_two_runs_at_once_one_is_there_whole() {
             let said = text(&output.stderr);
             assert!(matches!(output.status.code(), Some(0 | 3 | 4)), "{said}");
         }
-        let files = files(&at.join("out"));
+        let files = results(&at.join("out"));
         assert!(alone.contains(&files), "after {delay} ms the folder has files of two runs: {:?}", files.keys());
     }
 }

@@ -9,6 +9,7 @@ mod concurrency;
 mod diagnostics;
 mod dimensions;
 mod documentation;
+mod ended;
 mod examples;
 mod held;
 mod inspect;
