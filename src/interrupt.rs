@@ -18,13 +18,37 @@ static GRACES: AtomicUsize = AtomicUsize::new(0);
 
 /// Handles signals from now on.
 pub(crate) fn handle() -> Result<(), CommandError> {
-    ctrlc::set_handler(|| {
+    listen(|| {
         let is_second = FLAG.swap(true, Ordering::SeqCst);
         if is_second || GRACES.load(Ordering::SeqCst) == 0 {
             end();
         }
     })
-    .map_err(CommandError::failed)
+}
+
+/// Calls a function at every signal that ends processes, but for those that this one was told to ignore: under `nohup`,
+/// SIGHUP.
+#[cfg(unix)]
+fn listen(act: impl Fn() + Send + 'static) -> Result<(), CommandError> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    let ignored = ignored();
+    let heard = [SIGHUP, SIGINT, SIGTERM].into_iter().filter(|signal| ignored >> (signal - 1) & 1 == 0);
+    let mut signals = signal_hook::iterator::Signals::new(heard).map_err(CommandError::failed)?;
+    let thread = std::thread::Builder::new().name("signals".to_owned());
+    thread.spawn(move || signals.forever().for_each(|_| act())).map(drop).map_err(CommandError::failed)
+}
+
+/// The signals that the process ignores since it began, a bit each; none where the system does not tell.
+#[cfg(unix)]
+fn ignored() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
+}
+
+#[cfg(not(unix))]
+fn listen(act: impl Fn() + Send + 'static) -> Result<(), CommandError> {
+    ctrlc::set_handler(act).map_err(CommandError::failed)
 }
 
 /// True once the user wants the work to end.
