@@ -40,8 +40,8 @@ fn results_are_those_of_one_thread_whatever_their_number() {
         let printed = text(&output.stdout).replace(&out, "out");
         let printed: Vec<String> =
             printed.lines().filter(|line| !line.starts_with("converged after")).map(str::to_owned).collect();
-        // A run that takes more than ten seconds, as on a busy machine, says where it is (`casting rays (...)`), which is
-        // nothing that it found.
+        // A run that takes more than ten seconds, as on a busy machine, says where it is (`casting rays (...)`), which
+        // is nothing that it found.
         const FOUND: [&str; 5] = ["error: ", "warning: ", "unreliable fit: ", "undecided: ", "does not conform: "];
         let is_found = |line: &&str| FOUND.iter().any(|begin| line.starts_with(begin));
         let said: Vec<String> = text(&output.stderr).lines().filter(is_found).map(str::to_owned).collect();

@@ -255,8 +255,8 @@ fn remove(file: &Path) -> io::Result<()> {
     }
 }
 
-/// Removes what runs that are no longer alive have begun; the lock of the folder is held. A run holds the lock of its own
-/// folder as long as it lives.
+/// Removes what runs that are no longer alive have begun; the lock of the folder is held. A run holds the lock of its
+/// own folder as long as it lives.
 fn sweep(target: &Path) -> io::Result<()> {
     for name in entries(target)? {
         let path = target.join(&name);

@@ -59,8 +59,8 @@ pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// The files of a folder of results without the seconds that stages took, which fit.json and variance.json have under `seconds`
-/// and the report in a row, and without the report's date. All other bytes stay.
+/// The files of a folder of results without the seconds that stages took, which fit.json and variance.json have under
+/// `seconds` and the report in a row, and without the report's date. All other bytes stay.
 pub(crate) fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let is_timed = |line: &&str| line.contains("<td>Time</td>") || line.contains("<dt>Date</dt>");
     let read = |entry: std::io::Result<fs::DirEntry>| {
