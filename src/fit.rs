@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, mesh, outputs, script, search, table};
+use crate::{dimensions, interrupt, mesh, outputs, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
@@ -15,8 +15,6 @@ use gml_runtime::fit::{
 };
 use gml_runtime::scan::{self, Scan};
 use std::path::Path;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     for output in args.output.iter().chain(&args.controls.trace) {
@@ -31,7 +29,9 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     outputs::require_two(args.output.as_ref(), args.controls.trace.as_ref())?;
     let options = subject.options(&args.controls, &subject.program)?;
     let scan = read_scan(&args.scan)?;
-    let progress = TerminalProgress::until(on_interrupt()?);
+    // The best so far is kept.
+    let _grace = interrupt::grace();
+    let progress = TerminalProgress::new();
     let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scan: &scan };
     let (_, mut result) = fitting.run(&options, &progress)?;
     result.warnings.extend(scan.warnings.iter().cloned());
@@ -90,19 +90,6 @@ impl From<FitError> for CommandError {
     fn from(error: FitError) -> Self {
         if error.is_about_options() { Self::usage(error) } else { Self::failed(error) }
     }
-}
-
-/// A flag that Ctrl-C sets; a second Ctrl-C ends the process at once.
-pub(crate) fn on_interrupt() -> Result<Arc<AtomicBool>, CommandError> {
-    let flag = Arc::new(AtomicBool::new(false));
-    let set = flag.clone();
-    let handler = move || {
-        if set.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    };
-    ctrlc::set_handler(handler).map_err(CommandError::failed)?;
-    Ok(flag)
 }
 
 /// An error if the user interrupted the fit.

@@ -4,7 +4,7 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::subject::Subject;
-use crate::{deviations, fit, measure, outputs};
+use crate::{deviations, fit, interrupt, measure, outputs};
 use gml_runtime::export::folder::{FIT, ResultFolder};
 use gml_runtime::export::json;
 use gml_runtime::fit::FitOptions;
@@ -15,7 +15,7 @@ pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     let options = measure::options(&args.variance)?;
     let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.fit)?;
-    inspect(&subject, args, &options, &TerminalProgress::until(fit::on_interrupt()?))
+    inspect(&subject, args, &options, &TerminalProgress::new())
 }
 
 /// Inspects a scan with a compiled script.
@@ -79,10 +79,13 @@ fn document(
     progress: &TerminalProgress,
     folder: &ResultFolder,
 ) -> Result<Inspection, CommandError> {
+    // Of a fit that is interrupted the best so far is kept; once it is written, a signal ends all at once.
+    let grace = interrupt::grace();
     let (searched, fitted) = fitting.run(fit_options, progress)?;
     json::write(&folder.path().join(FIT), &fitted).map_err(|e| outputs::failed_write(folder, e))?;
     fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
     fit::unless_interrupted(&fitted)?;
+    drop(grace);
 
     let program = searched.as_ref().unwrap_or(&fitting.subject.program);
     let inspection = Inspection::of_fit(program, fitted, fitting.scan, options, progress);

@@ -19,6 +19,7 @@ mod findings;
 mod fit;
 mod fmt;
 mod inspect;
+mod interrupt;
 mod measure;
 mod mesh;
 mod outputs;
@@ -37,6 +38,7 @@ mod variance;
 
 use clap::Parser;
 use cli::{Cli, Command};
+use error::CommandError;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -51,20 +53,7 @@ fn main() -> ExitCode {
         eprintln!("error: {twice}");
         return ExitCode::from(2);
     }
-    let result = match &cli.command {
-        Command::Check(args) => check::run(args),
-        Command::Mesh(args) => mesh::run(args),
-        Command::Diff(args) => diff::run(args),
-        Command::Doc(args) => doc::run(args),
-        Command::Emit(args) => emit::run(args),
-        Command::Fmt(args) => fmt::run(args),
-        Command::Scan(args) => scan::run(args),
-        Command::Fit(args) => fit::run(args),
-        Command::Variance(args) => variance::run(args),
-        Command::Inspect(args) => inspect::run(args),
-        Command::Compare(args) => compare::run(args),
-        Command::Repl(args) => repl::run(args),
-    };
+    let result = interrupt::handle().and_then(|()| run(&cli.command));
     let status = result.map_or_else(
         |error| {
             error.print();
@@ -79,5 +68,22 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
         _ => ExitCode::from(status),
+    }
+}
+
+fn run(command: &Command) -> Result<(), CommandError> {
+    match command {
+        Command::Check(args) => check::run(args),
+        Command::Mesh(args) => mesh::run(args),
+        Command::Diff(args) => diff::run(args),
+        Command::Doc(args) => doc::run(args),
+        Command::Emit(args) => emit::run(args),
+        Command::Fmt(args) => fmt::run(args),
+        Command::Scan(args) => scan::run(args),
+        Command::Fit(args) => fit::run(args),
+        Command::Variance(args) => variance::run(args),
+        Command::Inspect(args) => inspect::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Repl(args) => repl::run(args),
     }
 }

@@ -1,5 +1,6 @@
 //! Progress on standard error: a bar on a terminal, a line from time to time elsewhere.
 
+use crate::interrupt;
 use gml_runtime::progress::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt::Display;
@@ -78,7 +79,7 @@ pub(crate) struct TerminalProgress {
     work: Arc<Mutex<Work>>,
     shown: Shown,
     /// Set when the user interrupts the work.
-    interrupt: Option<Arc<AtomicBool>>,
+    interrupt: Arc<AtomicBool>,
 }
 
 /// How it is shown.
@@ -99,12 +100,7 @@ impl TerminalProgress {
         } else {
             Shown::Lines { _lines: Lines::new(work.clone(), BETWEEN_LINES, std::io::stderr()) }
         };
-        TerminalProgress { work, shown, interrupt: None }
-    }
-
-    /// The same, and the work also ends once the flag is set.
-    pub(crate) fn until(interrupt: Arc<AtomicBool>) -> TerminalProgress {
-        TerminalProgress { interrupt: Some(interrupt), ..TerminalProgress::new() }
+        TerminalProgress { work, shown, interrupt: interrupt::flag() }
     }
 
     /// Removes the bar; another report is that of other work.
@@ -144,7 +140,7 @@ impl Progress for TerminalProgress {
     }
 
     fn cancelled(&self) -> bool {
-        self.interrupt.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed))
+        self.interrupt.load(Ordering::Relaxed)
     }
 }
 

@@ -4,6 +4,7 @@ use super::state::{Flow, Repl};
 use super::{PROMPT, complete, history, is_unfinished};
 use crate::cli::ReplArgs;
 use crate::error::CommandError;
+use crate::interrupt;
 use gml_compiler::session::Session;
 use gml_compiler::syntax::{Class, classes};
 use rustyline::completion::Completer;
@@ -16,14 +17,13 @@ use rustyline::{CompletionType, Config, Context, Editor, Helper};
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::atomic::Ordering;
 
 type Lines = Editor<Help, FileHistory>;
 
 /// Reads and evaluates lines until Ctrl-D or `:quit`.
 pub(crate) fn run(mut repl: Repl, args: &ReplArgs) -> Result<(), CommandError> {
-    let flag = repl.interrupt.clone();
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).map_err(CommandError::failed)?;
+    // What was entered stays when an evaluation is ended.
+    let _grace = interrupt::grace();
     let mut lines = editor(&repl)?;
     let history = history::path().filter(|_| !args.no_history);
     if let Some(path) = history.as_ref().filter(|p| p.exists()) {

@@ -6,6 +6,7 @@ use crate::cli::{CompileArgs, ReplArgs};
 use crate::diagnostics;
 use crate::error::CommandError;
 use crate::files::{self, FileLoader};
+use crate::interrupt;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
 use crate::script;
@@ -41,7 +42,7 @@ pub(crate) struct Repl {
 impl Repl {
     /// Starts a dialogue with the model of the command line.
     pub(crate) fn new(args: &ReplArgs, interactive: bool) -> Result<Repl, CommandError> {
-        let interrupt = Arc::new(AtomicBool::new(false));
+        let interrupt = interrupt::flag();
         // A user at a terminal ends what takes too long; nobody does so for scripts.
         let limits = Limits { steps: if interactive { u64::MAX } else { 1_000_000_000 }, ..Limits::default() };
         let fit = args.params.as_deref().map(SavedFit::read).transpose()?;

@@ -106,7 +106,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     }
     let options = subject.options(&controls, &subject.program)?;
     let scan = fitting::read_scan(&line.scan)?;
-    let progress = TerminalProgress::until(repl.interrupt.clone());
+    let progress = TerminalProgress::new();
     let mut fitted = fitting::run_fit(&subject.program, &subject.provenance, &scan, &options, &progress)?;
     fitted.warnings.extend(scan.warnings);
     fitting::write_trace(controls.trace.as_deref(), &fitted)?;
@@ -136,7 +136,7 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
         output: line.output,
     };
     let options = measure::options(&args.variance)?;
-    let progress = TerminalProgress::until(repl.interrupt.clone());
+    let progress = TerminalProgress::new();
     let result = inspecting::inspect(&subject, &args, &options, &progress);
     progress.finish();
     result

@@ -9,6 +9,8 @@ mod concurrency;
 mod diagnostics;
 mod dimensions;
 mod documentation;
+#[cfg(unix)]
+mod ended;
 mod examples;
 mod held;
 mod inspect;
@@ -24,6 +26,8 @@ mod repl;
 mod robust;
 mod saved;
 mod search;
+#[cfg(unix)]
+mod signals;
 mod support;
 mod unsound;
 mod variance;

@@ -1,9 +1,11 @@
 //! Files appear whole or not at all: written beside their place and renamed into it.
 
+use super::begun;
 use crate::reason::{in_words, of_kind};
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use tempfile::NamedTempFile;
 use thiserror::Error;
 
 /// A file could not be written; whatever was at its place before is still there.
@@ -65,13 +67,77 @@ where
         let message = format!("folder `{}` does not exist; make it first", folder.display());
         return Err(io::Error::new(io::ErrorKind::NotFound, message));
     }
-    let mut beside = new_file_in(folder).map_err(without_path)?;
-    let mut out = BufWriter::new(beside.as_file_mut());
+    sweep(folder);
+    let mut beside = Beside::new_in(folder).map_err(without_path)?;
+    let mut out = BufWriter::new(beside.file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
     drop(out);
-    beside.persist(&target).map_err(|error| error.error)?;
-    Ok(())
+    beside.persist(&target)
+}
+
+/// How the names of temporary files begin.
+const TEMPORARY: &str = ".gmlc-tmp-";
+
+/// A temporary file. It is locked as long as it is written, where the system has locks: one that could be and is not
+/// was left by a process that was killed.
+struct Beside {
+    file: NamedTempFile,
+    _listed: Listed,
+}
+
+/// A path on the list of what was begun.
+struct Listed(PathBuf);
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        begun::hold().is_done(&self.0);
+    }
+}
+
+impl Beside {
+    fn new_in(folder: &Path) -> io::Result<Beside> {
+        let mut builder = tempfile::Builder::new();
+        // Temporary files are private by default; an output has the permissions of any other new file.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+        builder.prefix(TEMPORARY);
+        loop {
+            let mut begun = begun::hold();
+            let file = builder.tempfile_in(folder)?;
+            let is_held_by_other = matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock));
+            // Another process may have taken it for an abandoned one before it was locked.
+            if !is_held_by_other && file.path().exists() {
+                begun.file(file.path());
+                let _listed = Listed(file.path().to_owned());
+                return Ok(Beside { file, _listed });
+            }
+        }
+    }
+
+    fn persist(self, target: &Path) -> io::Result<()> {
+        let Self { file, _listed } = self;
+        let begun = begun::hold();
+        let done = file.persist(target);
+        drop(begun);
+        done.map(drop).map_err(|error| error.error)
+    }
+}
+
+/// Removes the temporary files of processes that were killed.
+pub(super) fn sweep(folder: &Path) {
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let is_temporary = entry.file_name().to_str().is_some_and(|name| name.starts_with(TEMPORARY));
+        // A link, or a pipe that nobody reads, is not ours.
+        if is_temporary && entry.file_type().is_ok_and(|kind| kind.is_file()) {
+            // Some systems lock only what may be written to.
+            let Ok(file) = File::options().write(true).open(entry.path()) else { continue };
+            // It stays locked until it is gone. What cannot be removed is no reason not to write.
+            if file.try_lock().is_ok() {
+                _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
 }
 
 /// An error that does not name the temporary file, which means nothing to the user.
@@ -90,14 +156,6 @@ fn is_named_pipe(target: &Path, there: &std::fs::Metadata) -> bool {
 #[cfg(not(unix))]
 fn is_named_pipe(_target: &Path, _there: &std::fs::Metadata) -> bool {
     false
-}
-
-fn new_file_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
-    let mut builder = tempfile::Builder::new();
-    // Temporary files are private by default; an output has the permissions of any other new file.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.prefix(".gmlc-").tempfile_in(folder)
 }
 
 #[cfg(test)]
@@ -126,6 +184,30 @@ mod tests {
         assert!(failed.unwrap_err().to_string().ends_with("no more"));
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_a_killed_process_has_left_goes_with_the_next_write_and_what_is_being_written_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let left = |name: &str| folder.path().join(format!("{TEMPORARY}{name}"));
+        std::fs::write(left("killed"), "half").unwrap();
+        let alive = File::create(left("alive")).unwrap();
+        alive.lock().unwrap();
+        std::fs::create_dir(left("folder")).unwrap();
+        let of_others = folder.path().join(".gmlc-mine");
+        std::fs::write(&of_others, "").unwrap();
+        write_with(&folder.path().join("a.txt"), |out| {
+            // Another one that writes beside it does not take it away.
+            write(&folder.path().join("b.txt"), b"whole").unwrap();
+            out.write_all(b"whole")
+        })
+        .unwrap();
+        let there = ["killed", "alive", "folder"].map(|name| left(name).exists());
+        assert_eq!((there, of_others.exists()), ([false, true, true], true));
+        drop(alive);
+        write(&folder.path().join("a.txt"), b"again").unwrap();
+        assert_eq!(std::fs::read(folder.path().join("b.txt")).unwrap(), b"whole");
+        assert!(!left("alive").exists());
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! The documents: X3D, pictures, meshes, report.
 
 pub mod atomic;
+pub mod begun;
 pub mod colormap;
 pub mod escape;
 pub mod folder;

@@ -35,7 +35,8 @@ pub(crate) fn attempt(
     let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
     extent::degenerate(&problem).into_iter().for_each(|sentence| monitor.warn(sentence));
     let inference = infer(solve(&problem)?);
-    let residuals = misfit::residuals(&inference.solution);
+    // All that is looked for in what a fit leaves over is for fits that have ended.
+    let residuals = if monitor.cancelled() { None } else { misfit::residuals(&inference.solution) };
     let mut near = vec![false; scan.mesh.positions.len()];
     for residual in residuals.iter().flatten() {
         near[problem.points.index[residual.point] as usize] = true;

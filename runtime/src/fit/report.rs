@@ -83,22 +83,23 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
     }
     let rms = solution.evaluation.rms();
     warn_of_pattern(problem, residuals, rms);
-    warn_of_mixed_faces(solution);
     let interrupted = monitor.cancelled();
     if interrupted {
         monitor.warn("interrupted: this is the best that was found until then, not a finished fit");
         if covariance.is_none() {
             monitor.warn("interrupted: standard deviations were not computed");
         }
+    } else {
+        warn_of_mixed_faces(solution);
     }
     if let Some(uncertainty) = &uncertainty {
         warn_of_bounds(solution, uncertainty);
     }
     let alternatives = alternatives(solution, &rivals, &deviations);
-    let coverage = covered(solution);
-    let contradicted = contradicted(solution);
-    let unexplained = unexplained(solution, near);
-    let passed_through = passed_through(solution);
+    let coverage = if interrupted { None } else { covered(solution) };
+    let contradicted = if interrupted { None } else { contradicted(solution) };
+    let unexplained = if interrupted { Vec::new() } else { unexplained(solution, near) };
+    let passed_through = if interrupted { Vec::new() } else { passed_through(solution) };
     let Records { trace, warnings, seconds } = monitor.records();
     FitResult {
         model: problem.model.name().to_owned(),

@@ -4,6 +4,8 @@ pub(crate) mod ball;
 pub(crate) mod mesh;
 pub(crate) mod nist;
 
+use std::collections::BTreeMap;
+use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
@@ -55,6 +57,30 @@ pub(crate) fn fails(folder: &Path, args: &[&str], status: i32) -> String {
 /// Bytes as text.
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The files of a folder of results without the seconds that stages took, which fit.json and variance.json have under
+/// `seconds` and the report in a row, and without the report's date. All other bytes stay.
+pub(crate) fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let is_timed = |line: &&str| line.contains("<td>Time</td>") || line.contains("<dt>Date</dt>");
+    let read = |entry: std::io::Result<fs::DirEntry>| {
+        let entry = entry.expect("an entry");
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let bytes = if name.ends_with(".json") {
+            let mut document = json(&entry.path());
+            document.as_object_mut().expect("an object").remove("seconds");
+            document.to_string().into_bytes()
+        } else if name.ends_with(".html") {
+            let page = fs::read_to_string(entry.path()).expect("read");
+            assert!(page.lines().filter(is_timed).count() <= 3, "{name}");
+            page.lines().filter(|line| !is_timed(line)).collect::<Vec<_>>().join("\n").into_bytes()
+        } else {
+            fs::read(entry.path()).expect("read")
+        };
+        (name, bytes)
+    };
+    let is_file = |entry: &std::io::Result<fs::DirEntry>| entry.as_ref().is_ok_and(|entry| entry.path().is_file());
+    fs::read_dir(folder).expect("a folder").filter(is_file).map(read).collect()
 }
 
 /// A step that a page asks its reader to take.

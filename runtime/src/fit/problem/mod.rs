@@ -102,9 +102,10 @@ impl<'a> Problem<'a> {
         })
     }
 
-    /// The space that the scan shows to be empty. None where it does not say, or the user wants nothing of it.
+    /// The space that the scan shows to be empty. None where it does not say, or the user wants nothing of it, or wants
+    /// the fit to end.
     pub(crate) fn free_space(&self) -> Option<&FreeSpace> {
-        if self.options.one_sided {
+        if self.options.one_sided || self.monitor.cancelled() {
             return None;
         }
         self.free_space.get_or_init(|| FreeSpace::of(self.scan, self.points.spacing())).as_ref()

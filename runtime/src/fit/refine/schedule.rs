@@ -245,8 +245,17 @@ pub(crate) fn polish<'a>(level: Level<'a>, points: &Points, guess: Guess, stage:
     };
     let stop = Stop { iterations: POLISH_ITERATIONS, step };
     let minimum = gauss_newton::minimise(&objective, estimate.clone(), stop).unwrap_or_else(|| {
-        // Cancelled, or the model does not exist here. What it is worth is still to be said.
-        let objective = Objective { cancellable: false, signs: Some(&signs), cache: None, ..objective };
+        // Cancelled, or the model does not exist here. What it is worth is still to be said: who cancelled does not
+        // wait for all points of a large scan.
+        let few = if level.problem.monitor.cancelled() { Some(points.standing_for_all(THIN_POINTS)) } else { None };
+        let points = few.as_ref().unwrap_or(points);
+        let objective = Objective {
+            cancellable: false,
+            signs: Some(&signs),
+            tolerance,
+            curved: true,
+            ..level.objective(points, loss)
+        };
         let evaluation =
             objective.evaluate(&estimate, Order::Value).unwrap_or_else(|| Evaluation::absent(&level.space));
         Minimum { estimate, evaluation, iterations: 0, converged: false }

@@ -38,6 +38,9 @@ impl<'a> Found<'a> {
 /// Searches once more if the scan contradicts a solution, and returns the better one.
 pub(crate) fn reconsider(mut found: Found) -> Found {
     let problem = found.solution.level.problem;
+    if problem.monitor.cancelled() {
+        return found;
+    }
     let mut testimony = Testimony::of(&found.solution);
     for round in 1..=SECOND_ROUNDS {
         let is_doubtful =

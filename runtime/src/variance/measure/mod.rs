@@ -100,7 +100,9 @@ pub fn measure(
     progress.report("building hierarchy", f64::NAN, &format!("{} triangles", scan.mesh.triangles.len()));
     let started = Instant::now();
     let unusable = |error| MeasureError::Scan { path: scan.source.path.clone(), error };
+    unless_cancelled(progress)?;
     let bvh = Bvh::build(&scan.mesh).map_err(unusable)?;
+    unless_cancelled(progress)?;
     let build = started.elapsed().as_secs_f64();
 
     if surface.inverted.contains(&true) {
@@ -120,6 +122,7 @@ pub fn measure(
     let shapes = recognise(&texels);
     require_datum(options.datum.as_deref(), &texels.part_names, |part| shapes[part].is_some())?;
     let (averaging_width, cosine) = averaged(&mut texels, &mut tessellation, options)?;
+    unless_cancelled(progress)?;
     let Cast { mut deviations, device, notice } = cast_rays(texels, scan, &bvh, max_distance, options)?;
     deviations.cosine = cosine;
     deviations.noise = scan.noise;
@@ -138,6 +141,7 @@ pub fn measure(
         Matching::All => 0,
     };
     let matching = started.elapsed().as_secs_f64();
+    unless_cancelled(progress)?;
     let started = Instant::now();
     deviations.contradict(contradicted(&deviations, scan, &bvh));
     unless_cancelled(progress)?;
@@ -157,6 +161,7 @@ pub fn measure(
     if let Some(Misfit::Nothing(likely)) = misfit {
         return Err(MeasureError::Nothing { path: scan.source.path.clone(), likely });
     }
+    unless_cancelled(progress)?;
     assess_parts(&mut report, &deviations, sensitivities.as_ref(), covariance);
     if let Some(Parametrised { reach, .. }) = &parametrised {
         keep_within(&mut report, reach);
@@ -166,6 +171,7 @@ pub fn measure(
     deviations.bridged = on_bridges(&deviations, options.distance, &scan.mesh, surface);
     let grounds = Grounds { deviations: &deviations, scan, bvh: &bvh, fit, options: options.verdict };
     let conformance = grounds.assess(&mut report);
+    unless_cancelled(progress)?;
     let limits: Vec<Limits> = tolerances.iter().map(|t| Limits::new(*t, deviations.noise)).collect();
     let parts = PointParts { names: &deviations.texels.part_names, limits: &limits, precision: deviations.precision };
     let (point_distances, points) = feet.distances(scan, parts);
@@ -207,6 +213,7 @@ pub fn measure(
         ));
     }
 
+    unless_cancelled(progress)?;
     progress.report("finding what the model does not explain", f64::NAN, "");
     let started = Instant::now();
     let unmatched = Unmatched::new(&scan.mesh, &model, max_distance, scan.oriented);
@@ -366,3 +373,6 @@ fn assess_parts(
         report.parts.iter_mut().zip(explained).for_each(|(part, explained)| part.explained = explained);
     }
 }
+
+#[cfg(test)]
+mod tests;
