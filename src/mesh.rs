@@ -60,7 +60,11 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     }
     let format = check_format(&args.output, ".obj, .ply or .stl")?;
     if tessellation.mesh.triangles.is_empty() {
-        return Err(CommandError::failed("the model has no surface to write: it has no parts"));
+        let why = match program.parts().len() {
+            0 => "it has no parts",
+            _ => "no triangle of its parts has an area at this size and precision",
+        };
+        return Err(CommandError::failed(format!("the model has no surface to write: {why}")));
     }
     // STL has no texture coordinates.
     if format != MeshFormat::Stl {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// An indexed triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -106,6 +106,34 @@ impl TriangleMesh {
 }
 
 impl TriangleMesh {
+    /// Drops triangles that a group, or a mesh without groups, has twice: with the same corners in the same order round.
+    /// Returns their number. Vertices stay.
+    pub(crate) fn drop_repeated(&mut self) -> usize {
+        let place = self.position_numbers();
+        let mut group_of = vec![0; self.triangles.len()];
+        for (k, group) in self.groups.iter().enumerate() {
+            group_of[group.start..group.end].fill(k);
+        }
+        let mut seen = HashSet::with_capacity(self.triangles.len());
+        let is_new = |(t, corners): (usize, &[u32; 3])| {
+            let mut around = corners.map(|v| place[v as usize]);
+            let least = (0..3).min_by_key(|k| around[*k]).unwrap_or(0);
+            around.rotate_left(least);
+            seen.insert((group_of[t], around))
+        };
+        let kept: Vec<bool> = self.triangles.iter().enumerate().map(is_new).collect();
+        let before = self.triangles.len();
+        retain_marked(&mut self.triangles, &kept);
+        if self.triangles.len() < before {
+            let count = |range: std::ops::Range<usize>| kept[range].iter().filter(|kept| **kept).count();
+            for group in &mut self.groups {
+                let start = count(0..group.start);
+                (group.start, group.end) = (start, start + count(group.start..group.end));
+            }
+        }
+        before - self.triangles.len()
+    }
+
     /// A mesh of some triangles, with the vertices that they use in the order of their first use.
     #[must_use]
     pub(crate) fn submesh(&self, triangles: impl Iterator<Item = [u32; 3]>) -> Self {

@@ -68,20 +68,21 @@ pub(crate) enum Command {
 impl Command {
     /// The parameter or input that is set twice, with its option: which of the values was meant is not known.
     pub(crate) fn given_twice(&self) -> Option<String> {
-        type Named<T> = [(String, T)];
-        let (values, inputs): (&Named<String>, &Named<InputValue>) = match self {
-            Self::Check(args) => (&args.values.values, &args.compile.inputs),
-            Self::Mesh(args) => (&args.values.values, &args.script.compile.inputs),
-            Self::Scan(args) => (&args.values.values, &args.script.compile.inputs),
-            Self::Variance(args) => (&args.values.values, &args.compile.inputs),
-            Self::Fit(args) => (&args.controls.values, &args.script.compile.inputs),
-            Self::Inspect(args) => (&args.fit.values, &args.script.compile.inputs),
-            Self::Repl(args) => (&args.values, &args.inputs),
-            Self::Diff(args) => (&[], &args.script.compile.inputs),
-            Self::Emit(args) => (&[], &args.script.compile.inputs),
-            Self::Doc(_) | Self::Fmt(_) | Self::Compare(_) => return None,
+        let (values, compile): (&[(String, String)], &CompileArgs) = match self {
+            Self::Check(args) => (&args.values.values, &args.compile),
+            Self::Mesh(args) => (&args.values.values, &args.script.compile),
+            Self::Scan(args) => (&args.values.values, &args.script.compile),
+            Self::Variance(args) => (&args.values.values, &args.compile),
+            Self::Fit(args) => (&args.controls.values, &args.script.compile),
+            Self::Inspect(args) => (&args.fit.values, &args.script.compile),
+            Self::Repl(args) => return twice("-p", &args.values).or_else(|| twice("--input", &args.inputs)),
+            Self::Diff(args) => (&[], &args.script.compile),
+            Self::Emit(args) => (&[], &args.script.compile),
+            Self::Compare(args) => return twice("--limit", &args.limits),
+            Self::Doc(_) | Self::Fmt(_) => return None,
         };
-        twice("-p", values).or_else(|| twice("--input", inputs))
+        let CompileArgs { inputs, limits, .. } = compile;
+        twice("-p", values).or_else(|| twice("--input", inputs)).or_else(|| twice("--limit", limits))
     }
 }
 

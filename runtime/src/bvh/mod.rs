@@ -26,6 +26,7 @@ pub(crate) use packet::{BothWays, HitCriteria, Line, PACKET};
 pub use ray::Hit;
 
 use crate::mesh::{Bounds, TriangleMesh};
+use crate::robust::median;
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
@@ -50,7 +51,7 @@ pub struct Bvh {
 }
 
 /// Why no hierarchy could be built over a mesh.
-#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[derive(Clone, Debug, Error, PartialEq)]
 pub enum BvhError {
     /// A triangle names a vertex that does not exist.
     #[error("triangle {triangle} (counted from 0) names vertex {vertex}, but there are only {vertices} vertices")]
@@ -62,13 +63,24 @@ pub enum BvhError {
         /// The number of vertices.
         vertices: usize,
     },
-    /// A triangle's corner is NaN or infinite, or lies too far from the mesh's centre.
-    #[error(
-        "a corner of triangle {triangle} (counted from 0) is not finite or more than 1e9 mm from the mesh's centre; check the unit, and remove what lies far away"
-    )]
+    /// A triangle's corner is NaN or infinite.
+    #[error("a corner of triangle {triangle} (counted from 0) is not finite")]
     BadPosition {
         /// Index of the triangle.
         triangle: usize,
+    },
+    /// The mesh is too wide.
+    #[error(
+        "it is {size:.3e} mm across, more than the 2e9 mm that can be searched; triangle {triangle} (counted from 1) lies farthest from the others, at ({:.6}, {:.6}, {:.6}) mm: check the unit, or remove it",
+        at[0], at[1], at[2]
+    )]
+    TooWide {
+        /// The longest side of its box. Millimetres.
+        size: f64,
+        /// The number of the triangle.
+        triangle: usize,
+        /// Its first corner. Millimetres.
+        at: [f64; 3],
     },
     /// More triangles than 32-bit indices can tell apart.
     #[error("{triangles} triangles are more than can be searched (2^28); decimate or split the mesh")]
@@ -151,6 +163,21 @@ impl Bvh {
     }
 }
 
+/// The error of a mesh that is too wide: it names the triangle that lies farthest from the middle of most.
+fn too_wide(mesh: &TriangleMesh, bounds: Bounds) -> BvhError {
+    let corner = |t: &[u32; 3]| mesh.corners(*t)[0];
+    let middle = [0, 1, 2].map(|axis| {
+        let mut all: Vec<f64> = mesh.triangles.iter().map(|t| corner(t)[axis]).collect();
+        median(&mut all).unwrap_or(0.0)
+    });
+    let distance = |t: &[u32; 3]| (corner(t) - DVec3::from(middle)).length_squared();
+    let farthest = (0..mesh.triangles.len())
+        .max_by(|a, b| distance(&mesh.triangles[*a]).total_cmp(&distance(&mesh.triangles[*b])))
+        .unwrap_or(0);
+    let at = mesh.triangles.get(farthest).map_or([0.0; 3], |t| corner(t).into());
+    BvhError::TooWide { size: bounds.size().max_element(), triangle: farthest + 1, at }
+}
+
 /// Centre and half sides of the box around all triangles; zeros where there are none.
 fn bounds(mesh: &TriangleMesh) -> Result<(DVec3, Vec3A), BvhError> {
     for (triangle, corners) in mesh.triangles.iter().enumerate() {
@@ -170,8 +197,7 @@ fn bounds(mesh: &TriangleMesh) -> Result<(DVec3, Vec3A), BvhError> {
         return Ok((DVec3::ZERO, Vec3A::ZERO));
     }
     if !half.cmple(DVec3::splat(MAX_EXTENT)).all() {
-        let far = |t: &[u32; 3]| mesh.corners(*t).iter().any(|p| (p - centre).abs().max_element() > MAX_EXTENT);
-        return Err(BvhError::BadPosition { triangle: mesh.triangles.iter().position(far).unwrap_or(0) });
+        return Err(too_wide(mesh, bounds));
     }
     Ok((centre, Vec3A::from_array(half.to_array().map(|side| (side as f32).next_up()))))
 }

@@ -43,6 +43,9 @@ const SIDES: [u32; 4] = [512, 256, 128, 64];
 /// million a second). A scan of a million triangles against itself has 5e6, a cone of 1,000 triangles 1.2e8.
 const WORK: f64 = 5e7;
 
+/// As many as the coarsest resolution may take, at which every triangle has a sample: up to half a minute.
+const MOST_WORK: f64 = 2e8;
+
 /// Options of [`compare()`].
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -150,6 +153,15 @@ pub enum CompareError {
         "--align brings two states of one model together by its parts, and these are {0}; `gmlc fit` brings a model to a mesh"
     )]
     NotAligned(&'static str),
+    /// The triangles lie in each other, and there are many.
+    #[error(
+        "the triangles lie in each other or are needles: some {tests:.0e} of them lie about the samples, of which {MOST_WORK:.0e} are looked at; \
+         remove what is there several times, or ask for it by --resolution"
+    )]
+    Tangled {
+        /// Triangles about all samples at the coarsest resolution.
+        tests: f64,
+    },
     /// The user ended the work.
     #[error("interrupted")]
     Interrupted,
@@ -249,7 +261,8 @@ fn bearable<'a>(
              --resolution {finest} samples them as usual"
         ));
     }
-    Ok((prepared, coarser))
+    let tests = work(&prepared);
+    if tests > MOST_WORK { Err(CompareError::Tangled { tests }) } else { Ok((prepared, coarser)) }
 }
 
 /// The triangles that lie about all places of two surfaces, of which each is searched for the nearest one.

@@ -269,4 +269,60 @@ fn needles_are_sampled_more_coarsely_with_a_warning() {
     );
     assert!(coarse.a_to_b.overall.matched_area > 0.99 * coarse.a_to_b.overall.area);
     assert_eq!(compared(&many, Some(Resolution::Side(64))).warnings, [""; 0], "as was requested");
+    // Triangles on each other that are not quite the same: each has a sample.
+    let mut pile = TriangleMesh::default();
+    for k in 0..12_000 {
+        let z = 1e-6 * f64::from(k);
+        pile.positions.extend([[0.0, 0.0, z], [10.0, 0.0, z], [0.0, 10.0, z]]);
+        pile.triangles.push([3 * k, 3 * k + 1, 3 * k + 2]);
+    }
+    let pile = side(Reference::Mesh(&pile));
+    let error = compare(&pile, &pile, &CompareOptions::default(), &Silent).unwrap_err();
+    assert!(matches!(error, CompareError::Tangled { .. }), "{error}");
+}
+
+/// A closed cube, moved and scaled; it faces inwards if it is `reversed`.
+fn cube(by: f64, size: f64, reversed: bool) -> TriangleMesh {
+    let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2 & 1].map(|c| by + size * f64::from(c));
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut triangles: Vec<[u32; 3]> = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    if reversed {
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    TriangleMesh { positions: (0..8).map(corner).collect(), triangles, ..TriangleMesh::default() }
+}
+
+/// Two meshes in one.
+fn both(mut a: TriangleMesh, b: TriangleMesh) -> TriangleMesh {
+    let first = a.positions.len() as u32;
+    a.positions.extend(b.positions);
+    a.triangles.extend(b.triangles.into_iter().map(|t| t.map(|v| v + first)));
+    a
+}
+
+#[test]
+fn bodies_in_each_other_have_no_volume() {
+    let outer = || cube(0.0, 20.0, false);
+    for (mesh, expected) in [
+        (outer(), Ok(8000.0)),
+        (both(outer(), cube(30.0, 10.0, false)), Ok(9000.0)),
+        (both(outer(), cube(20.0, 10.0, false)), Ok(9000.0)),
+        (both(outer(), cube(5.0, 10.0, true)), Ok(7000.0)),
+        (both(outer(), cube(5.0, 10.0, false)), Err(NoVolume::Overlapping)),
+        (both(outer(), cube(10.0, 20.0, false)), Err(NoVolume::Overlapping)),
+        (both(outer(), outer()), Err(NoVolume::Overlapping)),
+        (both(outer(), cube(0.0, 20.0, true)), Err(NoVolume::Flat)),
+    ] {
+        let alone = side(Reference::Mesh(&mesh));
+        let options = CompareOptions { resolution: Some(Resolution::Side(16)), ..CompareOptions::default() };
+        let body = compare(&alone, &alone, &options, &Silent).expect("compared").a;
+        match expected {
+            Ok(volume) => assert!((body.volume.expect("a volume") - volume).abs() < 1e-9 * volume, "{body:?}"),
+            Err(why) => assert_eq!((body.volume, body.without_volume), (None, Some(why))),
+        }
+    }
+    // Two parts that are the same surface.
+    let program = compiled("model m {\n param r: length = 10mm\n part a = sphere(r)\n part b = sphere(r)\n}");
+    let spheres = compared(&program, &[10.0], &[10.0], &options()).expect("compared");
+    assert_eq!((spheres.a.volume, spheres.a.without_volume), (None, Some(NoVolume::Overlapping)));
 }

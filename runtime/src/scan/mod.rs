@@ -182,7 +182,7 @@ pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
     finish(raw, Unit::Mm, source)
 }
 
-/// Reads a reference mesh: nothing is merged or dropped, texture coordinates and named parts are kept. Vertices are
+/// Reads a reference mesh: nothing is merged, and only repeated triangles of a part are dropped; texture coordinates and named parts are kept. Vertices are
 /// split where a corner's normal or texture coordinate differs; normals are scaled to unit length, or computed where
 /// the file has none.
 ///
@@ -200,7 +200,13 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
             triangles: raw.triangles.clone(),
             ..TriangleMesh::default()
         });
-        let mesh = raw.with_usable_normals(&smooth).split_corners();
+        let mut mesh = raw.with_usable_normals(&smooth).split_corners();
+        let repeated = mesh.drop_repeated();
+        if repeated > 0 {
+            let all = mesh.triangles.len() + repeated;
+            let name = path.display();
+            warnings.push(format!("`{name}`: of its {all} triangles, {repeated} that are there twice are left out"));
+        }
         let triangles = mesh.triangles.len();
         match mesh.triangles.iter().filter(|t| mesh.triangle_normal(**t).is_none()).count() {
             0 => {}

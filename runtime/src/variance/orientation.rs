@@ -107,6 +107,10 @@ pub(crate) fn enclosed_volume(mesh: &TriangleMesh) -> Option<f64> {
     for triangle in &mesh.triangles {
         for k in 0..3 {
             let [from, to] = [triangle[k], triangle[(k + 1) % 3]].map(|v| place[v as usize]);
+            // A triangle without area may have an edge of no length.
+            if from == to {
+                continue;
+            }
             *edges.entry([from.min(to), from.max(to)]).or_default() += if from < to { 1 } else { -1 };
         }
         let [a, b, c] = mesh.corners(*triangle).map(|p| p - origin);
