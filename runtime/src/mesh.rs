@@ -106,8 +106,8 @@ impl TriangleMesh {
 }
 
 impl TriangleMesh {
-    /// Drops triangles that a group, or a mesh without groups, has twice: with the same corners in the same order round.
-    /// Returns their number. Vertices stay.
+    /// Drops triangles that a group, or a mesh without groups, has twice: with the same corners in the same order
+    /// round. Returns their number. Vertices stay.
     pub(crate) fn drop_repeated(&mut self) -> usize {
         let place = self.position_numbers();
         let mut group_of = vec![0; self.triangles.len()];

@@ -182,9 +182,9 @@ pub fn from_mesh(mesh: TriangleMesh, name: &str) -> Result<Scan, ScanFault> {
     finish(raw, Unit::Mm, source)
 }
 
-/// Reads a reference mesh: nothing is merged, and only repeated triangles of a part are dropped; texture coordinates and named parts are kept. Vertices are
-/// split where a corner's normal or texture coordinate differs; normals are scaled to unit length, or computed where
-/// the file has none.
+/// Reads a reference mesh: nothing is merged, and only triangles that a part has twice are dropped; texture coordinates
+/// and named parts are kept. Vertices are split where a corner's normal or texture coordinate differs; normals are
+/// scaled to unit length, or computed where the file has none.
 ///
 /// # Errors
 /// As `read`; or there are no triangles with an area.

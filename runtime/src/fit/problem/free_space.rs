@@ -16,7 +16,8 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Triangles that a line through the scan meets on average, beyond which its points are taken for a cloud: rays among
-/// needles that lie in each other take minutes (20,000 triangles of a cone about one corner: 4,000). Scans have some 10.
+/// needles that lie in each other take minutes (20,000 triangles of a cone about one corner: 4,000). Scans have some
+/// 10.
 const MOST_OVERLAP: f64 = 300.0;
 
 /// The scan as a witness of empty space.
