@@ -292,8 +292,8 @@ fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>
     rivals.iter().filter_map(of).collect()
 }
 
-/// A part of the points' weight as a share of all of it. The two sums are rounded apart: that of all points can come out
-/// as a little more than all.
+/// A part of the points' weight as a share of all of it. The two sums are rounded apart: that of all points can come
+/// out as a little more than all.
 fn share(of: f64, all: f64) -> f64 {
     (of / all).min(1.0)
 }
