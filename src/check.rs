@@ -79,10 +79,7 @@ fn compiled(script: &Path, args: &CheckArgs) -> Result<Checked, CommandError> {
         }
     }
     let x = script::values_for(&program, fit.as_ref(), values)?;
-    let mut fit = fit.filter(|_| values.values.is_empty()).map(SavedFit::into_result);
-    if let Some(fit) = &mut fit {
-        fit.measures = dimensions::of_saved(&program, fit, &provenance);
-    }
+    let fit = fit.filter(|_| values.values.is_empty()).map(|fit| fit.into_measured(&program, &provenance));
     Ok(Checked { program: Some(program), values: x, given, fit, diagnostics: warnings, sources, closedness: None })
 }
 

@@ -1,22 +1,11 @@
 //! Measures for people: tables of what a script declares and of what a fit found, and the verdicts on them.
 
-use crate::provenance::Provenance;
 use crate::table;
 use gml_compiler::program::{Measure, Program};
-use gml_runtime::fit::{FitResult, FittedMeasure};
+use gml_runtime::fit::FittedMeasure;
 use gml_runtime::variance::{DimensionVerdict, Outcome, PointMeasure, VarianceReport};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-
-/// The measures of a saved fit. Those of another text, or of a file without any, are computed anew, with the defaults
-/// as the nominal model.
-pub(crate) fn of_saved(program: &Program, fit: &FitResult, provenance: &Provenance) -> Vec<FittedMeasure> {
-    let same_text = fit.script_sha256.is_some() && fit.script_sha256 == provenance.sha256;
-    if same_text && fit.measures.len() == program.measures().len() {
-        return fit.measures.clone();
-    }
-    fit.measured(program, &program.defaults())
-}
 
 /// The measures that have a tolerance, without a verdict because nothing was fitted: a sentence, if there are any.
 pub(crate) fn without_fit(program: &Program) -> Option<String> {

@@ -28,13 +28,28 @@ pub(crate) fn styled(text: &str) {
 
 /// A text whose control characters are written out, as JSON has them, but for line ends and tabs.
 pub(crate) fn visible(text: &str) -> Cow<'_, str> {
-    let is_control = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
-    if !text.contains(is_control) {
+    written_out(text, |c| is_obeyed(c) && !matches!(c, '\n' | '\t'))
+}
+
+/// The same with line ends and tabs.
+pub(crate) fn visible_in_line(text: &str) -> Cow<'_, str> {
+    written_out(text, is_obeyed)
+}
+
+/// Whether terminals obey a character: controls, those of the direction of writing too, by which a text shows another
+/// one than it holds, and ends of lines.
+fn is_obeyed(c: char) -> bool {
+    let directs = matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    c.is_control() || directs
+}
+
+fn written_out(text: &str, is_hidden: impl Fn(char) -> bool) -> Cow<'_, str> {
+    if !text.contains(&is_hidden) {
         return Cow::Borrowed(text);
     }
     let mut out = String::with_capacity(text.len() + 16);
     for c in text.chars() {
-        if is_control(c) { out.push_str(&format!("\\u{:04x}", u32::from(c))) } else { out.push(c) }
+        if is_hidden(c) { out.push_str(&format!("\\u{:04x}", u32::from(c))) } else { out.push(c) }
     }
     Cow::Owned(out)
 }
@@ -83,5 +98,7 @@ mod tests {
     fn what_a_terminal_obeys_is_written_out() {
         assert_eq!(visible("a\u{1b}[31mb\u{7}\u{9b}c\r größe\n\t"), "a\\u001b[31mb\\u0007\\u009bc\\u000d größe\n\t");
         assert!(matches!(visible("größe\n"), Cow::Borrowed(_)));
+        assert_eq!(visible("a\u{202e}b\u{2066}c\n"), "a\\u202eb\\u2066c\n");
+        assert_eq!(visible_in_line("a\n\t\u{202e}"), "a\\u000a\\u0009\\u202e");
     }
 }

@@ -5,7 +5,7 @@ use crate::error::CommandError;
 use crate::files::{self, FileLoader};
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
-use crate::{dimensions, values};
+use crate::values;
 use gml_compiler::program::{self, Compilation, Options, Program};
 use gml_compiler::source::SourceFile;
 use gml_runtime::fit::FitResult;
@@ -74,10 +74,7 @@ pub(crate) fn compile_valued(script: &Path, compile: &CompileArgs, args: &ValueA
     let x = values_for(&program, fit.as_ref(), args)?;
     let motion = fit.as_ref().and_then(SavedFit::pose).unwrap_or(Motion::IDENTITY);
     let saved = fit;
-    let mut fit = saved.clone().filter(|_| args.values.is_empty()).map(SavedFit::into_result);
-    if let Some(fit) = &mut fit {
-        fit.measures = dimensions::of_saved(&program, fit, &provenance);
-    }
+    let fit = saved.clone().filter(|_| args.values.is_empty()).map(|fit| fit.into_measured(&program, &provenance));
     Ok(Valued { program, x, motion, fit, saved })
 }
 

@@ -1,6 +1,9 @@
 //! A fit that a command begins from: the file of `--params`.
 
+mod figures;
+mod measures;
 mod sound;
+mod texts;
 
 use crate::cli::{CompileArgs, FitControls};
 use crate::error::CommandError;
@@ -16,6 +19,7 @@ use gml_runtime::fit::{Converged, EarlierFit, FitResult, FittedInput};
 use gml_runtime::model::Motion;
 use gml_runtime::scan::ScanSource;
 use std::path::{Path, PathBuf};
+use texts::{listed, short};
 
 /// Relative difference of equal numbers: the last digits of a number may be lost in a file.
 const ROUNDING: f64 = 1e-12;
@@ -34,7 +38,7 @@ impl SavedFit {
         let failed = |what: String| CommandError::Failed(format!("{}: {what}", path.display()));
         let fit = sound::parse(&text).map_err(failed)?;
         sound::check(&fit).map_err(|what| failed(format!("{what}; fit the model again, or mend the file")))?;
-        Ok(SavedFit { path: path.to_owned(), fit })
+        Ok(SavedFit { path: path.to_owned(), fit: texts::without_controls(fit) })
     }
 
     /// The file.
@@ -61,7 +65,7 @@ impl SavedFit {
             return Ok(None);
         }
         if of.sha256 != scan.sha256 {
-            let (path, fitted, scan) = (self.path.display(), &of.path, &scan.path);
+            let (path, fitted, scan) = (self.path.display(), short(&of.path), &scan.path);
             return Ok(Some(format!("{path}: the model was fitted to another scan ({fitted}) than {scan}")));
         }
         if !of.unit.is_empty() && of.unit != scan.unit {
@@ -182,12 +186,15 @@ impl SavedFit {
     pub(crate) fn require_inputs(&self, model: &str, declared: &[String]) -> Result<(), CommandError> {
         self.require_name(model)?;
         let lost: Vec<String> =
-            self.fit.inputs.iter().filter(|i| !declared.contains(&i.name)).map(ToString::to_string).collect();
+            self.fit.inputs.iter().filter(|i| !declared.contains(&i.name)).map(|i| short(&i.to_string())).collect();
         if lost.is_empty() {
             return Ok(());
         }
         let inputs = if lost.len() == 1 { "input of that name" } else { "inputs of these names" };
-        Err(self.failed(&format!("was fitted with {}, and the model '{model}' has no {inputs}", lost.join(", "))))
+        Err(self.failed(&format!(
+            "was fitted with {}, and the model '{model}' has no {inputs}",
+            listed(&lost, String::clone)
+        )))
     }
 
     fn require_name(&self, name: &str) -> Result<(), CommandError> {
@@ -195,7 +202,7 @@ impl SavedFit {
         if self.fit.model.is_empty() || self.fit.model == name {
             return Ok(());
         }
-        Err(self.failed(&format!("is of the model '{}', and this model is '{name}'", self.fit.model)))
+        Err(self.failed(&format!("is of the model {}, and this model is '{name}'", texts::quoted(&self.fit.model))))
     }
 
     /// Refuses a fit of another model, and warns of one of another text. `args` are those of the command line.
@@ -213,6 +220,12 @@ impl SavedFit {
         for input in program.inputs().iter().filter(unknown) {
             let taken = provenance::input(input);
             self.warn(&format!("does not say with which '{}' it was fitted: {taken} is taken", input.name));
+        }
+        // Other inputs may make other parts.
+        let inputs: Vec<FittedInput> = program.inputs().iter().map(provenance::input).collect();
+        let is_same = inputs == self.fit.inputs && self.fit.script_sha256.is_some();
+        if is_same && self.fit.script_sha256 == provenance.sha256 {
+            figures::check_parts(&self.fit, program).map_err(|what| self.failed(&what))?;
         }
         if self.is_of_another_text(provenance) {
             self.warn("the text of the script, or of what it uses, has changed since the fit");
@@ -271,7 +284,7 @@ impl SavedFit {
 }
 
 fn quoted(names: &[&str]) -> String {
-    names.iter().map(|n| format!("'{n}'")).collect::<Vec<_>>().join(", ")
+    listed(names, |name| texts::quoted(name))
 }
 
 /// The value of an input for the compiler.

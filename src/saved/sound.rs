@@ -1,14 +1,16 @@
 //! Whether the file of a fit can be one: people edit these files, cut them, and take them for those of other models.
 //! What would give a wrong result is refused before any work begins.
 
-use crate::print::cut;
+use super::figures;
+use super::texts::{self, quoted};
+use crate::print::{cut, visible_in_line};
 use gml_compiler::program::Quantity;
 use gml_runtime::fit::{Covariance, FitResult, FittedParameter};
 use gml_runtime::model::Motion;
 use std::collections::HashSet;
 
 /// Deviation of a rotation's products from those of unit vectors that are at right angles, as files round it.
-const ROUNDING: f64 = 1e-6;
+pub(super) const ROUNDING: f64 = 1e-6;
 /// The largest shift, value or deviation that is believed, in millimetres, radians or 1: a thousand kilometres, as of a
 /// scan's coordinates.
 pub(super) const FARTHEST: f64 = 1e12;
@@ -75,6 +77,12 @@ fn readable(error: &serde_json::Error) -> String {
         message.strip_prefix("invalid type: ").and_then(|m| m.rsplit_once(", expected "))
     {
         format!("expected {}, found {}", what(expected), cut(found, 60))
+    } else if let Some((found, expected)) =
+        message.strip_prefix("invalid value: ").and_then(|m| m.rsplit_once(", expected "))
+    {
+        let expected =
+            if expected.starts_with('u') { "a whole number that is not negative".to_owned() } else { what(expected) };
+        format!("expected {expected}, found {}", cut(found, 60))
     } else if let Some((length, expected)) =
         message.strip_prefix("invalid length ").and_then(|m| m.rsplit_once(", expected "))
     {
@@ -91,12 +99,13 @@ fn readable(error: &serde_json::Error) -> String {
 
 /// Refuses a result that no fit has; the error is a predicate.
 pub(super) fn check(fit: &FitResult) -> Result<(), String> {
+    texts::check(fit)?;
     names("parameter", fit.parameters.iter().map(|p| (p.name.as_str(), p.unit.as_str(), p.quantity)))?;
     names("input", fit.inputs.iter().map(|i| (i.name.as_str(), i.unit.as_str(), i.quantity)))?;
     let values = fit.parameters.iter().map(|p| (p.name.as_str(), p.value));
     for (name, value) in values.chain(fit.inputs.iter().map(|i| (i.name.as_str(), i.value))) {
         if !(value.abs() <= FARTHEST) {
-            return Err(format!("has the value {value:e} for '{name}', beyond {FARTHEST:e}"));
+            return Err(format!("has the value {value:e} for {}, beyond {FARTHEST:e}", quoted(name)));
         }
     }
     let scales = [("objective", fit.objective), ("sigma", fit.sigma), ("noise", fit.noise), ("rms", fit.rms)];
@@ -110,10 +119,10 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
     digests(fit)?;
     for FittedParameter { name, sd, bias, .. } in &fit.parameters {
         if let Some(sd) = sd.filter(|sd| !(0.0..=FARTHEST).contains(sd)) {
-            return Err(format!("has `sd` = {sd:e} for '{name}', which is below zero or beyond {FARTHEST:e}"));
+            return Err(format!("has `sd` = {sd:e} for {}, which is below zero or beyond {FARTHEST:e}", quoted(name)));
         }
         if let Some(bias) = bias.filter(|bias| !(bias.abs() <= FARTHEST)) {
-            return Err(format!("has `bias` = {bias:e} for '{name}', beyond {FARTHEST:e}"));
+            return Err(format!("has `bias` = {bias:e} for {}, beyond {FARTHEST:e}", quoted(name)));
         }
     }
     if let Some(c) = &fit.covariance {
@@ -127,7 +136,7 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
         }
         covariance(fit, "pose_covariance", &c.parameters, &c.matrix, 6)?;
     }
-    Ok(())
+    figures::check(fit)
 }
 
 /// Refuses digests that are none.
@@ -148,7 +157,7 @@ fn deviations(fit: &FitResult, covariance: &Covariance) -> Result<(), String> {
         let sd = fit.parameters.iter().find(|p| p.name == *name).and_then(|p| p.sd);
         let by_matrix = covariance.matrix[i][i].sqrt();
         if let Some(sd) = sd.filter(|sd| !((sd - by_matrix).abs() <= ROUNDING * (sd + by_matrix))) {
-            return Err(format!("has `sd` = {sd:e} for '{name}', where its `covariance` has {by_matrix:e}"));
+            return Err(format!("has `sd` = {sd:e} for {}, where its `covariance` has {by_matrix:e}", quoted(name)));
         }
     }
     Ok(())
@@ -159,11 +168,12 @@ fn names<'a>(kind: &str, all: impl Iterator<Item = (&'a str, &'a str, Quantity)>
     let mut seen = HashSet::new();
     for (name, unit, quantity) in all {
         if !seen.insert(name) {
-            return Err(format!("has the {kind} '{name}' twice; remove one"));
+            return Err(format!("has the {kind} {} twice; remove one", quoted(name)));
         }
         if unit != quantity.unit() {
             let is = if quantity.unit().is_empty() { "no unit".to_owned() } else { format!("`{}`", quantity.unit()) };
-            return Err(format!("has the {kind} '{name}' in `{unit}`; convert its value: such files have {is} for it"));
+            let (name, unit) = (quoted(name), cut(&visible_in_line(unit), 60));
+            return Err(format!("has the {kind} {name} in `{unit}`; convert its value: such files have {is} for it"));
         }
     }
     Ok(())
@@ -199,9 +209,7 @@ fn pose(Motion { rotation, translation }: &Motion) -> Result<(), String> {
 
 /// Refuses a matrix that is not one of these parameters, and of so `many` others.
 fn covariance(fit: &FitResult, name: &str, of: &[String], matrix: &[Vec<f64>], many: usize) -> Result<(), String> {
-    if let Some(unknown) = of.iter().find(|name| fit.parameters.iter().all(|p| p.name != **name)) {
-        return Err(format!("has a `{name}` of '{unknown}', which is not one of its parameters"));
-    }
+    figures::of_parameters(fit, name, of)?;
     let size = of.len() + many;
     if matrix.len() != size || matrix.iter().any(|row| row.len() != size) {
         return Err(format!("has a `{name}` that is not a matrix of {size} x {size}"));

@@ -1,11 +1,11 @@
 //! Files that are not what they are taken for: fits that were edited, cut, or are of something else, and other files
 //! under the name of a script.
 
-use crate::support::{ball, fails, gmlc_in, json, text};
+use crate::support::{ball, fails, gmlc, gmlc_in, json, text};
 use serde_json::{Value, json as of};
 use std::fs;
 use std::path::Path;
-use tempfile::tempdir;
+use tempfile::{TempDir, tempdir};
 
 type Change = fn(&mut Value);
 
@@ -16,11 +16,20 @@ fn edit(folder: &Path, change: impl Fn(&mut Value)) {
     fs::write(folder.join("edited.json"), fit.to_string()).expect("written");
 }
 
+fn piece(beside: &[&str], share: f64) -> Value {
+    of!({ "share": share, "place": [0.0, 0.0, 0.0], "beside": beside, "shaped_by": [] })
+}
+
+fn held(name: &str, held: &[f64], p: f64) -> Value {
+    let one = [1.0];
+    of!({ "parameters": [name], "held": held, "free": one, "sd": one, "statistic": 1.0, "degrees": 1, "p": p })
+}
+
 #[test]
 fn fits_that_cannot_be_are_refused_by_all_commands() {
     let folder = ball::fitted();
     let at = folder.path();
-    let changes: [(&str, Change); 24] = [
+    let changes: [(&str, Change); 40] = [
         ("has a pose whose rotation is none: it mirrors the model", |fit| {
             let rows = fit["pose"]["rotation"].as_array_mut().expect("rows");
             rows.swap(0, 1);
@@ -74,6 +83,39 @@ fn fits_that_cannot_be_are_refused_by_all_commands() {
         ("has `scan.sha256` = \"../..\", which is no SHA-256", |fit| fit["scan"]["sha256"] = of!("../..")),
         ("`sigam` is no field of such a file: it is misspelt, or from another version", |fit| fit["sigam"] = of!(1)),
         ("`values` is no field", |fit| fit["parameters"][0]["values"] = of!(1)),
+        ("has the model \"pin\\u000aerror: forged line\", which is no model's name", |fit| {
+            fit["model"] = of!("pin\nerror: forged line");
+        }),
+        ("has the parameter \"r\\u202eb\", which is no parameter's name", |fit| {
+            fit["parameters"][0]["name"] = of!("r\u{202e}b");
+        }),
+        ("has the unit \"mm\\u000aforged\", which is no unit's name", |fit| fit["scan"]["unit"] = of!("mm\nforged")),
+        ("has the part \"a | b\", which is no part's name", |fit| fit["unexplained"] = of!([piece(&["a | b"], 0.5)])),
+        ("names the part 'lid', which the model 'ball' has not", |fit| {
+            fit["unexplained"] = of!([piece(&["lid"], 0.5)]);
+        }),
+        ("has the share 2e0 in `unexplained`, which is not between", |fit| {
+            fit["unexplained"] = of!([piece(&["p"], 2.0)]);
+        }),
+        ("has both `sd` and `without_sd` for 'r'", |fit| fit["parameters"][0]["without_sd"] = of!("fixed")),
+        ("has a `covariance` of 'r' twice", |fit| fit["covariance"]["parameters"] = of!(["r", "r"])),
+        ("has a `equal` of 'q', which is not one of its parameters", |fit| fit["equal"] = of!([["r", "q"]])),
+        ("has a `tests` of 'q', which is not", |fit| fit["tests"] = of!([held("q", &[20.0], 0.5)])),
+        ("has an entry of `tests` whose lists", |fit| fit["tests"] = of!([held("r", &[20.0, 21.0], 0.5)])),
+        ("has p = 2e0 in `tests`, which is not between 0e0 and 1e0", |fit| {
+            fit["tests"] = of!([held("r", &[20.0], 2.0)]);
+        }),
+        ("has a `alternatives` of 'q', which is not", |fit| {
+            fit["alternatives"] = of!([{ "parts": ["p"], "values": { "q": 1.0 }, "evidence": 0.0 }]);
+        }),
+        ("has the area -1e0 in `contradicted`", |fit| {
+            fit["contradicted"] = of!([{ "part": "p", "area": -1.0, "share": 0.5, "place": [0.0, 0.0, 0.0] }]);
+        }),
+        ("has a symmetry whose `turn` has the length 2e0, neither 1 nor 0", |fit| {
+            let turn = of!([2.0, 0.0, 0.0]);
+            fit["pose_covariance"]["symmetries"] = of!([{ "shift": [0.0, 0.0, 0.0], "turn": turn, "text": "a turn" }]);
+        }),
+        ("expected a whole number that is not negative, found integer `-1`", |fit| fit["iterations"] = of!(-1)),
         ("expected an object of JSON (`{`), found a text that begins `[]`", |fit| *fit = of!([])),
     ];
     let commands: [&[&str]; 4] = [
@@ -97,6 +139,109 @@ fn fits_that_cannot_be_are_refused_by_all_commands() {
     }
     let said = text(&gmlc_in(at, commands[2]).stderr);
     assert!(said.contains(&format!("warning: {outside}: the fit begins at the nearest bound")), "{said}");
+}
+
+/// A ball with inputs and a measure.
+const PIN: &str = "model pin {
+  input k: int = 1
+  input wide: bool = true
+  param r: length in 5mm..50mm = 19.9mm
+  measure d tolerance 0.5mm = 2 * r
+  require k > 0 or wide, \"k is a count\"
+  part p = sphere(r)
+}
+";
+
+/// A folder with the script, and a fit of it.
+fn pin() -> TempDir {
+    let folder = ball::scanned(&[]);
+    fs::write(folder.path().join("pin.gml"), PIN).expect("written");
+    gmlc(folder.path(), &["fit", "pin.gml", "scan.ply", "-o", "fit.json"]);
+    folder
+}
+
+#[test]
+fn inputs_have_values_of_their_types() {
+    let folder = pin();
+    let at = folder.path();
+    let mesh = ["mesh", "pin.gml", "--params", "edited.json", "-o", "mesh.ply"];
+    for value in [2.999999, 1.5, 1e300] {
+        edit(at, |fit| fit["inputs"][0]["value"] = of!(value));
+        let error = fails(at, &mesh, 1);
+        assert!(error.contains("'k'") && (value > 1e12 || error.contains("which is a whole number")), "{error}");
+    }
+    for value in [2.0, 0.5, -1.0] {
+        edit(at, |fit| fit["inputs"][1]["value"] = of!(value));
+        assert!(fails(at, &mesh, 1).contains(&format!("has the input 'wide' = {value}, which is 0 or 1")));
+    }
+    edit(at, |fit| fit["inputs"][0]["name"] = of!("k\nerror: forged"));
+    assert!(fails(at, &mesh, 1).contains("has the input \"k\\u000aerror: forged\", which is no input's name"));
+    let long = "k".repeat(3000);
+    edit(at, |fit| fit["inputs"][0]["name"] = of!(long));
+    let error = fails(at, &mesh, 1);
+    assert!(error.len() < 300 && error.contains("kkk..."), "{error}");
+}
+
+/// Verdicts on measures rest on the script, the parameters and their covariance, whatever the file states of them.
+#[test]
+fn measures_of_a_file_are_computed() {
+    let folder = pin();
+    let at = folder.path();
+    let variance = |change: &dyn Fn(&mut Value)| {
+        edit(at, |fit| change(&mut fit["measures"][0]));
+        let args = ["variance", "pin.gml", "scan.ply", "--params", "edited.json", "-o", "out", "--resolution", "64"];
+        let output = gmlc_in(at, &args);
+        (output.status.code(), text(&output.stderr))
+    };
+    let verdict = || json(&at.join("out/variance.json"))["measures"][0].clone();
+    assert_eq!(variance(&|_| {}), (Some(0), String::new()));
+    let right = verdict();
+    assert_eq!((&right["lower"], &right["upper"]), (&of!(-0.5), &of!(0.5)), "{right}");
+    let changes: [(&str, &dyn Fn(&mut Value)); 5] = [
+        ("has another tolerance of 'd' than the script", &|d| d["tolerance"] = of!({ "lower": -50.0, "upper": 50.0 })),
+        ("has another tolerance of 'd' than the script", &|d| d["tolerance"] = of!({ "lower": -0.5, "upper": 0.4 })),
+        ("has another value of the measure 'd'", &|d| d["value"] = of!(99.0)),
+        ("has another standard deviation of the measure 'd'", &|d| d["sd"] = of!(1e9)),
+        ("has other derivatives of the measure 'd'", &|d| d["derivatives"]["r"] = of!(1e3)),
+    ];
+    for (expected, change) in changes {
+        let (status, said) = variance(change);
+        assert!(status == Some(0) && said.contains(&format!("warning: edited.json: {expected}")), "{said}");
+        assert_eq!(verdict(), right, "{expected}");
+    }
+    let (_, said) = variance(&|d| d["name"] = of!("e"));
+    assert!(said.contains("measures that the script has not, left out: 'e'"), "{said}");
+    assert!(said.contains("lacks the measure 'd'") && verdict() == right, "{said}");
+    let (status, said) = variance(&|d| d["nominal"] = of!(60.0));
+    assert!(said.contains("the nominal value 60 mm of 'd', where the script's defaults give 39.8 mm"), "{said}");
+    assert_eq!(status, Some(3), "{said}");
+    for (expected, change) in [
+        ("has the tolerance 5e0 to -5e0 for 'd', which leaves nothing", of!({ "lower": 5.0, "upper": -5.0 })),
+        ("expected a number, found null", of!({ "lower": null, "upper": 1.0 })),
+    ] {
+        let (status, said) = variance(&|d| d["tolerance"] = change.clone());
+        assert!(status == Some(1) && said.contains(expected), "{said}");
+    }
+    // A parameter that was held is no start value that nobody knows.
+    gmlc(at, &["fit", "pin.gml", "scan.ply", "--fix", "r=20mm", "-o", "fit.json"]);
+    assert_eq!(variance(&|_| {}).1.matches("nominal value").count(), 0);
+}
+
+/// What a file says beside names is shown, and not obeyed.
+#[test]
+fn other_texts_of_a_fit_forge_no_lines() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    let path = format!("a\nerror: forged \u{202e}{}", "x".repeat(3000));
+    edit(at, |fit| {
+        fit["scan"]["path"] = of!(path);
+        fit["scan"]["sha256"] = of!("0".repeat(64));
+    });
+    let args = ["variance", "ball.gml", "scan.ply", "--params", "edited.json", "-o", "out", "--resolution", "64"];
+    let output = gmlc_in(at, &args);
+    let said = text(&output.stdout) + &text(&output.stderr);
+    assert!(said.contains("another scan (a\\u000aerror: forged \\u202ex"), "{said}");
+    assert!(!said.contains("\nerror: forged") && !said.contains(&"x".repeat(100)), "{said}");
 }
 
 /// A fit from somebody else names its script: no other file is read and quoted by that.

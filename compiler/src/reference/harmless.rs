@@ -7,39 +7,82 @@
 /// What links may begin with, beside relative paths and places in the page.
 const SCHEMES: [&str; 3] = ["http://", "https://", "mailto:"];
 
+/// Lines of a block of code in an item of a list: to find its end must not take a time that grows with the square of
+/// what a stranger wrote.
+const MOST_LINES: usize = 1000;
+
 /// A text of Markdown whose HTML is shown, not obeyed, and whose links lead to pages. Code stays as it is: nothing is
-/// obeyed there.
+/// obeyed there. A block of code that is left open ends with the text: what follows on the page is not part of it.
 pub(super) fn without_html(text: &str) -> String {
+    let text = with_plain_line_ends(text);
+    let lines: Vec<&str> = text.split_inclusive('\n').collect();
     let mut out = String::new();
-    let mut lines = text.split_inclusive('\n').peekable();
     let mut prose = String::new();
     // Whether it is clear where code begins. A fence may end with the item of a list that it is in, if it is indented.
     let mut clear = true;
-    while let Some(line) = lines.next() {
+    // Lines up to this one belong to a block of code, wherever it is.
+    let mut enclosed = 0;
+    let mut i = 0;
+    while let Some(line) = lines.get(i).copied() {
         let fence = Fence::of(line);
         clear &= fence.is_none() || !line.starts_with(' ');
-        if let Some(fence) = fence.filter(|_| clear) {
+        if let Some(fence) = fence.as_ref().filter(|_| clear) {
             out.push_str(&paragraph(&std::mem::take(&mut prose), clear));
-            out.push_str(line);
-            for line in lines.by_ref() {
-                out.push_str(line);
-                if fence.is_closed_by(line) {
-                    break;
-                }
-            }
+            i = fence.copy(&lines, i, &mut out);
             continue;
         }
-        prose.push_str(line);
-        if line.trim().is_empty() || lines.peek().is_none() {
+        i += 1;
+        let mut marks_at = 0;
+        if let Some(fence) = fence.filter(|_| i > enclosed) {
+            match fence.enclosing(&lines, i) {
+                Some(behind) => enclosed = behind,
+                None => {
+                    // Nobody can tell where it would end: it is text.
+                    marks_at = fence.indent;
+                    prose.push_str(&line[..marks_at]);
+                    prose.push('\\');
+                }
+            }
+        }
+        prose.push_str(&line[marks_at..]);
+        if line.trim().is_empty() || i == lines.len() {
             out.push_str(&paragraph(&std::mem::take(&mut prose), clear));
         }
     }
     out
 }
 
-/// The same of a text in one line, of which no line begins a block of code.
+/// The same of a text that stands in one line, of which no line begins a block of code.
 pub(super) fn inline(text: &str) -> String {
-    paragraph(text, true)
+    paragraph(&in_one_line(text), true)
+}
+
+/// A carriage return ends a line of Markdown, also without a line feed.
+fn with_plain_line_ends(text: &str) -> String {
+    text.replace("\r\n", "\n").replace('\r', "\n")
+}
+
+fn in_one_line(text: &str) -> String {
+    with_plain_line_ends(text).replace('\n', " ")
+}
+
+/// A text as a cell of a table, whose marks between cells are text.
+pub(super) fn cell(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    // A mark behind an odd number of backslashes is text already.
+    let mut is_escaped = false;
+    for c in inline(text).chars() {
+        if c == '|' && !is_escaped {
+            out.push('\\');
+        }
+        is_escaped = c == '\\' && !is_escaped;
+        out.push(c);
+    }
+    // At the end a backslash would take the mark behind the cell.
+    if is_escaped {
+        out.push('\\');
+    }
+    out
 }
 
 /// The lines up to an empty one. Unless it is clear where code begins, backticks mean nothing.
@@ -181,6 +224,7 @@ fn longest_run(text: &str) -> usize {
 /// A text as code within a line.
 pub(super) fn code(text: &str) -> String {
     let ticks = "`".repeat(longest_run(text) + 1);
+    let text = in_one_line(text);
     let space = if text.starts_with('`') || text.ends_with('`') { " " } else { "" };
     format!("{ticks}{space}{text}{space}{ticks}")
 }
@@ -195,6 +239,7 @@ pub(super) fn block(text: &str) -> String {
 struct Fence {
     mark: char,
     length: usize,
+    indent: usize,
 }
 
 impl Fence {
@@ -202,14 +247,38 @@ impl Fence {
         let text = line.trim_start_matches(' ');
         let mark = text.chars().next().filter(|c| matches!(c, '`' | '~'))?;
         let info = text.trim_start_matches(mark);
-        let length = text.len() - info.len();
-        let begins = line.len() - text.len() < 4 && length >= 3 && !(mark == '`' && info.contains('`'));
-        begins.then_some(Fence { mark, length })
+        let (length, indent) = (text.len() - info.len(), line.len() - text.len());
+        let begins = indent < 4 && length >= 3 && !(mark == '`' && info.contains('`'));
+        begins.then_some(Fence { mark, length, indent })
     }
 
+    /// Other white space than this, before or behind the marks, makes them text.
     fn is_closed_by(&self, line: &str) -> bool {
-        let text = line.trim();
-        text.chars().all(|c| c == self.mark) && text.len() >= self.length && line.len() - line.trim_start().len() < 4
+        let text = line.trim_start_matches(' ');
+        let marks = text.trim_end_matches([' ', '\t', '\n']);
+        marks.chars().all(|c| c == self.mark) && marks.len() >= self.length && line.len() - text.len() < 4
+    }
+
+    /// Copies the block that begins in a line, and closes it; the place behind it.
+    fn copy(&self, lines: &[&str], first: usize, out: &mut String) -> usize {
+        let end = (first + 1..lines.len()).find(|i| self.is_closed_by(lines[*i]));
+        let behind = end.map_or(lines.len(), |end| end + 1);
+        lines[first..behind].iter().for_each(|line| out.push_str(line));
+        if end.is_none() {
+            let line_end = if out.ends_with('\n') { "" } else { "\n" };
+            out.push_str(&format!("{line_end}{}", String::from(self.mark).repeat(self.length)));
+        }
+        behind
+    }
+
+    /// The place behind the line that closes the block whose inside begins at a line, if all of it is in the same item
+    /// of a list, or in none: nothing is indented less than the fences.
+    fn enclosing(&self, lines: &[&str], from: usize) -> Option<usize> {
+        let indent = |line: &str| line.len() - line.trim_start_matches(' ').len();
+        let inside = |line: &&&str| line.trim().is_empty() || indent(line) >= self.indent;
+        let block = lines[from..].iter().take(MOST_LINES).take_while(inside);
+        let end = block.take_while(|line| !self.is_closed_by(line)).count() + from;
+        lines.get(end).filter(|line| self.is_closed_by(line) && indent(line) == self.indent).map(|_| end + 1)
     }
 }
 
@@ -235,7 +304,8 @@ mod tests {
             ("- a `\n- ` <b> `", "- a `\n- ` &lt;b> `"),
             ("| ` |\n|---|\n| ` | <b> ` |", "| ` |\n|---|\n| ` | &lt;b> ` |"),
             ("| a |\n|---|\n| ` | <b> ` |", "| a |\n|---|\n| ` | &lt;b> ` |"),
-            ("- a\n  ```\n<b>\n\n`<b>`", "- a\n  ```\n&lt;b>\n\n`&lt;b>`"),
+            ("- a\n  ```\n<b>\n\n`<b>`", "- a\n  \\```\n&lt;b>\n\n`&lt;b>`"),
+            ("- a\n  ```\n  <b>\n\n  ```\n", "- a\n  ```\n  &lt;b>\n\n  ```\n"),
             ("`|t| <b>`\n`<b>`", "`|t| <b>`\n`<b>`"),
         ] {
             assert_eq!(without_html(text), expected);
@@ -243,6 +313,40 @@ mod tests {
         assert_eq!((code("a"), code("`a``")), ("`a`".to_owned(), "``` `a`` ```".to_owned()));
         assert_eq!(block("a\n```\n<b>"), "````\na\n```\n<b>\n````");
     }
+
+    #[test]
+    fn blocks_of_code_end_with_their_text() {
+        for (text, expected) in [
+            ("```", "```\n```"),
+            ("a\n~~~~ gml\n<b>", "a\n~~~~ gml\n<b>\n~~~~"),
+            ("```\na\n```", "```\na\n```"),
+            ("```\n````", "```\n````"),
+            // These close nothing: other white space makes them text.
+            ("```\n\t```\n<b>\n```", "```\n\t```\n<b>\n```"),
+            ("```\n```\u{a0}\n<b>", "```\n```\u{a0}\n<b>\n```"),
+            // A carriage return alone ends a line.
+            ("~~~\r~~~\r<b>", "~~~\n~~~\n&lt;b>"),
+            ("~~~\r\n~~~", "~~~\n~~~"),
+            // In an item of a list or not, nothing is open behind these.
+            ("  ```", "  \\```"),
+            (" ~~~ a\nb", " \\~~~ a\nb"),
+            ("- a\n  ```\nb\n  ```", "- a\n  \\```\nb\n  \\```"),
+            ("- a\n  ```\n  b\n```\n<b>", "- a\n  \\```\n  b\n\\```\n&lt;b>"),
+            ("  ```\n  ```\n~~~", "  ```\n  ```\n\\~~~"),
+        ] {
+            assert_eq!(without_html(text), expected);
+        }
+    }
+
+    #[test]
+    fn one_line_stays_one() {
+        assert_eq!(inline("a\r```\n<b>"), "a ``` &lt;b>");
+        assert_eq!(code("a\r# <b>\nc"), "`a # <b> c`");
+        for (text, expected) in [("a|b", "a\\|b"), ("a\\|b", "a\\|b"), ("a\\\\|b", "a\\\\\\|b"), ("a\\", "a\\\\")] {
+            assert_eq!(cell(text), expected);
+        }
+    }
+
     #[test]
     fn links_lead_to_pages() {
         for link in [

@@ -1,6 +1,6 @@
 //! A page under construction: headings, paragraphs, tables, definitions.
 
-use super::harmless::{block, code, inline, without_html};
+use super::harmless::{block, cell, code, inline, without_html};
 use crate::source::Span;
 use crate::syntax::ast::{FunctionDecl, Item, ItemKind};
 use std::fmt::Write;
@@ -54,8 +54,7 @@ impl<'t> Page<'t> {
         self.out.push_str(&line(&head));
         let _ = writeln!(self.out, "|{}", "---|".repeat(head.len()));
         for row in rows {
-            let cells: Vec<String> =
-                row.iter().map(|cell| inline(&cell.replace('\n', " ")).replace('|', "\\|")).collect();
+            let cells: Vec<String> = row.iter().map(|text| cell(text)).collect();
             self.out.push_str(&line(&cells));
         }
         self.out.push('\n');
@@ -63,7 +62,7 @@ impl<'t> Page<'t> {
 
     pub(super) fn list(&mut self, lines: &[String]) {
         for line in lines {
-            let _ = writeln!(self.out, "- {}", inline(&line.replace('\n', " ")));
+            let _ = writeln!(self.out, "- {}", inline(line));
         }
         self.out.push('\n');
     }

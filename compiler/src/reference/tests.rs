@@ -50,3 +50,27 @@ fn no_html_of_a_script_reaches_its_page() {
         assert!(line.contains("`` ") || line.contains("``r"), "{line}\n{page}");
     }
 }
+
+/// A comment that opens a block of code and does not close it neither hides what follows nor makes it live.
+#[test]
+fn blocks_of_code_end_with_their_comment() {
+    for open in ["```", "~~~ gml", "  ```", "- a\n/// ```", "> ```"] {
+        let text = format!(
+            "/// A value.\n/// {open}\nlet a = 1\n/// ```\n/// <script>x</script> [x](javascript:a)\n/// ```\nlet b = 2\n"
+        );
+        let page = script("a.gml", FileId(0), &text).unwrap();
+        let mut fence = None;
+        for line in page.lines() {
+            let marks = line.trim().trim_end_matches(char::is_alphabetic).trim();
+            let is_fence = marks.len() >= 3 && (marks.chars().all(|c| c == '`') || marks.chars().all(|c| c == '~'));
+            match fence {
+                None if is_fence => fence = Some(marks),
+                Some(open) if is_fence && marks == open => fence = None,
+                _ => {}
+            }
+            assert!(!line.starts_with('#') || fence.is_none(), "{open} hides {line}:\n{page}");
+            assert!(!line.starts_with("<script") || fence.is_some(), "{open} makes {line} live:\n{page}");
+        }
+        assert!(page.contains("<script>"), "{page}");
+    }
+}

@@ -36,9 +36,8 @@ fn split_number(text: &str) -> (&str, &str) {
     // `_` belongs to the digits, so `3_mm` is `3_` and `mm`.
     if matches!(bytes.get(end), Some(b'e' | b'E')) {
         let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
-        let exponent = bytes[end + 1 + sign..].iter().take_while(|c| c.is_ascii_digit()).count();
-        if exponent > 0 {
-            end += 1 + sign + exponent;
+        if bytes.get(end + 1 + sign).is_some_and(u8::is_ascii_digit) {
+            end = digits(end + 1 + sign);
         }
     }
     text.split_at(end)

@@ -30,7 +30,7 @@ pub(crate) enum Token {
     #[regex(r"[A-Za-z_]|[^\x00-\x7f\u{a0}\u{feff}]", word)]
     Name,
     /// A number with the letters that directly follow it: `3`, `0.5`, `1e-3m`; the unit is checked later.
-    #[regex(r"[0-9][0-9_]*(\.[0-9][0-9_]*)?([eE][+\-]?[0-9]+)?", letters_of_number)]
+    #[regex(r"[0-9][0-9_]*(\.[0-9][0-9_]*)?([eE][+\-]?[0-9][0-9_]*)?", letters_of_number)]
     Number,
     #[regex(r#""([^"\\\n]|\\[^\n])*""#)]
     Text,

@@ -114,7 +114,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
         objective: solution.evaluation.value,
         sigma: solution.loss.sigma,
         noise: problem.scan.noise,
-        inliers: inliers / weight,
+        inliers: share(inliers, weight),
         rms,
         iterations: u64::from(solution.iterations),
         evaluations: monitor.evaluations(),
@@ -292,6 +292,12 @@ fn alternatives(solution: &Solution, rivals: &[Rival], deviations: &[Option<f64>
     rivals.iter().filter_map(of).collect()
 }
 
+/// A part of the points' weight as a share of all of it. The two sums are rounded apart: that of all points can come
+/// out as a little more than all.
+fn share(of: f64, all: f64) -> f64 {
+    (of / all).min(1.0)
+}
+
 /// The angle in radians from which on a turned model is said to be turned: poses of one surface differ by less, as the
 /// scan leaves them open.
 const LEAST_TURN: f64 = 0.5 * std::f64::consts::PI / 180.0;
@@ -464,7 +470,12 @@ fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluati
 
 #[cfg(test)]
 mod tests {
-    use super::turned;
+    use super::{share, turned};
+
+    #[test]
+    fn no_share_is_beyond_one() {
+        assert_eq!((share(1.0000000000000016 * 3.0, 3.0), share(1.0, 4.0)), (1.0, 0.25));
+    }
 
     /// A turn that is told is one that people can see: never by 0 degrees.
     #[test]
