@@ -3,6 +3,7 @@
 mod agreement;
 mod histogram;
 mod measures;
+mod pack;
 mod relations;
 mod surface;
 mod tables;
@@ -42,30 +43,36 @@ pub struct Report<'a> {
     /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
     /// The view shows the model upright.
     pub turned: [[f64; 3]; 3],
-    /// The distance texture as a PNG file, coded as in \[VA\] sect. 6.
-    pub distance_png: &'a [u8],
-    /// The deviations in the colours of the scale as a PNG file.
-    pub colour_png: &'a [u8],
     /// The probability of conformance in colours as a PNG file, if a part has a tolerance.
     pub conformance_png: Option<&'a [u8]>,
     /// The end of the colour scale. Millimetres.
     pub colour_range: f64,
-    /// Further pictures: captions and PNG files.
-    pub pictures: &'a [(&'a str, &'a [u8])],
+    /// The picture that stands beside the verdict.
+    pub picture: Option<Figure<'a>>,
+    /// Further pictures, in rows with a heading.
+    pub pictures: &'a [(&'a str, &'a [Figure<'a>])],
+}
+
+/// A PNG file and its caption.
+#[derive(Clone, Copy, Debug)]
+pub struct Figure<'a> {
+    /// What is seen.
+    pub caption: &'a str,
+    /// The file.
+    pub png: &'a [u8],
 }
 
 /// The report as HTML. Nothing in it is executed or loaded but its own script; all text is escaped.
 #[must_use]
 pub fn write(report: &Report<'_>) -> String {
-    let distances = STANDARD.encode(report.distance_png);
-    let colour_map = STANDARD.encode(report.colour_png);
+    let step = surface::step(report.colour_range, report.variance.max_distance);
     let way = match report.variance.distance.as_str() {
         "averaged-normal" => "along normals that are averaged where patches meet",
         "closest" => "to its closest point",
         _ => "along the normal",
     };
     let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
-    let insertions: [(&str, String); 23] = [
+    let insertions: [(&str, String); 24] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
         ("facts", facts(report)),
@@ -82,9 +89,10 @@ pub fn write(report: &Report<'_>) -> String {
         ("filled", filled.to_owned()),
         ("statistics", tables::statistics(report.variance)),
         ("histogram", histogram::histogram(report.deviations, report.colour_range)),
-        ("colour_map", colour_map),
+        ("step", tables::number(step)),
         ("conformance", report.conformance_png.map_or_else(String::new, conformance)),
-        ("distances", distances),
+        ("texel_data", surface::texels(report.deviations, step)),
+        ("data", include_str!("data.js").to_owned()),
         ("provenance", provenance(report)),
         ("mesh", surface::mesh(&report.tessellation.mesh)),
         ("scene", surface::scene(report)),
@@ -166,16 +174,20 @@ fn pictures(report: &Report<'_>) -> String {
     if report.pictures.is_empty() {
         return String::new();
     }
-    let mut out = String::from("<section>\n<h2>Pictures</h2>\n<div class=\"pictures\">\n");
-    for (caption, png) in report.pictures {
-        let (caption, data) = (escape(caption), STANDARD.encode(png));
-        let _ = writeln!(
-            out,
-            "<figure><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption></figure>"
-        );
+    let mut out = String::from("<section>\n<h2>Pictures</h2>\n");
+    for (heading, row) in report.pictures {
+        let figures: String = row.iter().map(|one| figure(one, heading)).collect();
+        let _ = writeln!(out, "<h3>{}</h3>\n<div class=\"pictures\">\n{figures}</div>", escape(heading));
     }
-    out.push_str("</div>\n</section>\n");
+    out.push_str("</section>\n");
     out
+}
+
+fn figure(Figure { caption, png }: &Figure<'_>, of: &str) -> String {
+    let (caption, of, data) = (escape(caption), escape(of), STANDARD.encode(png));
+    format!(
+        "<figure><img alt=\"{of}: {caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption></figure>\n"
+    )
 }
 
 /// The map of the probability of conformance.
