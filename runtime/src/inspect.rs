@@ -3,7 +3,7 @@
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
 use crate::export::picture::Picture;
 use crate::export::render::{self, DeviationColours, Layer, Paint, View};
-use crate::export::report::{self, Figure, Report};
+use crate::export::report::{self, Figure, Report, file_name};
 use crate::export::x3d::{self, MetadataGroup, X3dScene};
 use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
@@ -78,17 +78,6 @@ pub fn inspect(
     Inspection::of_fit(model, fit, scan, measure_options, progress)
 }
 
-/// The origin that documents state.
-#[derive(Clone, Copy, Debug)]
-pub struct Origin<'a> {
-    /// Path of the script.
-    pub model: &'a str,
-    /// Date and time, as text.
-    pub date: &'a str,
-    /// The program and its version.
-    pub tool: &'a str,
-}
-
 impl Inspection {
     /// Measures the deviations from a model that has been fitted.
     ///
@@ -119,11 +108,13 @@ impl Inspection {
     ///
     /// # Errors
     /// If a file cannot be written.
+    ///
+    /// `scripts` are the names and the texts of the model's scripts.
     pub fn write(
         &self,
         folder: &Path,
         scan: &Scan,
-        origin: Origin<'_>,
+        scripts: &[(String, String)],
         extras: Extras,
         progress: &dyn Progress,
     ) -> Result<(), DocumentError> {
@@ -135,9 +126,9 @@ impl Inspection {
         }
         let views = self.views(scan, textures.colour_range);
         progress.report("writing", f64::NAN, "model.x3d, report.html");
-        let title = format!("{} compared with {}", self.fit.model, scan.source.path);
+        let title = format!("{} compared with {}", self.fit.model, file_name(&scan.source.path));
         let scene = self.scene(&title, &textures)?;
-        let report = self.report(&title, origin, &textures, &views)?;
+        let report = self.report(&title, scripts, &textures, &views)?;
         atomic::write(&folder.join("views.png"), &png(&Picture::sheet(&views, SIDES.len()))?)?;
         atomic::write(&folder.join("model.x3d"), scene.as_bytes())?;
         atomic::write(&folder.join("report.html"), report.as_bytes())?;
@@ -175,7 +166,7 @@ impl Inspection {
     fn report(
         &self,
         title: &str,
-        origin: Origin<'_>,
+        scripts: &[(String, String)],
         textures: &Textures,
         views: &[Picture],
     ) -> Result<String, DocumentError> {
@@ -192,9 +183,8 @@ impl Inspection {
         let (model, scan) = (figures(&model), figures(&scan));
         Ok(report::write(&Report {
             title,
-            model: origin.model,
-            date: origin.date,
-            tool: origin.tool,
+            record: self.measurement.report.provenance.as_ref(),
+            scripts,
             fit: Some(&self.fit),
             variance: &self.measurement.report,
             deviations: &self.measurement.deviations,

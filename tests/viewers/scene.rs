@@ -69,9 +69,8 @@ fn a_scene_of_known_appearance() {
     let scan = ScanSource { path: "bumpy.ply".into(), unit: "mm".into(), ..ScanSource::default() };
     let page = report::write(&Report {
         title: "Cylinder compared with bumpy.ply",
-        model: "cylinder.gml",
-        date: "2024-05-06",
-        tool: "gmlc",
+        record: None,
+        scripts: &[],
         fit: None,
         variance: &VarianceReport::new(&deviations, &scan, "cpu", &[]),
         deviations: &deviations,

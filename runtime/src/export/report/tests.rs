@@ -4,6 +4,7 @@ use crate::fit::{
 };
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
+use crate::record::{Field, Record, Setting, UsedFile};
 use crate::scan::ScanSource;
 use crate::variance::{
     Deviations, Dimension, Outcome, OverallVerdict, Tolerance, VarianceReport, Verdict, VerdictOptions,
@@ -62,6 +63,8 @@ fn fit() -> FitResult {
                 quantity: Quantity::Angle,
                 fixed: false,
                 at_bound: true,
+                lower: None,
+                upper: None,
                 sd: Some(0.01),
                 bias: Some(0.001),
                 without_sd: Some(WithoutSd::AtBound),
@@ -73,6 +76,8 @@ fn fit() -> FitResult {
                 quantity: Quantity::Length,
                 fixed: true,
                 at_bound: false,
+                lower: None,
+                upper: None,
                 sd: None,
                 bias: None,
                 without_sd: Some(WithoutSd::Fixed),
@@ -105,6 +110,18 @@ fn fit() -> FitResult {
     }
 }
 
+fn record() -> Record {
+    let text = |text: &str| text.to_owned();
+    Record {
+        tool: text("gmlc 0.1.0"),
+        time: text("2024-05-06T07:08:09Z"),
+        command: vec![text("gmlc"), text("inspect"), text("/home/roe/plate.gml"), HOSTILE.to_owned()],
+        files: vec![UsedFile { role: text("script"), name: text("plate.gml"), sha256: text("abc") }],
+        settings: vec![Setting { name: text("seed"), values: vec![text("7")], given: true }],
+        fields: vec![Field { name: text("Part number"), value: HOSTILE.to_owned() }],
+    }
+}
+
 fn page() -> String {
     page_of(&deviations(), 0)
 }
@@ -117,9 +134,8 @@ fn page_of(deviations: &Deviations, spikes: usize) -> String {
 fn page_with(deviations: &Deviations, variance: &VarianceReport) -> String {
     write(&Report {
         title: HOSTILE,
-        model: HOSTILE,
-        date: "2024-05-06",
-        tool: "gmlc 0.1.0",
+        record: Some(&record()),
+        scripts: &[("plate.gml".to_owned(), HOSTILE.to_owned())],
         fit: Some(&fit()),
         variance,
         deviations,
