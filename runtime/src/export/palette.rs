@@ -5,9 +5,9 @@ use super::picture::Picture;
 use std::collections::HashMap;
 
 /// The most levels of 255 by which a channel may be off.
-const LEVELS: u8 = 2;
+const LEVELS: u8 = 4;
 
-/// A PNG file with a palette, where 256 colours are enough for all channels to be off by at most two of 255 levels, as
+/// A PNG file with a palette, where 256 colours are enough for all channels to be off by at most four of 255 levels, as
 /// in shaded surfaces of one colour. Another picture becomes a PNG file of all its colours.
 ///
 /// # Errors
@@ -50,8 +50,8 @@ fn indexed(picture: &Picture, width: i32) -> Option<(Vec<[u8; 3]>, Vec<u8>)> {
 fn key([r, g, b]: [u8; 3], width: i32) -> [i32; 3] {
     let [r, g, b] = [r, g, b].map(i32::from);
     let sum = (r + g + b).max(1);
-    let twelfth = |channel: i32| (24 * channel / sum + 1) / 2;
-    [sum / width, twelfth(r), twelfth(b)]
+    let hue = |channel: i32| (96 * channel / sum + 1) / 2;
+    [sum / width, hue(r), hue(b)]
 }
 
 #[cfg(test)]
@@ -70,14 +70,14 @@ mod tests {
     }
 
     #[test]
-    fn shades_of_one_colour_are_kept_to_two_levels() {
+    fn shades_of_one_colour_are_nearly_kept() {
         let shade = |i: usize| [198.0, 190.0, 178.0].map(|c| (c * (0.3 + 0.7 * i as f64 / 4095.0)).round() as u8);
         let pixels: Vec<[u8; 3]> = (0..4096).map(shade).collect();
         let picture = Picture { width: 64, height: 64, pixels };
         let (kind, read) = decoded(png(&picture).expect("a file"));
         assert_eq!(kind, png::ColorType::Indexed);
         let off = read.iter().zip(picture.pixels.as_flattened()).map(|(a, b)| a.abs_diff(*b)).max();
-        assert!(off <= Some(2), "{off:?}");
+        assert!(off <= Some(LEVELS), "{off:?}");
     }
 
     #[test]

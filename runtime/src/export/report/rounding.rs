@@ -7,8 +7,9 @@ use gml_compiler::program::Quantity;
 /// The most decimals.
 const DECIMALS: i32 = 9;
 
-/// An uncertainty with one significant digit, or two where the first is 1 or 2, and the decimals that it then has.
-fn rounded(sd: f64) -> Option<(f64, usize)> {
+/// The unit of the last digit of an uncertainty with one significant digit, or two where the first is 1 or 2, and the
+/// decimals that it then has.
+fn last_digit(sd: f64) -> Option<(f64, usize)> {
     if !(sd > 0.0 && sd.is_finite()) {
         return None;
     }
@@ -17,15 +18,16 @@ fn rounded(sd: f64) -> Option<(f64, usize)> {
     // 0.0996 becomes 0.10, not 0.100.
     let leading = (sd / 10f64.powi(place) * 1.000_001).floor();
     let place = if leading < 3.0 { place - 1 } else { place };
-    let unit = 10f64.powi(place);
-    let shown = (sd / unit).round() * unit;
-    Some((shown, (-place).clamp(0, DECIMALS) as usize))
+    Some((10f64.powi(place), (-place).clamp(0, DECIMALS) as usize))
 }
 
 /// `20.25 ± 0.06`; the value alone, with the digits of any other figure, if nothing is known of its uncertainty.
 pub(super) fn with_uncertainty(value: f64, sd: Option<f64>) -> String {
-    match (value.is_finite(), sd.and_then(rounded)) {
-        (true, Some((sd, decimals))) => minus(&format!("{value:.decimals$} ± {sd:.decimals$}")),
+    match (value.is_finite(), sd, sd.and_then(last_digit)) {
+        (true, Some(sd), Some((unit, decimals))) => {
+            let [value, sd] = [value, sd].map(|x| (x / unit).round() * unit);
+            minus(&format!("{value:.decimals$} ± {sd:.decimals$}"))
+        }
         _ => number(value),
     }
 }
@@ -58,7 +60,7 @@ mod tests {
             (20.2512, 0.0613, "20.25 ± 0.06"),
             (20.2512, 0.0213, "20.251 ± 0.021"),
             (-3.21, 0.0998, "&minus;3.21 ± 0.10"),
-            (1234.5, 37.0, "1235 ± 40"),
+            (1234.5, 37.0, "1230 ± 40"),
             (0.5, 0.0, "0.500"),
             (0.5, f64::NAN, "0.500"),
             (f64::NAN, 1.0, "&ndash;"),

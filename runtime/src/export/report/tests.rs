@@ -176,14 +176,18 @@ fn hostile_names_stay_text() {
 #[test]
 fn figures_are_there() {
     let page = page();
-    assert!(page.contains("<td>alpha</td><td>45.00000</td><td>0.573</td><td class=\"text\">&deg;</td>"));
+    assert!(page.contains("<th scope=\"row\">alpha</th><td>45.0</td><td>0.6</td><td class=\"text\">&deg;</td>"));
     assert!(page.contains("at its bound") && page.contains("held fixed"));
     assert!(page.contains("positive: the scan lies outside the model"));
     assert!(page.contains("<p>Inputs: knobs=5, tilt=28.647889757deg</p>"));
     assert!(page.contains("&minus;2.00000"), "the pose");
-    assert!(page.contains("<td>x</td><td>0.200 mm</td><td>17.189&deg;</td>"), "the roots of 0.04 mm2 and of 0.09");
     assert!(
-        page.contains("<td>z</td><td>0.300 mm</td><td>17.189&deg;</td>") && page.contains("(1.0, &minus;2.2, 3.0) mm")
+        page.contains("<th scope=\"row\">x</th><td>0.200 mm</td><td>17.189&deg;</td>"),
+        "the roots of 0.04 mm2 and of 0.09"
+    );
+    assert!(
+        page.contains("<th scope=\"row\">z</th><td>0.300 mm</td><td>17.189&deg;</td>")
+            && page.contains("(1.0, &minus;2.2, 3.0) mm")
     );
     assert!(page.contains("<p>Held, a symmetry: a turn about (0, 0, &minus;1) changes nothing.</p>"));
     assert!(page.contains("<p>Held equal: alpha, &lt;/script&gt;"));
@@ -205,14 +209,14 @@ fn what_agrees_is_said_once_with_its_limits() {
     let sentence = "<p>42.9 % of the measured surface is within 0.15 mm (3 times the scan's noise) of the scan, 28.6 % over \
                     (the scan lies outside: too much material), 28.6 % under (the scan lies inside: too little).</p>";
     assert_eq!(page.matches(sentence).count(), 1, "{page}");
-    let row = "<td>plate</td><td>&minus;0.15</td><td>0.15</td><td class=\"text\">3 &times; noise</td>\
+    let row = "<th scope=\"row\">plate</th><td>&minus;0.15</td><td>0.15</td><td class=\"text\">3 &times; noise</td>\
                <td>2.000</td><td>50.0 %</td><td>1.000</td><td>25.0 %</td><td>1.000</td><td>25.0 %</td></tr>";
     assert!(page.contains(row), "{page}");
     assert!(page.contains("<b>42.9 %</b><span>of it within 0.150 mm (3 times the scan's noise)</span>"), "{page}");
     assert!(!page.contains("fits the model") && !page.contains("All of the scan"));
     // 0.5 sqrt(ln 2), where the loss is 1/2.
-    assert!(page.contains("<td>Inliers, points within</td><td>0.416 mm</td>"), "{page}");
-    let widths = "<td>plate</td><td>4</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td></tr>";
+    assert!(page.contains("<th scope=\"row\">Inliers, points within</th><td>0.416 mm</td>"), "{page}");
+    let widths = "<th scope=\"row\">plate</th><td>4</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td></tr>";
     assert!(page.contains(widths), "{page}");
 }
 
@@ -291,10 +295,10 @@ fn measures_are_said_with_their_verdicts() {
     variance.judge(&[dimension], VerdictOptions::default());
     let mut page = String::new();
     super::measures::measures(&measures, &variance, &mut page);
-    assert!(page.contains("<td>28.64789</td><td>0.573</td><td>&deg;</td><td>22.91831</td><td>5.730</td>"), "{page}");
+    assert!(page.contains("<td>28.6</td><td>0.6</td><td>&deg;</td><td>22.91831</td><td>5.730</td>"), "{page}");
     assert!(page.contains("<td>&minus;2.8648</td><td>2.8648</td>"), "{page}");
     assert!(page.contains("<span class=\"mark\">does not conform</span>") && !page.contains("<img src=x"), "{page}");
-    assert!(page.contains("<td>open</td><td>3.00000</td><td></td><td>mm^2</td>"), "{page}");
+    assert!(page.contains("<th scope=\"row\">open</th><td>3.00000</td><td></td><td>mm^2</td>"), "{page}");
     assert!(page.contains("<span class=\"mark\">r: at its bound</span>"), "{page}");
     assert!(page.contains("together: <b>does not conform</b>"), "{page}");
     let mut nothing = String::new();
