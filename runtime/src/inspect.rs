@@ -32,7 +32,7 @@ const SIDES: [(&str, View); 4] = [
 ];
 
 /// Side of one view in pixels.
-const VIEW_SIZE: usize = 480;
+const VIEW_SIZE: usize = 440;
 
 /// A fit and the deviations from the fitted model.
 #[derive(Clone, Debug)]

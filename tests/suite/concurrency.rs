@@ -29,9 +29,12 @@ fn begin(at: &Path, args: &[&str], threads: &str) -> Child {
 }
 
 /// The files of a folder without the seconds that stages took, which fit.json and variance.json have under `seconds`
-/// and the report in a row, and without the report's date. All other bytes stay.
+/// and the report in a row, and without what they were made with: the date and the folder of the results. All other
+/// bytes stay.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let is_timed = |line: &&str| line.contains("<td>Time</td>") || line.contains("<dt>Date</dt>");
+    let is_timed = |line: &&str| {
+        [">Time</th>", "<dt>Inspected</dt>", "<p><code>gmlc inspect"].iter().any(|timed| line.contains(timed))
+    };
     let read = |entry: std::io::Result<fs::DirEntry>| {
         let entry = entry.expect("an entry");
         let name = entry.file_name().to_string_lossy().into_owned();

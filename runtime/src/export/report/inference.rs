@@ -1,5 +1,5 @@
-//! What follows from a fit beyond its values: correlations, tests, resampled scans, other inputs and shapes, and what of
-//! scan and model it does not explain.
+//! What follows from a fit beyond its values: correlations, tests, resampled scans, other inputs and shapes, and what
+//! of scan and model it does not explain.
 
 use super::rounding::{pair, unit_of};
 use super::tables::{minus, number, row_of, short, table};

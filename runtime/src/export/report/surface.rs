@@ -58,8 +58,8 @@ pub(super) fn step(colour_range: f64, max_distance: f64) -> f64 {
     (colour_range / STEPS).max(max_distance / f64::from(i16::MAX))
 }
 
-/// The deviations as data.js reads them: for each texel of the texture, row by row from the top, whether it has one (1),
-/// or what else it is (0 beside the charts, 2 and on: `CLASSES`); then those of the texels that have one, as whole
+/// The deviations as data.js reads them: for each texel of the texture, row by row from the top, whether it has one
+/// (1), or what else it is (0 beside the charts, 2 and on: `CLASSES`); then those of the texels that have one, as whole
 /// numbers of steps, 16 bits, less what the neighbours before let expect.
 pub(super) fn texels(deviations: &Deviations, step: f64) -> String {
     let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
