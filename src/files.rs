@@ -118,6 +118,11 @@ fn script_text(path: &Path) -> Result<String, String> {
     }
 }
 
+/// The text of a file of settings.
+pub(crate) fn read_settings(path: &Path) -> Result<String, CommandError> {
+    read_text(path).map_err(CommandError::Failed)
+}
+
 fn read_text(path: &Path) -> Result<String, String> {
     let failed = |e: &std::io::Error| format!("{}: {}", path.display(), reason(e));
     // Looked at before it is opened: opening a pipe waits for its writer.

@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, interrupt, mesh, outputs, script, search, table};
+use crate::{dimensions, interrupt, mesh, outputs, record, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
@@ -28,13 +28,16 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     }
     outputs::require_two(args.output.as_ref(), args.controls.trace.as_ref())?;
     let options = subject.options(&args.controls, &subject.program)?;
+    let mut record = record::of_process(&args.report, &args.script.model)?;
     let scan = read_scan(&args.scan)?;
+    record::add_inputs(&mut record, &scan.source, &subject.program, args.params.as_deref());
     // The best so far is kept.
     let _grace = interrupt::grace();
     let progress = TerminalProgress::new();
     let fitting = Fitting { subject: &subject, controls: &args.controls, search: &args.search, scan: &scan };
     let (_, mut result) = fitting.run(&options, &progress)?;
     result.warnings.extend(scan.warnings.iter().cloned());
+    result.provenance = Some(record);
     outputs::make_parents(args.output.iter().chain(&args.controls.trace))?;
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {

@@ -4,18 +4,21 @@ use crate::cli::InspectArgs;
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::subject::Subject;
-use crate::{deviations, fit, interrupt, measure, outputs};
+use crate::{deviations, fit, interrupt, measure, outputs, record};
 use gml_runtime::export::folder::{FIT, ResultFolder};
 use gml_runtime::export::json;
 use gml_runtime::fit::FitOptions;
-use gml_runtime::inspect::{InspectError, Inspection, Origin};
+use gml_runtime::inspect::{InspectError, Inspection};
+use gml_runtime::record::Record;
 use gml_runtime::variance::{self, MeasureOptions};
+use std::path::Path;
 
 pub(crate) fn run(args: &InspectArgs) -> Result<(), CommandError> {
     // Errors in the command line are reported before any work is done.
     let options = measure::options(&args.variance)?;
     let subject = Subject::compiled(&args.script, args.params.as_deref(), &args.search, &args.fit)?;
-    inspect(&subject, args, &options, &TerminalProgress::new())
+    let record = record::of_process(&args.report, &args.script.model)?;
+    inspect(&subject, args, &options, record, &TerminalProgress::new())
 }
 
 /// Inspects a scan with a compiled script.
@@ -23,6 +26,7 @@ pub(crate) fn inspect(
     subject: &Subject,
     args: &InspectArgs,
     options: &MeasureOptions,
+    mut record: Record,
     progress: &TerminalProgress,
 ) -> Result<(), CommandError> {
     let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
@@ -34,6 +38,7 @@ pub(crate) fn inspect(
     }
     let fit_options = subject.options(&args.fit, &subject.program)?;
     let scan = fit::read_scan(&args.scan)?;
+    record::add_inputs(&mut record, &scan.source, &subject.program, args.params.as_deref());
     // Before the fit, which takes longer.
     variance::require_triangles(&scan)?;
     measure::require_memory(&args.variance, &scan)?;
@@ -44,7 +49,7 @@ pub(crate) fn inspect(
     }
     let folder = outputs::begin(&args.output)?;
     let fitting = fit::Fitting { subject, controls: &args.fit, search: &args.search, scan: &scan };
-    let inspection = match document(&fitting, &fit_options, args, options, progress, &folder) {
+    let inspection = match document(&fitting, &fit_options, args, options, &record, progress, &folder) {
         Ok(inspection) => inspection,
         Err(error) => {
             progress.finish();
@@ -76,12 +81,14 @@ fn document(
     fit_options: &FitOptions,
     args: &InspectArgs,
     options: &MeasureOptions,
+    record: &Record,
     progress: &TerminalProgress,
     folder: &ResultFolder,
 ) -> Result<Inspection, CommandError> {
     // Of a fit that is interrupted the best so far is kept; once it is written, a signal ends all at once.
     let grace = interrupt::grace();
-    let (searched, fitted) = fitting.run(fit_options, progress)?;
+    let (searched, mut fitted) = fitting.run(fit_options, progress)?;
+    fitted.provenance = Some(record.clone());
     json::write(&folder.path().join(FIT), &fitted).map_err(|e| outputs::failed_write(folder, e))?;
     fit::write_trace(args.fit.trace.as_deref(), &fitted)?;
     fit::unless_interrupted(&fitted)?;
@@ -89,16 +96,15 @@ fn document(
 
     let program = searched.as_ref().unwrap_or(&fitting.subject.program);
     let inspection = Inspection::of_fit(program, fitted, fitting.scan, options, progress);
-    let inspection = inspection.map_err(|e| match e {
+    let mut inspection = inspection.map_err(|e| match e {
         InspectError::Measure(error) => error.into(),
         error => CommandError::failed(error),
     })?;
-    let origin = Origin {
-        model: &args.script.model.display().to_string(),
-        date: &chrono::Utc::now().format("%Y-%m-%d %H:%M UTC").to_string(),
-        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")),
-    };
-    let written = inspection.write(folder.path(), fitting.scan, origin, measure::extras(&args.variance), progress);
+    inspection.measurement.report.provenance = Some(record.clone());
+    let texts = program.sources().scripts();
+    let scripts: Vec<(String, String)> =
+        texts.map(|file| (record::file_name(Path::new(file.name.as_str())), file.text.to_string())).collect();
+    let written = inspection.write(folder.path(), fitting.scan, &scripts, measure::extras(&args.variance), progress);
     progress.finish();
     written.map_err(|e| outputs::failed(folder, e))?;
     Ok(inspection)

@@ -26,6 +26,7 @@ mod outputs;
 mod picture;
 mod progress;
 mod provenance;
+mod record;
 mod repl;
 mod saved;
 mod scan;

@@ -188,6 +188,16 @@ pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
     parts.filter(|(name, _)| !name.is_empty()).ok_or_else(|| "expected NAME=VALUE, such as r=42mm".into())
 }
 
+/// Parses `name=text`, which may be any text of some length.
+pub(crate) fn report_field(text: &str) -> Result<(String, String), String> {
+    const LONGEST: usize = 2000;
+    if text.len() > LONGEST {
+        return Err(format!("is longer than {LONGEST} bytes"));
+    }
+    let parts = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
+    parts.filter(|(name, _)| !name.is_empty()).ok_or_else(|| "expected NAME=TEXT, such as Operator=Roe".into())
+}
+
 /// Parses `name=limit`.
 pub(crate) fn limit(text: &str) -> Result<(String, u64), String> {
     let (name, value) = assignment(text).map_err(|_| "expected NAME=N, such as steps=1000000")?;

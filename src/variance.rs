@@ -5,7 +5,7 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
-use crate::{deviations, dimensions, fit, measure, outputs};
+use crate::{deviations, dimensions, fit, measure, outputs, record};
 use gml_compiler::program::Program;
 use gml_runtime::export::folder::FIT;
 use gml_runtime::export::measurement;
@@ -20,14 +20,16 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     outputs::require_folder_apart(&args.output, false, inputs)?;
     let extension = args.reference.extension().unwrap_or_default();
     require_kind(args, &extension.to_ascii_lowercase().to_string_lossy())?;
+    let mut record = record::of_process(&args.report, &args.reference)?;
     let folder;
-    let measured = if extension.eq_ignore_ascii_case("gml") {
+    let mut measured = if extension.eq_ignore_ascii_case("gml") {
         let valued = compile_valued(&args.reference, &args.compile, &args.values)?;
         let Valued { program, x, motion, fit, saved } = valued;
         let covariance = fit.as_ref().and_then(inspect::covariance);
         let scan = fit::read_scan(&args.scan)?;
         measure::require_memory(&args.controls, &scan)?;
         variance::require_triangles(&scan).map_err(CommandError::failed)?;
+        record::add_inputs(&mut record, &scan.source, &program, args.values.params.as_deref());
         folder = outputs::begin(&args.output)?;
         let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
         measure_from(Reference::Model { model: &program, x: &x, motion }, &scan, covariance, &options).map(
@@ -48,12 +50,15 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         let scan = fit::read_scan(&args.scan)?;
         measure::require_memory(&args.controls, &scan)?;
         variance::require_triangles(&scan).map_err(CommandError::failed)?;
+        record::add_scan(&mut record, &scan.source);
+        record::add_file(&mut record, "reference", &args.reference);
         folder = outputs::begin(&args.output)?;
         measure_from(Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
             measured.report.warnings.extend(warnings);
             measured
         })
     }?;
+    measured.report.provenance = Some(record);
     let extras = measure::extras(&args.controls);
     measurement::write(folder.path(), &measured, extras).map_err(|e| outputs::failed(&folder, e))?;
     let is_fit = |params: &PathBuf| params.canonicalize().ok() == args.output.join(FIT).canonicalize().ok();

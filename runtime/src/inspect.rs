@@ -1,10 +1,11 @@
 //! The whole workflow of the paper: fit a model to a scan, measure the deviations, document both.
 
 use crate::export::measurement::{self, DocumentError, Extras, Textures, png};
+use crate::export::picture::Picture;
 use crate::export::render::{self, DeviationColours, Layer, Paint, View};
-use crate::export::report::{self, Report};
+use crate::export::report::{self, Figure, Report, file_name};
 use crate::export::x3d::{self, MetadataGroup, X3dScene};
-use crate::export::{atomic, json, number};
+use crate::export::{atomic, json, number, palette};
 use crate::fit::{self, AllowedDeviation, FitError, FitOptions, FitResult, FittedMeasure};
 use crate::model::{EvaluationError, Model, Motion, Tessellation};
 use crate::progress::Progress;
@@ -22,8 +23,16 @@ const SCAN_COLOUR: [u8; 3] = [198, 190, 178];
 /// Colour of the triangles of the scan that the model does not explain: magenta.
 const UNMATCHED_COLOUR: [u8; 3] = [196, 60, 160];
 
+/// The sides from which pictures are drawn.
+const SIDES: [(&str, View); 4] = [
+    ("From the front", View::FRONT),
+    ("From the back", View::BACK),
+    ("From above", View::TOP),
+    ("Cut open", View::INSIDE),
+];
+
 /// Side of one view in pixels.
-const VIEW_SIZE: usize = 480;
+const VIEW_SIZE: usize = 440;
 
 /// A fit and the deviations from the fitted model.
 #[derive(Clone, Debug)]
@@ -69,17 +78,6 @@ pub fn inspect(
     Inspection::of_fit(model, fit, scan, measure_options, progress)
 }
 
-/// The origin that documents state.
-#[derive(Clone, Copy, Debug)]
-pub struct Origin<'a> {
-    /// Path of the script.
-    pub model: &'a str,
-    /// Date and time, as text.
-    pub date: &'a str,
-    /// The program and its version.
-    pub tool: &'a str,
-}
-
 impl Inspection {
     /// Measures the deviations from a model that has been fitted.
     ///
@@ -110,11 +108,13 @@ impl Inspection {
     ///
     /// # Errors
     /// If a file cannot be written.
+    ///
+    /// `scripts` are the names and the texts of the model's scripts.
     pub fn write(
         &self,
         folder: &Path,
         scan: &Scan,
-        origin: Origin<'_>,
+        scripts: &[(String, String)],
         extras: Extras,
         progress: &dyn Progress,
     ) -> Result<(), DocumentError> {
@@ -124,28 +124,30 @@ impl Inspection {
         if progress.cancelled() {
             return Err(DocumentError::Interrupted);
         }
-        let views = self.views(scan, textures.colour_range)?;
+        let views = self.views(scan, textures.colour_range);
         progress.report("writing", f64::NAN, "model.x3d, report.html");
-        let title = format!("{} compared with {}", self.fit.model, scan.source.path);
+        let title = format!("{} compared with {}", self.fit.model, file_name(&scan.source.path));
         let scene = self.scene(&title, &textures)?;
-        let report = self.report(&title, origin, &textures, &views);
-        atomic::write(&folder.join("views.png"), &views)?;
+        let report = self.report(&title, scripts, &textures, &views)?;
+        atomic::write(&folder.join("views.png"), &png(&Picture::sheet(&views, SIDES.len()))?)?;
         atomic::write(&folder.join("model.x3d"), scene.as_bytes())?;
         atomic::write(&folder.join("report.html"), report.as_bytes())?;
         Ok(())
     }
 
-    /// A PNG file: the scan in the first row, with the triangles that the model does not explain in a colour of their
-    /// own, the model in the colours of its deviations in the second, both in the third.
-    fn views(&self, scan: &Scan, colour_range: f64) -> Result<Vec<u8>, DocumentError> {
+    /// Pictures of the scan, with the triangles that the model does not explain in a colour of their own, then of the
+    /// model in the colours of its deviations, then of both; each from all sides. A scale bar is in the first of each.
+    fn views(&self, scan: &Scan, colour_range: f64) -> Vec<Picture> {
         let Measurement { tessellation, deviations, unmatched, .. } = &self.measurement;
         let colours = DeviationColours::new(deviations, colour_range);
         let model = Layer { mesh: &tessellation.mesh, paint: Paint::Deviations(&colours), opacity: 1.0 };
         let clay = Layer { mesh: &scan.mesh, paint: Paint::Plain(SCAN_COLOUR), opacity: 1.0 };
         let unmatched = Layer { mesh: unmatched, paint: Paint::Plain(UNMATCHED_COLOUR), opacity: 1.0 };
         let rows: [&[Layer<'_>]; 3] = [&[clay, unmatched], &[model], &[model, Layer { opacity: 0.5, ..clay }]];
-        let views = [View::FRONT, View::BACK, View::TOP, View::INSIDE].map(|v| v.of_turned(&self.upright.rotation));
-        Ok(png(&render::sheet(&rows, &views, VIEW_SIZE))?)
+        let views = SIDES.map(|(_, view)| view.of_turned(&self.upright.rotation));
+        let (mut pictures, scale) = render::pictures(&rows, &views, VIEW_SIZE);
+        pictures.iter_mut().step_by(SIDES.len()).for_each(|first| render::bar(first, scale));
+        pictures
     }
 
     fn scene(&self, title: &str, textures: &Textures) -> Result<String, DocumentError> {
@@ -161,32 +163,38 @@ impl Inspection {
         })?)
     }
 
-    fn report(&self, title: &str, origin: Origin<'_>, textures: &Textures, views: &[u8]) -> String {
-        report::write(&Report {
+    fn report(
+        &self,
+        title: &str,
+        scripts: &[(String, String)],
+        textures: &Textures,
+        views: &[Picture],
+    ) -> Result<String, DocumentError> {
+        let sides = SIDES.len();
+        let scan = views[..sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
+        let model = views[sides..2 * sides].iter().map(palette::png).collect::<Result<Vec<_>, _>>()?;
+        fn figures(files: &[Vec<u8>]) -> Vec<Figure<'_>> {
+            files.iter().zip(&SIDES).map(|(png, (caption, _))| Figure { caption, png }).collect()
+        }
+        let scanned = format!(
+            "Scan (in magenta what is farther than {} mm from the model, or faces another way)",
+            number(self.measurement.report.max_distance)
+        );
+        let (model, scan) = (figures(&model), figures(&scan));
+        Ok(report::write(&Report {
             title,
-            model: origin.model,
-            date: origin.date,
-            tool: origin.tool,
+            record: self.measurement.report.provenance.as_ref(),
+            scripts,
             fit: Some(&self.fit),
             variance: &self.measurement.report,
             deviations: &self.measurement.deviations,
             tessellation: &self.measurement.tessellation,
             turned: self.upright.rotation,
-            distance_png: &textures.coded,
-            colour_png: &textures.colours,
             conformance_png: textures.conformance.as_deref(),
             colour_range: textures.colour_range,
-            pictures: &[(&self.caption(), views)],
-        })
-    }
-
-    /// The caption of the views.
-    fn caption(&self) -> String {
-        format!(
-            "The scan (in magenta what is farther than {} mm from the model, or faces another way), the model in the \
-             colours of its deviations, and both; from the front, from the back, from above and cut open",
-            number(self.measurement.report.max_distance)
-        )
+            picture: model.first().copied(),
+            pictures: &[("Model in the colours of its deviations", &model[1..]), (&scanned, &scan)],
+        }))
     }
 
     fn metadata(&self) -> Vec<MetadataGroup> {

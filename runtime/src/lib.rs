@@ -53,6 +53,7 @@
 //! - [`mod@compare`]: where two surfaces differ, and by which parameters.
 //! - [`export`]: the documents: X3D, pictures, meshes, report.
 //! - [`mod@inspect`]: fit, measure and document.
+//! - [`record`]: what a result was made with.
 //! - [`workers`]: threads for the compiler's work.
 //!
 //! `fit` and `variance` use `model`, `scan`, `bvh` and foot points, and not each other; `simulate` uses `model` and
@@ -72,6 +73,7 @@ pub mod model;
 mod morton;
 pub mod progress;
 pub mod reason;
+pub mod record;
 mod robust;
 mod sampling;
 pub mod scan;

@@ -19,6 +19,16 @@ pub(crate) struct ScanArgs {
     pub(crate) unit: Unit,
 }
 
+/// What the user states of the work.
+#[derive(Debug, Default, Args)]
+pub(crate) struct ReportArgs {
+    /// State something of the part, the operator, the instrument or its calibration, such as "Part number=A-17": the
+    /// report, fit.json and variance.json repeat it. A file report.toml beside the script states the same (may be
+    /// repeated)
+    #[arg(long = "report-field", value_name = "NAME=TEXT", value_parser = values::report_field)]
+    pub(crate) fields: Vec<(String, String)>,
+}
+
 /// Options of a fit.
 #[derive(Debug, Args)]
 pub(crate) struct FitControls {
@@ -106,6 +116,8 @@ pub(crate) struct FitArgs {
     pub(crate) scan: ScanArgs,
     #[command(flatten)]
     pub(crate) controls: FitControls,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
     /// Go on from a result of `gmlc fit`: from its parameters, pose and inputs; -p overrides parameters
     #[arg(long, value_name = "FIT.json")]
     pub(crate) params: Option<PathBuf>,
@@ -253,6 +265,8 @@ pub(crate) struct VarianceArgs {
     pub(crate) reference_unit: Option<Unit>,
     #[command(flatten)]
     pub(crate) controls: VarianceControls,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
     /// Folder for the results
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
@@ -279,6 +293,8 @@ pub(crate) struct InspectArgs {
     pub(crate) search: Vec<Range>,
     #[command(flatten)]
     pub(crate) variance: VarianceControls,
+    #[command(flatten)]
+    pub(crate) report: ReportArgs,
     /// Folder for the results
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,

@@ -5,7 +5,9 @@ mod comparison;
 mod language;
 
 pub(crate) use compare::CompareArgs;
-pub(crate) use comparison::{FitArgs, FitControls, InspectArgs, NormalsArg, ScanArgs, VarianceArgs, VarianceControls};
+pub(crate) use comparison::{
+    FitArgs, FitControls, InspectArgs, NormalsArg, ReportArgs, ScanArgs, VarianceArgs, VarianceControls,
+};
 pub(crate) use language::{
     CheckArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, MeshArgs, ReplArgs, Stage, VirtualScanArgs,
 };

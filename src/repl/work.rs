@@ -2,14 +2,16 @@
 
 use super::commands::no_model;
 use super::state::Repl;
-use crate::cli::{self, CompileArgs, FitControls, InspectArgs, MeshArgs, ScanArgs, ScriptArgs, VarianceControls};
+use crate::cli::{
+    self, CompileArgs, FitControls, InspectArgs, MeshArgs, ReportArgs, ScanArgs, ScriptArgs, VarianceControls,
+};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::saved::SavedFit;
 use crate::script::compile_options;
 use crate::subject::Subject;
-use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing, outputs};
+use crate::{fit as fitting, inspect as inspecting, measure, mesh as meshing, outputs, record};
 use clap::{CommandFactory, Parser};
 use gml_compiler::program::{Limits, Program};
 use gml_runtime::export::json;
@@ -109,6 +111,9 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let progress = TerminalProgress::new();
     let mut fitted = fitting::run_fit(&subject.program, &subject.provenance, &scan, &options, &progress)?;
     fitted.warnings.extend(scan.warnings);
+    let mut record = record::of_line(&format!(":fit {rest}"), &FitLine::command(), words(rest)?);
+    record::add_inputs(&mut record, &scan.source, &subject.program, line.params.as_deref());
+    fitted.provenance = Some(record);
     fitting::write_trace(controls.trace.as_deref(), &fitted)?;
     fitting::unless_interrupted(&fitted)?;
     if let Some(path) = &line.output {
@@ -125,6 +130,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 /// `:inspect SCAN DIR`.
 pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: InspectLine = parsed(words(rest)?)?;
+    let record = record::of_line(&format!(":inspect {rest}"), &InspectLine::command(), words(rest)?);
     let (subject, fit) = subject(repl, line.fit, line.params.as_deref())?;
     let args = InspectArgs {
         script: subject.script.clone(),
@@ -133,11 +139,12 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
         params: None,
         search: Vec::new(),
         variance: line.variance,
+        report: ReportArgs::default(),
         output: line.output,
     };
     let options = measure::options(&args.variance)?;
     let progress = TerminalProgress::new();
-    let result = inspecting::inspect(&subject, &args, &options, &progress);
+    let result = inspecting::inspect(&subject, &args, &options, record, &progress);
     progress.finish();
     result
 }

@@ -59,6 +59,40 @@ fn a_virtual_scan_of_the_cup() {
     );
 }
 
+/// What the user states, on the command line and beside the script, the hashes and the script itself are in all
+/// results; files have names, and not the folders that they lie in.
+#[test]
+fn results_say_with_what_they_were_made() {
+    let folder = tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write(
+        "ball.gml",
+        "use std.surface (sphere)\nmodel ball { param r: length in 15mm..25mm = 20mm; part skin = sphere(r) }\n",
+    );
+    write("report.toml", "Operator = \"R. Roe\"\n\"Part number\" = \"not this\"\n");
+    let whole = |name: &str| folder.path().join(name).display().to_string();
+    gmlc(folder.path(), &["scan", "ball.gml", "--spacing", "2mm", "-o", "scan.ply"]);
+    let (script, scan) = (whole("ball.gml"), whole("scan.ply"));
+    let fields = ["--report-field", "Part number=A-17", "--resolution", "64"];
+    let (fit, variance, out) = inspect(folder.path(), &[&[script.as_str(), &scan], &fields[..]].concat());
+    assert_eq!(fit["provenance"], variance["provenance"], "{out}");
+    let provenance = &fit["provenance"];
+    let field = |i: usize| ["name", "value"].map(|key| provenance["fields"][i][key].as_str().unwrap_or_default());
+    assert_eq!((field(0), field(1)), (["Part number", "A-17"], ["Operator", "R. Roe"]), "{provenance}");
+    let files = provenance["files"].as_array().expect("files");
+    let of = |role: &str| files.iter().find(|file| file["role"] == role).expect("a file");
+    assert_eq!(of("scan")["sha256"], fit["scan"]["sha256"]);
+    assert_eq!((&of("scan")["name"], &of("script")["name"]), (&"scan.ply".into(), &"ball.gml".into()));
+    let settings = provenance["settings"].as_array().expect("settings");
+    let resolution = settings.iter().find(|s| s["name"] == "resolution").expect("a setting");
+    assert_eq!((&resolution["values"][0], &resolution["given"]), (&"64".into(), &true.into()));
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).expect("a page");
+    assert!(page.contains("<title>ball compared with scan.ply</title>"), "{}", &page[..1000]);
+    assert!(page.contains("A-17") && page.contains("R. Roe") && page.contains("part skin = sphere(r)"));
+    assert!(page.contains(fit["scan"]["sha256"].as_str().expect("a sum")));
+    assert!(!page.contains(&folder.path().display().to_string()), "no folder is named");
+}
+
 /// Rz(gamma) Ry(beta) Rx(alpha).
 fn rotation(alpha: f64, beta: f64, gamma: f64) -> [[f64; 3]; 3] {
     let ((sa, ca), (sb, cb), (sc, cc)) = (alpha.sin_cos(), beta.sin_cos(), gamma.sin_cos());

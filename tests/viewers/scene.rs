@@ -2,9 +2,9 @@
 //! height 90. Seen from the front, its scan has a red bump of 8 mm on the upper left, a blue dent of 6 mm on the lower
 //! right, a hole in the middle, and a lid that is 2 mm too high.
 
-use gml_runtime::export::picture::{self, Picture};
+use gml_runtime::export::picture::Picture;
 use gml_runtime::export::render::{self, DeviationColours, Layer, Paint, View};
-use gml_runtime::export::report::{self, Report};
+use gml_runtime::export::report::{self, Figure, Report};
 use gml_runtime::export::x3d::{self, MetadataGroup, X3dScene};
 use gml_runtime::export::{image, measurement};
 use gml_runtime::mesh::{Group, TriangleMesh};
@@ -69,19 +69,17 @@ fn a_scene_of_known_appearance() {
     let scan = ScanSource { path: "bumpy.ply".into(), unit: "mm".into(), ..ScanSource::default() };
     let page = report::write(&Report {
         title: "Cylinder compared with bumpy.ply",
-        model: "cylinder.gml",
-        date: "2024-05-06",
-        tool: "gmlc",
+        record: None,
+        scripts: &[],
         fit: None,
         variance: &VarianceReport::new(&deviations, &scan, "cpu", &[]),
         deviations: &deviations,
         tessellation: &tessellation,
         turned: Motion::IDENTITY.rotation,
-        distance_png: &distance_png,
-        colour_png: &measurement::png(&picture::deviation_picture(&deviations, COLOUR_RANGE)).expect("a picture"),
         conformance_png: None,
         colour_range: COLOUR_RANGE,
-        pictures: &views.iter().map(|(name, png)| (*name, png.as_slice())).collect::<Vec<_>>(),
+        picture: views.first().map(|(caption, png)| Figure { caption, png }),
+        pictures: &[("Deviations", &views.iter().map(|(caption, png)| Figure { caption, png }).collect::<Vec<_>>())],
     });
     write("report.html", page.as_bytes());
 }

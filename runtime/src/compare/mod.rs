@@ -47,7 +47,7 @@ const WORK: f64 = 5e7;
 const MOST_WORK: f64 = 2e8;
 
 /// Options of [`compare()`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CompareOptions {
     /// How finely the surfaces are sampled: as the texture of a measurement. None is the finest of 512, 256, ... texels
@@ -58,12 +58,6 @@ pub struct CompareOptions {
     pub max_distance: Option<f64>,
     /// Whether B is moved so that equal places of both models lie as near to each other as can be.
     pub align: bool,
-}
-
-impl Default for CompareOptions {
-    fn default() -> Self {
-        Self { resolution: None, max_distance: None, align: false }
-    }
 }
 
 /// One of two surfaces.

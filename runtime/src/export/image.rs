@@ -52,6 +52,23 @@ pub fn png_rgb(width: u32, height: u32, rgb: &[u8], notes: &[(&str, &str)]) -> R
     Ok(file)
 }
 
+/// A PNG file of `width * height` numbers of colours of a palette, three bytes each, row 0 at the top.
+///
+/// # Errors
+/// A side of zero, or pixels of the wrong number.
+pub fn png_indexed(width: u32, height: u32, palette: Vec<u8>, pixels: &[u8]) -> Result<Vec<u8>, ImageError> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_palette(palette);
+    encoder.set_filter(png::Filter::NoFilter);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(file)
+}
+
 /// A TIFF file of one channel of 32-bit floats, row 0 at the top, NaN for no data (tag GDAL_NODATA), deflated, with
 /// `description` in ImageDescription. Such files are opened by ImageJ/Fiji, QGIS and all that uses GDAL, MATLAB
 /// (`imread`), Python (`tifffile`, Pillow, OpenCV with `IMREAD_UNCHANGED`), GIMP 2.10 and Photoshop.

@@ -11,6 +11,7 @@ pub mod json;
 mod lock;
 pub mod measurement;
 pub mod mesh;
+pub mod palette;
 pub mod picture;
 pub mod points;
 pub mod render;

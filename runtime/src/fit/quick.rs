@@ -95,6 +95,8 @@ fn settle(problem: &Problem) -> Option<FitResult> {
         // What the motion stands for counts with it.
         fixed: problem.start.fixed[i] || problem.pose.stands_for.contains(&i),
         at_bound: false,
+        lower: None,
+        upper: None,
         sd: None,
         bias: None,
         without_sd: None,

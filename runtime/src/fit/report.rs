@@ -65,6 +65,8 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
             quantity: p.quantity,
             fixed: fixed[i],
             at_bound: at_bound[i],
+            lower: Some(p.lower).filter(|bound| bound.is_finite()),
+            upper: Some(p.upper).filter(|bound| bound.is_finite()),
             sd: deviations[i],
             bias: deviations[i].and(biases.as_ref()).map(|biases| biases[i]),
             without_sd: match deviations[i] {
@@ -135,6 +137,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
         loss: solution.loss.kind,
         weights: problem.options.weights,
         interrupted,
+        provenance: None,
         trace,
     }
 }

@@ -5,6 +5,7 @@ use crate::fit::monitor::TracePoint;
 use crate::fit::problem::loss::LossKind;
 use crate::fit::problem::weights::Weights;
 use crate::model::Motion;
+use crate::record::Record;
 use crate::scan::ScanSource;
 use gml_compiler::program::Quantity;
 use serde::{Deserialize, Serialize};
@@ -103,6 +104,9 @@ pub struct FitResult {
     pub seconds: BTreeMap<String, f64>,
     /// Sentences for the user.
     pub warnings: Vec<String>,
+    /// What the fit was made with; filled in by the command.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Record>,
     /// The steps that led here, in order. Not part of fit.json.
     #[serde(skip)]
     pub trace: Vec<TracePoint>,
@@ -165,6 +169,12 @@ pub struct FittedParameter {
     pub fixed: bool,
     /// It ended at one of its bounds.
     pub at_bound: bool,
+    /// Its bounds, in `unit`; infinite ones are absent.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub lower: Option<f64>,
+    /// The upper one.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub upper: Option<f64>,
     /// Standard deviation, where it was estimated, in `unit`.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub sd: Option<f64>,

@@ -9,6 +9,7 @@ use super::{
     Matching, OverallVerdict, PointDistances, PointMeasure, Statistics, Tolerance, UnmatchedSummary, Verdict,
 };
 use crate::model::{SensitivityMap, Texels};
+use crate::record::Record;
 use crate::scan::ScanSource;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -89,6 +90,9 @@ pub struct VarianceReport {
     pub seconds: VarianceSeconds,
     /// Sentences for the user.
     pub warnings: Vec<String>,
+    /// What the measurement was made with; filled in by the command.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Record>,
 }
 
 /// Statistics of one part or of one group of parts.
@@ -248,6 +252,7 @@ impl VarianceReport {
             unmatched: None,
             seconds: VarianceSeconds::default(),
             warnings: Vec::new(),
+            provenance: None,
         }
     }
 }

@@ -60,15 +60,20 @@ pub(crate) fn text(bytes: &[u8]) -> String {
 }
 
 /// The files of a folder of results without the seconds that stages took, which fit.json and variance.json have under
-/// `seconds` and the report in a row, and without the report's date. All other bytes stay.
+/// `seconds` and the report in a row, and without what they were made with: the date and the folder of the results. All other
+/// bytes stay.
 pub(crate) fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let is_timed = |line: &&str| line.contains("<td>Time</td>") || line.contains("<dt>Date</dt>");
+    let is_timed = |line: &&str| {
+        [">Time</th>", "<dt>Inspected</dt>", "<p><code>gmlc inspect"].iter().any(|timed| line.contains(timed))
+    };
     let read = |entry: std::io::Result<fs::DirEntry>| {
         let entry = entry.expect("an entry");
         let name = entry.file_name().to_string_lossy().into_owned();
         let bytes = if name.ends_with(".json") {
             let mut document = json(&entry.path());
-            document.as_object_mut().expect("an object").remove("seconds");
+            for field in ["seconds", "provenance"] {
+                document.as_object_mut().expect("an object").remove(field);
+            }
             document.to_string().into_bytes()
         } else if name.ends_with(".html") {
             let page = fs::read_to_string(entry.path()).expect("read");

@@ -42,10 +42,10 @@ pub fn render(layers: &[Layer<'_>], view: &View, width: usize, height: usize) ->
     draw_layers(layers, &Camera::fit(layers, view, width * SAMPLES, height * SAMPLES), width, height)
 }
 
-/// Every row of layers as seen from every view, side by side in square pictures of `side` pixels, with a scale bar. All
-/// pictures have one scale, and those of one view one centre, so that sizes and places can be compared.
+/// Every row of layers as seen from every view, in square pictures of `side` pixels, and their scale in pixels a
+/// millimetre. All have one scale, and those of one view one centre, so that sizes and places can be compared.
 #[must_use]
-pub fn sheet(rows: &[&[Layer<'_>]], views: &[View], side: usize) -> Picture {
+pub fn pictures(rows: &[&[Layer<'_>]], views: &[View], side: usize) -> (Vec<Picture>, f64) {
     let fit = |view: &View| Camera::fit(rows.iter().copied().flatten(), view, side * SAMPLES, side * SAMPLES);
     let mut cameras: Vec<Camera> = views.iter().map(fit).collect();
     let scale = cameras.iter().map(|camera| camera.scale).fold(f64::INFINITY, f64::min);
@@ -53,16 +53,12 @@ pub fn sheet(rows: &[&[Layer<'_>]], views: &[View], side: usize) -> Picture {
     let picture = |layers: &&[Layer<'_>]| -> Vec<Picture> {
         cameras.iter().map(|camera| draw_layers(layers, camera, side, side)).collect()
     };
-    let mut pictures: Vec<Picture> = rows.iter().flat_map(picture).collect();
-    if let Some(first) = pictures.first_mut() {
-        bar(first, scale / SAMPLES as f64);
-    }
-    Picture::sheet(&pictures, views.len())
+    (rows.iter().flat_map(picture).collect(), scale / SAMPLES as f64)
 }
 
 /// Draws a scale bar of 1, 2 or 5 times a power of ten millimetres into the lower left corner, at most a third of the
 /// picture long. `scale` is in pixels a millimetre.
-fn bar(picture: &mut Picture, scale: f64) {
+pub fn bar(picture: &mut Picture, scale: f64) {
     let longest = picture.width as f64 / 3.0 / scale;
     if !(longest > 0.0 && longest.is_finite()) {
         return;

@@ -1,5 +1,6 @@
-use super::{BACKGROUND, DeviationColours, Layer, Paint, View, render, sheet};
+use super::{BACKGROUND, DeviationColours, Layer, Paint, View, pictures, render};
 use crate::export::colormap::{NO_DATA, diverging};
+use crate::export::picture::Picture;
 use crate::mesh::TriangleMesh;
 use crate::model::{Motion, Texels};
 use crate::variance::Deviations;
@@ -57,7 +58,7 @@ fn a_sheet_has_one_scale() {
     long.positions.iter_mut().for_each(|p| p[0] = 3.0 + 4.0 * p[0]);
     let side = View { toward: DVec3::new(0.0, -1.0, 1.0), up: DVec3::Z, cut: false };
     let (red, green) = ([opaque(&small, RED)], [opaque(&long, GREEN)]);
-    let picture = sheet(&[&red, &green], &[View::TOP, side], 100);
+    let picture = Picture::sheet(&pictures(&[&red, &green], &[View::TOP, side], 100).0, 2);
     assert_eq!((picture.width, picture.height), (200, 200));
     // Both span 8 mm from -1 to 7: 88 pixels, of which the small one has the first quarter, in both views.
     let row = |y: usize, left: usize| -> Vec<usize> {

@@ -8,13 +8,15 @@ use std::fmt::Write;
 /// The sentence on all parts, and a table of them, before the distances. Nothing where nothing was measured.
 pub(super) fn agreement(variance: &VarianceReport) -> String {
     let Some(sentence) = variance.agreement_sentence(short) else { return String::new() };
-    let mut out = format!(
-        "<h3>Agreement</h3>\n<p>{sentence}.</p>\n<p class=\"convention\">Areas by part, with their shares of the part's \
-         measured area.</p>\n"
-    );
+    let mut out = format!("<h3>Agreement</h3>\n<p>{sentence}.</p>\n");
     let head = "<thead><tr><th>Part</th><th>From, mm</th><th>To, mm</th><th>Limits by</th><th colspan=\"2\">Within, mm&sup2;</th>\
         <th colspan=\"2\">Over, mm&sup2;</th><th colspan=\"2\">Under, mm&sup2;</th></tr></thead>\n";
-    table(head, rows(variance, agreement_row).into_iter(), &mut out);
+    table(
+        "Areas by part, with their shares of the part's measured area",
+        head,
+        rows(variance, agreement_row).into_iter(),
+        &mut out,
+    );
     out.push_str("<h3>Distances</h3>\n");
     out
 }
@@ -63,7 +65,7 @@ pub(super) fn texels(variance: &VarianceReport) -> String {
     );
     let head = "<thead><tr><th>Part</th><th>Texels</th><th>5 %, mm</th><th>Median, mm</th><th>95 %, mm</th>\
         <th>Widest, mm</th><th>Longest side, mm</th></tr></thead>\n";
-    table(head, rows.into_iter(), &mut out);
+    table("Widths of texels by part", head, rows.into_iter(), &mut out);
     out
 }
 

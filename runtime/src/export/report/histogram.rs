@@ -2,6 +2,7 @@
 
 use super::css;
 use super::tables::short;
+use crate::export::escape::escape;
 use crate::export::round_up;
 use crate::variance::Deviations;
 use std::fmt::Write;
@@ -9,51 +10,104 @@ use std::fmt::Write;
 /// The number of bins: even, so that zero lies between two of them.
 const BINS: usize = 60;
 
+/// Parts whose histograms are seen at once.
+const UNFOLDED: usize = 12;
+
 /// Size of the drawing and its margins.
 const WIDTH: f64 = 860.0;
 const HEIGHT: f64 = 220.0;
 const LEFT: f64 = 50.0;
 const RIGHT: f64 = 40.0;
 
-/// Area by signed distance, from one end of the colour scale to the other.
-pub(super) fn histogram(deviations: &Deviations, range: f64) -> String {
-    let mut bins = vec![0.0; BINS];
-    let (mut below, mut above, mut total) = (0.0, 0.0, 0.0);
+/// Area by signed distance, and what of it is beyond the ends of the scale.
+#[derive(Clone, Default)]
+struct Bins {
+    areas: Vec<f64>,
+    below: f64,
+    above: f64,
+    total: f64,
+}
+
+/// The bins of the texels of all parts, or of one.
+fn bins(deviations: &Deviations, range: f64, part: Option<usize>) -> Bins {
+    let mut bins = Bins { areas: vec![0.0; BINS], ..Bins::default() };
     for (i, area) in deviations.texels.area.iter().enumerate() {
         let (d, area) = (f64::from(deviations.signed(i)), f64::from(*area));
-        if d.is_nan() || !area.is_finite() || area <= 0.0 {
+        let is_of_another = part.is_some_and(|part| deviations.texels.part[i] as usize != part);
+        if is_of_another || d.is_nan() || !area.is_finite() || area <= 0.0 {
             continue;
         }
-        total += area;
+        bins.total += area;
         match (d / range + 1.0) * 0.5 * BINS as f64 {
-            place if place < 0.0 => below += area,
-            place if place >= BINS as f64 => above += area,
-            place => bins[place as usize] += area,
+            place if place < 0.0 => bins.below += area,
+            place if place >= BINS as f64 => bins.above += area,
+            place => bins.areas[place as usize] += area,
         }
     }
-    if total <= 0.0 {
+    bins
+}
+
+impl Bins {
+    fn shares(&self) -> Vec<f64> {
+        self.areas.iter().map(|area| area / self.total).collect()
+    }
+
+    fn beyond(&self, range: f64) -> String {
+        let [below, above] = [self.below, self.above].map(|area| 100.0 * area / self.total);
+        let end = short(range);
+        format!("{below:.2} % below &minus;{end}, {above:.2} % above {end}")
+    }
+}
+
+/// Area by signed distance, from one end of the colour scale to the other.
+pub(super) fn histogram(deviations: &Deviations, range: f64) -> String {
+    let bins = bins(deviations, range, None);
+    if bins.total <= 0.0 {
         return "<p>The scan has no data within reach of the model.</p>".to_owned();
     }
-    let mut out = drawing(&bins.iter().map(|b| b / total).collect::<Vec<_>>(), range);
+    let mut out = drawing(&bins.shares(), range, "all parts");
+    let beyond = bins.beyond(range);
     let _ = writeln!(
         out,
-        "<p class=\"convention\">Share of the measured area by signed distance (mm). Beyond the ends of the scale: \
-         {:.2} % below &minus;{end}, {:.2} % above {end}.</p>",
-        100.0 * below / total,
-        100.0 * above / total,
-        end = short(range)
+        "<p class=\"convention\">Share of the measured area by signed distance (mm). Beyond the ends of the scale: {beyond}.</p>"
     );
     out
 }
 
-fn drawing(shares: &[f64], range: f64) -> String {
+/// The same of every part, if there are several.
+pub(super) fn of_parts(deviations: &Deviations, range: f64) -> String {
+    let names = &deviations.texels.part_names;
+    let figure = |(part, name): (usize, &String)| {
+        let bins = bins(deviations, range, Some(part));
+        let name = escape(name);
+        (bins.total > 0.0).then(|| {
+            // Half as many bars where the drawing is half as wide.
+            let shares: Vec<f64> = bins.shares().chunks(2).map(|pair| pair.iter().sum()).collect();
+            let (drawing, beyond) = (drawing(&shares, range, &name), bins.beyond(range));
+            format!("<figure>{drawing}<figcaption>{name}: {beyond}</figcaption></figure>\n")
+        })
+    };
+    if names.len() < 2 {
+        return String::new();
+    }
+    let figures: Vec<String> = names.iter().enumerate().filter_map(figure).collect();
+    let row = |figures: &[String]| format!("<div class=\"histograms\">\n{}</div>\n", figures.concat());
+    let (shown, folded) = figures.split_at(figures.len().min(UNFOLDED));
+    let mut out = format!("<h3>Distribution by part</h3>\n{}", row(shown));
+    if !folded.is_empty() {
+        let _ = writeln!(out, "<details><summary>{} further parts</summary>\n{}</details>", folded.len(), row(folded));
+    }
+    out
+}
+
+fn drawing(shares: &[f64], range: f64, of: &str) -> String {
     let most = shares.iter().copied().fold(0.0, f64::max).max(1e-12);
     let step = round_up(most / 4.0);
     let top = (most / step).ceil().max(1.0) * step;
     let (base, width) = (HEIGHT - 34.0, WIDTH - LEFT - RIGHT);
     let y = |share: f64| base - share / top * (base - 12.0);
     let mut out = format!(
-        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Histogram of the signed distances\">\n"
+        "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"Histogram of the signed distances of {of}\">\n"
     );
     for i in 0..=(top / step).round() as usize {
         let (share, right) = (i as f64 * step, WIDTH - RIGHT);

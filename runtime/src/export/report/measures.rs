@@ -1,5 +1,6 @@
 //! The report's table of measures.
 
+use super::rounding::pair;
 use super::tables::{minus, number, precise, short, table};
 use crate::export::escape::escape;
 use crate::fit::FittedMeasure;
@@ -18,8 +19,8 @@ pub(super) fn measures(measures: &[FittedMeasure], variance: &VarianceReport, ou
     let judged = |m: &FittedMeasure| variance.measures.iter().find(|v| v.name == m.name);
     let rows = measures.iter().map(|m| row(m, judged(m)));
     let head = "<thead><tr><th>Measure</th><th>Value</th><th>SD</th><th>Unit</th><th>Nominal</th><th>Deviation</th>\
-        <th>From</th><th>To</th><th>Probability</th><th></th></tr></thead>\n";
-    table(head, rows, out);
+        <th>From</th><th>To</th><th>Probability</th><th>Verdict</th></tr></thead>\n";
+    table("Measures of the fitted model", head, rows, out);
     if let Some(overall) = variance.verdict.as_ref().filter(|_| !variance.measures.is_empty()) {
         let _ = writeln!(
             out,
@@ -59,8 +60,8 @@ pub(super) fn by_points(variance: &VarianceReport, out: &mut String) {
         format!("<tr>{cells}<td class=\"text\">{}</td></tr>\n", escape(m.reason.as_deref().unwrap_or_default()))
     };
     let head = "<thead><tr><th>Measure</th><th>Of</th><th>Figure</th><th>Unit</th><th>Model</th><th>By points</th>\
-        <th>Uncertainty</th><th></th></tr></thead>\n";
-    table(head, variance.point_measures.iter().map(row), out);
+        <th>Uncertainty</th><th>Remark</th></tr></thead>\n";
+    table("Measures by the measured points of parts", head, variance.point_measures.iter().map(row), out);
 }
 
 /// Angles are shown in degrees.
@@ -74,10 +75,12 @@ fn row(measure: &FittedMeasure, verdict: Option<&DimensionVerdict>) -> String {
     };
     let limits = [measure.tolerance.map(|t| t.lower), measure.tolerance.map(|t| t.upper)];
     let [from, to] = limits.map(|limit| shown(limit, short));
+    let [value, sd] =
+        pair(measure.written(measure.value.unwrap_or(f64::NAN)).0, measure.sd.map(|sd| measure.written(sd).0));
     let cells = [
         escape(&measure.name),
-        shown(measure.value, precise),
-        shown(measure.sd, number),
+        measure.sd.map_or_else(|| shown(measure.value, precise), |_| value),
+        sd,
         unit,
         shown(measure.nominal, precise),
         shown(measure.deviation(), number),

@@ -1,36 +1,44 @@
 //! report.html: the results for people, in one file that needs nothing else and loads nothing.
 
 mod agreement;
+mod fitted;
 mod histogram;
+mod inference;
 mod measures;
+mod origin;
+mod pack;
 mod relations;
+mod rounding;
+mod spread;
+mod summary;
 mod surface;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod trace;
+
+pub(crate) use summary::file_name;
 
 use super::colormap::{NO_DATA, diverging};
 use super::escape::escape;
 use super::x3d::shaders;
 use crate::fit::FitResult;
 use crate::model::Tessellation;
+use crate::record::Record;
 use crate::variance::{Deviations, VarianceReport};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use std::fmt::Write;
-use tables::number;
 
 /// The content of the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
     /// Its title.
     pub title: &'a str,
-    /// The model: path of the script or of the reference mesh.
-    pub model: &'a str,
-    /// The date of the report, as it is to be shown.
-    pub date: &'a str,
-    /// The program that made it, with its version.
-    pub tool: &'a str,
+    /// What it was made with, if that is known.
+    pub record: Option<&'a Record>,
+    /// Names and texts of the scripts, the model's own first.
+    pub scripts: &'a [(String, String)],
     /// The fit; none where the model was given as it is.
     pub fit: Option<&'a FitResult>,
     /// The statistics.
@@ -42,38 +50,44 @@ pub struct Report<'a> {
     /// The rotation of the model from its author's coordinates, with z upwards, into the scan's: a matrix, row by row.
     /// The view shows the model upright.
     pub turned: [[f64; 3]; 3],
-    /// The distance texture as a PNG file, coded as in \[VA\] sect. 6.
-    pub distance_png: &'a [u8],
-    /// The deviations in the colours of the scale as a PNG file.
-    pub colour_png: &'a [u8],
     /// The probability of conformance in colours as a PNG file, if a part has a tolerance.
     pub conformance_png: Option<&'a [u8]>,
     /// The end of the colour scale. Millimetres.
     pub colour_range: f64,
-    /// Further pictures: captions and PNG files.
-    pub pictures: &'a [(&'a str, &'a [u8])],
+    /// The picture that stands beside the verdict.
+    pub picture: Option<Figure<'a>>,
+    /// Further pictures, in rows with a heading.
+    pub pictures: &'a [(&'a str, &'a [Figure<'a>])],
+}
+
+/// A PNG file and its caption.
+#[derive(Clone, Copy, Debug)]
+pub struct Figure<'a> {
+    /// What is seen.
+    pub caption: &'a str,
+    /// The file.
+    pub png: &'a [u8],
 }
 
 /// The report as HTML. Nothing in it is executed or loaded but its own script; all text is escaped.
 #[must_use]
 pub fn write(report: &Report<'_>) -> String {
-    let distances = STANDARD.encode(report.distance_png);
-    let colour_map = STANDARD.encode(report.colour_png);
+    let step = surface::step(report.colour_range, report.variance.max_distance);
     let way = match report.variance.distance.as_str() {
         "averaged-normal" => "along normals that are averaged where patches meet",
         "closest" => "to its closest point",
         _ => "along the normal",
     };
     let filled = report.variance.holes.as_ref().map_or("", |_| ", olive where a hole of it was closed");
-    let insertions: [(&str, String); 23] = [
+    let insertions: [(&str, String); 26] = [
         ("title", escape(report.title)),
         ("style", include_str!("style.css").to_owned()),
-        ("facts", facts(report)),
+        ("facts", summary::facts(report)),
         ("warnings", warnings(report)),
-        ("tiles", tiles(report)),
+        ("verdict", summary::verdict(report)),
         ("legend", histogram::legend(report.colour_range)),
         ("pictures", pictures(report)),
-        ("fit", report.fit.map_or_else(String::new, |fit| tables::fit(fit, report.variance))),
+        ("fit", report.fit.map_or_else(String::new, |fit| fitted::fit(fit, report.variance))),
         ("max_distance", tables::short(report.variance.max_distance)),
         ("convention", escape(&report.variance.sign_convention)),
         ("agreement", agreement::agreement(report.variance)),
@@ -82,10 +96,13 @@ pub fn write(report: &Report<'_>) -> String {
         ("filled", filled.to_owned()),
         ("statistics", tables::statistics(report.variance)),
         ("histogram", histogram::histogram(report.deviations, report.colour_range)),
-        ("colour_map", colour_map),
+        ("histograms", histogram::of_parts(report.deviations, report.colour_range)),
+        ("running", running(report)),
+        ("step", tables::number(step)),
         ("conformance", report.conformance_png.map_or_else(String::new, conformance)),
-        ("distances", distances),
-        ("provenance", provenance(report)),
+        ("texel_data", surface::texels(report.deviations, step)),
+        ("data", include_str!("data.js").to_owned()),
+        ("provenance", origin::origin(report)),
         ("mesh", surface::mesh(&report.tessellation.mesh)),
         ("scene", surface::scene(report)),
         ("viewer", include_str!("viewer.js").to_owned()),
@@ -113,22 +130,6 @@ fn fill<'a>(page: &str, insertions: impl Iterator<Item = &'a (&'a str, String)> 
     out
 }
 
-fn facts(report: &Report<'_>) -> String {
-    let scan = &report.variance.scan;
-    let size = format!("{} points, {} triangles, unit {}", scan.points, scan.triangles, scan.unit);
-    let name = report.fit.map_or_else(|| report.model.to_owned(), |f| format!("{} ({})", f.model, report.model));
-    let rows = [
-        ("Model", name),
-        ("Scan", format!("{} ({size})", scan.path)),
-        ("Date", report.date.to_owned()),
-        ("Made by", report.tool.to_owned()),
-    ];
-    rows.iter().fold(String::new(), |mut out, (term, text)| {
-        let _ = writeln!(out, "<dt>{term}</dt><dd>{}</dd>", escape(text));
-        out
-    })
-}
-
 fn warnings(report: &Report<'_>) -> String {
     let of_scan = |w: &&String| !report.variance.warnings.contains(w);
     let of_fit = report.fit.iter().flat_map(|f| &f.warnings).filter(of_scan);
@@ -140,42 +141,24 @@ fn warnings(report: &Report<'_>) -> String {
     format!("<section class=\"warnings\" role=\"note\"><b>Warnings</b><ul>\n{items}</ul></section>\n")
 }
 
-/// The figures that most readers look for.
-fn tiles(report: &Report<'_>) -> String {
-    let overall = &report.variance.overall;
-    let w = &overall.weighted;
-    let mut tiles = vec![
-        (format!("{} mm", number(w.mean)), "mean distance"),
-        (format!("{} mm", number(w.signed.mean)), "mean signed distance"),
-        (format!("{} mm", number(w.rms)), "root mean square"),
-        (format!("{} mm", number(w.percentiles.p95)), "95 % are nearer than"),
-        (format!("{} mm", number(w.max)), "largest distance"),
-        (format!("{:.1} %", 100.0 * overall.coverage), "of the surface measured"),
-    ];
-    let within = format!("of it within {}", report.variance.limits(number));
-    if let Some(agreement) = overall.agreement.filter(|_| overall.measured_area > 0.0) {
-        tiles.push((format!("{:.1} %", 100.0 * agreement.within.share), &within));
-    }
-    tiles.iter().fold(String::new(), |mut out, (figure, text)| {
-        let _ = writeln!(out, "<div class=\"tile\"><b>{figure}</b><span>{text}</span></div>");
-        out
-    })
-}
-
 fn pictures(report: &Report<'_>) -> String {
     if report.pictures.is_empty() {
         return String::new();
     }
-    let mut out = String::from("<section>\n<h2>Pictures</h2>\n<div class=\"pictures\">\n");
-    for (caption, png) in report.pictures {
-        let (caption, data) = (escape(caption), STANDARD.encode(png));
-        let _ = writeln!(
-            out,
-            "<figure><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption></figure>"
-        );
+    let mut out = String::from("<section>\n<h2>Pictures</h2>\n");
+    for (heading, row) in report.pictures {
+        let figures: String = row.iter().map(|one| figure(one, heading)).collect();
+        let _ = writeln!(out, "<h3>{}</h3>\n<div class=\"pictures\">\n{figures}</div>", escape(heading));
     }
-    out.push_str("</div>\n</section>\n");
+    out.push_str("</section>\n");
     out
+}
+
+fn figure(Figure { caption, png }: &Figure<'_>, of: &str) -> String {
+    let (caption, of, data) = (escape(caption), escape(of), STANDARD.encode(png));
+    format!(
+        "<figure><img alt=\"{of}: {caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}</figcaption></figure>\n"
+    )
 }
 
 /// The map of the probability of conformance.
@@ -188,15 +171,11 @@ fn conformance(png: &[u8]) -> String {
     )
 }
 
-fn provenance(report: &Report<'_>) -> String {
-    let scan = &report.variance.scan;
-    let [width, height] = report.variance.resolution;
-    format!(
-        "<footer>Scan SHA-256 <code>{}</code>. Texture {width} &times; {height}; rays cast by {}. {}</footer>\n",
-        escape(&scan.sha256),
-        escape(&report.variance.device),
-        escape(report.tool),
-    )
+/// The title as a string of CSS, for the head of printed pages.
+fn running(report: &Report<'_>) -> String {
+    let plain = |c: char| c.is_alphanumeric() || " .,_-()+".contains(c);
+    let title: String = report.title.chars().map(|c| if plain(c) { c } else { '_' }).take(120).collect();
+    format!("\"{title}\"")
 }
 
 /// A colour of the scale as CSS.

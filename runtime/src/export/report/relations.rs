@@ -31,7 +31,7 @@ pub(super) fn relations(datum: &DatumRelations, out: &mut String) {
             escape(&r.characteristic)
         )
     };
-    let head = "<thead><tr><th>Part</th><th></th><th>Model, mm</th><th>By points, mm</th><th>Noise alone, mm</th>\
-        <th>Without noise, mm</th><th colspan=\"3\">At</th></tr></thead>\n";
-    table(head, datum.relations.iter().map(row), out);
+    let head = "<thead><tr><th>Part</th><th>Characteristic</th><th>Model, mm</th><th>By points, mm</th><th>Noise alone, mm</th>\
+        <th>Without noise, mm</th><th colspan=\"3\">At, mm</th></tr></thead>\n";
+    table("How the other parts lie to the datum", head, datum.relations.iter().map(row), out);
 }

@@ -1,55 +1,128 @@
-//! The input of the interactive view: the mesh in few bytes, and figures.
+//! The input of the interactive view and of the map: mesh, deviations of the texels, and figures.
 
 use super::Report;
+use super::pack::Planes;
+use crate::export::colormap::{AMBIGUOUS, BURIED, CONTRADICTED, FILLED, NO_DATA, diverging};
 use crate::mesh::TriangleMesh;
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
+use crate::variance::Deviations;
 use serde_json::json;
 
-/// The mesh as viewer.js reads it, in base64: for each vertex four 16-bit positions within the bounding box (the last
-/// is unused), four 8-bit normals, two 16-bit texture coordinates, one kind after the other; then 32-bit indices.
+/// Steps of a deviation from zero to the end of the colour scale: with so many no channel of its colour is off by more
+/// than one.
+const STEPS: f64 = 256.0;
+
+/// Samples of the colour scale between which the page interpolates: its anchors are among them.
+const SCALE_SAMPLES: usize = 17;
+
+/// What a texel is if it has no distance; data.js and viewer.frag know the numbers.
+const CLASSES: [[u8; 3]; 5] = [NO_DATA, FILLED, BURIED, CONTRADICTED, AMBIGUOUS];
+
+/// The mesh as data.js reads it: planes of the vertices' positions within the bounding box and texture coordinates, 16
+/// bits each; of their normals, 8 bits each; and of the triangles' vertices, counted from those of the triangle before.
 /// Triangles with vertices that do not exist are left out.
 pub(super) fn mesh(mesh: &TriangleMesh) -> String {
     let (centre, half) = (mesh.bounds().centre(), mesh.bounds().size() / 2.0);
-    let n = mesh.positions.len();
     let share = |x: f64| (x.clamp(0.0, 1.0) * 65535.0).round() as u16;
-    let mut bytes = Vec::with_capacity(16 * n + 12 * mesh.triangles.len());
-    for p in &mesh.positions {
-        for k in 0..3 {
-            let place = if half[k] > 0.0 { 0.5 + 0.5 * (p[k] - centre[k]) / half[k] } else { 0.5 };
-            bytes.extend(share(place).to_le_bytes());
-        }
-        bytes.extend([0, 0]);
+    let mut planes = Planes::default();
+    for k in 0..3 {
+        let place = |p: &[f64; 3]| if half[k] > 0.0 { 0.5 + 0.5 * (p[k] - centre[k]) / half[k] } else { 0.5 };
+        planes.smooth(&mesh.positions.iter().map(|p| share(place(p))).collect::<Vec<_>>());
     }
-    for i in 0..n {
-        let normal = mesh.normals.get(i).copied().unwrap_or([0.0, 0.0, 1.0]);
-        bytes.extend(normal.map(|c| ((c * 127.0).round() as i8).to_le_bytes()[0]));
-        bytes.push(0);
+    let vertices = 0..mesh.positions.len();
+    for k in 0..2 {
+        let coordinate = |i: usize| mesh.texcoords.get(i).map_or(0, |c| share(c[k]));
+        planes.smooth(&vertices.clone().map(coordinate).collect::<Vec<_>>());
     }
-    for i in 0..n {
-        for c in mesh.texcoords.get(i).copied().unwrap_or([0.0; 2]) {
-            bytes.extend(share(c).to_le_bytes());
-        }
+    for k in 0..3 {
+        let mut before = 0_u8;
+        planes.bytes(vertices.clone().map(|i| {
+            let normal = mesh.normals.get(i).copied().unwrap_or([0.0, 0.0, 1.0]);
+            let byte = (normal[k] * 127.0).round() as i8 as u8;
+            byte.wrapping_sub(std::mem::replace(&mut before, byte))
+        }));
     }
-    for v in drawn(mesh).flatten() {
-        bytes.extend(v.to_le_bytes());
+    for corner in 0..3 {
+        let mut before = 0;
+        let step = |t: &[u32; 3]| t[corner] as i32 - std::mem::replace(&mut before, t[corner] as i32);
+        planes.numbers(&drawn(mesh).map(step).collect::<Vec<_>>(), 4);
     }
-    STANDARD.encode(bytes)
+    planes.text()
 }
 
 fn drawn(mesh: &TriangleMesh) -> impl Iterator<Item = &[u32; 3]> {
     mesh.triangles.iter().filter(|t| t.iter().all(|&v| (v as usize) < mesh.positions.len()))
 }
 
+/// The width of a step of the deviations in the page. Millimetres.
+pub(super) fn step(colour_range: f64, max_distance: f64) -> f64 {
+    (colour_range / STEPS).max(max_distance / f64::from(i16::MAX))
+}
+
+/// The deviations as data.js reads them: for each texel of the texture, row by row from the top, whether it has one
+/// (1), or what else it is (0 beside the charts, 2 and on: `CLASSES`); then those of the texels that have one, as whole
+/// numbers of steps, 16 bits, less what the neighbours before let expect.
+pub(super) fn texels(deviations: &Deviations, step: f64) -> String {
+    let (width, height) = (deviations.texels.width as usize, deviations.texels.height as usize);
+    let mut classes = vec![0_u8; width * height];
+    let mut steps = vec![0_i32; width * height];
+    for i in 0..deviations.texels.len() {
+        let [x, y] = deviations.texels.place(i).map(|n| n as usize);
+        let distance = f64::from(deviations.signed(i));
+        let (class, value) = (class(deviations, i, distance), (distance / step).round());
+        classes[y * width + x] = class;
+        steps[y * width + x] = if class == 1 { value.clamp(-32767.0, 32767.0) as i32 } else { 0 };
+    }
+    let known = |x: usize, y: usize, dx: usize, dy: usize| {
+        (x >= dx && y >= dy).then(|| (y - dy) * width + x - dx).filter(|i| classes[*i] == 1).map(|i| steps[i])
+    };
+    let mut differences = Vec::with_capacity(deviations.texels.len());
+    for i in (0..width * height).filter(|i| classes[*i] == 1) {
+        let (x, y) = (i % width, i / width);
+        let expected = match (known(x, y, 1, 0), known(x, y, 0, 1), known(x, y, 1, 1)) {
+            (Some(left), Some(above), Some(corner)) => left + above - corner,
+            (Some(one), ..) | (None, Some(one), _) => one,
+            _ => 0,
+        };
+        differences.push(i32::from((steps[i] - expected) as i16));
+    }
+    let mut planes = Planes::default();
+    planes.bytes(classes);
+    planes.numbers(&differences, 2);
+    planes.text()
+}
+
+/// The number of a texel's class, in the order of `texel_colour`.
+fn class(deviations: &Deviations, i: usize, distance: f64) -> u8 {
+    if deviations.is_buried(i) {
+        4
+    } else if deviations.is_filled(i) {
+        3
+    } else if deviations.is_contradicted(i) {
+        5
+    } else if deviations.is_ambiguous(i) {
+        6
+    } else if distance.is_nan() {
+        2
+    } else {
+        1
+    }
+}
+
 /// Figures for the view, as JSON that holds no text from users.
 pub(super) fn scene(report: &Report<'_>) -> String {
     let mesh = &report.tessellation.mesh;
+    let texels = &report.deviations.texels;
+    let scale = |i: usize| diverging(2.0 * i as f64 / (SCALE_SAMPLES - 1) as f64 - 1.0);
     json!({
         "vertices": mesh.positions.len(),
-        "indices": 3 * drawn(mesh).count(),
+        "triangles": drawn(mesh).count(),
+        "width": texels.width,
+        "height": texels.height,
         "halfSize": (mesh.bounds().size() / 2.0).to_array(),
-        "maxDistance": report.variance.max_distance,
+        "step": step(report.colour_range, report.variance.max_distance),
         "colourRange": report.colour_range,
+        "scale": (0..SCALE_SAMPLES).map(scale).collect::<Vec<_>>(),
+        "classes": CLASSES,
         "frame": report.turned,
     })
     .to_string()

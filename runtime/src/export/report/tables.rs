@@ -1,15 +1,13 @@
 //! The report's tables.
 
-use super::measures::{by_points, measures};
+use super::measures::by_points;
 use super::relations::relations;
+use super::spread::{detection, percentiles, sensitivities};
 use crate::export::escape::escape;
-use crate::fit::{FitResult, FittedParameter, PoseCovariance, WithoutSd};
-use crate::model::Motion;
 use crate::variance::{
     Characteristic, Explanation, FormDeviation, Outcome, ParameterEffect, PartStatistics, Piece, PointDistances,
     PointStatistics, Statistics, UnmatchedSummary, VarianceReport, Verdict, WithoutNoise,
 };
-use gml_compiler::program::Quantity;
 use std::fmt::Write;
 
 /// A figure with its significant digits; a dash where it is not finite.
@@ -48,108 +46,25 @@ pub(super) fn minus(text: &str) -> String {
     text.replace('-', "&minus;")
 }
 
-/// Appends a table; `head` is its element `thead`.
-pub(super) fn table(head: &str, rows: impl Iterator<Item = String>, out: &mut String) {
+/// Appends a table with a caption; `head` is its element `thead`. The first cell of each row is its heading.
+pub(super) fn table(caption: &str, head: &str, rows: impl Iterator<Item = String>, out: &mut String) {
+    let head = head.replace("<th>", "<th scope=\"col\">").replace("<th colspan", "<th scope=\"colgroup\" colspan");
+    let heading = |row: &str| row.replacen("<td>", "<th scope=\"row\">", 1).replacen("</td>", "</th>", 1);
     let rows: String = rows.collect();
-    let _ = write!(out, "<div class=\"scroll\"><table>\n{head}<tbody>\n{rows}</tbody></table></div>\n");
+    let mut body = String::new();
+    for (i, row) in rows.split("<tr").enumerate() {
+        body.push_str(&if i == 0 { row.to_owned() } else { format!("<tr{}", heading(row)) });
+    }
+    let _ = write!(
+        out,
+        "<div class=\"scroll\" tabindex=\"0\"><table>\n<caption>{caption}</caption>\n{head}<tbody>\n{body}</tbody></table></div>\n"
+    );
 }
 
 /// A row of cells whose content is HTML.
-fn row_of(cells: &[String]) -> String {
+pub(super) fn row_of(cells: &[String]) -> String {
     let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
     format!("<tr>{cells}</tr>\n")
-}
-
-/// The section about the fit, with the verdicts on measures.
-pub(super) fn fit(fit: &FitResult, variance: &VarianceReport) -> String {
-    let mut out = String::from("<section>\n<h2>Fit</h2>\n<div class=\"columns\">\n<div>\n<h3>Parameters</h3>\n");
-    let head = "<thead><tr><th>Parameter</th><th>Value</th><th>SD</th><th>Unit</th><th></th></tr></thead>\n";
-    table(head, fit.parameters.iter().map(parameter), &mut out);
-    if !fit.inputs.is_empty() {
-        let inputs: Vec<String> = fit.inputs.iter().map(|input| escape(&input.to_string())).collect();
-        let _ = writeln!(out, "<p>Inputs: {}</p>", inputs.join(", "));
-    }
-    for group in &fit.equal {
-        let names: Vec<String> = group.iter().map(|name| escape(name)).collect();
-        let _ = writeln!(out, "<p>Held equal: {}</p>", names.join(", "));
-    }
-    out.push_str("</div>\n<div>\n");
-    quality(fit, &mut out);
-    if let Some(p) = &fit.pose {
-        pose(p, &mut out);
-    }
-    if let Some(covariance) = &fit.pose_covariance {
-        pose_deviations(covariance, &mut out);
-    }
-    out.push_str("</div>\n</div>\n");
-    measures(&fit.measures, variance, &mut out);
-    out.push_str("</section>\n");
-    out
-}
-
-/// Angles are shown in degrees.
-fn parameter(p: &FittedParameter) -> String {
-    let (factor, unit) =
-        if p.quantity == Quantity::Angle { (1f64.to_degrees(), "&deg;".to_owned()) } else { (1.0, escape(&p.unit)) };
-    let sd = p.sd.map_or_else(String::new, |sd| number(sd * factor));
-    let mark = match p.without_sd {
-        Some(WithoutSd::Fixed) => "held fixed".to_owned(),
-        Some(reason) => format!("<span class=\"mark\">{}</span>", reason.text()),
-        None => String::new(),
-    };
-    let (name, value) = (escape(&p.name), precise(p.value * factor));
-    format!(
-        "<tr><td>{name}</td><td>{value}</td><td>{sd}</td><td class=\"text\">{unit}</td><td class=\"text\">{mark}</td></tr>\n"
-    )
-}
-
-fn pose(pose: &Motion, out: &mut String) {
-    out.push_str(
-        "<h3>Pose</h3>\n<p class=\"convention\">Scan point = rotation &times; model point + translation (mm).</p>\n",
-    );
-    let row = |(row, t): (&[f64; 3], &f64)| {
-        let [a, b, c] = row.map(|v| minus(&format!("{v:.6}")));
-        row_of(&[a, b, c, precise(*t)])
-    };
-    let head = "<thead><tr><th>Rotation</th><th></th><th></th><th>Translation</th></tr></thead>\n";
-    table(head, pose.rotation.iter().zip(&pose.translation).map(row), out);
-}
-
-/// The standard deviations of the pose, and the motions along which it is held.
-fn pose_deviations(covariance: &PoseCovariance, out: &mut String) {
-    let (shift, turn) = covariance.deviations();
-    let [x, y, z] = covariance.centre.map(|c| minus(&format!("{c:.1}")));
-    let _ = writeln!(
-        out,
-        "<p class=\"convention\">Standard deviations, along and about the axes of the scan; turns are about ({x}, {y}, {z}) mm.</p>"
-    );
-    let row = |((axis, shift), turn): ((&str, f64), f64)| {
-        row_of(&[axis.to_owned(), format!("{} mm", number(shift)), format!("{}&deg;", number(turn.to_degrees()))])
-    };
-    let head = "<thead><tr><th>Axis</th><th>SD of the shift</th><th>SD of the turn</th></tr></thead>\n";
-    table(head, ["x", "y", "z"].into_iter().zip(shift).zip(turn).map(row), out);
-    for symmetry in &covariance.symmetries {
-        let why = if symmetry.moves.is_empty() { "a symmetry" } else { "not determined" };
-        let _ = writeln!(out, "<p>Held, {why}: {}.</p>", minus(&escape(&symmetry.text)));
-    }
-}
-
-fn quality(fit: &FitResult, out: &mut String) {
-    let seconds: f64 = fit.seconds.values().sum();
-    let rows = [
-        ("Objective (mean loss)", number(fit.objective)),
-        ("Scale &sigma; of the loss", format!("{} mm", number(fit.sigma))),
-        ("Noise of the scan", format!("{} mm", number(fit.noise))),
-        ("Inliers, points within", format!("{} mm", number(fit.inlier_distance()))),
-        ("Their share of the scan", format!("{:.2} %", 100.0 * fit.inliers)),
-        ("Root mean square distance of the inliers", format!("{} mm", number(fit.rms))),
-        ("Iterations", fit.iterations.to_string()),
-        ("Evaluations", fit.evaluations.to_string()),
-        ("Converged", if fit.converged { "yes".to_owned() } else { "<span class=\"mark\">no</span>".to_owned() }),
-        ("Time", format!("{seconds:.2} s")),
-    ];
-    out.push_str("<h3>Quality</h3>\n");
-    table("", rows.into_iter().map(|(name, value)| row_of(&[name.to_owned(), value])), out);
 }
 
 /// Statistics of all parts, of each and of groups of them.
@@ -159,10 +74,12 @@ pub(super) fn statistics(variance: &VarianceReport) -> String {
     let groups = variance.groups.iter().map(|g| row(&format!("{} (all)", g.name), &g.statistics, "total"));
     let all = std::iter::once(row("All", &variance.overall, "total"));
     let head = "<thead>\
-        <tr><th></th><th></th><th></th><th colspan=\"6\">unsigned</th><th colspan=\"4\">signed</th></tr>\
+        <tr><td></td><td></td><td></td><th colspan=\"6\">unsigned, mm</th><th colspan=\"4\">signed, mm</th></tr>\
         <tr><th>Part</th><th>Area, mm&sup2;</th><th>Coverage</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
         <th>95 %</th><th>Max</th><th>Mean</th><th>SD</th><th>Min</th><th>Max</th></tr></thead>\n";
-    table(head, all.chain(parts).chain(groups), &mut out);
+    table("Deviations by part, weighted by area", head, all.chain(parts).chain(groups), &mut out);
+    percentiles(variance, &mut out);
+    detection(variance, &mut out);
     conformance(variance, &mut out);
     if let Some(distances) = &variance.points {
         points(distances, variance.max_distance, &mut out);
@@ -259,7 +176,7 @@ fn points(points: &PointDistances, max_distance: f64, out: &mut String) {
     let head = "<thead><tr><th>Part</th><th>Points</th><th>Mean</th><th>SD</th><th>RMS</th><th>Median</th>\
         <th>95 %, unsigned</th><th>Least</th><th>Greatest</th><th>Largest at, mm</th></tr></thead>\n";
     let parts = points.parts.iter().map(|part| row(&part.name, &part.statistics));
-    table(head, std::iter::once(row("All", &points.overall)).chain(parts), out);
+    table("Deviations of the scan's points, mm", head, std::iter::once(row("All", &points.overall)).chain(parts), out);
 }
 
 /// The verdicts on parts with tolerances, if there are any.
@@ -276,9 +193,9 @@ fn conformance(variance: &VarianceReport, out: &mut String) {
         overall.outcome.text(),
     );
     let rows = variance.parts.iter().filter_map(|part| Some(verdict(part, part.verdict.as_ref()?)));
-    let head = "<thead><tr><th>Part</th><th>From</th><th>To</th><th>Value</th><th>Again</th><th>Uncertainty</th>\
-        <th>Probability</th><th></th></tr></thead>\n";
-    table(head, rows, out);
+    let head = "<thead><tr><th>Part</th><th>From, mm</th><th>To, mm</th><th>Value, mm</th><th>Again, mm</th><th>Uncertainty, mm</th>\
+        <th>Probability</th><th>Verdict</th></tr></thead>\n";
+    table("Verdicts on parts", head, rows, out);
 }
 
 fn verdict(part: &PartStatistics, verdict: &Verdict) -> String {
@@ -323,7 +240,8 @@ fn explained(variance: &VarianceReport, out: &mut String) {
             "<tr><td>{name}</td><td>{rms}</td><td>{all:.1} %</td><td>{position:.1} %</td><td>{form}</td>{parameters}</tr>\n"
         )
     };
-    table(head, rows.map(row), out);
+    table("Shares of the deviations that changes explain", head, rows.map(row), out);
+    sensitivities(variance, out);
 }
 
 /// Deviations of form.
@@ -339,7 +257,7 @@ fn forms(variance: &VarianceReport, out: &mut String) {
          deviations from the filtered surface about them) are left out. Roundness is that of the worst section, straightness that of the worst \
          line along the axis.</p>\n",
     );
-    let head = "<thead><tr><th>Part</th><th></th><th>Least squares, mm</th><th>Minimum zone, mm</th><th>Noise alone, mm</th>\
+    let head = "<thead><tr><th>Part</th><th>Characteristic</th><th>Least squares, mm</th><th>Minimum zone, mm</th><th>Noise alone, mm</th>\
         <th>Without noise, mm</th><th>Cut-off, mm</th><th>Left out</th></tr></thead>\n";
     let of_part = |(name, form): (&String, &FormDeviation)| {
         let (name, cutoff, left_out) = (escape(name), number(form.cutoff), 100.0 * form.left_out());
@@ -356,7 +274,7 @@ fn forms(variance: &VarianceReport, out: &mut String) {
         };
         form.characteristics().map(row).collect::<String>()
     };
-    table(head, rows.map(of_part), out);
+    table("Deviations of form", head, rows.map(of_part), out);
 }
 
 /// The part of the scan that is farther from the model than distances reach (millimetres).
@@ -378,12 +296,12 @@ fn left_over(unmatched: &UnmatchedSummary, max_distance: f64, out: &mut String) 
         unmatched.pieces
     );
     let head = "<thead><tr><th>Piece</th><th>Area, mm&sup2;</th><th>Triangles</th>\
-        <th colspan=\"3\">Centre</th><th colspan=\"3\">Size</th></tr></thead>\n";
+        <th colspan=\"3\">Centre, mm</th><th colspan=\"3\">Size, mm</th></tr></thead>\n";
     let row = |(k, piece): (usize, &Piece)| {
         let size = piece.high.iter().zip(piece.low).map(|(high, low)| high - low);
         let mut cells = vec![k.to_string(), number(piece.area), piece.triangles.to_string()];
         cells.extend(piece.centre.into_iter().chain(size).map(number));
         row_of(&cells)
     };
-    table(head, unmatched.largest.iter().enumerate().map(row), out);
+    table("The largest pieces", head, unmatched.largest.iter().enumerate().map(row), out);
 }

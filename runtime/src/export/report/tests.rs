@@ -1,9 +1,10 @@
-use super::{Report, fill, write};
+use super::{Figure, Report, fill, write};
 use crate::fit::{
     AllowedDeviation, FitResult, FittedInput, FittedMeasure, FittedParameter, PoseCovariance, Symmetry, WithoutSd,
 };
 use crate::mesh::{Group, TriangleMesh};
 use crate::model::{Motion, Tessellation, Texels};
+use crate::record::{Field, Record, Setting, UsedFile};
 use crate::scan::ScanSource;
 use crate::variance::{
     Deviations, Dimension, Outcome, OverallVerdict, Tolerance, VarianceReport, Verdict, VerdictOptions,
@@ -62,6 +63,8 @@ fn fit() -> FitResult {
                 quantity: Quantity::Angle,
                 fixed: false,
                 at_bound: true,
+                lower: None,
+                upper: None,
                 sd: Some(0.01),
                 bias: Some(0.001),
                 without_sd: Some(WithoutSd::AtBound),
@@ -73,6 +76,8 @@ fn fit() -> FitResult {
                 quantity: Quantity::Length,
                 fixed: true,
                 at_bound: false,
+                lower: None,
+                upper: None,
                 sd: None,
                 bias: None,
                 without_sd: Some(WithoutSd::Fixed),
@@ -105,6 +110,18 @@ fn fit() -> FitResult {
     }
 }
 
+fn record() -> Record {
+    let text = |text: &str| text.to_owned();
+    Record {
+        tool: text("gmlc 0.1.0"),
+        time: text("2024-05-06T07:08:09Z"),
+        command: vec![text("gmlc"), text("inspect"), text("/home/roe/plate.gml"), HOSTILE.to_owned()],
+        files: vec![UsedFile { role: text("script"), name: text("plate.gml"), sha256: text("abc") }],
+        settings: vec![Setting { name: text("seed"), values: vec![text("7")], given: true }],
+        fields: vec![Field { name: text("Part number"), value: HOSTILE.to_owned() }],
+    }
+}
+
 fn page() -> String {
     page_of(&deviations(), 0)
 }
@@ -117,19 +134,17 @@ fn page_of(deviations: &Deviations, spikes: usize) -> String {
 fn page_with(deviations: &Deviations, variance: &VarianceReport) -> String {
     write(&Report {
         title: HOSTILE,
-        model: HOSTILE,
-        date: "2024-05-06",
-        tool: "gmlc 0.1.0",
+        record: Some(&record()),
+        scripts: &[("plate.gml".to_owned(), HOSTILE.to_owned())],
         fit: Some(&fit()),
         variance,
         deviations,
         tessellation: &tessellation(),
         turned: Motion::IDENTITY.rotation,
-        distance_png: b"one",
-        colour_png: b"two",
         conformance_png: variance.verdict.as_ref().map(|_| &b"map"[..]),
         colour_range: 0.5,
-        pictures: &[(HOSTILE, b"three")],
+        picture: Some(Figure { caption: "front", png: b"one" }),
+        pictures: &[("two", &[Figure { caption: HOSTILE, png: b"three" }])],
     })
 }
 
@@ -152,7 +167,7 @@ fn hostile_names_stay_text() {
     let page = page();
     assert!(!page.contains("<img src=x"));
     assert_eq!(page.matches("<script").count(), page.matches("</script>").count());
-    assert_eq!(page.matches("<script").count(), 5, "only our own");
+    assert_eq!(page.matches("<script").count(), 6, "only our own");
     let escaped = "&lt;/script&gt;&lt;img src=x onerror=alert(1)&gt;&#39;&quot;&amp;{{mesh}}";
     // Title twice; facts, warning, parameter, part, picture.
     assert!(page.matches(escaped).count() >= 8, "{}", page.matches(escaped).count());
@@ -161,14 +176,18 @@ fn hostile_names_stay_text() {
 #[test]
 fn figures_are_there() {
     let page = page();
-    assert!(page.contains("<td>alpha</td><td>45.00000</td><td>0.573</td><td class=\"text\">&deg;</td>"));
+    assert!(page.contains("<th scope=\"row\">alpha</th><td>45.0</td><td>0.6</td><td class=\"text\">&deg;</td>"));
     assert!(page.contains("at its bound") && page.contains("held fixed"));
     assert!(page.contains("positive: the scan lies outside the model"));
     assert!(page.contains("<p>Inputs: knobs=5, tilt=28.647889757deg</p>"));
     assert!(page.contains("&minus;2.00000"), "the pose");
-    assert!(page.contains("<td>x</td><td>0.200 mm</td><td>17.189&deg;</td>"), "the roots of 0.04 mm2 and of 0.09");
     assert!(
-        page.contains("<td>z</td><td>0.300 mm</td><td>17.189&deg;</td>") && page.contains("(1.0, &minus;2.2, 3.0) mm")
+        page.contains("<th scope=\"row\">x</th><td>0.200 mm</td><td>17.189&deg;</td>"),
+        "the roots of 0.04 mm2 and of 0.09"
+    );
+    assert!(
+        page.contains("<th scope=\"row\">z</th><td>0.300 mm</td><td>17.189&deg;</td>")
+            && page.contains("(1.0, &minus;2.2, 3.0) mm")
     );
     assert!(page.contains("<p>Held, a symmetry: a turn about (0, 0, &minus;1) changes nothing.</p>"));
     assert!(page.contains("<p>Held equal: alpha, &lt;/script&gt;"));
@@ -177,9 +196,9 @@ fn figures_are_there() {
     assert!(page.contains(empty), "{}", page.split("where the scan shows").nth(1).map_or("no", |t| &t[..80]));
     // Seven texels have data; -9 is below the scale's end, 2 above.
     assert!(page.contains("14.29 % below &minus;0.5, 14.29 % above 0.5"));
-    assert!(page.contains("\"indices\":3,"), "the triangle with a missing vertex is left out");
+    assert!(page.contains("\"triangles\":1,"), "the triangle with a missing vertex is left out");
     assert!(page.contains("\"halfSize\":[1.0,0.5,0.0]"));
-    assert!(page.contains("data:image/png;base64,b25l") && page.contains("data:image/png;base64,dHdv"));
+    assert!(page.contains("data:image/png;base64,dGhyZWU="));
     assert!(!page.contains("NaN") && !page.contains("//!"));
 }
 
@@ -190,14 +209,14 @@ fn what_agrees_is_said_once_with_its_limits() {
     let sentence = "<p>42.9 % of the measured surface is within 0.15 mm (3 times the scan's noise) of the scan, 28.6 % over \
                     (the scan lies outside: too much material), 28.6 % under (the scan lies inside: too little).</p>";
     assert_eq!(page.matches(sentence).count(), 1, "{page}");
-    let row = "<td>plate</td><td>&minus;0.15</td><td>0.15</td><td class=\"text\">3 &times; noise</td>\
+    let row = "<th scope=\"row\">plate</th><td>&minus;0.15</td><td>0.15</td><td class=\"text\">3 &times; noise</td>\
                <td>2.000</td><td>50.0 %</td><td>1.000</td><td>25.0 %</td><td>1.000</td><td>25.0 %</td></tr>";
     assert!(page.contains(row), "{page}");
     assert!(page.contains("<b>42.9 %</b><span>of it within 0.150 mm (3 times the scan's noise)</span>"), "{page}");
     assert!(!page.contains("fits the model") && !page.contains("All of the scan"));
     // 0.5 sqrt(ln 2), where the loss is 1/2.
-    assert!(page.contains("<td>Inliers, points within</td><td>0.416 mm</td>"), "{page}");
-    let widths = "<td>plate</td><td>4</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td></tr>";
+    assert!(page.contains("<th scope=\"row\">Inliers, points within</th><td>0.416 mm</td>"), "{page}");
+    let widths = "<th scope=\"row\">plate</th><td>4</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td><td>1.000</td></tr>";
     assert!(page.contains(widths), "{page}");
 }
 
@@ -276,10 +295,10 @@ fn measures_are_said_with_their_verdicts() {
     variance.judge(&[dimension], VerdictOptions::default());
     let mut page = String::new();
     super::measures::measures(&measures, &variance, &mut page);
-    assert!(page.contains("<td>28.64789</td><td>0.573</td><td>&deg;</td><td>22.91831</td><td>5.730</td>"), "{page}");
+    assert!(page.contains("<td>28.6</td><td>0.6</td><td>&deg;</td><td>22.91831</td><td>5.730</td>"), "{page}");
     assert!(page.contains("<td>&minus;2.8648</td><td>2.8648</td>"), "{page}");
     assert!(page.contains("<span class=\"mark\">does not conform</span>") && !page.contains("<img src=x"), "{page}");
-    assert!(page.contains("<td>open</td><td>3.00000</td><td></td><td>mm^2</td>"), "{page}");
+    assert!(page.contains("<th scope=\"row\">open</th><td>3.00000</td><td></td><td>mm^2</td>"), "{page}");
     assert!(page.contains("<span class=\"mark\">r: at its bound</span>"), "{page}");
     assert!(page.contains("together: <b>does not conform</b>"), "{page}");
     let mut nothing = String::new();

@@ -1,12 +1,8 @@
-// The interactive view: raw WebGL2, no library, no network.
-'use strict';
+// The interactive view: raw WebGL2, no library, no network. data.js stands before it.
 (() => {
-  const element = id => document.getElementById(id);
   const canvas = element('canvas');
-  const scene = JSON.parse(element('scene').textContent);
-  const message = text => { element('message').textContent = text; };
   const gl = canvas.getContext('webgl2', { antialias: true, preserveDrawingBuffer: true });
-  if (!gl) { message('This browser has no WebGL2: the interactive view is not available.'); return; }
+  if (!gl) { failed('#message', new Error('this browser has no WebGL2')); return; }
 
   function program() {
     const made = gl.createProgram();
@@ -23,28 +19,21 @@
     return made;
   }
 
-  // The mesh: for each vertex four 16-bit positions (the last unused), four 8-bit normals, two 16-bit texture
-  // coordinates, one kind after the other; then 32-bit indices.
-  function upload() {
-    const text = atob(element('mesh').textContent);
-    const bytes = Uint8Array.from(text, c => c.charCodeAt(0));
-    const n = scene.vertices;
-    const buffer = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, bytes.subarray(0, 16 * n), gl.STATIC_DRAW);
-    gl.vertexAttribPointer(0, 3, gl.UNSIGNED_SHORT, true, 8, 0);
-    gl.vertexAttribPointer(1, 3, gl.BYTE, true, 4, 8 * n);
-    gl.vertexAttribPointer(2, 2, gl.UNSIGNED_SHORT, true, 4, 12 * n);
-    for (let i = 0; i < 3; i++) gl.enableVertexAttribArray(i);
+  function upload({ positions, places, normals, indices }) {
+    const kinds = [[positions, 3, gl.UNSIGNED_SHORT, 8], [normals, 3, gl.BYTE, 4], [places, 2, gl.UNSIGNED_SHORT, 4]];
+    kinds.forEach(([data, size, type, stride], i) => {
+      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+      gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+      gl.vertexAttribPointer(i, size, type, true, stride, 0);
+      gl.enableVertexAttribArray(i);
+    });
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer());
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, bytes.subarray(16 * n), gl.STATIC_DRAW);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
   }
 
-  function texture(image) {
+  function texture(texels) {
     gl.bindTexture(gl.TEXTURE_2D, gl.createTexture());
-    gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
-    gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB8, gl.RGB, gl.UNSIGNED_BYTE, image);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RG16I, scene.width, scene.height, 0, gl.RG_INTEGER, gl.SHORT, texels);
     for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
     for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
   }
@@ -87,19 +76,20 @@
 
   function begin(used) {
     const uniform = name => gl.getUniformLocation(used, name);
-    const names = ['view', 'projection', 'halfSize', 'displaced', 'coloured', 'opacity', 'maxDistance', 'colourRange', 'exaggeration'];
+    const names = ['view', 'projection', 'halfSize', 'displaced', 'coloured', 'opacity', 'step', 'colourRange', 'exaggeration', 'classes'];
     const at = Object.fromEntries(names.map(name => [name, uniform(name)]));
     gl.useProgram(used);
     gl.enable(gl.DEPTH_TEST);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.uniform3fv(at.halfSize, scene.halfSize);
-    gl.uniform1f(at.maxDistance, scene.maxDistance);
+    gl.uniform1f(at.step, scene.step);
+    gl.uniform3fv(at.classes, scene.classes.flat().map(c => c / 255));
     gl.uniform1f(at.colourRange, scene.colourRange);
     const surface = (displaced, coloured, opacity) => {
       gl.uniform1f(at.displaced, displaced);
       gl.uniform1f(at.coloured, coloured);
       gl.uniform1f(at.opacity, opacity);
-      gl.drawElements(gl.TRIANGLES, scene.indices, gl.UNSIGNED_INT, 0);
+      gl.drawElements(gl.TRIANGLES, 3 * scene.triangles, gl.UNSIGNED_INT, 0);
     };
     drawing = () => {
       const ratio = Math.min(window.devicePixelRatio || 1, 2);
@@ -181,12 +171,11 @@
     window.addEventListener('beforeprint', () => drawing());
   }
 
-  const image = element('distances');
-  image.decode().then(() => {
+  Promise.all([unpacked('mesh').then(readMesh), texelData]).then(([mesh, texels]) => {
     const used = program();
-    upload();
-    texture(image);
+    upload(mesh);
+    texture(texels);
     listen();
     begin(used);
-  }).catch(error => message('The interactive view failed: ' + error.message));
+  }).catch(error => failed('#message', error));
 })();

@@ -279,7 +279,8 @@ struct Frame {
     place: DVec3,
     /// Half the diagonal of the bounding box.
     radius: f64,
-    /// Decimals of coordinates: seven digits of the radius.
+    /// Decimals of coordinates: five digits of the radius, and a thousandth of a millimetre at least, a tenth of by
+    /// how much triangles may leave the surface.
     decimals: usize,
 }
 
@@ -288,7 +289,7 @@ impl Frame {
         let bounds = mesh.bounds();
         let (centre, radius) = (bounds.centre(), bounds.diagonal() / 2.0);
         let radius = if radius > 0.0 { radius } else { 1.0 };
-        let decimals = (6.0 - radius.log10().floor()).clamp(0.0, 12.0) as usize;
+        let decimals = (4.0 - radius.log10().floor()).clamp(3.0, 12.0) as usize;
         // The rows are taken for columns: the transpose, which turns back.
         let upright = DMat3::from_rotation_x(-FRAC_PI_2) * DMat3::from_cols_array_2d(turned);
         Self { centre, upright, place: upright * centre, radius, decimals }
@@ -335,9 +336,9 @@ impl Part {
         let point = |&v: &u32| DVec3::from_array(mesh.positions[v as usize]) - frame.centre;
         list(self.vertices.iter().map(|v| point(v).to_array().map(|c| number(c, frame.decimals))), out);
         out.push_str("'/>\n                <Normal vector='");
-        list(self.vertices.iter().map(|&v| mesh.normals[v as usize].map(|c| number(c, 4))), out);
+        list(self.vertices.iter().map(|&v| mesh.normals[v as usize].map(|c| number(c, 3))), out);
         out.push_str("'/>\n                <TextureCoordinate point='");
-        list(self.vertices.iter().map(|&v| mesh.texcoords[v as usize].map(|c| number(c, 6))), out);
+        list(self.vertices.iter().map(|&v| mesh.texcoords[v as usize].map(|c| number(c, 5))), out);
         out.push_str("'/>\n              </IndexedTriangleSet>\n");
     }
 }
@@ -346,7 +347,7 @@ impl Part {
 fn list<const N: usize>(tuples: impl Iterator<Item = [String; N]>, out: &mut String) {
     for (i, tuple) in tuples.enumerate() {
         if i > 0 {
-            out.push_str(if i % 16 == 0 { "\n" } else { ", " });
+            out.push_str(if i % 16 == 0 { "\n" } else { "," });
         }
         out.push_str(&tuple.join(" "));
     }

@@ -158,7 +158,7 @@ fn large_coordinates_keep_their_digits() {
     }
     let text = write(&scene(&tessellation, &[])).unwrap();
     assert!(text.contains("translation='1000000.5 2000000 2999999.5'>"));
-    assert_eq!(attributes(&text, "Coordinate", "point")[0], "-0.5 -0.5 0, 0.5 -0.5 0, 0.5 0.5 0");
+    assert_eq!(attributes(&text, "Coordinate", "point")[0], "-0.5 -0.5 0,0.5 -0.5 0,0.5 0.5 0");
 }
 
 #[test]

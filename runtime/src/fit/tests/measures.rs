@@ -39,6 +39,8 @@ fn fitted(known: &[&str], reason: WithoutSd) -> FitResult {
         quantity: [Quantity::Length, Quantity::Length, Quantity::Angle][i],
         fixed: !rows.contains(&i) && reason == WithoutSd::Fixed,
         at_bound: !rows.contains(&i) && reason == WithoutSd::AtBound,
+        lower: None,
+        upper: None,
         sd: rows.contains(&i).then(|| COVARIANCE[i][i].sqrt()),
         bias: None,
         without_sd: (!rows.contains(&i)).then_some(reason),

@@ -1,0 +1,163 @@
+//! What a command was run with: its words, its options, the files that it read, and what the user states of the work.
+
+use crate::cli::{self, Cli, ReportArgs};
+use crate::error::CommandError;
+use crate::files::{self, folder_of};
+use crate::provenance::hexadecimal;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Command, CommandFactory};
+use gml_compiler::program::Program;
+use gml_runtime::record::{Field, Record, Setting, UsedFile};
+use gml_runtime::scan::ScanSource;
+use sha2::{Digest, Sha256};
+use std::ffi::OsString;
+use std::path::Path;
+
+/// The file beside a script that states the same as `--report-field`.
+const FIELDS: &str = "report.toml";
+
+/// Options that say nothing of the result.
+const BESIDES: [&str; 5] = ["output", "report-field", "trace", "help", "version"];
+
+/// The most bytes of a field's name and of its value.
+const LONGEST: usize = 2000;
+
+/// The record of this process, which works with a script or a reference.
+pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {
+    let mut words: Vec<OsString> = std::env::args_os().collect();
+    if let Some(first) = words.first_mut() {
+        *first = "gmlc".into();
+    }
+    let command: Vec<String> = words.iter().map(|word| word.to_string_lossy().into_owned()).collect();
+    let all = Cli::command();
+    let matches = all.clone().try_get_matches_from(cli::with_negative_values(words)).map_err(CommandError::usage)?;
+    let settings = match matches.subcommand() {
+        Some((name, matches)) => all.find_subcommand(name).map(|c| settings(c, matches)).unwrap_or_default(),
+        None => Vec::new(),
+    };
+    let mut record = Record { command, settings, ..begun() };
+    state(&mut record, report, script)?;
+    Ok(record)
+}
+
+/// The record of a line of a session.
+pub(crate) fn of_line(line: &str, command: &Command, words: Vec<String>) -> Record {
+    let matches =
+        command.clone().try_get_matches_from(cli::with_negative_values(words.into_iter().map(OsString::from)));
+    let settings = matches.map(|matches| settings(command, &matches)).unwrap_or_default();
+    Record { command: vec!["gmlc".to_owned(), "repl".to_owned(), line.to_owned()], settings, ..begun() }
+}
+
+fn begun() -> Record {
+    Record {
+        tool: concat!("gmlc ", env!("CARGO_PKG_VERSION")).to_owned(),
+        time: chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string(),
+        ..Record::default()
+    }
+}
+
+/// All options of a command that have a value, in the order of its help.
+fn settings(command: &Command, matches: &ArgMatches) -> Vec<Setting> {
+    let setting = |arg: &clap::Arg| {
+        let name = arg.get_long().filter(|name| !BESIDES.contains(name))?;
+        let id = arg.get_id().as_str();
+        let values = matches.try_get_raw(id).ok().flatten()?;
+        let values: Vec<String> = values.map(|value| value.to_string_lossy().into_owned()).collect();
+        let given = matches.value_source(id) == Some(ValueSource::CommandLine);
+        Some(Setting { name: name.to_owned(), values, given })
+    };
+    command.get_arguments().filter_map(setting).collect()
+}
+
+/// Adds what the user states: on the command line, or else in the file beside the script.
+fn state(record: &mut Record, report: &ReportArgs, script: &Path) -> Result<(), CommandError> {
+    for (name, value) in &report.fields {
+        if record.fields.iter().any(|field| field.name == *name) {
+            return Err(CommandError::usage(format!("--report-field {name}: it is given twice; leave one out")));
+        }
+        record.fields.push(Field { name: name.clone(), value: value.clone() });
+    }
+    let path = folder_of(script).join(FIELDS);
+    if !path.is_file() {
+        return Ok(());
+    }
+    let text = files::read_settings(&path)?;
+    let failed = |what: String| CommandError::Failed(format!("{}: {what}", path.display()));
+    for field in stated(&text).map_err(failed)? {
+        if record.fields.iter().all(|given| given.name != field.name) {
+            record.fields.push(field);
+        }
+    }
+    record.files.push(used("fields", &path, text.as_bytes()));
+    Ok(())
+}
+
+/// The fields of a TOML document, in its order.
+fn stated(text: &str) -> Result<Vec<Field>, String> {
+    let table: toml::Table = text
+        .parse()
+        .map_err(|e: toml::de::Error| format!("is not TOML, such as `\"Part number\" = \"A-17\"`: {}", e.message()))?;
+    let field = |(name, value): (String, toml::Value)| match value {
+        toml::Value::String(text) if text.len() > LONGEST => Err(format!("`{name}` has more than {LONGEST} bytes")),
+        toml::Value::String(value) => Ok(Field { name, value }),
+        toml::Value::Integer(number) => Ok(Field { name, value: number.to_string() }),
+        toml::Value::Float(number) => Ok(Field { name, value: number.to_string() }),
+        toml::Value::Boolean(yes) => Ok(Field { name, value: if yes { "yes" } else { "no" }.to_owned() }),
+        toml::Value::Datetime(date) => Ok(Field { name, value: date.to_string() }),
+        toml::Value::Table(_) | toml::Value::Array(_) => {
+            Err(format!("`{name}` has several values; write one text, a number or a date"))
+        }
+    };
+    table.into_iter().map(field).collect()
+}
+
+/// Adds the scan, the texts of the script, and the fit that values were taken from.
+pub(crate) fn add_inputs(record: &mut Record, scan: &ScanSource, program: &Program, params: Option<&Path>) {
+    add_scan(record, scan);
+    let scripts = program.sources().scripts();
+    // The standard library belongs to the version.
+    record.files.extend(scripts.map(|file| used("script", Path::new(file.name.as_str()), file.text.as_bytes())));
+    if let Some(params) = params {
+        add_file(record, "fit", params);
+    }
+}
+
+/// Adds the scan.
+pub(crate) fn add_scan(record: &mut Record, scan: &ScanSource) {
+    let name = file_name(Path::new(&scan.path));
+    record.files.push(UsedFile { role: "scan".to_owned(), name, sha256: scan.sha256.clone() });
+}
+
+/// Adds another file that was read.
+pub(crate) fn add_file(record: &mut Record, role: &str, path: &Path) {
+    // It has been read before, so that it is there.
+    if let Ok(bytes) = std::fs::read(path) {
+        record.files.push(used(role, path, &bytes));
+    }
+}
+
+fn used(role: &str, path: &Path, bytes: &[u8]) -> UsedFile {
+    UsedFile { role: role.to_owned(), name: file_name(path), sha256: hexadecimal(Sha256::digest(bytes)) }
+}
+
+/// The name of a file, without its folders.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_read_in_order() {
+        let text = "\"Part number\" = \"A-17\"\nOperator = 'R. Roe'\nCalibrated = 2024-05-06\nTemperature = 20.5\n";
+        let fields: Vec<(String, String)> =
+            stated(text).expect("TOML").into_iter().map(|f| (f.name, f.value)).collect();
+        let expected =
+            [("Part number", "A-17"), ("Operator", "R. Roe"), ("Calibrated", "2024-05-06"), ("Temperature", "20.5")];
+        assert_eq!(fields, expected.map(|(name, value)| (name.to_owned(), value.to_owned())));
+        assert!(stated("a = [1]").unwrap_err().contains("`a` has several values"));
+        assert!(stated("a =").unwrap_err().contains("is not TOML"));
+    }
+}
