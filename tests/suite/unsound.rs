@@ -197,15 +197,15 @@ fn measures_of_a_file_are_computed() {
     assert_eq!(variance(&|_| {}), (Some(0), String::new()));
     let right = verdict();
     assert_eq!((&right["lower"], &right["upper"]), (&of!(-0.5), &of!(0.5)), "{right}");
-    let changes: [(&str, &dyn Fn(&mut Value)); 5] = [
-        ("has another tolerance of 'd' than the script", &|d| d["tolerance"] = of!({ "lower": -50.0, "upper": 50.0 })),
-        ("has another tolerance of 'd' than the script", &|d| d["tolerance"] = of!({ "lower": -0.5, "upper": 0.4 })),
-        ("has another value of the measure 'd'", &|d| d["value"] = of!(99.0)),
-        ("has another standard deviation of the measure 'd'", &|d| d["sd"] = of!(1e9)),
-        ("has other derivatives of the measure 'd'", &|d| d["derivatives"]["r"] = of!(1e3)),
+    let changes: [(&str, Change); 5] = [
+        ("has another tolerance of 'd' than the script", |d| d["tolerance"] = of!({ "lower": -50.0, "upper": 50.0 })),
+        ("has another tolerance of 'd' than the script", |d| d["tolerance"] = of!({ "lower": -0.5, "upper": 0.4 })),
+        ("has another value of the measure 'd'", |d| d["value"] = of!(99.0)),
+        ("has another standard deviation of the measure 'd'", |d| d["sd"] = of!(1e9)),
+        ("has other derivatives of the measure 'd'", |d| d["derivatives"]["r"] = of!(1e3)),
     ];
     for (expected, change) in changes {
-        let (status, said) = variance(change);
+        let (status, said) = variance(&change);
         assert!(status == Some(0) && said.contains(&format!("warning: edited.json: {expected}")), "{said}");
         assert_eq!(verdict(), right, "{expected}");
     }
