@@ -60,8 +60,8 @@ pub(crate) fn text(bytes: &[u8]) -> String {
 }
 
 /// The files of a folder of results without the seconds that stages took, which fit.json and variance.json have under
-/// `seconds` and the report in a row, and without what they were made with: the date and the folder of the results. All other
-/// bytes stay.
+/// `seconds` and the report in a row, and without what they were made with: the date and the folder of the results. All
+/// other bytes stay.
 pub(crate) fn results(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let is_timed = |line: &&str| {
         [">Time</th>", "<dt>Inspected</dt>", "<p><code>gmlc inspect"].iter().any(|timed| line.contains(timed))
