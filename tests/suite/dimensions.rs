@@ -112,7 +112,10 @@ fn inspections_judge_measures() {
     let said = passes(&[]);
     assert!(said.contains("slope") && said.contains("diameter") && said.contains("probability"), "{said}");
     let report = fs::read_to_string(folder.join("out/report.html")).expect("a report");
-    assert!(report.contains("<h3>Measures</h3>") && report.contains("<th scope=\"row\">diameter</th><td>40."), "no table");
+    assert!(
+        report.contains("<h3>Measures</h3>") && report.contains("<th scope=\"row\">diameter</th><td>40."),
+        "no table"
+    );
     assert!(fs::read_to_string(folder.join("out/model.x3d")).expect("a scene").contains("diameter"));
     // The start values that are given are the nominal ones.
     let error = refuses(3, &["-p", "r=21mm"]);
