@@ -5,6 +5,7 @@ use gml_compiler::check::CheckOptions;
 use gml_compiler::program::{self, Input, Program};
 use gml_compiler::source::Sources;
 use gml_runtime::fit::{FitResult, FittedInput};
+use gml_runtime::record::hexadecimal;
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -62,11 +63,6 @@ pub(crate) fn sha256(sources: &Sources) -> String {
         hash.update(file.text.as_bytes());
     }
     hexadecimal(hash.finalize())
-}
-
-/// A sum as it is written.
-pub(crate) fn hexadecimal(sum: impl AsRef<[u8]>) -> String {
-    sum.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 #[cfg(test)]

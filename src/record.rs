@@ -3,11 +3,11 @@
 use crate::cli::{self, Cli, ReportArgs};
 use crate::error::CommandError;
 use crate::files::{self, folder_of};
-use crate::provenance::hexadecimal;
+use crate::values::LONGEST_FIELD;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command, CommandFactory};
 use gml_compiler::program::Program;
-use gml_runtime::record::{Field, Record, Setting, UsedFile};
+use gml_runtime::record::{Field, Record, Setting, UsedFile, hexadecimal};
 use gml_runtime::scan::ScanSource;
 use sha2::{Digest, Sha256};
 use std::ffi::OsString;
@@ -18,9 +18,6 @@ const FIELDS: &str = "report.toml";
 
 /// Options that say nothing of the result.
 const BESIDES: [&str; 5] = ["output", "report-field", "trace", "help", "version"];
-
-/// The most bytes of a field's name and of its value.
-const LONGEST: usize = 2000;
 
 /// The record of this process, which works with a script or a reference.
 pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {
@@ -98,7 +95,9 @@ fn stated(text: &str) -> Result<Vec<Field>, String> {
         .parse()
         .map_err(|e: toml::de::Error| format!("is not TOML, such as `\"Part number\" = \"A-17\"`: {}", e.message()))?;
     let field = |(name, value): (String, toml::Value)| match value {
-        toml::Value::String(text) if text.len() > LONGEST => Err(format!("`{name}` has more than {LONGEST} bytes")),
+        toml::Value::String(text) if text.len() > LONGEST_FIELD => {
+            Err(format!("`{name}` has more than {LONGEST_FIELD} bytes"))
+        }
         toml::Value::String(value) => Ok(Field { name, value }),
         toml::Value::Integer(number) => Ok(Field { name, value: number.to_string() }),
         toml::Value::Float(number) => Ok(Field { name, value: number.to_string() }),

@@ -188,11 +188,13 @@ pub(crate) fn assignment(text: &str) -> Result<(String, String), String> {
     parts.filter(|(name, _)| !name.is_empty()).ok_or_else(|| "expected NAME=VALUE, such as r=42mm".into())
 }
 
+/// The most bytes of what the user states in one field of a report.
+pub(crate) const LONGEST_FIELD: usize = 2000;
+
 /// Parses `name=text`, which may be any text of some length.
 pub(crate) fn report_field(text: &str) -> Result<(String, String), String> {
-    const LONGEST: usize = 2000;
-    if text.len() > LONGEST {
-        return Err(format!("is longer than {LONGEST} bytes"));
+    if text.len() > LONGEST_FIELD {
+        return Err(format!("is longer than {LONGEST_FIELD} bytes"));
     }
     let parts = text.split_once('=').map(|(name, value)| (name.trim().to_owned(), value.trim().to_owned()));
     parts.filter(|(name, _)| !name.is_empty()).ok_or_else(|| "expected NAME=TEXT, such as Operator=Roe".into())

@@ -52,3 +52,9 @@ pub struct Field {
     /// What is said of it.
     pub value: String,
 }
+
+/// A sum as it is written: two digits a byte.
+#[must_use]
+pub fn hexadecimal(sum: impl AsRef<[u8]>) -> String {
+    sum.as_ref().iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -20,13 +20,13 @@ pub(super) struct Cleaned {
     pub(super) dropped: Dropped,
 }
 
-/// The triangles that a scan has no use for.
+/// The triangles that a scan, or a reference mesh, has no use for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Dropped {
     /// The triangles of the file.
-    all: usize,
-    without_area: usize,
-    repeated: usize,
+    pub(super) all: usize,
+    pub(super) without_area: usize,
+    pub(super) repeated: usize,
 }
 
 impl Dropped {

@@ -30,7 +30,8 @@ pub(crate) use outliers::outliers;
 pub use unit::{Unit, UnknownUnit};
 
 use crate::mesh::{TriangleMesh, retain_marked};
-use clean::Cleaned;
+use crate::record::hexadecimal;
+use clean::{Cleaned, Dropped};
 use format::Format;
 use normals::OverNeighbourhoods;
 use raw::{Odd, RawMesh};
@@ -148,7 +149,7 @@ pub fn read(path: &Path, unit: Unit) -> Result<Scan, ScanError> {
     let bytes = load(path).map_err(|fault| fault.at(path))?;
     let source = ScanSource {
         path: path.display().to_string(),
-        sha256: hexadecimal(&Sha256::digest(&bytes)),
+        sha256: hexadecimal(Sha256::digest(&bytes)),
         unit: unit.to_string(),
         ..ScanSource::default()
     };
@@ -201,12 +202,9 @@ pub fn read_mesh(path: &Path, unit: Unit) -> Result<ReferenceMesh, ScanError> {
             ..TriangleMesh::default()
         });
         let mut mesh = raw.with_usable_normals(&smooth).split_corners();
-        let repeated = mesh.drop_repeated();
-        if repeated > 0 {
-            let all = mesh.triangles.len() + repeated;
-            let name = path.display();
-            warnings.push(format!("`{name}`: of its {all} triangles, {repeated} that are there twice are left out"));
-        }
+        let all = mesh.triangles.len();
+        let dropped = Dropped { all, repeated: mesh.drop_repeated(), ..Dropped::default() };
+        warnings.extend(dropped.warning().map(|dropped| format!("`{}`: {dropped}", path.display())));
         let triangles = mesh.triangles.len();
         match mesh.triangles.iter().filter(|t| mesh.triangle_normal(**t).is_none()).count() {
             0 => {}
@@ -303,8 +301,4 @@ fn parse(path: &Path, bytes: Vec<u8>) -> Result<(RawMesh, Vec<String>), ScanFaul
     let crossing = raw.split_concave_polygons().map(warning);
     let warnings = own.chain(crossing).collect();
     Ok((raw, warnings))
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -74,7 +74,7 @@ fn units_scale() {
 fn the_digest_is_the_files() {
     // `printf abc | sha256sum`
     let abc = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-    assert_eq!(hexadecimal(&Sha256::digest(b"abc")), abc);
+    assert_eq!(hexadecimal(Sha256::digest(b"abc")), abc);
 }
 
 /// Six vertices, of which two are at one place and two are used by no good triangle; four triangles, of which one has
