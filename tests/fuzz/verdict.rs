@@ -72,8 +72,9 @@ fn files(case: &Case, folder: &Path, before: &Files, status: i32, ended: &Ended)
             return Some(format!("it changes {name}, an input"));
         }
     }
-    // An interrupted fit is written, with the status of an error.
-    let may_write = matches!(status, 0 | 3 | 4) || ended.interrupted;
+    // An interrupted fit is written, with the status of an error; a session goes on after one.
+    let session = case.args.first().is_some_and(|a| a == "repl");
+    let may_write = matches!(status, 0 | 3 | 4) || ended.interrupted || session;
     for (name, content) in after.iter().filter(|(name, _)| !before.contains_key(*name)) {
         if !may_write {
             return Some(format!("it ends with {status} and writes {name}: {}", ended.error.trim()));

@@ -35,7 +35,7 @@ use thiserror::Error;
 
 /// Coordinates further than this from the mesh's centre are refused: third powers must stay within single precision.
 /// Millimetres.
-const MAX_EXTENT: f64 = 1e9;
+pub(crate) const MAX_EXTENT: f64 = 1e9;
 
 /// A bounding volume hierarchy over a triangle mesh.
 pub struct Bvh {
@@ -71,7 +71,7 @@ pub enum BvhError {
     },
     /// The mesh is too wide.
     #[error(
-        "it is {size:.3e} mm across, more than the 2e9 mm that can be searched; triangle {triangle} (counted from 1) lies farthest from the others, at ({:.6}, {:.6}, {:.6}) mm: check the unit, or remove it",
+        "it is {size:.3e} mm across, more than the 2e9 mm that can be searched; triangle {triangle} (counted from 1) lies farthest from the others, at ({:.6e}, {:.6e}, {:.6e}) mm: check the unit, or remove it",
         at[0], at[1], at[2]
     )]
     TooWide {

@@ -1,5 +1,6 @@
 //! Distances from one surface to another.
 
+use super::LITTLE;
 use super::prepared::Prepared;
 use crate::feet::signed::{Place, SignedFoot, Target};
 use crate::model::Texels;
@@ -55,66 +56,100 @@ struct Measured {
     distance: f64,
 }
 
+/// The distances from all places of a surface to another one.
+pub(super) struct Distances<'a> {
+    texels: &'a Texels,
+    target: Target<'a>,
+    /// The texels that can be seen, whose places are the first, and the part of every place.
+    seen: Vec<usize>,
+    parts: Vec<u32>,
+    places: Vec<Place>,
+    measured: Vec<Option<Measured>>,
+    /// By texel, NaN where there is none. Millimetres.
+    pub(super) of_texels: Vec<f64>,
+}
+
 impl Prepared<'_> {
-    /// The distances to another surface; and those of the texels, NaN where there is none.
-    pub(super) fn difference(&self, to: &Prepared<'_>, max_distance: f64) -> (Difference, Vec<f64>) {
+    /// The distances to another surface, where it is at most so far away.
+    pub(super) fn distances<'a>(&'a self, to: &'a Prepared<'_>, max_distance: f64) -> Distances<'a> {
         let target = to.target();
         let texels = &self.surface.texels;
         let (of_texels, corners) = self.places();
         let seen: Vec<usize> = (0..of_texels.len()).filter(|i| of_texels[*i].is_some()).collect();
-        let places: Vec<Place> =
-            of_texels.iter().flatten().copied().chain(corners.iter().map(|(place, _)| *place)).collect();
-        let part = |k: usize| seen.get(k).map_or_else(|| corners[k - seen.len()].1, |i| texels.part[*i]);
+        let parts: Vec<u32> =
+            seen.iter().map(|i| texels.part[*i]).chain(corners.iter().map(|(_, part)| *part)).collect();
+        let places: Vec<Place> = of_texels.into_iter().flatten().chain(corners.iter().map(|(p, _)| *p)).collect();
         // A place that lies outside of the other surface has that inside of its own.
         let feet = target.feet(&places, max_distance);
         let measured = |(k, foot): (usize, &Option<SignedFoot>)| {
             let distance = 0.0 - (*foot)?.distance;
-            Some(Measured { part: part(k), point: places[k].point, distance })
+            Some(Measured { part: parts[k], point: places[k].point, distance })
         };
-        let all: Vec<Option<Measured>> = feet.iter().enumerate().map(measured).collect();
-        let names = &texels.part_names;
-        let farthest = farthest(&target, &places, &all).map(|(k, distance)| {
-            let (part, point) = (part(k), places[k].point);
-            Measured { part, point, distance }
+        let measured: Vec<Option<Measured>> = feet.iter().enumerate().map(measured).collect();
+        let mut of_texels = vec![f64::NAN; texels.len()];
+        for (k, i) in seen.iter().enumerate() {
+            of_texels[*i] = measured[k].map_or(f64::NAN, |m| m.distance);
+        }
+        Distances { texels, target, seen, parts, places, measured, of_texels }
+    }
+}
+
+impl Distances<'_> {
+    /// Whether hardly a place has a counterpart. It is asked before [`Self::difference`], since the farthest place of
+    /// a small surface amid a huge one is as far from all of that.
+    pub(super) fn is_little(&self) -> bool {
+        let area = |chosen: &mut dyn Iterator<Item = &usize>| chosen.map(|i| area(self.texels, *i)).sum::<f64>();
+        let matched = area(&mut self.seen.iter().filter(|i| !self.of_texels[**i].is_nan()));
+        matched <= LITTLE * area(&mut self.seen.iter())
+    }
+
+    /// Their statistics.
+    pub(super) fn difference(&self) -> Difference {
+        let names = &self.texels.part_names;
+        let farthest = farthest(&self.target, &self.places, &self.measured).map(|(k, distance)| Measured {
+            part: self.parts[k],
+            point: self.places[k].point,
+            distance,
         });
         let hausdorff = largest(farthest.into_iter(), names);
         let hausdorff =
             hausdorff.unwrap_or(LargestDistance { distance: f64::NAN, place: [f64::NAN; 3], part: String::new() });
-        let mut distances = vec![f64::NAN; texels.len()];
-        for (k, i) in seen.iter().enumerate() {
-            distances[*i] = all[k].map_or(f64::NAN, |m| m.distance);
-        }
         let mut of_parts = vec![(Vec::new(), Vec::new()); names.len()];
-        seen.iter().for_each(|i| of_parts[texels.part[*i] as usize].0.push(*i));
-        let all: Vec<Measured> = all.into_iter().flatten().collect();
+        self.seen.iter().for_each(|i| of_parts[self.texels.part[*i] as usize].0.push(*i));
+        let all: Vec<Measured> = self.measured.iter().copied().flatten().collect();
         all.iter().for_each(|m| of_parts[m.part as usize].1.push(*m));
         let part = |(name, (of_part, measured)): (&String, &(Vec<usize>, Vec<Measured>))| PartDifference {
             name: name.clone(),
-            statistics: statistics(texels, of_part, &distances, measured),
+            statistics: statistics(self.texels, of_part, &self.of_texels, measured),
         };
         let parts = names.iter().zip(&of_parts).map(part).collect();
-        let overall = statistics(texels, &seen, &distances, &all);
-        (Difference { overall, hausdorff, parts }, distances)
+        let overall = statistics(self.texels, &self.seen, &self.of_texels, &all);
+        Difference { overall, hausdorff, parts }
     }
+}
+
+/// The area that a texel stands for. Square millimetres.
+fn area(texels: &Texels, i: usize) -> f64 {
+    f64::from(if texels.area[i].is_finite() { texels.area[i].max(0.0) } else { 0.0 })
 }
 
 /// The statistics of some texels (`chosen`), of which `distances` has all, and the largest of what was measured there
 /// and at corners.
 fn statistics(texels: &Texels, chosen: &[usize], distances: &[f64], measured: &[Measured]) -> DifferenceStatistics {
-    let (mut area, mut samples) = (0.0, Vec::new());
+    let (mut whole, mut samples) = (0.0, Vec::new());
     for i in chosen {
-        let of_texel = if texels.area[*i].is_finite() { texels.area[*i].max(0.0) } else { 0.0 };
-        area += f64::from(of_texel);
+        let of_texel = area(texels, *i);
+        whole += of_texel;
         if !distances[*i].is_nan() {
-            samples.push(Sample::new(distances[*i] as f32, of_texel));
+            samples.push(Sample::new(distances[*i] as f32, of_texel as f32));
         }
     }
     let distribution = Distribution::new(samples);
     let matched_area = 0.0 + distribution.area();
     let [moments, _] = distribution.moments();
     let largest = largest(measured.iter().copied(), &texels.part_names);
-    let unmatched_area = (area - matched_area).max(0.0);
-    DifferenceStatistics { area, matched_area, unmatched_area, moments, largest }
+    let unmatched_area = (whole - matched_area).max(0.0);
+    DifferenceStatistics { area: whole, matched_area, unmatched_area, moments, largest }
 }
 
 /// Places whose distances are computed at once.

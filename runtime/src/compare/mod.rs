@@ -197,15 +197,14 @@ pub fn compare(
         return Err(CompareError::Interrupted);
     }
     progress.report("measuring distances", f64::NAN, &format!("{} places", first.len() + second.len()));
-    let (a_to_b, distances) = first.difference(second, max_distance);
-    let (b_to_a, _) = second.difference(first, max_distance);
-    let is_little = |d: &Difference| d.overall.matched_area <= LITTLE * d.overall.area;
-    if is_little(&a_to_b) && is_little(&b_to_a) {
+    let (from_a, from_b) = (first.distances(second, max_distance), second.distances(first, max_distance));
+    if from_a.is_little() && from_b.is_little() {
         return Err(apart(first.bounds(), second.bounds(), max_distance));
     }
     if progress.cancelled() {
         return Err(CompareError::Interrupted);
     }
+    let (a_to_b, b_to_a) = (from_a.difference(), from_b.difference());
     // An alignment has taken back what moves the model as a whole: B no longer lies apart by that.
     let rigid = match first.surface.parametrised.as_ref().filter(|_| options.align) {
         Some(model) => RigidParts::of(&model.reach, &model.motion())?,
@@ -214,7 +213,8 @@ pub fn compare(
     let of_whole = rigid.as_ref().map_or(&[][..], |rigid| &rigid.of_whole);
     let parameters = a.states.zip(b.states).map(|(a, b)| parameters::compare(&a, &b, of_whole));
     let parameters = parameters.unwrap_or_default();
-    let explained = explained::explain(first, &distances, &parameters.differences, rigid.as_ref()).map_err(of("A"))?;
+    let explained =
+        explained::explain(first, &from_a.of_texels, &parameters.differences, rigid.as_ref()).map_err(of("A"))?;
     let mut warnings: Vec<String> = unlike(sizes).into_iter().chain(coarser).collect();
     warnings.extend(first.notices("A").chain(second.notices("B")));
     warnings.extend(parameters.warnings);

@@ -3,7 +3,7 @@
 use super::orientation::is_inside_out;
 use super::reach::Reach;
 use super::{MeasureError, Tolerance};
-use crate::bvh::Bvh;
+use crate::bvh::{Bvh, MAX_EXTENT};
 use crate::feet::layout::Layout;
 use crate::feet::signed::{ExactSurface, MeshSurface, Target, layout_for};
 use crate::mesh::{Bounds, TriangleMesh};
@@ -17,6 +17,13 @@ use std::time::Instant;
 /// Longest edge of the tessellation, as a fraction of the model's diagonal: documents displace the vertices, so that
 /// detail needs them close together.
 const LONGEST_EDGE: f64 = 1.0 / 150.0;
+
+/// Segments along u and v by which the size of a model is judged before the work.
+const COARSE: u32 = 8;
+
+/// Least distance between chord and surface, as a fraction of the model's diagonal: from 5 m on it exceeds the usual
+/// one, by which a ball of 70 km would have the most triangles that there may be. It has 360,000 by this.
+const LEAST_CHORD: f64 = 4e-6;
 
 /// The surface that a scan is compared with, in the scan's position.
 #[derive(Clone, Copy)]
@@ -91,6 +98,13 @@ impl<'a> Surface<'a> {
     fn of_model(model: &'a dyn Model, x: &[f64], motion: Motion, resolution: Resolution) -> Result<Self, MeasureError> {
         let started = Instant::now();
         let instance = model.instantiate(x)?;
+        // Before the work: what is found later took the most triangles that there may be. A coarse mesh may have places
+        // without a value that the texels do not have.
+        let coarse = Tessellation::uniform(model, &*instance, COARSE, COARSE);
+        let size = coarse.map_or(0.0, |coarse| coarse.mesh.bounds().size().max_element());
+        if size > 2.0 * MAX_EXTENT {
+            return Err(MeasureError::Huge { size });
+        }
         let atlas = match resolution {
             Resolution::Side(size) => Atlas::new(model, &*instance, size),
             Resolution::Texel(edge) => Atlas::with_texels_of(model, &*instance, edge),
@@ -100,6 +114,7 @@ impl<'a> Surface<'a> {
         let size = texels.position.iter().copied().map(DVec3::from_array).collect::<Bounds>().diagonal();
         let edge = if size > 0.0 { LONGEST_EDGE * size } else { f64::INFINITY };
         let fineness = Fineness { edge, ..Fineness::default() };
+        let fineness = Fineness { chord: fineness.chord.max(LEAST_CHORD * size), ..fineness };
         let mut tessellation = Tessellation::new(model, &*instance, fineness)?.with_atlas(&atlas);
         let mut inverted = vec![false; model.parts().len()];
         let turned = Closedness::of(model, &*instance)?.inverted;

@@ -40,6 +40,14 @@ pub enum MeasureError {
     /// No hierarchy can be built over the surface.
     #[error("the model's surface: {0}")]
     Surface(BvhError),
+    /// The model is so large that no distances are searched from it.
+    #[error(
+        "the model's surface is {size:.3e} mm across, more than the 2e9 mm that can be searched: check the parameters' values and their units"
+    )]
+    Huge {
+        /// The longest side of its bounding box. Millimetres.
+        size: f64,
+    },
     /// The band beside edges is too wide.
     #[error("{width} mm is more than a tenth of the model's size; at most {most:.3}mm here")]
     AveragingWidth {
