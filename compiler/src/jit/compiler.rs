@@ -328,6 +328,7 @@ fn backend(name: &str, error: &ModuleError) -> JitError {
         ModuleError::Compilation(CodeTooLarge | ImplLimitExceeded) => {
             JitError::TooLarge(name.to_owned(), "the code generator's limits are exceeded")
         }
+        ModuleError::Allocation { .. } => JitError::TooLarge(name.to_owned(), "its code needs too much memory"),
         e => JitError::Backend(name.to_owned(), e.to_string()),
     }
 }

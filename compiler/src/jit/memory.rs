@@ -5,9 +5,13 @@ use super::host;
 use cranelift_codegen::Context;
 use cranelift_codegen::isa::{OwnedTargetIsa, TargetIsa};
 use cranelift_codegen::settings::{self, Configurable};
-use cranelift_jit::{JITBuilder, JITModule};
+use cranelift_jit::{ArenaMemoryProvider, JITBuilder, JITModule};
 use cranelift_module::{FuncId, Module as _, ModuleError, ModuleReloc};
 use std::sync::OnceLock;
+
+/// Addresses that are reserved for the code of a module, in bytes; memory is taken as code comes. The largest of the
+/// examples has 3 MB in all its modules.
+const RESERVED: usize = 256 << 20;
 
 /// A Cranelift module whose code lives as long as this.
 pub(super) struct CodeMemory {
@@ -32,6 +36,10 @@ impl CodeMemory {
         let optimised = target(options, OptLevel::Speed)?;
         let unoptimised = target(options, OptLevel::None)?;
         let mut builder = JITBuilder::with_isa(optimised.clone(), cranelift_module::default_libcall_names());
+        // Functions call each other by distances of 32 bits. In regions of its own each may lie farther from the others,
+        // and Cranelift panics, where memory is in pieces.
+        let memory = ArenaMemoryProvider::new_with_size(RESERVED).map_err(|e| JitError::Host(e.to_string()))?;
+        builder.memory_provider(Box::new(memory));
         builder.symbols(host::all().into_iter().map(|f| (f.name, f.address)));
         Ok(CodeMemory { module: Some(JITModule::new(builder)), unoptimised, optimised })
     }

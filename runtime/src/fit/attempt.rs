@@ -4,7 +4,8 @@ use super::infer::{infer, misfit};
 use super::monitor::Monitor;
 use super::options::{FitError, FitOptions};
 use super::problem::{Problem, extent};
-use super::refine::solve::solve;
+use super::refine::schedule::Solution;
+use super::refine::solve::{solve, solve_if_likely};
 use super::result::FitResult;
 use super::{plan, report};
 use crate::model::Model;
@@ -32,15 +33,46 @@ pub(crate) fn attempt(
     progress: &dyn Progress,
 ) -> Result<Attempt, FitError> {
     let monitor = Monitor::of_stages(progress, plan::whole(options));
-    let problem = monitor.stage("prepare", || Problem::new(model, scan, options, &monitor))?;
+    let problem = prepare(model, scan, options, &monitor)?;
+    Ok(conclude(solve(&problem)?))
+}
+
+/// Fits a model to a scan if it may well show the object: none where the first search explains no more than some of it.
+///
+/// # Errors
+/// See [`crate::fit::fit()`].
+pub(crate) fn attempt_if_likely(
+    model: &dyn Model,
+    scan: &Scan,
+    options: &FitOptions,
+    progress: &dyn Progress,
+) -> Result<Option<Attempt>, FitError> {
+    let monitor = Monitor::of_stages(progress, plan::whole(options));
+    let problem = prepare(model, scan, options, &monitor)?;
+    Ok(solve_if_likely(&problem)?.map(conclude))
+}
+
+fn prepare<'a>(
+    model: &'a dyn Model,
+    scan: &'a Scan,
+    options: &'a FitOptions,
+    monitor: &'a Monitor<'a>,
+) -> Result<Problem<'a>, FitError> {
+    let problem = monitor.stage("prepare", || Problem::new(model, scan, options, monitor))?;
     extent::degenerate(&problem).into_iter().for_each(|sentence| monitor.warn(sentence));
-    let inference = infer(solve(&problem)?);
+    Ok(problem)
+}
+
+/// The statistics of a solution, and the result.
+fn conclude(solution: Solution) -> Attempt {
+    let Problem { scan, monitor, points, .. } = solution.level.problem;
+    let inference = infer(solution);
     // All that is looked for in what a fit leaves over is for fits that have ended.
     let residuals = if monitor.cancelled() { None } else { misfit::residuals(&inference.solution) };
     let mut near = vec![false; scan.mesh.positions.len()];
     for residual in residuals.iter().flatten() {
-        near[problem.points.index[residual.point] as usize] = true;
+        near[points.index[residual.point] as usize] = true;
     }
     let result = report::result(inference, residuals.as_deref(), &near);
-    Ok(Attempt { result, near, in_proportion: !monitor.out_of_proportion.load(Ordering::Relaxed) })
+    Attempt { result, near, in_proportion: !monitor.out_of_proportion.load(Ordering::Relaxed) }
 }

@@ -28,6 +28,11 @@ impl<'a> Found<'a> {
         Self { solution, sentences }
     }
 
+    /// The share of the scan's points that it explains.
+    pub(crate) fn explained(&self) -> f64 {
+        self.solution.evaluation.inliers() / self.solution.level.problem.points.weight()
+    }
+
     /// The solution, which counts.
     pub(crate) fn accept(self, monitor: &Monitor) -> Solution<'a> {
         self.sentences.into_iter().for_each(|sentence| monitor.warn(sentence));

@@ -4,7 +4,7 @@
 mod pieces;
 mod remainder;
 
-use super::attempt::{Attempt, attempt};
+use super::attempt::{Attempt, attempt_if_likely};
 use super::options::{EarlierFit, FitOptions};
 use super::problem::loss::LossKind;
 use super::problem::rigid::pose_parameters;
@@ -68,10 +68,10 @@ impl Scene<'_> {
         EarlierFit { values: of_shape.map(|p| (p.name.clone(), p.value)).collect(), pose: None, converged: None }
     }
 
-    /// A fit of the model to a scan; none where there is none.
+    /// A fit of the model to a scan; none where there is none, or where it explains no more than some of it.
     fn fit(&self, scan: &Scan, options: FitOptions, name: &str) -> Option<Attempt> {
         let piece = Piece { whole: self.progress, name: name.to_owned(), range: (0.0, 1.0) };
-        attempt(self.model, scan, &options, &piece).ok().filter(|attempt| !attempt.result.interrupted)
+        attempt_if_likely(self.model, scan, &options, &piece).ok().flatten().filter(|attempt| !attempt.result.interrupted)
     }
 
     /// The fit to the piece of the scan that the model explains best; none where it explains none.
