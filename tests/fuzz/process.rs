@@ -13,14 +13,15 @@ const TIME: Duration = Duration::from_secs(10);
 /// Processor time after which a command whose options ask for much work is interrupted, as by Ctrl-C.
 const PATIENCE: Duration = Duration::from_secs(4);
 
-/// Time that an interrupted command has to end. It is meant to take a second; the machine may have other work.
-const GRACE: Duration = Duration::from_secs(5);
+/// Processor time that an interrupted command has to end: a second of its two threads.
+const GRACE: Duration = Duration::from_secs(2);
 
 /// Limit of the time that passes, whatever the process does.
 const ELAPSED: Duration = Duration::from_secs(90);
 
-/// Limit of the memory in use.
+/// Limit of the memory in use, and where an option asks for much work.
 const MEMORY: u64 = 1 << 30;
+const MEMORY_ASKED: u64 = 4 << 30;
 
 /// How a command ended.
 #[derive(Debug, Default)]
@@ -68,7 +69,8 @@ fn usage(child: &Child) -> Option<(Duration, u64)> {
 /// Waits for a process within the limits.
 fn supervise(child: &mut Child, ended: &mut Ended, asks: bool) -> Option<ExitStatus> {
     let begun = Instant::now();
-    let mut interrupted: Option<Instant> = None;
+    let mut interrupted: Option<Duration> = None;
+    let most = if asks { MEMORY_ASKED } else { MEMORY };
     loop {
         if let Ok(Some(status)) = child.try_wait() {
             return Some(status);
@@ -77,10 +79,10 @@ fn supervise(child: &mut Child, ended: &mut Ended, asks: bool) -> Option<ExitSta
             ended.time = ended.time.max(time);
             ended.memory = ended.memory.max(memory);
         }
-        let reason = if ended.memory > MEMORY {
-            Some("it takes more than 1 GB of memory".to_owned())
-        } else if interrupted.is_some_and(|since| since.elapsed() > GRACE) {
-            Some(format!("it goes on for {} s after an interrupt", GRACE.as_secs()))
+        let reason = if ended.memory > most {
+            Some(format!("it takes more than {} GB of memory", most >> 30))
+        } else if interrupted.is_some_and(|at| ended.time > at + GRACE) {
+            Some(format!("it goes on for {} s of processor time after an interrupt", GRACE.as_secs()))
         } else if !asks && ended.time > TIME {
             Some(format!("it takes more than {} s of processor time", TIME.as_secs()))
         } else if begun.elapsed() > ELAPSED {
@@ -96,7 +98,7 @@ fn supervise(child: &mut Child, ended: &mut Ended, asks: bool) -> Option<ExitSta
         }
         if asks && interrupted.is_none() && ended.time > PATIENCE {
             _ = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
-            (interrupted, ended.interrupted) = (Some(Instant::now()), true);
+            (interrupted, ended.interrupted) = (Some(ended.time), true);
         }
         let pause = if begun.elapsed() < Duration::from_millis(100) { 1 } else { 10 };
         thread::sleep(Duration::from_millis(pause));

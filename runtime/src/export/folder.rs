@@ -112,6 +112,16 @@ impl ResultFolder {
         }
     }
 
+    /// Has the system write all files to the disk: the list may not get there before what it lists.
+    fn to_disk(&self) -> Result<(), WriteError> {
+        let failed = |source| WriteError { path: self.target.clone(), source };
+        for entry in fs::read_dir(&self.staged).map_err(failed)? {
+            let path = entry.map_err(failed)?.path();
+            File::open(&path).and_then(|file| file.sync_all()).map_err(|source| self.place(WriteError { path, source }))?;
+        }
+        Ok(())
+    }
+
     /// Puts the files into the place of those of an earlier run. `kept` is a file of that run that stays where it is,
     /// since this one has read it.
     ///
@@ -124,6 +134,7 @@ impl ResultFolder {
         // Another run may have ended in the middle since.
         complete(&self.target).map_err(failed)?;
         let list = self.moves(kept)?;
+        self.to_disk()?;
         atomic::write(&self.staged.join(LIST), list.as_bytes()).map_err(|e| self.place(e))?;
         // From here on the result is whole: a signal comes too late.
         let mut begun = begun::hold();
