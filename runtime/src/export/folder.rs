@@ -117,7 +117,9 @@ impl ResultFolder {
         let failed = |source| WriteError { path: self.target.clone(), source };
         for entry in fs::read_dir(&self.staged).map_err(failed)? {
             let path = entry.map_err(failed)?.path();
-            File::open(&path).and_then(|file| file.sync_all()).map_err(|source| self.place(WriteError { path, source }))?;
+            File::open(&path)
+                .and_then(|file| file.sync_all())
+                .map_err(|source| self.place(WriteError { path, source }))?;
         }
         Ok(())
     }

@@ -71,7 +71,10 @@ impl Scene<'_> {
     /// A fit of the model to a scan; none where there is none, or where it explains no more than some of it.
     fn fit(&self, scan: &Scan, options: FitOptions, name: &str) -> Option<Attempt> {
         let piece = Piece { whole: self.progress, name: name.to_owned(), range: (0.0, 1.0) };
-        attempt_if_likely(self.model, scan, &options, &piece).ok().flatten().filter(|attempt| !attempt.result.interrupted)
+        attempt_if_likely(self.model, scan, &options, &piece)
+            .ok()
+            .flatten()
+            .filter(|attempt| !attempt.result.interrupted)
     }
 
     /// The fit to the piece of the scan that the model explains best; none where it explains none.
