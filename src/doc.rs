@@ -2,7 +2,7 @@
 
 use crate::cli::DocArgs;
 use crate::error::CommandError;
-use crate::{files, mesh, outputs};
+use crate::{files, outputs};
 use gml_compiler::program::Failed;
 use gml_compiler::reference::{self, Document};
 use gml_compiler::source::Sources;
@@ -16,7 +16,7 @@ pub(crate) fn run(args: &DocArgs) -> Result<(), CommandError> {
         print!("{}", texts.join("\n"));
         return Ok(());
     };
-    mesh::make_folder(folder)?;
+    outputs::make_folder(folder)?;
     for page in &pages {
         let path = folder.join(&page.name);
         outputs::require_apart(&path, [args.script.as_path()])?;

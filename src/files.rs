@@ -53,12 +53,11 @@ impl FileLoader {
 impl Loader for FileLoader {
     fn load(&self, path: &str, from: &str) -> Result<SourceFile, String> {
         let full = plain(&folder_of(Path::new(from)).join(path));
-        let is_script = |path: &Path| path.extension().is_some_and(|e| e == "gml");
         let real = full.canonicalize().map_err(|e| format!("{}: {}", full.display(), reason(&e)))?;
         if real.is_dir() {
             return Err(format!("{}: is a folder, not a script (.gml)", full.display()));
         }
-        if !is_script(&full) || !is_script(&real) {
+        if !is_script(&full) {
             return Err(format!("{}: is not a script (.gml)", full.display()));
         }
         // Links are followed first: what lies elsewhere is elsewhere.
@@ -72,6 +71,13 @@ impl Loader for FileLoader {
         let text = script_text(&full)?;
         Ok(SourceFile { name: full.display().to_string(), text })
     }
+}
+
+/// Whether a file is a script by its name, also at the end of a link: what a stranger's file names is read, and quoted
+/// in messages, only then.
+pub(crate) fn is_script(path: &Path) -> bool {
+    let named = |path: &Path| path.extension().is_some_and(|ending| ending == "gml");
+    named(path) && path.canonicalize().is_ok_and(|real| named(&real))
 }
 
 /// The folder of a file.

@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, interrupt, mesh, outputs, record, script, search, table};
+use crate::{dimensions, interrupt, outputs, record, script, search, table};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
@@ -115,7 +115,7 @@ pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(),
             t.stage, t.evaluations, t.points, t.sigma, t.objective, t.inliers
         ));
     }
-    mesh::make_parent(path)?;
+    outputs::make_parent(path)?;
     atomic::write(path, text.as_bytes()).map_err(CommandError::failed)
 }
 

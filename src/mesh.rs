@@ -7,7 +7,6 @@ use crate::picture::{self, Framing};
 use crate::progress::TerminalProgress;
 use crate::script::{Valued, compile_valued};
 use gml_compiler::program::Program;
-use gml_runtime::export::atomic::WriteError;
 use gml_runtime::export::mesh::{self, MeshFormat};
 use gml_runtime::mesh::TriangleMesh;
 use gml_runtime::model::{Atlas, Fineness, Model, Motion, Passages, Tessellation};
@@ -52,7 +51,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     let mut tessellation = tessellation.map_err(CommandError::failed)?;
     motion.move_tessellation(&mut tessellation);
     if let Some(framing) = framing {
-        make_parent(&args.output)?;
+        outputs::make_parent(&args.output)?;
         framing.write(&args.output, &tessellation)?;
         let parts = tessellation.mesh.groups.len();
         println!("{}: {} x {} pixels, {parts} parts", args.output.display(), framing.width, framing.height);
@@ -125,19 +124,6 @@ pub(crate) fn check_format(path: &Path, known: &str) -> Result<MeshFormat, Comma
 
 /// Writes a mesh, creating the folder that it is in.
 pub(crate) fn write(path: &Path, mesh: &TriangleMesh, format: MeshFormat) -> Result<(), CommandError> {
-    make_parent(path)?;
+    outputs::make_parent(path)?;
     mesh::write(path, mesh, format).map_err(CommandError::failed)
-}
-
-/// Creates the folder of an output.
-pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
-    match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => make_folder(folder),
-        _ => Ok(()),
-    }
-}
-
-/// Creates a folder for outputs.
-pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
-    std::fs::create_dir_all(folder).map_err(|e| CommandError::failed(WriteError { path: folder.to_owned(), source: e }))
 }

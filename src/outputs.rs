@@ -2,7 +2,6 @@
 
 use crate::error::CommandError;
 use crate::files::folder_of;
-use crate::mesh;
 use gml_compiler::program::Program;
 use gml_runtime::export::atomic::WriteError;
 use gml_runtime::export::folder::{self, ResultFolder};
@@ -65,7 +64,20 @@ pub(crate) fn require_files<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>) 
 
 /// Creates the folders of all outputs before the first is written.
 pub(crate) fn make_parents<'a>(outputs: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CommandError> {
-    outputs.into_iter().try_for_each(|output| mesh::make_parent(output))
+    outputs.into_iter().try_for_each(|output| make_parent(output))
+}
+
+/// Creates the folder of an output.
+pub(crate) fn make_parent(path: &Path) -> Result<(), CommandError> {
+    match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => make_folder(folder),
+        _ => Ok(()),
+    }
+}
+
+/// Creates a folder for outputs.
+pub(crate) fn make_folder(folder: &Path) -> Result<(), CommandError> {
+    std::fs::create_dir_all(folder).map_err(|e| CommandError::failed(WriteError { path: folder.to_owned(), source: e }))
 }
 
 /// Refuses a folder of results in which one of the files that are read would be replaced; `fit.json` only is if

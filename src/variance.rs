@@ -11,8 +11,8 @@ use gml_runtime::export::folder::FIT;
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
 use gml_runtime::scan::{self, ReferenceMesh, Scan};
-use gml_runtime::variance::{self, MeasureOptions, Measurement, ParameterCovariance, Reference};
-use std::path::PathBuf;
+use gml_runtime::variance::{self, MeasureError, MeasureOptions, Measurement, ParameterCovariance, Reference};
+use std::path::{Path, PathBuf};
 
 pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let options = measure::options(&args.controls)?;
@@ -32,18 +32,17 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         record::add_inputs(&mut record, &scan.source, &program, args.values.params.as_deref());
         folder = outputs::begin(&args.output)?;
         let other = saved.as_ref().map(|saved| saved.about_scan(&scan.source)).transpose()?.flatten();
-        measure_from(Reference::Model { model: &program, x: &x, motion }, &scan, covariance, &options).map(
-            |mut measured| {
-                let doubt = saved.as_ref().and_then(SavedFit::doubt);
-                measured.report.warnings.extend(doubt.into_iter().chain(other));
-                match &fit {
-                    Some(fit) => inspect::judge_measures(&mut measured.report, fit, options.verdict),
-                    None => measured.report.warnings.extend(dimensions::without_fit(&program)),
-                }
-                measured.report.warnings.extend(unfitted(&program, &args.values));
-                measured
-            },
-        )
+        let reference = Reference::Model { model: &program, x: &x, motion };
+        measure_from(&args.reference, reference, &scan, covariance, &options).map(|mut measured| {
+            let doubt = saved.as_ref().and_then(SavedFit::doubt);
+            measured.report.warnings.extend(doubt.into_iter().chain(other));
+            match &fit {
+                Some(fit) => inspect::judge_measures(&mut measured.report, fit, options.verdict),
+                None => measured.report.warnings.extend(dimensions::without_fit(&program)),
+            }
+            measured.report.warnings.extend(unfitted(&program, &args.values));
+            measured
+        })
     } else {
         let ReferenceMesh { mesh, warnings, .. } =
             scan::read_mesh(&args.reference, args.reference_unit.unwrap_or_default()).map_err(CommandError::failed)?;
@@ -53,7 +52,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
         record::add_scan(&mut record, &scan.source);
         record::add_file(&mut record, "reference", &args.reference);
         folder = outputs::begin(&args.output)?;
-        measure_from(Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
+        measure_from(&args.reference, Reference::Mesh(&mesh), &scan, None, &options).map(|mut measured| {
             measured.report.warnings.extend(warnings);
             measured
         })
@@ -118,7 +117,9 @@ fn unfitted(program: &Program, args: &ValueArgs) -> Option<String> {
     })
 }
 
+/// Measures; errors of a reference mesh name its file.
 fn measure_from(
+    file: &Path,
     reference: Reference<'_>,
     scan: &Scan,
     covariance: Option<ParameterCovariance<'_>>,
@@ -127,5 +128,8 @@ fn measure_from(
     let progress = TerminalProgress::new();
     let measured = variance::measure(reference, scan, covariance, options, &progress);
     progress.finish();
-    Ok(measured?)
+    measured.map_err(|error| match error {
+        MeasureError::Reference(why) => CommandError::Failed(format!("{}: {why}", file.display())),
+        error => error.into(),
+    })
 }

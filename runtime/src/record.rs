@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// How a result was made.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Record {
     /// The program and its version.
     pub tool: String,
@@ -24,6 +25,7 @@ pub struct Record {
 
 /// A file that was read.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct UsedFile {
     /// `scan`, `script`, `reference`, `fit` or `fields`.
     pub role: String,
@@ -35,6 +37,7 @@ pub struct UsedFile {
 
 /// An option and its value.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Setting {
     /// Its name on the command line, without dashes.
     pub name: String,
@@ -46,6 +49,7 @@ pub struct Setting {
 
 /// A statement of the user.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Field {
     /// What it is about.
     pub name: String,

@@ -5,8 +5,8 @@ mod shown;
 
 use crate::cli::{CompareArgs, Format};
 use crate::error::CommandError;
+use crate::outputs;
 use crate::progress::TerminalProgress;
-use crate::{mesh, outputs};
 use gml_runtime::compare::{self, CompareError, CompareOptions, Comparison};
 use gml_runtime::export::json;
 use operand::{Given, Operand};
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), CommandError> {
     comparison.warnings.splice(0..0, a.warnings("A").chain(b.warnings("B")).chain(operand::differences(&a, &b)));
     let file = ComparisonFile { operands: [a.named(), b.named()], comparison: &comparison };
     if let Some(path) = &args.output {
-        mesh::make_parent(path)?;
+        outputs::make_parent(path)?;
         json::write(path, &file).map_err(CommandError::failed)?;
     }
     match args.format {

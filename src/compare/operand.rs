@@ -2,6 +2,7 @@
 
 use crate::cli::{CompareArgs, CompileArgs, ValueArgs};
 use crate::error::CommandError;
+use crate::files::is_script;
 use crate::outputs;
 use crate::print::cut;
 use crate::provenance;
@@ -202,8 +203,7 @@ pub(super) fn differences(a: &Operand, b: &Operand) -> Vec<String> {
     all
 }
 
-/// The script that a fit names: from here, or else from the folder of the fit. The fit may be a stranger's: what it
-/// names is read, and quoted in messages, only if it is a script by its name, also at the end of a link.
+/// The script that a fit names: from here, or else from the folder of the fit. The fit may be a stranger's.
 fn script_of(fit: &FitResult, path: &Path, args: &CompareArgs) -> Result<PathBuf, CommandError> {
     if let Some(script) = &args.script {
         return Ok(script.clone());
@@ -217,8 +217,7 @@ fn script_of(fit: &FitResult, path: &Path, args: &CompareArgs) -> Result<PathBuf
             "its script `{shown}` is found neither from here nor from the folder of the fit; --script names it"
         )));
     };
-    let is_script = |path: &Path| Kind::of(path) == Some(Kind::Script);
-    if is_script(&script) && script.canonicalize().is_ok_and(|real| is_script(&real)) {
+    if is_script(&script) {
         Ok(script)
     } else {
         Err(failed(format!("its script `{shown}` is none (.gml) and is not read; --script names the right one")))

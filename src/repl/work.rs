@@ -117,7 +117,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     fitting::write_trace(controls.trace.as_deref(), &fitted)?;
     fitting::unless_interrupted(&fitted)?;
     if let Some(path) = &line.output {
-        meshing::make_parent(path)?;
+        outputs::make_parent(path)?;
         json::write(path, &fitted).map_err(CommandError::failed)?;
     }
     print!("{}", fitting::summary(&fitted));

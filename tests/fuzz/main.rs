@@ -11,7 +11,7 @@ mod case;
 #[path = "../../compiler/tests/hostile/damage.rs"]
 mod damage;
 mod fits;
-#[path = "../../compiler/tests/random/generate.rs"]
+#[path = "../../compiler/tests/random/generate/mod.rs"]
 mod generate;
 mod mutate;
 mod options;

@@ -16,7 +16,7 @@ mod agree;
 mod allocator;
 mod corpus;
 mod damage;
-#[path = "../random/generate.rs"]
+#[path = "../random/generate/mod.rs"]
 mod generate;
 mod survive;
 

@@ -1,28 +1,26 @@
 //! Turns a solution into the result: values, standard deviations, warnings.
 
-use crate::fit::infer::misfit::{self, Residual};
+mod warnings;
+
+use crate::fit::infer::misfit::Residual;
 use crate::fit::infer::rivals::Rival;
 use crate::fit::infer::sandwich::Uncertainty;
 use crate::fit::infer::{Inference, pose};
 use crate::fit::monitor::Records;
 use crate::fit::problem::free_space::Contradicted;
 use crate::fit::problem::level::Level;
-use crate::fit::problem::objective::Evaluation;
 use crate::fit::problem::walls::described;
 use crate::fit::problem::{Problem, extent};
 use crate::fit::refine::apart;
 use crate::fit::refine::cover::covered;
-use crate::fit::refine::mixed::{self, Mixed};
 use crate::fit::refine::schedule::Solution;
 use crate::fit::refine::unexplained::{self, Piece};
 use crate::fit::refine::witness::{self, Witness};
 use crate::fit::result::{
     Alternative, ContradictedPart, Covariance, FitResult, FittedParameter, PassedPart, UnexplainedPiece, WithoutSd,
 };
-use crate::fit::room::{shown, shown_to};
-use crate::fit::tuning::{
-    BIASED, EXPLAINED, FOREIGN_RADIUS, HARDLY_ANY_POINTS, HARDLY_DETERMINED, INSEPARABLE, LEAST_PATTERN, NAMED,
-};
+use crate::fit::room::shown_to;
+use crate::fit::tuning::{EXPLAINED, HARDLY_ANY_POINTS, INSEPARABLE, NAMED};
 use gml_compiler::program::Part;
 use nalgebra::DVector;
 
@@ -75,7 +73,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
             },
         })
         .collect();
-    warn(problem, &parameters, &solution.evaluation, &deviations);
+    warnings::of_parameters(problem, &parameters, &solution.evaluation, &deviations);
     if inliers < EXPLAINED * weight {
         monitor.warn(format!(
             "only {:.0} % of the scan's points lie within {:.3} mm of the model: the scan shows much else or another object, or the fit has failed",
@@ -84,7 +82,7 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
         ));
     }
     let rms = solution.evaluation.rms();
-    warn_of_pattern(problem, residuals, rms);
+    warnings::of_pattern(problem, residuals, rms);
     let interrupted = monitor.cancelled();
     if interrupted {
         monitor.warn("interrupted: this is the best that was found until then, not a finished fit");
@@ -92,10 +90,10 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
             monitor.warn("interrupted: standard deviations were not computed");
         }
     } else {
-        warn_of_mixed_faces(solution);
+        warnings::of_mixed_faces(solution);
     }
     if let Some(uncertainty) = &uncertainty {
-        warn_of_bounds(solution, uncertainty);
+        warnings::of_bounds(solution, uncertainty);
     }
     let alternatives = alternatives(solution, &rivals, &deviations);
     let coverage = if interrupted { None } else { covered(solution) };
@@ -142,38 +140,6 @@ pub(crate) fn result(inference: Inference, residuals: Option<&[Residual]>, near:
     }
 }
 
-/// Warns where the residuals, `rms` (millimetres) in all, have a pattern that is not noise.
-fn warn_of_pattern(problem: &Problem, residuals: Option<&[Residual]>, rms: f64) {
-    let Some(correlation) = residuals.and_then(misfit::correlation) else { return };
-    let pattern = rms * correlation.sqrt();
-    if pattern < LEAST_PATTERN * problem.radius {
-        return;
-    }
-    let failed = if pattern > FOREIGN_RADIUS * problem.radius {
-        ": no model of this family has it, or the fit has failed"
-    } else {
-        ""
-    };
-    problem.monitor.warn(format!(
-        "the model does not have the scan's shape{failed}: of the {rms:.3} mm (root mean square) by which what lies near it is off, {pattern:.3} mm are a pattern and no noise (correlation of neighbours {correlation:.2})"
-    ));
-}
-
-/// Warns where the scan cannot tell the faces of thin walls apart.
-fn warn_of_mixed_faces(solution: &Solution) {
-    let Level { problem, space, .. } = &solution.level;
-    let Some(Mixed { patches, distance, noise }) = mixed::find(solution) else { return };
-    let parts: Vec<&Part> = patches.iter().map(|patch| &problem.model.parts()[*patch]).collect();
-    let names: Vec<String> = parts.iter().map(|part| format!("`{}`", part.name)).collect();
-    let shaped_by = |i: usize| space.varies(i) && parts.iter().any(|part| part.active.contains(&(i as u32)));
-    problem.monitor.warn(format!(
-        "the scan does not tell which way {} {}, and the other face of the wall is only {distance:.3} mm away, with noise of {noise:.3} mm: points may belong to the wrong one, and {} may be off by more than their standard deviations say",
-        names.join(", "),
-        if names.len() > 1 { "face" } else { "faces" },
-        quoted(problem, &shaped_by)
-    ));
-}
-
 /// The names of the parameters that are held equal, by group.
 fn equal(problem: &Problem) -> Vec<Vec<String>> {
     let ties = &problem.start.ties;
@@ -198,7 +164,8 @@ fn contradicted(solution: &Solution) -> Option<Vec<ContradictedPart>> {
         let share = c.area / c.of;
         if c.area > chance {
             let [x, y, z] = c.place.to_array();
-            let shaped_by = quoted(problem, &|i| solution.level.space.varies(i) && part.active.contains(&(i as u32)));
+            let shaped_by =
+                warnings::quoted(problem, &|i| solution.level.space.varies(i) && part.active.contains(&(i as u32)));
             problem.monitor.warn(format!(
                 "{:.0} mm2 of `{}` ({:.0} % of it), about ({x:.1}, {y:.1}, {z:.1}) mm, stand where the scan shows empty space: that piece was removed from the object, or the fit is wrong in what shapes the part ({shaped_by}), whatever their standard deviations",
                 c.area,
@@ -229,27 +196,6 @@ fn unexplained(solution: &Solution, near: &[bool]) -> Vec<UnexplainedPiece> {
         }
     };
     unexplained::pieces(solution, near).unwrap_or_default().into_iter().map(found).collect()
-}
-
-/// The names of some parameters.
-fn quoted(problem: &Problem, chosen: &dyn Fn(usize) -> bool) -> String {
-    let names = problem.model.parameters().iter().enumerate().filter(|(i, _)| chosen(*i));
-    names.map(|(_, p)| format!("`{}`", p.name)).collect::<Vec<_>>().join(", ")
-}
-
-/// Warns of parameters that are so certain, or where they are, only because others ended at a bound.
-fn warn_of_bounds(solution: &Solution, uncertainty: &Uncertainty) {
-    let Level { problem, space, .. } = &solution.level;
-    let position = |i: usize| space.free.iter().position(|free| *free == i);
-    let named = |chosen: &dyn Fn(usize) -> bool| quoted(problem, &|i| position(i).is_some_and(chosen));
-    let certain = named(&|k| uncertainty.bounds_decide(k));
-    if !certain.is_empty() {
-        let at_bound = space.at_bound(&solution.estimate);
-        problem.monitor.warn(format!(
-            "{certain} would be less certain by far, not determined, or elsewhere if {} could leave the bound: the values and standard deviations hold only if the bound is the object's",
-            named(&|k| at_bound[k])
-        ));
-    }
 }
 
 /// Other shapes that explain the scan as well, each with a warning that names the parameters in which they differ by
@@ -426,48 +372,6 @@ fn undetermined(level: &Level, direction: &DVector<f64>) -> Option<String> {
             "the scan does not determine the combination {} (in millimetres of surface moved): it leaves every distance as it is",
             named.join(" ")
         )),
-    }
-}
-
-fn warn(problem: &Problem, parameters: &[FittedParameter], evaluation: &Evaluation, deviations: &[Option<f64>]) {
-    let monitor = problem.monitor;
-    for (i, p) in parameters.iter().enumerate() {
-        if p.fixed {
-            continue;
-        }
-        if problem.rigid.without_influence.contains(&i) {
-            monitor.warn(format!("`{}` has no influence on the surface and kept its start value", p.name));
-        } else if p.at_bound {
-            monitor.warn(format!("`{}` ended at a bound ({})", p.name, shown(p.value, p.quantity)));
-        } else if let (Some(sd), Some(bias)) = (p.sd, p.bias)
-            && bias.abs() > BIASED * sd
-        {
-            let side = if bias > 0.0 { "large" } else { "small" };
-            let by = shown_to(bias.abs(), bias.abs() / 10.0, p.quantity);
-            monitor.warn(format!(
-                "noise of {:.3} mm makes `{}` too {side} by about {by}, which its standard deviation holds: the surface \
-                 is curved there too much for so much noise",
-                problem.scan.noise, p.name
-            ));
-        } else if let Some(sd) = deviations[i]
-            && sd > HARDLY_DETERMINED * problem.radius.max(p.value.abs())
-            && p.unit == "mm"
-        {
-            monitor.warn(format!("the scan hardly determines `{}` (standard deviation {sd:.3} mm)", p.name));
-        }
-    }
-    let hidden =
-        problem.model.parts().iter().zip(&evaluation.patches).filter(|(_, sum)| sum.points < HARDLY_ANY_POINTS);
-    let hidden: Vec<String> = hidden.map(|(part, _)| format!("`{}`", part.name)).collect();
-    if !hidden.is_empty() {
-        let them = if hidden.len() > 1 { "them" } else { "it" };
-        let hidden = hidden.join(", ");
-        monitor.warn(format!(
-            "almost no point of the scan lies close to {hidden}: what only shapes {them} is not determined"
-        ));
-    }
-    if evaluation.absent > 0 {
-        monitor.warn(format!("{} of the model's patches could not be evaluated", evaluation.absent));
     }
 }
 

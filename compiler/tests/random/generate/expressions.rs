@@ -1,213 +1,9 @@
-//! Random well-typed scripts. The text is made from bytes, so that fewer and smaller bytes make a smaller script.
-//!
-//! Values stay moderate: parameters are near 1, denominators are away from 0, repeated operations do not grow.
-//! Therefore every script is smooth at almost all parameters, and finite differences show whether its derivatives are
-//! right.
+//! Random expressions of a type.
 
-/// The types of values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ty {
-    Real,
-    Length,
-    Angle,
-    /// A whole number that is known when the script is compiled.
-    Int,
-    Point,
-    /// `[real]` with three elements.
-    Reals,
-    /// `{a: real, b: length}`.
-    Record,
-    /// `real -> real`.
-    Function,
-    /// `(real, real) -> point3`.
-    Surface,
-}
-
-/// A function of the script: its name, and how it is called.
-#[derive(Clone, Debug)]
-struct Callee {
-    name: String,
-    params: Vec<Ty>,
-    result: Ty,
-}
-
-/// The script of some bytes. Without any bytes it is the smallest script.
-pub(crate) fn script(bytes: &[u8]) -> String {
-    let mut generator =
-        Generator { bytes, at: 0, fuel: 90, names: 0, primes: 0, scope: Vec::new(), functions: Vec::new() };
-    generator.script()
-}
-
-struct Generator<'b> {
-    bytes: &'b [u8],
-    at: usize,
-    /// Number of expressions that may still be made.
-    fuel: usize,
-    names: usize,
-    /// Number of derivatives around the present expression: each makes it several times as large.
-    primes: usize,
-    scope: Vec<(String, Ty)>,
-    functions: Vec<Callee>,
-}
+use super::{Callee, Generator, Ty};
 
 impl Generator<'_> {
-    /// A number below n; 0 when the bytes are used up.
-    fn below(&mut self, n: usize) -> usize {
-        let byte = self.bytes.get(self.at).copied().unwrap_or(0);
-        self.at += 1;
-        usize::from(byte) % n
-    }
-
-    fn fresh(&mut self, start: &str) -> String {
-        self.names += 1;
-        format!("{start}{}", self.names)
-    }
-
-    /// A name in scope of that type, later ones more often.
-    fn named(&mut self, ty: Ty) -> Option<String> {
-        let names: Vec<String> = self.scope.iter().filter(|(_, t)| *t == ty).map(|(n, _)| n.clone()).collect();
-        if names.is_empty() {
-            return None;
-        }
-        let back = self.below(names.len()).min(self.below(names.len()));
-        Some(names[names.len() - 1 - back].clone())
-    }
-
-    /// Runs a generator with more names in scope.
-    fn within<T>(&mut self, names: &[(&str, Ty)], make: impl FnOnce(&mut Self) -> T) -> T {
-        let mark = self.scope.len();
-        self.scope.extend(names.iter().map(|(n, t)| ((*n).to_owned(), *t)));
-        let made = make(self);
-        self.scope.truncate(mark);
-        made
-    }
-
-    fn script(&mut self) -> String {
-        let mut text = String::new();
-        for _ in 0..self.below(5) {
-            text += &self.function();
-        }
-        let part_model = self.below(6) == 1;
-        if part_model {
-            text += "model piece {\n  param w: length in 1mm..9mm = 3mm\n  param k: real = 0.5\n";
-            let names = [("w", Ty::Length), ("k", Ty::Real)];
-            let surface = self.within(&names, |g| g.surface(2));
-            text += &format!("  part side = {surface}\n}}\n");
-        }
-        text += "model m {\n";
-        text += &self.model(part_model);
-        text + "}\n"
-    }
-
-    fn model(&mut self, with_piece: bool) -> String {
-        let mut text = String::new();
-        for i in 0..1 + self.below(4) {
-            let value = [0.75, -0.5, 1.25, 0.3][self.below(4)];
-            let (name, line, ty) = match self.below(3) {
-                0 => (format!("a{i}"), format!("real in -3..3 = {value}"), Ty::Real),
-                1 => (format!("l{i}"), format!("length in 0mm..9mm = {}mm", value + 2.0), Ty::Length),
-                _ => (format!("t{i}"), format!("angle in -2rad..2rad = {value}rad"), Ty::Angle),
-            };
-            text += &format!("  param {name}: {line}\n");
-            self.scope.push((name, ty));
-        }
-        if self.below(3) == 1 {
-            text += "  input n: int in 0..4 = 2\n";
-            self.scope.push(("n".to_owned(), Ty::Int));
-        }
-        for _ in 0..self.below(4) {
-            let ty = [Ty::Real, Ty::Length, Ty::Angle, Ty::Point, Ty::Reals, Ty::Record, Ty::Function, Ty::Surface]
-                [self.below(8)];
-            let (value, name) = (self.of(ty, 3), self.fresh("x"));
-            text += &format!("  let {name} = {value}\n");
-            self.scope.push((name, ty));
-        }
-        if self.below(4) == 1 {
-            text += "  require 1 < 2, \"it holds\"\n";
-        }
-        match self.below(6) {
-            1 => {
-                let body = self.within(&[("i", Ty::Int)], |g| g.surface(3));
-                text += &format!("  for i in 0..2 {{ part p = {body} }}\n");
-            }
-            2 if with_piece => {
-                let (width, by) = (self.length(1), self.point(1));
-                text += &format!("  part p = piece(w: 5mm + 4mm * tanh(({width}) / 1mm)).translate({by})\n");
-            }
-            3 => {
-                let (first, second) = (self.surface(2), self.surface(2));
-                text += &format!("  part p = {{inner: {first}, outer: {second}}}\n");
-            }
-            _ => {
-                let surface = self.surface(4);
-                text += &format!("  part p = {surface}\n");
-            }
-        }
-        text
-    }
-
-    /// A function at the top of the file.
-    fn function(&mut self) -> String {
-        let name = self.fresh("f");
-        let (params, result, text) = match self.below(9) {
-            0 => {
-                let body = self.within(&[("x", Ty::Real), ("y", Ty::Length)], |g| g.real(3));
-                (vec![Ty::Real, Ty::Length], Ty::Real, format!("fn {name}(x: real, y: length) -> real = {body}"))
-            }
-            1 => {
-                let body = self.within(&[("x", Ty::Real), ("y", Ty::Real)], |g| g.real(3));
-                (vec![Ty::Real, Ty::Real], Ty::Real, format!("fn {name}(x, y = 0.5) = {body}"))
-            }
-            2 => {
-                let body = self.within(&[("g", Ty::Function), ("x", Ty::Real)], |g| g.real(2));
-                (vec![Ty::Function, Ty::Real], Ty::Real, format!("fn {name}(g, x) = g(x) + {body}"))
-            }
-            3 => {
-                let body = self.within(&[("k", Ty::Real), ("t", Ty::Real)], |g| g.real(3));
-                (vec![Ty::Real], Ty::Function, format!("fn {name}(k) = |t| {body}"))
-            }
-            4 => {
-                let end = self.within(&[("x", Ty::Real)], |g| g.real(2));
-                let text = format!(
-                    "fn {name}(x: real, n: int) -> real = if n < 1 {{ {end} }} else {{ 0.5 * {name}(0.9 * x + 0.1, n - 1) }}"
-                );
-                (vec![Ty::Real, Ty::Int], Ty::Real, text)
-            }
-            5 => {
-                let end = self.within(&[("x", Ty::Real)], |g| g.real(2));
-                let text = format!(
-                    "fn {name}(x: real) -> real = if x < 0.4 {{ {end} }} else {{ 0.3 + 0.5 * {name}(0.5 * x) }}"
-                );
-                (vec![Ty::Real], Ty::Real, text)
-            }
-            6 => {
-                let text = match self.below(2) {
-                    0 => format!("fn {name}(x) = sin(1rad * x)\nderiv {name}(x; dx) = cos(1rad * x) * dx"),
-                    _ => format!(
-                        "fn {name}(x: real) -> real = exp(-x ^ 2)\nderiv {name}(x; dx) {{ let y = {name}(x); -2 * x * y * dx }}"
-                    ),
-                };
-                (vec![Ty::Real], Ty::Real, text)
-            }
-            7 => {
-                let body = self.within(&[("xs", Ty::Reals), ("r", Ty::Record)], |g| g.length(3));
-                (
-                    vec![Ty::Reals, Ty::Record],
-                    Ty::Length,
-                    format!("fn {name}(xs, r) -> length {{\n  let y = 1mm\n  y + {body}\n}}"),
-                )
-            }
-            _ => {
-                let names = [("k", Ty::Length), ("u", Ty::Real), ("v", Ty::Real)];
-                let body = self.within(&names, |g| g.point(2));
-                (vec![Ty::Length], Ty::Surface, format!("fn {name}(k: length) = |u, v| {body}"))
-            }
-        };
-        self.functions.push(Callee { name, params, result });
-        text + "\n"
-    }
-
-    fn of(&mut self, ty: Ty, depth: usize) -> String {
+    pub(super) fn of(&mut self, ty: Ty, depth: usize) -> String {
         match ty {
             Ty::Real => self.real(depth),
             Ty::Length => self.length(depth),
@@ -225,7 +21,7 @@ impl Generator<'_> {
     }
 
     /// A call of a function of the script that gives this type, if there is one.
-    fn call(&mut self, result: Ty, depth: usize) -> Option<String> {
+    pub(super) fn call(&mut self, result: Ty, depth: usize) -> Option<String> {
         let fitting: Vec<Callee> = self.functions.iter().filter(|f| f.result == result).cloned().collect();
         if fitting.is_empty() || depth == 0 {
             return None;
@@ -241,16 +37,16 @@ impl Generator<'_> {
     }
 
     /// Whether no more large expressions may be made.
-    fn is_leaf(&mut self, depth: usize) -> bool {
+    pub(super) fn is_leaf(&mut self, depth: usize) -> bool {
         self.fuel = self.fuel.saturating_sub(1);
         depth == 0 || self.fuel == 0
     }
 
-    fn literal(&mut self) -> String {
+    pub(super) fn literal(&mut self) -> String {
         ["0.5", "2", "-0.75", "1.25", "0", "1", "0.1", "3"][self.below(8)].to_owned()
     }
 
-    fn real(&mut self, depth: usize) -> String {
+    pub(super) fn real(&mut self, depth: usize) -> String {
         if self.is_leaf(depth) {
             return match self.named(Ty::Real) {
                 Some(name) if self.below(3) != 1 => name,
@@ -293,11 +89,11 @@ impl Generator<'_> {
         }
     }
 
-    fn parenthesised(&mut self, depth: usize) -> String {
+    pub(super) fn parenthesised(&mut self, depth: usize) -> String {
         format!("({})", self.real(depth))
     }
 
-    fn elementary(&mut self, d: usize) -> String {
+    pub(super) fn elementary(&mut self, d: usize) -> String {
         let x = self.real(d);
         let sine = format!("sin(1rad * {x})");
         match self.below(9) {
@@ -313,7 +109,7 @@ impl Generator<'_> {
         }
     }
 
-    fn power(&mut self, d: usize) -> String {
+    pub(super) fn power(&mut self, d: usize) -> String {
         match self.below(4) {
             0 => format!("tanh({}) ^ {}", self.real(d), ["2", "3", "5"][self.below(3)]),
             1 => format!("(1.5 + {} ^ 2) ^ {}", self.parenthesised(d), ["0.5", "-1", "1.7", "-2"][self.below(4)]),
@@ -323,7 +119,7 @@ impl Generator<'_> {
     }
 
     /// A derivative of the language.
-    fn derivative(&mut self, d: usize) -> String {
+    pub(super) fn derivative(&mut self, d: usize) -> String {
         if self.primes == 2 {
             return self.real(d);
         }
@@ -348,7 +144,7 @@ impl Generator<'_> {
         format!("tanh({text})")
     }
 
-    fn fold(&mut self, d: usize) -> String {
+    pub(super) fn fold(&mut self, d: usize) -> String {
         let init = self.real(d);
         let turns = match self.below(5) {
             4 if self.scope.iter().any(|(name, _)| name == "n") => "n",
@@ -365,7 +161,7 @@ impl Generator<'_> {
         }
     }
 
-    fn condition(&mut self, d: usize) -> String {
+    pub(super) fn condition(&mut self, d: usize) -> String {
         match self.below(9) {
             0 => {
                 format!("{} {} {}", self.parenthesised(d), ["<", ">", "<=", ">="][self.below(4)], self.parenthesised(d))
@@ -387,7 +183,7 @@ impl Generator<'_> {
         }
     }
 
-    fn length(&mut self, depth: usize) -> String {
+    pub(super) fn length(&mut self, depth: usize) -> String {
         if self.is_leaf(depth) {
             return match self.named(Ty::Length) {
                 Some(name) if self.below(3) != 1 => name,
@@ -411,11 +207,11 @@ impl Generator<'_> {
         }
     }
 
-    fn wrapped_length(&mut self, depth: usize) -> String {
+    pub(super) fn wrapped_length(&mut self, depth: usize) -> String {
         format!("({})", self.length(depth))
     }
 
-    fn angle(&mut self, depth: usize) -> String {
+    pub(super) fn angle(&mut self, depth: usize) -> String {
         if self.is_leaf(depth) {
             return match self.named(Ty::Angle) {
                 Some(name) if self.below(3) != 1 => name,
@@ -432,7 +228,7 @@ impl Generator<'_> {
         }
     }
 
-    fn point(&mut self, depth: usize) -> String {
+    pub(super) fn point(&mut self, depth: usize) -> String {
         if self.is_leaf(depth) {
             return self.named(Ty::Point).unwrap_or_else(|| "(1mm, 2mm, 0mm)".to_owned());
         }
@@ -450,7 +246,7 @@ impl Generator<'_> {
         }
     }
 
-    fn reals(&mut self, depth: usize) -> String {
+    pub(super) fn reals(&mut self, depth: usize) -> String {
         if let Some(name) = self.named(Ty::Reals)
             && self.below(2) == 1
         {
@@ -470,7 +266,7 @@ impl Generator<'_> {
         }
     }
 
-    fn record(&mut self, depth: usize) -> String {
+    pub(super) fn record(&mut self, depth: usize) -> String {
         if let Some(name) = self.named(Ty::Record)
             && self.below(2) == 1
         {
@@ -480,7 +276,7 @@ impl Generator<'_> {
         format!("{{a: {}, b: {}}}", self.real(d), self.length(d))
     }
 
-    fn lambda(&mut self, depth: usize) -> String {
+    pub(super) fn lambda(&mut self, depth: usize) -> String {
         if self.below(3) == 1
             && let Some(name) = self.named(Ty::Function).or_else(|| self.call(Ty::Function, depth))
         {
@@ -491,7 +287,7 @@ impl Generator<'_> {
         format!("|{name}| {body}")
     }
 
-    fn surface(&mut self, depth: usize) -> String {
+    pub(super) fn surface(&mut self, depth: usize) -> String {
         if self.is_leaf(depth) {
             return match self.named(Ty::Surface) {
                 Some(name) => name,
