@@ -11,7 +11,7 @@ use gml_compiler::program::{Compilation, Failed, Input, Parameter, Program, Quan
 use gml_compiler::source::{FileId, Sources, Span};
 use gml_compiler::{number, syntax};
 use gml_runtime::fit::FitResult;
-use gml_runtime::model::{Closedness, Model, OpenBorder};
+use gml_runtime::model::{Closedness, EvaluationError, Model, OpenBorder};
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -26,7 +26,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), CommandError> {
 fn check(script: &Path, args: &CheckArgs) -> Result<(), CommandError> {
     let mut checked = compiled(script, args)?;
     if !checked.diagnostics.iter().any(|d| d.severity == Severity::Error) {
-        checked.add_slow_warnings();
+        checked.add_slow_warnings()?;
     }
     let failed = checked.diagnostics.iter().any(|d| d.severity == Severity::Error);
     match args.format {
@@ -98,9 +98,10 @@ struct Checked {
     closedness: Option<Closedness>,
 }
 
-fn closedness(program: &Program, values: &[f64]) -> Option<Closedness> {
-    let instance = Model::instantiate(program, values).ok()?;
-    Closedness::of(program, &*instance).ok()
+fn closedness(program: &Program, values: &[f64]) -> Result<Closedness, EvaluationError> {
+    let instance = Model::instantiate(program, values)?;
+    program.tolerances(values)?;
+    Closedness::of(program, &*instance)
 }
 
 fn inside_out_warning(program: &Program, part: usize) -> Diagnostic {
@@ -128,7 +129,10 @@ fn enclosure(program: &Program, closedness: &Closedness) -> String {
 
 impl Checked {
     /// Adds warnings that take longer than other commands should wait for.
-    fn add_slow_warnings(&mut self) {
+    ///
+    /// # Errors
+    /// The model cannot be evaluated at the values that were given.
+    fn add_slow_warnings(&mut self) -> Result<(), CommandError> {
         let main = FileId::default();
         if let Some(file) = self.sources.get(main) {
             self.diagnostics.extend(lints(&syntax::parse(main, &file.text).0));
@@ -137,11 +141,15 @@ impl Checked {
         if let Some(program) = &self.program {
             let reported: Vec<Span> = self.diagnostics.iter().map(|d| d.span).collect();
             self.diagnostics.extend(program.probe().into_iter().filter(|d| !reported.contains(&d.span)));
-            self.closedness = closedness(program, &self.values);
+            self.closedness = match closedness(program, &self.values) {
+                Err(error) if self.given => return Err(CommandError::failed(error)),
+                found => found.ok(),
+            };
             let inside_out = self.closedness.iter().flat_map(|c| &c.inside_out);
             self.diagnostics.extend(inside_out.map(|part| inside_out_warning(program, *part)));
         }
         self.diagnostics.sort_by_key(|d| (d.span.file, d.span.start));
+        Ok(())
     }
 
     /// The tables of parameters, inputs and parts.

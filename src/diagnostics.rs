@@ -34,7 +34,13 @@ pub(crate) fn render(diagnostics: &[Diagnostic], sources: &Sources, colour: bool
         text.push_str(&totals(diagnostics));
         text.push('\n');
     }
-    text
+    without_c1(&text)
+}
+
+/// The text without the control characters that terminals take for the beginning of a command, as they do ESC [, and
+/// that the renderer leaves (U+0080 to U+009F).
+fn without_c1(text: &str) -> String {
+    text.chars().map(|c| if ('\u{80}'..='\u{9f}').contains(&c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 /// `2 errors, 1 warning`.

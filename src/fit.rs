@@ -17,8 +17,9 @@ use gml_runtime::scan::{self, Scan};
 use std::path::Path;
 
 pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
+    let stated = record::fields_file(&args.script.model);
     for output in args.output.iter().chain(&args.controls.trace) {
-        let inputs = outputs::inputs([&args.script.model, &args.scan.scan], args.params.as_ref());
+        let inputs = outputs::inputs([&args.script.model, &args.scan.scan, &stated], args.params.as_ref());
         outputs::require_apart(output, inputs)?;
     }
     outputs::require_files(args.output.iter().chain(&args.controls.trace))?;

@@ -33,7 +33,8 @@ pub(crate) fn inspect(
     outputs::require_folder_apart(&args.output, true, inputs)?;
     outputs::require_files(&args.fit.trace)?;
     if let Some(trace) = &args.fit.trace {
-        outputs::require_apart(trace, outputs::inputs([&args.scan.scan], args.params.as_ref()))?;
+        let stated = record::fields_file(&args.script.model);
+        outputs::require_apart(trace, outputs::inputs([&args.scan.scan, &stated], args.params.as_ref()))?;
         outputs::require_apart_from_scripts(trace, &subject.program)?;
     }
     let fit_options = subject.options(&args.fit, &subject.program)?;

@@ -11,7 +11,7 @@ use gml_runtime::record::{Field, Record, Setting, UsedFile, hexadecimal};
 use gml_runtime::scan::ScanSource;
 use sha2::{Digest, Sha256};
 use std::ffi::OsString;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The file beside a script that states the same as `--report-field`.
 const FIELDS: &str = "report.toml";
@@ -66,6 +66,11 @@ fn settings(command: &Command, matches: &ArgMatches) -> Vec<Setting> {
     command.get_arguments().filter_map(setting).collect()
 }
 
+/// The file beside a script in which the user states the work.
+pub(crate) fn fields_file(script: &Path) -> PathBuf {
+    folder_of(script).join(FIELDS)
+}
+
 /// Adds what the user states: on the command line, or else in the file beside the script.
 fn state(record: &mut Record, report: &ReportArgs, script: &Path) -> Result<(), CommandError> {
     for (name, value) in &report.fields {
@@ -74,7 +79,7 @@ fn state(record: &mut Record, report: &ReportArgs, script: &Path) -> Result<(), 
         }
         record.fields.push(Field { name: name.clone(), value: value.clone() });
     }
-    let path = folder_of(script).join(FIELDS);
+    let path = fields_file(script);
     if !path.is_file() {
         return Ok(());
     }

@@ -14,7 +14,7 @@ use gml_compiler::session::{Limits, Options, Session};
 use gml_compiler::source::SourceFile;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,6 +34,8 @@ pub(crate) struct Repl {
     pub(crate) interrupt: Arc<AtomicBool>,
     /// Reads what is used: the scripts in the current folder, in those of loaded scripts, and below.
     pub(crate) loader: FileLoader,
+    /// The fit of the command line.
+    pub(crate) params: Option<PathBuf>,
     watch: Watch,
     interactive: bool,
     failed: bool,
@@ -54,7 +56,8 @@ impl Repl {
         let mut loader = FileLoader::default();
         loader.allow(Path::new("."));
         loader.allow_all(&args.allowed)?;
-        let mut repl = Repl { session, interrupt, loader, watch: Watch::default(), interactive, failed: false };
+        let params = args.params.clone();
+        let mut repl = Repl { session, interrupt, loader, params, watch: Watch::default(), interactive, failed: false };
         if let Some(path) = &args.model {
             repl.load(path)?;
         }

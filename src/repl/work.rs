@@ -103,9 +103,12 @@ pub(crate) fn mesh(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
 pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     let line: FitLine = parsed(words(rest)?)?;
     let (subject, controls) = subject(repl, line.controls, line.params.as_deref())?;
-    if let Some(output) = &line.output {
-        outputs::require_apart(output, outputs::inputs([&line.scan.scan], line.params.as_ref()))?;
+    for output in line.output.iter().chain(&controls.trace) {
+        let inputs = outputs::inputs([&line.scan.scan], line.params.as_ref()).chain(repl.params.as_deref());
+        outputs::require_apart(output, inputs)?;
+        outputs::require_apart_from_scripts(output, &subject.program)?;
     }
+    outputs::require_two(line.output.as_ref(), controls.trace.as_ref())?;
     let options = subject.options(&controls, &subject.program)?;
     let scan = fitting::read_scan(&line.scan)?;
     let progress = TerminalProgress::new();
@@ -142,6 +145,9 @@ pub(crate) fn inspect(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
         report: ReportArgs::default(),
         output: line.output,
     };
+    if let (Some(trace), Some(params)) = (&args.fit.trace, &repl.params) {
+        outputs::require_apart(trace, [params.as_path()])?;
+    }
     let options = measure::options(&args.variance)?;
     let progress = TerminalProgress::new();
     let result = inspecting::inspect(&subject, &args, &options, record, &progress);

@@ -12,6 +12,10 @@ pub(super) fn check(fit: &FitResult) -> Result<(), String> {
     if let Some(p) = fit.parameters.iter().find(|p| p.sd.is_some() && p.without_sd.is_some()) {
         return Err(format!("has both `sd` and `without_sd` for {}; remove one", quoted(&p.name)));
     }
+    let is_varied = |name: &str| fit.covariance.iter().any(|c| c.parameters.iter().any(|p| p == name));
+    if let Some(p) = fit.parameters.iter().find(|p| p.sd.is_some() && !is_varied(&p.name)) {
+        return Err(format!("has a standard deviation of {} that is not in `covariance`", quoted(&p.name)));
+    }
     for group in &fit.equal {
         of_parameters(fit, "equal", group)?;
         if group.len() < 2 {

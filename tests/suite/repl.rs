@@ -14,6 +14,23 @@ fn lines(folder: &Path, args: &[&str], input: &str) -> (Option<i32>, String) {
     gmlc_with_input(folder, &[&["repl"], args].concat(), input)
 }
 
+/// By Leibniz' rule from the derivatives of exp, ln and 1/x, computed apart. Denominators that are squared at each order
+/// overflow from the tenth on.
+#[test]
+fn high_derivatives_of_quotients_are_right() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (function, order, at, expected) in [
+        ("exp(x) / (x + 2)", 10, "1", "2.96935\n"),
+        ("exp(x) * ln(x + 2)", 11, "1", "9.39487\n"),
+        ("exp(x) * ln(x + 2)", 12, "1", "-0.586664\n"),
+        ("x^2 * ln(x + 2)", 11, "1", "110.617\n"),
+        ("exp(x) / x", 7, "0.001", "-5.04e27\n"),
+    ] {
+        let line = format!("(|x| {function}){}({at})\n", "'".repeat(order));
+        assert_eq!(lines(folder.path(), &[], &line), (Some(0), expected.into()), "{line}");
+    }
+}
+
 #[test]
 fn results_are_printed_and_failures_are_counted() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,7 +1,7 @@
 //! What a command may not do whatever it is given: replace what it reads, read what it was not given, mix two results,
 //! or end in a panic.
 
-use crate::support::{ball, fails, gmlc, gmlc_in, text};
+use crate::support::{ball, fails, gmlc, gmlc_in, gmlc_with_input, text};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -25,7 +25,11 @@ fn inputs_are_never_replaced() {
     fs::write(at.join("lib/size.gml"), "let size = 20mm\n").expect("written");
     let user = ball::BALL.replace("= 20mm", "= size");
     fs::write(at.join("user.gml"), format!("use \"lib/size.gml\" (size)\n{user}")).expect("written");
-    let wrong: [&[&str]; 16] = [
+    fs::write(at.join("report.toml"), "Operator = \"A\"\n").expect("written");
+    let wrong: [&[&str]; 19] = [
+        &["fit", "ball.gml", "scan.ply", "-o", "report.toml"],
+        &["fit", "ball.gml", "scan.ply", "--trace", "report.toml"],
+        &["inspect", "ball.gml", "scan.ply", "--trace", "report.toml", "-o", "new"],
         &["fit", "ball.gml", "scan.ply", "-o", "scan.ply"],
         &["fit", "ball.gml", "scan.ply", "-o", "./out/../ball.gml"],
         &["fit", "link.gml", "scan.ply", "-o", "ball.gml"],
@@ -58,6 +62,79 @@ fn inputs_are_never_replaced() {
     // The fit that a measurement begins from may stand in its folder: it is not replaced.
     gmlc(at, &["variance", "ball.gml", "scan.ply", "--params", "out/fit.json", "-o", "out", "--resolution", "64"]);
     assert_eq!(read(at, "out/fit.json"), read(at, "fit.json"));
+}
+
+/// A session knows what it was begun with.
+#[test]
+fn a_session_replaces_neither_its_script_nor_its_fit() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    let before = ["ball.gml", "fit.json"].map(|name| read(at, name));
+    for line in [":fit scan.ply -o ball.gml", ":fit scan.ply -o fit.json", ":fit scan.ply --trace ball.gml"] {
+        let (status, _) = gmlc_with_input(at, &["repl", "ball.gml", "--params", "fit.json"], &format!("{line}\n"));
+        assert_eq!(status, Some(1), "{line}");
+    }
+    assert_eq!(before, ["ball.gml", "fit.json"].map(|name| read(at, name)));
+}
+
+/// A file that others may not read stays so.
+#[cfg(unix)]
+#[test]
+fn a_new_version_has_the_permissions_of_the_old_one() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempdir().expect("a folder");
+    let script = folder.path().join("a.gml");
+    fs::write(&script, "model a{part b=disc(1mm)}\n").expect("written");
+    fs::set_permissions(&script, PermissionsExt::from_mode(0o600)).expect("set");
+    gmlc(folder.path(), &["fmt", "a.gml"]);
+    assert_eq!(fs::metadata(&script).expect("there").permissions().mode() & 0o777, 0o600);
+}
+
+/// What the values that are given do not allow is an error of `check` as of all commands.
+#[test]
+fn values_at_which_the_model_does_not_exist_are_errors_of_check() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let script =
+        "model m {\n param r: length in 1mm..9mm = 8mm\n require r > 6mm, \"too small\"\n part p = disc(r)\n}\n";
+    fs::write(at.join("m.gml"), script).expect("written");
+    gmlc(at, &["check", "m.gml", "-p", "r=7mm"]);
+    let error = fails(at, &["check", "m.gml", "-p", "r=2mm"], 1);
+    assert!(error.contains("m.gml:3:3: too small"), "{error}");
+    for (tolerance, expected) in [("-1mm", "must not be negative"), ("1mm * (0 / 0.0)", "not a")] {
+        fs::write(at.join("t.gml"), format!("model t {{\n part p tolerance {tolerance} = disc(5mm)\n}}\n"))
+            .expect("written");
+        let error = fails(at, &["check", "t.gml"], 1);
+        assert!(error.contains(expected) && error.contains("t.gml:2:"), "{error}");
+    }
+}
+
+/// U+009B is what ESC [ is.
+#[test]
+fn controls_beyond_ascii_are_not_printed() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    fs::write(at.join("c.gml"), "model c {\n  part w = cylinder(1, \"\u{9b}31mXX\")\n}\n").expect("written");
+    let error = fails(at, &["check", "c.gml"], 1);
+    assert!(error.contains("31mXX") && !error.contains('\u{9b}'), "{error}");
+}
+
+/// A surface of a thousand kinks, and a loop of millions of steps at each point: both took minutes.
+#[test]
+fn surfaces_that_are_slow_to_look_at_do_not_take_minutes() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let kinks = "sum(for i in 0..1000 { abs(sin(u * 1rad * i)) })";
+    fs::write(at.join("k.gml"), format!("model k {{ part p = |u, v| (1mm * u, 1mm * v, 1mm * {kinks}) }}\n"))
+        .expect("written");
+    let begun = Instant::now();
+    gmlc(at, &["check", "k.gml"]);
+    assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
+    let steps = "loop(0.0, 9000000, |a, i| a + sin(a * 1rad + u * 1rad))";
+    fs::write(at.join("l.gml"), format!("model l {{ part p = |u, v| (1mm * u, 1mm * v, 1mm * {steps}) }}\n"))
+        .expect("written");
+    let error = fails(at, &["check", "l.gml"], 1);
+    assert!(error.contains("--limit steps=N"), "{error}");
 }
 
 #[test]

@@ -29,7 +29,7 @@ fn held(name: &str, held: &[f64], p: f64) -> Value {
 fn fits_that_cannot_be_are_refused_by_all_commands() {
     let folder = ball::fitted();
     let at = folder.path();
-    let changes: [(&str, Change); 40] = [
+    let changes: [(&str, Change); 41] = [
         ("has a pose whose rotation is none: it mirrors the model", |fit| {
             let rows = fit["pose"]["rotation"].as_array_mut().expect("rows");
             rows.swap(0, 1);
@@ -98,6 +98,11 @@ fn fits_that_cannot_be_are_refused_by_all_commands() {
             fit["unexplained"] = of!([piece(&["p"], 2.0)]);
         }),
         ("has both `sd` and `without_sd` for 'r'", |fit| fit["parameters"][0]["without_sd"] = of!("fixed")),
+        ("has a standard deviation of 'r' that is not in `covariance`", |fit| {
+            let fit = fit.as_object_mut().expect("an object");
+            fit.remove("covariance");
+            fit.remove("pose_covariance");
+        }),
         ("has a `covariance` of 'r' twice", |fit| fit["covariance"]["parameters"] = of!(["r", "r"])),
         ("has a `equal` of 'q', which is not one of its parameters", |fit| fit["equal"] = of!([["r", "q"]])),
         ("has a `tests` of 'q', which is not", |fit| fit["tests"] = of!([held("q", &[20.0], 0.5)])),

@@ -14,7 +14,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Limits {
-        Limits { steps: 10_000_000, depth: 1_000 }
+        Limits { steps: 1_000_000, depth: 1_000 }
     }
 }
 

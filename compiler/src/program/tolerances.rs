@@ -23,6 +23,8 @@ impl Program {
             let value = interpret::run_real(module, *function, x, self.replay_limits());
             match value.as_deref() {
                 Ok([value]) if *value >= 0.0 && value.is_finite() => Ok(Some(*value)),
+                Ok([value, ..]) if value.is_nan() => Err(wrong("the tolerance is not a number".to_owned())),
+                Ok([value, ..]) if *value > 0.0 => Err(wrong("the tolerance is not finite".to_owned())),
                 Ok([value, ..]) => Err(wrong(format!("a tolerance must not be negative, but this is {value} mm"))),
                 Ok([]) => Ok(None),
                 Err(e) => Err(wrong(format!("the tolerance cannot be computed: {e}"))),

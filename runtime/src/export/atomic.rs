@@ -73,6 +73,10 @@ where
     fill(&mut out)?;
     out.flush()?;
     drop(out);
+    if let Ok(there) = target.metadata() {
+        // What others may not read is not opened to them by a new version. Some systems have no such permissions.
+        _ = beside.file.as_file().set_permissions(there.permissions());
+    }
     beside.persist(&target)
 }
 

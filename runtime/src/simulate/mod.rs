@@ -153,13 +153,15 @@ pub enum SimulationError {
     #[error("the model has no surface to scan: no triangle with an area")]
     NoSurface,
     /// The views see nothing of it.
-    #[error("none of the {views} views sees any of the surface; take more views or a larger incidence angle")]
+    #[error(
+        "no ray of the {views} views meets the surface; take a smaller spacing than the surface is wide, or more views (--spacing, --views)"
+    )]
     NothingSeen {
         /// The number of views.
         views: usize,
     },
     /// The holes took all of it.
-    #[error("the holes, of radius {radius} mm, leave nothing; punch fewer or smaller ones")]
+    #[error("the holes, of radius {radius} mm, leave nothing; punch fewer (--holes), or none")]
     NothingLeft {
         /// Their radius.
         radius: f64,

@@ -264,13 +264,23 @@ impl FunctionBuilder {
             let quotient = self.div(x, y);
             return (p / q).is_finite().then(|| self.scaled(p / q, quotient));
         }
+        // But not by a power: each derivative would square it, and beyond the tenth it overflows.
         if let Op::Binary(Binary::Div, numerator, inner) = *self.op(a)
             && self.constant(inner).is_none()
+            && self.base(inner) != self.base(b)
         {
             let denominator = self.mul(inner, b);
             return Some(self.div(numerator, denominator));
         }
         None
+    }
+
+    /// What a value is a power of.
+    fn base(&self, a: Value) -> Value {
+        match *self.op(a) {
+            Op::PowInt(base, _) => base,
+            _ => a,
+        }
     }
 
     /// a / b, where they have a factor in common.

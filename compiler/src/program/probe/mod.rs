@@ -29,7 +29,9 @@ impl Program {
     /// Points, partials and the Jacobian of every part on a coarse grid; at the borders points only: a pole is not a
     /// mistake.
     fn evaluate_at_defaults(&self) -> Result<(), EvaluationError> {
-        let instance = self.instantiate(&self.defaults())?;
+        let defaults = self.defaults();
+        let instance = self.instantiate(&defaults)?;
+        self.tolerances(&defaults)?;
         let grid =
             |steps: [f64; 5]| -> (Vec<f64>, Vec<f64>) { steps.iter().flat_map(|u| steps.map(|v| (*u, v))).unzip() };
         let (u, v) = grid([0.02, 0.27, 0.5, 0.73, 0.98]);

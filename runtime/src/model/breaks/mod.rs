@@ -55,10 +55,10 @@ impl Breaks {
     /// The surface cannot be evaluated.
     pub fn of_patch(instance: &dyn Instance, patch: usize) -> Result<Breaks, EvaluationError> {
         let patch = Patch { instance, patch };
-        let gaps = search::gaps(patch)?;
+        let (gaps, uncounted) = search::gaps(patch)?;
         let size = classify::size(patch)?;
         let [u, v] = [Axis::U, Axis::V].map(|axis| classify::breaks(patch, axis, &gaps, size));
-        let oblique = oblique::is_oblique(patch, &gaps, size)?;
+        let oblique = uncounted || oblique::is_oblique(patch, &gaps, size)?;
         Ok(Breaks { u, v, oblique })
     }
 }

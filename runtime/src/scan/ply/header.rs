@@ -27,6 +27,19 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
+    /// The least and the greatest number of the type, if it has whole ones only.
+    pub(super) fn range(self) -> Option<(f64, f64)> {
+        match self {
+            Self::I8 => Some((i8::MIN.into(), i8::MAX.into())),
+            Self::U8 => Some((u8::MIN.into(), u8::MAX.into())),
+            Self::I16 => Some((i16::MIN.into(), i16::MAX.into())),
+            Self::U16 => Some((u16::MIN.into(), u16::MAX.into())),
+            Self::I32 => Some((i32::MIN.into(), i32::MAX.into())),
+            Self::U32 => Some((u32::MIN.into(), u32::MAX.into())),
+            Self::F32 | Self::F64 => None,
+        }
+    }
+
     /// Its size in a binary file.
     pub(super) fn bytes(self) -> usize {
         match self {

@@ -219,6 +219,10 @@ impl Reader<'_> {
             if !matches!(scalar, Scalar::F32 | Scalar::F64) && number.fract() != 0.0 {
                 return Err(format!("expected a whole number, found `{}`", shown(&word)));
             }
+            if let Some((least, most)) = scalar.range().filter(|(least, most)| !(*least..=*most).contains(&number)) {
+                let word = shown(&word);
+                return Err(format!("expected a whole number from {least} to {most} by its type, found `{word}`"));
+            }
             return Ok(number);
         }
         Ok(match scalar {

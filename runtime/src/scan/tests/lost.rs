@@ -28,6 +28,10 @@ fn headers_that_count_something_else_are_refused() {
             ply(3, 1, &format!("{ROWS}3 0 1 1.5\n")),
             "property `vertex_indices`, element `face`, row 1 of 1: expected a whole",
         ),
+        (
+            of("property float y", "property uchar y").replace("0 1 0", "0 300 0"),
+            "line 12, property `y`, element `vertex`, row 3 of 3: expected a whole number from 0 to 255 by its type",
+        ),
         (of("element face", "element vertex"), "line 7: element `vertex` is declared twice, first in line 3"),
         (of("float y", "float x"), "line 5: property `x` is declared twice, first in line 4"),
         (of("ascii 1.0", "ascii 9.0"), "line 2: expected version 1.0 of the format"),
