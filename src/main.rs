@@ -20,6 +20,7 @@ mod fit;
 mod fmt;
 mod inspect;
 mod interrupt;
+mod manual;
 mod measure;
 mod mesh;
 mod outputs;
@@ -86,5 +87,7 @@ fn run(command: &Command) -> Result<(), CommandError> {
         Command::Inspect(args) => inspect::run(args),
         Command::Compare(args) => compare::run(args),
         Command::Repl(args) => repl::run(args),
+        Command::Completions(args) => manual::completions(args),
+        Command::Man(args) => manual::pages(args),
     }
 }

@@ -105,6 +105,33 @@ pub(crate) struct DocArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
+  gmlc completions bash > ~/.local/share/bash-completion/completions/gmlc
+  gmlc completions zsh > ~/.zfunc/_gmlc
+  gmlc completions fish > ~/.config/fish/completions/gmlc.fish")]
+pub(crate) struct CompletionsArgs {
+    /// The shell that reads them
+    #[arg(value_name = "SHELL")]
+    pub(crate) shell: clap_complete::Shell,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  gmlc man | man -l -                   read the page of gmlc
+  gmlc man fit | man -l -               that of `gmlc fit`
+  gmlc man -o ~/.local/share/man/man1   write the pages of all commands, for `man gmlc-fit`")]
+pub(crate) struct ManArgs {
+    /// The command whose page is printed [default: the page of gmlc itself]
+    #[arg(value_name = "COMMAND", conflicts_with = "output")]
+    pub(crate) command: Option<String>,
+    /// Folder for the pages of all commands
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
   gmlc fmt cup.gml                  one script, in place
   gmlc fmt --check examples stdlib  list scripts that are not formatted, and change nothing
   gmlc fmt - < cup.gml              to standard output

@@ -9,7 +9,8 @@ pub(crate) use comparison::{
     FitArgs, FitControls, InspectArgs, NormalsArg, ReportArgs, ScanArgs, VarianceArgs, VarianceControls,
 };
 pub(crate) use language::{
-    CheckArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, MeshArgs, ReplArgs, Stage, VirtualScanArgs,
+    CheckArgs, CompletionsArgs, DiffArgs, DocArgs, EmitArgs, FmtArgs, ManArgs, MeshArgs, ReplArgs, Stage,
+    VirtualScanArgs,
 };
 
 use crate::values;
@@ -65,6 +66,10 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Evaluate expressions and definitions interactively
     Repl(ReplArgs),
+    /// Print the completions of all commands and options for a shell
+    Completions(CompletionsArgs),
+    /// Print a manual page, or write those of all commands
+    Man(ManArgs),
 }
 
 impl Command {
@@ -81,7 +86,7 @@ impl Command {
             Self::Diff(args) => (&[], &args.script.compile),
             Self::Emit(args) => (&[], &args.script.compile),
             Self::Compare(args) => return twice("--limit", &args.limits),
-            Self::Doc(_) | Self::Fmt(_) => return None,
+            Self::Doc(_) | Self::Fmt(_) | Self::Completions(_) | Self::Man(_) => return None,
         };
         let CompileArgs { inputs, limits, .. } = compile;
         twice("-p", values).or_else(|| twice("--input", inputs)).or_else(|| twice("--limit", limits))

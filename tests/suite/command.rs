@@ -9,7 +9,7 @@ fn help_of_every_command() {
     let folder = tempdir().expect("a folder");
     let mut all = gmlc(folder.path(), &["--help"]);
     for command in
-        ["check", "mesh", "diff", "doc", "emit", "fmt", "scan", "fit", "variance", "inspect", "compare", "repl"]
+        crate::options::COMMANDS
     {
         all.push_str(&format!("\n$ gmlc {command} --help\n"));
         all.push_str(&gmlc(folder.path(), &[command, "--help"]));

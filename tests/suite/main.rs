@@ -20,6 +20,7 @@ mod limits;
 #[cfg(unix)]
 mod messages;
 mod nist;
+mod options;
 mod prose;
 mod repl;
 #[cfg(unix)]
