@@ -6,7 +6,7 @@ use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
 use crate::subject::Subject;
 use crate::values::{self, Range};
-use crate::{dimensions, interrupt, outputs, record, script, search, table};
+use crate::{dimensions, interrupt, outputs, record, script, search, table, verbosity};
 use gml_compiler::program::{Program, Quantity};
 use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
@@ -43,6 +43,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     if let Some(path) = &args.output {
         json::write(path, &result).map_err(CommandError::failed)?;
     }
+    args.output.iter().chain(&args.controls.trace).for_each(|path| outputs::wrote(path));
     match args.format {
         Format::Text => print!("{}", summary(&result)),
         Format::Json => println!("{}", serde_json::to_string_pretty(&result).map_err(CommandError::failed)?),
@@ -121,7 +122,7 @@ pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(),
 
 /// Reads and cleans a scan.
 pub(crate) fn read_scan(args: &ScanArgs) -> Result<Scan, CommandError> {
-    scan::read(&args.scan, args.unit).map_err(CommandError::failed)
+    verbosity::timed("reading the scan", || scan::read(&args.scan, args.unit)).map_err(CommandError::failed)
 }
 
 /// Options from the command line.

@@ -5,7 +5,7 @@ use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::subject::Subject;
 use crate::{deviations, fit, interrupt, measure, outputs, record};
-use gml_runtime::export::folder::{FIT, ResultFolder};
+use gml_runtime::export::folder::{FIT, REPORT, ResultFolder};
 use gml_runtime::export::json;
 use gml_runtime::fit::FitOptions;
 use gml_runtime::inspect::{InspectError, Inspection};
@@ -57,14 +57,14 @@ pub(crate) fn inspect(
             return Err(error);
         }
     };
-    folder.finish(None).map_err(CommandError::failed)?;
+    outputs::finish(folder, &args.output, None, REPORT)?;
+    args.fit.trace.iter().for_each(|trace| outputs::wrote(trace));
 
     let report = &inspection.measurement.report;
     // What both say of the scan is said once.
     let mut fitted = inspection.fit.clone();
     fitted.warnings.retain(|warning| !report.warnings.contains(warning));
     print!("{}\n{}", fit::summary(&fitted), deviations::summary(report));
-    println!("written to {}: report.html, model.x3d, fit.json, variance.json and pictures", args.output.display());
     // Deviations from a model that was not fitted are no verdict on the object, but they are said.
     match (fit::judge(&inspection.fit), deviations::judge(report)) {
         (Err(unreliable), Err(deviations)) => {

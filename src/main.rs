@@ -37,6 +37,7 @@ mod subject;
 mod table;
 mod values;
 mod variance;
+mod verbosity;
 
 use clap::Parser;
 use cli::{Cli, Command};
@@ -48,6 +49,7 @@ fn main() -> ExitCode {
     // A reader that closes the pipe early, such as `head`, ends the command quietly.
     sigpipe::reset();
     let cli = Cli::parse_from(cli::with_negative_values(std::env::args_os()));
+    cli.verbosity.apply();
     if let Some(notice) = gml_runtime::workers::limit_threads() {
         eprintln!("warning: {notice}");
     }

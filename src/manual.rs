@@ -22,17 +22,19 @@ pub(crate) fn pages(args: &ManArgs) -> Result<(), CommandError> {
     all.build();
     if let Some(folder) = &args.output {
         outputs::make_folder(folder)?;
-        for command in std::iter::once(&all).chain(subcommands(&all)) {
-            let (name, text) = page(command)?;
-            let path = folder.join(name);
-            atomic::write(&path, text.as_bytes()).map_err(CommandError::failed)?;
-            println!("wrote {}", path.display());
+        let pages: Vec<(String, String)> =
+            std::iter::once(&all).chain(subcommands(&all)).map(page).collect::<Result<_, _>>()?;
+        for (name, text) in &pages {
+            atomic::write(&folder.join(name), text.as_bytes()).map_err(CommandError::failed)?;
         }
+        outputs::wrote_files(folder, &pages[0].0, pages.len());
         return Ok(());
     }
     let command = match &args.command {
         None => &all,
-        Some(name) => subcommands(&all).find(|command| command.get_name() == name).ok_or_else(|| unknown(&all, name))?,
+        Some(name) => {
+            subcommands(&all).find(|command| command.get_name() == name).ok_or_else(|| unknown(&all, name))?
+        }
     };
     print!("{}", page(command)?.1);
     Ok(())

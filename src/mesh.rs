@@ -53,6 +53,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     if let Some(framing) = framing {
         outputs::make_parent(&args.output)?;
         framing.write(&args.output, &tessellation)?;
+        outputs::wrote(&args.output);
         let parts = tessellation.mesh.groups.len();
         println!("{}: {} x {} pixels, {parts} parts", args.output.display(), framing.width, framing.height);
         return Ok(());
@@ -73,6 +74,7 @@ pub(crate) fn write_model(args: &MeshArgs, program: &Program, x: &[f64], motion:
     let passages = Passages::of_tessellation(&tessellation, program, &*instance).map_err(CommandError::failed)?;
     let mesh = &tessellation.mesh;
     write(&args.output, mesh, format)?;
+    outputs::wrote(&args.output);
     let vertices = mesh.position_numbers().into_iter().max().map_or(0, |last| last + 1);
     println!(
         "{}: {vertices} vertices, {} triangles, {} parts, within {:.3e} mm of the surface",

@@ -107,7 +107,32 @@ pub(crate) fn require_folder_apart<'a>(
 
 /// Begins a result in a folder.
 pub(crate) fn begin(output: &Path) -> Result<ResultFolder, CommandError> {
-    ResultFolder::begin(output, |text| eprintln!("{text}")).map_err(CommandError::failed)
+    ResultFolder::begin(output, |text| note!("{text}")).map_err(CommandError::failed)
+}
+
+/// Puts a result into its place, and says where it is. `kept` is a file of the folder that the run has read; `first` is
+/// the file to open first.
+pub(crate) fn finish(folder: ResultFolder, output: &Path, kept: Option<&str>, first: &str) -> Result<(), CommandError> {
+    let count = std::fs::read_dir(folder.path()).map_or(0, Iterator::count);
+    folder.finish(kept).map_err(CommandError::failed)?;
+    wrote_files(output, first, count);
+    Ok(())
+}
+
+/// Says where a file was written.
+pub(crate) fn wrote(path: &Path) {
+    note!("wrote {}", path.display());
+}
+
+/// Says where several files were written, of which `first` is the one to open first.
+pub(crate) fn wrote_files(folder: &Path, first: &str, count: usize) {
+    let folder = folder.display().to_string();
+    let folder = folder.trim_end_matches('/');
+    match count.saturating_sub(1) {
+        0 => note!("wrote {folder}/{first}"),
+        1 => note!("wrote {folder}/: {first} and another file"),
+        others => note!("wrote {folder}/: {first} and {others} other files"),
+    }
 }
 
 /// An error of a file in a folder of results, which names the file where the user would look for it.

@@ -64,6 +64,7 @@ pub(crate) fn run(args: &VirtualScanArgs) -> Result<(), CommandError> {
         let truth = TruthFile { script: args.script.model.display().to_string(), parameters, scan: &scan.truth };
         json::write(path, &truth).map_err(CommandError::failed)?;
     }
+    std::iter::once(&args.output).chain(&args.truth).for_each(|path| outputs::wrote(path));
     println!(
         "{}: {} points, {} triangles, {:.1} % of the surface",
         args.output.display(),

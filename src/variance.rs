@@ -7,7 +7,7 @@ use crate::saved::SavedFit;
 use crate::script::{Valued, compile_valued};
 use crate::{deviations, dimensions, fit, measure, outputs, record};
 use gml_compiler::program::Program;
-use gml_runtime::export::folder::FIT;
+use gml_runtime::export::folder::{FIGURES, FIT};
 use gml_runtime::export::measurement;
 use gml_runtime::inspect;
 use gml_runtime::scan::{self, ReferenceMesh, Scan};
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &VarianceArgs) -> Result<(), CommandError> {
     let extras = measure::extras(&args.controls);
     measurement::write(folder.path(), &measured, extras).map_err(|e| outputs::failed(&folder, e))?;
     let is_fit = |params: &PathBuf| params.canonicalize().ok() == args.output.join(FIT).canonicalize().ok();
-    folder.finish(args.values.params.as_ref().filter(|p| is_fit(p)).map(|_| FIT)).map_err(CommandError::failed)?;
+    outputs::finish(folder, &args.output, args.values.params.as_ref().filter(|p| is_fit(p)).map(|_| FIT), FIGURES)?;
     print!("{}", deviations::summary(&measured.report));
     deviations::judge(&measured.report)
 }

@@ -14,6 +14,7 @@ pub(crate) use language::{
 };
 
 use crate::values;
+use crate::verbosity::Verbosity;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use gml_compiler::check::InputValue;
 use std::ffi::OsString;
@@ -25,6 +26,8 @@ use std::path::PathBuf;
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+    #[command(flatten)]
+    pub(crate) verbosity: Verbosity,
 }
 
 const AFTER_HELP: &str = "\

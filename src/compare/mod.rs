@@ -57,6 +57,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<(), CommandError> {
     if let Some(path) = &args.output {
         outputs::make_parent(path)?;
         json::write(path, &file).map_err(CommandError::failed)?;
+        outputs::wrote(path);
     }
     match args.format {
         Format::Json => {

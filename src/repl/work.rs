@@ -119,6 +119,7 @@ pub(crate) fn fit(repl: &mut Repl, rest: &str) -> Result<(), CommandError> {
     if let Some(path) = &line.output {
         outputs::make_parent(path)?;
         json::write(path, &fitted).map_err(CommandError::failed)?;
+        outputs::wrote(path);
     }
     print!("{}", fitting::summary(&fitted));
     let values: Vec<f64> = fitted.parameters.iter().map(|p| p.value).collect();
