@@ -1,6 +1,6 @@
 //! `gmlc fit`.
 
-use crate::cli::{FitArgs, FitControls, Format, NormalsArg, ScanArgs};
+use crate::cli::{FitArgs, FitControls, NormalsArg, ScanArgs};
 use crate::error::CommandError;
 use crate::progress::TerminalProgress;
 use crate::provenance::Provenance;
@@ -8,7 +8,6 @@ use crate::subject::Subject;
 use crate::values::{self, Range};
 use crate::{dimensions, interrupt, outputs, record, script, search, table, verbosity};
 use gml_compiler::program::{Program, Quantity};
-use gml_runtime::export::{atomic, json};
 use gml_runtime::fit::{
     self, Bootstrap, FitError, FitOptions, FitResult, HypothesisTest, InputValues, PoseCovariance, SearchError,
     WithoutSd,
@@ -41,12 +40,13 @@ pub(crate) fn run(args: &FitArgs) -> Result<(), CommandError> {
     outputs::make_parents(args.output.iter().chain(&args.controls.trace))?;
     write_trace(args.controls.trace.as_deref(), &result)?;
     if let Some(path) = &args.output {
-        json::write(path, &result).map_err(CommandError::failed)?;
+        outputs::write_json(path, &result)?;
     }
-    args.output.iter().chain(&args.controls.trace).for_each(|path| outputs::wrote(path));
-    match args.format {
-        Format::Text => print!("{}", summary(&result)),
-        Format::Json => println!("{}", serde_json::to_string_pretty(&result).map_err(CommandError::failed)?),
+    // What is on standard output already is a result for programs.
+    match (args.output.as_deref().is_some_and(outputs::is_stream), args.result.is_json()) {
+        (true, _) => {}
+        (_, true) => outputs::print_json(&result)?,
+        _ => print!("{}", summary(&result)),
     }
     unless_interrupted(&result)?;
     judge(&result)
@@ -116,8 +116,7 @@ pub(crate) fn write_trace(path: Option<&Path>, result: &FitResult) -> Result<(),
             t.stage, t.evaluations, t.points, t.sigma, t.objective, t.inliers
         ));
     }
-    outputs::make_parent(path)?;
-    atomic::write(path, text.as_bytes()).map_err(CommandError::failed)
+    outputs::write(path, text.as_bytes())
 }
 
 /// Reads and cleans a scan.
@@ -130,20 +129,20 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
     let parameters = program.parameters();
     let mut options = FitOptions::default();
     for (name, value) in &controls.values {
-        let (i, value) = values::parameter_value("-p", name, value, parameters)?;
+        let (i, value) = values::parameter_value("-p", name, value, program)?;
         options.start.insert(parameters[i].name.clone(), value);
     }
     for given in &controls.fix {
         let (name, value) = given.split_once('=').map_or((given.trim(), None), |(n, value)| (n.trim(), Some(value)));
         match value {
             Some(text) => {
-                let (_, value) = values::parameter_value("--fix", name, text, parameters)?;
+                let (_, value) = values::parameter_value("--fix", name, text, program)?;
                 if options.start.insert(name.to_owned(), value).is_some_and(|other| other != value) {
                     let message = format!("--fix {name}={}: another value of {name} is given as well", text.trim());
                     return Err(CommandError::usage(message));
                 }
             }
-            None => _ = values::parameter("--fix", name, parameters)?,
+            None => _ = values::parameter("--fix", name, program)?,
         }
         if !options.fixed.iter().any(|other| other == name) {
             options.fixed.push(name.to_owned());
@@ -155,7 +154,7 @@ pub(crate) fn options(controls: &FitControls, program: &Program) -> Result<FitOp
             return Err(CommandError::usage(format!("--equal {}: expected two names or more, such as a,b", names[0])));
         }
         for name in &names {
-            values::parameter("--equal", name, parameters)?;
+            values::parameter("--equal", name, program)?;
         }
         options.equal.push(names.into_iter().map(str::to_owned).collect());
     }

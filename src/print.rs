@@ -16,6 +16,11 @@ pub(crate) fn output(text: Arguments) {
     keep(std::io::stdout().write_all(visible(&std::fmt::format(text)).as_bytes()));
 }
 
+/// Writes the bytes of a file to standard output, as they are.
+pub(crate) fn bytes(bytes: &[u8]) {
+    keep(std::io::stdout().write_all(bytes));
+}
+
 /// Prints to standard error. Where that fails nobody can be told.
 pub(crate) fn error(text: Arguments) {
     styled(&visible(&std::fmt::format(text)));

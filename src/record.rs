@@ -121,6 +121,12 @@ pub(crate) fn add_inputs(record: &mut Record, scan: &ScanSource, program: &Progr
     }
 }
 
+/// Names and texts of a model's scripts, its own first, for the documents.
+pub(crate) fn scripts(program: &Program) -> Vec<(String, String)> {
+    let scripts = program.sources().scripts();
+    scripts.map(|file| (file_name(Path::new(file.name.as_str())), file.text.to_string())).collect()
+}
+
 /// Adds the scan.
 pub(crate) fn add_scan(record: &mut Record, scan: &ScanSource) {
     let name = file_name(Path::new(&scan.path));

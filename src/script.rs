@@ -98,7 +98,7 @@ pub(crate) fn values_for(
     let known = program.parameters();
     let mut x = fit.map_or_else(|| program.defaults(), |fit| fit.values_of(program));
     for (name, value) in &args.values {
-        let (i, value) = values::parameter_value("-p", name, value, known)?;
+        let (i, value) = values::parameter_value("-p", name, value, program)?;
         x[i] = value;
     }
     for (parameter, (value, bounds)) in known.iter().zip(x.iter().zip(program.bounds(&x))) {

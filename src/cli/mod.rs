@@ -13,12 +13,14 @@ pub(crate) use language::{
     VirtualScanArgs,
 };
 
+use crate::error::CommandError;
+use crate::outputs;
 use crate::values;
 use crate::verbosity::Verbosity;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use gml_compiler::check::InputValue;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Generative models, compiled and differentiated, fitted to laser scans and compared with them.
 #[derive(Debug, Parser)]
@@ -135,6 +137,57 @@ pub(crate) enum Format {
     Text,
     /// For programs
     Json,
+}
+
+/// How a result is printed by commands whose --format says so, too.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct ResultArgs {
+    /// How to print the result
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    #[command(flatten)]
+    json: JsonArgs,
+}
+
+impl ResultArgs {
+    /// Whether the result is for programs.
+    pub(crate) fn is_json(self) -> bool {
+        self.format == Format::Json || self.json.json
+    }
+
+    /// The text of a result for people: nothing where it is for programs.
+    pub(crate) fn text(self, text: &str) {
+        if !self.is_json() {
+            print!("{text}");
+        }
+    }
+}
+
+/// How a result is printed.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct JsonArgs {
+    /// Print the result as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+impl JsonArgs {
+    /// Refuses two streams on standard output.
+    pub(crate) fn require_apart(self, output: &Path) -> Result<(), CommandError> {
+        if self.json && outputs::is_stream(output) {
+            return Err(CommandError::usage("--json and -o - both write to standard output; leave one out"));
+        }
+        Ok(())
+    }
+
+    /// Prints a result: as JSON, or in a line, which is a note where the output itself is on standard output.
+    pub(crate) fn print(self, output: &Path, result: &serde_json::Value, line: &str) {
+        match (self.json, outputs::is_stream(output)) {
+            (true, _) => println!("{result:#}"),
+            (_, true) => note!("{line}"),
+            _ => println!("{line}"),
+        }
+    }
 }
 
 /// Values of parameters.

@@ -1,7 +1,8 @@
 //! What all commands have in common: completions, manual pages, streams and messages.
 
-use crate::support::{ball, fails, gmlc, gmlc_in, text};
+use crate::support::{ball, fails, gmlc, gmlc_in, json, text};
 use rexpect::session::spawn_command;
+use serde_json::{Value, json as of};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
@@ -128,4 +129,120 @@ fn colours_can_be_forbidden() {
             assert_eq!(shown.contains("\u{1b}["), coloured, "{value:?}: {shown}");
         }
     }
+}
+
+/// One file on standard output is the file that would have been written.
+#[test]
+fn one_file_may_go_to_standard_output() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    let stream = |args: &[&str]| {
+        let output = gmlc_in(at, args);
+        assert!(output.status.success(), "gmlc {}: {}", args.join(" "), text(&output.stderr));
+        assert!(!text(&output.stderr).contains("wrote"), "{}", text(&output.stderr));
+        output.stdout
+    };
+    for format in ["obj", "ply", "stl", "png"] {
+        let name = format!("ball.{format}");
+        gmlc(at, &["mesh", "ball.gml", "-o", &name]);
+        let streamed = stream(&["mesh", "ball.gml", "--format", format, "-o", "-"]);
+        assert!(streamed == fs::read(at.join(&name)).expect("a file"), "{format}");
+    }
+    gmlc(at, &["mesh", "ball.gml", "--format", "stl", "-o", "ball.bin"]);
+    assert!(fs::read(at.join("ball.bin")).expect("a file") == fs::read(at.join("ball.stl")).expect("a file"));
+    let scan = ["scan", "ball.gml", "--spacing", "3mm", "--format", "ply", "-o"];
+    assert!(stream(&[&scan[..], &["-"]].concat()) == fs::read(at.join("scan.ply")).expect("a scan"));
+    let fit: Value = serde_json::from_slice(&stream(&["fit", "ball.gml", "scan.ply", "-o", "-"])).expect("JSON");
+    assert_eq!(fit["parameters"], json(&at.join("fit.json"))["parameters"]);
+    let compared: Value =
+        serde_json::from_slice(&stream(&["compare", "fit.json", "ball.gml", "-o", "-"])).expect("JSON");
+    assert_eq!(compared["operands"][0]["kind"], "fit");
+    assert!(!at.join("-").exists());
+    assert!(fails(at, &["mesh", "ball.gml", "-o", "-"], 2).contains("--format"));
+    assert!(fails(at, &["mesh", "ball.gml", "--format", "ply", "--json", "-o", "-"], 2).contains("leave one out"));
+}
+
+#[test]
+fn results_are_printed_as_json() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    let printed = |args: &[&str]| -> Value {
+        let out = gmlc(at, args);
+        serde_json::from_str(&out).unwrap_or_else(|e| panic!("gmlc {}: {e}\n{out}", args.join(" ")))
+    };
+    let check = printed(&["check", "ball.gml", "--json"]);
+    assert_eq!(check, printed(&["check", "ball.gml", "--format", "json"]));
+    assert_eq!(printed(&["fmt", "--check", "ball.gml", "--json"])[0]["status"], "unchanged");
+    let mesh = printed(&["mesh", "ball.gml", "-o", "ball.ply", "--json"]);
+    assert_eq!((&mesh["output"], &mesh["parts"], &mesh["warnings"]), (&"ball.ply".into(), &1.into(), &of!([])));
+    assert!(mesh["triangles"].as_u64() > mesh["vertices"].as_u64() && mesh["chord"].as_f64() < Some(0.02));
+    let picture = printed(&["mesh", "ball.gml", "-o", "ball.png", "--size", "64x48", "--json"]);
+    assert_eq!((&picture["width"], &picture["height"]), (&64.into(), &48.into()));
+    let mut scan = printed(&["scan", "ball.gml", "--spacing", "3mm", "-o", "s.ply", "--truth", "truth.json", "--json"]);
+    assert_eq!(scan.as_object_mut().expect("an object").remove("output"), Some("s.ply".into()));
+    assert_eq!(scan, json(&at.join("truth.json")));
+    let fit = printed(&["fit", "ball.gml", "scan.ply", "-o", "f.json", "--json"]);
+    assert_eq!(fit, json(&at.join("f.json")));
+    let measured = ["--resolution", "64", "--json", "-o"];
+    let variance = [&["variance", "ball.gml", "scan.ply", "--params", "fit.json"], &measured[..], &["v"]].concat();
+    assert_eq!(printed(&variance), json(&at.join("v/variance.json")));
+    let inspected = printed(&[&["inspect", "ball.gml", "scan.ply"], &measured[..], &["i"]].concat());
+    assert_eq!(inspected["fit"], json(&at.join("i/fit.json")));
+    assert_eq!((&inspected["variance"], &inspected["output"]), (&json(&at.join("i/variance.json")), &"i".into()));
+    assert_eq!(printed(&["compare", "fit.json", "ball.gml", "--json"])["operands"][1]["kind"], "script");
+}
+
+/// The documents of a measurement are those of an inspection, from a script as from a mesh.
+#[test]
+fn measurements_are_documented() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    let run = |reference: &str, options: &[&str], out: &str| {
+        let args = [&["variance", reference, "scan.ply", "--resolution", "64", "-o", out], options].concat();
+        (gmlc(at, &args), fs::read_to_string(at.join(out).join("report.html")).expect("a report"))
+    };
+    let (_, fitted) = run("ball.gml", &["--params", "fit.json"], "fitted");
+    assert!(fitted.contains("<title>ball compared with scan.ply") && fitted.contains("Converged"), "the fit is shown");
+    let (_, given) = run("ball.gml", &["--params", "fit.json", "-p", "r=20.5mm"], "given");
+    assert!(given.contains("not the fitted one") && !given.contains("Converged"));
+    gmlc(at, &["mesh", "ball.gml", "--params", "fit.json", "-o", "ball.stl"]);
+    let (_, mesh) = run("ball.stl", &[], "mesh");
+    assert!(mesh.contains("<title>ball.stl compared with scan.ply"));
+    for out in ["fitted", "given", "mesh"] {
+        assert!(["views.png", "model.x3d"].iter().all(|name| at.join(out).join(name).exists()), "{out}");
+        assert!(!at.join(out).join("fit.json").exists(), "{out}");
+    }
+    // A fit.json of the user stays, and that of an inspection goes with it.
+    fs::copy(at.join("fit.json"), at.join("mesh/fit.json")).expect("copied");
+    run("ball.stl", &[], "mesh");
+    assert!(at.join("mesh/fit.json").exists());
+    gmlc(at, &["inspect", "ball.gml", "scan.ply", "--resolution", "64", "-o", "mesh"]);
+    run("ball.stl", &[], "mesh");
+    assert!(!at.join("mesh/fit.json").exists());
+}
+
+#[test]
+fn a_fit_is_documented_without_fitting() {
+    let folder = ball::fitted();
+    let at = folder.path();
+    let inspect = ["inspect", "ball.gml", "scan.ply", "--resolution", "64", "--no-fit"];
+    let with = |more: &[&'static str]| [&inspect[..], more].concat();
+    gmlc(at, &with(&["--params", "fit.json", "-o", "out"]));
+    assert_eq!(json(&at.join("out/fit.json")), json(&at.join("fit.json")));
+    assert!(at.join("out/report.html").exists());
+    let variance = ["variance", "ball.gml", "scan.ply", "--resolution", "64", "--params", "fit.json", "-o", "v"];
+    gmlc(at, &variance);
+    let rms = |out: &str| json(&at.join(out).join("variance.json"))["rms"].clone();
+    assert_eq!(rms("out"), rms("v"));
+    // Into the folder of the fit, which stays as it is.
+    let bytes = fs::read(at.join("out/fit.json")).expect("a fit");
+    gmlc(at, &with(&["--params", "out/fit.json", "-o", "out"]));
+    assert!(fs::read(at.join("out/fit.json")).expect("a fit") == bytes);
+    // Another scan is said to be one.
+    gmlc(at, &["scan", "ball.gml", "--spacing", "3mm", "--seed", "2", "-o", "scan.ply"]);
+    let out = gmlc(at, &with(&["--params", "fit.json", "-o", "out"]));
+    assert!(out.contains("fitted to another scan"), "{out}");
+    assert!(fails(at, &with(&["-o", "out"]), 2).contains("--params"));
+    assert!(fails(at, &with(&["--params", "fit.json", "--coverage", "-o", "out"]), 2).contains("--coverage"));
+    assert!(fails(at, &with(&["--params", "fit.json", "-p", "r=20mm", "-o", "out"]), 2).contains("--param"));
 }
