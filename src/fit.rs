@@ -203,7 +203,8 @@ fn bootstrap_table(bootstrap: &Bootstrap, fit: &FitResult) -> String {
         .iter()
         .map(|r| {
             let degrees = fit.parameters.iter().any(|p| p.name == r.name && p.quantity == Quantity::Angle);
-            let shown = |x: f64| table::number(if degrees { x.to_degrees() } else { x });
+            let written = |x: f64| if degrees { x.to_degrees() } else { x };
+            let shown = |x: f64| table::rounded(written(x), Some(written(r.sd)));
             vec![r.name.clone(), shown(r.sd), shown(r.low), shown(r.high)]
         })
         .collect();
@@ -236,7 +237,8 @@ pub(crate) fn summary(fit: &FitResult) -> String {
         .iter()
         .map(|p| {
             let degrees = p.quantity == Quantity::Angle;
-            let shown = |x: f64| table::number(if degrees { x.to_degrees() } else { x });
+            let written = |x: f64| if degrees { x.to_degrees() } else { x };
+            let shown = |x: f64| table::rounded(written(x), p.sd.map(written));
             let state = p.without_sd.map_or("", WithoutSd::text);
             let unit = if degrees { "deg" } else { &p.unit };
             vec![p.name.clone(), shown(p.value), p.sd.map(shown).unwrap_or_default(), unit.into(), state.into()]

@@ -1,6 +1,7 @@
 //! What a command was run with: its words, its options, the files that it read, and what the user states of the work.
 
 use crate::cli::{self, Cli, ReportArgs};
+use crate::defaults;
 use crate::error::CommandError;
 use crate::files::{self, folder_of};
 use crate::values::LONGEST_FIELD;
@@ -27,12 +28,18 @@ pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, C
     }
     let command: Vec<String> = words.iter().map(|word| word.to_string_lossy().into_owned()).collect();
     let all = Cli::command();
-    let matches = all.clone().try_get_matches_from(cli::with_negative_values(words)).map_err(CommandError::usage)?;
-    let settings = match matches.subcommand() {
+    let defaults = defaults::of_process();
+    let words = defaults.map_or_else(|| cli::with_negative_values(words), |defaults| defaults.words.clone());
+    let matches = all.clone().try_get_matches_from(words).map_err(CommandError::usage)?;
+    let mut settings = match matches.subcommand() {
         Some((name, matches)) => all.find_subcommand(name).map(|c| settings(c, matches)).unwrap_or_default(),
         None => Vec::new(),
     };
+    // What the file beside the script says is not given on the command line.
+    let taken = defaults.map_or(&[][..], |defaults| &defaults.taken);
+    settings.iter_mut().filter(|setting| taken.contains(&setting.name)).for_each(|setting| setting.given = false);
     let mut record = Record { command, settings, ..begun() };
+    record.files.extend(defaults.map(|defaults| used("defaults", &defaults.path, defaults.text.as_bytes())));
     state(&mut record, report, script)?;
     Ok(record)
 }

@@ -30,6 +30,9 @@ pub(crate) struct Cli {
     pub(crate) command: Command,
     #[command(flatten)]
     pub(crate) verbosity: Verbosity,
+    /// Leave out the defaults in a file gmlc.toml beside the script
+    #[arg(long, global = true, display_order = 1002)]
+    pub(crate) no_defaults: bool,
 }
 
 const AFTER_HELP: &str = "\
