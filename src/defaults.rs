@@ -3,7 +3,7 @@
 //! The file may be a stranger's, as the script beside it may be. It sets only the options that are listed here, which
 //! name no files and raise no limits.
 
-use crate::cli::Cli;
+use crate::cli::{self, Cli};
 use crate::error::CommandError;
 use crate::files::{self, folder_of};
 use clap::parser::ValueSource;
@@ -78,7 +78,11 @@ pub(crate) fn of_process() -> Option<&'static Defaults> {
 /// process.
 pub(crate) fn parse(words: Vec<OsString>) -> Result<Cli, CommandError> {
     let all = Cli::command();
-    let mut matches = all.clone().try_get_matches_from(&words).unwrap_or_else(|error| error.exit());
+    let mut matches = match (all.clone().try_get_matches_from(&words), cli::divided(&words)) {
+        (Ok(matches), _) => matches,
+        (Err(_), Some(divided)) => return Err(CommandError::Usage(divided)),
+        (Err(error), None) => error.exit(),
+    };
     if let Some(defaults) = beside(&all, &matches, &words)? {
         matches = all.try_get_matches_from(&defaults.words).map_err(|error| refused(&defaults.path, &error))?;
         _ = DEFAULTS.set(defaults);

@@ -18,7 +18,7 @@ use std::path::Path;
 const FIELDS: &str = "report.toml";
 
 /// Options that say nothing of the result.
-const BESIDES: [&str; 5] = ["output", "report-field", "trace", "help", "version"];
+const BESIDES: [&str; 7] = ["output", "report-field", "trace", "format", "json", "help", "version"];
 
 /// The record of this process, which works with a script or a reference.
 pub(crate) fn of_process(report: &ReportArgs, script: &Path) -> Result<Record, CommandError> {

@@ -130,6 +130,9 @@ pub(crate) fn tolerance(text: &str) -> Result<Tolerance, String> {
             "holds for all parts: that of one part is in its script, such as `part lid tolerance 0.2mm = ...`".into()
         );
     }
+    if text.contains("..") {
+        return Err("has two ends, which are written as +0.3/-0.1mm".into());
+    }
     let Some((first, second)) = text.split_once('/') else {
         return positive_length(text).map(|t| Tolerance { lower: -t, upper: t });
     };

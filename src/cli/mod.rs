@@ -228,6 +228,20 @@ pub(crate) fn with_negative_values(words: impl IntoIterator<Item = OsString>) ->
     joined
 }
 
+/// Options whose value is NAME=VALUE.
+const ASSIGNMENTS: [&str; 7] = ["-p", "--param", "--param-a", "--param-b", "--input", "--input-a", "--input-b"];
+
+/// A sentence on a value that is divided into two words: `-p r 42mm`. For a command line that cannot be parsed.
+pub(crate) fn divided(words: &[OsString]) -> Option<String> {
+    let is_name = |word: &str| !word.contains('=') && word.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let is_value = |word: &str| word.trim_start_matches(['+', '-', '.']).starts_with(|c: char| c.is_ascii_digit());
+    words.windows(3).find_map(|three| {
+        let [option, name, value] = [0, 1, 2].map(|k| three[k].to_str().unwrap_or_default());
+        let is_divided = ASSIGNMENTS.contains(&option) && is_name(name) && is_value(value);
+        is_divided.then(|| format!("{option} {name} {value}: name and value are one word: {option} {name}={value}"))
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,6 +6,8 @@ mod command;
 mod compare;
 #[cfg(unix)]
 mod concurrency;
+#[cfg(unix)]
+mod defaults;
 mod diagnostics;
 mod dimensions;
 mod documentation;
